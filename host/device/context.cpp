@@ -1,0 +1,267 @@
+#include "device/context.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+
+#include "device/opencl.hpp"
+#include "device/program_source.hpp"
+#include "device/quirks.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia::device {
+
+struct Memory::Handle {
+  cl::Buffer buffer;
+};
+
+struct Kernel::Handle {
+  cl::Kernel kernel;
+  std::string name;
+  cl_uint argument_count = 0;
+};
+
+struct Context::Impl {
+  DeviceInfo info;
+  cl::Device device;
+  cl::Context context;
+  cl::CommandQueue queue;
+  /// Key: expanded source, options, device and driver. One process uses one device and driver per
+  /// Context, so these two are fixed here; they enter the drivers' own on-disk caches.
+  std::map<std::string, cl::Program> programs;
+  std::map<std::string, Kernel> kernels;
+
+  struct Pending {
+    std::string kernel;
+    cl::Event event;
+  };
+  std::vector<Pending> pending;
+  std::map<std::string, KernelTime> times;
+  bool events_have_times = true;
+
+  void expect(cl_int code, const std::string& call) const { check(code, info.name, call); }
+  void collect_times();
+};
+
+Argument::Argument(std::int32_t value) : size_(sizeof value) {
+  std::memcpy(value_.data(), &value, size_);
+}
+Argument::Argument(std::uint32_t value) : size_(sizeof value) {
+  std::memcpy(value_.data(), &value, size_);
+}
+Argument Argument::real(double value, Precision precision) {
+  Argument argument;
+  const auto narrow = static_cast<float>(value);
+  const bool wide = precision == Precision::dbl;
+  argument.size_ = wide ? sizeof value : sizeof narrow;
+  std::memcpy(argument.value_.data(), wide ? static_cast<const void*>(&value) : &narrow,
+              argument.size_);
+  return argument;
+}
+Argument Argument::local(std::size_t bytes) {
+  Argument argument;
+  argument.size_ = bytes;
+  argument.is_local_ = true;
+  return argument;
+}
+
+Context::Context(const DeviceInfo& info) : impl_(std::make_unique<Impl>()) {
+  impl_->info = info;
+  const auto all = devices(platforms().at(static_cast<std::size_t>(info.platform)));
+  impl_->device = all.at(static_cast<std::size_t>(info.index));
+  cl_int code = CL_SUCCESS;
+  impl_->context = cl::Context(impl_->device, nullptr, nullptr, nullptr, &code);
+  impl_->expect(code, "clCreateContext");
+  impl_->queue = cl::CommandQueue(impl_->context, impl_->device, CL_QUEUE_PROFILING_ENABLE, &code);
+  impl_->expect(code, "clCreateCommandQueue");
+}
+
+Context::~Context() {
+  if (impl_->queue()) impl_->queue.finish();
+}
+
+const DeviceInfo& Context::info() const { return impl_->info; }
+
+int Context::lane_width(Precision precision) const {
+  return preferred_lane_width(impl_->info, precision);
+}
+
+Memory Context::allocate_bytes(std::size_t bytes) {
+  Memory memory;
+  memory.bytes_ = bytes;
+  memory.handle_ = std::make_shared<Memory::Handle>();
+  cl_int code = CL_SUCCESS;
+  // OpenCL has no empty buffer: an empty one of ours holds one unused byte.
+  memory.handle_->buffer = cl::Buffer(impl_->context, CL_MEM_READ_WRITE,
+                                      std::max<std::size_t>(bytes, 1), nullptr, &code);
+  impl_->expect(code, fmt::format("allocating {} bytes", bytes));
+  return memory;
+}
+
+RealBuffer Context::allocate_real(std::size_t count, Precision precision) {
+  const std::size_t size = precision == Precision::dbl ? sizeof(double) : sizeof(float);
+  return {allocate_bytes(count * size), precision};
+}
+
+RealBuffer Context::upload_real(std::span<const double> values, Precision precision) {
+  RealBuffer buffer = allocate_real(values.size(), precision);
+  write(buffer, values);
+  return buffer;
+}
+
+void Context::write(const RealBuffer& buffer, std::span<const double> values) {
+  if (buffer.precision() == Precision::dbl) {
+    write_bytes(buffer, std::as_bytes(values));
+    return;
+  }
+  const std::vector<float> narrow(values.begin(), values.end());
+  write_bytes(buffer, std::as_bytes(std::span(narrow)));
+}
+
+void Context::read(const RealBuffer& buffer, std::span<double> out) {
+  if (buffer.precision() == Precision::dbl) {
+    read_bytes(buffer, std::as_writable_bytes(out));
+    return;
+  }
+  std::vector<float> narrow(out.size());
+  read_bytes(buffer, std::as_writable_bytes(std::span(narrow)));
+  std::ranges::copy(narrow, out.begin());
+}
+
+void Context::write_bytes(const Memory& memory, std::span<const std::byte> bytes) {
+  if (bytes.size() > memory.bytes())
+    throw std::logic_error("write past the end of a device buffer");
+  if (bytes.empty()) return;
+  impl_->expect(impl_->queue.enqueueWriteBuffer(memory.handle_->buffer, CL_TRUE, 0, bytes.size(),
+                                                bytes.data()),
+                "clEnqueueWriteBuffer");
+}
+
+void Context::read_bytes(const Memory& memory, std::span<std::byte> bytes) {
+  if (bytes.size() > memory.bytes()) throw std::logic_error("read past the end of a device buffer");
+  if (bytes.empty()) return;
+  impl_->expect(impl_->queue.enqueueReadBuffer(memory.handle_->buffer, CL_TRUE, 0, bytes.size(),
+                                               bytes.data()),
+                "clEnqueueReadBuffer");
+}
+
+namespace {
+
+std::string option_line(const BuildOptions& options) {
+  std::string line = fmt::format("-cl-std=CL1.2 -DQJ_WIDTH={} -DQJ_DOUBLE={}", options.lane_width,
+                                 options.precision == Precision::dbl ? 1 : 0);
+  for (const auto& [name, value] : options.defines) line += fmt::format(" -D{}={}", name, value);
+  return line;
+}
+
+}  // namespace
+
+Kernel Context::kernel(const std::string& file, const std::string& name,
+                       const BuildOptions& options) {
+  const std::string line = option_line(options);
+  const std::string key = fmt::format("{}\n{}\n{}", name, file, line);
+  if (const auto found = impl_->kernels.find(key); found != impl_->kernels.end()) {
+    return found->second;
+  }
+  if (options.precision == Precision::dbl && !impl_->info.has_double) {
+    throw InputError(
+        fmt::format("device '{}' has no double precision (cl_khr_fp64); use --precision "
+                    "single or another --device",
+                    impl_->info.name));
+  }
+  const std::string source = expand_kernel_source(file);
+  const std::string program_key = line + '\n' + source;
+  auto program = impl_->programs.find(program_key);
+  if (program == impl_->programs.end()) {
+    cl::Program built(impl_->context, source);
+    if (const cl_int code = built.build(impl_->device, line.c_str()); code != CL_SUCCESS) {
+      throw KernelBuildError(fmt::format("{} did not build for '{}' with options {}\n{}", file,
+                                         impl_->info.name, line,
+                                         built.getBuildInfo<CL_PROGRAM_BUILD_LOG>(impl_->device)));
+    }
+    program = impl_->programs.emplace(program_key, built).first;
+  }
+  Kernel kernel;
+  kernel.handle_ = std::make_shared<Kernel::Handle>();
+  cl_int code = CL_SUCCESS;
+  kernel.handle_->kernel = cl::Kernel(program->second, name.c_str(), &code);
+  impl_->expect(code, fmt::format("creating kernel {} of {}", name, file));
+  kernel.handle_->name = name;
+  kernel.handle_->argument_count = kernel.handle_->kernel.getInfo<CL_KERNEL_NUM_ARGS>();
+  impl_->kernels.emplace(key, kernel);
+  return kernel;
+}
+
+void Context::launch(const Kernel& kernel, const Range& range,
+                     std::initializer_list<Argument> arguments) {
+  auto& handle = *kernel.handle_;
+  if (arguments.size() != handle.argument_count) {
+    throw std::logic_error(fmt::format("kernel {} takes {} arguments, not {}", handle.name,
+                                       handle.argument_count, arguments.size()));
+  }
+  cl_uint index = 0;
+  for (const Argument& argument : arguments) {
+    const std::string call = fmt::format("argument {} of kernel {}", index, handle.name);
+    if (argument.memory_ != nullptr) {
+      if (!argument.memory_->handle_) throw std::logic_error(call + " is an unallocated buffer");
+      impl_->expect(handle.kernel.setArg(index, argument.memory_->handle_->buffer), call);
+    } else {
+      impl_->expect(handle.kernel.setArg(index, argument.size_,
+                                         argument.is_local_ ? nullptr : argument.value_.data()),
+                    call);
+    }
+    ++index;
+  }
+  if (std::ranges::any_of(range.global, [](std::size_t n) { return n == 0; })) return;
+
+  const auto& g = range.global;
+  const auto& l = range.local;
+  const cl::NDRange local = l[0] == 0 ? cl::NullRange : cl::NDRange(l[0], l[1], l[2]);
+  const auto start = std::chrono::steady_clock::now();
+  cl::Event event;
+  impl_->expect(
+      impl_->queue.enqueueNDRangeKernel(handle.kernel, cl::NullRange, cl::NDRange(g[0], g[1], g[2]),
+                                        local, nullptr, &event),
+      fmt::format("launching kernel {}", handle.name));
+  if (impl_->events_have_times) {
+    impl_->pending.push_back({handle.name, event});
+    constexpr std::size_t kMostPending = 1024;
+    if (impl_->pending.size() >= kMostPending) impl_->collect_times();
+  } else {
+    impl_->expect(event.wait(), fmt::format("running kernel {}", handle.name));
+    auto& time = impl_->times[handle.name];
+    ++time.launches;
+    time.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+}
+
+void Context::Impl::collect_times() {
+  expect(queue.finish(), "clFinish");
+  for (const auto& [kernel, event] : pending) {
+    const auto status = event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>();
+    expect(status < 0 ? status : CL_SUCCESS, fmt::format("running kernel {}", kernel));
+    const auto begin = event.getProfilingInfo<CL_PROFILING_COMMAND_START>();
+    const auto end = event.getProfilingInfo<CL_PROFILING_COMMAND_END>();
+    if (end == 0) events_have_times = false;
+    auto& time = times[kernel];
+    ++time.launches;
+    time.seconds += 1e-9 * static_cast<double>(end - begin);
+  }
+  pending.clear();
+}
+
+void Context::finish() { impl_->collect_times(); }
+
+std::map<std::string, KernelTime> Context::kernel_times() {
+  impl_->collect_times();
+  return impl_->times;
+}
+
+void Context::reset_kernel_times() {
+  impl_->collect_times();
+  impl_->times.clear();
+}
+
+}  // namespace qjulia::device

@@ -1,0 +1,179 @@
+#pragma once
+/// The library's own view of a device: buffers, kernels and the one function that launches them.
+/// This room holds all the OpenCL code there is; no OpenCL type leaves it.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "qjulia/device.hpp"
+
+namespace qjulia::device {
+
+class Context;
+
+/// An allocation on the device. Empty until allocated; copies share it.
+class Memory {
+ public:
+  Memory() = default;
+  std::size_t bytes() const { return bytes_; }
+
+ protected:
+  struct Handle;
+  friend class Context;
+  std::shared_ptr<Handle> handle_;
+  std::size_t bytes_ = 0;
+};
+
+/// `size()` elements of a fixed-layout type on the device.
+template <class T>
+class Buffer : public Memory {
+ public:
+  Buffer() = default;
+  std::size_t size() const { return bytes_ / sizeof(T); }
+
+ private:
+  friend class Context;
+  explicit Buffer(const Memory& memory) : Memory(memory) {}
+};
+
+/// Reals of the precision chosen at run time; the host side always speaks double.
+class RealBuffer : public Memory {
+ public:
+  RealBuffer() = default;
+  Precision precision() const { return precision_; }
+  std::size_t size() const {
+    return bytes_ / (precision_ == Precision::dbl ? sizeof(double) : sizeof(float));
+  }
+
+ private:
+  friend class Context;
+  RealBuffer(const Memory& memory, Precision precision) : Memory(memory), precision_(precision) {}
+  Precision precision_ = Precision::single;
+};
+
+/// What a kernel is compiled for. Everything here enters the program cache's key.
+struct BuildOptions {
+  int lane_width = 1;                       ///< QJ_WIDTH
+  Precision precision = Precision::single;  ///< QJ_DOUBLE
+  std::map<std::string, int> defines;       ///< further -D names, sorted
+};
+
+/// A compiled kernel. It keeps the program it came from alive.
+class Kernel {
+ public:
+  Kernel() = default;
+
+ private:
+  struct Handle;
+  friend class Context;
+  std::shared_ptr<Handle> handle_;
+};
+
+/// One kernel argument: a buffer, a scalar, or a piece of local memory.
+class Argument {
+ public:
+  Argument(const Memory& memory) : memory_(&memory) {}  // NOLINT(google-explicit-constructor)
+  Argument(std::int32_t value);                         // NOLINT(google-explicit-constructor)
+  Argument(std::uint32_t value);                        // NOLINT(google-explicit-constructor)
+  /// A real of the kernel's precision.
+  static Argument real(double value, Precision precision);
+  static Argument local(std::size_t bytes);
+
+ private:
+  friend class Context;
+  Argument() = default;
+  const Memory* memory_ = nullptr;
+  std::array<std::byte, 8> value_{};
+  bool is_local_ = false;
+  std::size_t size_ = 0;
+};
+
+/// The work-items of a launch, in one to three dimensions. `local` of zeros leaves the choice of
+/// the work-group to `Context`; otherwise it must divide `global`.
+struct Range {
+  std::array<std::size_t, 3> global{1, 1, 1};
+  std::array<std::size_t, 3> local{0, 0, 0};
+};
+
+/// How often a kernel ran and how long it took on the device.
+struct KernelTime {
+  std::uint64_t launches = 0;
+  double seconds = 0;
+};
+
+/// An OpenCL context with one in-order queue and a cache of built programs. Not for use by several
+/// threads at a time.
+class Context {
+ public:
+  explicit Context(const DeviceInfo& info);
+  ~Context();
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
+
+  const DeviceInfo& info() const;
+
+  /// Lanes per work-item that suit this device.
+  int lane_width(Precision precision) const;
+
+  /// @throws DeviceError when the device has not that much memory.
+  template <class T>
+  Buffer<T> allocate(std::size_t count) {
+    return Buffer<T>(allocate_bytes(count * sizeof(T)));
+  }
+  RealBuffer allocate_real(std::size_t count, Precision precision);
+
+  /// Allocates and fills.
+  template <class T>
+  Buffer<T> upload(std::span<const T> values) {
+    Buffer<T> buffer = allocate<T>(values.size());
+    write(buffer, values);
+    return buffer;
+  }
+  RealBuffer upload_real(std::span<const double> values, Precision precision);
+
+  /// Copies to the buffer's beginning. The values may be changed as soon as this returns.
+  template <class T>
+  void write(const Buffer<T>& buffer, std::span<const T> values) {
+    write_bytes(buffer, std::as_bytes(values));
+  }
+  void write(const RealBuffer& buffer, std::span<const double> values);
+
+  /// Copies `out.size()` elements from the buffer's beginning, after all launches before it.
+  template <class T>
+  void read(const Buffer<T>& buffer, std::span<T> out) {
+    read_bytes(buffer, std::as_writable_bytes(out));
+  }
+  void read(const RealBuffer& buffer, std::span<double> out);
+
+  /// The kernel `name` of the embedded file `file`, built at first use and kept.
+  /// @throws KernelBuildError with the compiler's log.
+  Kernel kernel(const std::string& file, const std::string& name, const BuildOptions& options);
+
+  /// Puts a kernel in the queue. Checks the number and kind of arguments and the range first.
+  /// @throws DeviceError, with the kernel's name, when the device refuses.
+  void launch(const Kernel& kernel, const Range& range, std::initializer_list<Argument> arguments);
+
+  /// Waits until everything queued has run.
+  void finish();
+
+  /// Device time by kernel since the last reset; waits for the queue. Where the device's events
+  /// carry no times, launches are waited for one by one and timed by the wall clock.
+  std::map<std::string, KernelTime> kernel_times();
+  void reset_kernel_times();
+
+ private:
+  struct Impl;
+  Memory allocate_bytes(std::size_t bytes);
+  void write_bytes(const Memory& memory, std::span<const std::byte> bytes);
+  void read_bytes(const Memory& memory, std::span<std::byte> bytes);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace qjulia::device

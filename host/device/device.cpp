@@ -1,0 +1,114 @@
+#include "qjulia/device.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cstdlib>
+#include <optional>
+
+#include "device/context.hpp"
+#include "device/opencl.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia {
+namespace {
+
+std::string lower(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+std::optional<int> parse_number(std::string_view text) {
+  int value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+bool matches(const DeviceInfo& info, const std::string& wanted) {
+  if (wanted == "gpu") return info.kind == DeviceKind::gpu;
+  if (wanted == "cpu") return info.kind == DeviceKind::cpu;
+  if (const auto colon = wanted.find(':'); colon != std::string::npos) {
+    const auto platform = parse_number(std::string_view(wanted).substr(0, colon));
+    const auto index = parse_number(std::string_view(wanted).substr(colon + 1));
+    if (platform && index) return info.platform == *platform && info.index == *index;
+  }
+  return lower(info.name).find(wanted) != std::string::npos;
+}
+
+constexpr const char* kInstallHint =
+    "install an OpenCL driver: 'apt-get install pocl-opencl-icd' runs on any CPU; a GPU needs its "
+    "vendor's OpenCL package";
+
+DeviceInfo find_device(const std::string& wanted) {
+  const auto all = list_devices();
+  if (all.empty()) throw NoDeviceError(fmt::format("no OpenCL device was found; {}", kInstallHint));
+  if (wanted.empty()) {
+    const auto gpu = std::ranges::find(all, DeviceKind::gpu, &DeviceInfo::kind);
+    return gpu != all.end() ? *gpu : all.front();
+  }
+  const auto found =
+      std::ranges::find_if(all, [&](const DeviceInfo& d) { return matches(d, lower(wanted)); });
+  if (found != all.end()) return *found;
+  std::string names;
+  for (const auto& d : all) {
+    names += fmt::format("\n  {}:{}  {}  {}", d.platform, d.index, to_string(d.kind), d.name);
+  }
+  throw NoDeviceError(
+      fmt::format("no device matches '{}'; there are:{}\n({})", wanted, names, kInstallHint));
+}
+
+}  // namespace
+
+std::string to_string(DeviceKind kind) {
+  switch (kind) {
+    case DeviceKind::cpu:
+      return "cpu";
+    case DeviceKind::gpu:
+      return "gpu";
+    case DeviceKind::accelerator:
+      return "accelerator";
+    case DeviceKind::other:
+      break;
+  }
+  return "other";
+}
+
+std::vector<DeviceInfo> list_devices() {
+  std::vector<DeviceInfo> found;
+  const auto platforms = device::platforms();
+  for (std::size_t p = 0; p < platforms.size(); ++p) {
+    const auto devices = device::devices(platforms[p]);
+    for (std::size_t d = 0; d < devices.size(); ++d) {
+      found.push_back(device::describe(devices[d], static_cast<int>(p), static_cast<int>(d)));
+    }
+  }
+  return found;
+}
+
+Device Device::choose(const std::string& wanted) {
+  std::string name = wanted;
+  if (name.empty()) {
+    if (const char* environment = std::getenv("QJULIA_DEVICE")) name = environment;
+  }
+  return Device(std::make_shared<device::Context>(find_device(name)));
+}
+
+const DeviceInfo& Device::info() const { return context_->info(); }
+
+Device Device::with_lane_width(int width) const {
+  if (width != 1 && width != 8 && width != 16) {
+    throw InputError(fmt::format("lane width must be 1, 8 or 16, not {}", width));
+  }
+  Device copy = *this;
+  copy.forced_lane_width_ = width;
+  return copy;
+}
+
+int Device::lane_width(Precision precision) const {
+  return forced_lane_width_ != 0 ? forced_lane_width_ : context_->lane_width(precision);
+}
+
+}  // namespace qjulia

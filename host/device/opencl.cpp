@@ -1,0 +1,93 @@
+#include "device/opencl.hpp"
+
+#include "qjulia/error.hpp"
+
+namespace qjulia::device {
+
+std::vector<cl::Platform> platforms() {
+  std::vector<cl::Platform> found;
+  if (cl::Platform::get(&found) != CL_SUCCESS) return {};
+  return found;
+}
+
+std::vector<cl::Device> devices(const cl::Platform& platform) {
+  std::vector<cl::Device> found;
+  if (platform.getDevices(CL_DEVICE_TYPE_ALL, &found) != CL_SUCCESS) return {};
+  std::erase_if(found, [](const cl::Device& d) { return !d.getInfo<CL_DEVICE_AVAILABLE>(); });
+  return found;
+}
+
+DeviceInfo describe(const cl::Device& device, int platform_index, int device_index) {
+  DeviceInfo info;
+  info.platform = platform_index;
+  info.index = device_index;
+  const auto type = device.getInfo<CL_DEVICE_TYPE>();
+  info.kind = (type & CL_DEVICE_TYPE_GPU) != 0           ? DeviceKind::gpu
+              : (type & CL_DEVICE_TYPE_CPU) != 0         ? DeviceKind::cpu
+              : (type & CL_DEVICE_TYPE_ACCELERATOR) != 0 ? DeviceKind::accelerator
+                                                         : DeviceKind::other;
+  info.name = device.getInfo<CL_DEVICE_NAME>();
+  info.vendor = device.getInfo<CL_DEVICE_VENDOR>();
+  info.platform_name =
+      cl::Platform(device.getInfo<CL_DEVICE_PLATFORM>()).getInfo<CL_PLATFORM_NAME>();
+  info.driver_version = device.getInfo<CL_DRIVER_VERSION>();
+  info.opencl_version = device.getInfo<CL_DEVICE_VERSION>();
+  info.compute_units = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
+  info.clock_mhz = device.getInfo<CL_DEVICE_MAX_CLOCK_FREQUENCY>();
+  info.native_float_lanes = device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>();
+  info.global_memory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
+  info.largest_allocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
+  info.local_memory = device.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>();
+  info.largest_work_group = device.getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>();
+  info.has_double = device.getInfo<CL_DEVICE_DOUBLE_FP_CONFIG>() != 0;
+  return info;
+}
+
+void check(cl_int code, const std::string& device, const std::string& call) {
+  if (code != CL_SUCCESS) throw DeviceError(device, call, code);
+}
+
+std::string error_name(int code) {
+  switch (code) {
+    case CL_DEVICE_NOT_AVAILABLE:
+      return "CL_DEVICE_NOT_AVAILABLE";
+    case CL_COMPILER_NOT_AVAILABLE:
+      return "CL_COMPILER_NOT_AVAILABLE";
+    case CL_MEM_OBJECT_ALLOCATION_FAILURE:
+      return "CL_MEM_OBJECT_ALLOCATION_FAILURE";
+    case CL_OUT_OF_RESOURCES:
+      return "CL_OUT_OF_RESOURCES";
+    case CL_OUT_OF_HOST_MEMORY:
+      return "CL_OUT_OF_HOST_MEMORY";
+    case CL_BUILD_PROGRAM_FAILURE:
+      return "CL_BUILD_PROGRAM_FAILURE";
+    case CL_INVALID_VALUE:
+      return "CL_INVALID_VALUE";
+    case CL_INVALID_MEM_OBJECT:
+      return "CL_INVALID_MEM_OBJECT";
+    case CL_INVALID_BUFFER_SIZE:
+      return "CL_INVALID_BUFFER_SIZE";
+    case CL_INVALID_BUILD_OPTIONS:
+      return "CL_INVALID_BUILD_OPTIONS";
+    case CL_INVALID_KERNEL_NAME:
+      return "CL_INVALID_KERNEL_NAME";
+    case CL_INVALID_KERNEL_ARGS:
+      return "CL_INVALID_KERNEL_ARGS";
+    case CL_INVALID_ARG_INDEX:
+      return "CL_INVALID_ARG_INDEX";
+    case CL_INVALID_ARG_VALUE:
+      return "CL_INVALID_ARG_VALUE";
+    case CL_INVALID_ARG_SIZE:
+      return "CL_INVALID_ARG_SIZE";
+    case CL_INVALID_WORK_GROUP_SIZE:
+      return "CL_INVALID_WORK_GROUP_SIZE";
+    case CL_INVALID_WORK_ITEM_SIZE:
+      return "CL_INVALID_WORK_ITEM_SIZE";
+    case CL_INVALID_GLOBAL_WORK_SIZE:
+      return "CL_INVALID_GLOBAL_WORK_SIZE";
+    default:
+      return "OpenCL error";
+  }
+}
+
+}  // namespace qjulia::device

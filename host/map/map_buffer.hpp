@@ -1,0 +1,20 @@
+#pragma once
+/// A rational map in a device buffer, laid out as shared/map_layout.h says.
+
+#include <span>
+#include <vector>
+
+#include "device/context.hpp"
+#include "qjulia/field.hpp"
+#include "qjulia/rational_map.hpp"
+
+namespace qjulia {
+
+/// The buffer's reals: header, then the component arrays. QJ_MAP_SIZE(factors) of them.
+std::vector<double> pack_map(const RationalMap& map, const StopRadii& stops);
+
+/// `map` on the device, for kernels that take (map, factors).
+device::RealBuffer upload_map(device::Context& context, const RationalMap& map,
+                              const StopRadii& stops, Precision precision);
+
+}  // namespace qjulia

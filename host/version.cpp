@@ -1,0 +1,7 @@
+#include "qjulia/version.hpp"
+
+namespace qjulia {
+
+const char* version() { return QJULIA_VERSION; }
+
+}  // namespace qjulia

@@ -1,0 +1,37 @@
+#pragma once
+/// How well a map fits a mesh.
+
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "qjulia/device.hpp"
+#include "qjulia/mesh.hpp"
+#include "qjulia/progress.hpp"
+
+namespace qjulia {
+
+struct CompareOptions {
+  int resolution = 128;  ///< cells along each side of the cube the IoU is taken over
+  int iterations = 6;
+  void validate() const;  ///< @throws InputError
+};
+
+/// Figures at one number of iterations. Distances are fractions of the mesh's box diagonal.
+struct FitMetrics {
+  int iterations = 1;
+  double iou = 0;
+  double mean_distance = 0;       ///< between the surfaces, mean of both directions
+  double hausdorff_distance = 0;  ///< of the surface samples
+  double energy = 0;              ///< −1 is perfect; the paper's weights, α = 10
+  double roughness = 0;           ///< area of the set over the mesh's
+};
+
+/// Metrics at n = 1 and at `options.iterations`. The IoU is taken at cell centres of a cube centred
+/// on the mesh's box, side 1.15 × its longest side.
+std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
+                                const TriangleMesh& mesh, const CompareOptions& options,
+                                const Watch& watch = {});
+
+nlohmann::json to_json(const FitMetrics& metrics);
+
+}  // namespace qjulia

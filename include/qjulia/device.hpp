@@ -1,0 +1,72 @@
+#pragma once
+/// OpenCL devices: what there is, and which one to use. No OpenCL type appears here.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace qjulia {
+
+namespace device {
+class Context;
+}
+
+enum class Precision { single, dbl };
+
+enum class DeviceKind { cpu, gpu, accelerator, other };
+
+/// What OpenCL says of one device, as numbers of the whole device.
+struct DeviceInfo {
+  int platform = 0;  ///< index of its platform in the loader's order
+  int index = 0;     ///< index within its platform
+  DeviceKind kind = DeviceKind::other;
+  std::string name;
+  std::string vendor;
+  std::string platform_name;
+  std::string driver_version;
+  std::string opencl_version;
+  unsigned compute_units = 0;
+  unsigned clock_mhz = 0;
+  unsigned native_float_lanes = 1;       ///< floats in one native vector register
+  std::uint64_t global_memory = 0;       ///< bytes
+  std::uint64_t largest_allocation = 0;  ///< bytes
+  std::uint64_t local_memory = 0;        ///< bytes of one work-group
+  std::size_t largest_work_group = 0;    ///< work-items
+  bool has_double = false;               ///< cl_khr_fp64
+};
+
+std::string to_string(DeviceKind kind);
+
+/// Every usable device of every platform. A platform that is empty or broken is passed over.
+std::vector<DeviceInfo> list_devices();
+
+/// One device, ready to run kernels; copies share it.
+class Device {
+ public:
+  /// Chooses a device.
+  /// @param wanted `gpu`, `cpu`, `P:D` (platform and device number as `list_devices` gives them) or
+  ///   part of a name, in any case; empty: the environment's QJULIA_DEVICE, else the first GPU,
+  ///   else the first device of any kind.
+  /// @throws NoDeviceError when nothing matches: there is never a silent fallback.
+  static Device choose(const std::string& wanted = {});
+
+  const DeviceInfo& info() const;
+
+  /// The same device with kernels compiled for `width` lanes (1, 8 or 16) in place of its own
+  /// width. Fewer lanes than the default run slower; results differ in rounding only.
+  Device with_lane_width(int width) const;
+
+  /// Lanes one work-item computes side by side at this precision.
+  int lane_width(Precision precision) const;
+
+  /// For the library's own rooms: launches, buffers, programs.
+  device::Context& context() const { return *context_; }
+
+ private:
+  explicit Device(std::shared_ptr<device::Context> context) : context_(std::move(context)) {}
+  std::shared_ptr<device::Context> context_;
+  int forced_lane_width_ = 0;
+};
+
+}  // namespace qjulia

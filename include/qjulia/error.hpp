@@ -1,0 +1,49 @@
+#pragma once
+/// Exceptions by kind. The library throws these; only the command line prints and picks exit codes.
+
+#include <stdexcept>
+#include <string>
+
+namespace qjulia {
+
+/// Base of everything this library throws on purpose.
+class Error : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// A file or option the caller gave cannot be used; the message names it and says what to do.
+class InputError : public Error {
+ public:
+  using Error::Error;
+};
+
+/// A result could not be written; nothing was left under its final name.
+class OutputError : public Error {
+ public:
+  using Error::Error;
+};
+
+/// No OpenCL device matches what was asked for.
+class NoDeviceError : public Error {
+ public:
+  using Error::Error;
+};
+
+/// An OpenCL call failed. `code` is OpenCL's error number.
+class DeviceError : public Error {
+ public:
+  DeviceError(const std::string& device, const std::string& call, int error_code);
+  int code() const noexcept { return code_; }
+
+ private:
+  int code_;
+};
+
+/// A kernel did not compile. The message holds the options and the compiler's log.
+class KernelBuildError : public Error {
+ public:
+  using Error::Error;
+};
+
+}  // namespace qjulia

@@ -1,0 +1,56 @@
+#pragma once
+/// The field F_n of a map on a device: the log norm of the last executed iterate.
+
+#include <Eigen/Core>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "qjulia/device.hpp"
+#include "qjulia/rational_map.hpp"
+
+namespace qjulia {
+
+/// Radii about the origin that settle an orbit, map units.
+struct StopRadii {
+  double inner = 0;    ///< below it an iterate never leaves; 0 when there is none
+  double outer = 0;    ///< above it an iterate never returns; infinity when there is none
+  double escape = 20;  ///< iteration goes on below it
+};
+
+/// Evaluates one map at many points. Points are 4-D, in map coordinates.
+class Field {
+ public:
+  Field(const Device& device, const RationalMap& map, Precision precision = Precision::single,
+        const StopRadii& stops = {0, 0, 20});
+
+  /// F_n with the escape radius alone. @param iterations n, 1 … 16.
+  std::vector<double> at(std::span<const Quaternion> points, int iterations = 1) const;
+
+  /// F_n where orbits also end at r_in and r_out: the same side of every level between them.
+  std::vector<double> decided_at(std::span<const Quaternion> points, int iterations) const;
+
+  /// ∂F_1/∂q.
+  std::vector<Quaternion> gradient_at(std::span<const Quaternion> points) const;
+
+ private:
+  struct Impl;
+  std::shared_ptr<const Impl> impl_;
+};
+
+/// 3-D points, in map coordinates, as quaternions on the map's slice.
+std::vector<Quaternion> on_slice(std::span<const Eigen::Vector3d> points, double slice);
+
+/// r_eff: the median over 4,096 fixed directions of the 4-D unit sphere of the first radius at
+/// which F_1 crosses `level`; a direction without a crossing counts as the search limit.
+/// `limit` in map units.
+double effective_radius(const Field& field, double level, double limit);
+
+/// Adds ln r_eff to S and to the surface level, so that the iterated set's boundary, not only the
+/// potential's, lies on the shape. `map` must not be calibrated yet (F_1 ≈ 0 on the shape).
+RationalMap calibrated(const Device& device, const RationalMap& map);
+
+/// Sampled estimates, with a margin, of r_in, r_out and an escape radius of 1.25 r_out.
+StopRadii find_stop_radii(const Device& device, const RationalMap& map);
+
+}  // namespace qjulia

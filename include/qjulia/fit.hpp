@@ -1,0 +1,56 @@
+#pragma once
+/// From a mesh to a rational map.
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "qjulia/device.hpp"
+#include "qjulia/mesh.hpp"
+#include "qjulia/progress.hpp"
+
+namespace qjulia {
+
+enum class Unknowns { exponents, all };
+
+struct FitOptions {
+  int factors = 331;     ///< 8 … 20000
+  double detail = 0.02;  ///< δ, fraction of the box's diagonal, 0.001 … 0.1
+  std::uint64_t seed = 1;
+  double time_limit = std::numeric_limits<double>::infinity();  ///< seconds of the whole fit
+  int max_evaluations = 0;  ///< of energy and gradient; 0: the schedule's own number
+  Unknowns unknowns = Unknowns::all;
+  Precision precision = Precision::single;
+  std::string schedule = "regression";  ///< a built-in schedule's name
+  void validate() const;                ///< @throws InputError naming the option
+};
+
+enum class StopReason { schedule_done, evaluations, time_limit, interrupted, converged };
+std::string to_string(StopReason reason);
+
+/// One stage of a fit, as it went.
+struct StageReport {
+  std::string name;
+  int evaluations = 0;
+  double energy_before = 0;
+  double energy_after = 0;
+  double seconds = 0;
+  double iou = 0;  ///< at n = 1, on a coarse grid
+};
+
+struct FitResult {
+  RationalMap map;  ///< calibrated, in the shape's own coordinates by its shape_to_map
+  StopReason stopped = StopReason::schedule_done;
+  int evaluations = 0;
+  double seconds = 0;
+  std::vector<StageReport> stages;
+  std::vector<std::string> warnings;
+};
+
+/// Fits a map to a mesh. A stop request ends the fit with what was reached.
+/// @throws InputError when the mesh has no interior.
+FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& options,
+              const Watch& watch = {});
+
+}  // namespace qjulia

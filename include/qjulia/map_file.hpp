@@ -1,0 +1,21 @@
+#pragma once
+/// The map file: JSON, extension .qjulia.json; docs/map-format.md.
+
+#include <filesystem>
+
+#include "qjulia/rational_map.hpp"
+
+namespace qjulia {
+
+/// @throws InputError naming the file and the key that is missing, of the wrong type or not finite.
+RationalMap read_map(const std::filesystem::path& path);
+
+/// Written under a temporary name and renamed, so that `path` never holds half a map.
+/// @throws OutputError
+void write_map(const RationalMap& map, const std::filesystem::path& path);
+
+nlohmann::json to_json(const RationalMap& map);
+/// @param source what messages call the text, such as the file's name.
+RationalMap map_from_json(const nlohmann::json& json, const std::string& source);
+
+}  // namespace qjulia

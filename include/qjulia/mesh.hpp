@@ -1,0 +1,50 @@
+#pragma once
+/// Triangle meshes and their files.
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "qjulia/rational_map.hpp"
+
+namespace qjulia {
+
+using Triangle = std::array<std::uint32_t, 3>;
+
+struct TriangleMesh {
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<Triangle> triangles;  ///< counter-clockwise from outside
+
+  Box box() const;
+};
+
+/// What a mesh is like as a surface.
+struct MeshReport {
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  std::size_t components = 0;
+  std::size_t open_edges = 0;          ///< edges with one triangle
+  std::size_t non_manifold_edges = 0;  ///< edges with more than two triangles, or badly oriented
+  std::size_t welded_vertices = 0;     ///< duplicates merged while reading
+  std::size_t dropped_triangles = 0;   ///< without area, removed while reading
+  bool closed() const { return open_edges == 0 && non_manifold_edges == 0; }
+  /// One sentence a line on what a user should know; empty for a clean mesh.
+  std::vector<std::string> warnings() const;
+};
+
+/// Reads .obj, .off, .ply or .stl by its extension; polygons are cut into triangles and equal
+/// vertices welded.
+/// @throws InputError naming the file: missing, empty, of another type, truncated, an index out of
+///   range, a coordinate that is not finite, no triangle with area.
+TriangleMesh read_mesh(const std::filesystem::path& path, MeshReport* report = nullptr);
+
+/// Writes by extension (.ply and .stl binary, .obj, .off), under a temporary name that is renamed.
+/// @throws OutputError, or InputError for another extension.
+void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path);
+
+MeshReport inspect(const TriangleMesh& mesh);
+
+}  // namespace qjulia

@@ -1,0 +1,49 @@
+#pragma once
+/// Pictures of the set itself, ray-marched on the device.
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "qjulia/device.hpp"
+#include "qjulia/mesh.hpp"
+#include "qjulia/progress.hpp"
+
+namespace qjulia {
+
+/// 8-bit sRGB, row by row from the top.
+struct Image {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> pixels;  ///< 3 · width · height
+};
+
+/// A pin-hole camera that turns about the shape.
+struct Camera {
+  double azimuth = 30;        ///< degrees about the up axis
+  double elevation = 15;      ///< degrees above the horizon
+  double zoom = 1;            ///< 1 frames the whole shape
+  double field_of_view = 30;  ///< degrees, vertical
+  char up = 'y';              ///< the shape's axis that points up: x, y or z
+};
+
+struct PictureOptions {
+  int width = 1280;
+  int height = 960;
+  int iterations = 6;
+  int samples_per_axis = 2;  ///< anti-aliasing: its square rays a pixel
+  Camera camera;
+  void validate() const;  ///< @throws InputError
+};
+
+Image render(const Device& device, const RationalMap& map, const PictureOptions& options,
+             const Watch& watch = {});
+
+/// The same view, light and material for a mesh, for comparison.
+Image render_mesh(const Device& device, const TriangleMesh& mesh, const Box& framed,
+                  const PictureOptions& options, const Watch& watch = {});
+
+/// Written under a temporary name and renamed. @throws OutputError
+void write_png(const Image& image, const std::filesystem::path& path);
+
+}  // namespace qjulia

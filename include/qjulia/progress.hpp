@@ -1,0 +1,29 @@
+#pragma once
+/// How long work tells its caller where it stands, and how the caller stops it.
+
+#include <functional>
+#include <stop_token>
+#include <string>
+
+namespace qjulia {
+
+/// A moment in a long computation.
+struct Progress {
+  std::string activity;      ///< what is being done, such as "fitting"
+  double fraction = 0;       ///< done, 0 … 1
+  double seconds_left = -1;  ///< estimate; negative when unknown
+  std::string detail;        ///< figures worth showing, such as "E −0.97, IoU 0.95"
+};
+
+/// What every long computation takes. Both members may be empty.
+struct Watch {
+  std::function<void(const Progress&)> on_progress;
+  /// When a stop is requested, the computation ends soon, with what it has reached where it can.
+  std::stop_token stop;
+
+  void report(const Progress& progress) const {
+    if (on_progress) on_progress(progress);
+  }
+};
+
+}  // namespace qjulia

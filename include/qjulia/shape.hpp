@@ -1,0 +1,60 @@
+#pragma once
+/// A mesh made ready to fit: signed distance, the deepest interior point, map coordinates.
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "qjulia/device.hpp"
+#include "qjulia/mesh.hpp"
+
+namespace qjulia {
+
+/// Signed distance to a triangle mesh, negative inside. Distance is to the nearest triangle; inside
+/// is where the generalised winding number exceeds ½ (Barill et al. 2018), so that meshes with
+/// holes and triangle soups have a sensible inside. A mesh that is inside out is turned.
+class SignedDistance {
+ public:
+  SignedDistance(const Device& device, const TriangleMesh& mesh);
+
+  /// Distances of the points, in the mesh's units; any number of points.
+  std::vector<double> at(std::span<const Eigen::Vector3d> points) const;
+
+  /// Winding numbers of the points: about 1 inside, 0 outside.
+  std::vector<double> winding_numbers(std::span<const Eigen::Vector3d> points) const;
+
+ private:
+  struct Impl;
+  std::shared_ptr<const Impl> impl_;
+};
+
+/// A point of the surface with the unit normal of its triangle, outward.
+struct SurfacePoint {
+  Eigen::Vector3d position;
+  Eigen::Vector3d normal;
+};
+
+/// `count` points uniform by area; the same for the same seed.
+std::vector<SurfacePoint> sample_surface(const TriangleMesh& mesh, std::size_t count,
+                                         std::uint64_t seed);
+
+/// A mesh in map coordinates: longest side 3, the deepest interior point at the origin.
+struct Shape {
+  TriangleMesh mesh;  ///< map coordinates
+  ShapeToMap shape_to_map;
+  Box box;              ///< of the given mesh, its own units
+  double inradius = 0;  ///< distance of the origin to the surface, map units
+};
+
+/// The point of the interior farthest from the surface, found on a grid and refined.
+struct DeepestPoint {
+  Eigen::Vector3d position;
+  double inradius;
+};
+/// @throws InputError when the mesh has no interior.
+DeepestPoint deepest_interior_point(const SignedDistance& distance, const Box& box);
+
+/// Normalises a mesh: scale so that the longest side is 3, origin at the deepest interior point.
+Shape make_shape(const Device& device, const TriangleMesh& mesh);
+
+}  // namespace qjulia
