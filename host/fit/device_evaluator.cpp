@@ -1,0 +1,194 @@
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "device/context.hpp"
+#include "fit/evaluator.hpp"
+#include "map/map_buffer.hpp"
+#include "qjulia/shared/gradient_layout.h"
+#include "qjulia/shared/loss.h"
+
+namespace qjulia {
+namespace {
+
+using device::Context;
+using device::RealBuffer;
+
+std::size_t divide_up(std::size_t a, std::size_t b) { return (a + b - 1) / b; }
+
+/// How the work is cut. Nothing here depends on how many compute units there are, so that sums are
+/// taken in the same order on any of them.
+struct Division {
+  std::size_t width;           ///< samples in a lane vector
+  std::size_t stride;          ///< samples, padded
+  std::size_t energy_vectors;  ///< vectors per work-item of energy_terms
+  std::size_t gradient_chunk;  ///< samples per row of gradient_potential
+  std::size_t orbit_vectors;   ///< vectors per work-item of gradient_orbit
+  std::size_t energy_items() const { return divide_up(stride / width, energy_vectors); }
+  std::size_t gradient_chunks() const { return divide_up(stride, gradient_chunk); }
+  std::size_t orbit_items() const { return divide_up(stride / width, orbit_vectors); }
+};
+
+Division divide(std::size_t samples, int lane_width) {
+  Division d{};
+  d.width = static_cast<std::size_t>(lane_width);
+  d.stride = divide_up(std::max<std::size_t>(samples, 1), d.width) * d.width;
+  d.energy_vectors = d.width == 1 ? 1 : 4;
+  d.gradient_chunk = std::clamp<std::size_t>(d.stride / 64, 128, 512);
+  // gradient_orbit keeps 5 K lane sums an item: few items on wide lanes, many on GPUs.
+  const std::size_t most_items = d.width == 1 ? 8192 : 64;
+  d.orbit_vectors = divide_up(d.stride / d.width, most_items);
+  return d;
+}
+
+class DeviceEvaluator final : public Evaluator {
+ public:
+  DeviceEvaluator(const Device& device, const Samples& samples, const EnergyOptions& options,
+                  Precision precision)
+      : device_(device),
+        options_(options),
+        precision_(precision),
+        samples_count_(samples.size()),
+        division_(divide(samples.size(), device.lane_width(precision))) {
+    Context& context = device_.context();
+    const std::size_t stride = division_.stride;
+    std::vector<double> arrays(QJ_SAMPLE_ARRAYS * stride, 0.0);
+    for (std::size_t i = 0; i < stride; ++i) {
+      // Padding repeats the last sample with weight 0.
+      const std::size_t s = std::min(i, samples.size() - 1);
+      arrays[QJ_SAMPLE_X * stride + i] = samples.position[s].x();
+      arrays[QJ_SAMPLE_Y * stride + i] = samples.position[s].y();
+      arrays[QJ_SAMPLE_Z * stride + i] = samples.position[s].z();
+      arrays[QJ_SAMPLE_WEIGHT * stride + i] = i < samples.size() ? samples.weight[s] : 0;
+      arrays[QJ_SAMPLE_TARGET * stride + i] = samples.target[s];
+      arrays[QJ_SAMPLE_SIDE * stride + i] = samples.side[s];
+    }
+    samples_ = context.upload_real(arrays, precision_);
+    field_ = context.allocate_real(stride, precision_);
+    cotangent_ = context.allocate_real(stride, precision_);
+    energies_ = context.allocate_real(division_.energy_items(), precision_);
+    host_energies_.resize(division_.energy_items());
+  }
+
+  Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
+    run_energy(map);
+    Evaluation result;
+    if (with_gradient) result.gradient = gradient(map);
+    device_.context().read(energies_, host_energies_);
+    for (const double e : host_energies_) result.energy += e;
+    return result;
+  }
+
+  std::vector<double> field(const RationalMap& map) override {
+    run_energy(map);
+    std::vector<double> values(division_.stride);
+    device_.context().read(field_, values);
+    values.resize(samples_count_);
+    return values;
+  }
+
+ private:
+  device::Kernel kernel(const char* file, const char* name,
+                        std::map<std::string, int> defines = {}) const {
+    return device_.context().kernel(
+        file, name, {static_cast<int>(division_.width), precision_, std::move(defines)});
+  }
+
+  void run_energy(const RationalMap& map) {
+    Context& context = device_.context();
+    if (map.factors.size() != factors_) prepare(map.factors.size());
+    context.write(map_, pack_map(map, {0, 0, options_.escape}));
+    const auto items = division_.energy_items();
+    context.launch(
+        kernel("energy.cl", "energy_terms"), {{items, 1, 1}},
+        {samples_, i32(division_.stride), i32(division_.energy_vectors), i32(items), map_,
+         i32(factors_), options_.iterations,
+         options_.loss == Loss::tanh ? QJ_LOSS_TANH : QJ_LOSS_DISTANCE,
+         device::Argument::real(options_.alpha, precision_), field_, cotangent_, energies_});
+  }
+
+  /// Everything that depends on the number of factors, once for all steps.
+  void prepare(std::size_t factors) {
+    Context& context = device_.context();
+    factors_ = factors;
+    map_ = context.allocate_real(QJ_MAP_SIZE(factors), precision_);
+    const std::size_t columns = QJ_GRADIENT_COLUMNS(factors);
+    const std::size_t rows =
+        options_.iterations == 1 ? division_.gradient_chunks() : division_.orbit_items();
+    rows_ = context.allocate_real(rows * columns, precision_);
+    if (options_.iterations > 1) {
+      lane_sums_ = context.allocate_real(
+          division_.orbit_items() * QJ_GRADIENT_LOG_SCALE(factors) * division_.width, precision_);
+    }
+    block_sums_ = context.allocate_real(divide_up(rows, kRowBlock) * columns, precision_);
+  }
+
+  std::vector<double> gradient(const RationalMap& map) {
+    Context& context = device_.context();
+    const std::size_t columns = QJ_GRADIENT_COLUMNS(factors_);
+    std::size_t rows = 0;
+    if (options_.iterations == 1) {
+      rows = division_.gradient_chunks();
+      const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
+      context.launch(kernel("gradient_potential.cl", "gradient_potential"), {{vectors, rows, 1}},
+                     {samples_, i32(division_.stride), i32(division_.gradient_chunk), map_,
+                      i32(factors_), cotangent_, rows_});
+    } else {
+      rows = division_.orbit_items();
+      context.launch(
+          kernel("gradient_orbit.cl", "gradient_orbit", {{"QJ_ITERATIONS", options_.iterations}}),
+          {{rows, 1, 1}},
+          {samples_, i32(division_.stride), i32(division_.orbit_vectors), i32(rows), map_,
+           i32(factors_), cotangent_, lane_sums_, rows_});
+    }
+    const std::size_t blocks = divide_up(rows, kRowBlock);
+    context.launch(kernel("reduce.cl", "sum_row_blocks"), {{columns, blocks, 1}},
+                   {rows_, i32(rows), i32(columns), i32(kRowBlock), block_sums_});
+    std::vector<double> sums(blocks * columns);
+    context.read(block_sums_, sums);
+    return to_gradient(map, sums, blocks);
+  }
+
+  /// The blocks' rows summed, in the order of the unknowns.
+  std::vector<double> to_gradient(const RationalMap& map, const std::vector<double>& sums,
+                                  std::size_t blocks) const {
+    const std::size_t columns = QJ_GRADIENT_COLUMNS(factors_);
+    const std::size_t stride = QJ_MAP_STRIDE(factors_);
+    const std::size_t k = map.factors.size();
+    std::vector<double> gradient(1 + QJ_MAP_COMPONENTS * k, 0.0);
+    for (std::size_t b = 0; b < blocks; ++b) {
+      const double* row = sums.data() + b * columns;
+      gradient[0] += row[QJ_GRADIENT_LOG_SCALE(factors_)];
+      for (std::size_t component = 0; component < QJ_MAP_COMPONENTS; ++component) {
+        for (std::size_t i = 0; i < k; ++i) {
+          gradient[1 + component * k + i] += row[component * stride + i];
+        }
+      }
+    }
+    return gradient;
+  }
+
+  static std::int32_t i32(std::size_t n) { return static_cast<std::int32_t>(n); }
+  static constexpr std::size_t kRowBlock = 64;
+
+  Device device_;
+  EnergyOptions options_;
+  Precision precision_;
+  std::size_t samples_count_;
+  Division division_;
+  RealBuffer samples_, field_, cotangent_, energies_;
+  std::vector<double> host_energies_;
+  std::size_t factors_ = 0;
+  RealBuffer map_, rows_, lane_sums_, block_sums_;
+};
+
+}  // namespace
+
+std::unique_ptr<Evaluator> make_device_evaluator(const Device& device, const Samples& samples,
+                                                 const EnergyOptions& options,
+                                                 Precision precision) {
+  if (samples.size() == 0) throw std::logic_error("an evaluator needs samples");
+  return std::make_unique<DeviceEvaluator>(device, samples, options, precision);
+}
+
+}  // namespace qjulia

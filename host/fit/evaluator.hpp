@@ -1,0 +1,53 @@
+#pragma once
+/// Energy and gradient of a map over samples: what every optimiser step asks for.
+
+#include <memory>
+#include <vector>
+
+#include "fit/samples.hpp"
+#include "qjulia/device.hpp"
+#include "qjulia/rational_map.hpp"
+
+namespace qjulia {
+
+struct EnergyOptions {
+  Loss loss = Loss::distance;
+  int iterations = 1;  ///< n, 1 … 16
+  double alpha = 1;    ///< sharpness of the tanh
+  double escape = 20;  ///< escape radius, map units
+};
+
+/// Unknowns of a map in one vector: S, then five arrays over the K factors: exponents, centres' X,
+/// Y, Z, W. Gradients have the same layout. Length 1 + 5K.
+std::vector<double> to_unknowns(const RationalMap& map);
+/// `map` with the unknowns taken from the vector.
+RationalMap with_unknowns(RationalMap map, const std::vector<double>& unknowns);
+
+struct Evaluation {
+  double energy = 0;
+  std::vector<double> gradient;  ///< 1 + 5K, or empty when not asked for
+};
+
+/// One set of samples, evaluated for many maps with the same number of factors.
+class Evaluator {
+ public:
+  virtual ~Evaluator() = default;
+  virtual Evaluation evaluate(const RationalMap& map, bool with_gradient) = 0;
+  /// F_n at each sample.
+  virtual std::vector<double> field(const RationalMap& map) = 0;
+
+ protected:
+  Evaluator() = default;
+  Evaluator(const Evaluator&) = default;
+  Evaluator& operator=(const Evaluator&) = default;
+};
+
+/// Plain double loops with automatic differentiation: slow, and the standard of what is right.
+std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples, const EnergyOptions& options);
+
+/// Kernels on a device.
+std::unique_ptr<Evaluator> make_device_evaluator(const Device& device, const Samples& samples,
+                                                 const EnergyOptions& options,
+                                                 Precision precision = Precision::single);
+
+}  // namespace qjulia

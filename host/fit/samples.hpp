@@ -1,0 +1,35 @@
+#pragma once
+/// Points the energy is summed over.
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace qjulia {
+
+/// How F at a sample becomes a term of the energy.
+enum class Loss {
+  /// E = −Σ w s tanh(α F_n), with s = ±1 the side (Kim 2015). −1 is a perfect fit when the weights
+  /// of either side sum to ½.
+  tanh,
+  /// E = ½ Σ w r². r = F − target; where side ≠ 0 the sample asks only for "at least that far":
+  /// r = 0 where side · (F − target) > 0.
+  distance,
+};
+
+/// Sample points in map coordinates, on the map's slice. All vectors have one length.
+struct Samples {
+  std::vector<Eigen::Vector3d> position;
+  std::vector<double> weight;  ///< w ≥ 0
+  std::vector<double> target;  ///< wanted F (distance loss)
+  std::vector<double> side;    ///< +1 outside, −1 inside, 0 neither
+
+  std::size_t size() const { return position.size(); }
+  void add(const Eigen::Vector3d& x, double w, double wanted, double s) {
+    position.push_back(x);
+    weight.push_back(w);
+    target.push_back(wanted);
+    side.push_back(s);
+  }
+};
+
+}  // namespace qjulia
