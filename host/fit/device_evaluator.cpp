@@ -7,6 +7,7 @@
 #include "map/map_buffer.hpp"
 #include "qjulia/shared/gradient_layout.h"
 #include "qjulia/shared/loss.h"
+#include "qjulia/shared/panel_layout.h"
 
 namespace qjulia {
 namespace {
@@ -87,7 +88,55 @@ class DeviceEvaluator final : public Evaluator {
     return values;
   }
 
+  Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
+    run_energy(map);
+    Context& context = device_.context();
+    const std::size_t order = QJ_PANEL_ORDER(factors_);
+    if (panels_.size() == 0) {
+      panels_ = context.allocate_real(kPanelSamples * order, precision_);
+      matrix_ = context.allocate_real(order * order, precision_);
+    }
+    const auto jacobian = kernel("gauss_newton.cl", "jacobian_panels");
+    const auto products = kernel("gauss_newton.cl", "panel_products");
+    const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
+    for (std::size_t first = 0; first < division_.stride; first += kPanelSamples) {
+      context.launch(jacobian, {{vectors, kPanelSamples / kPanelBlock, 1}},
+                     {samples_, i32(division_.stride), i32(first), i32(kPanelSamples),
+                      i32(kPanelBlock), map_, i32(factors_), loss(),
+                      device::Argument::real(options_.alpha, precision_), field_, panels_});
+      context.launch(products, {{order / 8, order / (2 * division_.width), 1}},
+                     {panels_, i32(kPanelSamples), i32(order), first == 0 ? 0 : 1, matrix_});
+    }
+    std::vector<double> rows(order * order);
+    context.read(matrix_, rows);
+    return to_symmetric(rows, map.factors.size());
+  }
+
  private:
+  std::int32_t loss() const {
+    return options_.loss == Loss::tanh ? QJ_LOSS_TANH : QJ_LOSS_DISTANCE;
+  }
+
+  /// The whole matrix in the order of the unknowns, from the upper triangle in the device's order.
+  Eigen::MatrixXd to_symmetric(const std::vector<double>& rows, std::size_t k) const {
+    const std::size_t order = QJ_PANEL_ORDER(factors_);
+    std::vector<std::size_t> place(1 + QJ_MAP_COMPONENTS * k);
+    place[0] = QJ_GRADIENT_LOG_SCALE(factors_);
+    for (std::size_t c = 0; c < QJ_MAP_COMPONENTS; ++c) {
+      for (std::size_t i = 0; i < k; ++i) place[1 + c * k + i] = c * QJ_MAP_STRIDE(factors_) + i;
+    }
+    const auto n = static_cast<Eigen::Index>(place.size());
+    Eigen::MatrixXd h(n, n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      for (Eigen::Index j = 0; j < n; ++j) {
+        const auto [low, high] =
+            std::minmax(place[static_cast<std::size_t>(i)], place[static_cast<std::size_t>(j)]);
+        h(j, i) = rows[low * order + high];
+      }
+    }
+    return h;
+  }
+
   device::Kernel kernel(const char* file, const char* name,
                         std::map<std::string, int> defines = {}) const {
     return device_.context().kernel(
@@ -120,6 +169,8 @@ class DeviceEvaluator final : public Evaluator {
       lane_sums_ = context.allocate_real(
           division_.orbit_items() * QJ_GRADIENT_LOG_SCALE(factors) * division_.width, precision_);
     }
+    panels_ = {};
+    matrix_ = {};
     block_sums_ = context.allocate_real(divide_up(rows, kRowBlock) * columns, precision_);
   }
 
@@ -170,6 +221,8 @@ class DeviceEvaluator final : public Evaluator {
 
   static std::int32_t i32(std::size_t n) { return static_cast<std::int32_t>(n); }
   static constexpr std::size_t kRowBlock = 64;
+  static constexpr std::size_t kPanelSamples = 1024;  ///< two tiles of them fit a core's cache
+  static constexpr std::size_t kPanelBlock = 64;
 
   Device device_;
   EnergyOptions options_;
@@ -179,7 +232,7 @@ class DeviceEvaluator final : public Evaluator {
   RealBuffer samples_, field_, cotangent_, energies_;
   std::vector<double> host_energies_;
   std::size_t factors_ = 0;
-  RealBuffer map_, rows_, lane_sums_, block_sums_;
+  RealBuffer map_, rows_, lane_sums_, block_sums_, panels_, matrix_;
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 #pragma once
 /// Energy and gradient of a map over samples: what every optimiser step asks for.
 
+#include <Eigen/Core>
 #include <memory>
 #include <vector>
 
@@ -35,6 +36,10 @@ class Evaluator {
   virtual Evaluation evaluate(const RationalMap& map, bool with_gradient) = 0;
   /// F_n at each sample.
   virtual std::vector<double> field(const RationalMap& map) = 0;
+  /// The Gauss-Newton matrix H = JᵀWJ of the energy at n = 1, of order 1 + 5K: J is ∂F_1 by the
+  /// unknowns, W the loss's second derivative by F (for the tanh loss w α² (1 − tanh²), which
+  /// stays positive; 0 where a one-sided sample asks for nothing).
+  virtual Eigen::MatrixXd gauss_newton(const RationalMap& map) = 0;
 
  protected:
   Evaluator() = default;

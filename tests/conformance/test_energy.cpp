@@ -67,3 +67,31 @@ TEST_CASE("single precision gradients agree with double") {
   CHECK(worst / largest < 2e-5);
   CHECK(std::abs(one.energy - two.energy) < 1e-5);
 }
+
+TEST_CASE("the Gauss-Newton matrix is the product of gradients of F") {
+  const int width = GENERATE(1, 8, 16);
+  const auto device = Device::choose("cpu").with_lane_width(width);
+  const auto map = test::random_map(21, 0.1, 0.6, 3);
+  auto samples = test::random_samples(40, 4);
+  const EnergyOptions options{Loss::distance, 1, 1.0, 20};
+  const auto field = make_device_evaluator(device, samples, options, Precision::dbl)->field(map);
+  const auto order = static_cast<Eigen::Index>(to_unknowns(map).size());
+  Eigen::MatrixXd expected = Eigen::MatrixXd::Zero(order, order);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (samples.side[i] * (field[i] - samples.target[i]) > 0) continue;
+    // With one two-sided sample of weight 1 and target F - 1 the energy's gradient is that of F.
+    Samples one;
+    one.add(samples.position[i], 1, field[i] - 1, 0);
+    const auto g =
+        make_device_evaluator(device, one, options, Precision::dbl)->evaluate(map, true).gradient;
+    const Eigen::Map<const Eigen::VectorXd> row(g.data(), order);
+    expected += samples.weight[i] * row * row.transpose();
+  }
+  const auto scale = expected.cwiseAbs().maxCoeff();
+  for (const auto precision : {Precision::dbl, Precision::single}) {
+    const auto h = make_device_evaluator(device, samples, options, precision)->gauss_newton(map);
+    INFO("width " << width);
+    CHECK((h - expected).cwiseAbs().maxCoeff() / scale <
+          (precision == Precision::dbl ? 1e-10 : 1e-5));
+  }
+}

@@ -1,0 +1,11 @@
+#pragma once
+/* Jacobian panels: unknowns in the order of a gradient row (gradient_layout.h), cut into tiles of
+   QJ_PANEL_TILE; within a tile, sample after sample, QJ_PANEL_TILE reals each. The number of tiles
+   is even, so that a kernel can work on two side by side. Compiled by host and device. */
+
+#include "qjulia/shared/gradient_layout.h"
+
+#define QJ_PANEL_TILE 16
+#define QJ_PANEL_TILES(factors) ((QJ_GRADIENT_COLUMNS(factors) / QJ_PANEL_TILE + 1) / 2 * 2)
+/* Rows and columns of the Gauss-Newton matrix as the device keeps it. */
+#define QJ_PANEL_ORDER(factors) (QJ_PANEL_TILES(factors) * QJ_PANEL_TILE)

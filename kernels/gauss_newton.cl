@@ -1,0 +1,98 @@
+// The Gauss-Newton matrix H = J^T W J of F_1 by all unknowns, over samples. J is packed in panels
+// (shared/panel_layout.h), a chunk of samples at a time, and H gathers the chunks' products.
+
+#include "lane_math.clh"
+#include "loss.clh"
+#include "qjulia/shared/panel_layout.h"
+
+#define PANEL_ROWS 8     // rows of a register tile of H
+#define PANEL_VECTORS 2  // vectors of QJ_WIDTH columns of a register tile
+
+// Writes sqrt(W) J of samples first … first + chunk - 1 into panels of `chunk` samples. Samples
+// past the end count as weight 0. Work-item (v, b): factors v QJ_WIDTH …, samples
+// b block … of the chunk. field: F_1 at the samples.
+kernel void jacobian_panels(global const real* samples, int stride, int first, int chunk, int block,
+                            global const real* map, int factors, int loss, real alpha,
+                            global const real* field, global real* panels) {
+  int v = (int)get_global_id(0);
+  int begin = (int)get_global_id(1) * block;
+  int map_stride = QJ_MAP_STRIDE(factors);
+  if (v * QJ_WIDTH >= map_stride) return;
+  global const real* components = map + QJ_MAP_HEADER;
+  lane a = lane_load(components + QJ_MAP_EXPONENT * map_stride, v);
+  lane cx = lane_load(components + QJ_MAP_CENTER_X * map_stride, v);
+  lane cy = lane_load(components + QJ_MAP_CENTER_Y * map_stride, v);
+  lane cz = lane_load(components + QJ_MAP_CENTER_Z * map_stride, v);
+  lane dw = map[QJ_MAP_SLICE] - lane_load(components + QJ_MAP_CENTER_W * map_stride, v);
+  lane dw2 = fma(dw, dw, lane_of(QJ_TINY));
+  int tile = v * QJ_WIDTH / QJ_PANEL_TILE;
+  int component_tiles = map_stride / QJ_PANEL_TILE;
+  size_t panel = (size_t)chunk * QJ_PANEL_TILE;
+  global real* out = panels + tile * panel + v * QJ_WIDTH % QJ_PANEL_TILE;
+  int end = min(begin + block, chunk);
+  for (int s = begin; s < end; ++s) {
+    int i = first + s;
+    real root = 0;
+    if (i < stride) {
+      root = sqrt(loss_curvature(loss, field[i], samples[QJ_SAMPLE_WEIGHT * stride + i],
+                                 samples[QJ_SAMPLE_TARGET * stride + i],
+                                 samples[QJ_SAMPLE_SIDE * stride + i], alpha));
+    } else {
+      i = stride - 1;
+    }
+    lane dx = samples[QJ_SAMPLE_X * stride + i] - cx;
+    lane dy = samples[QJ_SAMPLE_Y * stride + i] - cy;
+    lane dz = samples[QJ_SAMPLE_Z * stride + i] - cz;
+    lane n = fma(dx, dx, fma(dy, dy, fma(dz, dz, dw2)));
+    lane r = -a * root / n;
+    global real* at = out + s * QJ_PANEL_TILE;
+    lane_store(lane_log2(n) * (root * (real)0.5 * QJ_LN2), at, 0);
+    lane_store(r * dx, at + QJ_MAP_CENTER_X * component_tiles * panel, 0);
+    lane_store(r * dy, at + QJ_MAP_CENTER_Y * component_tiles * panel, 0);
+    lane_store(r * dz, at + QJ_MAP_CENTER_Z * component_tiles * panel, 0);
+    lane_store(r * dw, at + QJ_MAP_CENTER_W * component_tiles * panel, 0);
+    if (v == 0) {
+      // The log scale's tile, and the tile that makes their number even.
+      for (int t = QJ_MAP_COMPONENTS * component_tiles; t < QJ_PANEL_TILES(factors); ++t) {
+        for (int j = 0; j < QJ_PANEL_TILE; ++j) panels[t * panel + s * QJ_PANEL_TILE + j] = 0;
+      }
+      panels[QJ_MAP_COMPONENTS * component_tiles * panel + s * QJ_PANEL_TILE] = root;
+    }
+  }
+}
+
+// H += P^T P over the panels' `chunk` samples, upper triangle by register tiles; `add` 0 starts
+// from zero. Work-item (r, c): rows r PANEL_ROWS …, columns c PANEL_VECTORS QJ_WIDTH … of H, an
+// `order` x `order` matrix by rows.
+kernel void panel_products(global const real* panels, int chunk, int order, int add,
+                           global real* matrix) {
+  int row = (int)get_global_id(0) * PANEL_ROWS;
+  int column = (int)get_global_id(1) * PANEL_VECTORS * QJ_WIDTH;
+  if (row >= order || column >= order || row >= column + PANEL_VECTORS * QJ_WIDTH) return;
+  size_t panel = (size_t)chunk * QJ_PANEL_TILE;
+  global const real* p = panels + row / QJ_PANEL_TILE * panel + row % QJ_PANEL_TILE;
+  int second = column + QJ_WIDTH;
+  global const real* q0 = panels + column / QJ_PANEL_TILE * panel + column % QJ_PANEL_TILE;
+  global const real* q1 = panels + second / QJ_PANEL_TILE * panel + second % QJ_PANEL_TILE;
+  lane sum[PANEL_ROWS][PANEL_VECTORS];
+  for (int r = 0; r < PANEL_ROWS; ++r) sum[r][0] = sum[r][1] = lane_of(0);
+  for (int s = 0; s < chunk; ++s) {
+    lane b0 = lane_load(q0 + s * QJ_PANEL_TILE, 0);
+    lane b1 = lane_load(q1 + s * QJ_PANEL_TILE, 0);
+#pragma unroll
+    for (int r = 0; r < PANEL_ROWS; ++r) {
+      lane a = lane_of(p[s * QJ_PANEL_TILE + r]);
+      sum[r][0] = fma(a, b0, sum[r][0]);
+      sum[r][1] = fma(a, b1, sum[r][1]);
+    }
+  }
+  for (int r = 0; r < PANEL_ROWS; ++r) {
+    global real* out = matrix + (size_t)(row + r) * order + column;
+    if (add) {
+      sum[r][0] += lane_load(out, 0);
+      sum[r][1] += lane_load(out + QJ_WIDTH, 0);
+    }
+    lane_store(sum[r][0], out, 0);
+    lane_store(sum[r][1], out + QJ_WIDTH, 0);
+  }
+}
