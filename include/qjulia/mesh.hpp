@@ -47,4 +47,11 @@ void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path);
 
 MeshReport inspect(const TriangleMesh& mesh);
 
+/// Volume enclosed by a closed mesh, negative when it is inside out (divergence theorem). For an
+/// open one, the volume of the cones from its triangles to the centroid of its area.
+double signed_volume(const TriangleMesh& mesh);
+
+/// The mesh, with all triangles turned when its signed volume is negative.
+TriangleMesh turned_outward(TriangleMesh mesh);
+
 }  // namespace qjulia

@@ -15,7 +15,9 @@ namespace qjulia {
 /// holes and triangle soups have a sensible inside. A mesh that is inside out is turned.
 class SignedDistance {
  public:
-  SignedDistance(const Device& device, const TriangleMesh& mesh);
+  /// @throws InputError when the mesh has no extent.
+  SignedDistance(const Device& device, const TriangleMesh& mesh,
+                 Precision precision = Precision::single);
 
   /// Distances of the points, in the mesh's units; any number of points.
   std::vector<double> at(std::span<const Eigen::Vector3d> points) const;

@@ -1,0 +1,19 @@
+#include "qjulia/error.hpp"
+#include "qjulia/shape.hpp"
+
+namespace qjulia {
+
+Shape make_shape(const Device& device, const TriangleMesh& mesh) {
+  constexpr double kLongestSide = 3;
+  Shape shape;
+  shape.box = mesh.box();
+  const DeepestPoint deepest = deepest_interior_point(SignedDistance(device, mesh), shape.box);
+  const double scale = kLongestSide / shape.box.size().maxCoeff();
+  shape.shape_to_map = {scale, -scale * deepest.position};
+  shape.inradius = scale * deepest.inradius;
+  shape.mesh = turned_outward(mesh);
+  for (auto& x : shape.mesh.vertices) x = shape.shape_to_map.to_map(x);
+  return shape;
+}
+
+}  // namespace qjulia
