@@ -24,6 +24,12 @@ class OutputError : public Error {
   using Error::Error;
 };
 
+/// A stop was requested, and what had been reached is of no use.
+class Interrupted : public Error {
+ public:
+  Interrupted() : Error("interrupted") {}
+};
+
 /// No OpenCL device matches what was asked for.
 class NoDeviceError : public Error {
  public:

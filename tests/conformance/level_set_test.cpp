@@ -1,0 +1,132 @@
+#include "surface/level_set.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "random_maps.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+/// Origin and step of few bits: coordinates are exact wherever they are computed.
+Grid exact_grid() {
+  Grid grid;
+  grid.origin = {-1.5, -1.25, -1.75};
+  grid.step = 0.0625;
+  grid.points = {47, 41, 53};
+  return grid;
+}
+
+std::vector<Quaternion> points_of(const Grid& grid, const GridBlock& block, double slice) {
+  std::vector<Eigen::Vector3d> points;
+  for (int k = 0; k < block.count[2]; ++k) {
+    for (int j = 0; j < block.count[1]; ++j) {
+      for (int i = 0; i < block.count[0]; ++i) {
+        points.push_back(
+            grid.at(Eigen::Vector3d(block.first[0] + i, block.first[1] + j, block.first[2] + k)));
+      }
+    }
+  }
+  return on_slice(points, slice);
+}
+
+/// F_1 in double, by its definition.
+double potential(const RationalMap& map, const Quaternion& q) {
+  double sum = map.log_scale;
+  for (const Factor& factor : map.factors) {
+    sum += factor.exponent * std::log(norm(q - factor.center));
+  }
+  return sum;
+}
+
+const StopRadii kStops{0.4, 1.9, 2.4};
+
+RationalMap sliced_map() {
+  RationalMap map = test::random_map(9, 0.2, 0.6, 5);
+  map.slice = 0.0625;
+  map.log_scale = -0.4;
+  return map;
+}
+
+}  // namespace
+
+TEST_CASE("one iterate on a grid is the potential, and ln |q| beyond the escape radius") {
+  const auto device = Device::choose("cpu").with_lane_width(GENERATE(1, 8, 16));
+  const RationalMap map = sliced_map();
+  const Grid grid = exact_grid();
+  const GridBlock block = slices(grid, 0, 5);
+  const auto values = LevelSet(device, map, kStops, 1).over(grid, block);
+  const auto points = points_of(grid, block, map.slice);
+  REQUIRE(values.size() == points.size());
+  double worst = 0;
+  std::size_t escaped = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double radius = norm(points[i]);
+    if (std::abs(radius - kStops.escape) < 1e-5) continue;
+    if (radius > kStops.escape) ++escaped;
+    const double expected = radius < kStops.escape ? potential(map, points[i]) : std::log(radius);
+    worst = std::max(worst, std::abs(values[i] - expected));
+  }
+  CHECK(escaped > 0);
+  CHECK(worst < 5e-6);
+}
+
+TEST_CASE("iterating only what is undecided gives the values of iterating everything") {
+  const auto device = Device::choose("cpu").with_lane_width(GENERATE(1, 8, 16));
+  const int iterations = GENERATE(2, 6);
+  const RationalMap map = sliced_map();
+  const Grid grid = exact_grid();
+  // Neither the block's size nor the number of undecided points is a multiple of the lanes.
+  const GridBlock block{{3, 2, 1}, {41, 37, 45}};
+  const auto values = LevelSet(device, map, kStops, iterations).over(grid, block);
+  const Field field(device, map, Precision::single, kStops);
+  const auto points = points_of(grid, block, map.slice);
+  const auto dense = field.decided_at(points, iterations);
+  const auto first = field.decided_at(points, 1);
+  REQUIRE(values.size() == dense.size());
+  std::size_t iterated = 0;
+  std::size_t different = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (static_cast<double>(values[i]) != dense[i]) ++different;
+    if (dense[i] != first[i]) ++iterated;
+  }
+  CHECK(different == 0);
+  CHECK(iterated > values.size() / 100);
+  CHECK(iterated < values.size());
+}
+
+TEST_CASE("a block has the values that the whole grid has there") {
+  const auto device = Device::choose("cpu");
+  const RationalMap map = sliced_map();
+  Grid grid = exact_grid();
+  grid.origin = {-1.4999, -1.2345, -1.77777};
+  grid.step = 0.061;
+  const LevelSet set(device, map, kStops, 4);
+  const auto whole = set.over(grid, slices(grid, 0, grid.points[2]));
+  const GridBlock block{{46, 3, 7}, {1, 30, 40}};
+  const auto part = set.over(grid, block);
+  std::size_t index = 0;
+  for (int k = 0; k < 40; ++k) {
+    for (int j = 0; j < 30; ++j) {
+      const int at = ((7 + k) * grid.points[1] + 3 + j) * grid.points[0] + 46;
+      REQUIRE(part[index++] == whole[static_cast<std::size_t>(at)]);
+    }
+  }
+}
+
+TEST_CASE("maps without stop radii are iterated to the end") {
+  const auto device = Device::choose("cpu");
+  const RationalMap map = sliced_map();
+  const StopRadii none{0, std::numeric_limits<double>::infinity(), 20};
+  const Grid grid = exact_grid();
+  const GridBlock block = slices(grid, 20, 3);
+  const auto values = LevelSet(device, map, none, 3).over(grid, block);
+  const auto expected = Field(device, map).at(points_of(grid, block, map.slice), 3);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    REQUIRE(static_cast<double>(values[i]) == expected[i]);
+  }
+}

@@ -1,0 +1,178 @@
+#include "surface/marching_cubes.hpp"
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "edge_count.hpp"
+#include "surface/cube_cases.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+constexpr double kNoClamp = std::numeric_limits<double>::infinity();
+
+/// Values on n³ points, x fastest; `outside` on the boundary.
+template <class F>
+std::vector<float> field(int n, float outside, F f) {
+  std::vector<float> values;
+  for (int z = 0; z < n; ++z) {
+    for (int y = 0; y < n; ++y) {
+      for (int x = 0; x < n; ++x) {
+        const auto [low, high] = std::minmax({x, y, z});
+        values.push_back(low == 0 || high == n - 1 ? outside : f(x, y, z));
+      }
+    }
+  }
+  return values;
+}
+
+TriangleMesh mesh_of(const std::vector<float>& values, int n, double level, double reach) {
+  MarchingCubes cubes(n, n, level, reach);
+  const auto slice = static_cast<std::size_t>(n * n);
+  for (std::size_t i = 0; i < values.size(); i += slice) {
+    cubes.add(std::span(values).subspan(i, slice));
+  }
+  return cubes.take();
+}
+
+void require_closed_manifold(const TriangleMesh& mesh) {
+  const auto count = test::count_edges(mesh);
+  REQUIRE(count.edges > 0);
+  REQUIRE(count.open == 0);
+  REQUIRE(count.badly_shared == 0);
+  REQUIRE(test::pinched_vertices(mesh) == 0);
+}
+
+/// The same edge seen from the cell on the other side of the face across `axis`.
+std::uint8_t shifted(std::uint8_t edge, int axis) {
+  const CubeEdge& e = cube_edges()[edge];
+  const auto found = std::ranges::find_if(cube_edges(), [&](const CubeEdge& other) {
+    return other.axis == e.axis && other.low == (e.low ^ 1 << axis);
+  });
+  return static_cast<std::uint8_t>(found - cube_edges().begin());
+}
+
+}  // namespace
+
+TEST_CASE("the segments on a face are the neighbour's, reversed") {
+  int faces = 0;
+  for (unsigned inside = 0; inside < 256; ++inside) {
+    for (unsigned other = 0; other < 256; ++other) {
+      for (int axis = 0; axis < 3; ++axis) {
+        // `other` is the cell above `inside` along the axis: they share four corners.
+        bool match = true;
+        for (unsigned c = 0; c < 8; ++c) {
+          if ((c >> axis & 1U) == 0) continue;
+          match = match && (inside >> c & 1U) == (other >> (c ^ 1U << axis) & 1U);
+        }
+        if (!match) continue;
+        ++faces;
+        auto mine = face_segments(inside, 2 * axis + 1);
+        std::vector<std::array<std::uint8_t, 2>> theirs;
+        for (const auto& [from, to] : face_segments(other, 2 * axis)) {
+          theirs.push_back({shifted(to, axis), shifted(from, axis)});
+        }
+        std::ranges::sort(mine);
+        std::ranges::sort(theirs);
+        REQUIRE(mine == theirs);
+      }
+    }
+  }
+  CHECK(faces == 3 * 16 * 16 * 16);
+}
+
+TEST_CASE("every crossed edge lies on one loop, and no inner edge on a face") {
+  int centers = 0;
+  for (unsigned inside = 0; inside < 256; ++inside) {
+    std::array<int, 12> seen{};
+    for (const CubeLoop& loop : cube_cases()[inside]) {
+      CHECK(loop.edges.size() >= 3);
+      for (const auto edge : loop.edges) ++seen[edge];
+      const bool has_center =
+          std::ranges::find(loop.triangles, kLoopCenter) != loop.triangles.end();
+      centers += has_center ? 1 : 0;
+      CHECK(loop.triangles.size() == 3 * (loop.edges.size() - (has_center ? 0 : 2)));
+    }
+    for (std::size_t e = 0; e < 12; ++e) {
+      const CubeEdge& edge = cube_edges()[e];
+      const bool crossed = (inside >> edge.low & 1U) != (inside >> edge.high & 1U);
+      CHECK(seen[e] == (crossed ? 1 : 0));
+    }
+  }
+  CAPTURE(centers);
+  CHECK(centers < 16);
+}
+
+TEST_CASE("a random field has a closed manifold surface") {
+  constexpr int n = 24;
+  const auto density = GENERATE(0.2, 0.5, 0.8);
+  std::mt19937 random(7);
+  std::bernoulli_distribution inside(density);
+  std::uniform_real_distribution<float> size(0.0F, 1.0F);
+  const auto values =
+      field(n, 1.0F, [&](int, int, int) { return inside(random) ? -size(random) : size(random); });
+  const TriangleMesh mesh = mesh_of(values, n, 0, kNoClamp);
+  require_closed_manifold(mesh);
+  for (const Triangle& t : mesh.triangles) CHECK(test::triangle_area(mesh, t) > 0);
+}
+
+TEST_CASE("values at, far from and without relation to the level give distinct vertices") {
+  constexpr int n = 20;
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  const std::array<float, 8> choices{0.5F, 0.5F, -1e30F, 1e30F, nan, -infinity, infinity, 0.4999F};
+  std::mt19937 random(3);
+  const auto values =
+      field(n, 1.0F, [&](int, int, int) { return choices[random() % choices.size()]; });
+  const auto reach = GENERATE(2.0, kNoClamp);
+  const TriangleMesh mesh = mesh_of(values, n, 0.5, reach);
+  require_closed_manifold(mesh);
+  std::vector<std::array<double, 3>> positions;
+  for (const auto& v : mesh.vertices) {
+    CHECK(v.allFinite());
+    positions.push_back({v.x(), v.y(), v.z()});
+  }
+  std::ranges::sort(positions);
+  CHECK(std::ranges::adjacent_find(positions) == positions.end());
+}
+
+TEST_CASE("a ball has the volume and area of a ball") {
+  constexpr int n = 41;
+  constexpr double radius = 17.3;
+  const auto ball = field(n, 100.0F, [&](int x, int y, int z) {
+    const Eigen::Vector3d d = Eigen::Vector3d(x, y, z) - Eigen::Vector3d(20, 19.7, 20.2);
+    return static_cast<float>(d.norm() - radius + 3);
+  });
+  const TriangleMesh mesh = mesh_of(ball, n, 3, kNoClamp);
+  require_closed_manifold(mesh);
+  const double area = 4 * M_PI * radius * radius;
+  CHECK(test::enclosed_volume(mesh) == Approx(area * radius / 3).epsilon(0.003));
+  CHECK(test::surface_area(mesh) == Approx(area).epsilon(0.003));
+  // Euler's formula for a sphere.
+  CHECK(mesh.vertices.size() + mesh.triangles.size() == test::count_edges(mesh).edges + 2);
+}
+
+TEST_CASE("differences are clamped to the reach before interpolation") {
+  const auto values = field(3, 1.0F, [](int, int, int) { return -100.0F; });
+  const TriangleMesh mesh = mesh_of(values, 3, 0, 2);
+  REQUIRE(mesh.vertices.size() == 6);
+  for (const auto& v : mesh.vertices) {
+    CHECK((v - Eigen::Vector3d::Ones()).norm() == Approx(2.0 / 3));
+  }
+}
+
+TEST_CASE("the surface is open only where it meets the grid's boundary") {
+  const std::vector<float> values(4 * 4 * 4, -1.0F);
+  auto half = values;
+  std::fill(half.begin() + 32, half.end(), 1.0F);
+  CHECK(mesh_of(values, 4, 0, kNoClamp).triangles.empty());
+  const TriangleMesh mesh = mesh_of(half, 4, 0, kNoClamp);
+  const auto count = test::count_edges(mesh);
+  CHECK(count.open == 12);
+  CHECK(count.badly_shared == 0);
+}
