@@ -46,11 +46,15 @@ std::vector<Quaternion> on_slice(std::span<const Eigen::Vector3d> points, double
 /// `limit` in map units.
 double effective_radius(const Field& field, double level, double limit);
 
-/// Adds ln r_eff to S and to the surface level, so that the iterated set's boundary, not only the
-/// potential's, lies on the shape. `map` must not be calibrated yet (F_1 ≈ 0 on the shape).
+/// Shifts S and the surface level L alike, so that L = ln r_eff: the iterated set's boundary, not
+/// only the potential's, then lies on the shape. To be done after a fit (where L ≈ 0) and again
+/// whenever the origin has moved; a calibrated map stays as it is.
+/// @throws InputError when the origin is not inside the surface F_1 = L.
 RationalMap calibrated(const Device& device, const RationalMap& map);
 
-/// Sampled estimates, with a margin, of r_in, r_out and an escape radius of 1.25 r_out.
+/// r_in: the largest r whose 4-D ball the map takes into itself. r_out: the smallest r beyond which
+/// F_1 > ln |q|; infinity unless Σ a_k > 1. Both sampled, with a margin of 2 %, but no r_out is
+/// beyond the bound that holds for every direction. The escape radius is 1.25 r_out, else 20.
 StopRadii find_stop_radii(const Device& device, const RationalMap& map);
 
 }  // namespace qjulia

@@ -2,6 +2,7 @@
 /// All of the library.
 
 #include "qjulia/compare.hpp"
+#include "qjulia/detail.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"

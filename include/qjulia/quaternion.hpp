@@ -37,10 +37,12 @@ constexpr double dot(const Quaternion& p, const Quaternion& q) {
 inline double norm(const Quaternion& q) { return std::sqrt(dot(q, q)); }
 
 /// log q = (ln |q|, v/|v| acos(A/|q|)) for q = (A, v); the principal branch. Kim 2015, Eq. 5.
+/// On the branch cut (v = 0, A < 0) every direction would do: i is taken. The real part of log 0
+/// is −infinity.
 Quaternion log(const Quaternion& q);
 /// e^q = e^A (cos |v|, v/|v| sin |v|).
 Quaternion exp(const Quaternion& q);
-/// q^a = e^(a log q) for a real exponent; 0^a is 0 for a > 0.
+/// q^a = e^(a log q) for a real exponent. q^0 = 1; 0^a is 0 for a > 0 and infinite for a < 0.
 Quaternion pow(const Quaternion& q, double a);
 
 }  // namespace qjulia

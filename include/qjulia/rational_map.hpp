@@ -50,13 +50,10 @@ struct RationalMap {
 
   /// Σ a_k; the set is bounded when it exceeds 1.
   double degree() const;
-  /// @throws InputError naming what is wrong: no factors, a number that is not finite, a phase that
-  ///   is not a unit quaternion, a scale that is not positive.
+  /// @throws InputError naming what is wrong: no factors, a number that is not finite or beyond
+  ///   ±1e15 (single precision squares it), a phase that is not a unit quaternion, a scale that is
+  ///   not positive.
   void validate() const;
 };
-
-/// The same shape with the shell's thickness changed: t = δ/δ', a_k ← t a_k, S ← t (S − L) + L.
-/// @throws InputError when the map does not say its own detail, or Σ a_k would not exceed 1.
-RationalMap with_detail(const RationalMap& map, double detail);
 
 }  // namespace qjulia

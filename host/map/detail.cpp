@@ -1,0 +1,83 @@
+#include "qjulia/detail.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "qjulia/error.hpp"
+
+namespace qjulia {
+namespace {
+
+void check_detail(double detail) {
+  if (std::isfinite(detail) && detail > 0) return;
+  throw InputError(fmt::format(
+      "--detail {} cannot be used: it is a positive fraction of the box's diagonal, such as 0.02",
+      detail));
+}
+
+/// `map`, whose detail is set, with the detail `wanted`.
+RationalMap change_detail(const RationalMap& map, double wanted) {
+  RationalMap result = steepened(map, *map.detail / wanted);
+  result.detail = wanted;
+  if (result.degree() > 1) return result;
+  if (map.degree() <= 0) {
+    throw InputError(fmt::format(
+        "the map's exponents sum to {}: no detail bounds its set; fit it again", map.degree()));
+  }
+  throw InputError(
+      fmt::format("--detail {} is too large for this map: its exponents would sum to {}, and they "
+                  "must exceed 1; use less than {}",
+                  wanted, result.degree(), *map.detail * map.degree()));
+}
+
+}  // namespace
+
+RationalMap steepened(const RationalMap& map, double t) {
+  RationalMap result = map;
+  for (Factor& factor : result.factors) factor.exponent *= t;
+  result.log_scale = t * (map.log_scale - map.surface_level) + map.surface_level;
+  if (result.detail) *result.detail /= t;
+  return result;
+}
+
+RationalMap with_detail(const RationalMap& map, double detail) {
+  check_detail(detail);
+  if (!map.detail) {
+    throw InputError(
+        "--detail cannot be used: the map does not say its own \"detail\"; fit it again, or add "
+        "that key to the file");
+  }
+  return change_detail(map, detail);
+}
+
+double shell_thickness(const Field& field, std::span<const Eigen::Vector3d> surface, double slice) {
+  if (surface.empty()) throw std::logic_error("shell_thickness needs points");
+  double sum = 0;
+  for (const Quaternion& g : field.gradient_at(on_slice(surface, slice))) {
+    sum += std::hypot(g.x, g.y, g.z);
+  }
+  return static_cast<double>(surface.size()) / sum;
+}
+
+double median_level(const Field& field, std::span<const Eigen::Vector3d> surface, double slice) {
+  if (surface.empty()) throw std::logic_error("median_level needs points");
+  std::vector<double> levels = field.at(on_slice(surface, slice));
+  const auto middle = levels.begin() + static_cast<std::ptrdiff_t>(levels.size() / 2);
+  std::ranges::nth_element(levels, middle);
+  return *middle;
+}
+
+RationalMap with_measured_detail(const Device& device, const RationalMap& map,
+                                 std::span<const Eigen::Vector3d> surface, double detail) {
+  check_detail(detail);
+  if (!map.box) throw InputError("the map does not say the shape's \"box\": fit it again");
+  const double diagonal = map.shape_to_map.scale * map.box->diagonal();
+  RationalMap measured = map;
+  measured.detail = shell_thickness(Field(device, map), surface, map.slice) / diagonal;
+  return change_detail(measured, detail);
+}
+
+}  // namespace qjulia

@@ -1,0 +1,261 @@
+#include "qjulia/map_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+
+#include "files/atomic_file.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kFormat = "qjulia-map";
+constexpr int kVersion = 1;
+constexpr std::uintmax_t kLargestFile = std::uintmax_t{64} << 20U;  // bytes
+constexpr int kDeepest = 64;                                        // levels of nesting
+
+[[noreturn]] void fail(const std::string& source, const std::string& what) {
+  throw InputError(fmt::format("map '{}': {}", source, what));
+}
+
+/// A JSON object and what messages call it. Every member asked for must be of its type.
+class Object {
+ public:
+  Object(const json& value, std::string source, std::string name)
+      : value_(value), source_(std::move(source)), name_(std::move(name)) {
+    if (!value_.is_object()) {
+      fail(source_,
+           fmt::format("{} must be an object, but is {}",
+                       name_.empty() ? "the file" : '"' + name_ + '"', value_.type_name()));
+    }
+  }
+
+  bool has(const char* key) const { return value_.contains(key); }
+
+  const json& at(const char* key) const {
+    const auto found = value_.find(key);
+    if (found == value_.end()) {
+      fail(source_, fmt::format("the key \"{}\" is missing; a map file needs it", path(key)));
+    }
+    return *found;
+  }
+
+  double number(const char* key) const { return number(at(key), path(key)); }
+
+  std::string text(const char* key) const {
+    const json& value = at(key);
+    if (!value.is_string()) wrong(path(key), "a string", value);
+    return value.get<std::string>();
+  }
+
+  const json& array(const char* key) const {
+    const json& value = at(key);
+    if (!value.is_array()) wrong(path(key), "an array", value);
+    return value;
+  }
+
+  Quaternion quaternion(const char* key) const {
+    const auto v = numbers<4>(at(key), path(key));
+    return {v[0], v[1], v[2], v[3]};
+  }
+
+  Eigen::Vector3d vector(const char* key) const {
+    return Eigen::Vector3d(numbers<3>(at(key), path(key)).data());
+  }
+
+  Box box(const char* key) const {
+    const json& value = array(key);
+    if (value.size() != 2) wrong(path(key), "two corners", value);
+    return {Eigen::Vector3d(numbers<3>(value[0], path(key) + "[0]").data()),
+            Eigen::Vector3d(numbers<3>(value[1], path(key) + "[1]").data())};
+  }
+
+  Object object(const char* key) const { return {at(key), source_, path(key)}; }
+
+  /// Refuses members with other names: a misspelt one would be ignored in silence.
+  void expect_only(std::initializer_list<std::string_view> keys) const {
+    for (const auto& [key, unused] : value_.items()) {
+      if (std::ranges::find(keys, std::string_view(key)) == keys.end()) {
+        fail(source_,
+             fmt::format("unknown key \"{}\"; remove it or correct its name", path(key.c_str())));
+      }
+    }
+  }
+
+ private:
+  std::string path(const char* key) const { return name_.empty() ? key : name_ + '.' + key; }
+
+  [[noreturn]] void wrong(const std::string& path, const char* wanted, const json& value) const {
+    fail(source_, fmt::format("\"{}\" must be {}, but is {}", path, wanted,
+                              value.is_array() ? fmt::format("an array of {}", value.size())
+                                               : std::string(value.type_name())));
+  }
+
+  double number(const json& value, const std::string& path) const {
+    if (!value.is_number()) wrong(path, "a finite number", value);
+    return value.get<double>();
+  }
+
+  template <std::size_t N>
+  std::array<double, N> numbers(const json& value, const std::string& path) const {
+    if (!value.is_array() || value.size() != N) {
+      wrong(path, N == 3 ? "an array of 3 numbers" : "an array of 4 numbers", value);
+    }
+    std::array<double, N> result{};
+    for (std::size_t i = 0; i < N; ++i)
+      result[i] = number(value[i], fmt::format("{}[{}]", path, i));
+    return result;
+  }
+
+  const json& value_;
+  std::string source_;
+  std::string name_;
+};
+
+json to_json(const Quaternion& q) { return {q.x, q.y, q.z, q.w}; }
+json to_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+json to_json(const Factor& factor) {
+  return {{"center", to_json(factor.center)}, {"exponent", factor.exponent}};
+}
+
+void check_header(const Object& map, const std::string& source) {
+  if (map.text("format") != kFormat) {
+    fail(source, fmt::format("\"format\" must be \"{}\": this is no map file", kFormat));
+  }
+  const json& version = map.at("version");
+  if (!version.is_number_integer() || version != kVersion) {
+    fail(source, fmt::format("\"version\" is {}, and this program reads version {}: use a newer "
+                             "program, or convert the file",
+                             version.dump(), kVersion));
+  }
+  const std::string kind = map.text("kind");
+  if (kind == "quadratic") {
+    fail(source,
+         "\"kind\" is \"quadratic\", which this version cannot iterate yet: only "
+         "\"rational\" maps are read");
+  }
+  if (kind != "rational") {
+    fail(source, fmt::format("unknown \"kind\" {}: it must be \"rational\"", json(kind).dump()));
+  }
+}
+
+std::string read_text(const std::filesystem::path& path) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) fail(path.string(), "is a folder, not a file");
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) fail(path.string(), "cannot be opened; check the name and its permissions");
+  // Read in pieces up to the limit, so that neither a huge file nor a device file fills the memory.
+  std::string text;
+  std::array<char, 1U << 16U> piece{};
+  while (stream.read(piece.data(), piece.size()) || stream.gcount() > 0) {
+    text.append(piece.data(), static_cast<std::size_t>(stream.gcount()));
+    if (text.size() > kLargestFile) {
+      fail(path.string(),
+           fmt::format("is larger than {} MiB: no map file is", kLargestFile >> 20U));
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+json to_json(const RationalMap& map) {
+  json factors = json::array();
+  for (const Factor& factor : map.factors) factors.push_back(to_json(factor));
+  json result = {
+      {"format", kFormat},
+      {"version", kVersion},
+      {"kind", "rational"},
+      {"slice", map.slice},
+      {"log_scale", map.log_scale},
+      {"surface_level", map.surface_level},
+      {"phase", to_json(map.phase)},
+      {"factors", factors},
+      {"shape_to_map",
+       {{"scale", map.shape_to_map.scale}, {"translation", to_json(map.shape_to_map.translation)}}},
+      {"provenance", map.provenance}};
+  if (map.detail) result["detail"] = *map.detail;
+  if (map.inradius) result["inradius"] = *map.inradius;
+  if (map.box) result["box"] = json::array({to_json(map.box->low), to_json(map.box->high)});
+  return result;
+}
+
+RationalMap map_from_json(const json& value, const std::string& source) {
+  const Object top(value, source, "");
+  check_header(top, source);
+  top.expect_only({"format", "version", "kind", "slice", "log_scale", "surface_level", "phase",
+                   "factors", "shape_to_map", "detail", "inradius", "box", "provenance"});
+  RationalMap map;
+  map.slice = top.number("slice");
+  map.log_scale = top.number("log_scale");
+  if (top.has("surface_level")) map.surface_level = top.number("surface_level");
+  if (top.has("phase")) map.phase = top.quaternion("phase");
+  const json& factors = top.array("factors");
+  map.factors.reserve(factors.size());
+  for (std::size_t k = 0; k < factors.size(); ++k) {
+    const Object factor(factors[k], source, fmt::format("factors[{}]", k));
+    factor.expect_only({"center", "exponent"});
+    map.factors.push_back({factor.quaternion("center"), factor.number("exponent")});
+  }
+  const Object shape_to_map = top.object("shape_to_map");
+  shape_to_map.expect_only({"scale", "translation"});
+  map.shape_to_map = {shape_to_map.number("scale"), shape_to_map.vector("translation")};
+  if (top.has("detail")) map.detail = top.number("detail");
+  if (top.has("inradius")) map.inradius = top.number("inradius");
+  if (top.has("box")) map.box = top.box("box");
+  if (top.has("provenance")) {
+    static_cast<void>(top.object("provenance"));
+    map.provenance = top.at("provenance");
+  }
+  try {
+    map.validate();
+  } catch (const InputError& error) {
+    fail(source, error.what());
+  }
+  return map;
+}
+
+RationalMap read_map(const std::filesystem::path& path) {
+  const std::string text = read_text(path);
+  json value;
+  try {
+    value = json::parse(text, [&](int depth, json::parse_event_t, json&) {
+      if (depth > kDeepest) fail(path.string(), "is nested too deep: no map file is");
+      return true;
+    });
+  } catch (const json::exception& error) {
+    fail(path.string(), fmt::format("is not complete, valid JSON ({}); write it again",
+                                    std::string(error.what())));
+  }
+  return map_from_json(value, path.string());
+}
+
+void write_map(const RationalMap& map, const std::filesystem::path& path) {
+  map.validate();
+  const json value = to_json(map);
+  // One line a factor: maps are read by people too, and compared by line.
+  std::string text = "{\n";
+  for (const char* key : {"format", "version", "kind", "slice", "log_scale", "surface_level",
+                          "phase", "shape_to_map", "detail", "inradius", "box"}) {
+    if (value.contains(key)) text += fmt::format("  \"{}\": {},\n", key, value[key].dump());
+  }
+  text += "  \"factors\": [\n";
+  for (std::size_t k = 0; k < map.factors.size(); ++k) {
+    text += fmt::format("    {}{}\n", value["factors"][k].dump(),
+                        k + 1 < map.factors.size() ? "," : "");
+  }
+  // File names in it may hold any bytes.
+  text += fmt::format("  ],\n  \"provenance\": {}\n}}\n",
+                      value["provenance"].dump(-1, ' ', false, json::error_handler_t::replace));
+  write_file(path, text);
+}
+
+}  // namespace qjulia

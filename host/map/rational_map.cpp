@@ -1,0 +1,74 @@
+#include "qjulia/rational_map.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "qjulia/error.hpp"
+
+namespace qjulia {
+namespace {
+
+// Squares of numbers up to this are finite in single precision.
+constexpr double kLargest = 1e15;
+
+void check_number(double value, const std::string& name) {
+  if (std::abs(value) <= kLargest) return;
+  throw InputError(
+      fmt::format("the map's {} is {}: it must be a finite number within ±1e15", name, value));
+}
+
+void check_quaternion(const Quaternion& q, const std::string& name) {
+  for (const double value : {q.x, q.y, q.z, q.w}) check_number(value, name);
+}
+
+void check_vector(const Eigen::Vector3d& v, const std::string& name) {
+  for (const double value : v) check_number(value, name);
+}
+
+void check_positive(double value, const std::string& name) {
+  check_number(value, name);
+  if (value > 0) return;
+  throw InputError(fmt::format("the map's {} is {}: it must be positive", name, value));
+}
+
+}  // namespace
+
+double RationalMap::degree() const {
+  return std::accumulate(factors.begin(), factors.end(), 0.0,
+                         [](double sum, const Factor& factor) { return sum + factor.exponent; });
+}
+
+void RationalMap::validate() const {
+  if (factors.empty()) throw InputError("the map has no factors: it needs at least one");
+  check_number(slice, "slice");
+  check_number(log_scale, "log_scale");
+  check_number(surface_level, "surface_level");
+  check_quaternion(phase, "phase");
+  constexpr double kUnitTolerance = 1e-6;
+  if (std::abs(norm(phase) - 1) > kUnitTolerance) {
+    throw InputError(fmt::format(
+        "the map's phase has norm {}: it must be a unit quaternion; divide it by its norm",
+        norm(phase)));
+  }
+  for (std::size_t k = 0; k < factors.size(); ++k) {
+    check_quaternion(factors[k].center, fmt::format("factors[{}].center", k));
+    check_number(factors[k].exponent, fmt::format("factors[{}].exponent", k));
+  }
+  check_positive(shape_to_map.scale, "shape_to_map.scale");
+  check_vector(shape_to_map.translation, "shape_to_map.translation");
+  if (detail) check_positive(*detail, "detail");
+  if (inradius) check_positive(*inradius, "inradius");
+  if (!provenance.is_object()) throw InputError("the map's provenance must be a JSON object");
+  if (box) {
+    check_vector(box->low, "box[0]");
+    check_vector(box->high, "box[1]");
+    if ((box->size().array() < 0).any() || box->diagonal() <= 0) {
+      throw InputError("the map's box is empty: its second corner must lie above its first");
+    }
+  }
+}
+
+}  // namespace qjulia

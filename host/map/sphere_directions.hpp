@@ -1,0 +1,12 @@
+#pragma once
+#include <cstddef>
+#include <vector>
+
+#include "qjulia/quaternion.hpp"
+
+namespace qjulia {
+
+/// `count` unit quaternions spread evenly over the 4-D unit sphere; always the same ones.
+std::vector<Quaternion> sphere_directions(std::size_t count);
+
+}  // namespace qjulia

@@ -1,0 +1,135 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "map/sphere_directions.hpp"
+#include "map/sphere_search.hpp"
+#include "qjulia/field.hpp"
+
+namespace qjulia {
+namespace {
+
+constexpr double kMargin = 0.02;  // of radii, and of F against ln r
+
+/// Even directions over the 4-D sphere and over the slice's own sphere, and those of all centres:
+/// the shape's tips are thin, and centres sit in them.
+std::vector<Quaternion> probe_directions(const RationalMap& map) {
+  std::vector<Quaternion> directions = sphere_directions(4096);
+  for (std::size_t i = 0; i < 2048; ++i) {
+    Quaternion u = directions[i];
+    u.w = 0;
+    if (norm(u) > 0) directions.push_back((1 / norm(u)) * u);
+  }
+  for (const Factor& factor : map.factors) {
+    const double length = norm(factor.center);
+    if (length > 0) directions.push_back((1 / length) * factor.center);
+  }
+  return directions;
+}
+
+/// The longest |c_k|.
+double reach(const RationalMap& map) {
+  double longest = 0;
+  for (const Factor& factor : map.factors) longest = std::max(longest, norm(factor.center));
+  return longest;
+}
+
+/// A radius beyond which F_1 > ln |q| for certain. With |q| = R > |c_k|, a root has
+/// ln |q − c| ≥ ln(R − |c|) and a pole ln |q − c| ≤ ln(R + |c|); the sum of these bounds less ln R
+/// grows with R when Σ a_k > 1, so its zero is found by bisection in ln R.
+double certain_outer_radius(const RationalMap& map) {
+  const auto excess = [&](double log_radius) {
+    double sum = map.log_scale - log_radius;
+    for (const auto& [center, exponent] : map.factors) {
+      const double c = exponent > 0 ? -norm(center) : norm(center);
+      sum += exponent * (log_radius + std::log1p(c * std::exp(-log_radius)));
+    }
+    return sum;
+  };
+  constexpr double kLargestLog = 30;
+  double low = std::log(std::max(reach(map), 1e-6)) + 1e-9;
+  double high = low + 1;
+  while (excess(high) <= 0 && high < kLargestLog) high += 1;
+  for (int step = 0; step < 50; ++step) {
+    const double middle = 0.5 * (low + high);
+    (excess(middle) > 0 ? high : low) = middle;
+  }
+  return std::exp(high);
+}
+
+std::vector<double> field_on_sphere(const Field& field, const std::vector<Quaternion>& directions,
+                                    double radius) {
+  std::vector<Quaternion> points(directions.size());
+  std::ranges::transform(directions, points.begin(),
+                         [radius](const Quaternion& u) { return radius * u; });
+  return field.at(points);
+}
+
+/// Comes down from the certain bound until a sphere has a point that might return, then searches
+/// about the worst directions of that sphere and goes up again as far as any is left.
+double outer_radius(const Field& field, const RationalMap& map,
+                    const std::vector<Quaternion>& directions) {
+  const double certain = certain_outer_radius(map);
+  const double far = 2 * reach(map);
+  const double least = 1e-3 * certain;
+  SphereSearch search(field, Extreme::lowest);
+  double radius = certain;
+  while (radius > least) {
+    const std::vector<double> values = field_on_sphere(field, directions, radius);
+    search.seed(directions, values);
+    if (*std::ranges::min_element(values) <= std::log(radius) + kMargin) break;
+    radius /= radius > far ? 1.1 : 1.02;
+  }
+  while (radius < certain && search.refine(radius) <= std::log(radius) + kMargin) radius *= 1.005;
+  return std::min(certain, (1 + kMargin) * radius);
+}
+
+/// The largest radius r ≤ limit such that F_1 ≤ ln((1 − margin) r) in the whole ball, or 0.
+double inner_radius(const Field& field, const RationalMap& map,
+                    const std::vector<Quaternion>& directions, double limit) {
+  constexpr int kSteps = 96;
+  const auto allowed = [](double radius) { return std::log((1 - kMargin) * radius); };
+  // Close to a pole F_1 is high in a neighbourhood that no direction need meet.
+  std::vector<Quaternion> near_poles;
+  for (const auto& [center, exponent] : map.factors) {
+    if (exponent < 0) near_poles.push_back(center + Quaternion{1e-3, 0, 0, 0});
+  }
+  const std::vector<double> pole_values = field.at(near_poles);
+
+  // Highest F_1 in the ball of each radius, until none larger could be allowed.
+  std::vector<double> radii;
+  double highest = -std::numeric_limits<double>::infinity();
+  for (int step = 1; step <= kSteps && highest <= allowed(limit); ++step) {
+    const double radius = limit * step / kSteps;
+    const std::vector<double> values = field_on_sphere(field, directions, radius);
+    highest = std::max(highest, *std::ranges::max_element(values));
+    for (std::size_t k = 0; k < near_poles.size(); ++k) {
+      if (norm(near_poles[k]) <= radius) highest = std::max(highest, pole_values[k]);
+    }
+    if (highest <= allowed(radius)) radii.push_back(radius);
+  }
+  // From the largest down, the first that stands a local search.
+  SphereSearch search(field, Extreme::highest);
+  for (; !radii.empty(); radii.pop_back()) {
+    const double radius = radii.back();
+    search.seed(directions, field_on_sphere(field, directions, radius));
+    if (search.refine(radius) <= allowed(radius)) return radius;
+  }
+  return 0;
+}
+
+}  // namespace
+
+StopRadii find_stop_radii(const Device& device, const RationalMap& map) {
+  const Field field(device, map);
+  const std::vector<Quaternion> directions = probe_directions(map);
+  StopRadii stops;
+  const bool bounded = map.degree() > 1;
+  stops.outer =
+      bounded ? outer_radius(field, map, directions) : std::numeric_limits<double>::infinity();
+  if (bounded) stops.escape = 1.25 * stops.outer;
+  stops.inner = inner_radius(field, map, directions, bounded ? stops.outer : 2 * reach(map));
+  return stops;
+}
+
+}  // namespace qjulia

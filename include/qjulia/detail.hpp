@@ -1,0 +1,37 @@
+#pragma once
+/// The shell around the shape in which the fractal lives, and how thick it is: `detail`.
+
+#include <Eigen/Core>
+#include <span>
+
+#include "qjulia/device.hpp"
+#include "qjulia/field.hpp"
+#include "qjulia/rational_map.hpp"
+
+namespace qjulia {
+
+/// F_1 − L multiplied by t everywhere: a_k ← t a_k, S ← t (S − L) + L. The surface F_1 = L stays
+/// where it is and the shell gets t times thinner; `detail` is divided by t where it is known.
+RationalMap steepened(const RationalMap& map, double t);
+
+/// The same shape with another shell: `steepened` by (the map's own detail) / `detail`.
+/// @throws InputError when the map does not say its own detail, `detail` is not positive, or Σ a_k
+///   would not exceed 1 (the set would not be bounded); the message says which details are
+///   possible.
+RationalMap with_detail(const RationalMap& map, double detail);
+
+/// δ = 1 / mean ‖∇F_1‖, the gradient in the three dimensions of the slice; map units.
+/// @param surface area-uniform points of the shape's surface, map coordinates.
+double shell_thickness(const Field& field, std::span<const Eigen::Vector3d> surface, double slice);
+
+/// The median of F_1 over `surface`: the level at which the map's surface is the shape's best.
+double median_level(const Field& field, std::span<const Eigen::Vector3d> surface, double slice);
+
+/// A fitted map whose slope is whatever the fit left (say F_1 ≈ signed distance), given the wanted
+/// shell: measures δ on `surface` and steepens. Sets `detail`.
+/// @param surface area-uniform points of the shape's surface, map coordinates.
+/// @throws InputError as `with_detail`, or when the map has no `box`.
+RationalMap with_measured_detail(const Device& device, const RationalMap& map,
+                                 std::span<const Eigen::Vector3d> surface, double detail);
+
+}  // namespace qjulia

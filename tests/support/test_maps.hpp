@@ -1,0 +1,24 @@
+#pragma once
+/// Maps for tests, made on the spot: always the same ones.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "qjulia/rational_map.hpp"
+
+namespace qjulia::test {
+
+/// A ball of radius 0.75 about the origin with three arms: signed distance and its extent.
+double armed_ball_distance(const Eigen::Vector3d& x);
+/// Points on its surface, not quite uniform.
+std::vector<Eigen::Vector3d> armed_ball_surface(std::size_t count);
+
+/// F_1 fitted to `armed_ball_distance` near the surface by linear least squares over the exponents
+/// of `factors` factors set on both sides of it. Slope about 1, not calibrated.
+RationalMap armed_ball_map(int factors);
+
+/// A map with random centres in the cube [-1, 1]^4 and exponents of both signs; Σ a_k > 1.
+RationalMap random_map(int factors, std::uint64_t seed);
+
+}  // namespace qjulia::test
