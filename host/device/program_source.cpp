@@ -16,7 +16,7 @@ constexpr const char* kFolders[] = {"kernels/", "include/"};
 
 std::string find_path(const std::string& name) {
   for (const char* folder : kFolders) {
-    const std::string path = folder + name;
+    std::string path = folder + name;
     if (embedded_kernels().contains(path)) return path;
   }
   throw KernelBuildError(fmt::format("no kernel file named '{}' is part of this build", name));

@@ -1,0 +1,6 @@
+# find_package(qjulia) gives qjulia::qjulia.
+include(CMakeFindDependencyMacro)
+foreach(dependency Eigen3 nlohmann_json OpenCL OpenMesh PNG fmt Threads)
+  find_dependency(${dependency})
+endforeach()
+include(${CMAKE_CURRENT_LIST_DIR}/qjulia_targets.cmake)

@@ -1,0 +1,93 @@
+/// qjulia compare: how well a map fits a mesh.
+
+#include "qjulia/compare.hpp"
+
+#include <fmt/format.h>
+
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "options.hpp"
+#include "qjulia/map_file.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+struct Arguments {
+  std::string map;
+  std::string mesh;
+  std::string device;
+  MapChanges changes;
+  CompareOptions options;
+};
+
+std::string table(const std::vector<FitMetrics>& metrics) {
+  std::string text =
+      "  n     IoU   mean distance   Hausdorff   roughness   energy\n"
+      "               % of diagonal  % of diag.  area ratio";
+  for (const FitMetrics& m : metrics) {
+    text +=
+        fmt::format("\n{:3}  {:.4f}  {:14.3f}  {:10.2f}  {:10.3f}  {:+.4f}", m.iterations, m.iou,
+                    100 * m.mean_distance, 100 * m.hausdorff_distance, m.roughness, m.energy);
+  }
+  return text;
+}
+
+int run(const Arguments& arguments, Session& session) {
+  arguments.options.validate();
+  const RationalMap map = changed(read_map(arguments.map), arguments.changes, arguments.map);
+  MeshReport report;
+  const TriangleMesh mesh = read_mesh(arguments.mesh, &report);
+  for (const std::string& warning : report.warnings()) {
+    session.console.warn(fmt::format("{}: {}", arguments.mesh, warning));
+  }
+  const Device device = session.open_device(arguments.device);
+  const auto metrics = compare(device, map, mesh, arguments.options, session.watch());
+  if (session.interrupts.requested()) {
+    session.console.note("interrupted");
+    return kInterrupted;
+  }
+  session.report_kernels(device);
+  nlohmann::json list = nlohmann::json::array();
+  for (const FitMetrics& m : metrics) list.push_back(to_json(m));
+  session.console.result(table(metrics), {{"map", arguments.map},
+                                          {"mesh", arguments.mesh},
+                                          {"resolution", arguments.options.resolution},
+                                          {"metrics", list},
+                                          {"seconds", session.seconds()}});
+  return kDone;
+}
+
+}  // namespace
+
+void add_compare(CLI::App& program, ChosenCommand& chosen) {
+  auto* command = program.add_subcommand("compare", "Measure how well a map fits a mesh");
+  command->footer(
+      "Example:\n"
+      "  qjulia compare bunny.qjulia.json bunny.obj\n"
+      "IoU is volume in common over volume in either: 1 is a perfect fit. It is taken over a cube\n"
+      "centred on the mesh's box, side 1.15 times its longest side. Distances are between the two\n"
+      "surfaces. Roughness is the set's area over the mesh's: detail makes it grow. Energy is -1\n"
+      "for a perfect fit.");
+  auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  command->add_option("map", a.map, "Map file that 'qjulia fit' wrote")
+      ->required()
+      ->type_name("MAP");
+  command->add_option("mesh", a.mesh, "The mesh it was fitted to: .obj, .off, .ply or .stl")
+      ->required()
+      ->type_name("MESH");
+  command->add_option("--resolution", a.options.resolution, "Cells along each side of the cube")
+      ->capture_default_str();
+  command
+      ->add_option("--iterations", a.options.iterations,
+                   "Iterations n, 1 to 16, of the second line; the first is n = 1")
+      ->capture_default_str();
+  add_map_changes(*command, a.changes);
+  add_device(*command, a.device);
+  add_verbosity(*command, chosen.verbosity);
+  command->callback([arguments, &chosen] {
+    chosen.run = [arguments](Session& session) { return run(*arguments, session); };
+  });
+}
+
+}  // namespace qjulia::tools

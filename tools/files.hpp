@@ -1,0 +1,27 @@
+#pragma once
+/// What commands ask of file names before they start long work.
+
+#include <filesystem>
+#include <initializer_list>
+#include <string>
+
+namespace qjulia::tools {
+
+/// Tries whether `path` can be written, and leaves no trace.
+/// @throws OutputError, also where a folder stands in its place.
+void require_writable(const std::filesystem::path& path);
+
+/// @throws InputError unless `path` ends in one of `extensions`, in any case.
+void require_extension(const std::filesystem::path& path,
+                       std::initializer_list<const char*> extensions);
+
+/// Whether the name is that of a mesh: .obj, .off, .ply or .stl.
+bool is_mesh_file(const std::filesystem::path& path);
+
+/// Hexadecimal FNV-1a, 64 bits, of a file's bytes: tells whether two files are the same, and is no
+/// protection against somebody who wants them to seem so.
+/// http://www.isthe.com/chongo/tech/comp/fnv
+/// @throws InputError when the file cannot be read.
+std::string file_hash(const std::filesystem::path& path);
+
+}  // namespace qjulia::tools

@@ -1,0 +1,81 @@
+/// The `qjulia` command: reads the command line, runs one subcommand, turns errors into exit codes.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <new>
+
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/version.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+constexpr const char* kDescription =
+    "What would a Mandelbrot-like set in the shape of this mesh look like?\n"
+    "qjulia fits an iterated quaternion rational map to a triangle mesh. The map is a few\n"
+    "kilobytes and has no resolution: make surfaces and pictures of it as fine as you like.";
+
+constexpr const char* kExamples =
+    "First steps:\n"
+    "  qjulia devices                                  what can compute here\n"
+    "  qjulia fit bunny.obj -o bunny.qjulia.json       mesh to map; a minute or so\n"
+    "  qjulia render bunny.qjulia.json -o bunny.png    map to picture\n"
+    "  qjulia surface bunny.qjulia.json -o bunny.ply   map to mesh, for Blender or a printer\n"
+    "  qjulia compare bunny.qjulia.json bunny.obj      how well does it fit?\n"
+    "\n"
+    "'qjulia COMMAND --help' explains a command.\n"
+    "Exit codes: 0 done, 1 failed, 2 bad usage or input, 3 no usable device, 130 interrupted.";
+
+int fail(const char* message, int code) {
+  fmt::print(stderr, "qjulia: {}\n", message);
+  return code;
+}
+
+int run(const ChosenCommand& chosen) {
+  Session session(chosen.verbosity);
+  try {
+    return chosen.run(session);
+  } catch (const Error&) {
+    // Work that was told to stop may have had nothing to give back.
+    if (!session.interrupts.requested()) throw;
+    session.console.note("interrupted; nothing was written");
+    return kInterrupted;
+  }
+}
+
+}  // namespace
+}  // namespace qjulia::tools
+
+int main(int argc, char** argv) {
+  using namespace qjulia;
+  using namespace qjulia::tools;
+  CLI::App program(kDescription, "qjulia");
+  program.footer(kExamples);
+  program.set_version_flag("--version", std::string("qjulia ") + version());
+  program.require_subcommand(0, 1);
+  ChosenCommand chosen;
+  for (const auto add : {add_devices, add_fit, add_surface, add_render, add_compare, add_info}) {
+    add(program, chosen);
+  }
+  try {
+    program.parse(argc, argv);
+    if (!chosen.run) {
+      fmt::print(stderr, "{}", program.help());
+      return kBadInput;
+    }
+    return run(chosen);
+  } catch (const CLI::ParseError& error) {
+    return program.exit(error) == 0 ? kDone : kBadInput;
+  } catch (const InputError& error) {
+    return fail(error.what(), kBadInput);
+  } catch (const NoDeviceError& error) {
+    return fail(error.what(), kNoDevice);
+  } catch (const std::bad_alloc&) {
+    return fail("out of memory; try a lower resolution or fewer factors", kFailed);
+  } catch (const std::exception& error) {
+    return fail(error.what(), kFailed);
+  }
+}

@@ -1,0 +1,150 @@
+/// qjulia render: a map (or a mesh, for comparison) in, a picture out.
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "files.hpp"
+#include "options.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/map_file.hpp"
+#include "qjulia/picture.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+struct Arguments {
+  std::string input;
+  std::string output;
+  std::string device;
+  std::string up = "y";
+  bool iterations_given = false;
+  MapChanges changes;
+  PictureOptions options;
+};
+
+PictureOptions checked_options(const Arguments& arguments) {
+  PictureOptions options = arguments.options;
+  options.camera.up = arguments.up.front();
+  options.validate();
+  if (is_mesh_file(arguments.input) && (arguments.changes.detail || arguments.iterations_given)) {
+    throw InputError(
+        fmt::format("--detail and --iterations are of maps; '{}' is a mesh", arguments.input));
+  }
+  return options;
+}
+
+/// What to draw, read before a device is opened.
+struct Scene {
+  RationalMap map;
+  TriangleMesh mesh;
+};
+
+Scene read_scene(const Arguments& arguments, Session& session) {
+  Scene scene;
+  if (!is_mesh_file(arguments.input)) {
+    scene.map = changed(read_map(arguments.input), arguments.changes, arguments.input);
+    return scene;
+  }
+  MeshReport report;
+  scene.mesh = read_mesh(arguments.input, &report);
+  for (const std::string& warning : report.warnings()) {
+    session.console.warn(fmt::format("{}: {}", arguments.input, warning));
+  }
+  return scene;
+}
+
+int run(const Arguments& arguments, Session& session) {
+  const PictureOptions options = checked_options(arguments);
+  require_extension(arguments.output, {".png"});
+  require_writable(arguments.output);
+  const Scene scene = read_scene(arguments, session);
+  const Device device = session.open_device(arguments.device);
+
+  const Image image =
+      is_mesh_file(arguments.input)
+          ? render_mesh(device, scene.mesh, scene.mesh.box(), options, session.watch())
+          : render(device, scene.map, options, session.watch());
+  if (session.interrupts.requested()) {
+    session.console.note("interrupted; nothing was written");
+    return kInterrupted;
+  }
+  write_png(image, arguments.output);
+  session.report_kernels(device);
+  const double seconds = session.seconds();
+  session.console.summary(fmt::format("{} x {} pixels, {:.1f} s\npicture: {}", image.width,
+                                      image.height, seconds, arguments.output),
+                          {{"picture", arguments.output},
+                           {"width", image.width},
+                           {"height", image.height},
+                           {"seconds", seconds}});
+  return kDone;
+}
+
+void describe_options(CLI::App& command, Arguments& a) {
+  command
+      .add_option("input", a.input,
+                  "Map file that 'qjulia fit' wrote; or a mesh (.obj, .off, .ply, .stl), drawn in "
+                  "the same view and light for comparison")
+      ->required()
+      ->type_name("MAP");
+  command.add_option("-o,--output", a.output, "Picture to write: .png")
+      ->required()
+      ->type_name("PICTURE");
+  command
+      .add_option_function<std::string>(
+          "--size",
+          [&a](const std::string& text) {
+            const auto [width, height] = parse_size(text);
+            a.options.width = width;
+            a.options.height = height;
+          },
+          "Width and height in pixels")
+      ->type_name("WxH")
+      ->default_str(fmt::format("{}x{}", a.options.width, a.options.height));
+  command
+      .add_option("--samples", a.options.samples_per_axis,
+                  "Anti-aliasing: rays along each side of a pixel")
+      ->capture_default_str();
+  command
+      .add_option("--iterations", a.options.iterations,
+                  "Iterations n, 1 to 16: 1 is the fitted shape itself, 6 the set as it stays")
+      ->capture_default_str()
+      ->each([&a](const std::string&) { a.iterations_given = true; });
+  add_map_changes(command, a.changes);
+  Camera& camera = a.options.camera;
+  add_number(command, "--azimuth", camera.azimuth, "Degrees the camera is turned about the up axis")
+      ->capture_default_str();
+  add_number(command, "--elevation", camera.elevation, "Degrees of the camera above the horizon")
+      ->capture_default_str();
+  add_number(command, "--zoom", camera.zoom, "1 frames the whole shape, 2 half of it")
+      ->capture_default_str();
+  add_number(command, "--field-of-view", camera.field_of_view, "Degrees, vertical")
+      ->capture_default_str();
+  command.add_option("--up", a.up, "The shape's axis that points up")
+      ->check(CLI::IsMember({"x", "y", "z"}))
+      ->capture_default_str();
+  add_device(command, a.device);
+}
+
+}  // namespace
+
+void add_render(CLI::App& program, ChosenCommand& chosen) {
+  auto* command = program.add_subcommand("render", "Draw a picture of a map's set");
+  command->footer(
+      "Examples:\n"
+      "  qjulia render bunny.qjulia.json -o bunny.png\n"
+      "  qjulia render bunny.qjulia.json -o ears.png --size 1920x1080 --azimuth 120 --zoom 2\n"
+      "  qjulia render bunny.obj -o mesh.png             the mesh in the same view\n"
+      "Rays meet the set itself, not a mesh of it: the picture is as sharp as its pixels.");
+  auto arguments = std::make_shared<Arguments>();
+  describe_options(*command, *arguments);
+  add_verbosity(*command, chosen.verbosity);
+  command->callback([arguments, &chosen] {
+    chosen.run = [arguments](Session& session) { return run(*arguments, session); };
+  });
+}
+
+}  // namespace qjulia::tools
