@@ -1,0 +1,40 @@
+#include "fit/budget.hpp"
+
+#include <algorithm>
+
+namespace qjulia {
+
+Budget::Budget(const FitOptions& options, int schedule_evaluations, Clock::time_point start,
+               double reserve, std::stop_token stop)
+    : start_(start),
+      time_limit_(options.time_limit - reserve),
+      most_evaluations_(options.max_evaluations > 0 ? options.max_evaluations
+                                                    : schedule_evaluations),
+      limited_by_caller_(options.max_evaluations > 0),
+      stop_(std::move(stop)) {}
+
+double Budget::seconds() const {
+  return std::chrono::duration<double>(Clock::now() - start_).count();
+}
+
+double Budget::fraction() const {
+  const double by_count = static_cast<double>(evaluations_) / most_evaluations_;
+  const double by_time = time_limit_ > 0 ? seconds() / time_limit_ : 1;
+  return std::clamp(std::max(by_count, by_time), 0.0, 1.0);
+}
+
+double Budget::seconds_left() const {
+  const double done = fraction();
+  return done > 0 ? seconds() * (1 - done) / done : -1;
+}
+
+std::optional<StopReason> Budget::spent() const {
+  if (stop_.stop_requested()) return StopReason::interrupted;
+  if (evaluations_ >= most_evaluations_) {
+    return limited_by_caller_ ? StopReason::evaluations : StopReason::schedule_done;
+  }
+  if (seconds() >= time_limit_) return StopReason::time_limit;
+  return std::nullopt;
+}
+
+}  // namespace qjulia

@@ -1,0 +1,38 @@
+#pragma once
+/// How much a fit may still spend, and why it stopped.
+
+#include <chrono>
+#include <optional>
+
+#include "qjulia/fit.hpp"
+
+namespace qjulia {
+
+class Budget {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// @param reserve seconds kept back from the time limit for what follows the last evaluation.
+  Budget(const FitOptions& options, int schedule_evaluations, Clock::time_point start,
+         double reserve, std::stop_token stop);
+
+  void count_evaluation() { ++evaluations_; }
+  int evaluations() const { return evaluations_; }
+  double seconds() const;
+
+  /// The share that is spent, 0 … 1: of the evaluations or of the time, whichever is more.
+  double fraction() const;
+  double seconds_left() const;
+  /// Why no further evaluation may be made, if so.
+  std::optional<StopReason> spent() const;
+
+ private:
+  Clock::time_point start_;
+  double time_limit_;
+  int most_evaluations_;
+  bool limited_by_caller_;  ///< by evaluations asked for, not by the schedule's own number
+  std::stop_token stop_;
+  int evaluations_ = 0;
+};
+
+}  // namespace qjulia

@@ -1,0 +1,111 @@
+#include "fit/minimize.hpp"
+
+#include <LBFGS.h>
+
+#include <limits>
+#include <stdexcept>
+
+#include "qjulia/error.hpp"
+
+namespace qjulia {
+namespace {
+
+/// Ends a run of the library's solver from inside the function it minimises.
+struct BudgetSpent {
+  StopReason reason;
+};
+
+/// The energy by the step u, scaled so that the solver's first trial step, of length one along the
+/// gradient, is Newton's: with c = 1 / |g|² the energy is cE and u is √c times longer.
+class ScaledEnergy {
+ public:
+  ScaledEnergy(Evaluator& evaluator, const RationalMap& start,
+               const std::vector<std::size_t>& active, const Preconditioner& scaling,
+               Budget& budget)
+      : evaluator_(evaluator),
+        start_(start),
+        origin_(to_unknowns(start)),
+        active_(active),
+        scaling_(scaling),
+        budget_(budget) {}
+
+  double operator()(const Eigen::VectorXd& step, Eigen::VectorXd& gradient) {
+    if (best_energy_ < std::numeric_limits<double>::infinity()) {
+      if (const auto reason = budget_.spent()) throw BudgetSpent{*reason};
+    }
+    const Eigen::VectorXd move = scaling_.move(step / stretch_);
+    auto unknowns = origin_;
+    for (std::size_t i = 0; i < active_.size(); ++i) {
+      unknowns[active_[i]] += move[static_cast<Eigen::Index>(i)];
+    }
+    const RationalMap map = with_unknowns(start_, unknowns);
+    const Evaluation evaluation = evaluator_.evaluate(map, true);
+    budget_.count_evaluation();
+    if (evaluation.energy < best_energy_) {
+      best_energy_ = evaluation.energy;
+      best_ = map;
+    }
+    Eigen::VectorXd by_active(static_cast<Eigen::Index>(active_.size()));
+    for (std::size_t i = 0; i < active_.size(); ++i) {
+      by_active[static_cast<Eigen::Index>(i)] = evaluation.gradient[active_[i]];
+    }
+    gradient = scaling_.gradient(by_active);
+    if (first_) {
+      first_ = false;
+      energy_before_ = evaluation.energy;
+      const double length = gradient.norm();
+      stretch_ = length > 0 ? 1 / length : 1;
+    }
+    gradient *= stretch_;
+    return evaluation.energy * stretch_ * stretch_;
+  }
+
+  MinimizeResult result(std::optional<StopReason> stopped) const {
+    return {best_, energy_before_, best_energy_, stopped};
+  }
+
+ private:
+  Evaluator& evaluator_;
+  const RationalMap& start_;
+  std::vector<double> origin_;
+  const std::vector<std::size_t>& active_;
+  const Preconditioner& scaling_;
+  Budget& budget_;
+  bool first_ = true;
+  double stretch_ = 1;
+  double energy_before_ = 0;
+  double best_energy_ = std::numeric_limits<double>::infinity();
+  RationalMap best_;
+};
+
+}  // namespace
+
+MinimizeResult minimize(Evaluator& evaluator, const RationalMap& start,
+                        const std::vector<std::size_t>& active, const Preconditioner& scaling,
+                        int iterations, Budget& budget) {
+  LBFGSpp::LBFGSParam<double> parameters;
+  parameters.m = 20;
+  parameters.epsilon = 1e-9;
+  parameters.epsilon_rel = 0;
+  parameters.max_iterations = iterations;
+  parameters.linesearch = LBFGSpp::LBFGS_LINESEARCH_BACKTRACKING_STRONG_WOLFE;
+  LBFGSpp::LBFGSSolver<double, LBFGSpp::LineSearchNocedalWright> solver(parameters);
+
+  ScaledEnergy energy(evaluator, start, active, scaling, budget);
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(active.size()));
+  double value = 0;
+  try {
+    solver.minimize(energy, step, value);
+  } catch (const BudgetSpent& spent) {
+    return energy.result(spent.reason);
+  } catch (const std::runtime_error& failure) {
+    // The line search found no lower point in this precision: the best so far stands. Errors of
+    // ours are not the solver's.
+    if (dynamic_cast<const Error*>(&failure) != nullptr) throw;
+  } catch (const std::logic_error&) {
+    // The solver's direction rose: rounding again.
+  }
+  return energy.result(std::nullopt);
+}
+
+}  // namespace qjulia

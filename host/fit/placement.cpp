@@ -1,0 +1,144 @@
+#include "fit/placement.hpp"
+
+#include <LBFGSB.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "fit/evaluator.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia {
+namespace {
+
+constexpr double kCell = 4.0 / 97;  // map units
+constexpr double kInsideShare = 0.6;
+constexpr std::size_t kCandidates = 15'000;  // of either side
+constexpr double kOutsideReach = 6 * kCell;
+constexpr double kOutsideSpacing = 1.5;  // against the inside's at the same distance
+
+/// Candidates of one side (−1 inside, +1 outside): at least `nearest` from the surface.
+std::vector<DistancePoint> candidates(const SamplePool& pool, double side, double nearest) {
+  std::vector<DistancePoint> found;
+  for (const auto* points : {&pool.around(), &pool.near()}) {
+    for (const DistancePoint& p : *points) {
+      const double d = side * p.distance;
+      if (d > nearest && (side < 0 || d < kOutsideReach) && found.size() < kCandidates) {
+        found.push_back(p);
+      }
+    }
+  }
+  return found;
+}
+
+/// Farthest-point sampling with a radius at each candidate: the next point is the one farthest
+/// from those chosen, counted in its own radii.
+std::vector<DistancePoint> farthest_points(const std::vector<DistancePoint>& from,
+                                           std::size_t count, double spacing) {
+  std::vector<double> squared_radius(from.size());
+  std::ranges::transform(from, squared_radius.begin(), [spacing](const DistancePoint& p) {
+    return std::pow(spacing * std::max(std::abs(p.distance), kCell), 2);
+  });
+  std::vector<double> gap(from.size(), std::numeric_limits<double>::infinity());
+  auto next =
+      static_cast<std::size_t>(std::ranges::max_element(squared_radius) - squared_radius.begin());
+  std::vector<DistancePoint> chosen;
+  while (chosen.size() < count) {
+    chosen.push_back(from[next]);
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      gap[i] = std::min(gap[i],
+                        (from[i].position - from[next].position).squaredNorm() / squared_radius[i]);
+    }
+    next = static_cast<std::size_t>(std::ranges::max_element(gap) - gap.begin());
+  }
+  return chosen;
+}
+
+/// Exponents and log scale that minimise ½ Σ w (F_1 − d)², a quadratic in them; each exponent
+/// keeps the sign of its side.
+void fit_exponents(Evaluator& evaluator, RationalMap& map, std::size_t inside) {
+  const auto n = static_cast<Eigen::Index>(1 + map.factors.size());
+  const Eigen::MatrixXd hessian = evaluator.gauss_newton(map).topLeftCorner(n, n);
+  const auto start = evaluator.evaluate(map, true).gradient;
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(n);  // zero exponents: where `start` was taken
+  const Eigen::VectorXd slope = Eigen::Map<const Eigen::VectorXd>(start.data(), n);
+  const Eigen::VectorXd scale = (hessian.diagonal().array() + 1e-12).sqrt().inverse();
+
+  const double none = std::numeric_limits<double>::infinity();
+  Eigen::VectorXd low = Eigen::VectorXd::Zero(n);
+  Eigen::VectorXd high = Eigen::VectorXd::Zero(n);
+  low[0] = -none;
+  high[0] = none;
+  for (Eigen::Index i = 1; i < n; ++i) {
+    (i <= static_cast<Eigen::Index>(inside) ? high : low)[i] =
+        i <= static_cast<Eigen::Index>(inside) ? none : -none;
+  }
+  // In units of each unknown's effect; a trace-sized ridge keeps twins of one another apart.
+  const double ridge = 1e-6;
+  auto quadratic = [&](const Eigen::VectorXd& y, Eigen::VectorXd& gradient) {
+    const Eigen::VectorXd moved = scale.cwiseProduct(y);
+    gradient = scale.cwiseProduct(hessian * moved + slope) + ridge * y;
+    return 0.5 * moved.dot(hessian * moved) + slope.dot(moved) + 0.5 * ridge * y.squaredNorm();
+  };
+  LBFGSpp::LBFGSBParam<double> parameters;
+  parameters.m = 20;
+  parameters.max_iterations = 300;
+  parameters.epsilon = 1e-7;
+  parameters.epsilon_rel = 0;
+  LBFGSpp::LBFGSBSolver<double> solver(parameters);
+  double value = 0;
+  try {
+    solver.minimize(quadratic, x, value, low, high);
+  } catch (const std::runtime_error&) {
+    // The line search ended for rounding: x is the lowest point found.
+  }
+  x = scale.cwiseProduct(x);
+  map.log_scale = x[0];
+  for (Eigen::Index i = 1; i < n; ++i) map.factors[static_cast<std::size_t>(i - 1)].exponent = x[i];
+}
+
+}  // namespace
+
+RationalMap place_factors(const Device& device, const SamplePool& pool, int factors,
+                          Precision precision, std::uint64_t seed) {
+  const auto inside = static_cast<std::size_t>(std::lround(kInsideShare * factors));
+  const auto outside = static_cast<std::size_t>(factors) - inside;
+  RationalMap map;
+  const auto add = [&](double side, std::size_t count, double spacing) {
+    auto found = candidates(pool, side, 0.8 * kCell);
+    // A plate thinner than two cells has nothing that deep: any inner point will do.
+    if (found.size() < 4 * count) found = candidates(pool, side, 0);
+    if (found.size() < count) {
+      throw InputError(
+          fmt::format("too little {} of the mesh to place {} factors in; use fewer "
+                      "--factors or check that the mesh encloses a volume",
+                      side < 0 ? "inside" : "around", count));
+    }
+    for (const DistancePoint& p : farthest_points(found, count, spacing)) {
+      map.factors.push_back(
+          {{p.position.x(), p.position.y(), p.position.z(), 0.02 + 0.5 * std::abs(p.distance)}, 0});
+    }
+  };
+  add(-1, inside, 1);
+  add(+1, outside, kOutsideSpacing);
+
+  Samples samples;
+  Random random(seed);
+  constexpr int kNear = 16'000;
+  constexpr int kAround = 4'000;
+  const auto add_sample = [&](const DistancePoint& p) {
+    constexpr double kLargest = 0.4;  // map units: farther distances need not be matched
+    samples.add(p.position, 1 / std::max(std::abs(p.distance), kCell / 2),
+                std::clamp(p.distance, -kLargest, kLargest), 0);
+  };
+  for (int i = 0; i < kNear; ++i) add_sample(pool.near()[random.index(pool.near().size())]);
+  for (int i = 0; i < kAround; ++i) add_sample(pool.around()[random.index(pool.around().size())]);
+  for (double& w : samples.weight) w /= kNear + kAround;
+  const auto evaluator = make_device_evaluator(device, samples, {}, precision);
+  fit_exponents(*evaluator, map, inside);
+  return map;
+}
+
+}  // namespace qjulia

@@ -1,0 +1,17 @@
+#pragma once
+/// Where the factors start.
+
+#include "fit/sample_pool.hpp"
+#include "qjulia/device.hpp"
+#include "qjulia/rational_map.hpp"
+
+namespace qjulia {
+
+/// Farthest-point placement: 60 % of the factors inside (roots), the rest outside (poles), spaced
+/// in proportion to their distance to the surface, W = 0.02 + ½ distance. Exponents by least
+/// squares of F_1 against signed distance, each kept to its sign.
+/// @throws InputError when the mesh has too little inside or around to place factors in.
+RationalMap place_factors(const Device& device, const SamplePool& pool, int factors,
+                          Precision precision, std::uint64_t seed);
+
+}  // namespace qjulia

@@ -1,0 +1,27 @@
+#pragma once
+/// Random numbers that are the same with every standard library.
+
+#include <cmath>
+#include <cstdint>
+#include <random>
+
+namespace qjulia {
+
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : bits_(seed) {}
+
+  /// Uniform in [low, high).
+  double uniform(double low, double high) {
+    return low + (high - low) * static_cast<double>(bits_() >> 11) * 0x1p-53;
+  }
+  /// Uniform in 0 … count − 1.
+  std::size_t index(std::size_t count) {
+    return static_cast<std::size_t>(uniform(0, static_cast<double>(count)));
+  }
+
+ private:
+  std::mt19937_64 bits_;  ///< its sequence is fixed by the C++ standard
+};
+
+}  // namespace qjulia

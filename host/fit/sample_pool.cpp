@@ -1,0 +1,80 @@
+#include "fit/sample_pool.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace qjulia {
+namespace {
+
+constexpr std::size_t kSurfacePoints = 200'000;
+constexpr std::size_t kNearPoints = 240'000;
+constexpr std::size_t kAroundPoints = 80'000;
+constexpr double kNarrowOffset = 0.08;  // map units: two cells of 4/97
+constexpr double kWideOffset = 0.25;
+constexpr double kReach = 2.0;  // the box about the origin's shape that `around` fills
+
+std::vector<DistancePoint> measured(const SignedDistance& distance,
+                                    const std::vector<Eigen::Vector3d>& points) {
+  const auto distances = distance.at(points);
+  std::vector<DistancePoint> measured(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) measured[i] = {points[i], distances[i]};
+  return measured;
+}
+
+}  // namespace
+
+SamplePool::SamplePool(const Shape& shape, const SignedDistance& distance, std::uint64_t seed)
+    : surface_(sample_surface(shape.mesh, kSurfacePoints, seed)) {
+  Random random(seed);
+  std::vector<Eigen::Vector3d> points(kNearPoints);
+  for (auto& x : points) {
+    const auto& [position, normal] = surface_[random.index(surface_.size())];
+    const double width = random.index(2) == 0 ? kNarrowOffset : kWideOffset;
+    x = position + random.uniform(-width, width) * normal;
+  }
+  near_ = measured(distance, points);
+  const Eigen::Vector3d center = shape.mesh.box().center();
+  points.resize(kAroundPoints);
+  for (auto& x : points) {
+    x = center + Eigen::Vector3d(random.uniform(-kReach, kReach), random.uniform(-kReach, kReach),
+                                 random.uniform(-kReach, kReach));
+  }
+  around_ = measured(distance, points);
+}
+
+Samples SamplePool::draw(const Phase& phase, Random& random) const {
+  const auto total = static_cast<std::size_t>(phase.samples);
+  const std::size_t on_surface = total / 2;
+  const std::size_t in_band = total * 35 / 100;
+  const double b = phase.band;
+  Samples samples;
+  const auto add_beyond = [&](const DistancePoint& p) {
+    const double side = p.distance < 0 ? -1 : 1;
+    samples.add(p.position, 1, side * b, side);
+  };
+  // Rejection from a pool; the pools hold enough of either kind for a bounded number of tries.
+  const auto draw_from = [&](const std::vector<DistancePoint>& pool, auto wanted) {
+    constexpr int kTries = 1000;
+    for (int t = 0; t < kTries; ++t) {
+      const DistancePoint& p = pool[random.index(pool.size())];
+      if (wanted(p)) return p;
+    }
+    return pool[random.index(pool.size())];
+  };
+  for (std::size_t i = 0; i < on_surface; ++i) {
+    samples.add(surface_[random.index(surface_.size())].position, 1, 0, 0);
+  }
+  for (std::size_t i = 0; i < in_band; ++i) {
+    const auto p =
+        draw_from(near_, [b](const DistancePoint& q) { return std::abs(q.distance) < b; });
+    samples.add(p.position, phase.band_weight, p.distance, 0);
+  }
+  const auto beyond = [b](const DistancePoint& q) { return std::abs(q.distance) >= b; };
+  for (std::size_t i = on_surface + in_band; i < total; ++i) {
+    add_beyond(draw_from(i % 2 == 0 ? near_ : around_, beyond));
+  }
+  for (double& w : samples.weight) w /= static_cast<double>(total);
+  return samples;
+}
+
+}  // namespace qjulia
