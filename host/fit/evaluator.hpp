@@ -2,6 +2,7 @@
 /// Energy and gradient of a map over samples: what every optimiser step asks for.
 
 #include <Eigen/Core>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -54,5 +55,9 @@ std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples, const Energ
 std::unique_ptr<Evaluator> make_device_evaluator(const Device& device, const Samples& samples,
                                                  const EnergyOptions& options,
                                                  Precision precision = Precision::single);
+
+/// Makes the evaluators of a fit: the reference's or a device's.
+using EvaluatorFactory =
+    std::function<std::unique_ptr<Evaluator>(const Samples&, const EnergyOptions&)>;
 
 }  // namespace qjulia

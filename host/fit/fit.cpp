@@ -5,12 +5,11 @@
 #include <cmath>
 
 #include "fit/budget.hpp"
-#include "fit/minimize.hpp"
 #include "fit/overlap.hpp"
 #include "fit/placement.hpp"
-#include "fit/relocate.hpp"
 #include "fit/sample_pool.hpp"
 #include "fit/schedule.hpp"
+#include "fit/stages.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
@@ -20,81 +19,6 @@ namespace {
 
 /// Seconds kept from a time limit for scaling, calibration and writing.
 constexpr double kReserve = 1.0;
-
-std::vector<std::size_t> active_unknowns(Unknowns unknowns, std::size_t factors) {
-  const std::size_t count = unknowns == Unknowns::all ? 1 + 5 * factors : 1 + factors;
-  std::vector<std::size_t> active(count);
-  for (std::size_t i = 0; i < count; ++i) active[i] = i;
-  return active;
-}
-
-const Phase& phase_at(const Schedule& schedule, double fraction) {
-  for (const Phase& phase : schedule.phases) {
-    if (fraction < phase.until) return phase;
-  }
-  return schedule.phases.back();
-}
-
-/// The stages of one fit: a map whose F_1 comes ever closer to signed distance.
-class Fit {
- public:
-  Fit(const Device& device, const Shape& shape, const SignedDistance& distance,
-      const FitOptions& options, const Schedule& schedule, Budget& budget, const Watch& watch)
-      : device_(device),
-        options_(options),
-        schedule_(schedule),
-        budget_(budget),
-        watch_(watch),
-        random_(options.seed),
-        pool_(shape, distance, options.seed),
-        overlap_(device, shape, distance),
-        map_(place_factors(device, pool_, options.factors, options.precision, options.seed)) {}
-
-  /// Runs stages until the budget is spent.
-  StopReason run() {
-    for (;;) {
-      if (const auto reason = budget_.spent()) return *reason;
-      if (const auto reason = run_stage(phase_at(schedule_, budget_.fraction()))) return *reason;
-    }
-  }
-
-  const RationalMap& map() const { return map_; }
-  const SamplePool& pool() const { return pool_; }
-  std::vector<StageReport> stages;
-
- private:
-  std::optional<StopReason> run_stage(const Phase& phase) {
-    const double start = budget_.seconds();
-    const int evaluations = budget_.evaluations();
-    const Samples samples = pool_.draw(phase, random_);
-    const auto evaluator = make_device_evaluator(device_, samples, {}, options_.precision);
-    if (phase.relocated > 0 && !stages.empty() && options_.unknowns == Unknowns::all) {
-      map_ = relocate_factors(*evaluator, samples, map_, phase.relocated, random_);
-    }
-    const auto active = active_unknowns(options_.unknowns, map_.factors.size());
-    const Preconditioner scaling(evaluator->gauss_newton(map_), active, schedule_.damping);
-    auto result = minimize(*evaluator, map_, active, scaling, phase.iterations, budget_);
-    map_ = std::move(result.map);
-    StageReport report{
-        phase.name,          budget_.evaluations() - evaluations, result.energy_before,
-        result.energy_after, budget_.seconds() - start,           overlap_(map_)};
-    stages.push_back(report);
-    watch_.report({"fitting", budget_.fraction(), budget_.seconds_left(),
-                   fmt::format("{}, {} evaluations, energy {:.3e}, IoU {:.4f}", phase.name,
-                               budget_.evaluations(), report.energy_after, report.iou)});
-    return result.stopped;
-  }
-
-  const Device& device_;
-  const FitOptions& options_;
-  const Schedule& schedule_;
-  Budget& budget_;
-  const Watch& watch_;
-  Random random_;
-  SamplePool pool_;
-  Overlap overlap_;
-  RationalMap map_;
-};
 
 std::vector<Eigen::Vector3d> positions(const std::vector<SurfacePoint>& points, std::size_t count) {
   std::vector<Eigen::Vector3d> found;
@@ -108,7 +32,7 @@ std::vector<Eigen::Vector3d> positions(const std::vector<SurfacePoint>& points, 
 RationalMap finished(const Device& device, RationalMap map, const Shape& shape,
                      const SamplePool& pool, double detail, std::vector<std::string>& warnings) {
   constexpr std::size_t kSurfacePoints = 20'000;
-  const auto surface = positions(pool.surface(), kSurfacePoints);
+  const auto surface = positions(pool.surface, kSurfacePoints);
   map.shape_to_map = shape.shape_to_map;
   map.box = shape.box;
   map.inradius = shape.inradius / shape.shape_to_map.scale;
@@ -176,13 +100,18 @@ FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& 
   watch.report({"measuring the mesh", 0, -1, ""});
   const Shape shape = make_shape(device, mesh);
   const SignedDistance distance(device, shape.mesh);
-  Fit stages(device, shape, distance, options, schedule, budget, watch);
+  const SamplePool pool = make_sample_pool(shape, distance, options.seed);
+  const Overlap overlap(device, shape, distance);
+  const EvaluatorFactory on_device = [&](const Samples& samples, const EnergyOptions& energy) {
+    return make_device_evaluator(device, samples, energy, options.precision);
+  };
+  Stages stages(place_factors(on_device, pool, options.factors, options.seed), pool, on_device,
+                overlap, options, schedule, budget, watch);
 
   FitResult result;
   result.stopped = stages.run();
-  result.map =
-      finished(device, stages.map(), shape, stages.pool(), options.detail, result.warnings);
-  result.stages = std::move(stages.stages);
+  result.map = finished(device, stages.map(), shape, pool, options.detail, result.warnings);
+  result.stages = stages.reports();
   result.evaluations = budget.evaluations();
   result.seconds = budget.seconds();
   return result;

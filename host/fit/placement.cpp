@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 
-#include "fit/evaluator.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia {
@@ -22,7 +21,7 @@ constexpr double kOutsideSpacing = 1.5;  // against the inside's at the same dis
 /// Candidates of one side (−1 inside, +1 outside): at least `nearest` from the surface.
 std::vector<DistancePoint> candidates(const SamplePool& pool, double side, double nearest) {
   std::vector<DistancePoint> found;
-  for (const auto* points : {&pool.around(), &pool.near()}) {
+  for (const auto* points : {&pool.around, &pool.near}) {
     for (const DistancePoint& p : *points) {
       const double d = side * p.distance;
       if (d > nearest && (side < 0 || d < kOutsideReach) && found.size() < kCandidates) {
@@ -101,8 +100,8 @@ void fit_exponents(Evaluator& evaluator, RationalMap& map, std::size_t inside) {
 
 }  // namespace
 
-RationalMap place_factors(const Device& device, const SamplePool& pool, int factors,
-                          Precision precision, std::uint64_t seed) {
+RationalMap place_factors(const EvaluatorFactory& make_evaluator, const SamplePool& pool,
+                          int factors, std::uint64_t seed) {
   const auto inside = static_cast<std::size_t>(std::lround(kInsideShare * factors));
   const auto outside = static_cast<std::size_t>(factors) - inside;
   RationalMap map;
@@ -133,10 +132,10 @@ RationalMap place_factors(const Device& device, const SamplePool& pool, int fact
     samples.add(p.position, 1 / std::max(std::abs(p.distance), kCell / 2),
                 std::clamp(p.distance, -kLargest, kLargest), 0);
   };
-  for (int i = 0; i < kNear; ++i) add_sample(pool.near()[random.index(pool.near().size())]);
-  for (int i = 0; i < kAround; ++i) add_sample(pool.around()[random.index(pool.around().size())]);
+  for (int i = 0; i < kNear; ++i) add_sample(pool.near[random.index(pool.near.size())]);
+  for (int i = 0; i < kAround; ++i) add_sample(pool.around[random.index(pool.around.size())]);
   for (double& w : samples.weight) w /= kNear + kAround;
-  const auto evaluator = make_device_evaluator(device, samples, {}, precision);
+  const auto evaluator = make_evaluator(samples, {});
   fit_exponents(*evaluator, map, inside);
   return map;
 }

@@ -1,8 +1,8 @@
 #pragma once
 /// Where the factors start.
 
+#include "fit/evaluator.hpp"
 #include "fit/sample_pool.hpp"
-#include "qjulia/device.hpp"
 #include "qjulia/rational_map.hpp"
 
 namespace qjulia {
@@ -11,7 +11,7 @@ namespace qjulia {
 /// in proportion to their distance to the surface, W = 0.02 + ½ distance. Exponents by least
 /// squares of F_1 against signed distance, each kept to its sign.
 /// @throws InputError when the mesh has too little inside or around to place factors in.
-RationalMap place_factors(const Device& device, const SamplePool& pool, int factors,
-                          Precision precision, std::uint64_t seed);
+RationalMap place_factors(const EvaluatorFactory& make_evaluator, const SamplePool& pool,
+                          int factors, std::uint64_t seed);
 
 }  // namespace qjulia

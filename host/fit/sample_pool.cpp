@@ -23,23 +23,26 @@ std::vector<DistancePoint> measured(const SignedDistance& distance,
 
 }  // namespace
 
-SamplePool::SamplePool(const Shape& shape, const SignedDistance& distance, std::uint64_t seed)
-    : surface_(sample_surface(shape.mesh, kSurfacePoints, seed)) {
+SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance,
+                            std::uint64_t seed) {
+  SamplePool pool;
+  pool.surface = sample_surface(shape.mesh, kSurfacePoints, seed);
   Random random(seed);
   std::vector<Eigen::Vector3d> points(kNearPoints);
   for (auto& x : points) {
-    const auto& [position, normal] = surface_[random.index(surface_.size())];
+    const auto& [position, normal] = pool.surface[random.index(pool.surface.size())];
     const double width = random.index(2) == 0 ? kNarrowOffset : kWideOffset;
     x = position + random.uniform(-width, width) * normal;
   }
-  near_ = measured(distance, points);
+  pool.near = measured(distance, points);
   const Eigen::Vector3d center = shape.mesh.box().center();
   points.resize(kAroundPoints);
   for (auto& x : points) {
     x = center + Eigen::Vector3d(random.uniform(-kReach, kReach), random.uniform(-kReach, kReach),
                                  random.uniform(-kReach, kReach));
   }
-  around_ = measured(distance, points);
+  pool.around = measured(distance, points);
+  return pool;
 }
 
 Samples SamplePool::draw(const Phase& phase, Random& random) const {
@@ -53,25 +56,25 @@ Samples SamplePool::draw(const Phase& phase, Random& random) const {
     samples.add(p.position, 1, side * b, side);
   };
   // Rejection from a pool; the pools hold enough of either kind for a bounded number of tries.
-  const auto draw_from = [&](const std::vector<DistancePoint>& pool, auto wanted) {
+  const auto draw_from = [&](const std::vector<DistancePoint>& from, auto wanted) {
     constexpr int kTries = 1000;
     for (int t = 0; t < kTries; ++t) {
-      const DistancePoint& p = pool[random.index(pool.size())];
+      const DistancePoint& p = from[random.index(from.size())];
       if (wanted(p)) return p;
     }
-    return pool[random.index(pool.size())];
+    return from[random.index(from.size())];
   };
   for (std::size_t i = 0; i < on_surface; ++i) {
-    samples.add(surface_[random.index(surface_.size())].position, 1, 0, 0);
+    samples.add(surface[random.index(surface.size())].position, 1, 0, 0);
   }
   for (std::size_t i = 0; i < in_band; ++i) {
     const auto p =
-        draw_from(near_, [b](const DistancePoint& q) { return std::abs(q.distance) < b; });
+        draw_from(near, [b](const DistancePoint& q) { return std::abs(q.distance) < b; });
     samples.add(p.position, phase.band_weight, p.distance, 0);
   }
   const auto beyond = [b](const DistancePoint& q) { return std::abs(q.distance) >= b; };
   for (std::size_t i = on_surface + in_band; i < total; ++i) {
-    add_beyond(draw_from(i % 2 == 0 ? near_ : around_, beyond));
+    add_beyond(draw_from(i % 2 == 0 ? near : around, beyond));
   }
   for (double& w : samples.weight) w /= static_cast<double>(total);
   return samples;

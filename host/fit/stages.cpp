@@ -1,0 +1,69 @@
+#include "fit/stages.hpp"
+
+#include <fmt/format.h>
+
+#include <numeric>
+
+#include "fit/minimize.hpp"
+#include "fit/relocate.hpp"
+
+namespace qjulia {
+namespace {
+
+std::vector<std::size_t> active_unknowns(Unknowns unknowns, std::size_t factors) {
+  std::vector<std::size_t> active(unknowns == Unknowns::all ? 1 + 5 * factors : 1 + factors);
+  std::iota(active.begin(), active.end(), 0U);
+  return active;
+}
+
+const Phase& phase_at(const Schedule& schedule, double fraction) {
+  for (const Phase& phase : schedule.phases) {
+    if (fraction < phase.until) return phase;
+  }
+  return schedule.phases.back();
+}
+
+}  // namespace
+
+Stages::Stages(RationalMap start, const SamplePool& pool, EvaluatorFactory make_evaluator,
+               std::function<double(const RationalMap&)> overlap, const FitOptions& options,
+               const Schedule& schedule, Budget& budget, const Watch& watch)
+    : map_(std::move(start)),
+      pool_(pool),
+      make_evaluator_(std::move(make_evaluator)),
+      overlap_(std::move(overlap)),
+      options_(options),
+      schedule_(schedule),
+      budget_(budget),
+      watch_(watch),
+      random_(options.seed) {}
+
+StopReason Stages::run() {
+  for (;;) {
+    if (const auto reason = budget_.spent()) return *reason;
+    if (const auto reason = run_stage(phase_at(schedule_, budget_.fraction()))) return *reason;
+  }
+}
+
+std::optional<StopReason> Stages::run_stage(const Phase& phase) {
+  const double start = budget_.seconds();
+  const int evaluations = budget_.evaluations();
+  const Samples samples = pool_.draw(phase, random_);
+  const auto evaluator = make_evaluator_(samples, {});
+  if (phase.relocated > 0 && !reports_.empty() && options_.unknowns == Unknowns::all) {
+    const auto most = static_cast<int>(map_.factors.size() / 4);
+    map_ = relocate_factors(*evaluator, samples, map_, std::min(phase.relocated, most), random_);
+  }
+  const auto active = active_unknowns(options_.unknowns, map_.factors.size());
+  const Preconditioner scaling(evaluator->gauss_newton(map_), active, schedule_.damping);
+  auto result = minimize(*evaluator, map_, active, scaling, phase.iterations, budget_);
+  map_ = std::move(result.map);
+  reports_.push_back({phase.name, budget_.evaluations() - evaluations, result.energy_before,
+                      result.energy_after, budget_.seconds() - start, overlap_(map_)});
+  watch_.report({"fitting", budget_.fraction(), budget_.seconds_left(),
+                 fmt::format("{}, {} evaluations, energy {:.3e}, IoU {:.4f}", phase.name,
+                             budget_.evaluations(), result.energy_after, reports_.back().iou)});
+  return result.stopped;
+}
+
+}  // namespace qjulia
