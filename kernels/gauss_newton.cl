@@ -8,11 +8,11 @@
 #define PANEL_ROWS 8     // rows of a register tile of H
 #define PANEL_VECTORS 2  // vectors of QJ_WIDTH columns of a register tile
 
-// Writes sqrt(W) J of samples first … first + chunk - 1 into panels of `chunk` samples. Samples
-// past the end count as weight 0. Work-item (v, b): factors v QJ_WIDTH …, samples
+// Writes sqrt(W) J of every `step`-th sample, from the first-th such one, into panels of `chunk`
+// samples. Samples past the end count as weight 0. Work-item (v, b): factors v QJ_WIDTH …, samples
 // b block … of the chunk. field: F_1 at the samples.
-kernel void jacobian_panels(global const real* samples, int stride, int first, int chunk, int block,
-                            global const real* map, int factors, int loss, real alpha,
+kernel void jacobian_panels(global const real* samples, int stride, int step, int first, int chunk,
+                            int block, global const real* map, int factors, int loss, real alpha,
                             global const real* field, global real* panels) {
   int v = (int)get_global_id(0);
   int begin = (int)get_global_id(1) * block;
@@ -31,7 +31,7 @@ kernel void jacobian_panels(global const real* samples, int stride, int first, i
   global real* out = panels + tile * panel + v * QJ_WIDTH % QJ_PANEL_TILE;
   int end = min(begin + block, chunk);
   for (int s = begin; s < end; ++s) {
-    int i = first + s;
+    int i = (first + s) * step;
     real root = 0;
     if (i < stride) {
       root = sqrt(loss_curvature(loss, field[i], samples[QJ_SAMPLE_WEIGHT * stride + i],

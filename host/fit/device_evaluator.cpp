@@ -99,9 +99,11 @@ class DeviceEvaluator final : public Evaluator {
     const auto jacobian = kernel("gauss_newton.cl", "jacobian_panels");
     const auto products = kernel("gauss_newton.cl", "panel_products");
     const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
-    for (std::size_t first = 0; first < division_.stride; first += kPanelSamples) {
+    const std::size_t step = divide_up(division_.stride, kMostCurvatureSamples);
+    const std::size_t rows_taken = divide_up(division_.stride, step);
+    for (std::size_t first = 0; first < rows_taken; first += kPanelSamples) {
       context.launch(jacobian, {{vectors, kPanelSamples / kPanelBlock, 1}},
-                     {samples_, i32(division_.stride), i32(first), i32(kPanelSamples),
+                     {samples_, i32(division_.stride), i32(step), i32(first), i32(kPanelSamples),
                       i32(kPanelBlock), map_, i32(factors_), loss(),
                       device::Argument::real(options_.alpha, precision_), field_, panels_});
       context.launch(products, {{order / 8, order / (2 * division_.width), 1}},
@@ -109,7 +111,7 @@ class DeviceEvaluator final : public Evaluator {
     }
     std::vector<double> rows(order * order);
     context.read(matrix_, rows);
-    return to_symmetric(rows, map.factors.size());
+    return static_cast<double>(step) * to_symmetric(rows, map.factors.size());
   }
 
  private:
@@ -221,6 +223,8 @@ class DeviceEvaluator final : public Evaluator {
 
   static std::int32_t i32(std::size_t n) { return static_cast<std::int32_t>(n); }
   static constexpr std::size_t kRowBlock = 64;
+  /// H is estimated from a part of more samples than this: it only scales the unknowns.
+  static constexpr std::size_t kMostCurvatureSamples = 10'240;
   static constexpr std::size_t kPanelSamples = 1024;  ///< two tiles of them fit a core's cache
   static constexpr std::size_t kPanelBlock = 64;
 

@@ -39,7 +39,8 @@ class Evaluator {
   virtual std::vector<double> field(const RationalMap& map) = 0;
   /// The Gauss-Newton matrix H = JᵀWJ of the energy at n = 1, of order 1 + 5K: J is ∂F_1 by the
   /// unknowns, W the loss's second derivative by F (for the tanh loss w α² (1 − tanh²), which
-  /// stays positive; 0 where a one-sided sample asks for nothing).
+  /// stays positive; 0 where a one-sided sample asks for nothing). Of many samples an evenly spaced
+  /// part may stand for all.
   virtual Eigen::MatrixXd gauss_newton(const RationalMap& map) = 0;
 
  protected:
