@@ -30,18 +30,24 @@ struct MeshReport {
   std::size_t non_manifold_edges = 0;  ///< edges with more than two triangles, or badly oriented
   std::size_t welded_vertices = 0;     ///< duplicates merged while reading
   std::size_t dropped_triangles = 0;   ///< without area, removed while reading
+  bool is_inside_out = false;          ///< its signed volume is negative
+  double rounding = 0;  ///< of coordinates in single precision, as mesh files are read and written,
+                        ///< over the longest side
   bool closed() const { return open_edges == 0 && non_manifold_edges == 0; }
   /// One sentence a line on what a user should know; empty for a clean mesh.
   std::vector<std::string> warnings() const;
 };
 
-/// Reads .obj, .off, .ply or .stl by its extension; polygons are cut into triangles and equal
-/// vertices welded.
+/// Reads .obj, .off, .ply or .stl by its extension, through OpenMesh and so with coordinates in
+/// single precision; polygons are cut into triangles, equal vertices welded, and triangles without
+/// area and vertices without triangles left out. Nothing else is lost: open, non-manifold and
+/// inside-out meshes and triangle soups come as they are.
 /// @throws InputError naming the file: missing, empty, of another type, truncated, an index out of
 ///   range, a coordinate that is not finite, no triangle with area.
 TriangleMesh read_mesh(const std::filesystem::path& path, MeshReport* report = nullptr);
 
-/// Writes by extension (.ply and .stl binary, .obj, .off), under a temporary name that is renamed.
+/// Writes by extension (.ply and .stl binary, .obj, .off), coordinates in single precision, under a
+/// temporary name that is renamed.
 /// @throws OutputError, or InputError for another extension.
 void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path);
 

@@ -1,0 +1,20 @@
+#include <fmt/format.h>
+
+#include "files/atomic_file.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/mesh.hpp"
+#include "shape/mesh_extension.hpp"
+#include "shape/openmesh_io.hpp"
+
+namespace qjulia {
+
+void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path) {
+  const std::string extension = mesh_extension(path, "write");
+  AtomicFile file(path);
+  if (!write_with_openmesh(mesh, extension, file.stream())) {
+    throw OutputError(fmt::format("cannot write mesh '{}'; check the space left", path.string()));
+  }
+  file.commit();
+}
+
+}  // namespace qjulia

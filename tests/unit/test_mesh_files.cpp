@@ -1,0 +1,357 @@
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <random>
+
+#include "qjulia/error.hpp"
+#include "qjulia/mesh.hpp"
+#include "shapes.hpp"
+#include "temporary_folder.hpp"
+
+using namespace qjulia;
+using Catch::Matchers::Contains;
+
+namespace {
+
+const test::TemporaryFolder folder;
+
+constexpr const char* kTetrahedron =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+
+/// The mesh file is refused with a message that names it and says `why`.
+void check_refused(const std::string& name, std::string_view bytes, const std::string& why) {
+  const auto path = folder.file(name, bytes);
+  CAPTURE(name, bytes.substr(0, 200));
+  CHECK_THROWS_AS(read_mesh(path), InputError);
+  CHECK_THROWS_WITH(read_mesh(path), Contains(name) && Contains(why));
+}
+
+TriangleMesh read_text(const std::string& name, std::string_view bytes,
+                       MeshReport* report = nullptr) {
+  return read_mesh(folder.file(name, bytes), report);
+}
+
+std::string bytes_of(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+}  // namespace
+
+TEST_CASE("every format is written and read back") {
+  const std::string name = GENERATE("m.ply", "m.stl", "m.obj", "m.off", "M.PLY");
+  const TriangleMesh mesh = shapes::torus(1, 0.35, 24, 12);
+  const auto path = folder.path() / name;
+  write_mesh(mesh, path);
+  MeshReport report;
+  const TriangleMesh read = read_mesh(path, &report);
+  CAPTURE(name);
+  CHECK(read.vertices.size() == mesh.vertices.size());
+  REQUIRE(read.triangles.size() == mesh.triangles.size());
+  double worst = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      worst = std::max(worst, (mesh.vertices[mesh.triangles[t][corner]] -
+                               read.vertices[read.triangles[t][corner]])
+                                  .norm());
+    }
+  }
+  CHECK(worst < 2e-7);
+  CHECK(report.closed());
+  CHECK(report.components == 1);
+  CHECK(report.warnings().empty());
+}
+
+TEST_CASE("binary formats have the size their layout asks for") {
+  const TriangleMesh mesh = shapes::sphere(1);
+  write_mesh(mesh, folder.path() / "size.stl");
+  CHECK(std::filesystem::file_size(folder.path() / "size.stl") == 84 + 50 * mesh.triangles.size());
+  write_mesh(mesh, folder.path() / "size.ply");
+  const std::string ply = bytes_of(folder.path() / "size.ply");
+  CHECK(ply.size() ==
+        ply.find("end_header\n") + 11 + 12 * mesh.vertices.size() + 13 * mesh.triangles.size());
+}
+
+TEST_CASE("writing to an unknown format or a missing folder fails") {
+  CHECK_THROWS_AS(write_mesh(shapes::box(), folder.path() / "box.gltf"), InputError);
+  CHECK_THROWS_AS(write_mesh(shapes::box(), folder.path() / "no" / "box.ply"), OutputError);
+}
+
+TEST_CASE("obj: indices of every kind") {
+  const TriangleMesh plain = read_text("plain.obj", kTetrahedron);
+  CHECK(plain.vertices.size() == 4);
+  CHECK(plain.triangles.size() == 4);
+  const TriangleMesh dressed = read_text(
+      "dressed.obj",
+      "# made by hand\r\nmtllib none.mtl\r\n"
+      "v 0 0 0 1 0.5 0.2\r\nv +1 0 0\r\nv 0 1e0 0\r\nv 0 0 1.0\r\nvt 0.5\r\nvn nan 0 0\r\n"
+      "usemtl none\r\ns off\r\nf 1/1/1 3//1 2/1\r\nf -4 -3 -1\r\nf 1 -1 3\r\nf 2 3 4 # last\r\n");
+  CHECK(dressed.vertices == plain.vertices);
+  CHECK(dressed.triangles == plain.triangles);
+  const TriangleMesh quad =
+      read_text("quad.obj", "f 1 2 3 4\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n");
+  CHECK(quad.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
+}
+
+TEST_CASE("obj: what is wrong is refused") {
+  check_refused("empty.obj", "", "empty");
+  check_refused("words.obj", "hello\nworld\n", "no vertices");
+  check_refused("points.obj", "v 0 0 0\nv 1 0 0\n", "no faces");
+  check_refused("past.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", "line 4");
+  check_refused("zero.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", "line 4");
+  check_refused("back.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -1 -2 -4\n", "line 4");
+  check_refused("huge.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999\n", "line 4");
+  check_refused("letter.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 x\n", "line 4");
+  check_refused("pair.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\n", "line 4");
+  check_refused("nan.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n", "line 2");
+  check_refused("inf.obj", "v 0 0 0\nv 1e300 0 0\nv 0 1 0\nf 1 2 3\n", "line 2");
+  check_refused("comma.obj", "v 0 0 0\nv 1,5 0 0\nv 0 1 0\nf 1 2 3\n", "line 2");
+  check_refused("short.obj", "v 0 0 0\nv 1 0\n", "line 2");
+  check_refused("equal.obj", "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n", "area");
+  check_refused("line.obj", "v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n", "area");
+  check_refused("same.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 1 2\n", "area");
+}
+
+TEST_CASE("off: comments, colours and counts on the first line") {
+  const TriangleMesh mesh =
+      read_text("colour.off",
+                "COFF 4 2 0 # counts\n# corners\n0 0 0 255 0 0\n1 0 0 9 9 9\n\n"
+                "1 1 0 1 1 1\n0 1 0 1 1 1 # end\n3 0 1 2 255 0 0\n"
+                "3 0 2 3 0.5 0.5 0.5");
+  CHECK(mesh.vertices.size() == 4);
+  CHECK(mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
+}
+
+TEST_CASE("off: what is wrong is refused") {
+  check_refused("empty.off", "", "empty");
+  check_refused("words.off", "hello", "OFF");
+  check_refused("four.off", "4OFF\n3 1 0\n0 0 0 0\n1 0 0 0\n0 1 0 0\n3 0 1 2\n", "OFF");
+  check_refused("binary.off", "OFF BINARY\n\1\2\3", "binary");
+  check_refused("counts.off", "OFF\nmany few\n", "counts");
+  check_refused("none.off", "OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n", "no faces");
+  check_refused("huge.off", "OFF\n100000000 100000000 0\n0 0 0\n", "promises");
+  check_refused("overflow.off", "OFF\n9223372036854775807 9223372036854775807 0\n0 0 0\n",
+                "promises");
+  check_refused("cut.off", "OFF\n3 1 0\n0 0 0\n1.000000 0 0\n0.000000 1 0\n", "early");
+  check_refused("past.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", "line 6");
+  check_refused("negative.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", "line 6");
+  check_refused("long.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4000000000 0 1 2\n", "line 6");
+  check_refused("nan.off", "OFF\n3 1 0\n0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n", "line 4");
+}
+
+TEST_CASE("stl: text") {
+  constexpr std::string_view kFacet =
+      "solid part\n facet normal nan 0 0\n  OUTER loop\n   vertex 0 0 0\n   vertex 1 0 0\n"
+      "   vertex 0 1 0\n  endloop\n endfacet\n";
+  const std::string whole = std::string(kFacet) + "endsolid part\n";
+  CHECK(read_text("text.stl", whole).triangles == std::vector<Triangle>{{0, 1, 2}});
+  check_refused("cut.stl", kFacet, "endsolid");
+  check_refused("cutter.stl", std::string_view(whole).substr(0, 90), "line 6");
+  check_refused("none.stl", "solid part\nendsolid part\n", "no triangles");
+  check_refused("nan.stl", "solid\nouter loop\nvertex 0 nan 0\nendloop\nendsolid", "line 3");
+  check_refused("two.stl", "solid\nouter loop\nvertex 0 0 0\nvertex 0 1 0\nendloop\nendsolid",
+                "line 5");
+  check_refused("four.stl",
+                "solid\nouter loop\nvertex 0 0 0\nvertex 0 1 0\nvertex 1 1 0\nvertex 1 0 0\n"
+                "endloop\nendsolid",
+                "line 6");
+}
+
+TEST_CASE("stl: binary") {
+  write_mesh(shapes::box(), folder.path() / "box.stl");
+  const std::string bytes = bytes_of(folder.path() / "box.stl");
+  check_refused("empty.stl", "", "empty");
+  check_refused("short.stl", bytes.substr(0, bytes.size() - 7), "cut off");
+  check_refused("header.stl", bytes.substr(0, 84), "cut off");
+  std::string huge = bytes;
+  std::memcpy(huge.data() + 80, "\xff\xff\xff\xff", 4);
+  check_refused("huge.stl", huge, "promises 4294967295");
+  std::string nan = bytes;
+  std::memcpy(nan.data() + 84 + 50 + 12, "\0\0\xc0\x7f", 4);
+  check_refused("nan.stl", nan, "triangle 2");
+  // A binary file may begin with the word that marks text.
+  std::string solid = bytes;
+  std::memcpy(solid.data(), "solid", 5);
+  CHECK(read_text("solid.stl", solid).triangles.size() == 12);
+}
+
+TEST_CASE("ply: text with properties of every kind") {
+  const TriangleMesh mesh = read_text(
+      "rich.ply",
+      "ply\r\nformat ascii 1.0\r\ncomment element of surprise\r\nobj_info property\r\n"
+      "element camera 1\r\nproperty list int float view\r\n"
+      "element vertex 4\r\nproperty float nx\r\nproperty double x\r\nproperty float y\r\n"
+      "property float z\r\nproperty uchar red\r\n"
+      "element face 2\r\nproperty uchar flags\r\nproperty list uint8 int32 vertex_index\r\n"
+      "property list uchar float texcoord\r\nelement edge 1\r\nproperty int vertex1\r\n"
+      "end_header\r\n2 0.5 0.5\r\nnan 0 0 0 255\r\n0 1 0 0 255\r\n0 1 1 0 255\r\n0 0 1 0 255\r\n"
+      "1 3 0 1 2 6 0 0 0 1 1 1\r\n1 3 0 2 3 0\r\n7");
+  CHECK(mesh.vertices.size() == 4);
+  CHECK(mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
+}
+
+TEST_CASE("ply: big-endian bytes with unusual types") {
+  std::string bytes =
+      "ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty short x\nproperty double y\n"
+      "property float z\nelement face 1\nproperty list uint ushort vertex_indices\nend_header\n";
+  const auto append = [&bytes]<class T>(T value) {
+    char raw[sizeof value];
+    std::memcpy(raw, &value, sizeof value);
+    bytes.append(std::reverse_iterator(raw + sizeof value), std::reverse_iterator(raw + 0));
+  };
+  for (const auto& [x, y] : {std::pair(0, 0.0), std::pair(300, 0.0), std::pair(0, 2.5)}) {
+    append(static_cast<std::int16_t>(x));
+    append(y);
+    append(1.0F);
+  }
+  append(std::uint32_t{3});
+  for (std::uint16_t v = 0; v < 3; ++v) append(v);
+  const TriangleMesh mesh = read_text("big.ply", bytes);
+  CHECK(mesh.vertices == std::vector<Eigen::Vector3d>{{0, 0, 1}, {300, 0, 1}, {0, 2.5, 1}});
+  CHECK(mesh.triangles == std::vector<Triangle>{{0, 1, 2}});
+}
+
+TEST_CASE("ply: what is wrong is refused") {
+  const std::string vertices =
+      "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
+  const std::string faces = "element face 1\nproperty list uchar int vertex_indices\n";
+  const std::string points = "0 0 0\n1 0 0\n0 1 0\n";
+  const auto text = [](const std::string& header, const std::string& body) {
+    return "ply\nformat ascii 1.0\n" + header + "end_header\n" + body;
+  };
+  CHECK(read_text("good.ply", text(vertices + faces, points + "3 0 1 2\n")).triangles.size() == 1);
+  check_refused("empty.ply", "", "empty");
+  check_refused("cut_header.ply", "ply\nformat ascii 1.0\nelement vertex 3\n", "cut off");
+  check_refused("format.ply", "ply\nformat cuneiform 1.0\nend_header\n", "format");
+  check_refused("type.ply", text("element vertex 3\nproperty quad x\n", points), "quad");
+  check_refused("points.ply", text(vertices, points), "no faces");
+  check_refused("no_faces.ply",
+                text(vertices + "element face 0\nproperty list uchar int vertex_indices\n", points),
+                "no faces");
+  check_refused("strips.ply",
+                text(vertices + "element tristrips 1\nproperty list int int vertex_indices\n",
+                     points + "3 0 1 2\n"),
+                "strips");
+  check_refused("flat.ply",
+                text("element vertex 3\nproperty float x\nproperty float y\n" + faces, points),
+                "no z");
+  check_refused("order.ply", text(faces + vertices, "3 0 1 2\n" + points), "before");
+  check_refused("past.ply", text(vertices + faces, points + "3 0 1 3\n"), "vertex is 3");
+  check_refused("negative.ply", text(vertices + faces, points + "3 0 1 -1\n"), "vertex is -1");
+  check_refused("pair.ply", text(vertices + faces, points + "2 0 1\n"), "length is 2");
+  check_refused("nan.ply", text(vertices + faces, "0 0 nan\n1 0 0\n0 1 0\n3 0 1 2\n"), "finite");
+  check_refused("cut.ply", text(vertices + faces, points + "3 0 1"), "early");
+  check_refused("huge.ply",
+                "ply\nformat binary_little_endian 1.0\nelement vertex 100000000\nproperty float x\n"
+                "property float y\nproperty float z\nelement face 100000000\n"
+                "property list uchar int vertex_indices\nend_header\nshort",
+                "promises 100000000");
+  check_refused("long_face.ply",
+                "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\n"
+                "property float y\nproperty float z\nelement face 1\n"
+                "property list int int vertex_indices\nend_header\n" +
+                    std::string(12, '\0') + "\xff\xff\xff\x7f" + std::string(8, '\0'),
+                "early");
+  write_mesh(shapes::sphere(2), folder.path() / "sphere.ply");
+  const std::string sphere = bytes_of(folder.path() / "sphere.ply");
+  check_refused("cut_faces.ply", std::string_view(sphere).substr(0, sphere.size() - 1), "early");
+  check_refused("cut_vertices.ply", std::string_view(sphere).substr(0, 600), "promises");
+}
+
+TEST_CASE("random bytes are refused or read, never worse") {
+  std::mt19937 random(5);
+  for (int trial = 0; trial < 50; ++trial) {
+    std::string bytes(1 + random() % 400, '\0');
+    for (char& byte : bytes) byte = static_cast<char>(random());
+    if (trial < 4) check_refused("random.ply", bytes, "ply");
+    for (const char* name : {"random.ply", "random.obj", "random.off", "random.stl"}) {
+      CHECK_THROWS_AS(read_text(name, bytes), InputError);
+    }
+  }
+}
+
+TEST_CASE("files with damaged bytes are refused or read, never worse") {
+  const TriangleMesh sphere = shapes::sphere(1);
+  std::mt19937 random(6);
+  for (const std::string name : {"damaged.ply", "damaged.obj", "damaged.off", "damaged.stl"}) {
+    write_mesh(sphere, folder.path() / name);
+    const std::string bytes = bytes_of(folder.path() / name);
+    for (int trial = 0; trial < 150; ++trial) {
+      std::string damaged =
+          bytes.substr(0, trial % 3 == 0 ? random() % bytes.size() : bytes.size());
+      for (int hits = trial % 5; hits > 0 && !damaged.empty(); --hits) {
+        damaged[random() % damaged.size()] = static_cast<char>(random());
+      }
+      try {
+        const TriangleMesh mesh = read_text(name, damaged);
+        CHECK(!mesh.triangles.empty());
+        CHECK(mesh.triangles.size() <= sphere.triangles.size() + 4);
+        for (const auto& triangle : mesh.triangles) {
+          for (const auto v : triangle) CHECK(v < mesh.vertices.size());
+        }
+      } catch (const InputError&) {
+        SUCCEED();
+      }
+    }
+  }
+}
+
+TEST_CASE("a mesh that is missing, a folder or of another type is refused") {
+  CHECK_THROWS_WITH(read_mesh(folder.path() / "gone.obj"),
+                    Contains("gone.obj") && Contains("no such file"));
+  std::filesystem::create_directory(folder.path() / "folder.obj");
+  CHECK_THROWS_WITH(read_mesh(folder.path() / "folder.obj"), Contains("folder"));
+  check_refused("scene.gltf", "{}", ".ply");
+  check_refused("noextension", "v 0 0 0\n", ".ply");
+}
+
+TEST_CASE("nothing is lost where OpenMesh's own meshes would drop faces") {
+  // Three triangles at one edge.
+  MeshReport report;
+  const TriangleMesh fan = read_text(
+      "fan.obj", "v 0 0 0\nv 0 0 1\nv 1 0 0\nv 0 1 0\nv -1 0 0\nf 1 2 3\nf 1 2 4\nf 1 2 5\n",
+      &report);
+  CHECK(fan.triangles.size() == 3);
+  CHECK(report.non_manifold_edges == 1);
+  CHECK(report.open_edges == 6);
+  CHECK(report.warnings().size() == 2);
+}
+
+TEST_CASE("equal vertices are welded and triangles without area dropped") {
+  write_mesh(shapes::soup(shapes::box()), folder.path() / "soup.obj");
+  MeshReport report;
+  const TriangleMesh mesh = read_mesh(folder.path() / "soup.obj", &report);
+  CHECK(mesh.vertices.size() == 8);
+  CHECK(report.welded_vertices == 28);
+  CHECK(report.closed());
+  // A vertex that only a dropped triangle uses goes with it, and -0 equals 0.
+  const TriangleMesh cleaned = read_text(
+      "clean.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv -0 0 0\nv 9 9 9\nf 1 2 3\nf 4 1 2\nf 4 4 5\n",
+      &report);
+  CHECK(cleaned.vertices.size() == 3);
+  CHECK(cleaned.box().high == Eigen::Vector3d(1, 1, 0));
+  CHECK(report.dropped_triangles == 2);
+  CHECK(report.welded_vertices == 1);
+}
+
+TEST_CASE("inspect counts components, edges and turned triangles") {
+  const auto two = inspect(shapes::joined(shapes::box(), shapes::torus()));
+  CHECK(two.components == 2);
+  CHECK(two.closed());
+  const auto open = inspect(shapes::open_box());
+  CHECK(open.open_edges == 4);
+  CHECK(open.warnings().size() == 1);
+  CHECK(inspect(shapes::inside_out(shapes::sphere(1))).is_inside_out);
+  CHECK(!inspect(shapes::sphere(1)).is_inside_out);
+  TriangleMesh one_turned = shapes::box();
+  std::swap(one_turned.triangles[0][0], one_turned.triangles[0][1]);
+  CHECK(inspect(one_turned).non_manifold_edges == 3);
+  CHECK(inspect(shapes::moved(shapes::box(), 1, {1e4, 0, 0})).warnings().size() == 1);
+}
+
+TEST_CASE("signed volume") {
+  CHECK(signed_volume(shapes::box({1, 2, 3}, {2, 4, 6})) == Approx(6));
+  CHECK(signed_volume(shapes::inside_out(shapes::box())) == Approx(-8));
+  CHECK(signed_volume(shapes::moved(shapes::box(), 1, {1e8, 0, 0})) == Approx(8));
+  CHECK(signed_volume(shapes::open_box()) > 0);
+  CHECK(signed_volume(turned_outward(shapes::inside_out(shapes::box()))) == Approx(8));
+}
