@@ -1,8 +1,9 @@
 #pragma once
-/// Pictures of the set itself, ray-marched on the device.
+/// Pictures of the set itself, ray-marched on the device, and of meshes in the same light.
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <vector>
 
 #include "qjulia/device.hpp"
@@ -36,12 +37,20 @@ struct PictureOptions {
   void validate() const;  ///< @throws InputError
 };
 
+/// Pictures of {F_n < L}. Lights stay with the camera's azimuth; the ground lies under the set's
+/// lowest point. The same options, map and device give the same bytes. An empty image when a stop
+/// was requested.
 Image render(const Device& device, const RationalMap& map, const PictureOptions& options,
              const Watch& watch = {});
 
 /// The same view, light and material for a mesh, for comparison.
+/// @param framed what the camera frames, in the mesh's coordinates, such as the map's box.
 Image render_mesh(const Device& device, const TriangleMesh& mesh, const Box& framed,
                   const PictureOptions& options, const Watch& watch = {});
+
+/// Images side by side in rows of `columns`, `gap` white pixels between them; smaller images stand
+/// at the upper left of their cells.
+Image contact_sheet(std::span<const Image> images, int columns, int gap = 0);
 
 /// Written under a temporary name and renamed. @throws OutputError
 void write_png(const Image& image, const std::filesystem::path& path);

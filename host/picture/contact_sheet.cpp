@@ -1,0 +1,36 @@
+#include <algorithm>
+
+#include "qjulia/error.hpp"
+#include "qjulia/picture.hpp"
+
+namespace qjulia {
+
+Image contact_sheet(std::span<const Image> images, int columns, int gap) {
+  if (images.empty() || columns < 1 || gap < 0) {
+    throw InputError("a contact sheet needs pictures, at least one column and no negative gap");
+  }
+  int cell_width = 0, cell_height = 0;
+  for (const Image& image : images) {
+    cell_width = std::max(cell_width, image.width);
+    cell_height = std::max(cell_height, image.height);
+  }
+  const int count = static_cast<int>(images.size());
+  columns = std::min(columns, count);
+  const int rows = (count + columns - 1) / columns;
+  Image sheet{columns * (cell_width + gap) - gap, rows * (cell_height + gap) - gap, {}};
+  const auto row_bytes = 3 * static_cast<std::size_t>(sheet.width);
+  sheet.pixels.assign(row_bytes * static_cast<std::size_t>(sheet.height), 255);
+  for (int i = 0; i < count; ++i) {
+    const Image& image = images[static_cast<std::size_t>(i)];
+    const int left = i % columns * (cell_width + gap), top = i / columns * (cell_height + gap);
+    const auto bytes = 3 * static_cast<std::ptrdiff_t>(image.width);
+    for (int row = 0; row < image.height; ++row) {
+      std::copy_n(
+          image.pixels.begin() + row * bytes, bytes,
+          sheet.pixels.begin() + static_cast<std::ptrdiff_t>(row_bytes) * (top + row) + 3 * left);
+    }
+  }
+  return sheet;
+}
+
+}  // namespace qjulia

@@ -1,0 +1,77 @@
+#include "picture/lights.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+
+#include "qjulia/shared/picture_layout.h"
+
+namespace qjulia {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kSkyLights = 64;  ///< over the whole sphere
+constexpr int kSkyMap = 192;    ///< texels a side
+constexpr int kRimMap = 384;
+constexpr int kKeyMap = 768;
+constexpr double kKeySoftness = 0.05;
+
+/// What the surroundings send from a direction whose sine of elevation is `rise`, per steradian:
+/// a sky brightest overhead, cool; a floor that glows warmly with the light it has got.
+Vector3d surroundings(double rise) {
+  const Vector3d horizon(0.19, 0.20, 0.22), zenith(0.34, 0.36, 0.39), floor(0.13, 0.12, 0.105);
+  return rise > 0 ? Vector3d(horizon + rise * (zenith - horizon)) : floor;
+}
+
+}  // namespace
+
+std::vector<float> Light::packed(std::size_t first_texel) const {
+  std::vector<float> reals(QJ_LIGHT_SIZE);
+  const auto put = [&](int first, const Vector3d& v) {
+    for (int i = 0; i < 3; ++i) {
+      reals[static_cast<std::size_t>(first + i)] = static_cast<float>(v[i]);
+    }
+  };
+  const auto put_affine = [&](int first, const Vector3d& v) {
+    put(first, v);
+    reals[static_cast<std::size_t>(first + 3)] = static_cast<float>(-v.dot(view.eye));
+  };
+  put(QJ_LIGHT_DIRECTION, towards);
+  put(QJ_LIGHT_COLOR, color);
+  put_affine(QJ_LIGHT_U, view.eye_dx / view.eye_dx.squaredNorm());
+  put_affine(QJ_LIGHT_V, view.eye_dy / view.eye_dy.squaredNorm());
+  put_affine(QJ_LIGHT_DEPTH, view.dir);
+  reals[QJ_LIGHT_SOFTNESS] = static_cast<float>(softness);
+  reals[QJ_LIGHT_TEXEL] = static_cast<float>(view.footprint);
+  reals[QJ_LIGHT_MAP_SIZE] = static_cast<float>(view.columns);
+  reals[QJ_LIGHT_MAP_FIRST] = static_cast<float>(first_texel);
+  return reals;
+}
+
+std::vector<Light> studio_lights(const Camera& camera, const Box& held) {
+  Camera level = camera;
+  level.elevation = 0;
+  const CameraAxes axes = camera_axes(level);
+  const auto from = [&](double right, double up, double back) -> Vector3d {
+    return (right * axes.right + up * axes.up + back * axes.back).normalized();
+  };
+  std::vector<Light> lights;
+  const auto add = [&](const Vector3d& towards, const Vector3d& color, double softness, int size) {
+    lights.push_back({towards, color, softness, parallel_view(towards, held, size)});
+  };
+  add(from(-0.62, 0.80, 0.55), {0.98, 0.93, 0.84}, kKeySoftness, kKeyMap);
+  add(from(0.75, 0.40, -0.60), {0.34, 0.37, 0.42}, 0, kRimMap);
+  // A Fibonacci spiral: nearly even over the sphere.
+  for (int i = 0; i < kSkyLights; ++i) {
+    const double rise = 1 - (2 * i + 1.0) / kSkyLights;
+    const double around = std::numbers::pi * (1 + std::sqrt(5.0)) * i;
+    const double level_part = std::sqrt(1 - rise * rise);
+    const double steradians = 4 * std::numbers::pi / kSkyLights;
+    add(from(level_part * std::cos(around), rise, level_part * std::sin(around)),
+        steradians * surroundings(rise), 0, kSkyMap);
+  }
+  return lights;
+}
+
+}  // namespace qjulia

@@ -1,0 +1,26 @@
+#pragma once
+/// The light the shape stands in: a key light, a rim light, a sky, and the ground's glow.
+
+#include <span>
+#include <vector>
+
+#include "picture/view.hpp"
+
+namespace qjulia {
+
+/// Light from one direction, with the view its depth map is taken in.
+struct Light {
+  Eigen::Vector3d towards = Eigen::Vector3d::Zero();  ///< unit
+  Eigen::Vector3d color = Eigen::Vector3d::Zero();    ///< irradiance of a surface that faces it
+  double softness = 0;                                ///< tangent of its angular radius
+  View view;
+
+  /// As shared/picture_layout.h says; `first_texel` is where its depth map begins in the atlas.
+  std::vector<float> packed(std::size_t first_texel) const;
+};
+
+/// Lights that stay with the camera's azimuth, so that the shape turns under them. The key light
+/// comes first. @param held a box that holds the shape.
+std::vector<Light> studio_lights(const Camera& camera, const Box& held);
+
+}  // namespace qjulia

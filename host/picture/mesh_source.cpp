@@ -1,0 +1,95 @@
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "picture/depth_source.hpp"
+#include "qjulia/shared/picture_layout.h"
+
+namespace qjulia {
+namespace {
+
+using Eigen::Vector3d;
+
+/// A z-buffer. With p = eye + s (dir + x dir_dx + y dir_dy) in a perspective view, (s, s x, s y)
+/// is linear in p; with p = eye + s dir + x eye_dx + y eye_dy in a parallel one, (s, x, y) is.
+class MeshSource : public DepthSource {
+ public:
+  explicit MeshSource(const TriangleMesh& mesh) : mesh_(mesh) {}
+
+  std::vector<float> depths(const View& view, int first_row, int rows) override {
+    const bool parallel = view.dir_dx.isZero(0);
+    Eigen::Matrix3d columns;
+    if (parallel) {
+      columns << view.dir, view.eye_dx, view.eye_dy;
+    } else {
+      columns << view.dir, view.dir_dx, view.dir_dy;
+    }
+    const Eigen::Matrix3d inverse = columns.inverse();
+    // (1/s or s, x, y): the first is linear over the picture in either kind of view.
+    std::vector<Vector3d> seen(mesh_.vertices.size());
+    std::ranges::transform(mesh_.vertices, seen.begin(), [&](const Vector3d& p) -> Vector3d {
+      const Vector3d v = inverse * (p - view.eye);
+      if (parallel) return v;
+      return {1 / v[0], v[1] / v[0], v[2] / v[0]};
+    });
+
+    std::vector<double> nearest(
+        static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(rows), kFar);
+    for (const Triangle& triangle : mesh_.triangles) {
+      const Vector3d &a = seen[triangle[0]], &b = seen[triangle[1]], &c = seen[triangle[2]];
+      // Behind the eye: a camera stands outside of what it frames.
+      if (!parallel && std::min({a[0], b[0], c[0]}) <= 0) continue;
+      rasterise(a, b, c, view, parallel, first_row, rows, nearest);
+    }
+    std::vector<float> depths(nearest.size());
+    std::ranges::transform(nearest, depths.begin(), [](double d) {
+      return d == kFar ? static_cast<float>(QJ_NO_HIT) : static_cast<float>(d);
+    });
+    return depths;
+  }
+
+  Box bounds() const override { return mesh_.box(); }
+
+ private:
+  static constexpr double kFar = 1e300;
+
+  static void rasterise(const Vector3d& a, const Vector3d& b, const Vector3d& c, const View& view,
+                        bool parallel, int first_row, int rows, std::vector<double>& nearest) {
+    const double area = (b[1] - a[1]) * (c[2] - a[2]) - (c[1] - a[1]) * (b[2] - a[2]);
+    if (area == 0) return;
+    // Pixel centres at halves.
+    const auto range = [](double low, double high, int limit) {
+      return std::pair{static_cast<int>(std::clamp(std::ceil(low - 0.5), 0.0, double(limit))),
+                       static_cast<int>(std::clamp(std::floor(high - 0.5), -1.0, limit - 1.0))};
+    };
+    const auto [x0, x1] =
+        range(std::min({a[1], b[1], c[1]}), std::max({a[1], b[1], c[1]}), view.columns);
+    const auto [y0, y1] = range(std::min({a[2], b[2], c[2]}) - first_row,
+                                std::max({a[2], b[2], c[2]}) - first_row, rows);
+    for (int j = y0; j <= y1; ++j) {
+      for (int i = x0; i <= x1; ++i) {
+        const double x = i + 0.5, y = first_row + j + 0.5;
+        const double u = ((x - a[1]) * (c[2] - a[2]) - (c[1] - a[1]) * (y - a[2])) / area;
+        const double v = ((b[1] - a[1]) * (y - a[2]) - (x - a[1]) * (b[2] - a[2])) / area;
+        if (u < 0 || v < 0 || u + v > 1) continue;
+        const double s = a[0] + u * (b[0] - a[0]) + v * (c[0] - a[0]);
+        const double depth =
+            parallel ? s : (view.dir + x * view.dir_dx + y * view.dir_dy).norm() / s;
+        double& held =
+            nearest[static_cast<std::size_t>(j) * static_cast<std::size_t>(view.columns) +
+                    static_cast<std::size_t>(i)];
+        held = std::min(held, depth);
+      }
+    }
+  }
+
+  const TriangleMesh& mesh_;
+};
+
+}  // namespace
+
+std::unique_ptr<DepthSource> mesh_source(const TriangleMesh& mesh) {
+  return std::make_unique<MeshSource>(mesh);
+}
+
+}  // namespace qjulia

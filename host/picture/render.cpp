@@ -1,0 +1,145 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "picture/shading.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/picture.hpp"
+#include "qjulia/shared/map_layout.h"
+#include "qjulia/shared/picture_layout.h"
+
+namespace qjulia {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kHalo = 2;               ///< rows of samples that normals look beyond a strip
+constexpr int kStripSamples = 400000;  ///< keeps memory small and launches short
+constexpr int kFloorMap = 256;
+
+void require(bool holds, const char* option, double value, const char* need) {
+  if (!holds) throw InputError(fmt::format("{} is {}: {}", option, value, need));
+}
+
+/// The lowest point of the shape along `up`.
+double lowest(DepthSource& source, const Vector3d& up) {
+  const Box bounds = source.bounds();
+  const View view = parallel_view(-up, bounds, kFloorMap);
+  double nearest = bounds.size().dot(up);
+  for (const float depth : source.depths(view, 0, view.rows)) {
+    if (depth >= 0) nearest = std::min(nearest, static_cast<double>(depth));
+  }
+  return view.eye.dot(up) + nearest;
+}
+
+/// Where a rendering stands: depth maps of the lights first, then the picture's rows.
+class Steps {
+ public:
+  Steps(const Watch& watch, double all) : watch_(watch), all_(all) {}
+  void add(double rays) {
+    done_ += rays;
+    watch_.report({"rendering", done_ / all_, -1, {}});
+  }
+  bool stopped() const { return watch_.stop.stop_requested(); }
+
+ private:
+  const Watch& watch_;
+  double all_;
+  double done_ = 0;
+};
+
+Image render_source(const Device& device, DepthSource& source, const Box& framed,
+                    const PictureOptions& options, const Watch& watch) {
+  const int samples = options.samples_per_axis;
+  const View view =
+      camera_view(options.camera, framed, options.width * samples, options.height * samples);
+  const auto lights = studio_lights(options.camera, source.bounds());
+  const auto rays = [](const View& v) { return double(v.columns) * double(v.rows); };
+  double all = rays(view);
+  for (const Light& light : lights) all += rays(light.view);
+  Steps steps(watch, all);
+
+  std::vector<std::vector<float>> maps;
+  for (const Light& light : lights) {
+    if (steps.stopped()) return {};
+    maps.push_back(source.depths(light.view, 0, light.view.rows));
+    steps.add(rays(light.view));
+  }
+  const Vector3d up = axis(options.camera.up);
+  const Scene scene{up, lowest(source, up), framed.center(), 0.5 * framed.diagonal()};
+  const Shading shading(device, scene, lights, maps);
+
+  Image image{options.width, options.height, {}};
+  image.pixels.reserve(3 * static_cast<std::size_t>(image.width) *
+                       static_cast<std::size_t>(image.height));
+  const int strip_rows = std::max(1, kStripSamples / (view.columns * samples));
+  for (int row = 0; row < options.height; row += strip_rows) {
+    if (steps.stopped()) return {};
+    Strip strip;
+    strip.first_row = row;
+    strip.rows = std::min(strip_rows, options.height - row);
+    strip.samples = samples;
+    const int from = std::max(0, row * samples - kHalo);
+    const int to = std::min(view.rows, (row + strip.rows) * samples + kHalo);
+    strip.halo = row * samples - from;
+    strip.depths = source.depths(view, from, to - from);
+    const auto pixels = shading.shade(view, strip);
+    image.pixels.insert(image.pixels.end(), pixels.begin(), pixels.end());
+    steps.add(double(view.columns) * strip.rows * samples);
+  }
+  return image;
+}
+
+/// What a map's pictures show: the shape's box, or where none is known, the source's bounds.
+Box framed_box(const RationalMap& map, const DepthSource& source) {
+  if (!map.box) return source.bounds();
+  return {map.shape_to_map.to_map(map.box->low), map.shape_to_map.to_map(map.box->high)};
+}
+
+}  // namespace
+
+void PictureOptions::validate() const {
+  require(width >= 1 && width <= 16384, "picture width", width, "give 1 to 16384 pixels");
+  require(height >= 1 && height <= 16384, "picture height", height, "give 1 to 16384 pixels");
+  require(iterations >= 1 && iterations <= QJ_MOST_ITERATIONS, "iterations", iterations,
+          "give 1 to 16");
+  require(samples_per_axis >= 1 && samples_per_axis <= 8, "samples per axis", samples_per_axis,
+          "give 1 to 8");
+  require(std::isfinite(camera.azimuth), "azimuth", camera.azimuth, "give degrees");
+  require(std::abs(camera.elevation) <= 90, "elevation", camera.elevation,
+          "give −90 to 90 degrees");
+  require(camera.zoom >= 0.01 && camera.zoom <= 1000, "zoom", camera.zoom, "give 0.01 to 1000");
+  require(camera.field_of_view >= 1 && camera.field_of_view <= 120, "field of view",
+          camera.field_of_view, "give 1 to 120 degrees");
+  if (camera.up < 'x' || camera.up > 'z') {
+    throw InputError(fmt::format("up axis is '{}': give x, y or z", camera.up));
+  }
+}
+
+Image render(const Device& device, const RationalMap& map, const PictureOptions& options,
+             const Watch& watch) {
+  options.validate();
+  map.validate();
+  const auto source = march_source(device, map, options.iterations);
+  return render_source(device, *source, framed_box(map, *source), options, watch);
+}
+
+Image render_mesh(const Device& device, const TriangleMesh& mesh, const Box& framed,
+                  const PictureOptions& options, const Watch& watch) {
+  options.validate();
+  const double side = framed.size().maxCoeff();
+  if (!(side > 0) || !std::isfinite(side)) {
+    throw InputError("the box to frame has no size; give the mesh's own box");
+  }
+  // As large as maps are, so that both are lit alike.
+  TriangleMesh scaled = mesh;
+  const auto to_scene = [&](const Vector3d& p) -> Vector3d {
+    return (3 / side) * (p - framed.center());
+  };
+  std::ranges::transform(scaled.vertices, scaled.vertices.begin(), to_scene);
+  return render_source(device, *mesh_source(scaled), {to_scene(framed.low), to_scene(framed.high)},
+                       options, watch);
+}
+
+}  // namespace qjulia

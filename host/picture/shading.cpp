@@ -1,0 +1,72 @@
+#include "picture/shading.hpp"
+
+#include "qjulia/shared/picture_layout.h"
+
+namespace qjulia {
+namespace {
+
+/// Depth differences, in footprints, at which a sample counts half for its neighbour's normal.
+constexpr double kNormalSoftness = 5;
+
+/// Work-groups of a fixed shape: a device may compile anew for each shape it meets.
+device::Range tiles(std::size_t columns, std::size_t rows) {
+  return {{(columns + 7) / 8 * 8, (rows + 7) / 8 * 8, 1}, {8, 8, 1}};
+}
+
+std::vector<float> packed(const Scene& scene) {
+  std::vector<float> reals(QJ_SCENE_SIZE);
+  for (std::size_t i = 0; i < 3; ++i) {
+    reals[QJ_SCENE_UP + i] = static_cast<float>(scene.up[static_cast<Eigen::Index>(i)]);
+    reals[QJ_SCENE_CENTER + i] = static_cast<float>(scene.center[static_cast<Eigen::Index>(i)]);
+  }
+  reals[QJ_SCENE_GROUND] = static_cast<float>(scene.ground);
+  reals[QJ_SCENE_RADIUS] = static_cast<float>(scene.radius);
+  reals[QJ_SCENE_KEY] = 0;
+  return reals;
+}
+
+}  // namespace
+
+Shading::Shading(const Device& device, const Scene& scene, const std::vector<Light>& lights,
+                 const std::vector<std::vector<float>>& maps)
+    : device_(device), lights_count_(static_cast<int>(lights.size())) {
+  device::Context& context = device.context();
+  std::vector<float> light_reals, atlas;
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    const auto reals = lights[i].packed(atlas.size());
+    light_reals.insert(light_reals.end(), reals.begin(), reals.end());
+    atlas.insert(atlas.end(), maps[i].begin(), maps[i].end());
+  }
+  lights_ = context.upload<float>(light_reals);
+  maps_ = context.upload<float>(atlas);
+  scene_ = context.upload<float>(packed(scene));
+  const device::BuildOptions options{1, Precision::single, {}};
+  normals_ = context.kernel("shade.cl", "normals_of_depth", options);
+  pixels_ = context.kernel("shade.cl", "shade_pixels", options);
+}
+
+std::vector<std::uint8_t> Shading::shade(const View& view, const Strip& strip) const {
+  device::Context& context = device_.context();
+  const auto wide = static_cast<std::size_t>(view.columns);
+  const auto deep = strip.depths.size() / wide;
+  const auto columns = wide / static_cast<std::size_t>(strip.samples);
+  const auto rows = static_cast<std::size_t>(strip.rows);
+  const auto view_reals = context.upload<float>(view.packed());
+  const auto depths = context.upload<float>(strip.depths);
+  const auto normals = context.allocate<float>(3 * strip.depths.size());
+  context.launch(
+      normals_, tiles(wide, deep),
+      {view_reals, view.columns, strip.first_row * strip.samples - strip.halo,
+       static_cast<std::int32_t>(deep), depths,
+       device::Argument::real(kNormalSoftness * view.footprint, Precision::single), normals});
+  const auto bytes = context.allocate<std::uint8_t>(3 * columns * rows);
+  context.launch(pixels_, tiles(columns, rows),
+                 {view_reals, static_cast<std::int32_t>(columns), view.rows / strip.samples,
+                  strip.first_row, strip.rows, strip.samples, strip.halo, depths, normals, lights_,
+                  lights_count_, maps_, scene_, bytes});
+  std::vector<std::uint8_t> pixels(bytes.size());
+  context.read(bytes, std::span(pixels));
+  return pixels;
+}
+
+}  // namespace qjulia

@@ -1,0 +1,46 @@
+#pragma once
+/// Turns depths into colours on the device.
+
+#include <cstdint>
+#include <vector>
+
+#include "device/context.hpp"
+#include "picture/depth_source.hpp"
+#include "picture/lights.hpp"
+
+namespace qjulia {
+
+/// What is around the shape.
+struct Scene {
+  Eigen::Vector3d up = Eigen::Vector3d::UnitY();
+  double ground = 0;  ///< height along up
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  double radius = 1;
+};
+
+/// Rows of a picture, of a view whose pixels are `samples` × `samples` samples.
+struct Strip {
+  int first_row = 0;  ///< pixels
+  int rows = 0;
+  int samples = 1;
+  int halo = 0;               ///< rows of samples that `depths` holds above first_row
+  std::vector<float> depths;  ///< whole rows of samples, from first_row · samples − halo on
+};
+
+class Shading {
+ public:
+  /// @param maps each light's depth map, in the lights' order.
+  Shading(const Device& device, const Scene& scene, const std::vector<Light>& lights,
+          const std::vector<std::vector<float>>& maps);
+
+  /// sRGB bytes of the strip.
+  std::vector<std::uint8_t> shade(const View& view, const Strip& strip) const;
+
+ private:
+  Device device_;
+  int lights_count_;
+  device::Buffer<float> lights_, maps_, scene_;
+  device::Kernel normals_, pixels_;
+};
+
+}  // namespace qjulia

@@ -1,0 +1,111 @@
+#include "picture/view.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+
+#include "qjulia/shared/picture_layout.h"
+
+namespace qjulia {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kDegree = std::numbers::pi / 180;
+/// Shapes reach farther than the ellipsoid that fits in their box, but seldom to its corners.
+constexpr double kEllipsoid = 1.12;
+/// Share of the frame that the ellipsoid may fill.
+constexpr double kFill = 0.92;
+
+/// Half of the ellipsoid's extent along a unit vector.
+double extent(const Box& box, const Vector3d& unit) {
+  return kEllipsoid * 0.5 * box.size().cwiseProduct(unit).norm();
+}
+
+/// Distance at which the ellipsoid fits a frame with these tangents of its half angles.
+double framing_distance(const Camera& camera, const Box& box, double tan_x, double tan_y) {
+  double distance = 0;
+  Camera turned = camera;
+  for (int azimuth = 0; azimuth < 360; azimuth += 5) {
+    turned.azimuth = azimuth;
+    const CameraAxes axes = camera_axes(turned);
+    // The support function of the ellipsoid along each side plane's normal.
+    const auto from = [&](const Vector3d& across, double tangent) {
+      const Vector3d normal = (across + tangent * axes.back).normalized();
+      return extent(box, normal) * std::sqrt(1 + tangent * tangent) / tangent;
+    };
+    for (const double sign : {-1.0, 1.0}) {
+      distance = std::max({distance, from(sign * axes.right, tan_x), from(sign * axes.up, tan_y)});
+    }
+  }
+  return distance;
+}
+
+}  // namespace
+
+std::vector<float> View::packed() const {
+  std::vector<float> reals(QJ_VIEW_SIZE);
+  const auto put = [&](int first, const Vector3d& v) {
+    for (int i = 0; i < 3; ++i) {
+      reals[static_cast<std::size_t>(first + i)] = static_cast<float>(v[i]);
+    }
+  };
+  put(QJ_VIEW_EYE, eye);
+  put(QJ_VIEW_EYE_DX, eye_dx);
+  put(QJ_VIEW_EYE_DY, eye_dy);
+  put(QJ_VIEW_DIR, dir);
+  put(QJ_VIEW_DIR_DX, dir_dx);
+  put(QJ_VIEW_DIR_DY, dir_dy);
+  return reals;
+}
+
+Vector3d axis(char name) { return Vector3d::Unit(name - 'x'); }
+
+CameraAxes camera_axes(const Camera& camera) {
+  const Vector3d up = axis(camera.up);
+  const Vector3d front = Vector3d::Unit((camera.up - 'x' + 1) % 3);
+  const Vector3d side = up.cross(front);
+  const double a = camera.azimuth * kDegree, e = camera.elevation * kDegree;
+  CameraAxes axes;
+  const Vector3d level = std::cos(a) * front + std::sin(a) * side;
+  axes.back = std::cos(e) * level + std::sin(e) * up;
+  axes.right = -std::sin(a) * front + std::cos(a) * side;
+  axes.up = axes.back.cross(axes.right);
+  return axes;
+}
+
+View camera_view(const Camera& camera, const Box& framed, int columns, int rows) {
+  const CameraAxes axes = camera_axes(camera);
+  const double tan_y = std::tan(0.5 * camera.field_of_view * kDegree);
+  const double tan_x = tan_y * columns / rows;
+  const double distance = framing_distance(camera, framed, kFill * tan_x, kFill * tan_y);
+  const double pixel = 2 * tan_y / rows / camera.zoom;
+  View view;
+  view.columns = columns;
+  view.rows = rows;
+  view.eye = framed.center() + distance * axes.back;
+  view.dir_dx = pixel * axes.right;
+  view.dir_dy = -pixel * axes.up;
+  view.dir = -axes.back - 0.5 * columns * view.dir_dx - 0.5 * rows * view.dir_dy;
+  view.footprint = distance * pixel;
+  view.tolerance = view.footprint / 16;
+  return view;
+}
+
+View parallel_view(const Vector3d& towards, const Box& box, int size) {
+  const Vector3d right = towards.unitOrthogonal();
+  const Vector3d up = towards.cross(right);
+  const auto half = [&](const Vector3d& unit) { return 0.5 * box.size().dot(unit.cwiseAbs()); };
+  View view;
+  view.columns = view.rows = size;
+  view.footprint = 2 * std::max(half(right), half(up)) / size;
+  view.tolerance = view.footprint / 2;
+  view.for_shadows = true;
+  view.eye_dx = view.footprint * right;
+  view.eye_dy = -view.footprint * up;
+  view.dir = -towards;
+  view.eye = box.center() + half(towards) * towards - 0.5 * size * (view.eye_dx + view.eye_dy);
+  return view;
+}
+
+}  // namespace qjulia

@@ -1,0 +1,50 @@
+#pragma once
+/// Where rays come from: perspective views for cameras, parallel ones for lights.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "qjulia/picture.hpp"
+
+namespace qjulia {
+
+/// `columns` × `rows` rays. The ray of pixel coordinates (x, y), pixel centres at halves, y
+/// downward, starts at eye + x eye_dx + y eye_dy and runs along dir + x dir_dx + y dir_dy; depth
+/// is the length along it.
+struct View {
+  int columns = 0;
+  int rows = 0;
+  Eigen::Vector3d eye = Eigen::Vector3d::Zero();
+  Eigen::Vector3d eye_dx = Eigen::Vector3d::Zero();
+  Eigen::Vector3d eye_dy = Eigen::Vector3d::Zero();
+  Eigen::Vector3d dir = Eigen::Vector3d::Zero();
+  Eigen::Vector3d dir_dx = Eigen::Vector3d::Zero();
+  Eigen::Vector3d dir_dy = Eigen::Vector3d::Zero();
+  double footprint = 0;  ///< width of a pixel at the middle of the scene
+  double tolerance = 0;  ///< of depths
+  /// What a shadow cannot show may be left out: fine detail that costs time.
+  bool for_shadows = false;
+
+  /// As shared/picture_layout.h says.
+  std::vector<float> packed() const;
+};
+
+/// Right-handed axes of a camera; `back` points from the scene to the eye.
+struct CameraAxes {
+  Eigen::Vector3d right, up, back;
+};
+
+/// Unit vector of 'x', 'y' or 'z'.
+Eigen::Vector3d axis(char name);
+
+/// Azimuth 0 looks along the axis before `up` in the cycle x, y, z: for up = y it looks along −z.
+CameraAxes camera_axes(const Camera& camera);
+
+/// The camera's view of a box: the ellipsoid a little larger than the one that fits in the box is
+/// framed, at the same distance from every azimuth, so that a turntable keeps its size.
+View camera_view(const Camera& camera, const Box& framed, int columns, int rows);
+
+/// Parallel rays along −`towards` over the box, `size` × `size`.
+View parallel_view(const Eigen::Vector3d& towards, const Box& box, int size);
+
+}  // namespace qjulia

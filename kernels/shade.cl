@@ -1,0 +1,257 @@
+// From depths to colours. The sky is many lights, each with a depth map of the shape seen along it;
+// the key light is one of them, with a penumbra. One work-item per pixel, whatever the lane width.
+
+#include "lanes.clh"
+#include "qjulia/shared/picture_layout.h"
+
+typedef QJ_JOIN(QJ_REAL, 2) real2;
+typedef QJ_JOIN(QJ_REAL, 3) real3;
+
+inline real3 real3_at(global const real* p) { return (real3)(p[0], p[1], p[2]); }
+
+// The point at `depth` of the ray through (x, y); `direction` where not null gets the ray's.
+inline real3 view_point(global const real* view, real x, real y, real depth, real3* direction) {
+  real3 o = real3_at(view + QJ_VIEW_EYE) + x * real3_at(view + QJ_VIEW_EYE_DX) +
+            y * real3_at(view + QJ_VIEW_EYE_DY);
+  real3 d = normalize(real3_at(view + QJ_VIEW_DIR) + x * real3_at(view + QJ_VIEW_DIR_DX) +
+                      y * real3_at(view + QJ_VIEW_DIR_DY));
+  if (direction) *direction = d;
+  return o + depth * d;
+}
+
+// Unit normals, towards the viewer, of the depth surface: a plane of depths fitted to the 5 x 5
+// samples around, those at other depths counting less. depth, normal: the rows of the view from
+// `first_row` on. softness: difference of depth at which the weight is a half.
+kernel void normals_of_depth(global const real* view, int columns, int first_row, int rows,
+                             global const real* depth, real softness, global real* normal) {
+  int column = (int)get_global_id(0), row = (int)get_global_id(1);
+  if (column >= columns || row >= rows) return;
+  int index = row * columns + column;
+  real t = depth[index];
+  if (t < 0) return;
+  real w = 0, wx = 0, wy = 0, wd = 0, wxx = 0, wxy = 0, wyy = 0, wxd = 0, wyd = 0;
+  for (int j = max(row - 2, 0); j <= min(row + 2, rows - 1); ++j) {
+    for (int i = max(column - 2, 0); i <= min(column + 2, columns - 1); ++i) {
+      real d = depth[j * columns + i];
+      if (d < 0) continue;
+      d -= t;
+      real x = (real)(i - column), y = (real)(j - row), r = d / softness;
+      real c = 1 / ((1 + r * r) * (1 + (real)0.25 * (x * x + y * y)));
+      w += c, wx += c * x, wy += c * y, wd += c * d;
+      wxx += c * x * x, wxy += c * x * y, wyy += c * y * y, wxd += c * x * d, wyd += c * y * d;
+    }
+  }
+  wxx -= wx * wx / w, wxy -= wx * wy / w, wyy -= wy * wy / w;
+  wxd -= wx * wd / w, wyd -= wy * wd / w;
+  real x = (real)column + (real)0.5, y = (real)(row + first_row) + (real)0.5;
+  real3 direction;
+  view_point(view, x, y, t, &direction);
+  real3 n = -direction;
+  real det = wxx * wyy - wxy * wxy;
+  if (det > (real)1e-3f * w * w) {
+    real gx = (wxd * wyy - wyd * wxy) / det, gy = (wyd * wxx - wxd * wxy) / det;
+    real3 px = view_point(view, x + 1, y, t + gx, 0) - view_point(view, x - 1, y, t - gx, 0);
+    real3 py = view_point(view, x, y + 1, t + gy, 0) - view_point(view, x, y - 1, t - gy, 0);
+    n = normalize(cross(px, py));
+    if (dot(n, direction) > 0) n = -n;
+  }
+  normal[3 * index] = n.x;
+  normal[3 * index + 1] = n.y;
+  normal[3 * index + 2] = n.z;
+}
+
+// How far (column, row) of a light's depth map lies before `depth`: above 0 where it is a blocker.
+inline real before(global const real* map, int size, int column, int row, real depth) {
+  if (column < 0 || row < 0 || column >= size || row >= size) return -1;
+  real d = map[row * size + column];
+  return d < 0 ? (real)-1 : depth - d;
+}
+
+// The light's share that reaches a point, filtered over the four texels around.
+inline real seen_hard(global const real* map, int size, real2 texel, real depth) {
+  real2 corner = floor(texel - (real)0.5), f = texel - (real)0.5 - corner;
+  int x = (int)corner.x, y = (int)corner.y;
+  real a = before(map, size, x, y, depth) > 0, b = before(map, size, x + 1, y, depth) > 0;
+  real c = before(map, size, x, y + 1, depth) > 0, d = before(map, size, x + 1, y + 1, depth) > 0;
+  return 1 - mix(mix(a, b, f.x), mix(c, d, f.x), f.y);
+}
+
+#define MOST_PENUMBRA 24  // texels
+
+// The same with a penumbra as wide as the blockers' mean distance makes it. `shift` in [0, 1)^2
+// moves the taps within their cells, so that the samples of a pixel complement each other.
+inline real seen_soft(global const real* map, int size, real2 texel, real depth, real softness,
+                      real2 shift) {
+  const int taps = 7;
+  real sum = 0, blockers = 0;
+  for (int j = 0; j < taps; ++j) {
+    for (int i = 0; i < taps; ++i) {
+      real2 offset = ((real2)((real)i, (real)j) + shift) * ((real)2 / taps) - 1;
+      real2 p = floor(texel + offset * MOST_PENUMBRA);
+      real d = before(map, size, (int)p.x, (int)p.y, depth);
+      if (d > 0 && d * softness > length(offset) * MOST_PENUMBRA) sum += d, blockers += 1;
+    }
+  }
+  real radius = (real)1;
+  if (blockers > 0) radius = clamp(sum / blockers * softness, (real)1, (real)MOST_PENUMBRA);
+  real lit = 0, weight = 0;
+  for (int j = 0; j < taps; ++j) {
+    for (int i = 0; i < taps; ++i) {
+      real2 offset = ((real2)((real)i, (real)j) + shift) * ((real)2 / taps) - 1;
+      real w = 1 - dot(offset, offset);
+      if (w <= 0) continue;
+      real2 p = floor(texel + offset * radius);
+      weight += w;
+      if (before(map, size, (int)p.x, (int)p.y, depth) <= 0) lit += w;
+    }
+  }
+  return lit / weight;
+}
+
+// What light a point receives.
+typedef struct {
+  real3 sky, open_sky;  // irradiance from all but the key light; the same with nothing in the way
+  real3 key, open_key;
+  real highlight;  // of the key light, 0 ... 1
+} irradiance;
+
+inline irradiance light_at(real3 p, real3 n, real3 view_direction, real2 shift,
+                           global const real* lights, int count, global const real* maps, int key) {
+  irradiance e;
+  e.sky = e.open_sky = e.key = e.open_key = (real3)(0);
+  e.highlight = 0;
+  for (int i = 0; i < count; ++i) {
+    global const real* light = lights + i * QJ_LIGHT_SIZE;
+    real3 l = real3_at(light + QJ_LIGHT_DIRECTION);
+    real cosine = dot(n, l);
+    if (cosine <= 0) continue;
+    real3 open = cosine * real3_at(light + QJ_LIGHT_COLOR);
+    // Off the surface by as much as the depth map is coarse, so that it does not shade itself.
+    real bias = light[QJ_LIGHT_TEXEL];
+    real3 q = p + (bias * ((real)1.5 - cosine)) * n;
+    real2 texel = (real2)(dot(q, real3_at(light + QJ_LIGHT_U)) + light[QJ_LIGHT_U + 3],
+                          dot(q, real3_at(light + QJ_LIGHT_V)) + light[QJ_LIGHT_V + 3]);
+    real depth =
+        dot(q, real3_at(light + QJ_LIGHT_DEPTH)) + light[QJ_LIGHT_DEPTH + 3] - (real)0.5 * bias;
+    int size = (int)light[QJ_LIGHT_MAP_SIZE];
+    global const real* map = maps + (int)light[QJ_LIGHT_MAP_FIRST];
+    real softness = light[QJ_LIGHT_SOFTNESS] / bias;
+    real seen = softness > 0 ? seen_soft(map, size, texel, depth, softness, shift)
+                             : seen_hard(map, size, texel, depth);
+    if (i == key) {
+      e.key = seen * open;
+      e.open_key = open;
+      e.highlight = seen * powr(fmax(dot(n, normalize(l - view_direction)), (real)0), (real)28);
+    } else {
+      e.sky += seen * open;
+      e.open_sky += open;
+    }
+  }
+  return e;
+}
+
+inline real luminance(real3 c) { return dot(c, (real3)(0.2126f, 0.7152f, 0.0722f)); }
+
+// Ambient visibility with light bounced between surfaces of this albedo. Jimenez et al. 2016,
+// "Practical real-time strategies for accurate indirect occlusion", Eq. 10.
+inline real3 with_bounces(real v, real3 albedo) {
+  real3 a = (real)2.0404 * albedo - (real)0.3324;
+  real3 b = (real)-4.7951 * albedo + (real)0.6417;
+  real3 c = (real)2.7552 * albedo + (real)0.6903;
+  return fmax((real3)(v), ((v * a + b) * v + c) * v);
+}
+
+inline real3 clay(irradiance e) {
+  real3 albedo = (real3)(0.80f, 0.66f, 0.53f);
+  real v = luminance(e.sky) / fmax(luminance(e.open_sky), (real)1e-6f);
+  real3 diffuse = albedo * (e.key + e.open_sky * with_bounces(v, albedo));
+  return diffuse + (real)0.10 * e.highlight;
+}
+
+// Film-like: contrast in the middle, soft shoulder. Narkowicz 2015's fit of the ACES curve.
+inline real3 film(real3 c) {
+  c = fmax((real)0.62 * c, (real3)(0));
+  return clamp((c * ((real)2.51 * c + (real)0.03)) /
+                   (c * ((real)2.43 * c + (real)0.59) + (real)0.14),
+               (real3)(0), (real3)(1));
+}
+
+inline real srgb_encode(real c) {
+  return c <= (real)0.0031308 ? (real)12.92 * c
+                              : (real)1.055 * powr(c, (real)(1 / 2.4)) - (real)0.055;
+}
+
+// Light backdrop, brightest behind the shape. `from_center`: pixel's place, 1 at the nearer edge.
+inline real3 backdrop(real2 from_center) {
+  real r2 = dot(from_center, from_center);
+  return mix((real3)(1.10f, 1.09f, 1.08f), (real3)(0.62f, 0.62f, 0.64f),
+             (real)1 - (real)1 / (1 + (real)0.45 * r2));
+}
+
+// What a ray that misses the shape shows: the backdrop, which also is the ground and catches the
+// shape's shadow.
+inline real3 ground(real3 origin, real3 direction, real2 shift, global const real* scene,
+                    global const real* lights, int count, global const real* maps, real3 color) {
+  real3 up = real3_at(scene + QJ_SCENE_UP);
+  real height = dot(origin, up) - scene[QJ_SCENE_GROUND];
+  real fall = -dot(direction, up);
+  if (height <= 0 || fall <= (real)1e-3f) return color;
+  real3 p = origin + (height / fall) * direction;
+  real away = length(p - real3_at(scene + QJ_SCENE_CENTER)) / scene[QJ_SCENE_RADIUS];
+  if (away > 6) return color;
+  irradiance e =
+      light_at(p, up, direction, shift, lights, count, maps, (int)scene[QJ_SCENE_KEY]);
+  real3 share = (e.sky + e.key) / (e.open_sky + e.open_key);
+  return color * mix(share, (real3)(1), smoothstep((real)4, (real)6, away));
+}
+
+// sRGB bytes of `rows` rows of pixels from `first_row` on; rgb holds these rows. depth, normal:
+// `samples` x `samples` samples a pixel, of the view whose pixels are samples; they begin `halo`
+// rows of samples before first_row.
+kernel void shade_pixels(global const real* view, int columns, int rows_in_all, int first_row,
+                         int rows, int samples, int halo, global const real* depth,
+                         global const real* normal, global const real* lights, int count,
+                         global const real* maps, global const real* scene, global uchar* rgb) {
+  int column = (int)get_global_id(0), row = (int)get_global_id(1);
+  if (column >= columns || row >= rows) return;
+  int wide = columns * samples;
+  real2 middle = (real2)((real)columns, (real)rows_in_all) / 2;
+  real2 place = (real2)((real)column + (real)0.5, (real)(row + first_row) + (real)0.5);
+  real3 behind = backdrop((place - middle) / fmin(middle.x, middle.y));
+  // The ground is smooth: one sample a pixel will do.
+  real3 sum = (real3)(0), ground_color;
+  bool ground_known = false;
+  for (int s = 0; s < samples * samples; ++s) {
+    int i = column * samples + s % samples;
+    int j = row * samples + s / samples;
+    int index = (j + halo) * wide + i;
+    real2 shift =
+        ((real2)((real)(s % samples), (real)(s / samples)) + (real)0.5) / (real)samples;
+    real3 direction;
+    real t = depth[index];
+    if (t >= 0) {
+      real3 p = view_point(view, (real)i + (real)0.5, (real)(j + first_row * samples) + (real)0.5,
+                           t, &direction);
+      irradiance e = light_at(p, real3_at(normal + 3 * index), direction, shift, lights, count,
+                              maps, (int)scene[QJ_SCENE_KEY]);
+      sum += film(clay(e));
+    } else {
+      if (!ground_known) {
+        real3 o = view_point(view, place.x * (real)samples, place.y * (real)samples, 0, &direction);
+        ground_color = film(ground(o, direction, (real2)((real)0.5), scene, lights, count, maps,
+                                   behind));
+        ground_known = true;
+      }
+      sum += ground_color;
+    }
+  }
+  sum /= (real)(samples * samples);
+  // Rounding by a fixed pattern hides steps in the backdrop.
+  uint h = (uint)column * 1973u + (uint)(row + first_row) * 9277u;
+  h = (h ^ (h >> 13)) * 1274126177u;
+  real dither = (real)((h ^ (h >> 16)) & 0xffffu) / (real)65536;
+  size_t at = 3 * ((size_t)row * (size_t)columns + (size_t)column);
+  rgb[at] = (uchar)(srgb_encode(sum.x) * 255 + dither);
+  rgb[at + 1] = (uchar)(srgb_encode(sum.y) * 255 + dither);
+  rgb[at + 2] = (uchar)(srgb_encode(sum.z) * 255 + dither);
+}
