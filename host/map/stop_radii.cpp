@@ -121,7 +121,9 @@ double inner_radius(const Field& field, const RationalMap& map,
 }  // namespace
 
 StopRadii find_stop_radii(const Device& device, const RationalMap& map) {
-  const Field field(device, map);
+  // F_1 itself, however far out: no escape radius.
+  const Field field(device, map, Precision::single,
+                    {0, 0, std::numeric_limits<double>::infinity()});
   const std::vector<Quaternion> directions = probe_directions(map);
   StopRadii stops;
   const bool bounded = map.degree() > 1;
