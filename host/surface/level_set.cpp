@@ -28,6 +28,11 @@ GridBlock slices(const Grid& grid, int z, int count) {
   return {{0, 0, z}, {grid.points[0], grid.points[1], count}};
 }
 
+int slices_at_once(const Grid& grid) {
+  constexpr std::size_t kPoints = std::size_t{1} << 20;
+  return static_cast<int>(std::max<std::size_t>(1, kPoints / slices(grid, 0, 1).size()));
+}
+
 LevelSet::LevelSet(const Device& device, const RationalMap& map, const StopRadii& stops,
                    int iterations)
     : device_(device), factors_(static_cast<int>(map.factors.size())), iterations_(iterations) {

@@ -31,6 +31,9 @@ struct GridBlock {
 /// The grid's slices `z` … `z + count − 1`.
 GridBlock slices(const Grid& grid, int z, int count);
 
+/// Slices to ask for at a time: about a million points, bounded memory and launches worth making.
+int slices_at_once(const Grid& grid);
+
 /// F_n with orbits ended at the stop radii, in single precision. The values are those of
 /// `Field::decided_at`, bit for bit: one iterate everywhere, and the rest only at the points that
 /// it leaves undecided (a few per cent of the domain, gathered so that no lane is idle).

@@ -13,13 +13,12 @@
 #include "surface/clear_box.hpp"
 #include "surface/level_set.hpp"
 #include "surface/marching_cubes.hpp"
+#include "surface/set_surface.hpp"
 
 namespace qjulia {
 namespace {
 
 constexpr int kMostCells = 8192;
-/// Values of F_n held at a time, but for a slice that is larger.
-constexpr std::size_t kSlabPoints = std::size_t{1} << 20;
 /// F_1 is smooth and is interpolated as it is. Further iterates jump where orbits part; a
 /// difference that an image radius e² times the level's makes is as good as any larger one.
 constexpr double kReach = 2;
@@ -49,7 +48,7 @@ TriangleMesh march(const LevelSet& set, double level, double reach, const Grid& 
                    const Watch& watch) {
   const auto [nx, ny, nz] = grid.points;
   const auto slice = static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny);
-  const int at_once = static_cast<int>(std::max<std::size_t>(1, kSlabPoints / slice));
+  const int at_once = slices_at_once(grid);
   MarchingCubes cubes(nx, ny, level, reach);
   const auto start = std::chrono::steady_clock::now();
   for (int z = 0; z < nz; z += at_once) {
@@ -83,11 +82,8 @@ void SurfaceOptions::validate() const {
   }
 }
 
-TriangleMesh extract_surface(const Device& device, const RationalMap& map,
-                             const SurfaceOptions& options, const Watch& watch) {
-  options.validate();
-  map.validate();
-  const StopRadii stops = find_stop_radii(device, map);
+TriangleMesh set_surface(const Device& device, const RationalMap& map, const StopRadii& stops,
+                         const SurfaceOptions& options, const Watch& watch) {
   const LevelSet set(device, map, stops, options.iterations);
   Box box;
   if (options.box) {
@@ -103,6 +99,13 @@ TriangleMesh extract_surface(const Device& device, const RationalMap& map,
     vertex = map.shape_to_map.to_shape(grid.at(vertex));
   }
   return mesh;
+}
+
+TriangleMesh extract_surface(const Device& device, const RationalMap& map,
+                             const SurfaceOptions& options, const Watch& watch) {
+  options.validate();
+  map.validate();
+  return set_surface(device, map, find_stop_radii(device, map), options, watch);
 }
 
 }  // namespace qjulia

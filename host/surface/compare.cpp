@@ -1,0 +1,131 @@
+#include "qjulia/compare.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "qjulia/error.hpp"
+#include "qjulia/shape.hpp"
+#include "qjulia/shared/map_layout.h"
+#include "surface/overlap.hpp"
+#include "surface/set_surface.hpp"
+
+namespace qjulia {
+namespace {
+
+constexpr int kMostCells = 1024;
+constexpr std::size_t kSurfaceSamples = 30000;
+constexpr std::uint64_t kSeed = 1;
+
+double area(const TriangleMesh& mesh) {
+  double sum = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Eigen::Vector3d& origin = mesh.vertices[a];
+    sum += 0.5 * (mesh.vertices[b] - origin).cross(mesh.vertices[c] - origin).norm();
+  }
+  return sum;
+}
+
+struct DistanceSummary {
+  double mean = 0;
+  double largest = 0;
+};
+
+/// From points of a surface to another mesh.
+DistanceSummary distance_between(const std::vector<Eigen::Vector3d>& points,
+                                 const SignedDistance& to) {
+  DistanceSummary summary;
+  for (const double d : to.at(points)) {
+    summary.mean += std::abs(d) / static_cast<double>(points.size());
+    summary.largest = std::max(summary.largest, std::abs(d));
+  }
+  return summary;
+}
+
+/// A mesh as far as surfaces are compared.
+struct SampledMesh {
+  SignedDistance distance;
+  std::vector<Eigen::Vector3d> points;
+  double area;
+
+  SampledMesh(const Device& device, const TriangleMesh& mesh)
+      : distance(device, mesh), area(qjulia::area(mesh)) {
+    for (const SurfacePoint& point : sample_surface(mesh, kSurfaceSamples, kSeed)) {
+      points.push_back(point.position);
+    }
+  }
+};
+
+/// Fills what is measured between surfaces; without a surface of the set there is no distance.
+void compare_surfaces(const Device& device, const TriangleMesh& set, const SampledMesh& mesh,
+                      double diagonal, FitMetrics& metrics) {
+  if (set.triangles.empty()) {
+    metrics.mean_distance = metrics.hausdorff_distance = std::numeric_limits<double>::quiet_NaN();
+    return;
+  }
+  const SampledMesh sampled(device, set);
+  const auto there = distance_between(sampled.points, mesh.distance);
+  const auto back = distance_between(mesh.points, sampled.distance);
+  metrics.mean_distance = 0.5 * (there.mean + back.mean) / diagonal;
+  metrics.hausdorff_distance = std::max(there.largest, back.largest) / diagonal;
+  metrics.roughness = sampled.area / mesh.area;
+}
+
+}  // namespace
+
+void CompareOptions::validate() const {
+  if (resolution < 8 || resolution > kMostCells) {
+    throw InputError(
+        fmt::format("--resolution {} is out of range; give 8 … {} cells", resolution, kMostCells));
+  }
+  if (iterations < 1 || iterations > QJ_MOST_ITERATIONS) {
+    throw InputError(fmt::format("--iterations {} is out of range; give 1 … {}", iterations,
+                                 QJ_MOST_ITERATIONS));
+  }
+}
+
+std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
+                                const TriangleMesh& mesh, const CompareOptions& options,
+                                const Watch& watch) {
+  options.validate();
+  map.validate();
+  const StopRadii stops = find_stop_radii(device, map);
+  std::vector<int> iterations{1};
+  if (options.iterations > 1) iterations.push_back(options.iterations);
+  const auto steps = static_cast<double>(1 + iterations.size());
+  const auto report = [&](double done) { watch.report({"comparing", done / steps, -1, ""}); };
+
+  report(0);
+  const CubeSamples cube = sample_cube(device, mesh, map.shape_to_map, options.resolution, watch);
+  const SampledMesh sampled(device, mesh);
+  const Watch quiet{{}, watch.stop};
+  std::vector<FitMetrics> all;
+  for (const int n : iterations) {
+    report(static_cast<double>(all.size() + 1));
+    FitMetrics metrics;
+    metrics.iterations = n;
+    const auto shared = overlap({device, map, stops, n}, map.surface_level, cube, watch);
+    metrics.iou = shared.iou;
+    metrics.energy = shared.energy;
+    const SurfaceOptions surface{options.resolution, n, {}};
+    compare_surfaces(device, set_surface(device, map, stops, surface, quiet), sampled,
+                     mesh.box().diagonal(), metrics);
+    all.push_back(metrics);
+  }
+  report(steps);
+  return all;
+}
+
+nlohmann::json to_json(const FitMetrics& metrics) {
+  return {{"iterations", metrics.iterations},
+          {"iou", metrics.iou},
+          {"mean_distance", metrics.mean_distance},
+          {"hausdorff_distance", metrics.hausdorff_distance},
+          {"energy", metrics.energy},
+          {"roughness", metrics.roughness}};
+}
+
+}  // namespace qjulia
