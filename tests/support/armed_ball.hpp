@@ -2,7 +2,6 @@
 /// Maps for tests, made on the spot: always the same ones.
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <vector>
 
 #include "qjulia/rational_map.hpp"
@@ -17,8 +16,5 @@ std::vector<Eigen::Vector3d> armed_ball_surface(std::size_t count);
 /// F_1 fitted to `armed_ball_distance` near the surface by linear least squares over the exponents
 /// of `factors` factors set on both sides of it. Slope about 1, not calibrated.
 RationalMap armed_ball_map(int factors);
-
-/// A map with random centres in the cube [-1, 1]^4 and exponents of both signs; Σ a_k > 1.
-RationalMap random_map(int factors, std::uint64_t seed);
 
 }  // namespace qjulia::test

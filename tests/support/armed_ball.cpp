@@ -1,10 +1,12 @@
-#include "test_maps.hpp"
+#include "armed_ball.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <random>
+
+#include "random_maps.hpp"
 
 namespace qjulia::test {
 namespace {
@@ -20,11 +22,6 @@ const std::array<Arm, 3>& arms() {
   static const std::array<Arm, 3> all = {
       {{{1.3, 0.5, 0}, 0.18}, {{-1.0, 0.9, 0.5}, 0.2}, {{0, -1.1, -0.6}, 0.3}}};
   return all;
-}
-
-/// Uniform in [low, high), the same with every standard library.
-double uniform(std::mt19937_64& random, double low, double high) {
-  return low + (high - low) * static_cast<double>(random() >> 11U) * 0x1p-53;
 }
 
 Vector3d random_point(std::mt19937_64& random, double reach) {
@@ -121,21 +118,6 @@ RationalMap armed_ball_map(int factors) {
     box.high = box.high.cwiseMax(x);
   }
   map.box = box;
-  return map;
-}
-
-RationalMap random_map(int factors, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  RationalMap map;
-  map.log_scale = uniform(random, -0.2, 0.2);
-  for (int k = 0; k < factors; ++k) {
-    const Vector3d xyz = random_point(random, 1);
-    const double w = uniform(random, -1, 1);
-    const double size = uniform(random, 0.1, 0.6);
-    const bool root = k % 3 != 2;
-    map.factors.push_back({{xyz.x(), xyz.y(), xyz.z(), w}, root ? size : -size});
-  }
-  while (map.degree() <= 1.2) map.factors.front().exponent += 0.5;
   return map;
 }
 

@@ -1,0 +1,85 @@
+#include <cmath>
+
+#include "fit/evaluator.hpp"
+#include "map/reference_iteration.hpp"
+
+namespace qjulia {
+namespace {
+
+/// What a sample adds to the energy, and its derivatives by F.
+struct Term {
+  double energy = 0;
+  double slope = 0;
+  double curvature = 0;  ///< as in a Gauss-Newton matrix: never negative
+};
+
+class ReferenceEvaluator final : public Evaluator {
+ public:
+  ReferenceEvaluator(Samples samples, const EnergyOptions& options)
+      : samples_(std::move(samples)), options_(options) {}
+
+  Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
+    const std::vector<Quaternion> starts = on_slice(map);
+    const auto f = reference::field(map, starts, options_.iterations, options_.escape);
+    Eigen::VectorXd slopes(static_cast<Eigen::Index>(f.size()));
+    Evaluation result;
+    for (std::size_t i = 0; i < f.size(); ++i) {
+      const Term term = term_of(i, f[i]);
+      result.energy += term.energy;
+      slopes[static_cast<Eigen::Index>(i)] = term.slope;
+    }
+    if (with_gradient) {
+      const Eigen::MatrixXd gradients =
+          reference::field_gradients(map, starts, options_.iterations, options_.escape);
+      const Eigen::VectorXd sum = gradients.transpose() * slopes;
+      result.gradient.assign(sum.begin(), sum.end());
+    }
+    return result;
+  }
+
+  std::vector<double> field(const RationalMap& map) override {
+    return reference::field(map, on_slice(map), options_.iterations, options_.escape);
+  }
+
+  Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
+    const std::vector<Quaternion> starts = on_slice(map);
+    const auto f = reference::field(map, starts, 1, options_.escape);
+    Eigen::VectorXd curvatures(static_cast<Eigen::Index>(f.size()));
+    for (std::size_t i = 0; i < f.size(); ++i) {
+      curvatures[static_cast<Eigen::Index>(i)] = term_of(i, f[i]).curvature;
+    }
+    const Eigen::MatrixXd jacobian = reference::field_gradients(map, starts, 1, options_.escape);
+    return jacobian.transpose() * curvatures.asDiagonal() * jacobian;
+  }
+
+ private:
+  std::vector<Quaternion> on_slice(const RationalMap& map) const {
+    std::vector<Quaternion> starts;
+    for (const auto& x : samples_.position) starts.push_back({x.x(), x.y(), x.z(), map.slice});
+    return starts;
+  }
+
+  Term term_of(std::size_t i, double f) const {
+    const double w = samples_.weight[i];
+    const double side = samples_.side[i];
+    if (options_.loss == Loss::tanh) {
+      const double t = std::tanh(options_.alpha * f);
+      const double slope = options_.alpha * (1 - t * t);
+      return {-w * side * t, -w * side * slope, w * options_.alpha * slope};
+    }
+    const double residual = f - samples_.target[i];
+    if (side * residual > 0) return {};
+    return {0.5 * w * residual * residual, w * residual, w};
+  }
+
+  Samples samples_;
+  EnergyOptions options_;
+};
+
+}  // namespace
+
+std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples, const EnergyOptions& options) {
+  return std::make_unique<ReferenceEvaluator>(std::move(samples), options);
+}
+
+}  // namespace qjulia

@@ -1,0 +1,161 @@
+#include "map/reference_iteration.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <unsupported/Eigen/AutoDiff>
+
+namespace qjulia::reference {
+namespace {
+
+/// Unknowns differentiated in one pass.
+constexpr Eigen::Index kPass = 8;
+using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, kPass, 1>>;
+
+double value_of(double x) { return x; }
+double value_of(const Dual& x) { return x.value(); }
+
+/// A quaternion, a factor, a map and a step over any scalar type.
+template <class T>
+struct QuaternionOf {
+  T x, y, z, w;
+};
+
+template <class T>
+struct FactorOf {
+  QuaternionOf<T> center;
+  T exponent;
+};
+
+template <class T>
+struct MapOf {
+  T log_scale;
+  QuaternionOf<T> phase;
+  std::vector<FactorOf<T>> factors;
+};
+
+template <class T>
+struct StepOf {
+  T log_norm;
+  QuaternionOf<T> versor;
+};
+
+template <class T>
+QuaternionOf<T> convert(const Quaternion& q) {
+  return {T(q.x), T(q.y), T(q.z), T(q.w)};
+}
+
+template <class T>
+MapOf<T> convert(const RationalMap& map) {
+  MapOf<T> result{T(map.log_scale), convert<T>(map.phase), {}};
+  for (const auto& [center, exponent] : map.factors) {
+    result.factors.push_back({convert<T>(center), T(exponent)});
+  }
+  return result;
+}
+
+template <class T>
+QuaternionOf<T> product(const QuaternionOf<T>& p, const QuaternionOf<T>& q) {
+  return {
+      p.x * q.x - p.y * q.y - p.z * q.z - p.w * q.w, p.x * q.y + p.y * q.x + p.z * q.w - p.w * q.z,
+      p.x * q.z - p.y * q.w + p.z * q.x + p.w * q.y, p.x * q.w + p.y * q.z - p.z * q.y + p.w * q.x};
+}
+
+/// d^a = e^(a log d): a ln |d| and the unit quaternion (cos a t, v/|v| sin a t), t the angle of d.
+template <class T>
+StepOf<T> power(const QuaternionOf<T>& d, const T& a) {
+  using std::atan2, std::cos, std::log, std::sin, std::sqrt;
+  const T rho2 = d.y * d.y + d.z * d.z + d.w * d.w;
+  const T norm2 = d.x * d.x + rho2;
+  const T log_norm = a * log(norm2) * 0.5;
+  if (value_of(norm2) == 0) return {log_norm, {T(1), T(0), T(0), T(0)}};
+  if (value_of(rho2) == 0) {
+    if (value_of(d.x) > 0) {
+      // sin(a t)/|v| tends to a/A, which the derivative by v needs.
+      const T s = a / d.x;
+      return {log_norm, {T(1), s * d.y, s * d.z, s * d.w}};
+    }
+    // On the branch cut the direction is i, as in log().
+    const T angle = a * std::numbers::pi;
+    return {log_norm, {cos(angle), sin(angle), T(0), T(0)}};
+  }
+  const T rho = sqrt(rho2);
+  const T angle = a * T(atan2(rho, d.x));
+  const T s = sin(angle) / rho;
+  return {log_norm, {cos(angle), s * d.y, s * d.z, s * d.w}};
+}
+
+template <class T>
+StepOf<T> step_of(const MapOf<T>& map, const QuaternionOf<T>& q) {
+  StepOf<T> result{map.log_scale, map.phase};
+  for (const auto& [c, a] : map.factors) {
+    const StepOf<T> one = power<T>({q.x - c.x, q.y - c.y, q.z - c.z, q.w - c.w}, a);
+    result.log_norm += one.log_norm;
+    result.versor = product(result.versor, one.versor);
+  }
+  return result;
+}
+
+template <class T>
+T field_at(const MapOf<T>& map, const Quaternion& start, int iterations, double escape) {
+  using std::exp;
+  QuaternionOf<T> q = convert<T>(start);
+  T log_norm(std::log(norm(start)));
+  for (int i = 0; i < iterations && value_of(log_norm) < std::log(escape); ++i) {
+    const StepOf<T> next = step_of(map, q);
+    log_norm = next.log_norm;
+    const T radius = exp(log_norm);
+    const QuaternionOf<T>& u = next.versor;
+    q = {radius * u.x, radius * u.y, radius * u.z, radius * u.w};
+  }
+  return log_norm;
+}
+
+/// The scalars of a map in the order of the unknowns.
+std::vector<Dual*> unknowns_of(MapOf<Dual>& map) {
+  std::vector<Dual*> all{&map.log_scale};
+  for (auto& f : map.factors) all.push_back(&f.exponent);
+  for (auto& f : map.factors) all.push_back(&f.center.x);
+  for (auto& f : map.factors) all.push_back(&f.center.y);
+  for (auto& f : map.factors) all.push_back(&f.center.z);
+  for (auto& f : map.factors) all.push_back(&f.center.w);
+  return all;
+}
+
+}  // namespace
+
+Step step(const RationalMap& map, const Quaternion& q) {
+  const auto [log_norm, u] = step_of(convert<double>(map), convert<double>(q));
+  return {log_norm, {u.x, u.y, u.z, u.w}};
+}
+
+std::vector<double> field(const RationalMap& map, std::span<const Quaternion> starts,
+                          int iterations, double escape) {
+  const auto plain = convert<double>(map);
+  std::vector<double> values;
+  values.reserve(starts.size());
+  for (const Quaternion& start : starts) {
+    values.push_back(field_at(plain, start, iterations, escape));
+  }
+  return values;
+}
+
+Eigen::MatrixXd field_gradients(const RationalMap& map, std::span<const Quaternion> starts,
+                                int iterations, double escape) {
+  const auto unknowns = static_cast<Eigen::Index>(1 + 5 * map.factors.size());
+  Eigen::MatrixXd gradients(static_cast<Eigen::Index>(starts.size()), unknowns);
+  for (Eigen::Index first = 0; first < unknowns; first += kPass) {
+    auto dual = convert<Dual>(map);
+    const auto all = unknowns_of(dual);
+    const Eigen::Index count = std::min(kPass, unknowns - first);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      all[static_cast<std::size_t>(first + i)]->derivatives()[i] = 1;
+    }
+    for (Eigen::Index row = 0; row < gradients.rows(); ++row) {
+      const Dual f = field_at(dual, starts[static_cast<std::size_t>(row)], iterations, escape);
+      gradients.block(row, first, 1, count) = f.derivatives().head(count).transpose();
+    }
+  }
+  return gradients;
+}
+
+}  // namespace qjulia::reference

@@ -1,0 +1,232 @@
+// Map files: what is written is read back bit for bit, and whatever is wrong is named.
+
+#include "qjulia/map_file.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+#include "qjulia/error.hpp"
+#include "random_maps.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// A folder that goes away with the test.
+class Folder {
+ public:
+  Folder() : path_(fs::temp_directory_path() / ("qjulia_map_file_" + std::to_string(::getpid()))) {
+    fs::create_directory(path_);
+  }
+  ~Folder() { fs::remove_all(path_); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+
+  fs::path operator/(const std::string& name) const { return path_ / name; }
+  fs::path with_text(const std::string& name, const std::string& text) const {
+    std::ofstream(path_ / name, std::ios::binary) << text;
+    return path_ / name;
+  }
+  std::ptrdiff_t files() const {
+    return std::distance(fs::directory_iterator(path_), fs::directory_iterator());
+  }
+
+ private:
+  fs::path path_;
+};
+
+RationalMap full_map() {
+  RationalMap map = test::random_map(40, 0.001, 0.6, 5);
+  map.slice = 0.1;
+  map.surface_level = -1.0 / 3;
+  map.phase = {0.5, -0.5, 0.5, 0.5};
+  map.factors[3].exponent = std::numeric_limits<double>::denorm_min();
+  map.factors[4].exponent = -0.0;
+  map.shape_to_map = {2.0 / 7, {0.1, 1e-17, -3}};
+  map.detail = 0.02;
+  map.inradius = 0.3;
+  map.box = Box{{-1, -2, -3}, {1, 2, 3.3}};
+  map.provenance = {{"mesh", "b\xc3\xa4r.obj"}, {"seed", 7}};
+  return map;
+}
+
+/// The message `read_map` refuses the text with.
+std::string refusal(const Folder& folder, const std::string& text) {
+  const auto path = folder.with_text("bad.qjulia.json", text);
+  try {
+    read_map(path);
+  } catch (const InputError& error) {
+    CHECK_THAT(error.what(), Catch::Contains(path.string()));
+    return error.what();
+  }
+  return "accepted";
+}
+
+bool same_bits(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+
+}  // namespace
+
+TEST_CASE("a map file gives back every bit") {
+  const Folder folder;
+  const RationalMap map = full_map();
+  write_map(map, folder / "a.qjulia.json");
+  const RationalMap back = read_map(folder / "a.qjulia.json");
+  CHECK(same_bits(back.log_scale, map.log_scale));
+  CHECK(same_bits(back.surface_level, map.surface_level));
+  CHECK(same_bits(back.slice, map.slice));
+  CHECK(back.phase == map.phase);
+  REQUIRE(back.factors.size() == map.factors.size());
+  for (std::size_t k = 0; k < map.factors.size(); ++k) {
+    CHECK(back.factors[k].center == map.factors[k].center);
+    CHECK(same_bits(back.factors[k].exponent, map.factors[k].exponent));
+  }
+  CHECK(same_bits(back.shape_to_map.scale, map.shape_to_map.scale));
+  CHECK(back.shape_to_map.translation == map.shape_to_map.translation);
+  CHECK(back.detail == map.detail);
+  CHECK(back.inradius == map.inradius);
+  CHECK(back.box->low == map.box->low);
+  CHECK(back.box->high == map.box->high);
+  CHECK(back.provenance == map.provenance);
+  // Written again, the same bytes; and nothing temporary is left.
+  write_map(back, folder / "b.qjulia.json");
+  std::stringstream a;
+  std::stringstream b;
+  a << std::ifstream(folder / "a.qjulia.json").rdbuf();
+  b << std::ifstream(folder / "b.qjulia.json").rdbuf();
+  CHECK(a.str() == b.str());
+  CHECK(folder.files() == 2);
+}
+
+TEST_CASE("level, phase, detail, inradius, box and provenance may be left out") {
+  json text = to_json(full_map());
+  for (const char* key : {"surface_level", "phase", "detail", "inradius", "box", "provenance"}) {
+    text.erase(key);
+  }
+  const RationalMap map = map_from_json(text, "text");
+  CHECK(map.surface_level == 0);
+  CHECK(map.phase == Quaternion{1, 0, 0, 0});
+  CHECK_FALSE(map.detail);
+  CHECK_FALSE(map.inradius);
+  CHECK_FALSE(map.box);
+  CHECK(map.provenance == json::object());
+}
+
+TEST_CASE("every key that is missing is named") {
+  const Folder folder;
+  for (const char* key :
+       {"format", "version", "kind", "slice", "log_scale", "factors", "shape_to_map"}) {
+    json text = to_json(full_map());
+    text.erase(key);
+    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains(fmt::format("\"{}\"", key)));
+  }
+  for (const char* pointer : {"/factors/7/center", "/factors/7/exponent", "/shape_to_map/scale",
+                              "/shape_to_map/translation"}) {
+    json text = to_json(full_map());
+    const json::json_pointer at(pointer);
+    text.at(at.parent_pointer()).erase(at.back());
+    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains(at.back()));
+  }
+}
+
+TEST_CASE("every value that is wrong is named") {
+  struct Wrong {
+    const char* pointer;
+    json value;
+    const char* named;
+  };
+  const auto wrong = GENERATE(values<Wrong>({
+      {"/format", "stl", "format"},
+      {"/format", 3, "format"},
+      {"/version", 2, "version"},
+      {"/version", "1", "version"},
+      {"/version", 1.5, "version"},
+      {"/kind", "quadratic", "quadratic"},
+      {"/kind", "cubic", "cubic"},
+      {"/slice", nullptr, "slice"},
+      {"/log_scale", "0", "log_scale"},
+      {"/log_scale", true, "log_scale"},
+      {"/log_scale", 1e200, "log_scale"},
+      {"/phase", json::array({1, 0, 0}), "phase"},
+      {"/phase", json::array({1, 1, 0, 0}), "phase"},
+      {"/phase/2", "0", "phase[2]"},
+      {"/factors", json::array(), "factors"},
+      {"/factors", json::object(), "factors"},
+      {"/factors/3", 1, "factors[3]"},
+      {"/factors/3/center", json::array({1, 2, 3}), "factors[3].center"},
+      {"/factors/3/center/1", nullptr, "factors[3].center[1]"},
+      {"/factors/3/exponent", json::array({1}), "factors[3].exponent"},
+      {"/shape_to_map", json::array(), "shape_to_map"},
+      {"/shape_to_map/scale", 0, "shape_to_map.scale"},
+      {"/shape_to_map/scale", -1, "shape_to_map.scale"},
+      {"/shape_to_map/translation", json::array({1, 2}), "shape_to_map.translation"},
+      {"/detail", -0.1, "detail"},
+      {"/inradius", 0, "inradius"},
+      {"/box", json::array({1, 2, 3}), "box"},
+      {"/box/1", json::array({-1, -2, -3}), "box"},
+      {"/provenance", json::array(), "provenance"},
+      {"/sliec", 0, "sliec"},
+      {"/factors/3/power", 0, "factors[3].power"},
+  }));
+  const Folder folder;
+  json text = to_json(full_map());
+  text[json::json_pointer(wrong.pointer)] = wrong.value;
+  INFO(wrong.pointer << " = " << wrong.value);
+  CHECK_THAT(refusal(folder, text.dump()), Catch::Contains(wrong.named));
+}
+
+TEST_CASE("text that is no JSON, or not finite, is refused") {
+  const Folder folder;
+  const std::string good = to_json(full_map()).dump();
+  for (const std::size_t length :
+       {std::size_t{0}, std::size_t{1}, good.size() / 2, good.size() - 1}) {
+    CHECK_THAT(refusal(folder, good.substr(0, length)), Catch::Contains("JSON"));
+  }
+  for (const char* number : {"NaN", "Infinity", "1e999", "-1e999"}) {
+    std::string text = good;
+    const std::string key = "\"slice\":";
+    const auto at = text.find(key) + key.size();
+    text.replace(at, text.find(',', at) - at, number);
+    CHECK_THAT(refusal(folder, text), Catch::Contains("JSON"));
+  }
+  CHECK_THAT(refusal(folder, good + "{}"), Catch::Contains("JSON"));
+  CHECK_THAT(refusal(folder, "[]"), Catch::Contains("object"));
+  CHECK_THAT(refusal(folder, std::string("\0\xff\xfe random", 10)), Catch::Contains("JSON"));
+  CHECK_THAT(refusal(folder, std::string(1'000'000, '[')), Catch::Contains("nested"));
+}
+
+TEST_CASE("files that cannot be maps are refused before they fill the memory") {
+  const Folder folder;
+  CHECK_THROWS_WITH(read_map(folder / "none.json"), Catch::Contains("none.json"));
+  CHECK_THROWS_AS(read_map(fs::temp_directory_path()), InputError);
+  const auto huge = folder.with_text("huge.json", "{");
+  fs::resize_file(huge, std::uintmax_t{1} << 40U);  // sparse
+  CHECK_THROWS_WITH(read_map(huge), Catch::Contains("larger"));
+  CHECK_THROWS_WITH(read_map("/dev/zero"), Catch::Contains("larger"));
+}
+
+TEST_CASE("a map that is not valid, or a folder that is not there, leaves no file") {
+  const Folder folder;
+  RationalMap map = full_map();
+  map.factors[0].exponent = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_AS(write_map(map, folder / "a.json"), InputError);
+  CHECK_THROWS_AS(write_map(full_map(), folder / "none/a.json"), OutputError);
+  CHECK(folder.files() == 0);
+}
+
+TEST_CASE("any bytes may stand in a file name of the provenance") {
+  const Folder folder;
+  RationalMap map = full_map();
+  map.provenance["mesh"] = "\xff\xfe.obj";
+  write_map(map, folder / "a.json");
+  CHECK_NOTHROW(read_map(folder / "a.json"));
+}
