@@ -61,12 +61,14 @@ MatrixXd damped_normal_matrix(const MatrixXf& columns) {
   return h;
 }
 
-/// Indices of the `count` factors that are missed least, ascending. The first column of the matrix
-/// is the log scale's.
+/// Indices of the `count` factors that are missed least, ascending; those that have drifted away
+/// from the shape go first. The first column of the matrix is the log scale's.
 std::vector<std::size_t> least_missed(const RationalMap& map, const MatrixXd& inverse, int count) {
   std::vector<std::size_t> order(map.factors.size());
   std::iota(order.begin(), order.end(), 0U);
+  constexpr double kFarthest = 6;  // map units: no shape reaches so far from its deepest point
   const auto cost = [&](std::size_t k) {
+    if (norm(map.factors[k].center) > kFarthest) return -1.0;
     const auto i = static_cast<Index>(k + 1);
     return map.factors[k].exponent * map.factors[k].exponent / inverse(i, i);
   };
