@@ -85,7 +85,8 @@ MinimizeResult minimize(Evaluator& evaluator, const RationalMap& start,
                         int iterations, Budget& budget) {
   LBFGSpp::LBFGSParam<double> parameters;
   parameters.m = 20;
-  parameters.epsilon = 1e-9;
+  // Moves are rounded to single precision: a gradient that has shrunk this much is noise.
+  parameters.epsilon = 1e-6;
   parameters.epsilon_rel = 0;
   parameters.max_iterations = iterations;
   parameters.linesearch = LBFGSpp::LBFGS_LINESEARCH_BACKTRACKING_STRONG_WOLFE;

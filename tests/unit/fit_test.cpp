@@ -139,7 +139,7 @@ TEST_CASE("the preconditioner turns the Gauss-Newton matrix into the identity") 
   Eigen::MatrixXd b(kOrder, kOrder);
   for (Eigen::Index i = 0; i < kOrder; ++i) {
     for (Eigen::Index j = 0; j < kOrder; ++j) {
-      b(i, j) = test::uniform(bits, -1, 1) * std::pow(10.0, static_cast<double>(i) / 3);
+      b(i, j) = test::uniform(bits, -1, 1) * std::pow(10.0, static_cast<double>(i) / 6);
     }
   }
   const Eigen::MatrixXd h = b * b.transpose();
