@@ -1,0 +1,164 @@
+// F_n and ∂F_1/∂q on the device against the reference, at each lane width and precision.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "map/reference_iteration.hpp"
+#include "qjulia/field.hpp"
+#include "random_maps.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+constexpr double kEscape = 20;
+
+RationalMap general_map() {
+  RationalMap map = test::random_map(37, 0.05, 0.4, 51);
+  for (std::size_t k = 0; k < map.factors.size(); ++k) {
+    map.factors[k].center.w *= 5;  // well out of the slice
+  }
+  map.phase = {0.5, -0.5, 0.5, 0.5};
+  return map;
+}
+
+std::vector<Quaternion> points_in(double reach, std::size_t count) {
+  std::mt19937_64 bits(52);
+  std::vector<Quaternion> points(count);
+  for (Quaternion& q : points) {
+    q.x = test::uniform(bits, -reach, reach);
+    q.y = test::uniform(bits, -reach, reach);
+    q.z = test::uniform(bits, -reach, reach);
+    q.w = test::uniform(bits, -reach, reach);
+  }
+  return points;
+}
+
+/// |device − reference| / max(1, |reference|), sorted.
+std::vector<double> errors(const Field& field, const RationalMap& map,
+                           const std::vector<Quaternion>& points, int iterations) {
+  const auto expected = reference::field(map, points, iterations, kEscape);
+  const auto got = field.at(points, iterations);
+  std::vector<double> result;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double error = std::abs(got[i] - expected[i]) / std::max(1.0, std::abs(expected[i]));
+    result.push_back(std::isfinite(error) ? error : 1e9);
+  }
+  std::ranges::sort(result);
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("F_n in double is the reference's") {
+  const int width = GENERATE(1, 8, 16);
+  const RationalMap map = general_map();
+  const Field field(Device::choose("cpu").with_lane_width(width), map, Precision::dbl);
+  // 1001 is no multiple of a width: the padding must not show.
+  const auto points = points_in(1.5, 1001);
+  for (const int n : {1, 2, 3, 4}) {
+    CAPTURE(width, n);
+    CHECK(errors(field, map, points, n).back() < 1e-10);
+  }
+}
+
+TEST_CASE("F_n in float is the reference's within rounding, which iteration amplifies") {
+  const int width = GENERATE(1, 8, 16);
+  const RationalMap map = general_map();
+  const Field field(Device::choose("cpu").with_lane_width(width), map, Precision::single);
+  const auto points = points_in(1.5, 1001);
+  for (const int n : {1, 2, 3, 4}) {
+    const auto error = errors(field, map, points, n);
+    CAPTURE(width, n, error.back());
+    // Each iterate multiplies what the ones before left by the map's derivative, so the worst
+    // point grows; the median stays near rounding.
+    CHECK(error[error.size() / 2] < 2e-6);
+    CHECK(error[error.size() * 99 / 100] < 1e-6 * std::pow(10, n - 1));
+    if (n == 1) CHECK(error.back() < 5e-6);
+  }
+}
+
+TEST_CASE("far away F_1 is S + degree ln |q|, and starts beyond the escape radius do not iterate") {
+  const int width = GENERATE(1, 8, 16);
+  const auto precision = GENERATE(Precision::single, Precision::dbl);
+  const RationalMap map = general_map();
+  const Field far(Device::choose("cpu").with_lane_width(width), map, precision, {0, 0, 1e9});
+  const Field near(Device::choose("cpu").with_lane_width(width), map, precision);
+  const std::vector<Quaternion> points{{1e6, 0, 0, 0}, {0, -1e6, 1e6, 0}, {0, 0, 0, 21}};
+  const auto f = far.at(points, 1);
+  const auto stopped = near.at(points, 4);
+  for (std::size_t i = 0; i < 2; ++i) {
+    CHECK(f[i] == Approx(map.log_scale + map.degree() * std::log(norm(points[i]))).epsilon(1e-5));
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    CHECK(stopped[i] == Approx(std::log(norm(points[i]))).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("at a centre a root is far inside and a pole far outside, and nothing is NaN") {
+  const int width = GENERATE(1, 8, 16);
+  const auto precision = GENERATE(Precision::single, Precision::dbl);
+  RationalMap map = general_map();
+  // Centres that float holds exactly.
+  map.factors[0] = {{0.25, -0.5, 0.125, 0}, 2};
+  map.factors[1] = {{-0.75, 0.5, 0.25, 0}, -2};
+  const Field field(Device::choose("cpu").with_lane_width(width), map, precision);
+  const std::vector<Quaternion> points{map.factors[0].center, map.factors[1].center};
+  for (const int n : {1, 2, 3, 4}) {
+    CAPTURE(width, n);
+    const auto f = field.at(points, n);
+    CHECK(std::isfinite(f[0]));
+    CHECK(f[1] > 30);
+    if (n == 1) CHECK(f[0] < -30);
+    // From a root the orbit goes on at the origin.
+    const std::vector<Quaternion> origin{{}};
+    if (n > 1) {
+      CHECK(f[0] == Approx(reference::field(map, origin, n - 1, kEscape)[0]).margin(1e-4));
+    }
+  }
+}
+
+TEST_CASE("beside the branch cut both sides are the reference's; on it the direction is i") {
+  const int width = GENERATE(1, 8, 16);
+  const auto precision = GENERATE(Precision::single, Precision::dbl);
+  const auto device = Device::choose("cpu").with_lane_width(width);
+  // On the negative real axis of every centre; a t = 0.5 pi and 0.7 pi: nothing cancels there.
+  RationalMap map;
+  map.log_scale = -0.2;
+  map.factors = {{{0.5, 0, 0, 0}, 0.5}, {{0.75, 0, 0, 0}, 0.7}};
+  const Field field(device, map, precision);
+  std::vector<Quaternion> points;
+  for (const double side : {0.0, 1e-6, -1e-6, 1e-4, -1e-4}) {
+    points.push_back({-0.5, side, 0, 0});
+    points.push_back({-0.5, 0, side, 0});
+    points.push_back({-0.5, side, side, -side});
+  }
+  for (const int n : {1, 2, 3, 4}) {
+    CAPTURE(width, n);
+    CHECK(errors(field, map, points, n).back() < (precision == Precision::dbl ? 1e-10 : 2e-5));
+  }
+}
+
+TEST_CASE("the gradient by the point is the reference's central difference") {
+  const int width = GENERATE(1, 8, 16);
+  const auto precision = GENERATE(Precision::single, Precision::dbl);
+  const RationalMap map = general_map();
+  const Field field(Device::choose("cpu").with_lane_width(width), map, precision);
+  const auto points = points_in(1.5, 77);
+  const auto gradients = field.gradient_at(points);
+  constexpr double kStep = 1e-6;
+  const auto difference = [&](Quaternion q, const Quaternion& direction) {
+    const std::vector<Quaternion> ends{q + kStep * direction, q - kStep * direction};
+    const auto f = reference::field(map, ends, 1, 1e9);
+    return (f[0] - f[1]) / (2 * kStep);
+  };
+  double worst = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Quaternion expected{
+        difference(points[i], {1, 0, 0, 0}), difference(points[i], {0, 1, 0, 0}),
+        difference(points[i], {0, 0, 1, 0}), difference(points[i], {0, 0, 0, 1})};
+    worst = std::max(worst, norm(gradients[i] - expected) / std::max(1.0, norm(expected)));
+  }
+  CAPTURE(width, worst);
+  CHECK(worst < (precision == Precision::dbl ? 1e-8 : 1e-5));
+}

@@ -1,0 +1,169 @@
+// Calibration, the shell and the radii that end orbits, on a body with thin arms.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "armed_ball.hpp"
+#include "map/reference_iteration.hpp"
+#include "map/sphere_directions.hpp"
+#include "qjulia/detail.hpp"
+#include "qjulia/error.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+const Device& cpu() {
+  static const Device device = Device::choose("cpu");
+  return device;
+}
+
+RationalMap fitted(double detail) {
+  static const RationalMap plain = test::armed_ball_map(160);
+  static const auto surface = test::armed_ball_surface(2000);
+  return calibrated(cpu(), with_measured_detail(cpu(), plain, surface, detail));
+}
+
+/// A map whose F_1 is `exponent` ln |q − c| + S.
+RationalMap one_root(const Quaternion& center, double exponent, double log_scale) {
+  RationalMap map;
+  map.factors = {{center, exponent}};
+  map.log_scale = log_scale;
+  return map;
+}
+
+}  // namespace
+
+TEST_CASE("directions are unit and evenly spread") {
+  const auto directions = sphere_directions(4096);
+  Quaternion mean;
+  Quaternion squares;
+  for (const Quaternion& u : directions) {
+    CHECK(norm(u) == Approx(1).epsilon(1e-12));
+    mean = mean + (1.0 / 4096) * u;
+    squares = squares + (1.0 / 4096) * Quaternion{u.x * u.x, u.y * u.y, u.z * u.z, u.w * u.w};
+  }
+  CHECK(norm(mean) < 6e-3);  // random ones: about 16e-3
+  for (const double s : {squares.x, squares.y, squares.z, squares.w}) {
+    CHECK(s == Approx(0.25).margin(2e-3));
+  }
+}
+
+TEST_CASE("the effective radius of a round potential is where it crosses the level") {
+  const Field round(cpu(), one_root({0, 0, 0, 0}, 3, -3 * std::log(0.6)));
+  CHECK(effective_radius(round, 0, 5) == Approx(0.6).epsilon(1e-5));
+  CHECK(effective_radius(round, 3 * std::log(2.0), 5) == Approx(1.2).epsilon(1e-5));
+  CHECK(effective_radius(round, 100, 5) == Approx(5));  // no crossing
+  // A sphere about c seen from the origin: the median direction is at right angles to c.
+  const Field shifted(cpu(), one_root({0.3, 0, 0, 0}, 3, 0));
+  CHECK(effective_radius(shifted, 0, 5) == Approx(std::sqrt(1 - 0.09)).epsilon(2e-3));
+}
+
+TEST_CASE("calibration shifts the scale and the level by ln r_eff, and only once") {
+  const RationalMap map =
+      with_measured_detail(cpu(), test::armed_ball_map(160), test::armed_ball_surface(2000), 0.02);
+  const double radius = effective_radius(Field(cpu(), map), 0, 5);
+  const RationalMap once = calibrated(cpu(), map);
+  CHECK(once.surface_level == Approx(std::log(radius)).epsilon(1e-4));
+  CHECK(once.log_scale - map.log_scale == Approx(std::log(radius)).epsilon(1e-4));
+  CHECK(radius > 0.7);
+  CHECK(radius < 1.0);
+  const RationalMap twice = calibrated(cpu(), once);
+  CHECK(twice.log_scale == Approx(once.log_scale).epsilon(1e-5));
+  CHECK(twice.surface_level == Approx(once.surface_level).epsilon(1e-4));
+  // A root away from the origin: F_1(0) = 0 is above the level.
+  CHECK_THROWS_AS(calibrated(cpu(), one_root({1, 0, 0, 0}, 2, 0.5)), InputError);
+}
+
+TEST_CASE("the shell is as thick as asked") {
+  const auto surface = test::armed_ball_surface(2000);
+  for (const double detail : {0.005, 0.02, 0.04}) {
+    const RationalMap map = fitted(detail);
+    const double diagonal = map.box->diagonal();
+    CHECK(shell_thickness(Field(cpu(), map), surface, 0) ==
+          Approx(detail * diagonal).epsilon(1e-4));
+    CHECK(map.detail == detail);
+  }
+  // |∇F_1| of 2 ln |q| on the unit sphere is 2.
+  std::vector<Eigen::Vector3d> sphere;
+  for (const Quaternion& u : sphere_directions(100)) {
+    sphere.push_back(Eigen::Vector3d(u.x, u.y, u.z).normalized());
+  }
+  CHECK(shell_thickness(Field(cpu(), one_root({}, 2, 0)), sphere, 0) == Approx(0.5));
+  CHECK(median_level(Field(cpu(), one_root({}, 2, 0.25)), sphere, 0) == Approx(0.25));
+}
+
+TEST_CASE("the stop radii of a square are just within and beyond 1") {
+  const StopRadii stops = find_stop_radii(cpu(), one_root({}, 2, 0));
+  CHECK(stops.inner > 0.94);
+  CHECK(stops.inner < 1);
+  CHECK(stops.outer >= 1);
+  CHECK(stops.outer < 1.05);
+  CHECK(stops.escape == Approx(1.25 * stops.outer));
+}
+
+TEST_CASE("no orbit leaves r_in or returns from r_out") {
+  const double detail = GENERATE(0.005, 0.02, 0.04);
+  const RationalMap map = fitted(detail);
+  const StopRadii stops = find_stop_radii(cpu(), map);
+  CAPTURE(detail, stops.inner, stops.outer);
+  CHECK(stops.inner > 0.3);
+  CHECK(stops.outer < 2.2);  // the farthest tip is at 1.64
+  const auto directions = sphere_directions(3001);
+  // Inside, one image is enough: the ball maps into itself.
+  for (const double part : {1.0, 0.97, 0.8, 0.3}) {
+    std::vector<Quaternion> ball;
+    for (const Quaternion& u : directions) ball.push_back(part * stops.inner * u);
+    const auto f = reference::field(map, ball, 1, 1e9);
+    CHECK(std::exp(*std::ranges::max_element(f)) <= stops.inner);
+  }
+  // Outside every image is farther out.
+  for (const double part : {1.0, 1.005, 1.02, 1.1, 1.5, 4.0}) {
+    std::vector<Quaternion> shell;
+    for (const Quaternion& u : directions) shell.push_back(part * stops.outer * u);
+    const auto f = reference::field(map, shell, 1, 1e9);
+    CHECK(std::exp(*std::ranges::min_element(f)) > part * stops.outer);
+  }
+  // Whole orbits of points about the surface: each side once reached is kept.
+  int left = 0;
+  int returned = 0;
+  for (const auto& x : test::armed_ball_surface(400)) {
+    Quaternion q{x.x(), x.y(), x.z(), 0};
+    bool inside = false;
+    bool outside = false;
+    for (int i = 0; i < 12 && norm(q) < 1e6; ++i) {
+      const auto [log_norm, versor] = reference::step(map, q);
+      q = std::exp(log_norm) * versor;
+      left += inside && norm(q) > stops.inner ? 1 : 0;
+      returned += outside && norm(q) < stops.outer ? 1 : 0;
+      inside = inside || norm(q) < stops.inner;
+      outside = outside || norm(q) > stops.outer;
+    }
+  }
+  CHECK(left == 0);
+  CHECK(returned == 0);
+}
+
+TEST_CASE("stopping at the radii changes no side") {
+  const RationalMap map = fitted(0.03);
+  const StopRadii stops = find_stop_radii(cpu(), map);
+  const Field field(cpu(), map, Precision::dbl, stops);
+  std::vector<Quaternion> points;
+  for (const auto& x : test::armed_ball_surface(3000)) points.push_back({x.x(), x.y(), x.z(), 0});
+  for (const int n : {1, 2, 6}) {
+    const auto full = field.at(points, n);
+    const auto decided = field.decided_at(points, n);
+    std::size_t differ = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      differ += (full[i] < map.surface_level) != (decided[i] < map.surface_level) ? 1U : 0U;
+    }
+    CAPTURE(n);
+    CHECK(differ == 0);
+  }
+}
+
+TEST_CASE("a map that does not grow outwards has no r_out") {
+  const StopRadii stops = find_stop_radii(cpu(), one_root({}, 0.9, -1));
+  CHECK(std::isinf(stops.outer));
+  CHECK(stops.escape == 20);
+}
