@@ -102,6 +102,19 @@ TEST_CASE("the stop radii of a square are just within and beyond 1") {
   CHECK(stops.escape == Approx(1.25 * stops.outer));
 }
 
+TEST_CASE("r_out is found where the certain bound lies far beyond the default escape radius") {
+  // A dipole: ± 60 ln |q| all but cancel, which a bound that knows only |c_k| cannot see.
+  RationalMap map = one_root({}, 1.3, 0.1);
+  map.factors.push_back({{1, 0, 0, 0}, 60});
+  map.factors.push_back({{1, 0.01, 0, 0}, -60});
+  const StopRadii stops = find_stop_radii(cpu(), map);
+  CHECK(stops.outer < 4);
+  for (const Quaternion& u : sphere_directions(500)) {
+    const std::vector<Quaternion> beyond{1.001 * stops.outer * u};
+    CHECK(std::exp(reference::field(map, beyond, 1, 1e9)[0]) > 1.001 * stops.outer);
+  }
+}
+
 TEST_CASE("no orbit leaves r_in or returns from r_out") {
   const double detail = GENERATE(0.005, 0.02, 0.04);
   const RationalMap map = fitted(detail);

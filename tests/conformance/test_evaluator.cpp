@@ -1,0 +1,87 @@
+// The device's energy, gradient and Gauss-Newton matrix against the reference's, which shares no
+// code and no method with them.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "fit/evaluator.hpp"
+#include "random_maps.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+RationalMap map_off_slice() {
+  RationalMap map = test::random_map(13, 0.1, 0.6, 61);
+  map.slice = 0.07;
+  map.phase = {0.5, 0.5, -0.5, 0.5};
+  map.factors[2].center = {0.5, 0, 0, 0.07};
+  return map;
+}
+
+/// Random samples, and some beside a factor and beside its branch cut.
+Samples hard_samples(const RationalMap& map) {
+  Samples samples = test::random_samples(150, 62);
+  const Quaternion& c = map.factors[2].center;
+  for (const double step : {1e-3, 1e-2}) {
+    samples.add({c.x + step, c.y, c.z + step}, 0.01, 0.1, 0);  // near the factor
+    samples.add({c.x - 0.7, c.y + step, c.z}, 0.01, -0.1, 1);  // near its cut
+    samples.add({c.x - 0.7, c.y, c.z - step}, 0.01, 0.1, -1);
+  }
+  return samples;
+}
+
+double relative_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  REQUIRE(a.size() == b.size());
+  double worst = 0;
+  double largest = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    worst = std::max(worst, std::abs(a[i] - b[i]));
+    largest = std::max(largest, std::abs(b[i]));
+  }
+  return worst / largest;
+}
+
+}  // namespace
+
+TEST_CASE("energy, field and gradient on the device are the reference's") {
+  const int iterations = GENERATE(1, 2, 3, 4);
+  const auto loss = GENERATE(Loss::tanh, Loss::distance);
+  const RationalMap map = map_off_slice();
+  const Samples samples = hard_samples(map);
+  const EnergyOptions options{loss, iterations, 1.3, 20};
+  const auto reference = make_reference_evaluator(samples, options);
+  const auto expected = reference->evaluate(map, true);
+  const auto expected_field = reference->field(map);
+  for (const int width : {1, 8, 16}) {
+    const auto device = Device::choose("cpu").with_lane_width(width);
+    CAPTURE(width, iterations, loss == Loss::tanh);
+    const auto in_double = make_device_evaluator(device, samples, options, Precision::dbl);
+    const auto two = in_double->evaluate(map, true);
+    CHECK(two.energy == Approx(expected.energy).epsilon(1e-10));
+    CHECK(relative_difference(two.gradient, expected.gradient) < 1e-10);
+    CHECK(relative_difference(in_double->field(map), expected_field) < 1e-10);
+
+    const auto one = make_device_evaluator(device, samples, options)->evaluate(map, true);
+    CHECK(one.energy == Approx(expected.energy).epsilon(1e-5));
+    CHECK(relative_difference(one.gradient, expected.gradient) < 1e-4);
+  }
+}
+
+TEST_CASE("the Gauss-Newton matrix on the device is the reference's") {
+  const auto loss = GENERATE(Loss::tanh, Loss::distance);
+  const RationalMap map = map_off_slice();
+  const Samples samples = hard_samples(map);
+  const EnergyOptions options{loss, 1, 1.3, 20};
+  const auto expected = make_reference_evaluator(samples, options)->gauss_newton(map);
+  const double size = expected.cwiseAbs().maxCoeff();
+  for (const int width : {1, 8, 16}) {
+    const auto device = Device::choose("cpu").with_lane_width(width);
+    CAPTURE(width, loss == Loss::tanh);
+    const auto two =
+        make_device_evaluator(device, samples, options, Precision::dbl)->gauss_newton(map);
+    CHECK((two - expected).cwiseAbs().maxCoeff() < 1e-10 * size);
+    const auto one = make_device_evaluator(device, samples, options)->gauss_newton(map);
+    CHECK((one - expected).cwiseAbs().maxCoeff() < 1e-4 * size);
+  }
+}
