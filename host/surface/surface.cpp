@@ -90,7 +90,7 @@ TriangleMesh set_surface(const Device& device, const RationalMap& map, const Sto
     box = {map.shape_to_map.to_map(options.box->low), map.shape_to_map.to_map(options.box->high)};
   } else {
     box = grown_clear(set, map.surface_level, starting_box(set, map, stops), options.resolution,
-                      farthest_inside(stops), watch);
+                      2 * farthest_inside(stops), watch);
   }
   const Grid grid = grid_over(box, options.resolution);
   const double reach = options.iterations == 1 ? std::numeric_limits<double>::infinity() : kReach;

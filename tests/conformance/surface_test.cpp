@@ -1,0 +1,182 @@
+// Surfaces of sets whose shape is known, and their comparison with meshes.
+
+#include "qjulia/surface.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "edge_count.hpp"
+#include "qjulia/compare.hpp"
+#include "qjulia/error.hpp"
+#include "random_maps.hpp"
+#include "shapes.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+/// R(q) = q²: F_1 = 2 ln |q|, and the filled Julia set is the unit ball.
+RationalMap square() {
+  RationalMap map;
+  map.factors = {{{0, 0, 0, 0}, 2}};
+  return map;
+}
+
+/// Four roots and a pole: a lump with a hollow.
+RationalMap lump() {
+  RationalMap map;
+  map.factors = {{{0.1, 0, 0, 0}, 1.2},
+                 {{0.8, 0.3, 0, 0.1}, 0.6},
+                 {{-0.5, 0.6, 0.4, 0}, 0.7},
+                 {{0, -0.7, 0.5, 0}, 0.8},
+                 {{0.2, 0.3, -1.0, 0.05}, -0.6}};
+  map.log_scale = 0.3;
+  return map;
+}
+
+void require_closed_manifold(const TriangleMesh& mesh) {
+  const auto count = test::count_edges(mesh);
+  REQUIRE(count.edges > 0);
+  REQUIRE(count.open == 0);
+  REQUIRE(count.badly_shared == 0);
+  REQUIRE(test::pinched_vertices(mesh) == 0);
+}
+
+/// Energy of F_1 = 2 ln |q| against the ball of radius r, by its definition.
+double ball_energy(double r, int resolution) {
+  const double cell = 1.15 * 2 * r / resolution;
+  double weight[2] = {0, 0};
+  double sum[2] = {0, 0};
+  for (int i = 0; i < resolution * resolution * resolution; ++i) {
+    const Eigen::Vector3d index(i % resolution, i / resolution % resolution,
+                                i / resolution / resolution);
+    const double radius =
+        (cell * (index - Eigen::Vector3d::Constant(0.5 * (resolution - 1)))).norm();
+    const int side = radius < r ? 0 : 1;
+    const double w = 1 / std::max(std::abs(radius - r), cell / 2);
+    weight[side] += w;
+    sum[side] += w * (side == 0 ? -1 : 1) * std::tanh(10 * 2 * std::log(radius));
+  }
+  return -0.5 * (sum[0] / weight[0] + sum[1] / weight[1]);
+}
+
+const double kBallVolume = 4 * M_PI / 3;
+
+}  // namespace
+
+TEST_CASE("the set of q² is the unit ball, found without a box") {
+  const int iterations = GENERATE(1, 6);
+  const TriangleMesh mesh = extract_surface(Device::choose("cpu"), square(), {48, iterations, {}});
+  require_closed_manifold(mesh);
+  CHECK(test::enclosed_volume(mesh) == Approx(kBallVolume).epsilon(0.01));
+  CHECK(test::surface_area(mesh) == Approx(4 * M_PI).epsilon(iterations == 1 ? 0.01 : 0.04));
+}
+
+TEST_CASE("surfaces come in the shape's own coordinates") {
+  RationalMap map = square();
+  map.shape_to_map = {2, {-0.5, 1, 3}};
+  map.box = Box{{-0.25, -1, -2}, {0.75, 0, -1}};
+  const TriangleMesh mesh = extract_surface(Device::choose("cpu"), map, {64, 1, {}});
+  require_closed_manifold(mesh);
+  const Eigen::Vector3d center(0.25, -0.5, -1.5);
+  for (const auto& v : mesh.vertices) CHECK((v - center).norm() == Approx(0.5).epsilon(0.002));
+}
+
+TEST_CASE("a box that is too small grows until the set is clear of it") {
+  RationalMap map = square();
+  map.box = Box{{-0.2, -0.9, -0.5}, {0.7, 0.6, 0.8}};
+  const TriangleMesh mesh = extract_surface(Device::choose("cpu"), map, {64, 1, {}});
+  require_closed_manifold(mesh);
+  CHECK(test::enclosed_volume(mesh) == Approx(kBallVolume).epsilon(0.01));
+}
+
+TEST_CASE("a given box is kept, and cuts the set open") {
+  SurfaceOptions options{32, 1, Box{{0, -1.2, -1.2}, {1.2, 1.2, 1.2}}};
+  const TriangleMesh mesh = extract_surface(Device::choose("cpu"), square(), options);
+  const auto count = test::count_edges(mesh);
+  CHECK(count.open > 0);
+  CHECK(count.badly_shared == 0);
+  for (const auto& v : mesh.vertices) CHECK(v.x() >= 0);
+  CHECK(test::surface_area(mesh) == Approx(2 * M_PI).epsilon(0.02));
+}
+
+TEST_CASE("iterated sets are closed and manifold too, over several slabs") {
+  const auto device = Device::choose("cpu");
+  const int iterations = GENERATE(1, 2, 5);
+  RationalMap map = lump();
+  const TriangleMesh mesh = extract_surface(device, map, {128, iterations, {}});
+  require_closed_manifold(mesh);
+  CHECK(test::enclosed_volume(mesh) > 0);
+}
+
+TEST_CASE("a set that is empty in the box gives no triangles") {
+  RationalMap map = square();
+  map.surface_level = -100;
+  CHECK(extract_surface(Device::choose("cpu"), map, {32, 1, {}}).triangles.empty());
+}
+
+TEST_CASE("a set without end is refused") {
+  RationalMap map = square();
+  map.surface_level = 5;  // above ln of the escape radius
+  CHECK_THROWS_AS(extract_surface(Device::choose("cpu"), map, {32, 1, {}}), Error);
+}
+
+TEST_CASE("a stop request ends the extraction") {
+  std::stop_source source;
+  Watch watch{[&](const Progress& progress) {
+                CHECK(progress.fraction < 1);
+                source.request_stop();
+              },
+              source.get_token()};
+  CHECK_THROWS_AS(extract_surface(Device::choose("cpu"), square(), {128, 1, {}}, watch),
+                  Interrupted);
+}
+
+TEST_CASE("options out of range are refused by name") {
+  CHECK_THROWS_AS((SurfaceOptions{1, 6, {}}).validate(), InputError);
+  CHECK_THROWS_AS((SurfaceOptions{64, 0, {}}).validate(), InputError);
+  CHECK_THROWS_AS((SurfaceOptions{64, 17, {}}).validate(), InputError);
+  CHECK_THROWS_AS((SurfaceOptions{64, 1, Box{{0, 0, 0}, {1, 0, 1}}}).validate(), InputError);
+  CHECK_THROWS_AS((CompareOptions{4, 6}).validate(), InputError);
+  CHECK_THROWS_AS((CompareOptions{64, -1}).validate(), InputError);
+  CHECK_NOTHROW((CompareOptions{64, 1}).validate());
+}
+
+TEST_CASE("the ball of q² compares with spheres as balls do") {
+  const auto device = Device::choose("cpu");
+  SECTION("its own") {
+    const auto metrics = compare(device, square(), shapes::sphere(4), {48, 6});
+    REQUIRE(metrics.size() == 2);
+    CHECK(metrics[0].iterations == 1);
+    CHECK(metrics[1].iterations == 6);
+    for (const FitMetrics& m : metrics) {
+      CHECK(m.iou > 0.97);
+      CHECK(m.mean_distance < 0.003);
+      CHECK(m.hausdorff_distance < 0.01);
+      CHECK(m.roughness == Approx(1).epsilon(0.04));
+    }
+    CHECK(metrics[0].energy == Approx(ball_energy(1, 48)).epsilon(0.01));
+    CHECK(metrics[1].energy < metrics[0].energy);
+  }
+  SECTION("one and a quarter times as wide") {
+    const double r = 1.25;
+    const FitMetrics m = compare(device, square(), shapes::sphere(4, r), {64, 1}).at(0);
+    const double diagonal = 2 * r * std::sqrt(3.0);
+    CHECK(m.iou == Approx(1 / (r * r * r)).epsilon(0.02));
+    CHECK(m.mean_distance == Approx((r - 1) / diagonal).epsilon(0.03));
+    CHECK(m.hausdorff_distance == Approx((r - 1) / diagonal).epsilon(0.05));
+    CHECK(m.roughness == Approx(1 / (r * r)).epsilon(0.02));
+    CHECK(m.energy == Approx(ball_energy(r, 64)).margin(0.01));
+  }
+  SECTION("nothing left of the set") {
+    RationalMap map = square();
+    map.surface_level = -100;
+    const FitMetrics m = compare(device, map, shapes::sphere(3), {32, 1}).at(0);
+    CHECK(m.iou == 0);
+    CHECK(std::isnan(m.mean_distance));
+    CHECK(m.roughness == 0);
+    CHECK(to_json(m)["hausdorff_distance"].dump() == "null");
+    CHECK(m.energy == Approx(0).margin(1e-6));
+  }
+}
