@@ -81,23 +81,28 @@ kernel void nearest_distance(global const real* points, int stride, int groups,
   lane3 p = load_point(points, stride, g);
   lane best = lane_of(INFINITY);
   int stack[QJ_BVH_STACK];
-  int waiting = 0;
-  stack[waiting++] = 0;
+  lane bounds[QJ_BVH_STACK];  // squared distances to the boxes of the nodes waiting
+  int waiting = 1;
+  stack[0] = 0;
+  bounds[0] = lane_of(0);
   while (waiting > 0) {
-    int n = stack[--waiting];
-    if (!lane_any(isless(squared_box_distance(p, nodes + n * QJ_NODE_REALS), best))) continue;
+    --waiting;
+    if (!lane_any(isless(bounds[waiting], best))) continue;
+    int n = stack[waiting];
     int first = links[n * QJ_NODE_INTS + QJ_NODE_FIRST];
     int count = links[n * QJ_NODE_INTS + QJ_NODE_COUNT];
     for (int t = first; t < first + count; ++t) {
       best = fmin(best, squared_triangle_distance(p, triangles + t * QJ_TRIANGLE_REALS));
     }
     if (count > 0) continue;
-    // The child nearer to most of the points is opened first.
     lane left = squared_box_distance(p, nodes + first * QJ_NODE_REALS);
     lane right = squared_box_distance(p, nodes + (first + 1) * QJ_NODE_REALS);
+    // The child nearer to the points on average is opened first.
     int left_first = lane_sum(left) < lane_sum(right);
-    stack[waiting++] = first + left_first;
-    stack[waiting++] = first + 1 - left_first;
+    stack[waiting] = first + left_first;
+    bounds[waiting++] = left_first ? right : left;
+    stack[waiting] = first + 1 - left_first;
+    bounds[waiting++] = left_first ? left : right;
   }
   lane_store(sqrt(best), distance, g);
 }

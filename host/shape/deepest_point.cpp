@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
 #include "qjulia/error.hpp"
 #include "qjulia/shape.hpp"
@@ -8,17 +7,24 @@
 namespace qjulia {
 namespace {
 
-/// Answers are this close to the best depth, as a fraction of the box's longest side.
+/// Answers are this close to the best, as a fraction of the box's longest side.
 constexpr double kTolerance = 5e-4;
+/// Among points about as deep the one nearest to the middle of the box is preferred: depth counts
+/// this much less for each longest side away from it.
+constexpr double kPreference = 1e-3;
 /// Cells along the longest side at first.
 constexpr int kFirstCells = 24;
 /// Cells opened at each level: the most promising ones.
-constexpr std::size_t kMostOpened = 16384;
+constexpr std::size_t kMostOpened = 8192;
 constexpr int kMostLevels = 12;
+
+/// Less is rounding error at the surface, not an interior; a fraction of the longest side.
+constexpr double kLeastDepth = 1e-6;
 
 struct Probe {
   Eigen::Vector3d position;
   double depth;  ///< distance to the surface, positive inside
+  double score;  ///< depth, a little less away from the middle
 };
 
 }  // namespace
@@ -39,25 +45,25 @@ DeepestPoint deepest_interior_point(const SignedDistance& distance, const Box& b
     }
   }
 
-  double deepest = 0;
-  std::vector<Probe> inside;
+  const Eigen::Vector3d middle = box.center();
+  Probe best{middle, 0, 0};
   for (int level = 0; level < kMostLevels && !centers.empty(); ++level, cell /= 2) {
     const auto distances = distance.at(centers);
     std::vector<Probe> probes;
     for (std::size_t i = 0; i < centers.size(); ++i) {
-      probes.push_back({centers[i], -distances[i]});
-      deepest = std::max(deepest, -distances[i]);
+      const double away = (centers[i] - middle).norm() / longest;
+      const double depth = -distances[i];
+      probes.push_back({centers[i], depth, depth * (1 - std::copysign(kPreference, depth) * away)});
+      if (probes.back().score > best.score) best = probes.back();
     }
-    std::ranges::copy_if(probes, std::back_inserter(inside),
-                         [](const Probe& probe) { return probe.depth > 0; });
     // On a thin shape the depth itself is small: ask for a tenth of it.
-    const double tolerance = deepest > 0 ? std::min(kTolerance * longest, 0.1 * deepest) : 0;
+    const double tolerance = std::min(kTolerance * longest, 0.1 * best.score);
     const double half_diagonal = 0.5 * std::sqrt(3.0) * cell;
     std::erase_if(probes, [&](const Probe& probe) {
-      return probe.depth + half_diagonal <= deepest + tolerance;
+      return probe.score + half_diagonal <= best.score + tolerance;
     });
     if (probes.size() > kMostOpened) {
-      std::ranges::stable_sort(probes, std::ranges::greater{}, &Probe::depth);
+      std::ranges::stable_sort(probes, std::ranges::greater{}, &Probe::score);
       probes.resize(kMostOpened);
     }
     centers.clear();
@@ -69,18 +75,11 @@ DeepestPoint deepest_interior_point(const SignedDistance& distance, const Box& b
       }
     }
   }
-  if (inside.empty()) {
+  if (best.depth <= kLeastDepth * longest) {
     throw InputError(
         "the mesh has no interior: it is flat or wide open; give a mesh that encloses a volume");
   }
-  // Of all points about as deep, the one nearest to the middle of the box.
-  const Eigen::Vector3d middle = box.center();
-  const auto best = std::ranges::min_element(inside, {}, [&](const Probe& probe) {
-    const bool shallow = probe.depth < deepest - std::min(kTolerance * longest, 0.1 * deepest);
-    const Eigen::Vector3d& x = probe.position;
-    return std::tuple(shallow, (x - middle).squaredNorm(), x.x(), x.y(), x.z());
-  });
-  return {best->position, best->depth};
+  return {best.position, best.depth};
 }
 
 }  // namespace qjulia

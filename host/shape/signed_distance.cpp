@@ -18,11 +18,14 @@ namespace {
 constexpr double kDipoleAccuracy = 2;
 /// Points per launch: keeps a launch near 100 ms.
 constexpr std::size_t kBlock = std::size_t{1} << 16;
+/// Points per work-group. Fixed, since some compilers build a kernel anew for each group size.
+constexpr std::size_t kWorkGroupPoints = 64;
 
 /// Moves the box of the mesh to about [-1, 1]^3, where single precision is at its best.
-ShapeToMap unit_frame(const Box& box) {
+ShapeToMap unit_frame(const TriangleMesh& mesh) {
+  const Box box = mesh.box();
   const double side = box.size().maxCoeff();
-  if (!std::isfinite(side) || side <= 0) {
+  if (mesh.triangles.empty() || !std::isfinite(side) || side <= 0) {
     throw InputError("the mesh has no extent; give a mesh with triangles");
   }
   const double scale = 2 / side;
@@ -45,7 +48,7 @@ struct SignedDistance::Impl {
   device::RealBuffer triangles;
 
   Impl(const Device& on, const TriangleMesh& mesh, Precision at)
-      : device(on), precision(at), frame(unit_frame(mesh.box())) {
+      : device(on), precision(at), frame(unit_frame(mesh)) {
     const Bvh bvh(in_frame(mesh, frame), kDipoleAccuracy);
     Context& context = device.context();
     nodes = context.upload_real(bvh.nodes, precision);
@@ -93,7 +96,9 @@ std::vector<double> SignedDistance::Impl::run(const char* name,
       }
     }
     const auto out = context.allocate_real(stride, precision);
-    context.launch(kernel, {{groups, 1, 1}},
+    const std::size_t local = std::max<std::size_t>(kWorkGroupPoints / lanes, 1);
+    const std::size_t global = (groups + local - 1) / local * local;
+    context.launch(kernel, {{global, 1, 1}, {local, 1, 1}},
                    {context.upload_real(coordinates, precision), static_cast<std::int32_t>(stride),
                     static_cast<std::int32_t>(groups), nodes, links, triangles, out});
     std::vector<double> values(block.size());

@@ -19,7 +19,8 @@ class SignedDistance {
   SignedDistance(const Device& device, const TriangleMesh& mesh,
                  Precision precision = Precision::single);
 
-  /// Distances of the points, in the mesh's units; any number of points.
+  /// Distances of the points, in the mesh's units; any number of points. Points that are not finite
+  /// are infinitely far.
   std::vector<double> at(std::span<const Eigen::Vector3d> points) const;
 
   /// Winding numbers of the points: about 1 inside, 0 outside.
@@ -36,7 +37,8 @@ struct SurfacePoint {
   Eigen::Vector3d normal;
 };
 
-/// `count` points uniform by area; the same for the same seed.
+/// `count` points uniform by area; the same for the same seed, with any standard library.
+/// @throws InputError when the mesh has no area.
 std::vector<SurfacePoint> sample_surface(const TriangleMesh& mesh, std::size_t count,
                                          std::uint64_t seed);
 
@@ -48,7 +50,9 @@ struct Shape {
   double inradius = 0;  ///< distance of the origin to the surface, map units
 };
 
-/// The point of the interior farthest from the surface, found on a grid and refined.
+/// The point of the interior farthest from the surface, to 2e-3 of the box's longest side (and a
+/// fifth of the depth); of points about as deep, one near the middle of the box. Found by branch
+/// and bound over cells of the box.
 struct DeepestPoint {
   Eigen::Vector3d position;
   double inradius;

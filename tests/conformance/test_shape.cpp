@@ -1,0 +1,133 @@
+#include <catch2/catch.hpp>
+#include <limits>
+
+#include "qjulia/error.hpp"
+#include "qjulia/shape.hpp"
+#include "shapes.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+const Device& cpu() {
+  static const Device device = Device::choose("cpu");
+  return device;
+}
+
+DeepestPoint deepest(const TriangleMesh& mesh) {
+  return deepest_interior_point(SignedDistance(cpu(), mesh), mesh.box());
+}
+
+}  // namespace
+
+TEST_CASE("signed distance of a fine sphere is the distance to the centre less the radius") {
+  const SignedDistance distance(cpu(), shapes::sphere(6, 2));
+  std::vector<Eigen::Vector3d> points;
+  for (int i = -20; i <= 20; ++i) {
+    for (int j = -20; j <= 20; ++j) points.emplace_back(0.2 * i, 0.2 * j, 0.1 * (i - j));
+  }
+  const auto distances = distance.at(points);
+  double worst = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    worst = std::max(worst, std::abs(distances[i] - (points[i].norm() - 2)));
+  }
+  CHECK(worst < 1e-3);
+}
+
+TEST_CASE("signed distance far away, nowhere and of nothing") {
+  const SignedDistance distance(cpu(), shapes::box());
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  const std::vector<Eigen::Vector3d> points = {
+      {1e6, 0, 0}, {0, nan, 0}, {0, 0, -infinity}, {0, 0, 0}, {0, 0, 1.5}};
+  const auto distances = distance.at(points);
+  CHECK(distances[0] == Approx(1e6 - 1));
+  CHECK(distances[1] == infinity);
+  CHECK(distances[2] == infinity);
+  CHECK(distances[3] == Approx(-1));
+  CHECK(distances[4] == Approx(0.5));
+  CHECK(distance.at({}).empty());
+  CHECK_THROWS_AS(SignedDistance(cpu(), {}), InputError);
+  CHECK_THROWS_AS(SignedDistance(cpu(), {{{0, 0, 0}, {1, 1, 1}}, {}}), InputError);
+}
+
+TEST_CASE("signed distances repeat and do not depend on the order of the points") {
+  const SignedDistance distance(cpu(), shapes::torus());
+  std::vector<Eigen::Vector3d> points;
+  std::mt19937 random(2);
+  for (int i = 0; i < 3000; ++i) {
+    const double x = shapes::centred(random);
+    points.emplace_back(1.5 * x, 1.5 * shapes::centred(random), 0.5 * shapes::centred(random));
+  }
+  const auto once = distance.at(points);
+  CHECK(distance.at(points) == once);
+  std::ranges::reverse(points);
+  auto reversed = distance.at(points);
+  std::ranges::reverse(reversed);
+  CHECK(reversed == once);
+}
+
+TEST_CASE("the deepest point of simple shapes") {
+  const auto sphere = deepest(shapes::moved(shapes::sphere(4), 10, {100, 200, -50}));
+  CHECK(sphere.inradius == Approx(10).epsilon(5e-3));
+  CHECK((sphere.position - Eigen::Vector3d(100, 200, -50)).norm() < 0.2);
+
+  // Every point of the middle square of a plate is as deep: the middle is taken.
+  const auto plate = deepest(shapes::box({0, 0, 0}, {3, 3, 0.2}));
+  CHECK(plate.inradius == Approx(0.1).margin(3e-3));
+  CHECK((plate.position - Eigen::Vector3d(1.5, 1.5, 0.1)).norm() < 0.1);
+
+  const auto torus = deepest(shapes::torus(1, 0.35, 128, 64));
+  CHECK(torus.inradius == Approx(0.35).margin(3e-3));
+  CHECK(torus.position.head<2>().norm() == Approx(1).margin(0.02));
+
+  const auto two =
+      deepest(shapes::joined(shapes::sphere(3), shapes::moved(shapes::sphere(3), 1.5, {4, 0, 0})));
+  CHECK((two.position - Eigen::Vector3d(4, 0, 0)).norm() < 0.1);
+}
+
+TEST_CASE("the deepest point of thin shapes") {
+  const double thickness = GENERATE(1e-2, 1e-3, 2e-4);
+  CAPTURE(thickness);
+  const auto plate = deepest(shapes::box({0, 0, 0}, {1, 0.7, thickness}));
+  CHECK(plate.inradius > 0.8 * thickness / 2);
+  CHECK(plate.inradius < 1.001 * thickness / 2);
+  const auto tube = deepest(shapes::torus(1, thickness, 128, 16));
+  CHECK(tube.inradius > 0.7 * thickness);
+  CHECK(tube.inradius < 1.001 * thickness);
+}
+
+TEST_CASE("the deepest point of damaged shapes") {
+  for (const auto& mesh :
+       {shapes::inside_out(shapes::sphere(3)), shapes::soup(shapes::sphere(3), 0.01),
+        shapes::with_holes(shapes::sphere(3), 10)}) {
+    const auto point = deepest(mesh);
+    CHECK(point.inradius > 0.95);
+    CHECK(point.position.norm() < 0.1);
+  }
+  CHECK(deepest(shapes::open_box()).inradius > 0.9);
+}
+
+TEST_CASE("a flat mesh has no interior") {
+  const TriangleMesh flat{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
+  CHECK_THROWS_AS(deepest(flat), InputError);
+}
+
+TEST_CASE("a shape has longest side 3 and its deepest point at the origin") {
+  const TriangleMesh mesh = shapes::moved(
+      shapes::joined(shapes::sphere(4), shapes::moved(shapes::sphere(2), 0.3, {1.4, 0, 0})), 20,
+      {7, 0, -300});
+  const Shape shape = make_shape(cpu(), shapes::inside_out(mesh));
+  CHECK(shape.mesh.box().size().maxCoeff() == Approx(3));
+  CHECK(shape.box.low == mesh.box().low);
+  CHECK(shape.box.high == mesh.box().high);
+  CHECK(signed_volume(shape.mesh) > 0);
+  for (const std::size_t v : {0, 17, 400}) {
+    CHECK((shape.shape_to_map.to_map(mesh.vertices[v]) - shape.mesh.vertices[v]).norm() < 1e-9);
+  }
+  CHECK((shape.shape_to_map.to_shape({0, 0, 0}) - Eigen::Vector3d(7, 0, -300)).norm() < 0.5);
+  const double at_origin =
+      SignedDistance(cpu(), shape.mesh).at(std::vector{Eigen::Vector3d(0, 0, 0)})[0];
+  CHECK(shape.inradius == Approx(-at_origin).epsilon(1e-4));
+  CHECK(shape.inradius == Approx(20 * shape.shape_to_map.scale).epsilon(0.01));
+}
