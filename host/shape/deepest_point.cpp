@@ -19,7 +19,7 @@ constexpr std::size_t kMostOpened = 8192;
 constexpr int kMostLevels = 12;
 
 /// Less is rounding error at the surface, not an interior; a fraction of the longest side.
-constexpr double kLeastDepth = 1e-6;
+constexpr double kLeastDepth = 1e-5;
 
 struct Probe {
   Eigen::Vector3d position;

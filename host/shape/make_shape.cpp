@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "qjulia/error.hpp"
 #include "qjulia/shape.hpp"
 
@@ -5,8 +7,12 @@ namespace qjulia {
 
 Shape make_shape(const Device& device, const TriangleMesh& mesh) {
   constexpr double kLongestSide = 3;
+  constexpr double kLeastVolume = 1e-7;  // over the longest side cubed
   Shape shape;
   shape.box = mesh.box();
+  if (std::abs(signed_volume(mesh)) <= kLeastVolume * std::pow(shape.box.size().maxCoeff(), 3)) {
+    throw InputError("the mesh encloses no volume: it is flat; give a mesh with an inside");
+  }
   const DeepestPoint deepest = deepest_interior_point(SignedDistance(device, mesh), shape.box);
   const double scale = kLongestSide / shape.box.size().maxCoeff();
   shape.shape_to_map = {scale, -scale * deepest.position};

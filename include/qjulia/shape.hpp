@@ -61,6 +61,7 @@ struct DeepestPoint {
 DeepestPoint deepest_interior_point(const SignedDistance& distance, const Box& box);
 
 /// Normalises a mesh: scale so that the longest side is 3, origin at the deepest interior point.
+/// @throws InputError when the mesh is flat or has no interior.
 Shape make_shape(const Device& device, const TriangleMesh& mesh);
 
 }  // namespace qjulia

@@ -111,6 +111,10 @@ TEST_CASE("the deepest point of damaged shapes") {
 TEST_CASE("a flat mesh has no interior") {
   const TriangleMesh flat{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
   CHECK_THROWS_AS(deepest(flat), InputError);
+  CHECK_THROWS_AS(make_shape(cpu(), flat), InputError);
+  TriangleMesh sheet = shapes::sphere(4);
+  for (auto& x : sheet.vertices) x.z() = 0;
+  CHECK_THROWS_AS(make_shape(cpu(), sheet), InputError);
 }
 
 TEST_CASE("a shape has longest side 3 and its deepest point at the origin") {
