@@ -1,0 +1,66 @@
+// The gradient kernels against central differences of the energy kernel, in double, at every lane
+// width and number of iterations; evaluator tests hold both to the reference.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "fit/evaluator.hpp"
+#include "random_maps.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+/// Largest difference between the gradient and central differences, over the largest component.
+double gradient_error(Evaluator& evaluator, const RationalMap& map, double step) {
+  const auto gradient = evaluator.evaluate(map, true).gradient;
+  const auto at = to_unknowns(map);
+  double worst = 0;
+  double largest = 0;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    auto up = at;
+    auto down = at;
+    up[i] += step;
+    down[i] -= step;
+    const double difference = (evaluator.evaluate(with_unknowns(map, up), false).energy -
+                               evaluator.evaluate(with_unknowns(map, down), false).energy) /
+                              (2 * step);
+    worst = std::max(worst, std::abs(difference - gradient[i]));
+    largest = std::max(largest, std::abs(difference));
+  }
+  return worst / largest;
+}
+
+/// Samples with some in hard places: 1e-3 from a factor's centre, and 1e-3 from the half-line
+/// behind a centre on the slice, where the angle nears pi and the versor has its branch cut.
+Samples hard_samples(const RationalMap& map, std::size_t count, std::uint64_t seed) {
+  Samples samples = test::random_samples(count, seed);
+  for (std::size_t i = 0; i < 8; ++i) {
+    const Quaternion& c = map.factors[i].center;
+    samples.position[2 * i] = {c.x + 6e-4, c.y - 6e-4, c.z + 5e-4};
+    samples.position[2 * i + 1] = {c.x - 0.3, c.y + 8e-4, c.z - 6e-4};
+  }
+  return samples;
+}
+
+/// A random map, half of whose centres lie on the slice.
+RationalMap map_on_slice(std::size_t factors, std::uint64_t seed) {
+  RationalMap map = test::random_map(factors, 0.1, 0.6, seed);
+  for (std::size_t k = 0; k < factors; k += 2) map.factors[k].center.w = 0;
+  return map;
+}
+
+}  // namespace
+
+TEST_CASE("gradients agree with central differences in double") {
+  const int width = GENERATE(1, 8, 16);
+  const int iterations = GENERATE(1, 2, 3, 4);
+  const auto loss = GENERATE(Loss::tanh, Loss::distance);
+  const auto device = Device::choose("cpu").with_lane_width(width);
+  const auto map = map_on_slice(14, 7);
+  const auto samples = hard_samples(map, 61, 8);
+  const EnergyOptions options{loss, iterations, 1.0, 20};
+  const auto evaluator = make_device_evaluator(device, samples, options, Precision::dbl);
+  INFO("width " << width << " n " << iterations);
+  CHECK(gradient_error(*evaluator, map, 2e-7) < 1e-6);
+}
