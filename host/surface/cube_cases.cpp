@@ -11,11 +11,12 @@ constexpr std::array<std::pair<int, int>, 3> kOtherAxes{{{1, 2}, {0, 2}, {0, 1}}
 
 std::array<CubeEdge, 12> make_edges() {
   std::array<CubeEdge, 12> edges{};
+  std::size_t next = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const auto [u, v] = kOtherAxes[static_cast<std::size_t>(axis)];
     for (int b = 0; b < 4; ++b) {
       const int low = (b & 1) << u | (b >> 1) << v;
-      edges[static_cast<std::size_t>(4 * axis + b)] = {axis, low, low | 1 << axis};
+      edges[next++] = {axis, low, low | 1 << axis};
     }
   }
   return edges;
