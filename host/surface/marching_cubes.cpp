@@ -47,8 +47,9 @@ void MarchingCubes::classify(std::span<const float> values, Slice& slice) const 
 }
 
 Eigen::Vector3d MarchingCubes::point(std::size_t index, int z) const {
-  return {static_cast<double>(index % nx_), static_cast<double>(index / nx_),
-          static_cast<double>(z)};
+  const std::size_t x = index % nx_;
+  const std::size_t y = index / nx_;
+  return {static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)};
 }
 
 std::uint32_t MarchingCubes::add_vertex(const Eigen::Vector3d& position) {
