@@ -1,0 +1,73 @@
+#include "qjulia/knobs.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <random>
+
+#include "qjulia/detail.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/field.hpp"
+
+namespace qjulia {
+namespace {
+
+void expect_finite(const char* option, double value) {
+  if (!std::isfinite(value)) throw InputError(fmt::format("{} {}: not a number", option, value));
+}
+
+/// Fisher and Yates, from the generator's bits alone.
+void shuffle(std::vector<Factor>& factors, std::uint64_t seed) {
+  std::mt19937_64 bits(seed);
+  for (std::size_t i = factors.size(); i > 1; --i) {
+    const auto j = static_cast<std::size_t>(static_cast<double>(bits() >> 11) * 0x1p-53 *
+                                            static_cast<double>(i));
+    std::swap(factors[i - 1], factors[j]);
+  }
+}
+
+/// All centres and the window they are seen through moved together: the shape stays in its own
+/// coordinates, the origin of iteration moves by −offset (map units).
+RationalMap moved(RationalMap map, const Eigen::Vector3d& offset) {
+  for (Factor& factor : map.factors) {
+    factor.center = factor.center + Quaternion{offset.x(), offset.y(), offset.z(), 0};
+  }
+  map.shape_to_map.translation += offset;
+  return map;
+}
+
+}  // namespace
+
+void MapKnobs::validate() const {
+  if (detail) expect_finite("--detail", *detail);
+  if (phase && !(std::isfinite(norm(*phase)) && norm(*phase) > 0)) {
+    throw InputError("--phase: four numbers, not all zero, such as 0.8 0.6 0 0");
+  }
+  if (slice) expect_finite("--slice", *slice);
+  if (drift) expect_finite("--drift", *drift);
+  if (translate && !translate->allFinite()) throw InputError("--translate: not numbers");
+  if (scale && !(std::isfinite(*scale) && *scale > 0)) {
+    throw InputError(fmt::format("--scale {}: must be positive; 1 changes nothing", *scale));
+  }
+}
+
+RationalMap turned(const Device& device, const RationalMap& map, const MapKnobs& knobs) {
+  knobs.validate();
+  RationalMap result = knobs.detail ? with_detail(map, *knobs.detail) : map;
+  if (knobs.order_seed) shuffle(result.factors, *knobs.order_seed);
+  if (knobs.phase) result.phase = (1 / norm(*knobs.phase)) * *knobs.phase;
+  if (knobs.slice) result.slice = *knobs.slice;
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+  if (knobs.drift) {
+    if (!map.inradius) {
+      throw InputError("--drift cannot be used: the map does not say its \"inradius\"");
+    }
+    offset.z() += *knobs.drift * *map.inradius * map.shape_to_map.scale;
+  }
+  if (knobs.translate) offset += map.shape_to_map.scale * *knobs.translate;
+  if (offset != Eigen::Vector3d::Zero()) result = calibrated(device, moved(result, offset));
+  if (knobs.scale) result.log_scale -= std::log(*knobs.scale);
+  return result;
+}
+
+}  // namespace qjulia

@@ -1,0 +1,41 @@
+#pragma once
+/// What can be turned on a fitted map to make another shape or another texture of it.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+
+#include "qjulia/device.hpp"
+#include "qjulia/rational_map.hpp"
+
+namespace qjulia {
+
+/// Changes to a map, applied in the order they stand in. An empty one leaves the map as it is.
+struct MapKnobs {
+  /// δ as a fraction of the box's diagonal: a thicker shell is a wilder fractal.
+  std::optional<double> detail;
+  /// Order of the factors, shuffled by this seed: other grooves, the same potential.
+  std::optional<std::uint64_t> order_seed;
+  /// p, normalised here: other grooves, the same potential.
+  std::optional<Quaternion> phase;
+  /// The slice's W, map units: away from 0 thin parts vanish first.
+  std::optional<double> slice;
+  /// Moves the origin that iteration turns about along z, in inradii: grooves deepen, near 1 the
+  /// set is a hollow crust, past 1.1 dust.
+  std::optional<double> drift;
+  /// Moves that origin by a vector, in the shape's units.
+  std::optional<Eigen::Vector3d> translate;
+  /// S ← S − ln s: above 1 the set grows, below it shrinks.
+  std::optional<double> scale;
+
+  /// @throws InputError naming the option: a number that is not finite, a phase of zero, a scale
+  ///   that is not positive.
+  void validate() const;
+};
+
+/// The map with the knobs turned. Where the origin moves, the map is calibrated again.
+/// @throws InputError when an option needs what the map does not say: `detail` its own detail,
+///   `drift` the inradius.
+RationalMap turned(const Device& device, const RationalMap& map, const MapKnobs& knobs);
+
+}  // namespace qjulia

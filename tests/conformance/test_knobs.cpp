@@ -1,0 +1,132 @@
+// What each knob must leave as it is.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "map/reference_iteration.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/field.hpp"
+#include "qjulia/knobs.hpp"
+#include "random_maps.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+const Device& cpu() {
+  static const Device device = Device::choose("cpu");
+  return device;
+}
+
+RationalMap some_map() {
+  RationalMap map = test::random_map(24, 0.1, 0.6, 4);
+  map.factors.push_back({{0, 0, 0, 0.1}, 3});
+  map.shape_to_map = {1.5, {0.1, -0.2, 0.3}};
+  map.detail = 0.02;
+  map.inradius = 0.4;
+  map.box = Box{{-1, -1, -1}, {1, 1, 1}};
+  return map;
+}
+
+/// F_1 − L at points of the shape's own coordinates.
+std::vector<double> above_level(const RationalMap& map) {
+  std::mt19937_64 bits(6);
+  std::vector<Quaternion> points;
+  for (int i = 0; i < 50; ++i) {
+    const Eigen::Vector3d x = map.shape_to_map.to_map(
+        {test::uniform(bits, -1, 1), test::uniform(bits, -1, 1), test::uniform(bits, -1, 1)});
+    points.push_back({x.x(), x.y(), x.z(), map.slice});
+  }
+  auto field = reference::field(map, points, 1, 1e6);
+  for (double& f : field) f -= map.surface_level;
+  return field;
+}
+
+/// The potential of the turned map is `factor` times that of the other, plus `shift`.
+void check_potential(const RationalMap& turned, const RationalMap& map, double factor,
+                     double shift) {
+  const auto a = above_level(turned);
+  const auto b = above_level(map);
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    CHECK(a[i] == Approx(factor * b[i] + shift).margin(1e-9));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("knobs left alone change nothing") {
+  const auto map = some_map();
+  CHECK(turned(cpu(), map, {}).factors.size() == map.factors.size());
+  check_potential(turned(cpu(), map, {}), map, 1, 0);
+  MapKnobs still;
+  still.drift = 0;
+  const auto same = turned(cpu(), map, still);
+  CHECK(same.log_scale == map.log_scale);
+  CHECK(same.shape_to_map.translation == map.shape_to_map.translation);
+}
+
+TEST_CASE("phase and order keep the potential and change the orbits") {
+  const auto map = some_map();
+  MapKnobs phase;
+  phase.phase = Quaternion{0.6, 0, 1.6, 0};
+  MapKnobs order;
+  order.order_seed = 9;
+  for (const auto& knobs : {phase, order}) {
+    const auto changed = turned(cpu(), map, knobs);
+    check_potential(changed, map, 1, 0);
+    CHECK(norm(changed.phase) == Approx(1));
+    const std::vector<Quaternion> start{{0.4, 0.3, -0.2, 0}};
+    CHECK(reference::field(changed, start, 2, 1e6) != reference::field(map, start, 2, 1e6));
+  }
+  CHECK(turned(cpu(), map, order).factors[3].center == turned(cpu(), map, order).factors[3].center);
+}
+
+TEST_CASE("scale shifts the potential and detail stretches it about the level") {
+  const auto map = some_map();
+  MapKnobs scale;
+  scale.scale = 1.25;
+  check_potential(turned(cpu(), map, scale), map, 1, -std::log(1.25));
+  MapKnobs detail;
+  detail.detail = 0.01;
+  check_potential(turned(cpu(), map, detail), map, 2, 0);
+}
+
+TEST_CASE("moving the origin keeps the shape and calibrates anew") {
+  const auto map = calibrated(cpu(), some_map());
+  MapKnobs drift;
+  drift.drift = 0.5;
+  MapKnobs translate;
+  translate.translate = Eigen::Vector3d(0, 0, 0.5 * 0.4);
+  const auto drifted = turned(cpu(), map, drift);
+  const auto translated = turned(cpu(), map, translate);
+  check_potential(drifted, map, 1, 0);
+  CHECK(drifted.shape_to_map.translation.z() == Approx(0.3 + 0.5 * 0.4 * 1.5));
+  CHECK(translated.log_scale == Approx(drifted.log_scale));
+  CHECK(drifted.log_scale != map.log_scale);
+  const Field field(cpu(), drifted);
+  CHECK(std::log(effective_radius(field, drifted.surface_level, 3 * std::sqrt(3.0))) ==
+        Approx(drifted.surface_level).margin(1e-3));
+}
+
+TEST_CASE("the slice is the W that points are seen on") {
+  MapKnobs slice;
+  slice.slice = 0.25;
+  CHECK(turned(cpu(), some_map(), slice).slice == 0.25);
+}
+
+TEST_CASE("knobs that make no sense are refused by name") {
+  const auto refused = [](auto change, const std::string& option) {
+    MapKnobs knobs;
+    change(knobs);
+    CHECK_THROWS_WITH(turned(cpu(), test::random_map(4, 0.1, 0.6, 1), knobs),
+                      Catch::Contains(option));
+  };
+  const double nan = std::nan("");
+  refused([&](MapKnobs& k) { k.detail = nan; }, "--detail");
+  refused([](MapKnobs& k) { k.detail = 0.01; }, "--detail");  // the map does not say its own
+  refused([](MapKnobs& k) { k.phase = Quaternion{}; }, "--phase");
+  refused([&](MapKnobs& k) { k.slice = nan; }, "--slice");
+  refused([](MapKnobs& k) { k.drift = 0.5; }, "--drift");  // nor the inradius
+  refused([](MapKnobs& k) { k.scale = 0; }, "--scale");
+  refused([&](MapKnobs& k) { k.translate = Eigen::Vector3d(0, nan, 0); }, "--translate");
+}
