@@ -31,7 +31,7 @@ std::vector<long long> face_vertices(const RawMeshFile& file, const Lines& lines
 
 bool has_three_different(std::vector<long long> vertices) {
   std::ranges::sort(vertices);
-  return std::ranges::unique(vertices).begin() - vertices.begin() >= 3;
+  return std::unique(vertices.begin(), vertices.end()) - vertices.begin() >= 3;
 }
 
 }  // namespace
