@@ -91,7 +91,7 @@ TriangleMesh read_mesh(const std::filesystem::path& path, MeshReport* report) {
     file.refuse("OpenMesh does not understand it; export it again, for example as binary .ply");
   }
   MeshReport reading;
-  const TriangleMesh mesh = clean(raw, reading);
+  TriangleMesh mesh = clean(raw, reading);
   if (mesh.triangles.empty()) {
     file.refuse("none of its triangles has an area (are all vertices equal or in one line?)");
   }
