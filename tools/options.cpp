@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::tools {
