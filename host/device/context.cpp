@@ -216,14 +216,17 @@ void Context::launch(const Kernel& kernel, const Range& range,
   }
   if (std::ranges::any_of(range.global, [](std::size_t n) { return n == 0; })) return;
 
-  const auto& g = range.global;
-  const auto& l = range.local;
-  const cl::NDRange local = l[0] == 0 ? cl::NullRange : cl::NDRange(l[0], l[1], l[2]);
+  auto g = range.global;
+  auto l = range.local;
+  if (l[0] == 0) {
+    l = {preferred_group_size(impl_->info), 1, 1};
+    g[0] = (g[0] + l[0] - 1) / l[0] * l[0];
+  }
   const auto start = std::chrono::steady_clock::now();
   cl::Event event;
   impl_->expect(
       impl_->queue.enqueueNDRangeKernel(handle.kernel, cl::NullRange, cl::NDRange(g[0], g[1], g[2]),
-                                        local, nullptr, &event),
+                                        cl::NDRange(l[0], l[1], l[2]), nullptr, &event),
       fmt::format("launching kernel {}", handle.name));
   if (impl_->events_have_times) {
     impl_->pending.push_back({handle.name, event});

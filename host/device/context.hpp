@@ -95,8 +95,9 @@ class Argument {
   std::size_t size_ = 0;
 };
 
-/// The work-items of a launch, in one to three dimensions. `local` of zeros leaves the choice of
-/// the work-group to `Context`; otherwise it must divide `global`.
+/// The work-items of a launch, in one to three dimensions. `local` of zeros takes the device's
+/// group size along the first dimension, and pads that dimension to a multiple of it: kernels
+/// return at once in work-items past their count. Otherwise `local` must divide `global`.
 struct Range {
   std::array<std::size_t, 3> global{1, 1, 1};
   std::array<std::size_t, 3> local{0, 0, 0};

@@ -9,4 +9,8 @@ namespace qjulia::device {
 /// work-items. Mesa's llvmpipe does, and GPUs are made of lanes: one each.
 int preferred_lane_width(const DeviceInfo& info, Precision precision);
 
+/// Work-items of a work-group where a kernel has no wish of its own. It is fixed, since PoCL
+/// compiles a kernel anew for every group size it meets.
+std::size_t preferred_group_size(const DeviceInfo& info);
+
 }  // namespace qjulia::device
