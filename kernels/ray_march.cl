@@ -2,28 +2,12 @@
 //
 // Where F_1 >= ln r_out the next iterate escapes for certain, so F_1 alone (a potential, cheap)
 // tells that a point is outside, and how far the undecided band {F_1 < ln r_out} is at least:
-// (F_1 - ln r_out) / max |grad F_1|. In the band, orbits are run.
+// (F_1 - ln r_out) / max |grad F_1|. In the band, orbits are run. An orbit that escapes with its
+// m-th iterate tells a distance too: each iterate stretches by about |grad F_1|, so that it is
+// about (F_m - ln r_out) / |grad F_1|^m.
 
 #include "map_step.clh"
 #include "view.clh"
-
-// Lanes are a block of neighbouring pixels, so that their rays do alike.
-#if QJ_WIDTH == 16
-#define BLOCK_COLUMNS 4
-#define BLOCK_ROWS 4
-#define LANE_COLUMN ((lane)(0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3))
-#define LANE_ROW ((lane)(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3))
-#elif QJ_WIDTH == 8
-#define BLOCK_COLUMNS 4
-#define BLOCK_ROWS 2
-#define LANE_COLUMN ((lane)(0, 1, 2, 3, 0, 1, 2, 3))
-#define LANE_ROW ((lane)(0, 0, 0, 0, 1, 1, 1, 1))
-#else
-#define BLOCK_COLUMNS 1
-#define BLOCK_ROWS 1
-#define LANE_COLUMN lane_of(0)
-#define LANE_ROW lane_of(0)
-#endif
 
 inline qlane point_on(lane_ray r, lane t, real slice) {
   return q_make(fma(t, r.dx, r.ox), fma(t, r.dy, r.oy), fma(t, r.dz, r.oz), lane_of(slice));
@@ -48,23 +32,25 @@ inline lane log_norm_and_nearest(qlane q, global const real* map, int factors, l
   return fma(sum, lane_of((real)0.5 * QJ_LN2), lane_of(map[QJ_MAP_LOG_SCALE]));
 }
 
-// Depths of `rows` rows of a view from `first_row` on; `depth` holds these rows, `columns` each.
-// radius: of a ball about the origin that holds the set. steepest: greatest |grad F_1| about the
-// band. shortest: the step in the band. Hits are bisected to shortest / 2^bisections.
-// One work-item per block of BLOCK_COLUMNS x BLOCK_ROWS pixels.
+// Depths along rays of a view. rays: three arrays of `stride` reals (a multiple of QJ_WIDTH), the
+// pixel coordinates x and y of each ray and a hint: a depth close before its hit, or 0. Neighbours
+// in the list should be neighbours in the picture, so that lanes do alike. radius: of a ball about
+// the origin that holds the set. steepest: greatest |grad F_1| about the band. shortest: the least
+// step. Hits are bisected to `tolerance`. One work-item per QJ_WIDTH rays, `groups` of them.
 kernel void march_depth(global const real* map, int factors, int iterations,
-                        global const real* view, int columns, int first_row, int rows, real radius,
-                        real steepest, real shortest, int bisections, global real* depth) {
-  int column = (int)get_global_id(0) * BLOCK_COLUMNS;
-  int row = (int)get_global_id(1) * BLOCK_ROWS;
-  if (column >= columns || row >= rows) return;
+                        global const real* view, global const real* rays, int stride, int groups,
+                        real radius, real steepest, real shortest, real tolerance,
+                        global real* depth) {
+  int g = (int)get_global_id(0);
+  if (g >= groups) return;
   real slice = map[QJ_MAP_SLICE];
   real level = map[QJ_MAP_SURFACE_LEVEL];
   // One iterate decides every point by itself.
   real far_level = iterations == 1 ? level : fmin(map[QJ_MAP_LOG_ESCAPE], map[QJ_MAP_LOG_OUTER]);
 
-  lane_ray ray = view_ray(view, LANE_COLUMN + (real)(column + (real)0.5),
-                          LANE_ROW + (real)(row + first_row + (real)0.5));
+  real log_shell = -log(steepest);
+
+  lane_ray ray = view_ray(view, lane_load(rays, g), lane_load(rays + stride, g));
   // The part of the ray inside the ball.
   lane middle = -fma(ray.ox, ray.dx, fma(ray.oy, ray.dy, ray.oz * ray.dz));
   lane o2 = fma(ray.ox, ray.ox, fma(ray.oy, ray.oy, ray.oz * ray.oz));
@@ -73,8 +59,12 @@ kernel void march_depth(global const real* map, int factors, int iterations,
   lane t = fmax(middle - half_chord, lane_of(0));
   lane end = middle + half_chord;
 
-  lane outside = t;  // the last depth known to be outside
   ilane live = isgreater(half2, lane_of(0)) & isless(t, end);
+  lane start = t;
+  t = fmax(lane_load(rays + 2 * stride, g), start);
+  // The last depth known to be outside; below `start` where none is known.
+  lane outside = lane_where(isgreater(t, start), lane_of(-1), start);
+  lane back = lane_of(4 * shortest);
   ilane hit = (ilane)0;
   while (lane_any(live)) {
     // Approach until every live lane is in the band.
@@ -91,29 +81,31 @@ kernel void march_depth(global const real* map, int factors, int iterations,
       far &= live;
     }
     if (!lane_any(live)) break;
-    lane f = map_iterate(point_on(ray, t, slice), map, factors, iterations, true, 0);
+    ilane executed;
+    lane f = map_iterate(point_on(ray, t, slice), map, factors, iterations, true, &executed);
     ilane inside = live & isless(f, lane_of(level));
+    // A hint that lies inside is taken back.
+    ilane too_far = inside & isless(outside, start);
+    inside &= lane_not(too_far);
     hit |= inside;
     live &= lane_not(inside);
-    outside = lane_where(live, t, outside);
-    t = lane_where(live, t + shortest, t);
+    lane away = (f - far_level) * lane_exp(to_lane(executed) * log_shell);
+    lane step = lane_where(too_far, -back, fmax(away, lane_of(shortest)));
+    outside = lane_where(live & lane_not(too_far), t, outside);
+    t = lane_where(live, t + step, t);
+    outside = lane_where(too_far & islessequal(t, start), start, outside);
+    t = fmax(t, start);
+    back = lane_where(too_far, 2 * back, back);
     live &= isless(t, end);
   }
-  if (lane_any(hit)) {
-    for (int i = 0; i < bisections; ++i) {
-      lane m = (real)0.5 * (outside + t);
-      lane f = map_iterate(point_on(ray, m, slice), map, factors, iterations, true, 0);
-      ilane inside = isless(f, lane_of(level));
-      t = lane_where(inside, m, t);
-      outside = lane_where(inside, outside, m);
-    }
+  ilane wide = hit & isgreater(t - outside, lane_of(tolerance));
+  while (lane_any(wide)) {
+    lane m = (real)0.5 * (outside + t);
+    lane f = map_iterate(point_on(ray, m, slice), map, factors, iterations, true, 0);
+    ilane inside = isless(f, lane_of(level));
+    t = lane_where(wide & inside, m, t);
+    outside = lane_where(wide & lane_not(inside), m, outside);
+    wide &= isgreater(t - outside, lane_of(tolerance));
   }
-  t = lane_where(hit, (real)0.5 * (outside + t), lane_of(QJ_NO_HIT));
-
-  real depths[QJ_WIDTH];
-  lane_store(t, depths, 0);
-  for (int i = 0; i < QJ_WIDTH; ++i) {
-    int x = column + i % BLOCK_COLUMNS, y = row + i / BLOCK_COLUMNS;
-    if (x < columns && y < rows) depth[(size_t)y * (size_t)columns + (size_t)x] = depths[i];
-  }
+  lane_store(lane_where(hit, (real)0.5 * (outside + t), lane_of(QJ_NO_HIT)), depth, g);
 }

@@ -11,8 +11,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kSkyLights = 64;  ///< over the whole sphere
-constexpr int kSkyMap = 192;    ///< texels a side
+constexpr int kSkyLights = 48;  ///< over the whole sphere
+constexpr int kSkyMap = 160;    ///< texels a side
 constexpr int kRimMap = 384;
 constexpr int kKeyMap = 768;
 constexpr double kKeySoftness = 0.05;

@@ -52,8 +52,7 @@ class Steps {
 Image render_source(const Device& device, DepthSource& source, const Box& framed,
                     const PictureOptions& options, const Watch& watch) {
   const int samples = options.samples_per_axis;
-  const View view =
-      camera_view(options.camera, framed, options.width * samples, options.height * samples);
+  const View view = camera_view(options.camera, framed, options.width, options.height, samples);
   const auto lights = studio_lights(options.camera, source.bounds());
   const auto rays = [](const View& v) { return double(v.columns) * double(v.rows); };
   double all = rays(view);

@@ -43,6 +43,16 @@ double framing_distance(const Camera& camera, const Box& box, double tan_x, doub
 
 }  // namespace
 
+View View::coarse() const {
+  View view = *this;
+  view.columns /= samples;
+  view.rows /= samples;
+  view.samples = 1;
+  for (Vector3d* step : {&view.eye_dx, &view.eye_dy, &view.dir_dx, &view.dir_dy}) *step *= samples;
+  view.footprint *= samples;
+  return view;
+}
+
 std::vector<float> View::packed() const {
   std::vector<float> reals(QJ_VIEW_SIZE);
   const auto put = [&](int first, const Vector3d& v) {
@@ -74,7 +84,8 @@ CameraAxes camera_axes(const Camera& camera) {
   return axes;
 }
 
-View camera_view(const Camera& camera, const Box& framed, int columns, int rows) {
+View camera_view(const Camera& camera, const Box& framed, int width, int height, int samples) {
+  const int columns = width * samples, rows = height * samples;
   const CameraAxes axes = camera_axes(camera);
   const double tan_y = std::tan(0.5 * camera.field_of_view * kDegree);
   const double tan_x = tan_y * columns / rows;
@@ -83,12 +94,13 @@ View camera_view(const Camera& camera, const Box& framed, int columns, int rows)
   View view;
   view.columns = columns;
   view.rows = rows;
+  view.samples = samples;
   view.eye = framed.center() + distance * axes.back;
   view.dir_dx = pixel * axes.right;
   view.dir_dy = -pixel * axes.up;
   view.dir = -axes.back - 0.5 * columns * view.dir_dx - 0.5 * rows * view.dir_dy;
   view.footprint = distance * pixel;
-  view.tolerance = view.footprint / 16;
+  view.tolerance = view.footprint / 4;
   return view;
 }
 

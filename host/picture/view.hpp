@@ -22,8 +22,12 @@ struct View {
   Eigen::Vector3d dir_dy = Eigen::Vector3d::Zero();
   double footprint = 0;  ///< width of a pixel at the middle of the scene
   double tolerance = 0;  ///< of depths
+  int samples = 1;       ///< pixels on each side of a square that belong together
   /// What a shadow cannot show may be left out: fine detail that costs time.
   bool for_shadows = false;
+
+  /// The view whose pixels are this one's squares of `samples` × `samples`.
+  View coarse() const;
 
   /// As shared/picture_layout.h says.
   std::vector<float> packed() const;
@@ -41,8 +45,9 @@ Eigen::Vector3d axis(char name);
 CameraAxes camera_axes(const Camera& camera);
 
 /// The camera's view of a box: the ellipsoid a little larger than the one that fits in the box is
-/// framed, at the same distance from every azimuth, so that a turntable keeps its size.
-View camera_view(const Camera& camera, const Box& framed, int columns, int rows);
+/// framed, at the same distance from every azimuth, so that a turntable keeps its size. The view's
+/// pixels are the picture's samples, `samples` × `samples` a pixel.
+View camera_view(const Camera& camera, const Box& framed, int width, int height, int samples);
 
 /// Parallel rays along −`towards` over the box, `size` × `size`.
 View parallel_view(const Eigen::Vector3d& towards, const Box& box, int size);

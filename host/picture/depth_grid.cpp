@@ -1,0 +1,56 @@
+#include "picture/depth_grid.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace qjulia {
+namespace {
+
+/// How far, in pixels, depth may bend over three pixels of a smooth place.
+constexpr double kSmoothBend = 0.5;
+
+}  // namespace
+
+PixelKind DepthGrid::kind(int column, int row, double pixel) const {
+  int hits = 0, looked_at = 0;
+  for (int j = std::max(row - 1, 0); j <= std::min(row + 1, rows - 1); ++j) {
+    for (int i = std::max(column - 1, 0); i <= std::min(column + 1, columns - 1); ++i) {
+      ++looked_at;
+      if (depths[index(i, j, columns)] >= 0) ++hits;
+    }
+  }
+  if (hits == 0) return PixelKind::empty;
+  if (looked_at < 9 || hits < 9) return PixelKind::rough;
+  const auto bend = [&](int di, int dj) {
+    const float before = depths[index(column - di, row - dj, columns)];
+    const float after = depths[index(column + di, row + dj, columns)];
+    return std::abs(before + after - 2 * depths[index(column, row, columns)]);
+  };
+  const float most = std::max({bend(1, 0), bend(0, 1), bend(1, 1), bend(1, -1)});
+  return most < kSmoothBend * pixel ? PixelKind::smooth : PixelKind::rough;
+}
+
+float DepthGrid::nearest_around(int column, int row) const {
+  float least = std::numeric_limits<float>::max();
+  for (int j = std::max(row - 1, 0); j <= std::min(row + 1, rows - 1); ++j) {
+    for (int i = std::max(column - 1, 0); i <= std::min(column + 1, columns - 1); ++i) {
+      const float depth = depths[index(i, j, columns)];
+      if (depth >= 0) least = std::min(least, depth);
+    }
+  }
+  return least;
+}
+
+float DepthGrid::interpolated(double x, double y) const {
+  const int i = std::clamp(static_cast<int>(std::floor(x)), 0, columns - 2);
+  const int j = std::clamp(static_cast<int>(std::floor(y)), 0, rows - 2);
+  const double u = x - i, v = y - j;
+  const double above =
+      std::lerp(double(depths[index(i, j, columns)]), double(depths[index(i + 1, j, columns)]), u);
+  const double below = std::lerp(double(depths[index(i, j + 1, columns)]),
+                                 double(depths[index(i + 1, j + 1, columns)]), u);
+  return static_cast<float>(std::lerp(above, below, v));
+}
+
+}  // namespace qjulia

@@ -1,0 +1,167 @@
+// Pictures of the unit ball, which q² has for its filled Julia set, against closed forms.
+
+#include <Eigen/Geometry>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "device/context.hpp"
+#include "picture/depth_source.hpp"
+#include "qjulia/picture.hpp"
+
+using namespace qjulia;
+using Eigen::Vector3d;
+
+namespace {
+
+RationalMap square() {
+  RationalMap map;
+  map.factors = {Factor{{0, 0, 0, 0}, 2}};
+  map.box = Box{Vector3d::Constant(-1), Vector3d::Constant(1)};
+  return map;
+}
+
+Device with_width(int width) { return Device::choose("cpu").with_lane_width(width); }
+
+View ball_view(int width, int height, int samples) {
+  return camera_view({}, *square().box, width, height, samples);
+}
+
+Vector3d direction(const View& view, int column, int row) {
+  return (view.dir + (column + 0.5) * view.dir_dx + (row + 0.5) * view.dir_dy).normalized();
+}
+
+/// Depth at which a pixel's ray meets the unit sphere; negative where it passes by.
+double sphere_depth(const View& view, int column, int row) {
+  const Vector3d d = direction(view, column, row);
+  const double middle = -view.eye.dot(d);
+  const double half2 = middle * middle - view.eye.squaredNorm() + 1;
+  return half2 < 0 ? -1 : middle - std::sqrt(half2);
+}
+
+PictureOptions small(int width, int height) {
+  PictureOptions options;
+  options.width = width;
+  options.height = height;
+  return options;
+}
+
+}  // namespace
+
+TEST_CASE("rays meet the ball where they must, at every lane width") {
+  for (const int width : {1, 8, 16}) {
+    for (const int iterations : {1, 2, 6}) {
+      CAPTURE(width, iterations);
+      const auto source = march_source(with_width(width), square(), iterations);
+      const View view = ball_view(101, 67, 1);
+      const auto depths = source->depths(view, 0, view.rows);
+      REQUIRE(depths.size() == 101 * 67);
+      int hits = 0, wrong = 0;
+      double worst = 0;
+      for (int row = 0; row < view.rows; ++row) {
+        for (int column = 0; column < view.columns; ++column) {
+          const double found = depths[static_cast<std::size_t>(row * view.columns + column)];
+          const double expected = sphere_depth(view, column, row);
+          if (found >= 0) ++hits;
+          if ((found >= 0) != (expected >= 0)) {
+            ++wrong;
+          } else if (expected >= 0) {
+            const double slope = std::abs((view.eye + expected * direction(view, column, row))
+                                              .dot(direction(view, column, row)));
+            worst = std::max(worst, std::abs(found - expected) * slope);
+          }
+        }
+      }
+      // Rays that graze the ball inside one step's reach may pass it by.
+      CHECK(wrong <= 0.01 * hits);
+      CHECK(worst < view.tolerance);
+      // A cone of half angle asin(1 / distance) cut by the picture's plane, nearly.
+      const double distance2 = view.eye.squaredNorm(), pixel = view.dir_dx.norm();
+      const double area = std::numbers::pi / (distance2 - 1) / (pixel * pixel);
+      CHECK(hits == Approx(area).epsilon(0.02));
+    }
+  }
+}
+
+TEST_CASE("a pixel's depth depends neither on the strip it is asked for in nor on lane width") {
+  const auto source = march_source(with_width(8), square(), 6);
+  const auto other = march_source(with_width(16), square(), 6);
+  const View view = ball_view(37, 29, 2);
+  const auto whole = source->depths(view, 0, view.rows);
+  std::vector<float> strips;
+  for (int row = 0; row < view.rows; row += 7) {
+    const auto strip = source->depths(view, row, std::min(7, view.rows - row));
+    strips.insert(strips.end(), strip.begin(), strip.end());
+  }
+  CHECK(strips == whole);
+  const auto wider = other->depths(view, 0, view.rows);
+  int differ = 0;
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    if (std::abs(whole[i] - wider[i]) > 2 * view.tolerance) ++differ;
+  }
+  CHECK(differ <= 2);
+}
+
+TEST_CASE("refined samples lie on the ball") {
+  const auto source = march_source(with_width(16), square(), 6);
+  const View view = ball_view(80, 60, 2);
+  const auto depths = source->depths(view, 0, view.rows);
+  double worst = 0;
+  int hits = 0;
+  for (int row = 0; row < view.rows; ++row) {
+    for (int column = 0; column < view.columns; ++column) {
+      const double t = depths[static_cast<std::size_t>(row * view.columns + column)];
+      if (t < 0) continue;
+      ++hits;
+      worst = std::max(worst, std::abs((view.eye + t * direction(view, column, row)).norm() - 1));
+    }
+  }
+  CHECK(hits > 1000);
+  CHECK(worst < 0.5 * view.footprint);
+}
+
+TEST_CASE("normals of depth point away from the ball's middle") {
+  const Device device = with_width(1);
+  device::Context& context = device.context();
+  const View view = ball_view(80, 60, 1);
+  std::vector<float> depths;
+  for (int row = 0; row < view.rows; ++row) {
+    for (int column = 0; column < view.columns; ++column) {
+      depths.push_back(static_cast<float>(sphere_depth(view, column, row)));
+    }
+  }
+  const auto normals = context.allocate<float>(3 * depths.size());
+  const auto kernel = context.kernel("shade.cl", "normals_of_depth", {1, Precision::single, {}});
+  context.launch(kernel, {{80, 60, 1}, {0, 0, 0}},
+                 {context.upload<float>(view.packed()), 80, 0, 60,
+                  context.upload<float>(std::span<const float>(depths)),
+                  device::Argument::real(5 * view.footprint, Precision::single), normals});
+  std::vector<float> found(normals.size());
+  context.read(normals, std::span(found));
+  double least = 1;
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    if (depths[i] < 0) continue;
+    const Vector3d ray = direction(view, static_cast<int>(i % 80), static_cast<int>(i / 80));
+    const Vector3d expected = view.eye + depths[i] * ray;
+    const Vector3d normal(found[3 * i], found[3 * i + 1], found[3 * i + 2]);
+    CHECK(normal.norm() == Approx(1).margin(1e-4));
+    if (-ray.dot(expected) > 0.4) least = std::min(least, normal.dot(expected));
+  }
+  CHECK(least > std::cos(3 * std::numbers::pi / 180));
+}
+
+TEST_CASE("the same picture twice is the same bytes; tiny pictures work") {
+  const Device device = Device::choose("cpu");
+  const Image first = render(device, square(), small(24, 17));
+  CHECK(first.pixels.size() == 3 * 24 * 17);
+  CHECK(render(device, square(), small(24, 17)).pixels == first.pixels);
+  CHECK(render(device, square(), small(1, 1)).pixels.size() == 3);
+}
+
+TEST_CASE("a stopped rendering gives no picture") {
+  std::stop_source stop;
+  stop.request_stop();
+  Watch watch;
+  watch.stop = stop.get_token();
+  CHECK(render(Device::choose("cpu"), square(), small(8, 8), watch).pixels.empty());
+}

@@ -1,0 +1,168 @@
+// What of pictures needs no device: options, views, rasterised meshes, files.
+
+#include <png.h>
+
+#include <Eigen/Geometry>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "picture/depth_grid.hpp"
+#include "picture/depth_source.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/picture.hpp"
+#include "temporary_folder.hpp"
+
+using namespace qjulia;
+using Eigen::Vector3d;
+
+namespace {
+
+Image pattern(int width, int height, int seed) {
+  Image image{width, height, {}};
+  for (int i = 0; i < 3 * width * height; ++i) {
+    image.pixels.push_back(static_cast<std::uint8_t>((i * i + seed * 77 + i) % 256));
+  }
+  return image;
+}
+
+}  // namespace
+
+TEST_CASE("a PNG holds the picture's bytes") {
+  const test::TemporaryFolder folder;
+  for (const auto& [width, height] : {std::pair{1, 1}, {7, 3}, {64, 48}}) {
+    const Image image = pattern(width, height, width);
+    const auto path = folder.path() / "picture.png";
+    write_png(image, path);
+    png_image png{};
+    png.version = PNG_IMAGE_VERSION;
+    REQUIRE(png_image_begin_read_from_file(&png, path.c_str()) != 0);
+    png.format = PNG_FORMAT_RGB;
+    CHECK(static_cast<int>(png.width) == width);
+    CHECK(static_cast<int>(png.height) == height);
+    std::vector<std::uint8_t> read(PNG_IMAGE_SIZE(png));
+    REQUIRE(png_image_finish_read(&png, nullptr, read.data(), 0, nullptr) != 0);
+    CHECK(read == image.pixels);
+  }
+}
+
+TEST_CASE("a picture that cannot be written leaves nothing behind") {
+  const test::TemporaryFolder folder;
+  CHECK_THROWS_AS(write_png(pattern(2, 2, 0), folder.path() / "none" / "a.png"), OutputError);
+  CHECK_THROWS_AS(write_png(Image{}, folder.path() / "a.png"), InputError);
+  CHECK_THROWS_AS(write_png(Image{2, 2, {1, 2, 3}}, folder.path() / "a.png"), InputError);
+  CHECK(std::filesystem::is_empty(folder.path()));
+}
+
+TEST_CASE("a contact sheet holds each image in its cell") {
+  const std::vector<Image> images = {pattern(3, 2, 1), pattern(3, 2, 2), pattern(2, 1, 3)};
+  const Image sheet = contact_sheet(images, 2, 1);
+  REQUIRE(sheet.width == 7);
+  REQUIRE(sheet.height == 5);
+  const auto at = [](const Image& image, int x, int y) {
+    return image.pixels[static_cast<std::size_t>(3 * (y * image.width + x))];
+  };
+  CHECK(at(sheet, 2, 1) == at(images[0], 2, 1));
+  CHECK(at(sheet, 4, 1) == at(images[1], 0, 1));
+  CHECK(at(sheet, 1, 3) == at(images[2], 1, 0));
+  CHECK(at(sheet, 3, 0) == 255);
+  CHECK(at(sheet, 6, 4) == 255);
+  CHECK_THROWS_AS(contact_sheet({}, 2), InputError);
+}
+
+TEST_CASE("options that make no picture are refused by name") {
+  const auto refused = [](auto change, const std::string& name) {
+    PictureOptions options;
+    change(options);
+    CHECK_THROWS_WITH(options.validate(), Catch::Contains(name));
+    CHECK_THROWS_AS(options.validate(), InputError);
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  refused([](auto& o) { o.width = 0; }, "width");
+  refused([](auto& o) { o.height = 100000; }, "height");
+  refused([](auto& o) { o.iterations = 17; }, "iterations");
+  refused([](auto& o) { o.samples_per_axis = 0; }, "samples");
+  refused([&](auto& o) { o.camera.azimuth = nan; }, "azimuth");
+  refused([&](auto& o) { o.camera.elevation = nan; }, "elevation");
+  refused([](auto& o) { o.camera.zoom = -1; }, "zoom");
+  refused([](auto& o) { o.camera.field_of_view = 180; }, "field of view");
+  refused([](auto& o) { o.camera.up = 'w'; }, "up axis");
+  CHECK_NOTHROW(PictureOptions().validate());
+}
+
+TEST_CASE("cameras look where they say") {
+  Camera camera;
+  camera.azimuth = camera.elevation = 0;
+  const CameraAxes axes = camera_axes(camera);
+  CHECK((axes.back - Vector3d::UnitZ()).norm() < 1e-12);
+  CHECK((axes.up - Vector3d::UnitY()).norm() < 1e-12);
+  CHECK((axes.right - Vector3d::UnitX()).norm() < 1e-12);
+  for (const char up : {'x', 'y', 'z'}) {
+    camera.up = up;
+    camera.azimuth = 70;
+    camera.elevation = 20;
+    const CameraAxes turned = camera_axes(camera);
+    CHECK((turned.right.cross(turned.up) - turned.back).norm() < 1e-12);
+    CHECK(turned.right.dot(axis(up)) == Approx(0).margin(1e-12));
+    CHECK(turned.back.dot(axis(up)) == Approx(std::sin(20 * M_PI / 180)));
+  }
+}
+
+TEST_CASE("a framed box's ellipsoid stays in the picture") {
+  const Box box{{-1, -2, 0}, {3, 1, 1}};
+  for (const double azimuth : {0.0, 37.0, 200.0}) {
+    Camera camera;
+    camera.azimuth = azimuth;
+    const View view = camera_view(camera, box, 320, 200, 1);
+    Eigen::Matrix3d columns;
+    columns << view.dir, view.dir_dx, view.dir_dy;
+    for (int i = 0; i < 500; ++i) {
+      const Vector3d unit =
+          Vector3d(std::sin(i), std::sin(1.7 * i + 1), std::sin(2.3 * i + 2)).normalized();
+      const Vector3d p = box.center() + 0.5 * box.size().cwiseProduct(unit);
+      const Vector3d seen = columns.inverse() * (p - view.eye);
+      CHECK(seen[0] > 0);
+      CHECK(std::abs(seen[1] / seen[0] - 160) < 160);
+      CHECK(std::abs(seen[2] / seen[0] - 100) < 100);
+    }
+  }
+}
+
+TEST_CASE("a rasterised triangle has the depths of its plane, in both kinds of view") {
+  TriangleMesh mesh;
+  mesh.vertices = {{-1, -1, 0.2}, {1, -1, -0.3}, {0, 1, 0.4},
+                   {-9, -9, -2},  {9, -9, -2},   {0, 9, -2}};
+  mesh.triangles = {{3, 4, 5}, {0, 1, 2}};
+  const Vector3d a = mesh.vertices[0];
+  const Vector3d normal = (mesh.vertices[1] - a).cross(mesh.vertices[2] - a);
+  const Box box{{-1, -1, -1}, {1, 1, 1}};
+  Camera front;
+  front.azimuth = front.elevation = 0;
+  for (const View& view : {camera_view(front, box, 40, 30, 1),
+                           parallel_view(Vector3d(0.3, 0.1, 1).normalized(), box, 30)}) {
+    const auto depths = mesh_source(mesh)->depths(view, 10, 5);
+    REQUIRE(depths.size() == static_cast<std::size_t>(5 * view.columns));
+    const int column = view.columns / 2, row = 12;
+    const double x = column + 0.5, y = row + 0.5;
+    const Vector3d eye = view.eye + x * view.eye_dx + y * view.eye_dy;
+    const Vector3d ray = (view.dir + x * view.dir_dx + y * view.dir_dy).normalized();
+    const double expected = normal.dot(a - eye) / normal.dot(ray);
+    CHECK(depths[static_cast<std::size_t>((row - 10) * view.columns + column)] ==
+          Approx(expected).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("depth grids tell smooth pixels from edges") {
+  DepthGrid grid{5, 5, {}};
+  for (int j = 0; j < 5; ++j) {
+    for (int i = 0; i < 5; ++i) grid.depths.push_back(static_cast<float>(3 + i - 0.5 * j));
+  }
+  CHECK(grid.kind(2, 2, 0.1) == PixelKind::smooth);
+  CHECK(grid.kind(0, 2, 0.1) == PixelKind::rough);
+  CHECK(grid.interpolated(1.25, 2.5) == Approx(3 + 1.25 - 1.25));
+  CHECK(grid.nearest_around(2, 2) == Approx(3 + 1 - 1.5));
+  grid.depths[index(3, 2, 5)] += 0.2F;
+  CHECK(grid.kind(2, 2, 0.1) == PixelKind::rough);
+  grid.depths.assign(25, -1.0F);
+  CHECK(grid.kind(2, 2, 0.1) == PixelKind::empty);
+}
