@@ -162,7 +162,7 @@ inline real3 with_bounces(real v, real3 albedo) {
 }
 
 inline real3 clay(irradiance e) {
-  real3 albedo = (real3)(0.80f, 0.66f, 0.53f);
+  real3 albedo = (real3)(0.74f, 0.54f, 0.40f);
   real v = luminance(e.sky) / fmax(luminance(e.open_sky), (real)1e-6f);
   real3 diffuse = albedo * (e.key + e.open_sky * with_bounces(v, albedo));
   return diffuse + (real)0.10 * e.highlight;
