@@ -22,7 +22,8 @@ Image contact_sheet(std::span<const Image> images, int columns, int gap) {
   sheet.pixels.assign(row_bytes * static_cast<std::size_t>(sheet.height), 255);
   for (int i = 0; i < count; ++i) {
     const Image& image = images[static_cast<std::size_t>(i)];
-    const int left = i % columns * (cell_width + gap), top = i / columns * (cell_height + gap);
+    const std::ptrdiff_t left = i % columns * std::ptrdiff_t{cell_width + gap};
+    const std::ptrdiff_t top = i / columns * std::ptrdiff_t{cell_height + gap};
     const auto bytes = 3 * static_cast<std::ptrdiff_t>(image.width);
     for (int row = 0; row < image.height; ++row) {
       std::copy_n(

@@ -28,14 +28,14 @@ Vector3d surroundings(double rise) {
 
 std::vector<float> Light::packed(std::size_t first_texel) const {
   std::vector<float> reals(QJ_LIGHT_SIZE);
-  const auto put = [&](int first, const Vector3d& v) {
-    for (int i = 0; i < 3; ++i) {
-      reals[static_cast<std::size_t>(first + i)] = static_cast<float>(v[i]);
+  const auto put = [&](std::size_t first, const Vector3d& v) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      reals[first + i] = static_cast<float>(v[static_cast<Eigen::Index>(i)]);
     }
   };
-  const auto put_affine = [&](int first, const Vector3d& v) {
+  const auto put_affine = [&](std::size_t first, const Vector3d& v) {
     put(first, v);
-    reals[static_cast<std::size_t>(first + 3)] = static_cast<float>(-v.dot(view.eye));
+    reals[first + 3] = static_cast<float>(-v.dot(view.eye));
   };
   put(QJ_LIGHT_DIRECTION, towards);
   put(QJ_LIGHT_COLOR, color);

@@ -28,7 +28,7 @@ class MeshSource : public DepthSource {
     // (1/s or s, x, y): the first is linear over the picture in either kind of view.
     std::vector<Vector3d> seen(mesh_.vertices.size());
     std::ranges::transform(mesh_.vertices, seen.begin(), [&](const Vector3d& p) -> Vector3d {
-      const Vector3d v = inverse * (p - view.eye);
+      Vector3d v = inverse * (p - view.eye);
       if (parallel) return v;
       return {1 / v[0], v[1] / v[0], v[2] / v[0]};
     });

@@ -55,9 +55,9 @@ View View::coarse() const {
 
 std::vector<float> View::packed() const {
   std::vector<float> reals(QJ_VIEW_SIZE);
-  const auto put = [&](int first, const Vector3d& v) {
-    for (int i = 0; i < 3; ++i) {
-      reals[static_cast<std::size_t>(first + i)] = static_cast<float>(v[i]);
+  const auto put = [&](std::size_t first, const Vector3d& v) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      reals[first + i] = static_cast<float>(v[static_cast<Eigen::Index>(i)]);
     }
   };
   put(QJ_VIEW_EYE, eye);
