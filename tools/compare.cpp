@@ -70,12 +70,10 @@ void add_compare(CLI::App& program, ChosenCommand& chosen) {
       "for a perfect fit.");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  command->add_option("map", a.map, "Map file that 'qjulia fit' wrote")
+  command->add_option("MAP", a.map, "Map file that 'qjulia fit' wrote")->required()->type_name("");
+  command->add_option("MESH", a.mesh, "The mesh it was fitted to: .obj, .off, .ply or .stl")
       ->required()
-      ->type_name("MAP");
-  command->add_option("mesh", a.mesh, "The mesh it was fitted to: .obj, .off, .ply or .stl")
-      ->required()
-      ->type_name("MESH");
+      ->type_name("");
   command->add_option("--resolution", a.options.resolution, "Cells along each side of the cube")
       ->capture_default_str();
   command

@@ -96,9 +96,9 @@ int run(const Arguments& arguments, Session& session) {
 }
 
 void describe_options(CLI::App& command, Arguments& a) {
-  command.add_option("mesh", a.mesh, "Triangle mesh: .obj, .off, .ply or .stl")
+  command.add_option("MESH", a.mesh, "Triangle mesh: .obj, .off, .ply or .stl")
       ->required()
-      ->type_name("MESH");
+      ->type_name("");
   command.add_option("-o,--output", a.output, "Map file to write, such as bunny.qjulia.json")
       ->required()
       ->type_name("MAP");

@@ -115,9 +115,9 @@ void add_info(CLI::App& program, ChosenCommand& chosen) {
       "  qjulia info bunny.qjulia.json            factors, detail, how thick is the shell\n"
       "  qjulia info bunny.qjulia.json --verbose  and how it was made");
   auto file = std::make_shared<std::string>();
-  command->add_option("file", *file, "Map, or mesh (.obj, .off, .ply, .stl)")
+  command->add_option("FILE", *file, "Map, or mesh (.obj, .off, .ply, .stl)")
       ->required()
-      ->type_name("FILE");
+      ->type_name("");
   add_verbosity(*command, chosen.verbosity);
   command->callback(
       [file, &chosen] { chosen.run = [file](Session& session) { return run(*file, session); }; });

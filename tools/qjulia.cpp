@@ -7,6 +7,7 @@
 
 #include "commands.hpp"
 #include "exit_code.hpp"
+#include "help_format.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/version.hpp"
 
@@ -38,9 +39,7 @@ int run(const ChosenCommand& chosen) {
   Session session(chosen.verbosity);
   try {
     return chosen.run(session);
-  } catch (const Error&) {
-    // Work that was told to stop may have had nothing to give back.
-    if (!session.interrupts.requested()) throw;
+  } catch (const Interrupted&) {
     session.console.note("interrupted; nothing was written");
     return kInterrupted;
   }
@@ -53,6 +52,7 @@ int main(int argc, char** argv) {
   using namespace qjulia;
   using namespace qjulia::tools;
   CLI::App program(kDescription, "qjulia");
+  program.formatter(std::make_shared<HelpFormat>());  // of subcommands too
   program.footer(kExamples);
   program.set_version_flag("--version", std::string("qjulia ") + version());
   program.require_subcommand(0, 1);

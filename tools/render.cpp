@@ -85,11 +85,11 @@ int run(const Arguments& arguments, Session& session) {
 
 void describe_options(CLI::App& command, Arguments& a) {
   command
-      .add_option("input", a.input,
+      .add_option("MAP", a.input,
                   "Map file that 'qjulia fit' wrote; or a mesh (.obj, .off, .ply, .stl), drawn in "
                   "the same view and light for comparison")
       ->required()
-      ->type_name("MAP");
+      ->type_name("");
   command.add_option("-o,--output", a.output, "Picture to write: .png")
       ->required()
       ->type_name("PICTURE");

@@ -92,9 +92,7 @@ void add_surface(CLI::App& program, ChosenCommand& chosen) {
       "to the cube of the resolution.");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  command->add_option("map", a.map, "Map file that 'qjulia fit' wrote")
-      ->required()
-      ->type_name("MAP");
+  command->add_option("MAP", a.map, "Map file that 'qjulia fit' wrote")->required()->type_name("");
   command->add_option("-o,--output", a.output, "Mesh to write: .ply, .obj, .stl or .off")
       ->required()
       ->type_name("MESH");

@@ -1,0 +1,207 @@
+/// Input that cannot be used: exit code 2, a message naming the file or option, no output left.
+
+#include <catch2/catch.hpp>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "obj_text.hpp"
+#include "process.hpp"
+#include "shapes.hpp"
+#include "temporary_folder.hpp"
+
+using Catch::Matchers::Contains;
+using qjulia::test::Finished;
+using qjulia::test::TemporaryFolder;
+using Arguments = std::vector<std::string>;
+
+namespace {
+
+std::string random_bytes(std::size_t count) {
+  std::mt19937 random(7);
+  std::string bytes(count, '\0');
+  for (char& b : bytes) b = static_cast<char>(random() & 0xFFU);
+  return bytes;
+}
+
+nlohmann::json good_map() {
+  return {{"format", "qjulia-map"},
+          {"version", 1},
+          {"kind", "rational"},
+          {"slice", 0.0},
+          {"log_scale", 0.0},
+          {"surface_level", 0.0},
+          {"phase", {1, 0, 0, 0}},
+          {"factors", {{{"center", {0, 0, 0, 0}}, {"exponent", 3.0}}}},
+          {"shape_to_map", {{"scale", 1.0}, {"translation", {0, 0, 0}}}},
+          {"detail", 0.02},
+          {"inradius", 1.0},
+          {"box", {{-1, -1, -1}, {1, 1, 1}}},
+          {"provenance", nlohmann::json::object()}};
+}
+
+std::string map_with(const std::function<void(nlohmann::json&)>& change) {
+  nlohmann::json map = good_map();
+  change(map);
+  return map.dump();
+}
+
+struct BadFile {
+  std::string name;
+  std::string bytes;
+};
+
+std::vector<BadFile> bad_meshes() {
+  return {
+      {"empty.obj", ""},
+      {"empty.ply", ""},
+      {"empty.stl", ""},
+      {"empty.off", ""},
+      {"no_faces.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"},
+      {"out_of_range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n"},
+      {"out_of_range.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 9\n"},
+      {"nan.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n"},
+      {"one_place.obj", "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n"},
+      {"random.ply", random_bytes(5000)},
+      {"random.stl", random_bytes(5000)},
+      {"short.ply",
+       "ply\nformat binary_little_endian 1.0\nelement vertex 100000000\nproperty float x\nproperty "
+       "float y\nproperty float z\nelement face 1\nproperty list uchar int "
+       "vertex_indices\nend_header\n1234"},
+  };
+}
+
+std::vector<BadFile> bad_maps() {
+  const std::string good = good_map().dump();
+  return {
+      {"empty.qjulia.json", ""},
+      {"random.qjulia.json", random_bytes(3000)},
+      {"truncated.qjulia.json", good.substr(0, good.size() / 2)},
+      {"version.qjulia.json", map_with([](auto& m) { m["version"] = 99; })},
+      {"format.qjulia.json", map_with([](auto& m) { m["format"] = "other"; })},
+      {"type.qjulia.json", map_with([](auto& m) { m["log_scale"] = "zero"; })},
+      {"factors.qjulia.json", map_with([](auto& m) { m["factors"] = nlohmann::json::array(); })},
+      {"missing_key.qjulia.json", map_with([](auto& m) { m.erase("factors"); })},
+      {"array.qjulia.json", "[1, 2, 3]"},
+  };
+}
+
+/// Runs and checks all that holds for every refusal. `word` must be in the message.
+void check_refused(const TemporaryFolder& folder, const Arguments& arguments,
+                   const std::string& word, int exit_code = 2) {
+  const auto before = folder.names().size();
+  const Finished result =
+      qjulia::test::run_command(arguments, {.timeout = std::chrono::seconds(30)});
+  CAPTURE(arguments, result.err);
+  CHECK(result.exit_code == exit_code);
+  CHECK_THAT(result.err, Contains(word));
+  CHECK(result.out.empty());
+  CHECK(folder.names().size() == before);
+}
+
+}  // namespace
+
+TEST_CASE("bad meshes are refused") {
+  const TemporaryFolder folder;
+  for (const auto& [name, bytes] : bad_meshes()) {
+    const std::string file = folder.file(name, bytes);
+    check_refused(folder, {"fit", file, "-o", folder / "out.qjulia.json"}, name);
+    check_refused(folder, {"info", file}, name);
+  }
+  check_refused(folder, {"render", folder / "empty.obj", "-o", folder / "out.png"}, "empty.obj");
+  check_refused(folder, {"fit", folder / "absent.obj", "-o", folder / "out.qjulia.json"},
+                "absent.obj");
+  check_refused(folder, {"info", folder / "absent.obj"}, "absent.obj");
+  check_refused(folder, {"fit", folder.file("mesh.txt", "hello"), "-o", folder / "out.json"},
+                "mesh.txt");
+}
+
+TEST_CASE("bad maps are refused") {
+  const TemporaryFolder folder;
+  for (const auto& [name, bytes] : bad_maps()) {
+    const std::string file = folder.file(name, bytes);
+    check_refused(folder, {"surface", file, "-o", folder / "out.ply"}, name);
+    check_refused(folder, {"render", file, "-o", folder / "out.png"}, name);
+    check_refused(folder, {"info", file}, name);
+  }
+  const std::string absent = folder / "absent.qjulia.json";
+  check_refused(folder, {"surface", absent, "-o", folder / "out.ply"}, "absent.qjulia.json");
+  check_refused(folder, {"render", absent, "-o", folder / "out.png"}, "absent.qjulia.json");
+  check_refused(folder, {"info", absent}, "absent.qjulia.json");
+}
+
+TEST_CASE("bad option values are refused") {
+  const TemporaryFolder folder;
+  const std::string mesh =
+      folder.file("sphere.obj", qjulia::test::obj_text(qjulia::shapes::sphere(2)));
+  const std::string map = folder.file("map.qjulia.json", good_map().dump());
+  const auto fit = [&](const std::string& option, const std::string& value) {
+    check_refused(folder, {"fit", mesh, "-o", folder / "out.qjulia.json", option, value},
+                  option.substr(2));
+  };
+  for (const char* value : {"0", "-3", "1e99", "7.5", "many", ""}) fit("--factors", value);
+  for (const char* value : {"nan", "-1", "0", "inf", "2", "x"}) fit("--detail", value);
+  for (const char* value : {"-5", "nan", "soon"}) fit("--time-limit", value);
+  for (const char* value : {"-1", "1e99"}) fit("--max-evaluations", value);
+  fit("--seed", "-1");
+  fit("--unknowns", "some");
+  fit("--precision", "half");
+  fit("--schedule", "no such schedule");
+
+  const auto surface = [&](const std::string& option, const Arguments& values) {
+    Arguments arguments = {"surface", map, "-o", folder / "out.ply", option};
+    arguments.insert(arguments.end(), values.begin(), values.end());
+    check_refused(folder, arguments, option.substr(2));
+  };
+  for (const char* value : {"nan", "-1", "0", "inf"}) surface("--detail", {value});
+  for (const char* value : {"0", "-4", "1e99"}) surface("--resolution", {value});
+  for (const char* value : {"0", "17", "-1"}) surface("--iterations", {value});
+  surface("--box", {"0", "0", "0", "1", "1"});
+  surface("--box", {"0", "0", "0", "1", "1", "nan"});
+  surface("--box", {"0", "0", "0", "1", "1", "-1"});
+
+  const auto render = [&](const std::string& option, const std::string& value) {
+    check_refused(folder, {"render", map, "-o", folder / "out.png", option, value},
+                  option.substr(2));
+  };
+  for (const char* value : {"0x10", "12", "12x", "-3x4", "1e9x3", "99999999999x2"}) {
+    render("--size", value);
+  }
+  for (const char* value : {"nan", "-1"}) render("--detail", value);
+  for (const char* value : {"nan", "0", "-1"}) render("--zoom", value);
+  render("--up", "w");
+  render("--samples", "0");
+  check_refused(folder, {"render", mesh, "-o", folder / "out.png", "--detail", "0.01"}, "--detail");
+}
+
+TEST_CASE("names of outputs are checked before the work") {
+  const TemporaryFolder folder;
+  const std::string mesh =
+      folder.file("sphere.obj", qjulia::test::obj_text(qjulia::shapes::sphere(2)));
+  const std::string map = folder.file("map.qjulia.json", good_map().dump());
+  check_refused(folder, {"surface", map, "-o", folder / "out.txt"}, "out.txt");
+  check_refused(folder, {"render", map, "-o", folder / "out.bmp"}, "out.bmp");
+  check_refused(folder, {"fit", mesh, "-o", mesh}, "sphere.obj");
+
+  const std::string nowhere = folder / "no/such/folder/out";
+  check_refused(folder, {"fit", mesh, "-o", nowhere + ".qjulia.json"}, "no/such/folder", 1);
+  check_refused(folder, {"surface", map, "-o", nowhere + ".ply"}, "no/such/folder", 1);
+  check_refused(folder, {"render", map, "-o", nowhere + ".png"}, "no/such/folder", 1);
+  std::filesystem::create_directory(folder / "taken.png");
+  check_refused(folder, {"render", map, "-o", folder / "taken.png"}, "taken.png", 1);
+}
+
+TEST_CASE("an unknown device is exit code 3 everywhere") {
+  const TemporaryFolder folder;
+  const std::string mesh =
+      folder.file("sphere.obj", qjulia::test::obj_text(qjulia::shapes::sphere(2)));
+  const std::string map = folder.file("map.qjulia.json", good_map().dump());
+  const auto check = [&](Arguments arguments) {
+    arguments.insert(arguments.end(), {"--device", "no such device"});
+    check_refused(folder, arguments, "no such device", 3);
+  };
+  check({"fit", mesh, "-o", folder / "out.qjulia.json"});
+  check({"surface", map, "-o", folder / "out.ply"});
+  check({"render", map, "-o", folder / "out.png"});
+  check({"compare", map, mesh});
+}

@@ -1,0 +1,66 @@
+/// What the command answers before any work: help, version, usage, devices.
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "process.hpp"
+#include "qjulia/version.hpp"
+#include "temporary_folder.hpp"
+
+using Catch::Matchers::Contains;
+using qjulia::test::run_command;
+
+TEST_CASE("--help teaches and --version tells, on standard output") {
+  const auto help = run_command({"--help"});
+  CHECK(help.exit_code == 0);
+  CHECK_THAT(help.out, Contains("First steps") && Contains("Exit codes"));
+  const auto version = run_command({"--version"});
+  CHECK(version.exit_code == 0);
+  CHECK(version.out == std::string("qjulia ") + qjulia::version() + "\n");
+  for (const char* command : {"devices", "fit", "surface", "render", "compare", "info"}) {
+    CAPTURE(command);
+    const auto result = run_command({command, "--help"});
+    CHECK(result.exit_code == 0);
+    CHECK_THAT(result.out, Contains("Example") && Contains("--json"));
+    CHECK_THAT(help.out, Contains(command));
+  }
+}
+
+TEST_CASE("bad usage is exit code 2 and names what was wrong") {
+  CHECK(run_command({}).exit_code == 2);
+  const auto command = run_command({"frobnicate"});
+  CHECK(command.exit_code == 2);
+  CHECK_THAT(command.err, Contains("frobnicate"));
+  const auto option = run_command({"devices", "--frobnicate"});
+  CHECK(option.exit_code == 2);
+  CHECK_THAT(option.err, Contains("--frobnicate"));
+  const auto missing = run_command({"fit", "mesh.obj"});
+  CHECK(missing.exit_code == 2);
+  CHECK_THAT(missing.err, Contains("--output"));
+  CHECK(missing.out.empty());
+}
+
+TEST_CASE("devices are listed, and the chosen one is among them") {
+  const auto result = run_command({"devices", "--json"});
+  REQUIRE(result.exit_code == 0);
+  const auto json = nlohmann::json::parse(result.out);
+  bool found = false;
+  for (const auto& device : json["devices"]) found = found || device["id"] == json["chosen"];
+  CHECK(found);
+  CHECK_THAT(run_command({"devices"}).out, Contains("* " + json["chosen"].get<std::string>()));
+  const auto verbose = run_command({"devices", "--verbose"});
+  CHECK_THAT(verbose.out, Contains("local memory"));
+}
+
+TEST_CASE("a device nobody has is exit code 3, never a fallback") {
+  const qjulia::test::TemporaryFolder folder;
+  const auto named = run_command({"devices", "--device", "no such device"});
+  CHECK(named.exit_code == 3);
+  CHECK_THAT(named.err, Contains("no such device"));
+  const auto chosen = run_command({"devices"}, {.environment = {{"QJULIA_DEVICE", "7:7"}}});
+  CHECK(chosen.exit_code == 3);
+  CHECK_THAT(chosen.err, Contains("7:7"));
+  const auto none = run_command({"devices"}, {.environment = {{"OCL_ICD_VENDORS", folder / ""}}});
+  CHECK(none.exit_code == 3);
+  CHECK_THAT(none.err, Contains("pocl-opencl-icd"));
+}

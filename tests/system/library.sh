@@ -1,0 +1,39 @@
+#!/bin/bash
+# Installs the build, then builds and runs the program and project of docs/library.md against it.
+# Usage: library.sh REPOSITORY BUILD_FOLDER WORK_FOLDER COMPILER FLAGS
+set -euo pipefail
+repository=$1 build=$2 work=$3 compiler=$4 flags=$5
+
+rm -rf "$work"
+mkdir -p "$work"/{project,results,pocl_cache}
+cmake --install "$build" --prefix "$work/prefix" >"$work/install.log"
+"$work/prefix/bin/qjulia" --version
+
+# The first block of each language, without its fences.
+block() { sed -n "/^\`\`\`$1\$/,/^\`\`\`\$/{//!p;/^\`\`\`\$/q}" "$repository/docs/library.md"; }
+block cpp >"$work/project/main.cpp"
+block cmake >"$work/project/CMakeLists.txt"
+cmake -S "$work/project" -B "$work/build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+  -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags"
+cmake --build "$work/build"
+
+# A wedge.
+cat >"$work/wedge.obj" <<END
+v 0 0 0
+v 3 0 0
+v 0 2 0
+v 0 0 2
+v 3 0 2
+v 0 2 2
+f 1 3 2
+f 4 5 6
+f 1 2 5
+f 1 5 4
+f 2 3 6
+f 2 6 5
+f 3 1 4
+f 3 4 6
+END
+"$work/build/mine" "$work/wedge.obj" "$work/results" | tee "$work/figures"
+grep -q '^n = 6: IoU 0\.[5-9]' "$work/figures"
+for file in shape.qjulia.json shape.ply shape.png; do test -s "$work/results/$file"; done

@@ -1,0 +1,191 @@
+/// From a mesh to its map, surface, picture and figures.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "obj_text.hpp"
+#include "process.hpp"
+#include "shapes.hpp"
+#include "temporary_folder.hpp"
+
+using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
+using nlohmann::json;
+using qjulia::test::read_text;
+using qjulia::test::run_command;
+using qjulia::test::RunOptions;
+using qjulia::test::TemporaryFolder;
+using Arguments = std::vector<std::string>;
+
+namespace {
+
+/// A torus and the map that a short fit gives it, made once.
+struct Fitted {
+  TemporaryFolder folder;
+  std::string mesh =
+      folder.file("torus.obj", qjulia::test::obj_text(qjulia::shapes::torus(1, 0.45, 32, 16)));
+  std::string map = folder / "torus.qjulia.json";
+  json report;
+
+  Fitted() {
+    const auto result = run_command(fit_to(map, {"--json"}));
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    report = json::parse(result.out);
+  }
+
+  Arguments fit_to(const std::string& output, const Arguments& more = {}) const {
+    Arguments arguments = {
+        "fit", mesh,     "-o", output,     "--factors", "24", "--max-evaluations",
+        "40",  "--seed", "3",  "--device", "cpu"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  }
+};
+
+const Fitted& fitted() {
+  static const Fitted instance;
+  return instance;
+}
+
+/// What must be the same bit for bit in two fits of the same inputs: all but where time went.
+json without_provenance(const std::string& file) {
+  json map = json::parse(read_text(file));
+  map.erase("provenance");
+  return map;
+}
+
+}  // namespace
+
+TEST_CASE("a fit leaves a map that says where it came from") {
+  const json map = json::parse(read_text(fitted().map));
+  CHECK(map["format"] == "qjulia-map");
+  CHECK(map["factors"].size() == fitted().report["factors"]);
+  const json& from = map["provenance"];
+  CHECK(from["mesh"]["name"] == "torus.obj");
+  CHECK(from["mesh"]["fnv1a64"].get<std::string>().size() == 16);
+  CHECK(from["options"]["seed"] == 3);
+  CHECK(from["options"]["factors"] == 24);
+  CHECK(from["options"]["time_limit"].is_null());
+  CHECK(from["stages"].size() > 0);
+  CHECK(from["evaluations"].get<int>() <= 40);
+  CHECK(fitted().report["map"] == fitted().map);
+  CHECK(fitted().report["metrics"]["iou"].get<double>() > 0.8);
+}
+
+TEST_CASE("fits repeat bit for bit") {
+  const TemporaryFolder folder;
+  const std::string again = folder / "again.qjulia.json";
+  const std::string alone = folder / "alone.qjulia.json";
+  REQUIRE(run_command(fitted().fit_to(again)).exit_code == 0);
+  REQUIRE(run_command(fitted().fit_to(alone), {.environment = {{"POCL_MAX_PTHREAD_COUNT", "1"}}})
+              .exit_code == 0);
+  const json expected = without_provenance(fitted().map);
+  CHECK(without_provenance(again) == expected);
+  CHECK(without_provenance(alone) == expected);
+  const std::string other = folder / "other.qjulia.json";
+  REQUIRE(run_command(fitted().fit_to(other, {"--detail", "0.03"})).exit_code == 0);
+  CHECK(without_provenance(other) != expected);
+}
+
+TEST_CASE("an interrupted fit saves what it reached") {
+  const TemporaryFolder folder;
+  const std::string map = folder / "map.qjulia.json";
+  // Far more work than the test waits for.
+  const auto result = run_command({"fit", fitted().mesh, "-o", map, "--factors", "200", "--device",
+                                   "cpu", "--max-evaluations", "100000", "--json"},
+                                  {.interrupt_at = "IoU"});
+  INFO(result.err);
+  REQUIRE(result.interrupted);
+  CHECK(result.exit_code == 130);
+  CHECK(json::parse(result.out)["stopped"] == "interrupted");
+  CHECK(run_command({"info", map}).exit_code == 0);
+  CHECK(folder.names().size() == 1);
+}
+
+TEST_CASE("a time limit ends a fit with a map") {
+  const TemporaryFolder folder;
+  const std::string map = folder / "map.qjulia.json";
+  const auto result = run_command({"fit", fitted().mesh, "-o", map, "--factors", "200", "--device",
+                                   "cpu", "--time-limit", "3", "--json"});
+  INFO(result.err);
+  CHECK(result.exit_code == 0);
+  CHECK(json::parse(result.out)["seconds"].get<double>() < 30);
+  CHECK(run_command({"info", map}).exit_code == 0);
+}
+
+TEST_CASE("a map becomes a closed surface in the shape's own place") {
+  const TemporaryFolder folder;
+  const std::string surface = folder / "torus.ply";
+  const auto made = run_command({"surface", fitted().map, "-o", surface, "--resolution", "48",
+                                 "--iterations", "1", "--device", "cpu", "--json"});
+  INFO(made.err);
+  REQUIRE(made.exit_code == 0);
+  CHECK(json::parse(made.out)["closed"] == true);
+  const auto info = run_command({"info", surface, "--json"});
+  REQUIRE(info.exit_code == 0);
+  const json mesh = json::parse(info.out);
+  CHECK(mesh["closed"] == true);
+  CHECK(mesh["triangles"] == json::parse(made.out)["triangles"]);
+  // The torus spans 2.9 x 2.9 x 0.9 about the origin.
+  for (int axis = 0; axis < 3; ++axis) {
+    const double half = axis == 2 ? 0.45 : 1.45;
+    CHECK(mesh["box"][0][axis].get<double>() == Approx(-half).margin(0.15));
+    CHECK(mesh["box"][1][axis].get<double>() == Approx(half).margin(0.15));
+  }
+}
+
+TEST_CASE("a map and a mesh become pictures") {
+  const TemporaryFolder folder;
+  for (const std::string& input : {fitted().map, fitted().mesh}) {
+    const std::string picture = folder / "picture.png";
+    const auto result = run_command({"render", input, "-o", picture, "--size", "96x64", "--samples",
+                                     "1", "--device", "cpu", "--json"});
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    CHECK(json::parse(result.out)["width"] == 96);
+    CHECK_THAT(read_text(picture), StartsWith("\x89PNG"));
+    std::filesystem::remove(picture);
+  }
+}
+
+TEST_CASE("compare gives figures at n = 1 and at n") {
+  const Arguments arguments = {"compare",      fitted().map, fitted().mesh, "--resolution", "48",
+                               "--iterations", "4",          "--device",    "cpu"};
+  Arguments with_json = arguments;
+  with_json.emplace_back("--json");
+  const auto result = run_command(with_json);
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  const json metrics = json::parse(result.out)["metrics"];
+  REQUIRE(metrics.size() == 2);
+  CHECK(metrics[0]["iterations"] == 1);
+  CHECK(metrics[1]["iterations"] == 4);
+  CHECK(metrics[0]["iou"].get<double>() > 0.8);
+  CHECK_THAT(run_command(arguments).out, Contains("IoU"));
+}
+
+TEST_CASE("info tells a map's shell and a mesh's faults") {
+  const auto map = run_command({"info", fitted().map, "--json"});
+  REQUIRE(map.exit_code == 0);
+  const json json_map = json::parse(map.out);
+  CHECK(json_map["type"] == "map");
+  CHECK(json_map["shell_thickness"].get<double>() ==
+        Approx(0.02 * std::sqrt(2 * 2.9 * 2.9 + 0.9 * 0.9)).epsilon(0.01));
+  const TemporaryFolder folder;
+  const auto open = run_command(
+      {"info", folder.file("open.obj", qjulia::test::obj_text(qjulia::shapes::open_box())),
+       "--json"});
+  REQUIRE(open.exit_code == 0);
+  CHECK(json::parse(open.out)["open_edges"] == 4);
+  CHECK(json::parse(open.out)["closed"] == false);
+}
+
+TEST_CASE("--quiet is silent, and a result still goes to standard output") {
+  const auto quiet = run_command(
+      {"compare", fitted().map, fitted().mesh, "--resolution", "16", "--device", "cpu", "--quiet"});
+  CHECK(quiet.exit_code == 0);
+  CHECK(quiet.err.empty());
+  CHECK_THAT(quiet.out, Contains("IoU"));
+}
