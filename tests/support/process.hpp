@@ -9,9 +9,9 @@
 namespace qjulia::test {
 
 struct RunOptions {
-  std::map<std::string, std::string> environment;  ///< on top of this process's own
+  std::map<std::string, std::string> environment{};  ///< on top of this process's own
   std::chrono::seconds timeout{120};
-  std::string interrupt_at;  ///< SIGINT is sent once standard error holds this; empty: never
+  std::string interrupt_at{};  ///< SIGINT is sent once standard error holds this; empty: never
 };
 
 struct Finished {
