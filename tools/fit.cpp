@@ -38,20 +38,20 @@ FitOptions checked_options(const Arguments& arguments) {
 }
 
 std::string stage_line(const StageReport& stage) {
-  return fmt::format("stage {:16} {:5} evaluations {:8.1f} s  E {:+.4f} -> {:+.4f}  IoU {:.4f}",
-                     stage.name, stage.evaluations, stage.seconds, stage.energy_before,
-                     stage.energy_after, stage.iou);
+  return fmt::format(
+      "stage {:16} {:5} evaluations {:8.1f} s  energy {:10.4g} -> {:10.4g}  IoU {:.4f}", stage.name,
+      stage.evaluations, stage.seconds, stage.energy_before, stage.energy_after, stage.iou);
 }
 
 std::string summary(const Arguments& arguments, const FitResult& result, double seconds) {
   std::string text;
   if (!result.stages.empty()) {
     const StageReport& last = result.stages.back();
-    text = fmt::format("energy {:.4f}, IoU {:.3f} at n = 1 on a coarse grid\n", last.energy_after,
+    text = fmt::format("energy {:.4g}, IoU {:.3f} at n = 1 on a coarse grid\n", last.energy_after,
                        last.iou);
   }
   return text + fmt::format(
-                    "{} factors, {} evaluations, {:.1f} s; stopped: {}\n"
+                    "{} factors, {} evaluations, {:.1f} s; ended: {}\n"
                     "map: {}\n"
                     "next: qjulia render {} -o picture.png",
                     result.map.factors.size(), result.evaluations, seconds,
@@ -124,6 +124,8 @@ void describe_options(CLI::App& command, Arguments& a) {
       .add_option("--seed", a.options.seed,
                   "Seed of all random choices. The same seed, options and device give the same "
                   "factors bit for bit, unless a time limit ends the fit")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("INT")
       ->capture_default_str();
   command.add_option("--schedule", a.options.schedule, "Name of a built-in fit schedule")
       ->capture_default_str();

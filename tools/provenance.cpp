@@ -6,6 +6,26 @@
 #include "qjulia/version.hpp"
 
 namespace qjulia::tools {
+namespace {
+
+/// For programs: does not change with the wording for people.
+const char* key(StopReason reason) {
+  switch (reason) {
+    case StopReason::schedule_done:
+      return "schedule_done";
+    case StopReason::evaluations:
+      return "evaluations";
+    case StopReason::time_limit:
+      return "time_limit";
+    case StopReason::interrupted:
+      return "interrupted";
+    case StopReason::converged:
+      break;
+  }
+  return "converged";
+}
+
+}  // namespace
 
 nlohmann::json to_json(const FitOptions& options) {
   nlohmann::json json = {{"factors", options.factors},
@@ -49,7 +69,7 @@ nlohmann::json provenance(const std::filesystem::path& mesh_path, const FitOptio
           {"metrics", final_figures(result)},
           {"evaluations", result.evaluations},
           {"seconds", result.seconds},
-          {"stopped", to_string(result.stopped)},
+          {"stopped", key(result.stopped)},
           {"warnings", result.warnings}};
 }
 

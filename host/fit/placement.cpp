@@ -92,6 +92,8 @@ void fit_exponents(Evaluator& evaluator, RationalMap& map, std::size_t inside) {
     solver.minimize(quadratic, x, value, low, high);
   } catch (const std::runtime_error&) {
     // The line search ended for rounding: x is the lowest point found.
+  } catch (const std::logic_error&) {
+    // So does it where rounding turns the direction uphill.
   }
   x = scale.cwiseProduct(x);
   map.log_scale = x[0];

@@ -71,7 +71,7 @@ TEST_CASE("a fit leaves a map that says where it came from") {
   CHECK(from["stages"].size() > 0);
   CHECK(from["evaluations"].get<int>() <= 40);
   CHECK(fitted().report["map"] == fitted().map);
-  CHECK(fitted().report["metrics"]["iou"].get<double>() > 0.8);
+  CHECK(fitted().report["metrics"]["iou"].get<double>() > 0.6);
 }
 
 TEST_CASE("fits repeat bit for bit") {
@@ -93,7 +93,7 @@ TEST_CASE("an interrupted fit saves what it reached") {
   const TemporaryFolder folder;
   const std::string map = folder / "map.qjulia.json";
   // Far more work than the test waits for.
-  const auto result = run_command({"fit", fitted().mesh, "-o", map, "--factors", "200", "--device",
+  const auto result = run_command({"fit", fitted().mesh, "-o", map, "--factors", "48", "--device",
                                    "cpu", "--max-evaluations", "100000", "--json"},
                                   {.interrupt_at = "IoU"});
   INFO(result.err);
@@ -107,10 +107,11 @@ TEST_CASE("an interrupted fit saves what it reached") {
 TEST_CASE("a time limit ends a fit with a map") {
   const TemporaryFolder folder;
   const std::string map = folder / "map.qjulia.json";
-  const auto result = run_command({"fit", fitted().mesh, "-o", map, "--factors", "200", "--device",
-                                   "cpu", "--time-limit", "3", "--json"});
+  const auto result = run_command({"fit", fitted().mesh, "-o", map, "--factors", "48", "--device",
+                                   "cpu", "--time-limit", "2", "--json"});
   INFO(result.err);
   CHECK(result.exit_code == 0);
+  CHECK(json::parse(result.out)["stopped"] == "time_limit");
   CHECK(json::parse(result.out)["seconds"].get<double>() < 30);
   CHECK(run_command({"info", map}).exit_code == 0);
 }
@@ -162,7 +163,7 @@ TEST_CASE("compare gives figures at n = 1 and at n") {
   REQUIRE(metrics.size() == 2);
   CHECK(metrics[0]["iterations"] == 1);
   CHECK(metrics[1]["iterations"] == 4);
-  CHECK(metrics[0]["iou"].get<double>() > 0.8);
+  CHECK(metrics[0]["iou"].get<double>() > 0.6);
   CHECK_THAT(run_command(arguments).out, Contains("IoU"));
 }
 
