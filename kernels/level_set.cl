@@ -36,8 +36,8 @@ kernel void level_set_block(int nx, int ny, int ix, int iy, int iz, real origin_
   int g = (int)get_global_id(0);
   if (g >= groups) return;
   ilane index = LANE_NUMBERS + (ilane)(first_group + g) * QJ_WIDTH;
-  qlane q = block_point(index, nx, ny, ix, iy, iz, origin_x, origin_y, origin_z, step,
-                        map[QJ_MAP_SLICE]);
+  qlane q =
+      block_point(index, nx, ny, ix, iy, iz, origin_x, origin_y, origin_z, step, map[QJ_MAP_SLICE]);
   lane_store(map_iterate(q, map, factors, iterations, true, 0), field, g);
 }
 
@@ -49,7 +49,7 @@ kernel void level_set_points(int nx, int ny, int ix, int iy, int iz, real origin
   int g = (int)get_global_id(0);
   if (g >= groups) return;
   ilane index = to_ilane(lane_load(indices, g));
-  qlane q = block_point(index, nx, ny, ix, iy, iz, origin_x, origin_y, origin_z, step,
-                        map[QJ_MAP_SLICE]);
+  qlane q =
+      block_point(index, nx, ny, ix, iy, iz, origin_x, origin_y, origin_z, step, map[QJ_MAP_SLICE]);
   lane_store(map_iterate(q, map, factors, iterations, true, 0), field, g);
 }

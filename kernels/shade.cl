@@ -171,9 +171,9 @@ inline real3 clay(irradiance e) {
 // Film-like: contrast in the middle, soft shoulder. Narkowicz 2015's fit of the ACES curve.
 inline real3 film(real3 c) {
   c = fmax((real)0.62 * c, (real3)(0));
-  return clamp((c * ((real)2.51 * c + (real)0.03)) /
-                   (c * ((real)2.43 * c + (real)0.59) + (real)0.14),
-               (real3)(0), (real3)(1));
+  return clamp(
+      (c * ((real)2.51 * c + (real)0.03)) / (c * ((real)2.43 * c + (real)0.59) + (real)0.14),
+      (real3)(0), (real3)(1));
 }
 
 inline real srgb_encode(real c) {
@@ -199,8 +199,7 @@ inline real3 ground(real3 origin, real3 direction, real2 shift, global const rea
   real3 p = origin + (height / fall) * direction;
   real away = length(p - real3_at(scene + QJ_SCENE_CENTER)) / scene[QJ_SCENE_RADIUS];
   if (away > 6) return color;
-  irradiance e =
-      light_at(p, up, direction, shift, lights, count, maps, (int)scene[QJ_SCENE_KEY]);
+  irradiance e = light_at(p, up, direction, shift, lights, count, maps, (int)scene[QJ_SCENE_KEY]);
   real3 share = (e.sky + e.key) / (e.open_sky + e.open_key);
   return color * mix(share, (real3)(1), smoothstep((real)4, (real)6, away));
 }
@@ -225,8 +224,7 @@ kernel void shade_pixels(global const real* view, int columns, int rows_in_all, 
     int i = column * samples + s % samples;
     int j = row * samples + s / samples;
     int index = (j + halo) * wide + i;
-    real2 shift =
-        ((real2)((real)(s % samples), (real)(s / samples)) + (real)0.5) / (real)samples;
+    real2 shift = ((real2)((real)(s % samples), (real)(s / samples)) + (real)0.5) / (real)samples;
     real3 direction;
     real t = depth[index];
     if (t >= 0) {
@@ -238,8 +236,8 @@ kernel void shade_pixels(global const real* view, int columns, int rows_in_all, 
     } else {
       if (!ground_known) {
         real3 o = view_point(view, place.x * (real)samples, place.y * (real)samples, 0, &direction);
-        ground_color = film(ground(o, direction, (real2)((real)0.5), scene, lights, count, maps,
-                                   behind));
+        ground_color =
+            film(ground(o, direction, (real2)((real)0.5), scene, lights, count, maps, behind));
         ground_known = true;
       }
       sum += ground_color;

@@ -20,8 +20,8 @@ struct SurfaceOptions {
 /// Marching cubes of F_n = L, evaluated on the device in slabs; shape units. Shared vertices;
 /// closed and 2-manifold where the set stays clear of the box, oriented outward. Without
 /// triangles when the box holds no surface.
-/// @throws InputError naming the option or what is wrong with the map; Error when no box is clear of
-///   the set; Interrupted when a stop is requested.
+/// @throws InputError naming the option or what is wrong with the map; Error when no box is clear
+///   of the set; Interrupted when a stop is requested.
 TriangleMesh extract_surface(const Device& device, const RationalMap& map,
                              const SurfaceOptions& options, const Watch& watch = {});
 

@@ -1,5 +1,3 @@
-#include "surface/level_set.hpp"
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -7,6 +5,7 @@
 #include <vector>
 
 #include "random_maps.hpp"
+#include "surface/level_set.hpp"
 
 using namespace qjulia;
 

@@ -1,7 +1,5 @@
 // Surfaces of sets whose shape is known, and their comparison with meshes.
 
-#include "qjulia/surface.hpp"
-
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -9,6 +7,7 @@
 #include "edge_count.hpp"
 #include "qjulia/compare.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/surface.hpp"
 #include "random_maps.hpp"
 #include "shapes.hpp"
 

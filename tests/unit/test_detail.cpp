@@ -1,11 +1,10 @@
 // Changing the shell without changing the shape.
 
-#include "qjulia/detail.hpp"
-
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "map/reference_iteration.hpp"
+#include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
 #include "random_maps.hpp"
 

@@ -1,7 +1,5 @@
 // Map files: what is written is read back bit for bit, and whatever is wrong is named.
 
-#include "qjulia/map_file.hpp"
-
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -13,6 +11,7 @@
 #include <sstream>
 
 #include "qjulia/error.hpp"
+#include "qjulia/map_file.hpp"
 #include "random_maps.hpp"
 
 using namespace qjulia;

@@ -1,5 +1,3 @@
-#include "surface/marching_cubes.hpp"
-
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -9,6 +7,7 @@
 
 #include "edge_count.hpp"
 #include "surface/cube_cases.hpp"
+#include "surface/marching_cubes.hpp"
 
 using namespace qjulia;
 

@@ -1,12 +1,11 @@
 // Quaternion algebra: the laws that log, exp and powers keep.
 
-#include "qjulia/quaternion.hpp"
-
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
+#include "qjulia/quaternion.hpp"
 #include "random_maps.hpp"
 
 using namespace qjulia;

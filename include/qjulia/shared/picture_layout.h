@@ -3,7 +3,8 @@
 
 /* A view. The ray of pixel coordinates (x, y), pixel centres at halves, y downward, starts at
    eye + x eye_dx + y eye_dy and runs along dir + x dir_dx + y dir_dy, normalised. Depth is the
-   length along it. A perspective view has eye_dx = eye_dy = 0, a parallel one dir_dx = dir_dy = 0. */
+   length along it. A perspective view has eye_dx = eye_dy = 0, a parallel one
+   dir_dx = dir_dy = 0. */
 #define QJ_VIEW_EYE 0
 #define QJ_VIEW_EYE_DX 3
 #define QJ_VIEW_EYE_DY 6
@@ -18,18 +19,18 @@
 #define QJ_LIGHT_U 6          /* column of p, in texels: dot(p, U.xyz) + U.w */
 #define QJ_LIGHT_V 10         /* row of p, in texels */
 #define QJ_LIGHT_DEPTH 14     /* depth of p along the map's rays */
-#define QJ_LIGHT_SOFTNESS 18  /* tangent of its angular radius; 0: filtered over four texels only */
+#define QJ_LIGHT_SOFTNESS 18  /* tangent of its angular radius; 0: four texels only */
 #define QJ_LIGHT_TEXEL 19     /* width of a texel */
 #define QJ_LIGHT_MAP_SIZE 20  /* texels a side */
 #define QJ_LIGHT_MAP_FIRST 21 /* index of its first texel in the atlas of all maps */
 #define QJ_LIGHT_SIZE 22
 
 /* The scene around the shape. */
-#define QJ_SCENE_UP 0      /* unit */
-#define QJ_SCENE_GROUND 3  /* height of the ground along up */
-#define QJ_SCENE_CENTER 4  /* of the shape */
-#define QJ_SCENE_RADIUS 7  /* of the shape */
-#define QJ_SCENE_KEY 8     /* index of the light that has highlights */
+#define QJ_SCENE_UP 0     /* unit */
+#define QJ_SCENE_GROUND 3 /* height of the ground along up */
+#define QJ_SCENE_CENTER 4 /* of the shape */
+#define QJ_SCENE_RADIUS 7 /* of the shape */
+#define QJ_SCENE_KEY 8    /* index of the light that has highlights */
 #define QJ_SCENE_SIZE 9
 
 /* Depth where a ray meets nothing. */
