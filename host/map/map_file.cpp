@@ -231,9 +231,13 @@ RationalMap read_map(const std::filesystem::path& path) {
       if (depth > kDeepest) fail(path.string(), "is nested too deep: no map file is");
       return true;
     });
+  } catch (const json::parse_error& error) {
+    // The parser's own words quote the file, whatever bytes are in it.
+    const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
+    fail(path.string(), fmt::format("is not complete, valid JSON (line {}); write it again",
+                                    1 + std::count(text.begin(), end, '\n')));
   } catch (const json::exception& error) {
-    fail(path.string(), fmt::format("is not complete, valid JSON ({}); write it again",
-                                    std::string(error.what())));
+    fail(path.string(), fmt::format("is not valid JSON ({}); write it again", error.id));
   }
   return map_from_json(value, path.string());
 }

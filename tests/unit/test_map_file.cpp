@@ -229,3 +229,10 @@ TEST_CASE("any bytes may stand in a file name of the provenance") {
   write_map(map, folder / "a.json");
   CHECK_NOTHROW(read_map(folder / "a.json"));
 }
+
+TEST_CASE("what is wrong with a file is said by line, not by its bytes") {
+  const Folder folder;
+  const auto path = folder.with_text("a.qjulia.json", "{\n\"format\": \"\x01\xff\x02");
+  REQUIRE_THROWS_WITH(read_map(path), Catch::Contains("valid JSON (line 2)") &&
+                                          !Catch::Contains("\x01") && !Catch::Contains("\xff"));
+}
