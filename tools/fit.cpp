@@ -5,11 +5,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
 
 #include "commands.hpp"
 #include "exit_code.hpp"
 #include "files.hpp"
+#include "fit_options.hpp"
 #include "options.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
@@ -22,20 +22,8 @@ struct Arguments {
   std::string mesh;
   std::string output;
   std::string device;
-  std::string unknowns = "all";
-  std::string precision = "single";
-  std::optional<double> time_limit;
-  FitOptions options;
+  FitArguments fit;
 };
-
-FitOptions checked_options(const Arguments& arguments) {
-  FitOptions options = arguments.options;
-  options.unknowns = arguments.unknowns == "all" ? Unknowns::all : Unknowns::exponents;
-  options.precision = arguments.precision == "double" ? Precision::dbl : Precision::single;
-  if (arguments.time_limit) options.time_limit = *arguments.time_limit;
-  options.validate();
-  return options;
-}
 
 std::string stage_line(const StageReport& stage) {
   return fmt::format(
@@ -67,7 +55,7 @@ nlohmann::json report(const Arguments& arguments, const FitResult& result, doubl
 }
 
 int run(const Arguments& arguments, Session& session) {
-  const FitOptions options = checked_options(arguments);
+  const FitOptions options = checked_options(arguments.fit);
   if (is_mesh_file(arguments.output)) {
     throw InputError(fmt::format("--output '{}' has the name of a mesh; end it in .qjulia.json",
                                  arguments.output));
@@ -102,41 +90,7 @@ void describe_options(CLI::App& command, Arguments& a) {
   command.add_option("-o,--output", a.output, "Map file to write, such as bunny.qjulia.json")
       ->required()
       ->type_name("MAP");
-  command
-      .add_option("--factors", a.options.factors,
-                  "Factors of the map, 8 to 20000: more follow the shape more closely, and cost "
-                  "time in proportion")
-      ->capture_default_str();
-  add_number(command, "--detail", a.options.detail,
-             "Thickness of the fractal shell as a fraction of the shape's box diagonal, 0.001 to "
-             "0.1: 0.005 smooth, 0.01 first detail, 0.02 to 0.03 clearly fractal, 0.05 heavily "
-             "grooved. 'surface' and 'render' can change it later")
-      ->capture_default_str();
-  command
-      .add_option("--time-limit", a.time_limit,
-                  "Seconds of the whole command; the map reached by then is saved. Default: none")
-      ->type_name("SECONDS");
-  command
-      .add_option("--max-evaluations", a.options.max_evaluations,
-                  "Most evaluations of energy and gradient; 0 is the schedule's own number")
-      ->capture_default_str();
-  command
-      .add_option("--seed", a.options.seed,
-                  "Seed of all random choices. The same seed, options and device give the same "
-                  "factors bit for bit, unless a time limit ends the fit")
-      ->check(CLI::NonNegativeNumber)
-      ->type_name("INT")
-      ->capture_default_str();
-  command.add_option("--schedule", a.options.schedule, "Name of a built-in fit schedule")
-      ->capture_default_str();
-  command
-      .add_option("--unknowns", a.unknowns,
-                  "What the fit may change: exponents alone, or exponents and centres")
-      ->check(CLI::IsMember({"all", "exponents"}))
-      ->capture_default_str();
-  command.add_option("--precision", a.precision, "Arithmetic on the device")
-      ->check(CLI::IsMember({"single", "double"}))
-      ->capture_default_str();
+  add_fit_options(command, a.fit);
   add_device(command, a.device);
 }
 

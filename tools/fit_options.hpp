@@ -1,0 +1,26 @@
+#pragma once
+/// The options of a fit, as `fit` takes them on its command line and `batch` in its manifest.
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+
+#include "qjulia/fit.hpp"
+
+namespace qjulia::tools {
+
+/// What was typed, before it is checked.
+struct FitArguments {
+  std::string unknowns = "all";
+  std::string precision = "single";
+  std::optional<double> time_limit;
+  FitOptions options;
+};
+
+/// Everything that says how to fit; neither files nor devices.
+void add_fit_options(CLI::App& command, FitArguments& arguments);
+
+/// @throws InputError naming the option.
+FitOptions checked_options(const FitArguments& arguments);
+
+}  // namespace qjulia::tools
