@@ -6,7 +6,9 @@
 
 #include "commands.hpp"
 #include "exit_code.hpp"
+#include "map_options.hpp"
 #include "options.hpp"
+#include "provenance.hpp"
 #include "qjulia/map_file.hpp"
 
 namespace qjulia::tools {
@@ -16,7 +18,7 @@ struct Arguments {
   std::string map;
   std::string mesh;
   std::string device;
-  MapChanges changes;
+  MapOptions map_options;
   CompareOptions options;
 };
 
@@ -33,15 +35,19 @@ std::string table(const std::vector<FitMetrics>& metrics) {
 }
 
 int run(const Arguments& arguments, Session& session) {
-  arguments.options.validate();
-  const RationalMap map = changed(read_map(arguments.map), arguments.changes, arguments.map);
+  CompareOptions options = arguments.options;
+  options.iterations = arguments.map_options.iterations;
+  options.validate();
+  arguments.map_options.knobs.validate();
+  const RationalMap read = read_map(arguments.map);
   MeshReport report;
   const TriangleMesh mesh = read_mesh(arguments.mesh, &report);
   for (const std::string& warning : report.warnings()) {
     session.console.warn(fmt::format("{}: {}", arguments.mesh, warning));
   }
   const Device device = session.open_device(arguments.device);
-  const auto metrics = compare(device, map, mesh, arguments.options, session.watch());
+  const RationalMap map = turned(device, read, arguments.map_options, arguments.map);
+  const auto metrics = compare(device, map, mesh, options, session.watch());
   if (session.interrupts.requested()) {
     session.console.note("interrupted");
     return kInterrupted;
@@ -49,11 +55,14 @@ int run(const Arguments& arguments, Session& session) {
   session.report_kernels(device);
   nlohmann::json list = nlohmann::json::array();
   for (const FitMetrics& m : metrics) list.push_back(to_json(m));
-  session.console.result(table(metrics), {{"map", arguments.map},
-                                          {"mesh", arguments.mesh},
-                                          {"resolution", arguments.options.resolution},
-                                          {"metrics", list},
-                                          {"seconds", session.seconds()}});
+  session.console.result(
+      table(metrics),
+      {{"map", arguments.map},
+       {"mesh", arguments.mesh},
+       {"resolution", options.resolution},
+       {"made_with", made_with(arguments.map, arguments.map_options, device.info())},
+       {"metrics", list},
+       {"seconds", session.seconds()}});
   return kDone;
 }
 
@@ -67,7 +76,8 @@ void add_compare(CLI::App& program, ChosenCommand& chosen) {
       "IoU is volume in common over volume in either: 1 is a perfect fit. It is taken over a cube\n"
       "centred on the mesh's box, side 1.15 times its longest side. Distances are between the two\n"
       "surfaces. Roughness is the set's area over the mesh's: detail makes it grow. Energy is -1\n"
-      "for a perfect fit.");
+      "for a perfect fit. The first line is for n = 1, the second for --iterations.\n" +
+      std::string(kMapOptionsHelp));
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   command->add_option("MAP", a.map, "Map file that 'qjulia fit' wrote")->required()->type_name("");
@@ -76,11 +86,7 @@ void add_compare(CLI::App& program, ChosenCommand& chosen) {
       ->type_name("");
   command->add_option("--resolution", a.options.resolution, "Cells along each side of the cube")
       ->capture_default_str();
-  command
-      ->add_option("--iterations", a.options.iterations,
-                   "Iterations n, 1 to 16, of the second line; the first is n = 1")
-      ->capture_default_str();
-  add_map_changes(*command, a.changes);
+  add_map_options(*command, a.map_options);
   add_device(*command, a.device);
   add_verbosity(*command, chosen.verbosity);
   command->callback([arguments, &chosen] {

@@ -5,9 +5,6 @@
 #include <charconv>
 #include <cmath>
 
-#include "qjulia/detail.hpp"
-#include "qjulia/error.hpp"
-
 namespace qjulia::tools {
 namespace {
 
@@ -40,33 +37,11 @@ void add_device(CLI::App& command, std::string& device) {
       ->type_name("DEVICE");
 }
 
+CLI::Validator finite() { return {not_finite, ""}; }
+
 CLI::Option* add_number(CLI::App& command, const std::string& name, double& value,
                         const std::string& description) {
-  return command.add_option(name, value, description)
-      ->check(CLI::Validator(not_finite, ""))
-      ->type_name("NUMBER");
-}
-
-void add_map_changes(CLI::App& command, MapChanges& changes) {
-  command
-      .add_option("--detail", changes.detail,
-                  "Thickness of the fractal shell as a fraction of the shape's box diagonal: 0.005 "
-                  "smooth, 0.01 first detail, 0.02 to 0.03 clearly fractal, 0.05 heavily grooved. "
-                  "Default: the map's own")
-      ->check(CLI::Validator(not_finite, ""))
-      ->type_name("FRACTION");
-}
-
-RationalMap changed(const RationalMap& map, const MapChanges& changes, const std::string& file) {
-  if (!changes.detail) return map;
-  if (*changes.detail <= 0) {
-    throw InputError(fmt::format("--detail must be greater than 0, not {}", *changes.detail));
-  }
-  try {
-    return with_detail(map, *changes.detail);
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("--detail {} of '{}': {}", *changes.detail, file, error.what()));
-  }
+  return command.add_option(name, value, description)->check(finite())->type_name("NUMBER");
 }
 
 std::array<int, 2> parse_size(const std::string& text) {

@@ -25,6 +25,17 @@ const char* key(StopReason reason) {
   return "converged";
 }
 
+nlohmann::json file_json(const std::filesystem::path& path) {
+  return {{"name", path.filename().string()}, {"fnv1a64", file_hash(path)}};
+}
+
+nlohmann::json program_json() { return {{"name", "qjulia"}, {"version", version()}}; }
+
+nlohmann::json device_json(const DeviceInfo& device) {
+  return {
+      {"name", device.name}, {"platform", device.platform_name}, {"driver", device.driver_version}};
+}
+
 }  // namespace
 
 nlohmann::json to_json(const FitOptions& options) {
@@ -54,17 +65,36 @@ nlohmann::json final_figures(const FitResult& result) {
   return {{"energy", result.stages.back().energy_after}, {"iou", result.stages.back().iou}};
 }
 
+std::string program_name() { return std::string("qjulia ") + version(); }
+
+nlohmann::json made_with(const std::filesystem::path& input, const MapOptions& options,
+                         const DeviceInfo& device) {
+  return {{"program", program_json()},
+          {"input", file_json(input)},
+          {"map_options", to_json(options)},
+          {"device", device_json(device)}};
+}
+
+nlohmann::json to_json(const PictureOptions& options) {
+  const Camera& camera = options.camera;
+  return {{"width", options.width},
+          {"height", options.height},
+          {"samples", options.samples_per_axis},
+          {"azimuth", camera.azimuth},
+          {"elevation", camera.elevation},
+          {"zoom", camera.zoom},
+          {"field_of_view", camera.field_of_view},
+          {"up", std::string(1, camera.up)}};
+}
+
 nlohmann::json provenance(const std::filesystem::path& mesh_path, const FitOptions& options,
                           const DeviceInfo& device, const FitResult& result) {
   nlohmann::json stages = nlohmann::json::array();
   for (const StageReport& stage : result.stages) stages.push_back(to_json(stage));
-  return {{"program", {{"name", "qjulia"}, {"version", version()}}},
-          {"mesh", {{"name", mesh_path.filename().string()}, {"fnv1a64", file_hash(mesh_path)}}},
+  return {{"program", program_json()},
+          {"mesh", file_json(mesh_path)},
           {"options", to_json(options)},
-          {"device",
-           {{"name", device.name},
-            {"platform", device.platform_name},
-            {"driver", device.driver_version}}},
+          {"device", device_json(device)},
           {"stages", stages},
           {"metrics", final_figures(result)},
           {"evaluations", result.evaluations},

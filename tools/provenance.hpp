@@ -1,10 +1,12 @@
 #pragma once
-/// Where a map came from, as its file tells.
+/// Where a map, a mesh or a picture came from, as its file or report tells.
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "map_options.hpp"
 #include "qjulia/fit.hpp"
+#include "qjulia/picture.hpp"
 
 namespace qjulia::tools {
 
@@ -18,6 +20,17 @@ nlohmann::json to_json(const StageReport& stage);
 /// to run; nothing else does.
 nlohmann::json provenance(const std::filesystem::path& mesh_path, const FitOptions& options,
                           const DeviceInfo& device, const FitResult& result);
+
+/// "qjulia 0.1.0".
+std::string program_name();
+
+/// How something was made of the map (or mesh) in `input`: program, input (name and hash), the
+/// map's options, device.
+nlohmann::json made_with(const std::filesystem::path& input, const MapOptions& options,
+                         const DeviceInfo& device);
+
+/// Size, samples and camera.
+nlohmann::json to_json(const PictureOptions& options);
 
 /// Energy and IoU (n = 1, coarse grid) a fit ended with; null where it had no stage.
 nlohmann::json final_figures(const FitResult& result);

@@ -7,7 +7,9 @@
 #include "commands.hpp"
 #include "exit_code.hpp"
 #include "files.hpp"
+#include "map_options.hpp"
 #include "options.hpp"
+#include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/picture.hpp"
@@ -20,18 +22,20 @@ struct Arguments {
   std::string output;
   std::string device;
   std::string up = "y";
-  bool iterations_given = false;
-  MapChanges changes;
+  MapOptions map_options;
   PictureOptions options;
 };
 
 PictureOptions checked_options(const Arguments& arguments) {
   PictureOptions options = arguments.options;
   options.camera.up = arguments.up.front();
+  options.iterations = arguments.map_options.iterations;
   options.validate();
-  if (is_mesh_file(arguments.input) && (arguments.changes.detail || arguments.iterations_given)) {
+  arguments.map_options.knobs.validate();
+  const auto given = arguments.map_options.given();
+  if (is_mesh_file(arguments.input) && !given.empty()) {
     throw InputError(
-        fmt::format("--detail and --iterations are of maps; '{}' is a mesh", arguments.input));
+        fmt::format("{} is of maps, and '{}' is a mesh", given.front(), arguments.input));
   }
   return options;
 }
@@ -45,7 +49,7 @@ struct Scene {
 Scene read_scene(const Arguments& arguments, Session& session) {
   Scene scene;
   if (!is_mesh_file(arguments.input)) {
-    scene.map = changed(read_map(arguments.input), arguments.changes, arguments.input);
+    scene.map = read_map(arguments.input);
     return scene;
   }
   MeshReport report;
@@ -56,6 +60,15 @@ Scene read_scene(const Arguments& arguments, Session& session) {
   return scene;
 }
 
+Image draw(const Device& device, const Scene& scene, const Arguments& arguments,
+           const PictureOptions& options, const Watch& watch) {
+  if (is_mesh_file(arguments.input)) {
+    return render_mesh(device, scene.mesh, scene.mesh.box(), options, watch);
+  }
+  const RationalMap map = turned(device, scene.map, arguments.map_options, arguments.input);
+  return render(device, map, options, watch);
+}
+
 int run(const Arguments& arguments, Session& session) {
   const PictureOptions options = checked_options(arguments);
   require_extension(arguments.output, {".png"});
@@ -63,15 +76,14 @@ int run(const Arguments& arguments, Session& session) {
   const Scene scene = read_scene(arguments, session);
   const Device device = session.open_device(arguments.device);
 
-  const Image image =
-      is_mesh_file(arguments.input)
-          ? render_mesh(device, scene.mesh, scene.mesh.box(), options, session.watch())
-          : render(device, scene.map, options, session.watch());
+  const Image image = draw(device, scene, arguments, options, session.watch());
   if (session.interrupts.requested()) {
     session.console.note("interrupted; nothing was written");
     return kInterrupted;
   }
-  write_png(image, arguments.output);
+  nlohmann::json how = made_with(arguments.input, arguments.map_options, device.info());
+  how["picture"] = to_json(options);
+  write_png(image, arguments.output, {{"Software", program_name()}, {"qjulia", how.dump()}});
   session.report_kernels(device);
   const double seconds = session.seconds();
   session.console.summary(fmt::format("{} x {} pixels, {:.1f} s\npicture: {}", image.width,
@@ -79,6 +91,7 @@ int run(const Arguments& arguments, Session& session) {
                           {{"picture", arguments.output},
                            {"width", image.width},
                            {"height", image.height},
+                           {"made_with", how},
                            {"seconds", seconds}});
   return kDone;
 }
@@ -108,12 +121,6 @@ void describe_options(CLI::App& command, Arguments& a) {
       .add_option("--samples", a.options.samples_per_axis,
                   "Anti-aliasing: rays along each side of a pixel")
       ->capture_default_str();
-  command
-      .add_option("--iterations", a.options.iterations,
-                  "Iterations n, 1 to 16: 1 is the fitted shape itself, 6 the set as it stays")
-      ->capture_default_str()
-      ->each([&a](const std::string&) { a.iterations_given = true; });
-  add_map_changes(command, a.changes);
   Camera& camera = a.options.camera;
   add_number(command, "--azimuth", camera.azimuth, "Degrees the camera is turned about the up axis")
       ->capture_default_str();
@@ -126,6 +133,7 @@ void describe_options(CLI::App& command, Arguments& a) {
   command.add_option("--up", a.up, "The shape's axis that points up")
       ->check(CLI::IsMember({"x", "y", "z"}))
       ->capture_default_str();
+  add_map_options(command, a.map_options);
   add_device(command, a.device);
 }
 
@@ -138,7 +146,11 @@ void add_render(CLI::App& program, ChosenCommand& chosen) {
       "  qjulia render bunny.qjulia.json -o bunny.png\n"
       "  qjulia render bunny.qjulia.json -o ears.png --size 1920x1080 --azimuth 120 --zoom 2\n"
       "  qjulia render bunny.obj -o mesh.png             the mesh in the same view\n"
-      "Rays meet the set itself, not a mesh of it: the picture is as sharp as its pixels.");
+      "  qjulia render bunny.qjulia.json -o crust.png --drift 0.8 --detail 0.03\n"
+      "Rays meet the set itself, not a mesh of it: the picture is as sharp as its pixels. The "
+      "file's\n"
+      "text chunk 'qjulia' says how it was made.\n" +
+      std::string(kMapOptionsHelp));
   auto arguments = std::make_shared<Arguments>();
   describe_options(*command, *arguments);
   add_verbosity(*command, chosen.verbosity);

@@ -9,7 +9,9 @@
 #include "commands.hpp"
 #include "exit_code.hpp"
 #include "files.hpp"
+#include "map_options.hpp"
 #include "options.hpp"
+#include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
 
@@ -21,12 +23,13 @@ struct Arguments {
   std::string output;
   std::string device;
   std::vector<double> box;
-  MapChanges changes;
+  MapOptions map_options;
   SurfaceOptions options;
 };
 
 SurfaceOptions checked_options(const Arguments& arguments) {
   SurfaceOptions options = arguments.options;
+  options.iterations = arguments.map_options.iterations;
   if (const auto& b = arguments.box; !b.empty()) {
     if (!std::ranges::all_of(b, [](double x) { return std::isfinite(x); }) || !(b[0] < b[3]) ||
         !(b[1] < b[4]) || !(b[2] < b[5])) {
@@ -36,6 +39,7 @@ SurfaceOptions checked_options(const Arguments& arguments) {
     }
     options.box = Box{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
   }
+  arguments.map_options.knobs.validate();
   options.validate();
   return options;
 }
@@ -44,8 +48,9 @@ int run(const Arguments& arguments, Session& session) {
   const SurfaceOptions options = checked_options(arguments);
   require_extension(arguments.output, {".ply", ".obj", ".stl", ".off"});
   require_writable(arguments.output);
-  const RationalMap map = changed(read_map(arguments.map), arguments.changes, arguments.map);
+  const RationalMap read = read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
+  const RationalMap map = turned(device, read, arguments.map_options, arguments.map);
 
   const TriangleMesh mesh = extract_surface(device, map, options, session.watch());
   if (session.interrupts.requested()) {
@@ -74,7 +79,7 @@ int run(const Arguments& arguments, Session& session) {
        {"open_edges", report.open_edges},
        {"non_manifold_edges", report.non_manifold_edges},
        {"closed", report.closed()},
-       {"iterations", options.iterations},
+       {"made_with", made_with(arguments.map, arguments.map_options, device.info())},
        {"resolution", options.resolution},
        {"seconds", seconds}});
   return kDone;
@@ -88,8 +93,10 @@ void add_surface(CLI::App& program, ChosenCommand& chosen) {
       "Examples:\n"
       "  qjulia surface bunny.qjulia.json -o bunny.ply\n"
       "  qjulia surface bunny.qjulia.json -o fine.stl --resolution 512 --detail 0.03\n"
+      "  qjulia surface bunny.qjulia.json -o crust.ply --drift 0.8 --phase 0.8 0.6 0 0\n"
       "The mesh lies in the fitted shape's own coordinates. Memory and time grow with the square\n"
-      "to the cube of the resolution.");
+      "to the cube of the resolution.\n" +
+      std::string(kMapOptionsHelp));
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   command->add_option("MAP", a.map, "Map file that 'qjulia fit' wrote")->required()->type_name("");
@@ -99,16 +106,12 @@ void add_surface(CLI::App& program, ChosenCommand& chosen) {
   command->add_option("--resolution", a.options.resolution, "Cells along the box's longest side")
       ->capture_default_str();
   command
-      ->add_option("--iterations", a.options.iterations,
-                   "Iterations n, 1 to 16: 1 is the fitted shape itself, 6 the set as it stays")
-      ->capture_default_str();
-  add_map_changes(*command, a.changes);
-  command
       ->add_option("--box", a.box,
                    "Part of space to look at, shape units. Default: the shape's box plus 5 %, "
                    "grown until the set fits in")
       ->expected(6)
       ->type_name("X0 Y0 Z0 X1 Y1 Z1");
+  add_map_options(*command, a.map_options);
   add_device(*command, a.device);
   add_verbosity(*command, chosen.verbosity);
   command->callback([arguments, &chosen] {

@@ -26,6 +26,17 @@ void shuffle(std::vector<Factor>& factors, std::uint64_t seed) {
   }
 }
 
+/// @throws InputError naming the options that moved the origin out of the shape.
+RationalMap calibrated_inside(const Device& device, const RationalMap& map) {
+  try {
+    return calibrated(device, map);
+  } catch (const InputError&) {
+    throw InputError(
+        "--drift and --translate move the origin of iteration out of the shape: nothing would be "
+        "drawn in; use less");
+  }
+}
+
 /// All centres and the window they are seen through moved together: the shape stays in its own
 /// coordinates, the origin of iteration moves by −offset (map units).
 RationalMap moved(RationalMap map, const Eigen::Vector3d& offset) {
@@ -65,7 +76,7 @@ RationalMap turned(const Device& device, const RationalMap& map, const MapKnobs&
     offset.z() += *knobs.drift * *map.inradius * map.shape_to_map.scale;
   }
   if (knobs.translate) offset += map.shape_to_map.scale * *knobs.translate;
-  if (offset != Eigen::Vector3d::Zero()) result = calibrated(device, moved(result, offset));
+  if (offset != Eigen::Vector3d::Zero()) result = calibrated_inside(device, moved(result, offset));
   if (knobs.scale) result.log_scale -= std::log(*knobs.scale);
   return result;
 }

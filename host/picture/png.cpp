@@ -1,5 +1,7 @@
 #include <png.h>
+#include <zlib.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "files/atomic_file.hpp"
@@ -7,8 +9,31 @@
 #include "qjulia/picture.hpp"
 
 namespace qjulia {
+namespace {
 
-void write_png(const Image& image, const std::filesystem::path& path) {
+/// The signature and the header chunk, after which text may stand.
+constexpr std::ptrdiff_t kHeaderBytes = 8 + 25;
+
+void append_number(std::vector<char>& bytes, std::size_t number) {
+  for (const unsigned shift : {24U, 16U, 8U, 0U}) {
+    bytes.push_back(static_cast<char>((number >> shift) & 0xFFU));
+  }
+}
+
+/// A tEXt chunk (PNG specification, 11.3.4.3): length, type, keyword, zero, text, CRC of all but
+/// the length.
+std::vector<char> text_chunk(const std::string& keyword, const std::string& text) {
+  std::vector<char> chunk;
+  append_number(chunk, keyword.size() + 1 + text.size());
+  const std::string body = "tEXt" + keyword + '\0' + text;
+  std::ranges::copy(body, std::back_inserter(chunk));
+  append_number(chunk, crc32_z(0, reinterpret_cast<const Bytef*>(body.data()), body.size()));
+  return chunk;
+}
+
+}  // namespace
+
+void write_png(const Image& image, const std::filesystem::path& path, const PictureText& text) {
   if (image.width < 1 || image.height < 1 ||
       image.pixels.size() !=
           3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height)) {
@@ -26,7 +51,13 @@ void write_png(const Image& image, const std::filesystem::path& path) {
     throw OutputError("cannot encode '" + path.string() + "' as PNG: " + png.message);
   }
   AtomicFile file(path);
-  file.stream().write(bytes.data(), static_cast<std::streamsize>(size));
+  file.stream().write(bytes.data(), kHeaderBytes);
+  for (const auto& [keyword, value] : text) {
+    const std::vector<char> chunk = text_chunk(keyword, value);
+    file.stream().write(chunk.data(), static_cast<std::streamsize>(chunk.size()));
+  }
+  file.stream().write(bytes.data() + kHeaderBytes,
+                      static_cast<std::streamsize>(size) - kHeaderBytes);
   file.commit();
 }
 

@@ -3,7 +3,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "qjulia/device.hpp"
@@ -52,7 +54,10 @@ Image render_mesh(const Device& device, const TriangleMesh& mesh, const Box& fra
 /// at the upper left of their cells.
 Image contact_sheet(std::span<const Image> images, int columns, int gap = 0);
 
-/// Written under a temporary name and renamed. @throws OutputError
-void write_png(const Image& image, const std::filesystem::path& path);
+/// Keywords (1 to 79 Latin-1 characters) and what a file says under them (Latin-1).
+using PictureText = std::map<std::string, std::string>;
+
+/// Written under a temporary name and renamed; `text` as tEXt chunks. @throws OutputError
+void write_png(const Image& image, const std::filesystem::path& path, const PictureText& text = {});
 
 }  // namespace qjulia

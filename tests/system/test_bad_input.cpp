@@ -156,6 +156,16 @@ TEST_CASE("bad option values are refused") {
   for (const char* value : {"nan", "-1", "0", "inf"}) surface("--detail", {value});
   for (const char* value : {"0", "-4", "1e99"}) surface("--resolution", {value});
   for (const char* value : {"0", "17", "-1"}) surface("--iterations", {value});
+  surface("--order-seed", {"-1"});
+  surface("--phase", {"1", "0", "0"});
+  surface("--phase", {"0", "0", "0", "0"});
+  surface("--phase", {"1", "0", "nan", "0"});
+  surface("--slice", {"inf"});
+  surface("--drift", {"nan"});
+  surface("--drift", {"50"});
+  surface("--translate", {"0", "0"});
+  surface("--translate", {"0", "inf", "0"});
+  for (const char* value : {"0", "-1", "nan"}) surface("--scale", {value});
   surface("--box", {"0", "0", "0", "1", "1"});
   surface("--box", {"0", "0", "0", "1", "1", "nan"});
   surface("--box", {"0", "0", "0", "1", "1", "-1"});
@@ -172,6 +182,8 @@ TEST_CASE("bad option values are refused") {
   render("--up", "w");
   render("--samples", "0");
   check_refused(folder, {"render", mesh, "-o", folder / "out.png", "--detail", "0.01"}, "--detail");
+  check_refused(folder, {"render", mesh, "-o", folder / "out.png", "--iterations", "6"},
+                "--iterations");
 }
 
 TEST_CASE("names of outputs are checked before the work") {

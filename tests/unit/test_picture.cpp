@@ -5,7 +5,9 @@
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdio>
 #include <limits>
+#include <memory>
 
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
@@ -26,6 +28,22 @@ Image pattern(int width, int height, int seed) {
   return image;
 }
 
+/// The text chunks that libpng finds in a file it reads to the end.
+PictureText text_of(const std::filesystem::path& path) {
+  const std::unique_ptr<FILE, int (*)(FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
+  png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  png_infop info = png_create_info_struct(png);
+  png_init_io(png, file.get());
+  png_read_png(png, info, PNG_TRANSFORM_IDENTITY, nullptr);
+  png_textp chunks = nullptr;
+  int count = 0;
+  png_get_text(png, info, &chunks, &count);
+  PictureText text;
+  for (int i = 0; i < count; ++i) text[chunks[i].key] = chunks[i].text;
+  png_destroy_read_struct(&png, &info, nullptr);
+  return text;
+}
+
 }  // namespace
 
 TEST_CASE("a PNG holds the picture's bytes") {
@@ -44,6 +62,16 @@ TEST_CASE("a PNG holds the picture's bytes") {
     REQUIRE(png_image_finish_read(&png, nullptr, read.data(), 0, nullptr) != 0);
     CHECK(read == image.pixels);
   }
+}
+
+TEST_CASE("a PNG says what it is told to") {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "picture.png";
+  const PictureText text{{"Software", "qjulia"}, {"qjulia", std::string(5000, 'x')}};
+  write_png(pattern(5, 4, 7), path, text);
+  CHECK(text_of(path) == text);
+  write_png(pattern(5, 4, 7), path);
+  CHECK(text_of(path).empty());
 }
 
 TEST_CASE("a picture that cannot be written leaves nothing behind") {

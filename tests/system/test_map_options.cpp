@@ -1,0 +1,104 @@
+/// The options that turn a map, on whole commands.
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "process.hpp"
+#include "qjulia/map_file.hpp"
+#include "temporary_folder.hpp"
+
+using Catch::Matchers::Contains;
+using nlohmann::json;
+using qjulia::test::read_text;
+using qjulia::test::run_command;
+using qjulia::test::TemporaryFolder;
+using Arguments = std::vector<std::string>;
+
+namespace {
+
+/// Two roots and a pole: small, and not symmetric.
+qjulia::RationalMap small_map() {
+  qjulia::RationalMap map;
+  map.factors = {
+      {{0.3, 0.1, 0, 0.1}, 2.5}, {{-0.4, 0, 0.2, 0.1}, 2}, {{0.9, 0.8, -0.3, 0.2}, -0.7}};
+  map.detail = 0.02;
+  map.inradius = 0.5;
+  map.box = qjulia::Box{{-1, -1, -1}, {1, 1, 1}};
+  return map;
+}
+
+struct Map {
+  TemporaryFolder folder;
+  std::string file = folder / "small.qjulia.json";
+  Map() { qjulia::write_map(small_map(), file); }
+
+  /// The mesh file's text, made with these options.
+  std::string surface(const Arguments& more) const {
+    const std::string mesh = folder / "out.obj";
+    Arguments arguments = {"surface", file,           "-o", mesh,       "--resolution",
+                           "24",      "--iterations", "1",  "--device", "cpu"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const auto result = run_command(arguments);
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    return read_text(mesh);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("at n = 1, phase and order keep the surface and the other options change it") {
+  const Map map;
+  const std::string plain = map.surface({});
+  CHECK(map.surface({"--phase", "0", "-1", "0.5", "0"}) == plain);
+  CHECK(map.surface({"--order-seed", "7"}) == plain);
+  CHECK(map.surface({"--detail", "0.02"}) == plain);
+  CHECK(map.surface({"--drift", "0"}) == plain);
+  CHECK(map.surface({"--translate", "0", "0", "0"}) == plain);
+  CHECK(map.surface({"--scale", "1"}) == plain);
+  CHECK(map.surface({"--slice", "0.3"}) != plain);
+  CHECK(map.surface({"--scale", "1.2"}) != plain);
+}
+
+TEST_CASE("pictures say how they were made") {
+  const Map map;
+  const std::string picture = map.folder / "out.png";
+  const auto result = run_command({"render",
+                                   map.file,
+                                   "-o",
+                                   picture,
+                                   "--size",
+                                   "32x24",
+                                   "--samples",
+                                   "1",
+                                   "--device",
+                                   "cpu",
+                                   "--json",
+                                   "--drift",
+                                   "0.2",
+                                   "--translate",
+                                   "-0.1",
+                                   "0",
+                                   "0",
+                                   "--phase",
+                                   "3",
+                                   "0",
+                                   "4",
+                                   "0",
+                                   "--order-seed",
+                                   "5",
+                                   "--iterations",
+                                   "4"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  const json made = json::parse(result.out)["made_with"];
+  CHECK(made["input"]["name"] == "small.qjulia.json");
+  const json options = made["map_options"];
+  CHECK(options["drift"] == 0.2);
+  CHECK(options["translate"] == json({-0.1, 0.0, 0.0}));
+  CHECK(options["phase"] == json({3.0, 0.0, 4.0, 0.0}));
+  CHECK(options["order_seed"] == 5);
+  CHECK(options["iterations"] == 4);
+  CHECK(options["detail"].is_null());
+  CHECK_THAT(read_text(picture), Contains("tEXtqjulia") && Contains(made["input"].dump()));
+}

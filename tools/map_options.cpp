@@ -1,0 +1,130 @@
+#include "map_options.hpp"
+
+#include <fmt/format.h>
+
+#include <functional>
+
+#include "options.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+constexpr const char* kGroup = "Map options";
+
+/// Adds options to one command and one group, and remembers them.
+class Adder {
+ public:
+  Adder(CLI::App& command, MapOptions& options) : command_(command), options_(options) {}
+
+  void number(const std::string& name, std::optional<double>& value, const char* type,
+              const std::string& description) {
+    remember(command_.add_option(name, value, description)->check(finite())->type_name(type));
+  }
+
+  /// As many finite numbers as `type` has words.
+  void numbers(const std::string& name, int count, const char* type,
+               const std::function<void(const std::vector<double>&)>& take,
+               const std::string& description) {
+    remember(command_.add_option_function<std::vector<double>>(name, take, description)
+                 ->expected(count)
+                 ->check(finite())
+                 ->type_name(type));
+  }
+
+  void remember(CLI::Option* option) { options_.options.push_back(option->group(kGroup)); }
+
+ private:
+  CLI::App& command_;
+  MapOptions& options_;
+};
+
+nlohmann::json to_json(const MapKnobs& knobs) {
+  nlohmann::json json = {{"detail", nullptr}, {"order_seed", nullptr}, {"phase", nullptr},
+                         {"slice", nullptr},  {"drift", nullptr},      {"translate", nullptr},
+                         {"scale", nullptr}};
+  if (knobs.detail) json["detail"] = *knobs.detail;
+  if (knobs.order_seed) json["order_seed"] = *knobs.order_seed;
+  if (const auto& p = knobs.phase) json["phase"] = {p->x, p->y, p->z, p->w};
+  if (knobs.slice) json["slice"] = *knobs.slice;
+  if (knobs.drift) json["drift"] = *knobs.drift;
+  if (const auto& t = knobs.translate) json["translate"] = {t->x(), t->y(), t->z()};
+  if (knobs.scale) json["scale"] = *knobs.scale;
+  return json;
+}
+
+}  // namespace
+
+const char* const kMapOptionsHelp =
+    "The map's options work together, in this order: --detail, --order-seed, --phase, --slice,\n"
+    "then --drift and --translate as one move, after which the map is calibrated again, and\n"
+    "--scale last.";
+
+std::vector<std::string> MapOptions::given() const {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : options) {
+    if (option->count() > 0) names.push_back(option->get_name());
+  }
+  return names;
+}
+
+void add_map_options(CLI::App& command, MapOptions& options) {
+  MapKnobs& knobs = options.knobs;
+  Adder add(command, options);
+  add.remember(command
+                   .add_option("--iterations", options.iterations,
+                               "Iterations n, 1 to 16: 1 is the fitted shape itself, 2 and 3 have "
+                               "fewer octaves of detail, 6 is the set as it stays (8 where "
+                               "--detail is above 0.03)")
+                   ->capture_default_str());
+  add.number("--detail", knobs.detail, "FRACTION",
+             "Thickness of the fractal shell as a fraction of the shape's box diagonal: 0.005 "
+             "smooth, 0.01 first detail, 0.02 to 0.03 clearly fractal, 0.05 heavily grooved, "
+             "beyond 0.07 it dissolves. Default: the map's own");
+  add.remember(command
+                   .add_option("--order-seed", knobs.order_seed,
+                               "Shuffles the map's factors by this seed: another pattern of "
+                               "grooves on the same shape. Default: the map's own order")
+                   ->check(CLI::NonNegativeNumber)
+                   ->type_name("N"));
+  add.numbers(
+      "--phase", 4, "X Y Z W",
+      [&knobs](const std::vector<double>& p) {
+        knobs.phase = Quaternion{p[0], p[1], p[2], p[3]};
+      },
+      "Unit quaternion in front of the map, X its real part, normalised for you: turns the pattern "
+      "of grooves and keeps the shape; vary it little by little for animations. Default: the "
+      "map's own");
+  add.number("--slice", knobs.slice, "W",
+             "Fourth coordinate of the slice that is looked at, map units (the shape's longest "
+             "side is 3): away from 0 thin parts vanish first. Default: the map's own");
+  add.number("--drift", knobs.drift, "F",
+             "Moves the origin of iteration inside the shape, along z, in inradii: grooves deepen "
+             "from 0.3 on, near 1 the set is a hollow crust, past 1.1 dust");
+  add.numbers(
+      "--translate", 3, "X Y Z",
+      [&knobs](const std::vector<double>& t) {
+        knobs.translate = Eigen::Vector3d(t[0], t[1], t[2]);
+      },
+      "Moves the factors by this vector, shape units, and the window with them: the shape stays "
+      "where it is, and iteration turns about another point of it");
+  add.number("--scale", knobs.scale, "S",
+             "Above 1 the set swells, below 1 it wears away; 1 changes nothing");
+}
+
+RationalMap turned(const Device& device, const RationalMap& map, const MapOptions& options,
+                   const std::string& file) {
+  try {
+    return turned(device, map, options.knobs);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("'{}': {}", file, error.what()));
+  }
+}
+
+nlohmann::json to_json(const MapOptions& options) {
+  nlohmann::json json = to_json(options.knobs);
+  json["iterations"] = options.iterations;
+  return json;
+}
+
+}  // namespace qjulia::tools

@@ -1,0 +1,38 @@
+#pragma once
+/// Options of every command that looks at a map's set: what is turned on the map before it is used,
+/// and how it is iterated.
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "qjulia/knobs.hpp"
+
+namespace qjulia::tools {
+
+struct MapOptions {
+  MapKnobs knobs;
+  int iterations = 6;
+
+  /// Those on the command line, by name: "--detail".
+  std::vector<std::string> given() const;
+
+  std::vector<const CLI::Option*> options;  ///< the parser's
+};
+
+/// --iterations and the knobs. `options` must stay where it is.
+void add_map_options(CLI::App& command, MapOptions& options);
+
+/// How these options act together, for the end of a command's help.
+extern const char* const kMapOptionsHelp;
+
+/// The map with its knobs turned. @throws InputError naming the option and `file`.
+RationalMap turned(const Device& device, const RationalMap& map, const MapOptions& options,
+                   const std::string& file);
+
+/// The options by name, null where not given.
+nlohmann::json to_json(const MapOptions& options);
+
+}  // namespace qjulia::tools
