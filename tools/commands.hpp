@@ -19,6 +19,7 @@ void add_devices(CLI::App& program, ChosenCommand& chosen);
 void add_fit(CLI::App& program, ChosenCommand& chosen);
 void add_surface(CLI::App& program, ChosenCommand& chosen);
 void add_render(CLI::App& program, ChosenCommand& chosen);
+void add_sample(CLI::App& program, ChosenCommand& chosen);
 void add_compare(CLI::App& program, ChosenCommand& chosen);
 void add_info(CLI::App& program, ChosenCommand& chosen);
 

@@ -3,25 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 
 #include "commands.hpp"
 #include "exit_code.hpp"
 #include "files.hpp"
+#include "map_options.hpp"
 #include "options.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/mesh.hpp"
 
 namespace qjulia::tools {
 namespace {
-
-using Corner = std::array<double, 3>;
-
-Corner corner(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
-
-nlohmann::json to_json(const Box& box) {
-  return nlohmann::json::array({corner(box.low), corner(box.high)});
-}
 
 std::string to_text(const Box& box) {
   return fmt::format("box           {:.4g} x {:.4g} x {:.4g}, from ({:.4g}, {:.4g}, {:.4g})",

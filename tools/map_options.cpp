@@ -112,6 +112,27 @@ void add_map_options(CLI::App& command, MapOptions& options) {
              "Above 1 the set swells, below 1 it wears away; 1 changes nothing");
 }
 
+void add_box(CLI::App& command, MapOptions& options, const std::string& otherwise) {
+  const auto take = [&options](const std::vector<double>& b) {
+    options.box = Box{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
+    if (!(options.box->size().array() > 0).all()) {
+      throw CLI::ValidationError("--box",
+                                 "it must be X0 Y0 Z0 X1 Y1 Z1 with X0 < X1, Y0 < Y1 and Z0 < Z1");
+    }
+  };
+  Adder(command, options)
+      .numbers("--box", 6, "X0 Y0 Z0 X1 Y1 Z1", take,
+               "Part of space to look at, shape units. " + otherwise);
+}
+
+void add_escape(CLI::App& command, MapOptions& options, const std::string& otherwise) {
+  Adder(command, options)
+      .number("--escape", options.escape, "R",
+              "Radius, map units, beyond which an orbit ends as outside: a radius smaller than "
+              "the set's own cuts into it. " +
+                  otherwise);
+}
+
 RationalMap turned(const Device& device, const RationalMap& map, const MapOptions& options,
                    const std::string& file) {
   try {
@@ -124,7 +145,16 @@ RationalMap turned(const Device& device, const RationalMap& map, const MapOption
 nlohmann::json to_json(const MapOptions& options) {
   nlohmann::json json = to_json(options.knobs);
   json["iterations"] = options.iterations;
+  json["box"] = options.box ? to_json(*options.box) : nlohmann::json();
+  json["escape"] = options.escape ? nlohmann::json(*options.escape) : nlohmann::json();
   return json;
+}
+
+nlohmann::json to_json(const Box& box) {
+  const auto corner = [](const Eigen::Vector3d& p) {
+    return nlohmann::json::array({p.x(), p.y(), p.z()});
+  };
+  return nlohmann::json::array({corner(box.low), corner(box.high)});
 }
 
 }  // namespace qjulia::tools

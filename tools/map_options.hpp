@@ -15,6 +15,8 @@ namespace qjulia::tools {
 struct MapOptions {
   MapKnobs knobs;
   int iterations = 6;
+  std::optional<Box> box;        ///< shape units
+  std::optional<double> escape;  ///< map units
 
   /// Those on the command line, by name: "--detail".
   std::vector<std::string> given() const;
@@ -25,6 +27,12 @@ struct MapOptions {
 /// --iterations and the knobs. `options` must stay where it is.
 void add_map_options(CLI::App& command, MapOptions& options);
 
+/// --box. @param otherwise what holds without it.
+void add_box(CLI::App& command, MapOptions& options, const std::string& otherwise);
+
+/// --escape. @param otherwise what holds without it.
+void add_escape(CLI::App& command, MapOptions& options, const std::string& otherwise);
+
 /// How these options act together, for the end of a command's help.
 extern const char* const kMapOptionsHelp;
 
@@ -34,5 +42,8 @@ RationalMap turned(const Device& device, const RationalMap& map, const MapOption
 
 /// The options by name, null where not given.
 nlohmann::json to_json(const MapOptions& options);
+
+/// Low and high corner.
+nlohmann::json to_json(const Box& box);
 
 }  // namespace qjulia::tools

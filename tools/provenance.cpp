@@ -75,6 +75,10 @@ nlohmann::json made_with(const std::filesystem::path& input, const MapOptions& o
           {"device", device_json(device)}};
 }
 
+std::string one_line(const nlohmann::json& json) {
+  return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+}
+
 nlohmann::json to_json(const PictureOptions& options) {
   const Camera& camera = options.camera;
   return {{"width", options.width},

@@ -83,7 +83,7 @@ int run(const Arguments& arguments, Session& session) {
   }
   nlohmann::json how = made_with(arguments.input, arguments.map_options, device.info());
   how["picture"] = to_json(options);
-  write_png(image, arguments.output, {{"Software", program_name()}, {"qjulia", how.dump()}});
+  write_png(image, arguments.output, {{"Software", program_name()}, {"qjulia", one_line(how)}});
   session.report_kernels(device);
   const double seconds = session.seconds();
   session.console.summary(fmt::format("{} x {} pixels, {:.1f} s\npicture: {}", image.width,

@@ -4,8 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "commands.hpp"
 #include "exit_code.hpp"
 #include "files.hpp"
@@ -22,7 +20,6 @@ struct Arguments {
   std::string map;
   std::string output;
   std::string device;
-  std::vector<double> box;
   MapOptions map_options;
   SurfaceOptions options;
 };
@@ -30,15 +27,7 @@ struct Arguments {
 SurfaceOptions checked_options(const Arguments& arguments) {
   SurfaceOptions options = arguments.options;
   options.iterations = arguments.map_options.iterations;
-  if (const auto& b = arguments.box; !b.empty()) {
-    if (!std::ranges::all_of(b, [](double x) { return std::isfinite(x); }) || !(b[0] < b[3]) ||
-        !(b[1] < b[4]) || !(b[2] < b[5])) {
-      throw InputError(
-          "--box must be six finite numbers X0 Y0 Z0 X1 Y1 Z1 with X0 < X1, Y0 < Y1 "
-          "and Z0 < Z1");
-    }
-    options.box = Box{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
-  }
+  options.box = arguments.map_options.box;
   arguments.map_options.knobs.validate();
   options.validate();
   return options;
@@ -105,13 +94,9 @@ void add_surface(CLI::App& program, ChosenCommand& chosen) {
       ->type_name("MESH");
   command->add_option("--resolution", a.options.resolution, "Cells along the box's longest side")
       ->capture_default_str();
-  command
-      ->add_option("--box", a.box,
-                   "Part of space to look at, shape units. Default: the shape's box plus 5 %, "
-                   "grown until the set fits in")
-      ->expected(6)
-      ->type_name("X0 Y0 Z0 X1 Y1 Z1");
   add_map_options(*command, a.map_options);
+  add_box(*command, a.map_options,
+          "Default: the shape's box plus 5 %, grown until the set fits in");
   add_device(*command, a.device);
   add_verbosity(*command, chosen.verbosity);
   command->callback([arguments, &chosen] {

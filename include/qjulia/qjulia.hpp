@@ -12,6 +12,7 @@
 #include "qjulia/mesh.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/rational_map.hpp"
+#include "qjulia/sample.hpp"
 #include "qjulia/shape.hpp"
 #include "qjulia/surface.hpp"
 #include "qjulia/version.hpp"

@@ -170,6 +170,15 @@ TEST_CASE("bad option values are refused") {
   surface("--box", {"0", "0", "0", "1", "1", "nan"});
   surface("--box", {"0", "0", "0", "1", "1", "-1"});
 
+  const auto sample = [&](const std::string& option, const std::string& value) {
+    check_refused(folder, {"sample", map, "-o", folder / "out.npy", option, value},
+                  option.substr(2));
+  };
+  for (const char* value : {"0", "-4", "1e99", "9000"}) sample("--resolution", value);
+  for (const char* value : {"0", "-4", "nan", "inf"}) sample("--escape", value);
+  sample("--precision", "half");
+  sample("--iterations", "17");
+
   const auto render = [&](const std::string& option, const std::string& value) {
     check_refused(folder, {"render", map, "-o", folder / "out.png", option, value},
                   option.substr(2));
@@ -193,6 +202,7 @@ TEST_CASE("names of outputs are checked before the work") {
   const std::string map = folder.file("map.qjulia.json", good_map().dump());
   check_refused(folder, {"surface", map, "-o", folder / "out.txt"}, "out.txt");
   check_refused(folder, {"render", map, "-o", folder / "out.bmp"}, "out.bmp");
+  check_refused(folder, {"sample", map, "-o", folder / "out.raw"}, "out.raw");
   check_refused(folder, {"fit", mesh, "-o", mesh}, "sphere.obj");
 
   const std::string nowhere = folder / "no/such/folder/out";
@@ -215,5 +225,6 @@ TEST_CASE("an unknown device is exit code 3 everywhere") {
   check({"fit", mesh, "-o", folder / "out.qjulia.json"});
   check({"surface", map, "-o", folder / "out.ply"});
   check({"render", map, "-o", folder / "out.png"});
+  check({"sample", map, "-o", folder / "out.npy"});
   check({"compare", map, mesh});
 }

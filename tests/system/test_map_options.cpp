@@ -1,6 +1,8 @@
 /// The options that turn a map, on whole commands.
 
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "process.hpp"
@@ -58,6 +60,33 @@ TEST_CASE("at n = 1, phase and order keep the surface and the other options chan
   CHECK(map.surface({"--scale", "1"}) == plain);
   CHECK(map.surface({"--slice", "0.3"}) != plain);
   CHECK(map.surface({"--scale", "1.2"}) != plain);
+}
+
+TEST_CASE("a sampled field is shifted by --scale") {
+  const Map map;
+  const auto values = [&](const Arguments& more) {
+    const std::string field = map.folder / "out.npy";
+    Arguments arguments = {"sample", map.file,       "-o",       field,         "--resolution",
+                           "9",      "--iterations", "1",        "--precision", "double",
+                           "--box",  "-1",           "-1",       "-1",          "1",
+                           "1",      "0.5",          "--device", "cpu",         "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const auto result = run_command(arguments);
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    CHECK(json::parse(result.out)["cells"] == json({9, 9, 7}));
+    const std::string bytes = read_text(field);
+    REQUIRE(bytes.size() > 9 * 9 * 7 * sizeof(double));
+    std::vector<double> reals(9 * 9 * 7);
+    const std::size_t size = reals.size() * sizeof(double);
+    std::memcpy(reals.data(), bytes.data() + bytes.size() - size, size);
+    return reals;
+  };
+  const auto plain = values({});
+  const auto scaled = values({"--scale", "1.25"});
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    CHECK(scaled[i] == Approx(plain[i] - std::log(1.25)).margin(1e-12));
+  }
 }
 
 TEST_CASE("pictures say how they were made") {

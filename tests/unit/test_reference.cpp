@@ -3,49 +3,19 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "fit/evaluator.hpp"
 #include "map/reference_iteration.hpp"
+#include "original.hpp"
 #include "random_maps.hpp"
 
 using namespace qjulia;
 
 namespace {
 
-using nlohmann::json;
-
-/// What the original program computed (tests/data/README.md).
-class Original {
+/// What the original program computed, in this program's terms.
+class Original : public test::OriginalFigures {
  public:
-  Original() {
-    std::ifstream stream(std::string(QJULIA_TEST_DATA) + "/original_n1_slice0.json");
-    REQUIRE(stream);
-    data_ = json::parse(stream);
-  }
-
-  std::vector<double> numbers(const std::string& key) const {
-    return data_.at(key).get<std::vector<double>>();
-  }
-  double number(const std::string& key) const { return data_.at(key).get<double>(); }
-  const json& at(const std::string& key) const { return data_.at(key); }
-
-  /// T · B⁻¹: top factors in order, then bottom factors in reverse order with negative exponents.
-  RationalMap map() const {
-    RationalMap map;
-    map.log_scale = number("logExpScaling");
-    const auto top = numbers("topPowers");
-    for (std::size_t k = 0; k < top.size(); ++k) {
-      map.factors.push_back({center("topRoots", k), number("topPowerScalar") * top[k]});
-    }
-    const auto bottom = numbers("bottomPowers");
-    for (std::size_t k = bottom.size(); k-- > 0;) {
-      map.factors.push_back({center("bottomRoots", k), -number("bottomPowerScalar") * bottom[k]});
-    }
-    return map;
-  }
-
   Samples samples() const {
     const auto x = numbers("cellCentreX");
     const auto y = numbers("cellCentreY");
@@ -90,14 +60,6 @@ class Original {
     result.push_back(bottom_scalar);
     return result;
   }
-
- private:
-  Quaternion center(const char* list, std::size_t k) const {
-    const auto c = data_.at(list).at(k).get<std::vector<double>>();
-    return {c[0], c[1], c[2], c[3]};
-  }
-
-  json data_;
 };
 
 double largest(const std::vector<double>& values) {
@@ -143,7 +105,7 @@ TEST_CASE("the reference reproduces the original's energy") {
 
 TEST_CASE("the reference reproduces the original's gradient at n = 1") {
   const Original original;
-  const json& g = original.at("gradient_n1");
+  const nlohmann::json& g = original.at("gradient_n1");
   std::vector<double> expected{g.at("logExpScaling").get<double>()};
   for (const char* key : {"bottomPowers", "topPowers"}) {
     const auto part = g.at(key).get<std::vector<double>>();
