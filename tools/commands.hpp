@@ -22,5 +22,6 @@ void add_render(CLI::App& program, ChosenCommand& chosen);
 void add_sample(CLI::App& program, ChosenCommand& chosen);
 void add_compare(CLI::App& program, ChosenCommand& chosen);
 void add_info(CLI::App& program, ChosenCommand& chosen);
+void add_batch(CLI::App& program, ChosenCommand& chosen);
 
 }  // namespace qjulia::tools

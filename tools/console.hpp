@@ -22,6 +22,7 @@ class Console {
   Console(const Console&) = delete;
   Console& operator=(const Console&) = delete;
 
+  bool quiet() const { return verbosity_.quiet; }
   bool verbose() const { return verbosity_.verbose; }
 
   /// What happens, unless quiet.

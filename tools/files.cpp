@@ -22,6 +22,17 @@ bool ends_in(const std::filesystem::path& path, std::initializer_list<const char
   return std::ranges::find(extensions, extension) != extensions.end();
 }
 
+class Fnv1a {
+ public:
+  void add(std::string_view bytes) {
+    for (const char c : bytes) value_ = (value_ ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
+  }
+  std::string text() const { return fmt::format("{:016x}", value_); }
+
+ private:
+  std::uint64_t value_ = 0xcbf29ce484222325U;
+};
+
 }  // namespace
 
 void require_writable(const std::filesystem::path& path) {
@@ -46,16 +57,19 @@ bool is_mesh_file(const std::filesystem::path& path) {
 
 std::string file_hash(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
-  std::uint64_t hash = 0xcbf29ce484222325U;
+  Fnv1a hash;
   std::array<char, 65536> block;
   while (file.read(block.data(), block.size()) || file.gcount() > 0) {
-    for (std::streamsize i = 0; i < file.gcount(); ++i) {
-      hash ^= static_cast<unsigned char>(block[static_cast<std::size_t>(i)]);
-      hash *= 0x100000001b3U;
-    }
+    hash.add({block.data(), static_cast<std::size_t>(file.gcount())});
   }
   if (!file.eof()) throw InputError(fmt::format("cannot read '{}'", path.string()));
-  return fmt::format("{:016x}", hash);
+  return hash.text();
+}
+
+std::string text_hash(std::string_view text) {
+  Fnv1a hash;
+  hash.add(text);
+  return hash.text();
 }
 
 }  // namespace qjulia::tools

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <initializer_list>
 #include <string>
+#include <string_view>
 
 namespace qjulia::tools {
 
@@ -23,5 +24,8 @@ bool is_mesh_file(const std::filesystem::path& path);
 /// http://www.isthe.com/chongo/tech/comp/fnv
 /// @throws InputError when the file cannot be read.
 std::string file_hash(const std::filesystem::path& path);
+
+/// The same of a text.
+std::string text_hash(std::string_view text);
 
 }  // namespace qjulia::tools

@@ -1,8 +1,27 @@
 #include "fit_options.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "options.hpp"
+#include "qjulia/error.hpp"
 
 namespace qjulia::tools {
+namespace {
+
+/// As manifests spell them.
+std::string option_names(const CLI::App& command) {
+  std::string names = "mesh, name, surface, surface_resolution, picture, picture_size";
+  for (const CLI::Option* option : command.get_options()) {
+    std::string name = option->get_single_name();
+    std::ranges::replace(name, '-', '_');
+    names += ", " + name;
+  }
+  return names;
+}
+
+}  // namespace
 
 void add_fit_options(CLI::App& command, FitArguments& a) {
   command
@@ -49,6 +68,30 @@ FitOptions checked_options(const FitArguments& arguments) {
   if (arguments.time_limit) options.time_limit = *arguments.time_limit;
   options.validate();
   return options;
+}
+
+FitOptions checked_options(const std::vector<ManifestOption>& options) {
+  CLI::App command;
+  command.set_help_flag();
+  FitArguments arguments;
+  add_fit_options(command, arguments);
+  std::vector<std::string> words;
+  for (const auto& [name, values, line] : options) {
+    if (command.get_option_no_throw("--" + name) == nullptr) {
+      throw InputError(fmt::format("'{}' is not known; what can be said of a fit is: {}", name,
+                                   option_names(command)));
+    }
+    words.push_back(values.size() == 1 ? fmt::format("--{}={}", name, values.front())
+                                       : "--" + name);
+    if (values.size() > 1) words.insert(words.end(), values.begin(), values.end());
+  }
+  std::ranges::reverse(words);  // as CLI11 takes them
+  try {
+    command.parse(words);
+  } catch (const CLI::ParseError& error) {
+    throw InputError(error.what());
+  }
+  return checked_options(arguments);
 }
 
 }  // namespace qjulia::tools

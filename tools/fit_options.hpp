@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "qjulia/batch.hpp"
 #include "qjulia/fit.hpp"
 
 namespace qjulia::tools {
@@ -22,5 +23,8 @@ void add_fit_options(CLI::App& command, FitArguments& arguments);
 
 /// @throws InputError naming the option.
 FitOptions checked_options(const FitArguments& arguments);
+
+/// The same from a manifest. @throws InputError naming the option.
+FitOptions checked_options(const std::vector<ManifestOption>& options);
 
 }  // namespace qjulia::tools

@@ -14,18 +14,6 @@ namespace {
 constexpr std::chrono::milliseconds kBetweenBars{100};
 constexpr std::chrono::seconds kBetweenLines{5};
 
-std::string clock_time(double seconds) {
-  const auto whole = static_cast<long>(std::lround(std::min(seconds, 1e7)));
-  if (whole < 3600) return fmt::format("{}:{:02}", whole / 60, whole % 60);
-  return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
-}
-
-std::size_t terminal_columns() {
-  winsize size{};
-  if (::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return 80;
-  return size.ws_col;
-}
-
 /// The first `count` characters of UTF-8 text.
 std::string cut(const std::string& text, std::size_t count) {
   std::size_t characters = 0;
@@ -41,6 +29,18 @@ double bounded(double fraction) {
 }
 
 }  // namespace
+
+std::string clock_time(double seconds) {
+  const auto whole = static_cast<long>(std::lround(std::min(seconds, 1e7)));
+  if (whole < 3600) return fmt::format("{}:{:02}", whole / 60, whole % 60);
+  return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
+}
+
+std::size_t terminal_columns() {
+  winsize size{};
+  if (::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return 80;
+  return size.ws_col;
+}
 
 std::string describe(const Progress& progress) {
   std::string text = fmt::format("{:3.0f} %", 100 * bounded(progress.fraction));

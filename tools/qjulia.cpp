@@ -57,8 +57,8 @@ int main(int argc, char** argv) {
   program.set_version_flag("--version", std::string("qjulia ") + version());
   program.require_subcommand(0, 1);
   ChosenCommand chosen;
-  for (const auto add :
-       {add_devices, add_fit, add_surface, add_render, add_sample, add_compare, add_info}) {
+  for (const auto add : {add_devices, add_fit, add_surface, add_render, add_sample, add_compare,
+                         add_info, add_batch}) {
     add(program, chosen);
   }
   try {

@@ -2,6 +2,7 @@
 
 #include <OpenMesh/Core/IO/MeshIO.hh>
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
+#include <mutex>
 #include <sstream>
 
 namespace qjulia {
@@ -13,17 +14,22 @@ using EmptyMesh = OpenMesh::TriMesh_ArrayKernelT<>;
 using Importer = OpenMesh::IO::ImporterT<EmptyMesh>;
 using Exporter = OpenMesh::IO::ExporterT<EmptyMesh>;
 
-/// OpenMesh writes to the standard streams; a library must not.
-class Silence {
+/// OpenMesh's readers and writers are one of each kind, with state of their own: one thread at a
+/// time. They also write to the standard streams; a library must not.
+class Alone {
  public:
-  Silence() {
+  Alone() {
     for (auto* stream : {&omlog(), &omout(), &omerr()}) stream->disable();
   }
-  ~Silence() {
+  ~Alone() {
     for (auto* stream : {&omlog(), &omout(), &omerr()}) stream->enable();
   }
-  Silence(const Silence&) = delete;
-  Silence& operator=(const Silence&) = delete;
+  Alone(const Alone&) = delete;
+  Alone& operator=(const Alone&) = delete;
+
+ private:
+  static inline std::mutex mutex_;
+  std::lock_guard<std::mutex> lock_{mutex_};
 };
 
 /// Takes vertices and faces as the reader meets them. Faces are answered with no handle, so that
@@ -89,7 +95,7 @@ class TriangleExporter : public Exporter {
 
 bool read_with_openmesh(const CheckedMesh& checked, const std::string& extension,
                         TriangleMesh& mesh) {
-  const Silence silence;
+  const Alone alone;
   EmptyMesh unused;
   TriangleImporter importer(unused, mesh);
   std::istringstream in(checked.bytes);
@@ -102,7 +108,7 @@ bool read_with_openmesh(const CheckedMesh& checked, const std::string& extension
 
 bool write_with_openmesh(const TriangleMesh& mesh, const std::string& extension,
                          std::ostream& out) {
-  const Silence silence;
+  const Alone alone;
   const EmptyMesh unused;
   TriangleExporter exporter(unused, mesh);
   OpenMesh::IO::Options options;

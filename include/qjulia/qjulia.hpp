@@ -1,6 +1,7 @@
 #pragma once
 /// All of the library.
 
+#include "qjulia/batch.hpp"
 #include "qjulia/compare.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/device.hpp"

@@ -100,6 +100,9 @@ Finished run(const std::vector<std::string>& command, const RunOptions& options)
       result.interrupted = true;
       ::kill(child, SIGINT);
     }
+    if (!options.kill_at.empty() && result.err.find(options.kill_at) != std::string::npos) {
+      ::kill(child, SIGKILL);
+    }
   }
   int status = 0;
   ::waitpid(child, &status, 0);

@@ -12,6 +12,7 @@ struct RunOptions {
   std::map<std::string, std::string> environment{};  ///< on top of this process's own
   std::chrono::seconds timeout{120};
   std::string interrupt_at{};  ///< SIGINT is sent once standard error holds this; empty: never
+  std::string kill_at{};       ///< the same for SIGKILL
 };
 
 struct Finished {

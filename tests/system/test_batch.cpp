@@ -1,0 +1,203 @@
+/// Batches, as a user runs, kills and resumes them.
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <csignal>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "obj_text.hpp"
+#include "process.hpp"
+#include "shapes.hpp"
+#include "temporary_folder.hpp"
+
+using Catch::Matchers::Contains;
+using nlohmann::json;
+using qjulia::test::Finished;
+using qjulia::test::read_text;
+using qjulia::test::run_command;
+using qjulia::test::RunOptions;
+using qjulia::test::TemporaryFolder;
+using Arguments = std::vector<std::string>;
+
+namespace {
+
+const std::vector<std::string> kNames = {"ball", "box", "torus", "small", "wide"};
+
+/// Five meshes, an empty file, and a manifest of them all with quick fits.
+std::string make_manifest(const TemporaryFolder& folder, const std::string& more = "") {
+  const auto write = [&](const std::string& name, const qjulia::TriangleMesh& mesh) {
+    folder.file(name + ".obj", qjulia::test::obj_text(mesh));
+  };
+  write("ball", qjulia::shapes::sphere(2));
+  write("box", qjulia::shapes::box());
+  write("torus", qjulia::shapes::torus());
+  write("small", qjulia::shapes::sphere(1, 0.1));
+  write("wide", qjulia::shapes::box({-1, -1, -1}, {3, 1, 0.5}));
+  folder.file("empty.obj", "");
+  return folder.file("m.toml", "[defaults]\nfactors = 24\nmax_evaluations = 40\n" + more +
+                                   "[[fit]]\nmesh = \"*.obj\"\n");
+}
+
+json summary(const std::string& folder) { return json::parse(read_text(folder + "/summary.json")); }
+
+std::string map_bytes(const std::string& folder, const std::string& name) {
+  return read_text(folder + "/" + name + ".qjulia.json");
+}
+
+std::size_t statuses_done(const std::string& folder) {
+  return static_cast<std::size_t>(std::ranges::count_if(kNames, [&](const std::string& name) {
+    return read_text(folder + "/" + name + ".status.json").find("\"done\"") != std::string::npos;
+  }));
+}
+
+void check_five_and_one(const std::string& folder) {
+  const json all = summary(folder);
+  CHECK(all["counts"]["done"] == 5);
+  CHECK(all["counts"]["failed"] == 1);
+  for (const json& entry : all["entries"]) {
+    if (entry["name"] == "empty") {
+      CHECK(entry["state"] == "failed");
+      CHECK_THAT(entry["error"].get<std::string>(), Contains("empty.obj"));
+    } else {
+      CHECK(entry["figures"]["iou"].get<double>() > 0.3);
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a batch that is killed is resumed without touching what was done") {
+  const TemporaryFolder folder;
+  const std::string manifest = make_manifest(folder);
+  const std::string out = folder / "out";
+  const Finished killed = run_command({"batch", manifest, "-o", out}, {.kill_at = "[2/6]"});
+  CHECK(killed.exit_code == 128 + SIGKILL);
+  const std::size_t done = statuses_done(out);
+  CHECK(done >= 1);
+  CHECK(done < 5);
+  CHECK_FALSE(std::filesystem::exists(out + "/summary.json"));
+  std::map<std::string, std::filesystem::file_time_type> times;
+  for (const std::string& name : kNames) {
+    const std::string status = read_text(out + "/" + name + ".status.json");
+    if (status.find("\"done\"") == std::string::npos) continue;
+    times[name] = std::filesystem::last_write_time(out + "/" + name + ".qjulia.json");
+  }
+
+  const Finished resumed = run_command({"batch", manifest, "-o", out, "--resume"});
+  CAPTURE(resumed.err);
+  CHECK(resumed.exit_code == 1);
+  CHECK_THAT(resumed.err, Contains("empty.obj"));
+  check_five_and_one(out);
+  for (const auto& [name, time] : times) {
+    CHECK(std::filesystem::last_write_time(out + "/" + name + ".qjulia.json") == time);
+  }
+  for (const auto& file : std::filesystem::directory_iterator(out)) {
+    const std::string name = file.path().filename().string();
+    CHECK_FALSE(name.ends_with(".claim"));
+    CHECK_FALSE(name.ends_with(".tmp"));
+  }
+  CHECK(run_command({"batch", manifest, "-o", out, "--resume"}).exit_code == 1);
+}
+
+TEST_CASE("side by side gives the same bytes as one after another") {
+  const TemporaryFolder folder;
+  const std::string manifest = make_manifest(folder, "surface = true\nsurface_resolution = 24\n");
+  CHECK(run_command({"batch", manifest, "-o", folder / "one"}).exit_code == 1);
+  CHECK(run_command({"batch", manifest, "-o", folder / "two", "--jobs", "2"}).exit_code == 1);
+  check_five_and_one(folder / "two");
+  for (const std::string& name : kNames) {
+    CHECK_FALSE(map_bytes(folder / "one", name).empty());
+    CHECK(map_bytes(folder / "one", name) == map_bytes(folder / "two", name));
+    CHECK(read_text(folder / ("one/" + name + ".ply")) ==
+          read_text(folder / ("two/" + name + ".ply")));
+  }
+}
+
+TEST_CASE("the maps of a batch are those of single fits") {
+  const TemporaryFolder folder;
+  const std::string manifest = make_manifest(folder);
+  const std::string map = folder / "box.qjulia.json";
+  CHECK(run_command({"batch", manifest, "-o", folder / "out"}).exit_code == 1);
+  CHECK(run_command(
+            {"fit", folder / "box.obj", "-o", map, "--factors", "24", "--max-evaluations", "40"})
+            .exit_code == 0);
+  const json single = json::parse(read_text(map));
+  const json batch = json::parse(map_bytes(folder / "out", "box"));
+  for (const char* key : {"factors", "log_scale", "surface_level"})
+    CHECK(single[key] == batch[key]);
+}
+
+TEST_CASE("an interrupted batch says so and can be resumed") {
+  const TemporaryFolder folder;
+  const std::string manifest = make_manifest(folder);
+  const Finished stopped =
+      run_command({"batch", manifest, "-o", folder / "out"}, {.interrupt_at = "[1/6]"});
+  CHECK(stopped.exit_code == 130);
+  CHECK(statuses_done(folder / "out") < 5);
+  CHECK(run_command({"batch", manifest, "-o", folder / "out", "--resume"}).exit_code == 1);
+  check_five_and_one(folder / "out");
+}
+
+TEST_CASE("a mesh that vanishes fails its own entry") {
+  const TemporaryFolder folder;
+  const std::string manifest = make_manifest(folder);
+  folder.file("m.toml",
+              "[defaults]\nfactors = 24\nmax_evaluations = 40\n[[fit]]\nmesh = "
+              "\"ball.obj\"\n[[fit]]\nmesh = \"box.obj\"\n[[fit]]\nmesh = \"torus.obj\"\n");
+  const std::string out = folder / "out";
+  const Finished first = run_command({"batch", manifest, "-o", out}, {.interrupt_at = "[1/3]"});
+  CHECK(first.exit_code == 130);
+  std::filesystem::remove(folder / "ball.obj");   // done
+  std::filesystem::remove(folder / "torus.obj");  // not done
+  CHECK(run_command({"batch", manifest, "-o", out, "--resume"}).exit_code == 1);
+  const json all = summary(out);
+  CHECK(all["entries"][0]["state"] == "done");
+  CHECK(all["entries"][1]["state"] == "done");
+  CHECK(all["entries"][2]["state"] == "failed");
+  CHECK_THAT(all["entries"][2]["error"].get<std::string>(), Contains("torus.obj"));
+  CHECK(run_command({"batch", manifest, "-o", folder / "new"}).exit_code == 2);
+}
+
+TEST_CASE("checks, status and refusals") {
+  const TemporaryFolder folder;
+  const std::string manifest = make_manifest(folder);
+  const std::string out = folder / "out";
+  const Finished checked = run_command({"batch", manifest, "--check"});
+  CHECK(checked.exit_code == 0);
+  CHECK_THAT(checked.out, Contains("6 fits"));
+
+  const std::string bad = folder.file(
+      "bad.toml",
+      "[[fit]]\nmesh = \"box.obj\"\nfactorz = 3\n[[fit]]\nmesh = \"ball.obj\"\nfactors = 1\n");
+  const Finished refused = run_command({"batch", bad, "-o", out});
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.err,
+             Contains("bad.toml:3: 'factorz' is not known") && Contains("max_evaluations"));
+  CHECK_THAT(refused.err, Contains("bad.toml:6: --factors 1"));
+  CHECK_FALSE(std::filesystem::exists(out));
+
+  CHECK(run_command({"batch", manifest}).exit_code == 2);
+  CHECK(run_command({"batch"}).exit_code == 2);
+  CHECK(run_command({"batch", folder / "absent.toml", "-o", out}).exit_code == 2);
+  CHECK(run_command({"batch", "--status", folder / "absent"}).exit_code == 2);
+  CHECK(run_command({"batch", manifest, "-o", out, "--retry-failed"}).exit_code == 2);
+  CHECK(run_command({"batch", manifest, "-o", out, "--device", "none such"}).exit_code == 3);
+  CHECK(run_command({"batch", manifest, "-o", manifest}).exit_code == 1);
+
+  const std::string one = folder.file(
+      "one.toml",
+      "[[fit]]\nmesh = \"box.obj\"\nfactors = 24\nmax_evaluations = 30\npicture = "
+      "true\npicture_size "
+      "= [64, 48]\n[[fit]]\nmesh = \"ball.obj\"\nfactors = 24\nmax_evaluations = 30\npicture = "
+      "true\npicture_size = [64, 48]\n");
+  const Finished done = run_command({"batch", one, "-o", out, "--json", "--quiet"});
+  CHECK(done.exit_code == 0);
+  CHECK(done.err.empty());
+  CHECK(json::parse(done.out)["entries"].size() == 2);
+  CHECK(std::filesystem::exists(out + "/contact_sheet.png"));
+  const Finished status = run_command({"batch", "--status", out});
+  CHECK(status.exit_code == 0);
+  CHECK_THAT(status.out, Contains("2 of 2 done"));
+}

@@ -1,0 +1,166 @@
+#include <catch2/catch.hpp>
+
+#include "qjulia/batch.hpp"
+#include "qjulia/error.hpp"
+#include "temporary_folder.hpp"
+
+using Catch::Matchers::Contains;
+using qjulia::InputError;
+using qjulia::Manifest;
+using qjulia::ManifestOption;
+using qjulia::test::TemporaryFolder;
+
+namespace {
+
+/// Knows `factors`, `detail` and the flag `polish`; refuses 0 factors, and polish with detail.
+void check_options(const std::vector<ManifestOption>& options) {
+  bool polish = false;
+  bool detail = false;
+  for (const auto& [name, values, line] : options) {
+    polish = polish || name == "polish";
+    detail = detail || name == "detail";
+    if (name != "polish" && name != "detail" && name != "factors" && name != "time-limit") {
+      throw InputError("unknown key '" + name + "'");
+    }
+    if (name == "factors" && values.front() == "0") throw InputError("no factors");
+  }
+  if (polish && detail) throw InputError("either polish or detail");
+}
+
+Manifest read(const TemporaryFolder& folder, const std::string& text, bool may_miss = false) {
+  return qjulia::read_manifest(folder.file("m.toml", text), check_options, may_miss);
+}
+
+std::string problems(const TemporaryFolder& folder, const std::string& text) {
+  try {
+    read(folder, text);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("a manifest's entries have their own options and the defaults") {
+  const TemporaryFolder folder;
+  folder.file("a.obj", "");
+  folder.file("b.obj", "");
+  const Manifest manifest = read(folder, R"([defaults]
+factors = 24
+time_limit = 1.5
+picture = true
+[[fit]]
+mesh = "b.obj"
+[[fit]]
+name = "second"
+mesh = "a.obj"
+factors = 100
+surface = "stl"
+picture = false
+picture_size = [32, 24]
+)");
+  REQUIRE(manifest.entries.size() == 2);
+  const auto& first = manifest.entries[0];
+  CHECK(first.name == "b");
+  CHECK(first.mesh == folder.path() / "b.obj");
+  CHECK(first.line == 5);
+  CHECK(first.outputs.picture);
+  CHECK_FALSE(first.outputs.surface);
+  REQUIRE(first.options.size() == 2);
+  CHECK(first.options[0].name == "factors");
+  CHECK(first.options[0].values == std::vector<std::string>{"24"});
+  CHECK(first.options[1].name == "time-limit");
+  CHECK(first.options[1].values == std::vector<std::string>{"1.5"});
+  const auto& second = manifest.entries[1];
+  CHECK(second.name == "second");
+  CHECK_FALSE(second.outputs.picture);
+  CHECK(second.outputs.picture_height == 24);
+  CHECK(second.outputs.surface == ".stl");
+  REQUIRE(second.options.size() == 2);
+  CHECK(second.options[0].values == std::vector<std::string>{"100"});
+}
+
+TEST_CASE("an entry can take a default flag back") {
+  const TemporaryFolder folder;
+  folder.file("a.obj", "");
+  const Manifest manifest = read(folder, R"(defaults = { polish = true }
+[[fit]]
+mesh = "a.obj"
+polish = false
+detail = 0.02
+[[fit]]
+mesh = "a.obj"
+name = "b"
+)");
+  REQUIRE(manifest.entries[0].options.size() == 1);
+  CHECK(manifest.entries[0].options[0].name == "detail");
+  REQUIRE(manifest.entries[1].options.size() == 1);
+  CHECK(manifest.entries[1].options[0].values.empty());
+}
+
+TEST_CASE("a glob stands for every mesh it matches") {
+  const TemporaryFolder folder;
+  for (const char* name : {"c.obj", "a.PLY", "b.stl", "notes.md"}) folder.file(name, "");
+  const Manifest manifest = read(folder, "[[fit]]\nmesh = \"*\"\nname = \"fine-*\"\n");
+  REQUIRE(manifest.entries.size() == 3);
+  CHECK(manifest.entries[0].name == "fine-a");
+  CHECK(manifest.entries[2].name == "fine-c");
+  CHECK_THAT(problems(folder, "[[fit]]\nmesh = \"*\"\nname = \"one\"\n"),
+             Contains("m.toml:1:") && Contains("asterisk"));
+  CHECK_THAT(problems(folder, "[[fit]]\nmesh = \"*.off\"\n"),
+             Contains("m.toml:1: no mesh matches '*.off'"));
+}
+
+TEST_CASE("all that is wrong with a manifest is told by file and line") {
+  const TemporaryFolder folder;
+  folder.file("a.obj", "");
+  const std::string told = problems(folder, R"([defaults]
+factorz = 24
+[[fit]]
+mesh = "a.obj"
+factors = 0
+picture = "yes"
+[[fit]]
+mesh = "absent.obj"
+[[fit]]
+mesh = "a.obj"
+[[fit]]
+mesh = "a.obj"
+name = "x/y"
+[[fit]]
+factors = 10
+[[fit]]
+mesh = "a.obj"
+name = "both"
+polish = true
+detail = 0.1
+picture_size = [640, "tall"]
+)");
+  CHECK_THAT(told, Contains("m.toml:2: unknown key 'factorz'"));
+  CHECK_THAT(told, Contains("m.toml:5: no factors"));
+  CHECK_THAT(told, Contains("m.toml:6: 'picture' must be true or false"));
+  CHECK_THAT(told, Contains("m.toml:7: there is no mesh") && Contains("absent.obj"));
+  CHECK_THAT(told, Contains("m.toml:9: 'a' is the name of the fit in line 3 too"));
+  CHECK_THAT(told, Contains("m.toml:11: a fit cannot be named 'x/y'"));
+  CHECK_THAT(told, Contains("m.toml:14: this [[fit]] has no 'mesh'"));
+  CHECK_THAT(told, Contains("m.toml:16: either polish or detail"));
+  CHECK_THAT(told, Contains("m.toml:21: the height of 'picture_size'"));
+}
+
+TEST_CASE("what is no manifest is refused") {
+  const TemporaryFolder folder;
+  CHECK_THAT(problems(folder, "[[fit]]\nmesh = \n"), Contains("m.toml:2: not TOML"));
+  CHECK_THAT(problems(folder, "[[fit]]\nmesh = \"a\"\nmesh = \"b\"\n"), Contains("m.toml:3:"));
+  CHECK_THAT(problems(folder, ""), Contains("m.toml:1: there is nothing to fit"));
+  CHECK_THAT(problems(folder, "fit = 3\n"), Contains("m.toml:1: 'fit' is not known here"));
+  CHECK_THAT(problems(folder, "[output]\na = 1\n"), Contains("'output' is not known here"));
+  CHECK_THROWS_AS(qjulia::read_manifest(folder / "absent.toml", check_options), InputError);
+}
+
+TEST_CASE("a resumed batch may have lost meshes") {
+  const TemporaryFolder folder;
+  const Manifest manifest = read(folder, "[[fit]]\nmesh = \"gone.obj\"\n", true);
+  REQUIRE(manifest.entries.size() == 1);
+  CHECK(manifest.entries[0].name == "gone");
+}

@@ -1,0 +1,188 @@
+/// qjulia batch: many meshes in, many maps out.
+
+#include "qjulia/batch.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "batch_display.hpp"
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "fit_options.hpp"
+#include "fit_worker.hpp"
+#include "options.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+struct Arguments {
+  std::string manifest;
+  std::string folder;
+  std::string status;
+  std::string device;
+  int jobs = 1;
+  bool check = false;
+  bool resume = false;
+  bool retry_failed = false;
+};
+
+/// `jobs` queues for a CPU, one for any other device.
+std::vector<BatchDevice> batch_devices(const Arguments& arguments) {
+  std::vector<DeviceInfo> chosen;
+  if (arguments.device == "all") {
+    chosen = list_devices();
+    if (chosen.empty()) Device::choose();  // says what to do
+  } else {
+    chosen.push_back(Device::choose(arguments.device).info());
+  }
+  std::vector<BatchDevice> devices;
+  for (const DeviceInfo& info : chosen) {
+    const int queues = info.kind == DeviceKind::cpu ? arguments.jobs : 1;
+    for (int i = 0; i < queues; ++i) {
+      devices.push_back({describe(info), [place = fmt::format("{}:{}", info.platform, info.index)] {
+                           return make_fit_worker(place);
+                         }});
+    }
+  }
+  return devices;
+}
+
+nlohmann::json report(const std::vector<EntryStatus>& entries) {
+  nlohmann::json all = nlohmann::json::array();
+  for (const EntryStatus& entry : entries) all.push_back(entry.to_json());
+  return {{"entries", all}};
+}
+
+std::size_t count(const std::vector<EntryStatus>& entries, EntryState state) {
+  return static_cast<std::size_t>(std::ranges::count(entries, state, &EntryStatus::state));
+}
+
+std::string totals(const std::vector<EntryStatus>& entries) {
+  std::string text = fmt::format("{} of {} done", count(entries, EntryState::done), entries.size());
+  for (const EntryState state : {EntryState::failed, EntryState::running, EntryState::interrupted,
+                                 EntryState::lost, EntryState::waiting}) {
+    if (const auto n = count(entries, state)) text += fmt::format(", {} {}", n, to_string(state));
+  }
+  return text;
+}
+
+int show_status(const Arguments& arguments, Session& session) {
+  const auto entries = read_batch(arguments.status);
+  std::string text;
+  for (const EntryStatus& entry : entries) text += describe(entry) + '\n';
+  session.console.result(text + totals(entries), report(entries));
+  return kDone;
+}
+
+/// What the folder says, and what could not be written there.
+std::vector<EntryStatus> final_states(const std::filesystem::path& folder,
+                                      const std::vector<EntryStatus>& unsaved) {
+  auto entries = read_batch(folder);
+  for (const EntryStatus& status : unsaved) {
+    const auto found = std::ranges::find(entries, status.name, &EntryStatus::name);
+    if (found != entries.end()) *found = status;
+  }
+  return entries;
+}
+
+int finish(const Arguments& arguments, const std::vector<EntryStatus>& unsaved, Session& session) {
+  const auto entries = final_states(arguments.folder, unsaved);
+  write_summary(arguments.folder, entries);
+  std::string text = totals(entries) + fmt::format("; {:.1f} s", session.seconds());
+  for (const EntryStatus& entry : entries) {
+    if (entry.state != EntryState::done) text += "\n  " + describe(entry);
+  }
+  text += fmt::format("\nsummary: {}",
+                      (std::filesystem::path(arguments.folder) / "summary.json").string());
+  nlohmann::json json = report(entries);
+  json["seconds"] = session.seconds();
+  json["folder"] = arguments.folder;
+  session.console.summary(text, json);
+  if (session.interrupts.requested()) return kInterrupted;
+  return count(entries, EntryState::done) == entries.size() ? kDone : kFailed;
+}
+
+int run(const Arguments& arguments, Session& session) {
+  if (!arguments.status.empty()) return show_status(arguments, session);
+  if (arguments.manifest.empty()) {
+    throw InputError("batch needs a MANIFEST, or --status with the folder of a batch");
+  }
+  const FitOptionsCheck check = [](const std::vector<ManifestOption>& options) {
+    checked_options(options);
+  };
+  const Manifest manifest = read_manifest(arguments.manifest, check, arguments.resume);
+  if (arguments.check) {
+    session.console.result(
+        fmt::format("{}: {} fit{}, nothing wrong", arguments.manifest, manifest.entries.size(),
+                    manifest.entries.size() == 1 ? "" : "s"),
+        {{"manifest", arguments.manifest}, {"fits", manifest.entries.size()}});
+    return kDone;
+  }
+  if (arguments.folder.empty()) throw InputError("batch needs -o, the folder to write to");
+  if (arguments.retry_failed && !arguments.resume) {
+    throw InputError("--retry-failed is of --resume; without it, everything is done again");
+  }
+  const auto devices = batch_devices(arguments);
+  for (const BatchDevice& device : devices) session.console.note("device: " + device.name);
+  const BatchOptions options{arguments.folder, arguments.resume, arguments.retry_failed, fit_key};
+  prepare_batch(manifest, options);
+  std::vector<EntryStatus> unsaved;
+  {
+    BatchDisplay display(session.console, manifest.entries.size(), session.console.quiet());
+    unsaved = run_batch(
+        manifest, devices, options, [&](const BatchEvent& event) { display.show(event); },
+        session.interrupts.token());
+  }
+  return finish(arguments, unsaved, session);
+}
+
+void describe_options(CLI::App& command, Arguments& a) {
+  command.add_option("MANIFEST", a.manifest, "What to fit: a TOML file, see below")->type_name("");
+  command.add_option("-o,--output", a.folder, "Folder for everything the batch writes")
+      ->type_name("FOLDER");
+  command.add_flag("--check", a.check, "Only say what is wrong with the manifest");
+  command.add_flag("--resume", a.resume,
+                   "Keep what is complete for the same meshes and options, and do the rest. Joins "
+                   "a batch that another process is running");
+  command.add_flag("--retry-failed", a.retry_failed, "With --resume: try again what failed");
+  command
+      .add_option("--jobs", a.jobs, "Fits side by side on a CPU; a GPU always does one at a time")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  command.add_option("--status", a.status, "Only say where the batch in this folder stands")
+      ->type_name("FOLDER");
+  add_device(command, a.device);
+}
+
+}  // namespace
+
+void add_batch(CLI::App& program, ChosenCommand& chosen) {
+  auto* command = program.add_subcommand("batch", "Fit many meshes, and lose nothing");
+  command->footer(
+      "A manifest:\n"
+      "  [defaults]\n"
+      "  factors = 331               any option of 'qjulia fit', with _ for -\n"
+      "  picture = true              and surface = true: what to make of each map\n"
+      "  [[fit]]\n"
+      "  mesh = \"shapes/*.ply\"       a path or glob, from the manifest's folder\n"
+      "  [[fit]]\n"
+      "  mesh = \"bunny.obj\"\n"
+      "  name = \"bunny-fine\"\n"
+      "  factors = 1000\n"
+      "Examples:\n"
+      "  qjulia batch shapes.toml -o results\n"
+      "  qjulia batch shapes.toml -o results --resume     after whatever has happened\n"
+      "  qjulia batch --status results\n"
+      "'--device all' uses every device there is. Exit code 1 while any entry is not done.");
+  auto arguments = std::make_shared<Arguments>();
+  describe_options(*command, *arguments);
+  add_verbosity(*command, chosen.verbosity);
+  command->callback([arguments, &chosen] {
+    chosen.run = [arguments](Session& session) { return run(*arguments, session); };
+  });
+}
+
+}  // namespace qjulia::tools

@@ -1,0 +1,104 @@
+#include "fit_worker.hpp"
+
+#include <fmt/format.h>
+
+#include "files.hpp"
+#include "fit_options.hpp"
+#include "provenance.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/map_file.hpp"
+#include "qjulia/picture.hpp"
+#include "qjulia/surface.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+/// The batch's maps are the same bytes wherever and whenever they are made: times stand in the
+/// status files.
+nlohmann::json without_times(nlohmann::json provenance) {
+  provenance.erase("seconds");
+  for (nlohmann::json& stage : provenance["stages"]) stage.erase("seconds");
+  return provenance;
+}
+
+class FitWorker final : public BatchWorker {
+ public:
+  explicit FitWorker(const std::string& device) : device_(Device::choose(device)) {}
+
+  EntryResult run(const BatchEntry& entry, const std::filesystem::path& folder,
+                  const Watch& watch) override {
+    const FitOptions options = checked_options(entry.options);
+    MeshReport mesh_report;
+    const TriangleMesh mesh = read_mesh(entry.mesh, &mesh_report);
+    FitResult result = fit(device_, mesh, options, watch);
+    if (result.stopped == StopReason::interrupted) throw Interrupted();
+
+    EntryResult entry_result;
+    const auto file = [&](const std::string& extension) {
+      entry_result.files.push_back(entry.name + extension);
+      return folder / entry_result.files.back();
+    };
+    result.map.provenance = without_times(provenance(entry.mesh, options, device_.info(), result));
+    write_map(result.map, file(".qjulia.json"));
+    if (entry.outputs.surface) {
+      write_mesh(surface(entry, result.map, watch), file(*entry.outputs.surface));
+    }
+    if (entry.outputs.picture) write_png(picture(entry, result.map, watch), file(".png"));
+
+    auto warnings = mesh_report.warnings();
+    warnings.insert(warnings.end(), result.warnings.begin(), result.warnings.end());
+    entry_result.figures = final_figures(result);
+    entry_result.figures.update({{"factors", result.map.factors.size()},
+                                 {"evaluations", result.evaluations},
+                                 {"fit_seconds", result.seconds},
+                                 {"stopped", result.map.provenance["stopped"]},
+                                 {"warnings", warnings}});
+    return entry_result;
+  }
+
+ private:
+  TriangleMesh surface(const BatchEntry& entry, const RationalMap& map, const Watch& watch) const {
+    SurfaceOptions options;
+    options.resolution = entry.outputs.surface_resolution;
+    TriangleMesh mesh = extract_surface(device_, map, options, watch);
+    if (watch.stop.stop_requested()) throw Interrupted();
+    if (mesh.triangles.empty()) {
+      throw Error("the set is empty, so there is no surface; try a smaller detail");
+    }
+    return mesh;
+  }
+
+  Image picture(const BatchEntry& entry, const RationalMap& map, const Watch& watch) const {
+    PictureOptions options;
+    options.width = entry.outputs.picture_width;
+    options.height = entry.outputs.picture_height;
+    Image image = render(device_, map, options, watch);
+    if (watch.stop.stop_requested()) throw Interrupted();
+    return image;
+  }
+
+  Device device_;
+};
+
+}  // namespace
+
+FitKey fit_key(const BatchEntry& entry) {
+  const BatchOutputs& outputs = entry.outputs;
+  const std::string rest = fmt::format("{} {} {} {}x{}", outputs.surface.value_or("-"),
+                                       outputs.surface ? outputs.surface_resolution : 0,
+                                       outputs.picture, outputs.picture ? outputs.picture_width : 0,
+                                       outputs.picture ? outputs.picture_height : 0);
+  FitKey key{{}, text_hash(to_json(checked_options(entry.options)).dump() + rest)};
+  try {
+    key.inputs = file_hash(entry.mesh);
+  } catch (const InputError&) {
+    // Reading the mesh will say so.
+  }
+  return key;
+}
+
+std::unique_ptr<BatchWorker> make_fit_worker(const std::string& device) {
+  return std::make_unique<FitWorker>(device);
+}
+
+}  // namespace qjulia::tools
