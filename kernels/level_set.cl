@@ -3,15 +3,6 @@
 
 #include "map_step.clh"
 
-// 0, 1, ... QJ_WIDTH - 1.
-#if QJ_WIDTH == 1
-#define LANE_NUMBERS ((ilane)0)
-#elif QJ_WIDTH == 8
-#define LANE_NUMBERS ((ilane)(0, 1, 2, 3, 4, 5, 6, 7))
-#else
-#define LANE_NUMBERS ((ilane)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
-#endif
-
 // The points numbered `index` (x fastest, then y) of the block of nx * ny * ... grid points that
 // begins at grid point (ix, iy, iz). Grid point (i, j, k) is origin + step (i, j, k).
 inline qlane block_point(ilane index, int nx, int ny, int ix, int iy, int iz, real origin_x,

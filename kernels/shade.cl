@@ -1,23 +1,9 @@
 // From depths to colours. The sky is many lights, each with a depth map of the shape seen along it;
 // the key light is one of them, with a penumbra. One work-item per pixel, whatever the lane width.
 
-#include "lanes.clh"
-#include "qjulia/shared/picture_layout.h"
+#include "view.clh"
 
 typedef QJ_JOIN(QJ_REAL, 2) real2;
-typedef QJ_JOIN(QJ_REAL, 3) real3;
-
-inline real3 real3_at(global const real* p) { return (real3)(p[0], p[1], p[2]); }
-
-// The point at `depth` of the ray through (x, y); `direction` where not null gets the ray's.
-inline real3 view_point(global const real* view, real x, real y, real depth, real3* direction) {
-  real3 o = real3_at(view + QJ_VIEW_EYE) + x * real3_at(view + QJ_VIEW_EYE_DX) +
-            y * real3_at(view + QJ_VIEW_EYE_DY);
-  real3 d = normalize(real3_at(view + QJ_VIEW_DIR) + x * real3_at(view + QJ_VIEW_DIR_DX) +
-                      y * real3_at(view + QJ_VIEW_DIR_DY));
-  if (direction) *direction = d;
-  return o + depth * d;
-}
 
 // Unit normals, towards the viewer, of the depth surface: a plane of depths fitted to the 5 x 5
 // samples around, those at other depths counting less. depth, normal: the rows of the view from
@@ -126,13 +112,14 @@ inline irradiance light_at(real3 p, real3 n, real3 view_direction, real2 shift,
     real cosine = dot(n, l);
     if (cosine <= 0) continue;
     real3 open = cosine * real3_at(light + QJ_LIGHT_COLOR);
-    // Off the surface by as much as the depth map is coarse, so that it does not shade itself.
+    // Off the surface and towards the light by as much as the depth map is coarse, so that it does
+    // not shade itself; but not far off, into the other wall of a groove.
     real bias = light[QJ_LIGHT_TEXEL];
-    real3 q = p + (bias * ((real)1.5 - cosine)) * n;
+    real slope = fmin(sqrt(1 - fmin(cosine * cosine, (real)1)) / cosine, (real)2);
+    real3 q = p + ((real)0.5 * bias) * n + (((real)0.5 + slope) * bias) * l;
     real2 texel = (real2)(dot(q, real3_at(light + QJ_LIGHT_U)) + light[QJ_LIGHT_U + 3],
                           dot(q, real3_at(light + QJ_LIGHT_V)) + light[QJ_LIGHT_V + 3]);
-    real depth =
-        dot(q, real3_at(light + QJ_LIGHT_DEPTH)) + light[QJ_LIGHT_DEPTH + 3] - (real)0.5 * bias;
+    real depth = dot(q, real3_at(light + QJ_LIGHT_DEPTH)) + light[QJ_LIGHT_DEPTH + 3];
     int size = (int)light[QJ_LIGHT_MAP_SIZE];
     global const real* map = maps + (int)light[QJ_LIGHT_MAP_FIRST];
     real softness = light[QJ_LIGHT_SOFTNESS] / bias;
@@ -162,8 +149,10 @@ inline real3 with_bounces(real v, real3 albedo) {
 }
 
 inline real3 clay(irradiance e) {
-  real3 albedo = (real3)(0.74f, 0.54f, 0.40f);
+  real3 albedo = (real3)(0.66f, 0.45f, 0.32f);
   real v = luminance(e.sky) / fmax(luminance(e.open_sky), (real)1e-6f);
+  // What comes through gaps that depth maps are too coarse to see.
+  v = mix((real)0.06, (real)1, v);
   real3 diffuse = albedo * (e.key + e.open_sky * with_bounces(v, albedo));
   return diffuse + (real)0.10 * e.highlight;
 }
@@ -184,7 +173,7 @@ inline real srgb_encode(real c) {
 // Light backdrop, brightest behind the shape. `from_center`: pixel's place, 1 at the nearer edge.
 inline real3 backdrop(real2 from_center) {
   real r2 = dot(from_center, from_center);
-  return mix((real3)(1.10f, 1.09f, 1.08f), (real3)(0.62f, 0.62f, 0.64f),
+  return mix((real3)(0.92f, 0.93f, 0.95f), (real3)(0.40f, 0.42f, 0.46f),
              (real)1 - (real)1 / (1 + (real)0.45 * r2));
 }
 
@@ -199,7 +188,9 @@ inline real3 ground(real3 origin, real3 direction, real2 shift, global const rea
   real3 p = origin + (height / fall) * direction;
   real away = length(p - real3_at(scene + QJ_SCENE_CENTER)) / scene[QJ_SCENE_RADIUS];
   if (away > 6) return color;
-  irradiance e = light_at(p, up, direction, shift, lights, count, maps, (int)scene[QJ_SCENE_KEY]);
+  // All but the rim light, which is last.
+  irradiance e =
+      light_at(p, up, direction, shift, lights, count - 1, maps, (int)scene[QJ_SCENE_KEY]);
   real3 share = (e.sky + e.key) / (e.open_sky + e.open_key);
   return color * mix(share, (real3)(1), smoothstep((real)4, (real)6, away));
 }

@@ -8,7 +8,7 @@ namespace qjulia {
 namespace {
 
 /// How far, in pixels, depth may bend over three pixels of a smooth place.
-constexpr double kSmoothBend = 0.5;
+constexpr double kSmoothBend = 1.0;
 
 }  // namespace
 
@@ -31,15 +31,26 @@ PixelKind DepthGrid::kind(int column, int row, double pixel) const {
   return most < kSmoothBend * pixel ? PixelKind::smooth : PixelKind::rough;
 }
 
-float DepthGrid::nearest_around(int column, int row) const {
-  float least = std::numeric_limits<float>::max();
-  for (int j = std::max(row - 1, 0); j <= std::min(row + 1, rows - 1); ++j) {
-    for (int i = std::max(column - 1, 0); i <= std::min(column + 1, columns - 1); ++i) {
-      const float depth = depths[index(i, j, columns)];
-      if (depth >= 0) least = std::min(least, depth);
+float DepthGrid::nearest(double x, double y) const {
+  const int i = static_cast<int>(std::floor(x)), j = static_cast<int>(std::floor(y));
+  // The four pixel centres about the place, or where one of them is empty, those around as well.
+  for (const int wider : {0, 1}) {
+    float least = std::numeric_limits<float>::max();
+    int empty = 0;
+    for (int row = std::max(j - wider, 0); row <= std::min(j + 1 + wider, rows - 1); ++row) {
+      for (int column = std::max(i - wider, 0); column <= std::min(i + 1 + wider, columns - 1);
+           ++column) {
+        const float depth = depths[index(column, row, columns)];
+        if (depth < 0) {
+          ++empty;
+        } else {
+          least = std::min(least, depth);
+        }
+      }
     }
+    if (empty == 0 || wider == 1) return least;
   }
-  return least;
+  return 0;
 }
 
 float DepthGrid::interpolated(double x, double y) const {

@@ -21,8 +21,9 @@ struct DepthGrid {
   /// a pixel's width in units of depth.
   PixelKind kind(int column, int row, double pixel) const;
 
-  /// The least depth of the 3 × 3 pixels around a pixel that is not empty.
-  float nearest_around(int column, int row) const;
+  /// The least depth of the pixels about (x, y), pixel centres at whole coordinates: of the 2 × 2
+  /// nearest, or of 4 × 4 where one of these is empty.
+  float nearest(double x, double y) const;
 
   /// Bilinear, between the depths of pixel centres at whole coordinates.
   float interpolated(double x, double y) const;

@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kSkyLights = 48;  ///< over the whole sphere
+constexpr int kSkyLights = 64;  ///< over the whole sphere
 constexpr int kSkyMap = 160;    ///< texels a side
 constexpr int kRimMap = 384;
 constexpr int kKeyMap = 768;
@@ -20,7 +20,7 @@ constexpr double kKeySoftness = 0.05;
 /// What the surroundings send from a direction whose sine of elevation is `rise`, per steradian:
 /// a sky brightest overhead, cool; a floor that glows warmly with the light it has got.
 Vector3d surroundings(double rise) {
-  const Vector3d horizon(0.19, 0.20, 0.22), zenith(0.34, 0.36, 0.39), floor(0.13, 0.12, 0.105);
+  const Vector3d horizon(0.12, 0.13, 0.145), zenith(0.22, 0.235, 0.26), floor(0.085, 0.078, 0.068);
   return rise > 0 ? Vector3d(horizon + rise * (zenith - horizon)) : floor;
 }
 
@@ -60,8 +60,7 @@ std::vector<Light> studio_lights(const Camera& camera, const Box& held) {
   const auto add = [&](const Vector3d& towards, const Vector3d& color, double softness, int size) {
     lights.push_back({towards, color, softness, parallel_view(towards, held, size)});
   };
-  add(from(-0.62, 0.80, 0.55), {0.98, 0.93, 0.84}, kKeySoftness, kKeyMap);
-  add(from(0.75, 0.40, -0.60), {0.34, 0.37, 0.42}, 0, kRimMap);
+  add(from(-0.78, 0.78, 0.42), {1.35, 1.26, 1.10}, kKeySoftness, kKeyMap);
   // A Fibonacci spiral: nearly even over the sphere.
   for (int i = 0; i < kSkyLights; ++i) {
     const double rise = 1 - (2 * i + 1.0) / kSkyLights;
@@ -70,7 +69,10 @@ std::vector<Light> studio_lights(const Camera& camera, const Box& held) {
     const double steradians = 4 * std::numbers::pi / kSkyLights;
     add(from(level_part * std::cos(around), rise, level_part * std::sin(around)),
         steradians * surroundings(rise), 0, kSkyMap);
+    lights.back().view.coarse_will_do = true;
   }
+  add(from(0.75, 0.40, -0.60), {0.50, 0.54, 0.60}, 0, kRimMap);
+  lights.back().view.coarse_will_do = true;
   return lights;
 }
 

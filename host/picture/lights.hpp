@@ -20,7 +20,8 @@ struct Light {
 };
 
 /// Lights that stay with the camera's azimuth, so that the shape turns under them. The key light
-/// comes first. @param held a box that holds the shape.
+/// comes first; the rim light, which casts no shadow on the ground, last. @param held a box that
+/// holds the shape.
 std::vector<Light> studio_lights(const Camera& camera, const Box& held);
 
 }  // namespace qjulia

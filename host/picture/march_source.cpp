@@ -1,14 +1,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
-#include <random>
 
 #include "device/context.hpp"
 #include "map/map_buffer.hpp"
+#include "picture/band_grid.hpp"
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
-#include "qjulia/field.hpp"
 #include "qjulia/shared/picture_layout.h"
 
 namespace qjulia {
@@ -17,41 +15,10 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// Seconds a launch should take: work is cut into launches by how long the last one took.
-constexpr double kLaunchSeconds = 0.05;
+constexpr double kLaunchSeconds = 0.08;
 
-/// The first octaves of detail throw the shadows that can be seen.
-constexpr int kShadowIterations = 2;
-
-/// Nearly the greatest ‖∇F₁‖ where F₁ = level: the 95th percentile over points scattered in the
-/// box and led there by Newton's steps along the gradient.
-double steepest_slope(const Field& field, double slice, double level, const Box& box) {
-  std::mt19937_64 random(1);
-  const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
-  std::vector<Quaternion> points(4096);
-  for (Quaternion& q : points) {
-    q = {std::lerp(box.low.x(), box.high.x(), uniform()),
-         std::lerp(box.low.y(), box.high.y(), uniform()),
-         std::lerp(box.low.z(), box.high.z(), uniform()), slice};
-  }
-  std::vector<double> slopes;
-  for (int step = 0; step < 5; ++step) {
-    const auto values = field.at(points, 1);
-    const auto gradients = field.gradient_at(points);
-    slopes.clear();
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      Quaternion g = gradients[i];
-      g.w = 0;
-      const double above = values[i] - level, slope = norm(g);
-      if (std::abs(above) < 0.5 && std::isfinite(slope)) slopes.push_back(slope);
-      if (slope > 0) points[i] = points[i] - (std::clamp(above / slope, -0.5, 0.5) / slope) * g;
-    }
-  }
-  if (slopes.empty()) return 20 / box.diagonal();
-  const auto at =
-      slopes.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(slopes.size()));
-  std::ranges::nth_element(slopes, at);
-  return *at;
-}
+/// Rays that each lane takes in turn, so that lanes whose rays end early are not idle.
+constexpr std::size_t kRaysALane = 16;
 
 /// One ray of a view, and a depth close before its hit.
 struct Ray {
@@ -75,11 +42,12 @@ std::vector<Ray> all_rays(int columns, int first_row, int rows) {
   return rays;
 }
 
-/// x, y and hint arrays of `stride` reals; the padding repeats the last ray.
-std::vector<float> component_arrays(std::span<const Ray> rays, std::size_t stride) {
+/// x, y and hint arrays.
+std::vector<float> component_arrays(std::span<const Ray> rays) {
+  const std::size_t stride = rays.size();
   std::vector<float> reals(3 * stride);
   for (std::size_t i = 0; i < stride; ++i) {
-    const Ray& ray = rays[std::min(i, rays.size() - 1)];
+    const Ray& ray = rays[i];
     reals[i] = static_cast<float>(ray.column) + 0.5F;
     reals[stride + i] = static_cast<float>(ray.row) + 0.5F;
     reals[2 * stride + i] = ray.hint;
@@ -87,22 +55,30 @@ std::vector<float> component_arrays(std::span<const Ray> rays, std::size_t strid
   return reals;
 }
 
+/// A map's box in map coordinates, or where it knows none, one that holds most of its factors.
+Box shape_box(const RationalMap& map) {
+  if (map.box)
+    return {map.shape_to_map.to_map(map.box->low), map.shape_to_map.to_map(map.box->high)};
+  const Eigen::Vector3d corner = Eigen::Vector3d::Constant(2);
+  return {-corner, corner};
+}
+
 class MarchSource : public DepthSource {
  public:
   MarchSource(const Device& device, const RationalMap& map, int iterations)
-      : device_(device), map_(map), iterations_(iterations), stops_(find_stop_radii(device, map)) {
+      : device_(device),
+        map_(map),
+        iterations_(iterations),
+        band_(find_band(device, map, iterations, shape_box(map))),
+        grid_(device, map, iterations, band_) {
     device::Context& context = device.context();
-    radius_ = 1.001 * std::min(stops_.outer, stops_.escape);
-    buffer_ = upload_map(context, map, stops_, Precision::single);
+    buffer_ = upload_map(context, map, band_.stops, Precision::single);
     kernel_ = context.kernel("ray_march.cl", "march_depth",
                              {device.lane_width(Precision::single), Precision::single, {}});
-    const double band =
-        iterations == 1 ? map.surface_level : std::log(std::min(stops_.outer, stops_.escape));
-    steepest_ =
-        steepest_slope(Field(device, map, Precision::single, stops_), map.slice, band, shape_box());
   }
 
   std::vector<float> depths(const View& view, int first_row, int rows) override {
+    if (view.coarse_will_do) return grid_.depths(view, first_row, rows);
     if (view.samples == 1) return march_rows(view, first_row, rows);
     // One ray a pixel tells where a pixel's samples need rays of their own.
     const View coarse = view.coarse();
@@ -112,50 +88,33 @@ class MarchSource : public DepthSource {
     return refine(view, first_row, rows, from, pixels);
   }
 
-  Box bounds() const override {
-    // The shell reaches a little beyond the shape, and not beyond the ball.
-    const Eigen::Vector3d margin = Eigen::Vector3d::Constant(2 / steepest_);
-    const Eigen::Vector3d corner = Eigen::Vector3d::Constant(radius_);
-    const Box box = shape_box();
-    return {(box.low - margin).cwiseMax(-corner), (box.high + margin).cwiseMin(corner)};
-  }
+  Box bounds() const override { return grid_.bounds(); }
 
  private:
-  /// The fitted shape's box, or where none is known, that of the ball.
-  Box shape_box() const {
-    const Eigen::Vector3d corner = Eigen::Vector3d::Constant(radius_);
-    if (!map_.box) return {-corner, corner};
-    return {map_.shape_to_map.to_map(map_.box->low), map_.shape_to_map.to_map(map_.box->high)};
-  }
-
   /// Depths of the given rays, in their order.
   std::vector<float> march(const View& view, const std::vector<Ray>& rays) {
     device::Context& context = device_.context();
     const auto packed = context.upload<float>(view.packed());
     // Fine enough for what a pixel can show, and for the shell's own grain.
-    const double shell = 1 / steepest_;
-    const double step =
-        std::clamp(view.footprint, shell / 40, view.for_shadows ? shell / 3 : shell / 6);
-    const int iterations =
-        view.for_shadows ? std::min(iterations_, kShadowIterations) : iterations_;
+    const double shell = 1 / band_.steepest;
+    const double step = std::clamp(view.footprint, shell / 40, shell / 6);
     const auto lanes = static_cast<std::size_t>(device_.lane_width(Precision::single));
+    const std::size_t share = kRaysALane * lanes;
     std::vector<float> depths(rays.size());
-    std::vector<float> out_reals;
     for (std::size_t done = 0; done < rays.size();) {
       const auto part = std::span(rays).subspan(
           done, std::min(static_cast<std::size_t>(rays_a_launch_), rays.size() - done));
-      const std::size_t groups = (part.size() + lanes - 1) / lanes, stride = groups * lanes;
-      const auto in = context.upload<float>(component_arrays(part, stride));
+      const std::size_t stride = part.size();
+      const auto in = context.upload<float>(component_arrays(part));
       const auto out = context.allocate<float>(stride);
       const auto start = Clock::now();
-      context.launch(kernel_, work_groups(groups, lanes),
-                     {buffer_, static_cast<std::int32_t>(map_.factors.size()), iterations, packed,
-                      in, static_cast<std::int32_t>(stride), static_cast<std::int32_t>(groups),
-                      real(radius_), real(steepest_), real(step), real(view.tolerance), out});
-      out_reals.resize(stride);
-      context.read(out, std::span(out_reals));
-      std::copy_n(out_reals.begin(), part.size(),
-                  depths.begin() + static_cast<std::ptrdiff_t>(done));
+      const std::size_t items = (part.size() + share - 1) / share;
+      context.launch(
+          kernel_, work_groups(items, lanes),
+          {buffer_, narrow(map_.factors.size()), iterations_, packed, in, narrow(stride),
+           narrow(part.size()), narrow(share), grid_.layout(), grid_.safe(), real(band_.radius),
+           real(band_.steepest), real(step), real(view.tolerance), out});
+      context.read(out, std::span(depths).subspan(done, part.size()));
       const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
       rays_a_launch_ = std::clamp(rays_a_launch_ * std::clamp(kLaunchSeconds / seconds, 0.5, 2.0),
                                   1024.0, 1048576.0);
@@ -185,12 +144,13 @@ class MarchSource : public DepthSource {
     std::vector<Ray> rays;
     for (Ray ray : all_rays(view.columns, first_row, rows)) {
       const int i = ray.column / view.samples, j = ray.row / view.samples - from;
+      const double x = (ray.column + 0.5) / view.samples - 0.5;
+      const double y = (ray.row + 0.5) / view.samples - 0.5 - from;
       const PixelKind kind = pixels.kind(i, j, pixel);
       if (kind == PixelKind::smooth) {
-        depths[index(ray.column, ray.row - first_row, view.columns)] = pixels.interpolated(
-            (ray.column + 0.5) / view.samples - 0.5, (ray.row + 0.5) / view.samples - 0.5 - from);
+        depths[index(ray.column, ray.row - first_row, view.columns)] = pixels.interpolated(x, y);
       } else if (kind == PixelKind::rough) {
-        ray.hint = std::max(0.0F, pixels.nearest_around(i, j) - static_cast<float>(2 * pixel));
+        ray.hint = std::max(0.0F, pixels.nearest(x, y) - static_cast<float>(pixel));
         rays.push_back(ray);
       }
     }
@@ -207,6 +167,8 @@ class MarchSource : public DepthSource {
     return {{(groups + size - 1) / size * size, 1, 1}, {size, 1, 1}};
   }
 
+  static std::int32_t narrow(std::size_t count) { return static_cast<std::int32_t>(count); }
+
   static device::Argument real(double value) {
     return device::Argument::real(value, Precision::single);
   }
@@ -214,9 +176,8 @@ class MarchSource : public DepthSource {
   Device device_;
   RationalMap map_;
   int iterations_;
-  StopRadii stops_;
-  double radius_ = 0;    ///< of a ball about the origin that holds the set
-  double steepest_ = 0;  ///< ‖∇F₁‖ about the undecided band
+  Band band_;
+  BandGrid grid_;
   device::RealBuffer buffer_;
   device::Kernel kernel_;
   double rays_a_launch_ = 4096;

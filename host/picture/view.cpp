@@ -12,27 +12,30 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kDegree = std::numbers::pi / 180;
-/// Shapes reach farther than the ellipsoid that fits in their box, but seldom to its corners.
-constexpr double kEllipsoid = 1.12;
-/// Share of the frame that the ellipsoid may fill.
-constexpr double kFill = 0.92;
+/// A set's shell reaches beyond the shape it was fitted to, by less than this share of its size.
+constexpr double kShell = 1.06;
+/// Share of the frame that the cylinder may fill: shapes seldom reach its rims.
+constexpr double kFill = 0.96;
 
-/// Half of the ellipsoid's extent along a unit vector.
-double extent(const Box& box, const Vector3d& unit) {
-  return kEllipsoid * 0.5 * box.size().cwiseProduct(unit).norm();
+/// Half of the extent along a unit vector of what is framed: the box's upright elliptic cylinder,
+/// that stands as high as the box and whose ellipse is a little larger than the one that fits in.
+double extent(const Box& box, char up, const Vector3d& unit) {
+  const Vector3d reach = 0.5 * kShell * box.size().cwiseProduct(unit.cwiseAbs());
+  const double upright = reach.dot(axis(up));
+  return upright + std::sqrt(reach.squaredNorm() - upright * upright);
 }
 
-/// Distance at which the ellipsoid fits a frame with these tangents of its half angles.
+/// Distance at which that cylinder fits a frame with these tangents of its half angles.
 double framing_distance(const Camera& camera, const Box& box, double tan_x, double tan_y) {
   double distance = 0;
   Camera turned = camera;
   for (int azimuth = 0; azimuth < 360; azimuth += 5) {
     turned.azimuth = azimuth;
     const CameraAxes axes = camera_axes(turned);
-    // The support function of the ellipsoid along each side plane's normal.
+    // The support function of the cylinder along each side plane's normal.
     const auto from = [&](const Vector3d& across, double tangent) {
       const Vector3d normal = (across + tangent * axes.back).normalized();
-      return extent(box, normal) * std::sqrt(1 + tangent * tangent) / tangent;
+      return extent(box, camera.up, normal) * std::sqrt(1 + tangent * tangent) / tangent;
     };
     for (const double sign : {-1.0, 1.0}) {
       distance = std::max({distance, from(sign * axes.right, tan_x), from(sign * axes.up, tan_y)});
@@ -112,7 +115,6 @@ View parallel_view(const Vector3d& towards, const Box& box, int size) {
   view.columns = view.rows = size;
   view.footprint = 2 * std::max(half(right), half(up)) / size;
   view.tolerance = view.footprint / 2;
-  view.for_shadows = true;
   view.eye_dx = view.footprint * right;
   view.eye_dy = -view.footprint * up;
   view.dir = -towards;

@@ -20,11 +20,10 @@ struct View {
   Eigen::Vector3d dir = Eigen::Vector3d::Zero();
   Eigen::Vector3d dir_dx = Eigen::Vector3d::Zero();
   Eigen::Vector3d dir_dy = Eigen::Vector3d::Zero();
-  double footprint = 0;  ///< width of a pixel at the middle of the scene
-  double tolerance = 0;  ///< of depths
-  int samples = 1;       ///< pixels on each side of a square that belong together
-  /// What a shadow cannot show may be left out: fine detail that costs time.
-  bool for_shadows = false;
+  double footprint = 0;         ///< width of a pixel at the middle of the scene
+  double tolerance = 0;         ///< of depths
+  int samples = 1;              ///< pixels on each side of a square that belong together
+  bool coarse_will_do = false;  ///< depths may come from a grid that smooths fine detail
 
   /// The view whose pixels are this one's squares of `samples` × `samples`.
   View coarse() const;
@@ -44,9 +43,9 @@ Eigen::Vector3d axis(char name);
 /// Azimuth 0 looks along the axis before `up` in the cycle x, y, z: for up = y it looks along −z.
 CameraAxes camera_axes(const Camera& camera);
 
-/// The camera's view of a box: the ellipsoid a little larger than the one that fits in the box is
-/// framed, at the same distance from every azimuth, so that a turntable keeps its size. The view's
-/// pixels are the picture's samples, `samples` × `samples` a pixel.
+/// The camera's view of a box: the upright elliptic cylinder in it, and a shell around, is framed
+/// with a margin, at the same distance from every azimuth, so that a turntable keeps its size. The
+/// view's pixels are the picture's samples, `samples` × `samples` a pixel.
 View camera_view(const Camera& camera, const Box& framed, int width, int height, int samples);
 
 /// Parallel rays along −`towards` over the box, `size` × `size`.

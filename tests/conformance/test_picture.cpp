@@ -6,8 +6,10 @@
 #include <numbers>
 
 #include "device/context.hpp"
+#include "picture/band_grid.hpp"
 #include "picture/depth_source.hpp"
 #include "qjulia/picture.hpp"
+#include "qjulia/shared/picture_layout.h"
 
 using namespace qjulia;
 using Eigen::Vector3d;
@@ -118,6 +120,51 @@ TEST_CASE("refined samples lie on the ball") {
   }
   CHECK(hits > 1000);
   CHECK(worst < 0.5 * view.footprint);
+}
+
+TEST_CASE("safe steps never lead into the ball, and the grid's coarse depths lie within a cell") {
+  for (const int width : {1, 8, 16}) {
+    CAPTURE(width);
+    const Device device = with_width(width);
+    const Band band = find_band(device, square(), 6, *square().box);
+    CHECK(band.radius >= 1);
+    BandGrid grid(device, square(), 6, band);
+    for (const Vector3d& corner : {grid.bounds().low, grid.bounds().high}) {
+      CHECK(corner.cwiseAbs().minCoeff() > 1);
+      CHECK(corner.cwiseAbs().maxCoeff() < 1.3);
+    }
+    std::vector<float> safe(grid.safe().size()), layout(grid.layout().size());
+    device.context().read(grid.safe(), std::span(safe));
+    device.context().read(grid.layout(), std::span(layout));
+    const int nx = static_cast<int>(layout[QJ_GRID_POINTS]);
+    const int ny = static_cast<int>(layout[QJ_GRID_POINTS + 1]);
+    double longest = -10, total = 0;
+    for (std::size_t i = 0; i < safe.size(); ++i) {
+      const int at = static_cast<int>(i), row = at / nx;
+      const Vector3d index(at % nx, row % ny, row / ny);
+      const Vector3d p = Vector3d(layout[0], layout[1], layout[2]) + layout[QJ_GRID_STEP] * index;
+      longest = std::max(longest, safe[i] - (p.norm() - 1));
+      total += std::max(0.0F, safe[i]);
+    }
+    CHECK(longest < 1e-4);
+    CHECK(total / static_cast<double>(safe.size()) > 0.05);
+
+    const View view = ball_view(61, 47, 1);
+    const auto depths = grid.depths(view, 0, view.rows);
+    int wrong = 0;
+    for (int row = 0; row < view.rows; ++row) {
+      for (int column = 0; column < view.columns; ++column) {
+        const double found = depths[static_cast<std::size_t>(row * view.columns + column)];
+        const Vector3d ray = direction(view, column, row);
+        // Rays that pass close by the ball may go either way.
+        const double passes = view.eye.cross(ray).norm();
+        if (std::abs(passes - 1) < grid.step()) continue;
+        if ((found >= 0) != (passes < 1)) ++wrong;
+        if (found >= 0 && std::abs((view.eye + found * ray).norm() - 1) > grid.step()) ++wrong;
+      }
+    }
+    CHECK(wrong == 0);
+  }
 }
 
 TEST_CASE("normals of depth point away from the ball's middle") {

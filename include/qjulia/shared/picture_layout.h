@@ -13,6 +13,13 @@
 #define QJ_VIEW_DIR_DY 15
 #define QJ_VIEW_SIZE 18
 
+/* A regular grid: point (i, j, k) lies at origin + step (i, j, k); values have i fastest, then j.
+ */
+#define QJ_GRID_ORIGIN 0
+#define QJ_GRID_STEP 3
+#define QJ_GRID_POINTS 4 /* three counts */
+#define QJ_GRID_SIZE 7
+
 /* A light: a direction with a square depth map seen along it. */
 #define QJ_LIGHT_DIRECTION 0  /* towards the light, unit */
 #define QJ_LIGHT_COLOR 3      /* irradiance of a surface that faces it */

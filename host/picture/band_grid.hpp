@@ -1,0 +1,53 @@
+#pragma once
+/// What a regular grid can tell of a set before rays are marched: how far they may go, and where
+/// the set roughly is.
+
+#include "device/context.hpp"
+#include "picture/view.hpp"
+#include "qjulia/field.hpp"
+#include "qjulia/rational_map.hpp"
+#include "surface/level_set.hpp"
+
+namespace qjulia {
+
+/// What rays need to know of the band of undecided points.
+struct Band {
+  StopRadii stops;
+  double radius = 0;    ///< of a ball about the origin that holds the set
+  double level = 0;     ///< F₁ at the band's outer surface
+  double steepest = 0;  ///< ‖∇F₁‖ about it
+};
+
+/// @param shape a box about the fitted shape, map coordinates.
+Band find_band(const Device& device, const RationalMap& map, int iterations, const Box& shape);
+
+/// Over the box of {F₁ < band.level}, in map coordinates.
+class BandGrid {
+ public:
+  BandGrid(const Device& device, const RationalMap& map, int iterations, const Band& band);
+
+  /// As shared/picture_layout.h says, with the safe steps at its points (ray_march.cl).
+  const device::Buffer<float>& layout() const { return layout_; }
+  const device::Buffer<float>& safe() const { return safe_; }
+
+  /// Depths of `rows` rows of a view, to about a cell.
+  std::vector<float> depths(const View& view, int first_row, int rows);
+
+  const Box& bounds() const { return bounds_; }
+  double step() const { return grid_.step; }
+
+ private:
+  std::vector<float> safe_steps(const Grid& grid) const;
+
+  Device device_;
+  RationalMap map_;
+  int iterations_;
+  Band band_;
+  device::RealBuffer map_buffer_;
+  Grid grid_;
+  Box bounds_;
+  device::Buffer<float> layout_, safe_, values_;
+  device::Kernel grid_depth_;
+};
+
+}  // namespace qjulia
