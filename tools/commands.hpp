@@ -21,6 +21,7 @@ void add_surface(CLI::App& program, ChosenCommand& chosen);
 void add_render(CLI::App& program, ChosenCommand& chosen);
 void add_sample(CLI::App& program, ChosenCommand& chosen);
 void add_compare(CLI::App& program, ChosenCommand& chosen);
+void add_convert(CLI::App& program, ChosenCommand& chosen);
 void add_info(CLI::App& program, ChosenCommand& chosen);
 void add_batch(CLI::App& program, ChosenCommand& chosen);
 

@@ -55,6 +55,8 @@ bool is_mesh_file(const std::filesystem::path& path) {
   return ends_in(path, {".obj", ".off", ".ply", ".stl"});
 }
 
+bool is_original_file(const std::filesystem::path& path) { return ends_in(path, {".o3d"}); }
+
 std::string file_hash(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   Fnv1a hash;

@@ -19,6 +19,9 @@ void require_extension(const std::filesystem::path& path,
 /// Whether the name is that of a mesh: .obj, .off, .ply or .stl.
 bool is_mesh_file(const std::filesystem::path& path);
 
+/// Whether the name is that of an original program's map: .o3d.
+bool is_original_file(const std::filesystem::path& path);
+
 /// Hexadecimal FNV-1a, 64 bits, of a file's bytes: tells whether two files are the same, and is no
 /// protection against somebody who wants them to seem so.
 /// http://www.isthe.com/chongo/tech/comp/fnv

@@ -68,15 +68,9 @@ std::vector<std::string> MapOptions::given() const {
   return names;
 }
 
-void add_map_options(CLI::App& command, MapOptions& options) {
+void add_knobs(CLI::App& command, MapOptions& options) {
   MapKnobs& knobs = options.knobs;
   Adder add(command, options);
-  add.remember(command
-                   .add_option("--iterations", options.iterations,
-                               "Iterations n, 1 to 16: 1 is the fitted shape itself, 2 and 3 have "
-                               "fewer octaves of detail, 6 is the set as it stays (8 where "
-                               "--detail is above 0.03)")
-                   ->capture_default_str());
   add.number("--detail", knobs.detail, "FRACTION",
              "Thickness of the fractal shell as a fraction of the shape's box diagonal: 0.005 "
              "smooth, 0.01 first detail, 0.02 to 0.03 clearly fractal, 0.05 heavily grooved, "
@@ -110,6 +104,17 @@ void add_map_options(CLI::App& command, MapOptions& options) {
       "where it is, and iteration turns about another point of it");
   add.number("--scale", knobs.scale, "S",
              "Above 1 the set swells, below 1 it wears away; 1 changes nothing");
+}
+
+void add_map_options(CLI::App& command, MapOptions& options) {
+  Adder add(command, options);
+  add.remember(command
+                   .add_option("--iterations", options.iterations,
+                               "Iterations n, 1 to 16: 1 is the fitted shape itself, 2 and 3 have "
+                               "fewer octaves of detail, 6 is the set as it stays (8 where "
+                               "--detail is above 0.03)")
+                   ->capture_default_str());
+  add_knobs(command, options);
 }
 
 void add_box(CLI::App& command, MapOptions& options, const std::string& otherwise) {

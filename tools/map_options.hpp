@@ -24,6 +24,9 @@ struct MapOptions {
   std::vector<const CLI::Option*> options;  ///< the parser's
 };
 
+/// The knobs alone. `options` must stay where it is.
+void add_knobs(CLI::App& command, MapOptions& options);
+
 /// --iterations and the knobs. `options` must stay where it is.
 void add_map_options(CLI::App& command, MapOptions& options);
 

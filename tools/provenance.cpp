@@ -69,10 +69,14 @@ std::string program_name() { return std::string("qjulia ") + version(); }
 
 nlohmann::json made_with(const std::filesystem::path& input, const MapOptions& options,
                          const DeviceInfo& device) {
-  return {{"program", program_json()},
-          {"input", file_json(input)},
-          {"map_options", to_json(options)},
-          {"device", device_json(device)}};
+  nlohmann::json json = converted_from(input);
+  json["map_options"] = to_json(options);
+  json["device"] = device_json(device);
+  return json;
+}
+
+nlohmann::json converted_from(const std::filesystem::path& input) {
+  return {{"program", program_json()}, {"input", file_json(input)}};
 }
 
 std::string one_line(const nlohmann::json& json) {

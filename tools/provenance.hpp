@@ -29,6 +29,9 @@ std::string program_name();
 nlohmann::json made_with(const std::filesystem::path& input, const MapOptions& options,
                          const DeviceInfo& device);
 
+/// Program and input (name and hash).
+nlohmann::json converted_from(const std::filesystem::path& input);
+
 /// On one line in ASCII, for the text of files. File names may hold any bytes.
 std::string one_line(const nlohmann::json& json);
 

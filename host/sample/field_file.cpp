@@ -78,7 +78,7 @@ CellGrid write_field(const Device& device, const RationalMap& map, const SampleO
   if (!npy && path.extension() != ".vti") {
     throw InputError(fmt::format("'{}' must end in .npy or .vti", path.string()));
   }
-  const CellGrid grid = sample_grid(device, map, options);
+  CellGrid grid = sample_grid(device, map, options);
   AtomicFile file(path);
   std::ostream& stream = file.stream();
   stream << (npy ? npy_header(grid, options.precision)

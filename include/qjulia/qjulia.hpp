@@ -11,6 +11,7 @@
 #include "qjulia/knobs.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/mesh.hpp"
+#include "qjulia/original_file.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/rational_map.hpp"
 #include "qjulia/sample.hpp"

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "obj_text.hpp"
+#include "original_bytes.hpp"
 #include "process.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
@@ -128,6 +129,24 @@ TEST_CASE("bad maps are refused") {
   check_refused(folder, {"surface", absent, "-o", folder / "out.ply"}, "absent.qjulia.json");
   check_refused(folder, {"render", absent, "-o", folder / "out.png"}, "absent.qjulia.json");
   check_refused(folder, {"info", absent}, "absent.qjulia.json");
+}
+
+TEST_CASE("bad original maps are refused") {
+  const TemporaryFolder folder;
+  const std::string good = qjulia::test::original_bytes(qjulia::test::small_original());
+  const std::vector<BadFile> files = {{"empty.o3d", ""},
+                                      {"zeros.o3d", std::string(4096, '\0')},
+                                      {"ones.o3d", std::string(4096, '\xff')},
+                                      {"random.o3d", random_bytes(4096)},
+                                      {"truncated.o3d", good.substr(0, good.size() - 1)},
+                                      {"half.o3d", good.substr(0, good.size() / 2)}};
+  for (const auto& [name, bytes] : files) {
+    check_refused(folder, {"convert", folder.file(name, bytes), folder / "out.qjulia.json"}, name);
+  }
+  check_refused(folder, {"convert", folder / "absent.o3d", folder / "out.qjulia.json"},
+                "absent.o3d");
+  check_refused(folder, {"convert", folder / "", folder / "out.qjulia.json"}, "folder");
+  check_refused(folder, {"convert", folder.file("good.o3d", good), folder / "out.ply"}, "out.ply");
 }
 
 TEST_CASE("bad option values are refused") {

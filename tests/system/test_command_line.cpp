@@ -17,7 +17,8 @@ TEST_CASE("--help teaches and --version tells, on standard output") {
   const auto version = run_command({"--version"});
   CHECK(version.exit_code == 0);
   CHECK(version.out == std::string("qjulia ") + qjulia::version() + "\n");
-  for (const char* command : {"devices", "fit", "surface", "render", "sample", "compare", "info"}) {
+  for (const char* command :
+       {"devices", "fit", "surface", "render", "sample", "compare", "convert", "info"}) {
     CAPTURE(command);
     const auto result = run_command({command, "--help"});
     CHECK(result.exit_code == 0);

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "original_bytes.hpp"
 #include "process.hpp"
 #include "qjulia/map_file.hpp"
 #include "temporary_folder.hpp"
@@ -87,6 +88,30 @@ TEST_CASE("a sampled field is shifted by --scale") {
   for (std::size_t i = 0; i < plain.size(); ++i) {
     CHECK(scaled[i] == Approx(plain[i] - std::log(1.25)).margin(1e-12));
   }
+}
+
+TEST_CASE("convert reads the original's maps and turns maps") {
+  const Map map;
+  const std::string original =
+      map.folder.file("small.o3d", qjulia::test::original_bytes(qjulia::test::small_original()));
+  const std::string converted = map.folder / "converted.qjulia.json";
+  const auto result = run_command({"convert", original, converted, "--json"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK(json::parse(result.out)["factors"] == 5);
+  const auto read = qjulia::read_map(converted);
+  CHECK(read.factors.size() == 5);
+  CHECK(read.provenance["converted"]["input"]["name"] == "small.o3d");
+
+  // Turned once in the file, or each time on the way: the same.
+  const Arguments knobs = {"--drift", "0.3", "--scale", "1.1", "--phase", "1", "1", "0", "0"};
+  const std::string expected = map.surface(knobs);
+  Map other;
+  Arguments arguments = {"convert", map.file, other.file, "--device", "cpu"};
+  arguments.insert(arguments.end(), knobs.begin(), knobs.end());
+  REQUIRE(run_command(arguments).exit_code == 0);
+  CHECK(qjulia::read_map(other.file).provenance["turned"]["map_options"]["drift"] == 0.3);
+  CHECK(other.surface({}) == expected);
 }
 
 TEST_CASE("pictures say how they were made") {

@@ -1,0 +1,175 @@
+#include "qjulia/original_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <vector>
+
+#include "qjulia/error.hpp"
+
+namespace qjulia {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "as in the files");
+
+/// A stream of which it is known how much is left.
+class Reader {
+ public:
+  Reader(std::istream& stream, std::string source) : stream_(stream), source_(std::move(source)) {
+    stream_.seekg(0, std::ios::end);
+    const std::streamoff size = stream_.tellg();
+    stream_.seekg(0);
+    if (!stream_ || size < 0) fail("cannot be read; check the name and its permissions");
+    left_ = static_cast<std::uint64_t>(size);
+  }
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw InputError(fmt::format("original map '{}': {}", source_, what));
+  }
+
+  std::int32_t integer(const char* what) { return value<std::int32_t>(what); }
+  double number(const char* what) { return value<double>(what); }
+
+  std::array<double, 3> vector(const char* what) {
+    return {number(what), number(what), number(what)};
+  }
+
+  /// A count of elements of `bytes` each, all of which the file still holds.
+  std::uint64_t count(const char* what, std::uint64_t bytes) {
+    const std::int32_t read = integer(what);
+    if (read < 0 || static_cast<std::uint64_t>(read) > left_ / bytes) {
+      fail(fmt::format("says there are {} {}, and {} bytes are left; it is damaged", read, what,
+                       left_));
+    }
+    return static_cast<std::uint64_t>(read);
+  }
+
+  std::vector<double> numbers(const char* what, std::uint64_t count) {
+    std::vector<double> values(static_cast<std::size_t>(count));
+    for (double& v : values) v = number(what);
+    return values;
+  }
+
+  void skip(std::uint64_t bytes, const char* what) {
+    if (bytes > left_) truncated(what);
+    stream_.seekg(static_cast<std::streamoff>(bytes), std::ios::cur);
+    left_ -= bytes;
+  }
+
+  std::uint64_t left() const { return left_; }
+
+ private:
+  template <class T>
+  T value(const char* what) {
+    std::array<char, sizeof(T)> bytes{};
+    if (left_ < sizeof(T) || !stream_.read(bytes.data(), sizeof(T))) truncated(what);
+    left_ -= sizeof(T);
+    return std::bit_cast<T>(bytes);
+  }
+
+  [[noreturn]] void truncated(const char* what) const {
+    fail(fmt::format("ends within its {}: it is not complete", what));
+  }
+
+  std::istream& stream_;
+  std::string source_;
+  std::uint64_t left_ = 0;
+};
+
+constexpr std::uint64_t kQuaternionBytes = 4 * sizeof(double);
+
+/// Π (q − root)^(scalar · power).
+std::vector<Factor> read_polynomial(Reader& file) {
+  const std::int32_t total = file.integer("number of roots");
+  for (const char* what : {"coefficients", "derivatives", "second derivatives"}) {
+    file.skip(file.count(what, kQuaternionBytes) * kQuaternionBytes, what);
+  }
+  const std::uint64_t roots = file.count("roots", kQuaternionBytes);
+  if (total < 0 || roots != static_cast<std::uint64_t>(total)) {
+    file.fail(fmt::format("has {} roots where it says {}; it is damaged", roots, total));
+  }
+  const std::vector<double> centers = file.numbers("roots", 4 * roots);
+  const std::uint64_t powers = file.count("powers", sizeof(double));
+  if (powers != roots) {
+    file.fail(fmt::format("has {} roots and {} powers; it is damaged", roots, powers));
+  }
+  std::vector<Factor> factors(static_cast<std::size_t>(roots));
+  const std::vector<double> exponents = file.numbers("powers", powers);
+  const double scalar = file.number("power scalar");
+  for (std::size_t k = 0; k < factors.size(); ++k) {
+    const double* c = centers.data() + 4 * k;
+    factors[k] = {{c[0], c[1], c[2], c[3]}, scalar * exponents[k]};
+  }
+  return factors;
+}
+
+/// Fields are of no use here, but a file that breaks off in one is not complete.
+void skip_field(Reader& file, const char* name) {
+  std::uint64_t cells = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::int32_t n = file.integer(name);
+    if (n < 0) file.fail(fmt::format("has a {} with {} cells along a side", name, n));
+    cells *= static_cast<std::uint64_t>(n);
+    // No more than the file holds, so that the next product does not overflow either.
+    if (cells > file.left() / sizeof(double)) {
+      file.fail(fmt::format("ends within its {}: it is not complete", name));
+    }
+  }
+  file.vector(name);
+  file.vector(name);
+  file.skip(cells * sizeof(double), name);
+}
+
+}  // namespace
+
+RationalMap original_from_stream(std::istream& stream, const std::string& source) {
+  Reader file(stream, source);
+  std::array<std::int32_t, 3> resolution{};
+  for (std::int32_t& n : resolution) n = file.integer("resolution");
+  const auto center = file.vector("centre");
+  const auto lengths = file.vector("lengths");
+
+  RationalMap map;
+  map.factors = read_polynomial(file);
+  std::vector<Factor> bottom = read_polynomial(file);
+  std::ranges::reverse(bottom);
+  for (Factor& factor : bottom) factor.exponent = -factor.exponent;
+  map.factors.insert(map.factors.end(), bottom.begin(), bottom.end());
+
+  const double scaling = file.number("scaling");
+  if (!(scaling > 0)) file.fail(fmt::format("has the scaling {}: it must be positive", scaling));
+  map.log_scale = std::log(scaling);
+  const std::int32_t history = file.integer("history");
+  if (history < 0) file.fail(fmt::format("has a history of {} entries", history));
+  // How entries of a history lie is not known; all that makes the map has been read.
+  if (history == 0) {
+    for (const char* name : {"fractal field", "distance field", "curvature field"}) {
+      skip_field(file, name);
+    }
+    if (file.left() > 0) file.fail(fmt::format("has {} bytes after its end", file.left()));
+  }
+  map.provenance = {
+      {"original", {{"resolution", resolution}, {"center", center}, {"lengths", lengths}}}};
+  try {
+    map.validate();
+  } catch (const InputError& error) {
+    file.fail(error.what());
+  }
+  return map;
+}
+
+RationalMap read_original(const std::filesystem::path& path) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) {
+    throw InputError(fmt::format("original map '{}': is a folder, not a file", path.string()));
+  }
+  std::ifstream stream(path, std::ios::binary);
+  return original_from_stream(stream, path.string());
+}
+
+}  // namespace qjulia
