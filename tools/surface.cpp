@@ -41,7 +41,8 @@ int run(const Arguments& arguments, Session& session) {
   const Device device = session.open_device(arguments.device);
   const RationalMap map = turned(device, read, arguments.map_options, arguments.map);
 
-  const TriangleMesh mesh = extract_surface(device, map, options, session.watch());
+  SurfaceReport made;
+  const TriangleMesh mesh = extract_surface(device, map, options, session.watch(), &made);
   if (session.interrupts.requested()) {
     session.console.note("interrupted; nothing was written");
     return kInterrupted;
@@ -70,6 +71,7 @@ int run(const Arguments& arguments, Session& session) {
        {"closed", report.closed()},
        {"made_with", made_with(arguments.map, arguments.map_options, device.info())},
        {"resolution", options.resolution},
+       {"points", to_json(made)},
        {"seconds", seconds}});
   return kDone;
 }
@@ -83,8 +85,8 @@ void add_surface(CLI::App& program, ChosenCommand& chosen) {
       "  qjulia surface bunny.qjulia.json -o bunny.ply\n"
       "  qjulia surface bunny.qjulia.json -o fine.stl --resolution 512 --detail 0.03\n"
       "  qjulia surface bunny.qjulia.json -o crust.ply --drift 0.8 --phase 0.8 0.6 0 0\n"
-      "The mesh lies in the fitted shape's own coordinates. Memory and time grow with the square\n"
-      "to the cube of the resolution.\n" +
+      "The mesh lies in the fitted shape's own coordinates. Only the undecided shell about\n"
+      "the surface is iterated: time grows with its volume, memory with the mesh and one slab.\n" +
       std::string(kMapOptionsHelp));
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
@@ -94,6 +96,8 @@ void add_surface(CLI::App& program, ChosenCommand& chosen) {
       ->type_name("MESH");
   command->add_option("--resolution", a.options.resolution, "Cells along the box's longest side")
       ->capture_default_str();
+  command->add_flag("--dense", a.options.dense,
+                    "Iterate every point of the grid: the same mesh, slower");
   add_map_options(*command, a.map_options);
   add_box(*command, a.map_options,
           "Default: the shape's box plus 5 %, grown until the set fits in");

@@ -111,8 +111,9 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
     metrics.iou = shared.iou;
     metrics.energy = shared.energy;
     const SurfaceOptions surface{options.resolution, n, {}};
-    compare_surfaces(device, set_surface(device, map, stops, surface, quiet), sampled,
-                     mesh.box().diagonal(), metrics);
+    MeshSink set;
+    set_surface(device, map, stops, surface, set, quiet);
+    compare_surfaces(device, set.mesh, sampled, mesh.box().diagonal(), metrics);
     all.push_back(metrics);
   }
   report(steps);

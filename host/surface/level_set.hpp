@@ -4,6 +4,8 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "device/context.hpp"
@@ -18,6 +20,8 @@ struct Grid {
   std::array<int, 3> points{0, 0, 0};
 
   Eigen::Vector3d at(const Eigen::Vector3d& index) const { return origin + step * index; }
+  /// Coordinate of the points number `index` along `axis`, as kernels compute it.
+  float coordinate(int axis, int index) const;
 };
 
 /// The points first … first + count − 1 of a grid along each axis. Fewer than 2³¹ of them.
@@ -34,9 +38,36 @@ GridBlock slices(const Grid& grid, int z, int count);
 /// Slices to ask for at a time: about a million points, bounded memory and launches worth making.
 int slices_at_once(const Grid& grid);
 
+/// Points of the map's slice, map coordinates.
+struct PointList {
+  std::vector<float> x, y, z;
+
+  std::size_t size() const { return x.size(); }
+  void add(float px, float py, float pz) {
+    x.push_back(px);
+    y.push_back(py);
+    z.push_back(pz);
+  }
+  /// Points `begin` … `begin + count − 1` into three arrays of `stride` each.
+  void copy(std::size_t begin, std::size_t count, std::size_t stride, std::span<float> out) const;
+};
+
+/// Least and greatest F_1, for each of several cubes.
+struct FieldBounds {
+  std::vector<float> low, high;
+};
+
+/// How many points were asked for what.
+struct LevelSetCounts {
+  std::uint64_t potentials = 0;  ///< F_1 evaluated
+  std::uint64_t iterated = 0;    ///< points left undecided by F_1, and iterated
+  std::uint64_t iterates = 0;    ///< second and further iterates of these, all together
+  std::uint64_t cubes = 0;       ///< cubes bounded
+};
+
 /// F_n with orbits ended at the stop radii, in single precision. The values are those of
-/// `Field::decided_at`, bit for bit: one iterate everywhere, and the rest only at the points that
-/// it leaves undecided (a few per cent of the domain, gathered so that no lane is idle).
+/// `Field::decided_at`, bit for bit: one iterate everywhere, and further ones only at the points
+/// that are still undecided, gathered anew after each so that no lane is idle.
 class LevelSet {
  public:
   LevelSet(const Device& device, const RationalMap& map, const StopRadii& stops, int iterations);
@@ -44,20 +75,42 @@ class LevelSet {
   /// One value a point, x fastest, then y. Launches are kept near 100 ms.
   std::vector<float> over(const Grid& grid, const GridBlock& block) const;
 
+  /// The same, all iterates of all points in one launch: what the others are checked against.
+  std::vector<float> densely_over(const Grid& grid, const GridBlock& block) const;
+
+  /// F_n at points anywhere on the slice.
+  std::vector<float> at(const PointList& points) const;
+
+  /// Bounds of F_1 over cubes that reach `half_side` from their centres along each axis; of
+  /// ln |q| where they reach beyond the escape radius. Rounding is allowed for.
+  FieldBounds bounds(const PointList& centers, double half_side) const;
+
+  /// Where F_1 is below it, F_n is below `level` for certain; −infinity where that is not known.
+  double certainly_inside_below(double level) const;
+  /// Where F_1 is above it, F_n is above `level` for certain.
+  double certainly_outside_above(double level) const;
+
+  const LevelSetCounts& counts() const { return counts_; }
+
  private:
-  void first_iterate(const Grid& grid, const GridBlock& block, std::vector<float>& values) const;
-  void iterate(const Grid& grid, const GridBlock& block, const std::vector<std::int32_t>& points,
+  void block_values(const Grid& grid, const GridBlock& block, int iterations,
+                    std::vector<float>& values) const;
+  /// Replaces the F_1 in `values` by F_n at the numbers listed, whose points are `points`.
+  void iterate(std::span<const std::int32_t> numbers, const PointList& points,
                std::vector<float>& values) const;
   bool undecided(float value) const { return value > below_ && value < above_; }
+  device::Kernel kernel(const char* name) const;
   std::size_t lanes() const;
-  std::size_t groups_per_launch(int iterations) const;
+  std::size_t groups_per_launch(std::size_t pairs) const;
 
   Device device_;
   int factors_;
   int iterations_;
+  float slice_;
   device::RealBuffer map_;
   float below_;  ///< an iterate of this log radius or less never leaves
   float above_;  ///< an iterate of this log radius or more never returns
+  mutable LevelSetCounts counts_;
 };
 
 }  // namespace qjulia

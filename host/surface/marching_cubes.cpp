@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <utility>
 
 #include "qjulia/error.hpp"
 #include "surface/cube_cases.hpp"
@@ -15,9 +14,10 @@ constexpr float kMargin = 0.01F;
 
 }  // namespace
 
-MarchingCubes::MarchingCubes(int nx, int ny, double level, double reach)
-    : nx_(static_cast<std::size_t>(nx)),
-      ny_(static_cast<std::size_t>(ny)),
+MarchingCubes::MarchingCubes(const std::array<int, 3>& points, double level, double reach)
+    : points_(points),
+      nx_(static_cast<std::size_t>(points[0])),
+      ny_(static_cast<std::size_t>(points[1])),
       level_(static_cast<float>(level)),
       reach_(static_cast<float>(reach)),
       on_z_(nx_ * ny_) {
@@ -29,86 +29,121 @@ MarchingCubes::MarchingCubes(int nx, int ny, double level, double reach)
   }
 }
 
-void MarchingCubes::add(std::span<const float> slice) {
+template <class F>
+void MarchingCubes::each_unknown(const Slice& slice, F f) const {
+  for (std::size_t y = 0; y < ny_; ++y) {
+    for (const Run& run : slice.layer->row(static_cast<int>(y))) {
+      if (run.side != Side::unknown) continue;
+      f(y * nx_ + static_cast<std::size_t>(run.begin),
+        static_cast<std::size_t>(run.end - run.begin));
+    }
+  }
+}
+
+void MarchingCubes::add(std::span<const float> slice, const Layer& layer) {
   std::swap(lower_, upper_);
   ++slices_;
+  upper_.layer = &layer;
   classify(slice, upper_);
+  part_.complete = part_.first + static_cast<std::uint32_t>(part_.vertices.size());
   cross_slice(upper_);
   if (slices_ == 1) return;
   cross_between();
   mesh_layer();
 }
 
+MeshPart MarchingCubes::take() {
+  if (slices_ == points_[2]) {
+    part_.complete = part_.first + static_cast<std::uint32_t>(part_.vertices.size());
+  }
+  MeshPart next;
+  next.first = part_.first + static_cast<std::uint32_t>(part_.vertices.size());
+  return std::exchange(part_, std::move(next));
+}
+
 void MarchingCubes::classify(std::span<const float> values, Slice& slice) const {
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    slice.inside[i] = values[i] < level_ ? 1 : 0;
-    slice.difference[i] = std::clamp(values[i] - level_, -reach_, reach_);
+  for (std::size_t y = 0; y < ny_; ++y) {
+    for (const Run& run : slice.layer->row(static_cast<int>(y))) {
+      const std::size_t end = y * nx_ + static_cast<std::size_t>(run.end);
+      std::size_t i = y * nx_ + static_cast<std::size_t>(run.begin);
+      if (run.side != Side::unknown) {
+        std::fill(slice.inside.begin() + static_cast<std::ptrdiff_t>(i),
+                  slice.inside.begin() + static_cast<std::ptrdiff_t>(end),
+                  run.side == Side::inside ? std::uint8_t{1} : std::uint8_t{0});
+        continue;
+      }
+      for (; i < end; ++i) {
+        slice.inside[i] = values[i] < level_ ? 1 : 0;
+        slice.difference[i] = std::clamp(values[i] - level_, -reach_, reach_);
+      }
+    }
   }
 }
 
-Eigen::Vector3d MarchingCubes::point(std::size_t index, int z) const {
-  const std::size_t x = index % nx_;
-  const std::size_t y = index / nx_;
-  return {static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)};
-}
-
-std::uint32_t MarchingCubes::add_vertex(const Eigen::Vector3d& position) {
-  const std::size_t number = mesh_.vertices.size();
+std::uint32_t MarchingCubes::add_vertex(const EdgeVertex& vertex) {
+  const std::size_t number = part_.first + part_.vertices.size();
   if (number >= std::numeric_limits<std::uint32_t>::max()) {
-    throw Error("the surface has more than 4294967295 vertices; lower the resolution");
+    throw Error("the surface has more than 4294967294 vertices; lower the resolution");
   }
-  mesh_.vertices.push_back(position);
+  part_.vertices.push_back(vertex);
   return static_cast<std::uint32_t>(number);
 }
 
-std::uint32_t MarchingCubes::crossing(const Eigen::Vector3d& from, int axis, float below,
+std::uint32_t MarchingCubes::crossing(std::size_t index, int z, int axis, float below,
                                       float above) {
   float t = below / (below - above);
   if (!(t >= kMargin)) t = kMargin;  // also where a difference is not a number
   t = std::min(t, 1 - kMargin);
-  return add_vertex(from + static_cast<double>(t) * Eigen::Vector3d::Unit(axis));
+  const bool leads_inside = (z == slices_ - 1 ? upper_ : lower_).inside[index] == 0;
+  return add_vertex(
+      {{static_cast<int>(index % nx_), static_cast<int>(index / nx_), z}, axis, t, leads_inside});
 }
 
 void MarchingCubes::cross_slice(Slice& slice) {
   const int z = slices_ - 1;
   const auto& inside = slice.inside;
-  for (std::size_t y = 0; y < ny_; ++y) {
-    for (std::size_t x = 0; x < nx_; ++x) {
-      const std::size_t i = y * nx_ + x;
-      if (x + 1 < nx_ && inside[i] != inside[i + 1]) {
-        slice.on_x[i] = crossing(point(i, z), 0, slice.difference[i], slice.difference[i + 1]);
+  each_unknown(slice, [&](std::size_t first, std::size_t count) {
+    const std::size_t y = first / nx_;
+    const std::size_t row_end = (y + 1) * nx_;
+    for (std::size_t i = first; i < first + count; ++i) {
+      if (i + 1 < row_end && inside[i] != inside[i + 1]) {
+        slice.on_x[i] = crossing(i, z, 0, slice.difference[i], slice.difference[i + 1]);
       }
       if (y + 1 < ny_ && inside[i] != inside[i + nx_]) {
-        slice.on_y[i] = crossing(point(i, z), 1, slice.difference[i], slice.difference[i + nx_]);
+        slice.on_y[i] = crossing(i, z, 1, slice.difference[i], slice.difference[i + nx_]);
       }
     }
-  }
+  });
 }
 
 void MarchingCubes::cross_between() {
-  for (std::size_t i = 0; i < nx_ * ny_; ++i) {
-    if (lower_.inside[i] != upper_.inside[i]) {
-      on_z_[i] = crossing(point(i, slices_ - 2), 2, lower_.difference[i], upper_.difference[i]);
+  each_unknown(lower_, [&](std::size_t first, std::size_t count) {
+    for (std::size_t i = first; i < first + count; ++i) {
+      if (lower_.inside[i] != upper_.inside[i]) {
+        on_z_[i] = crossing(i, slices_ - 2, 2, lower_.difference[i], upper_.difference[i]);
+      }
     }
-  }
+  });
 }
 
 void MarchingCubes::mesh_layer() {
-  for (std::size_t y = 0; y + 1 < ny_; ++y) {
-    const std::size_t row = y * nx_;
+  each_unknown(lower_, [&](std::size_t first, std::size_t count) {
+    const std::size_t y = first / nx_;
+    if (y + 1 == ny_) return;
     // The four corners at one x: bits 0, 2, 4, 6 of a case.
     const auto column = [&](std::size_t i) {
       return static_cast<unsigned>(lower_.inside[i] | lower_.inside[i + nx_] << 2 |
                                    upper_.inside[i] << 4 | upper_.inside[i + nx_] << 6);
     };
-    unsigned left = column(row);
-    for (std::size_t i = row; i + 1 < row + nx_; ++i) {
+    const std::size_t end = std::min(first + count, (y + 1) * nx_ - 1);
+    unsigned left = column(first);
+    for (std::size_t i = first; i < end; ++i) {
       const unsigned right = column(i + 1);
       const unsigned inside = left | right << 1;
       if (inside != 0 && inside != 255) mesh_cell(inside, i);
       left = right;
     }
-  }
+  });
 }
 
 void MarchingCubes::mesh_cell(unsigned inside, std::size_t corner) {
@@ -121,17 +156,30 @@ void MarchingCubes::mesh_cell(unsigned inside, std::size_t corner) {
   for (const CubeLoop& loop : cube_cases()[inside]) {
     std::uint32_t center = 0;
     if (std::ranges::find(loop.triangles, kLoopCenter) != loop.triangles.end()) {
-      Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-      for (const auto edge : loop.edges) mean += mesh_.vertices[*on_edge[edge]];
-      center = add_vertex(mean / static_cast<double>(loop.edges.size()));
+      center = add_vertex({{}, EdgeVertex::kNoEdge, 0, false});
+      MeanVertex mean{center, {}};
+      for (const auto edge : loop.edges) mean.of.push_back(*on_edge[edge]);
+      part_.means.push_back(std::move(mean));
     }
     const auto vertex = [&](std::uint8_t edge) {
       return edge == kLoopCenter ? center : *on_edge[edge];
     };
     for (std::size_t t = 0; t < loop.triangles.size(); t += 3) {
-      mesh_.triangles.push_back({vertex(loop.triangles[t]), vertex(loop.triangles[t + 1]),
+      part_.triangles.push_back({vertex(loop.triangles[t]), vertex(loop.triangles[t + 1]),
                                  vertex(loop.triangles[t + 2])});
     }
+  }
+  count_open_edges(inside, corner);
+}
+
+void MarchingCubes::count_open_edges(unsigned inside, std::size_t corner) {
+  const std::array<std::size_t, 3> cell{corner % nx_, corner / nx_,
+                                        static_cast<std::size_t>(slices_ - 2)};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto last = static_cast<std::size_t>(points_[axis]) - 2;
+    const int low_face = static_cast<int>(2 * axis);
+    if (cell[axis] == 0) part_.open_edges += face_segments(inside, low_face).size();
+    if (cell[axis] == last) part_.open_edges += face_segments(inside, low_face + 1).size();
   }
 }
 

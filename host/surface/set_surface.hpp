@@ -6,7 +6,17 @@
 namespace qjulia {
 
 /// Map and options are valid.
-TriangleMesh set_surface(const Device& device, const RationalMap& map, const StopRadii& stops,
-                         const SurfaceOptions& options, const Watch& watch);
+SurfaceReport set_surface(const Device& device, const RationalMap& map, const StopRadii& stops,
+                          const SurfaceOptions& options, SurfaceSink& sink, const Watch& watch);
+
+/// Keeps a mesh in memory.
+class MeshSink : public SurfaceSink {
+ public:
+  void vertices(std::span<const Eigen::Vector3d> positions,
+                std::span<const Eigen::Vector3d> normals) override;
+  void triangles(std::span<const Triangle> triangles) override;
+
+  TriangleMesh mesh;
+};
 
 }  // namespace qjulia

@@ -2,17 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
-#include <span>
+#include <utility>
 
 #include "qjulia/error.hpp"
 #include "qjulia/shared/map_layout.h"
 #include "surface/clear_box.hpp"
 #include "surface/level_set.hpp"
-#include "surface/marching_cubes.hpp"
+#include "surface/march.hpp"
 #include "surface/set_surface.hpp"
 
 namespace qjulia {
@@ -44,28 +42,6 @@ Box starting_box(const LevelSet& set, const RationalMap& map, const StopRadii& s
   return tightened(set, map.surface_level, {-reach, reach});
 }
 
-TriangleMesh march(const LevelSet& set, double level, double reach, const Grid& grid,
-                   const Watch& watch) {
-  const auto [nx, ny, nz] = grid.points;
-  const auto slice = static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny);
-  const int at_once = slices_at_once(grid);
-  MarchingCubes cubes(nx, ny, level, reach);
-  const auto start = std::chrono::steady_clock::now();
-  for (int z = 0; z < nz; z += at_once) {
-    if (watch.stop.stop_requested()) throw Interrupted();
-    const int count = std::min(at_once, nz - z);
-    const auto values = set.over(grid, slices(grid, z, count));
-    for (std::size_t first = 0; first < values.size(); first += slice) {
-      cubes.add(std::span(values).subspan(first, slice));
-    }
-    const double done = static_cast<double>(z + count) / nz;
-    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-    watch.report({"extracting the surface", done, taken.count() * (1 - done) / done,
-                  fmt::format("{} triangles", cubes.triangle_count())});
-  }
-  return cubes.take();
-}
-
 }  // namespace
 
 void SurfaceOptions::validate() const {
@@ -82,8 +58,8 @@ void SurfaceOptions::validate() const {
   }
 }
 
-TriangleMesh set_surface(const Device& device, const RationalMap& map, const StopRadii& stops,
-                         const SurfaceOptions& options, const Watch& watch) {
+SurfaceReport set_surface(const Device& device, const RationalMap& map, const StopRadii& stops,
+                          const SurfaceOptions& options, SurfaceSink& sink, const Watch& watch) {
   const LevelSet set(device, map, stops, options.iterations);
   Box box;
   if (options.box) {
@@ -94,18 +70,50 @@ TriangleMesh set_surface(const Device& device, const RationalMap& map, const Sto
   }
   const Grid grid = grid_over(box, options.resolution);
   const double reach = options.iterations == 1 ? std::numeric_limits<double>::infinity() : kReach;
-  TriangleMesh mesh = march(set, map.surface_level, reach, grid, watch);
-  for (Eigen::Vector3d& vertex : mesh.vertices) {
-    vertex = map.shape_to_map.to_shape(grid.at(vertex));
-  }
-  return mesh;
+  Assembly assembly(grid, map.shape_to_map, sink);
+  const LevelSetCounts before = set.counts();
+  SurfaceReport report = march(set, map.surface_level, reach, grid, options.dense, assembly, watch);
+  report.grid_points = GridBlock{{0, 0, 0}, grid.points}.size();
+  report.potentials = set.counts().potentials - before.potentials;
+  report.iterated = set.counts().iterated - before.iterated;
+  report.iterates = set.counts().iterates - before.iterates;
+  report.bounded_blocks = set.counts().cubes - before.cubes;
+  return report;
+}
+
+void MeshSink::vertices(std::span<const Eigen::Vector3d> positions,
+                        std::span<const Eigen::Vector3d> normals) {
+  mesh.vertices.insert(mesh.vertices.end(), positions.begin(), positions.end());
+  for (const Eigen::Vector3d& normal : normals) mesh.normals.push_back(normal.cast<float>());
+}
+
+void MeshSink::triangles(std::span<const Triangle> triangles) {
+  mesh.triangles.insert(mesh.triangles.end(), triangles.begin(), triangles.end());
+}
+
+SurfaceReport extract_surface(const Device& device, const RationalMap& map,
+                              const SurfaceOptions& options, SurfaceSink& sink,
+                              const Watch& watch) {
+  options.validate();
+  map.validate();
+  return set_surface(device, map, find_stop_radii(device, map), options, sink, watch);
 }
 
 TriangleMesh extract_surface(const Device& device, const RationalMap& map,
-                             const SurfaceOptions& options, const Watch& watch) {
-  options.validate();
-  map.validate();
-  return set_surface(device, map, find_stop_radii(device, map), options, watch);
+                             const SurfaceOptions& options, const Watch& watch,
+                             SurfaceReport* report) {
+  MeshSink sink;
+  const SurfaceReport made = extract_surface(device, map, options, sink, watch);
+  if (report != nullptr) *report = made;
+  return std::move(sink.mesh);
+}
+
+nlohmann::json to_json(const SurfaceReport& report) {
+  return {{"grid", report.grid_points},
+          {"potentials", report.potentials},
+          {"iterated", report.iterated},
+          {"iterates", report.iterates},
+          {"bounded_blocks", report.bounded_blocks}};
 }
 
 }  // namespace qjulia

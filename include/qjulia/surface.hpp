@@ -1,7 +1,10 @@
 #pragma once
 /// The set as a triangle mesh.
 
+#include <cstdint>
+#include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 
 #include "qjulia/field.hpp"
 #include "qjulia/mesh.hpp"
@@ -14,15 +17,50 @@ struct SurfaceOptions {
   int iterations = 6;      ///< n; 1 is the fitted potential itself
   std::optional<Box> box;  ///< shape units; by default the shape's box plus 5 %, grown until
                            ///< nothing touches its faces
+  bool dense = false;      ///< iterate every point of the grid: the same mesh, slower
   void validate() const;   ///< @throws InputError
 };
 
-/// Marching cubes of F_n = L, evaluated on the device in slabs; shape units. Shared vertices;
-/// closed and 2-manifold where the set stays clear of the box, oriented outward. Without
-/// triangles when the box holds no surface.
+/// What an extraction came to.
+struct SurfaceReport {
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  std::size_t open_edges = 0;        ///< where the set was cut by the box; all others are shared by
+                                     ///< two triangles
+  std::uint64_t grid_points = 0;     ///< of the grid
+  std::uint64_t potentials = 0;      ///< points where F_1 was evaluated
+  std::uint64_t iterated = 0;        ///< points of the band, that F_1 leaves undecided
+  std::uint64_t iterates = 0;        ///< further iterates of these, all together
+  std::uint64_t bounded_blocks = 0;  ///< blocks of points that F_1 was bounded over
+};
+nlohmann::json to_json(const SurfaceReport& report);
+
+/// Takes a mesh piece by piece, as it is made.
+class SurfaceSink {
+ public:
+  virtual ~SurfaceSink() = default;
+  /// The next vertices, shape units; numbers run from 0 in the order they come in. Normals are of
+  /// length 1, outward: the mean of the triangles around, by area.
+  virtual void vertices(std::span<const Eigen::Vector3d> positions,
+                        std::span<const Eigen::Vector3d> normals) = 0;
+  /// The next triangles. Their vertices come before or after them.
+  virtual void triangles(std::span<const Triangle> triangles) = 0;
+};
+
+/// Marching cubes of F_n = L, evaluated on the device in slabs. Shared vertices; closed and
+/// 2-manifold where the set stays clear of the box, oriented outward. Without triangles when the
+/// box holds no surface. F_1 is bounded over blocks of points, evaluated where these bounds do not
+/// settle the side, and iterated where F_1 does not: cost grows with the band about the surface.
+/// Memory is that of a few slabs.
 /// @throws InputError naming the option or what is wrong with the map; Error when no box is clear
-///   of the set; Interrupted when a stop is requested.
+///   of the set, or beyond 2³² vertices; Interrupted when a stop is requested.
+SurfaceReport extract_surface(const Device& device, const RationalMap& map,
+                              const SurfaceOptions& options, SurfaceSink& sink,
+                              const Watch& watch = {});
+
+/// The same, in memory.
 TriangleMesh extract_surface(const Device& device, const RationalMap& map,
-                             const SurfaceOptions& options, const Watch& watch = {});
+                             const SurfaceOptions& options, const Watch& watch = {},
+                             SurfaceReport* report = nullptr);
 
 }  // namespace qjulia

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <random>
 #include <vector>
 
 #include "random_maps.hpp"
@@ -87,6 +88,7 @@ TEST_CASE("iterating only what is undecided gives the values of iterating everyt
   const auto dense = field.decided_at(points, iterations);
   const auto first = field.decided_at(points, 1);
   REQUIRE(values.size() == dense.size());
+  CHECK(LevelSet(device, map, kStops, iterations).densely_over(grid, block) == values);
   std::size_t iterated = 0;
   std::size_t different = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -127,5 +129,51 @@ TEST_CASE("maps without stop radii are iterated to the end") {
   const auto expected = Field(device, map).at(points_of(grid, block, map.slice), 3);
   for (std::size_t i = 0; i < values.size(); ++i) {
     REQUIRE(static_cast<double>(values[i]) == expected[i]);
+  }
+}
+
+TEST_CASE("bounds of F_1 over a cube hold at every point in it") {
+  const auto device = Device::choose("cpu").with_lane_width(GENERATE(1, 16));
+  // Centres near the slice and large exponents: cubes hold singularities, and slopes are steep.
+  const double scale = GENERATE(1.0, 20.0);
+  RationalMap map = sliced_map();
+  for (Factor& factor : map.factors) factor.exponent *= scale;
+  map.factors[2].center.w = map.slice;
+  const LevelSet set(device, map, kStops, 1);
+  std::mt19937_64 bits(4);
+  for (const double half : {0.5, 0.1, 0.01, 0.001}) {
+    PointList centers;
+    for (int i = 0; i < 300; ++i) {
+      const auto at = [&bits] { return static_cast<float>(test::uniform(bits, -1.8, 1.8)); };
+      centers.add(at(), at(), at());
+    }
+    const FieldBounds bounds = set.bounds(centers, half);
+    REQUIRE(bounds.low.size() == centers.size());
+    // Corners first, then anywhere.
+    constexpr std::size_t kTrials = 40;
+    PointList points;
+    for (std::size_t i = 0; i < centers.size(); ++i) {
+      for (std::size_t trial = 0; trial < kTrials; ++trial) {
+        const auto offset = [&](unsigned axis) {
+          const double corner = (trial >> axis & 1U) != 0 ? half : -half;
+          return static_cast<float>(trial < 8 ? corner : test::uniform(bits, -half, half));
+        };
+        points.add(centers.x[i] + offset(0), centers.y[i] + offset(1), centers.z[i] + offset(2));
+      }
+    }
+    const std::vector<float> values = set.at(points);
+    std::size_t beyond = 0;
+    std::size_t tight = 0;
+    for (std::size_t i = 0; i < centers.size(); ++i) {
+      const auto first = values.begin() + static_cast<std::ptrdiff_t>(i * kTrials);
+      const auto [least, greatest] = std::minmax_element(first, first + kTrials);
+      if (*least < bounds.low[i] || *greatest > bounds.high[i]) ++beyond;
+      if (bounds.high[i] - bounds.low[i] < 1.5F * (*greatest - *least)) ++tight;
+    }
+    CAPTURE(half, scale);
+    CHECK(beyond == 0);
+    // They are worth having: hardly wider than the field's range once cubes are small, but where
+    // the field jumps at the escape radius.
+    if (half <= 0.01) CHECK(tight > centers.size() / 2);
   }
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "armed_ball.hpp"
 #include "edge_count.hpp"
 #include "qjulia/compare.hpp"
 #include "qjulia/error.hpp"
@@ -92,9 +93,11 @@ TEST_CASE("a box that is too small grows until the set is clear of it") {
 
 TEST_CASE("a given box is kept, and cuts the set open") {
   SurfaceOptions options{32, 1, Box{{0, -1.2, -1.2}, {1.2, 1.2, 1.2}}};
-  const TriangleMesh mesh = extract_surface(Device::choose("cpu"), square(), options);
+  SurfaceReport report;
+  const TriangleMesh mesh = extract_surface(Device::choose("cpu"), square(), options, {}, &report);
   const auto count = test::count_edges(mesh);
   CHECK(count.open > 0);
+  CHECK(count.open == report.open_edges);
   CHECK(count.badly_shared == 0);
   for (const auto& v : mesh.vertices) CHECK(v.x() >= 0);
   CHECK(test::surface_area(mesh) == Approx(2 * M_PI).epsilon(0.02));
@@ -107,6 +110,44 @@ TEST_CASE("iterated sets are closed and manifold too, over several slabs") {
   const TriangleMesh mesh = extract_surface(device, map, {128, iterations, {}});
   require_closed_manifold(mesh);
   CHECK(test::enclosed_volume(mesh) > 0);
+}
+
+TEST_CASE("looking at the shell alone gives the mesh of looking everywhere") {
+  const auto device = Device::choose("cpu");
+  const auto [resolution, iterations, detail] =
+      GENERATE(table<int, int, double>({{64, 1, 0.05}, {96, 6, 0.05}, {70, 6, 0.2}, {64, 2, 0.3}}));
+  RationalMap map = test::armed_ball_map(60);
+  for (Factor& factor : map.factors) factor.exponent /= detail;
+  map.log_scale /= detail;
+  SurfaceOptions options{resolution, iterations, {}};
+  SurfaceReport sparse;
+  const TriangleMesh mesh = extract_surface(device, map, options, {}, &sparse);
+  options.dense = true;
+  SurfaceReport dense;
+  const TriangleMesh same = extract_surface(device, map, options, {}, &dense);
+  require_closed_manifold(mesh);
+  CHECK(mesh.triangles == same.triangles);
+  CHECK(mesh.vertices == same.vertices);
+  CHECK(mesh.normals == same.normals);
+  CAPTURE(sparse.grid_points, sparse.potentials, sparse.iterated, dense.iterated);
+  CHECK(sparse.grid_points == dense.grid_points);
+  CHECK(dense.potentials == dense.grid_points);
+  CHECK(sparse.potentials < sparse.grid_points);
+  CHECK(sparse.iterated <= sparse.potentials);
+  CHECK((iterations == 1 || sparse.iterated > 0));
+  CHECK(sparse.vertices == mesh.vertices.size());
+  CHECK(sparse.triangles == mesh.triangles.size());
+  CHECK(sparse.open_edges == 0);
+}
+
+TEST_CASE("normals point outward, across the surface") {
+  const TriangleMesh mesh = extract_surface(Device::choose("cpu"), square(), {64, 1, {}});
+  REQUIRE(mesh.normals.size() == mesh.vertices.size());
+  float least = 1;
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    least = std::min(least, mesh.normals[i].dot(mesh.vertices[i].normalized().cast<float>()));
+  }
+  CHECK(least > 0.99F);
 }
 
 TEST_CASE("a set that is empty in the box gives no triangles") {

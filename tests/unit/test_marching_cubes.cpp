@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "edge_count.hpp"
+#include "surface/assembly.hpp"
 #include "surface/cube_cases.hpp"
 #include "surface/marching_cubes.hpp"
+#include "surface/set_surface.hpp"
 
 using namespace qjulia;
 
@@ -31,12 +33,26 @@ std::vector<float> field(int n, float outside, F f) {
 }
 
 TriangleMesh mesh_of(const std::vector<float>& values, int n, double level, double reach) {
-  MarchingCubes cubes(n, n, level, reach);
+  Grid grid;
+  grid.points = {n, n, n};
+  MarchingCubes cubes(grid.points, level, reach);
+  MeshSink sink;
+  Assembly assembly(grid, {}, sink);
+  const Layer layer = unknown_layer(grid, n);
   const auto slice = static_cast<std::size_t>(n * n);
-  for (std::size_t i = 0; i < values.size(); i += slice) {
-    cubes.add(std::span(values).subspan(i, slice));
+  std::size_t open_edges = 0;
+  for (int z = 0; z < n; ++z) {
+    cubes.add(std::span(values).subspan(static_cast<std::size_t>(z) * slice, slice), layer);
+    // Parts of every size.
+    if (z % 3 == 1 && z + 1 < n) continue;
+    const MeshPart part = cubes.take();
+    open_edges += part.open_edges;
+    assembly.add(part);
   }
-  return cubes.take();
+  CHECK(sink.mesh.vertices.size() == assembly.vertices());
+  CHECK(sink.mesh.normals.size() == assembly.vertices());
+  CHECK(test::count_edges(sink.mesh).open == open_edges);
+  return std::move(sink.mesh);
 }
 
 void require_closed_manifold(const TriangleMesh& mesh) {
