@@ -54,6 +54,9 @@ Image render_mesh(const Device& device, const TriangleMesh& mesh, const Box& fra
 /// at the upper left of their cells.
 Image contact_sheet(std::span<const Image> images, int columns, int gap = 0);
 
+/// The image with a line of text under it.
+Image captioned(const Image& image, const std::string& text);
+
 /// Keywords (1 to 79 Latin-1 characters) and what a file says under them (Latin-1).
 using PictureText = std::map<std::string, std::string>;
 

@@ -1,0 +1,225 @@
+#include "picture/plot.hpp"
+
+#include <cairo-svg.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "picture/cairo_canvas.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia {
+namespace {
+
+constexpr double kFont = 13, kLeft = 74, kRight = 18, kTop = 34, kBottom = 50;
+constexpr int kMostTicks = 8;
+
+/// Okabe and Ito's colours, which colour-blind readers tell apart.
+constexpr std::array<std::array<double, 3>, 6> kColors{{{0.00, 0.45, 0.70},
+                                                        {0.84, 0.37, 0.00},
+                                                        {0.00, 0.62, 0.45},
+                                                        {0.80, 0.47, 0.65},
+                                                        {0.34, 0.71, 0.91},
+                                                        {0.90, 0.62, 0.00}}};
+
+bool shown(const PlotAxis& axis, double value) {
+  return std::isfinite(value) && (!axis.logarithmic || value > 0);
+}
+
+/// Where values lie along an axis: from 0 at its low end to 1.
+class Scale {
+ public:
+  Scale(const PlotAxis& axis, const std::vector<PlotSeries>& series,
+        std::vector<double> PlotSeries::*values)
+      : axis_(axis) {
+    if (axis.range) {
+      std::tie(low_, high_) = *axis.range;
+      return;
+    }
+    bool any = false;
+    for (const PlotSeries& s : series) {
+      for (const double value : s.*values) {
+        if (!shown(axis, value)) continue;
+        low_ = any ? std::min(low_, value) : value;
+        high_ = any ? std::max(high_, value) : value;
+        any = true;
+      }
+    }
+    if (!any) low_ = 1, high_ = 10;
+    // Room around, and some extent where all values are one.
+    if (axis.logarithmic) {
+      const double room = std::max(1.05, std::pow(high_ / low_, 0.04));
+      low_ /= room, high_ *= room;
+    } else {
+      const double room = high_ > low_ ? 0.04 * (high_ - low_) : std::max(1e-9, std::abs(low_));
+      low_ -= room, high_ += room;
+    }
+  }
+
+  double at(double value) const {
+    if (axis_.logarithmic) return std::log(value / low_) / std::log(high_ / low_);
+    return (value - low_) / (high_ - low_);
+  }
+  std::vector<double> ticks() const { return plot_ticks(low_, high_, axis_.logarithmic); }
+
+ private:
+  const PlotAxis& axis_;
+  double low_ = 0, high_ = 1;
+};
+
+void draw(cairo_t* context, const Plot& plot) {
+  const Scale x(plot.x, plot.series, &PlotSeries::x), y(plot.y, plot.series, &PlotSeries::y);
+  const double wide = plot.width - kLeft - kRight, high = plot.height - kTop - kBottom;
+  const auto place_x = [&](double value) { return kLeft + wide * x.at(value); };
+  const auto place_y = [&](double value) { return kTop + high * (1 - y.at(value)); };
+
+  // Grid and numbers.
+  cairo_set_line_width(context, 1);
+  const auto line = [&](double x0, double y0, double x1, double y1) {
+    cairo_set_source_rgb(context, 0.86, 0.86, 0.86);
+    cairo_move_to(context, x0, y0);
+    cairo_line_to(context, x1, y1);
+    cairo_stroke(context);
+    cairo_set_source_rgb(context, 0.15, 0.15, 0.15);
+  };
+  for (const double tick : x.ticks()) {
+    line(place_x(tick), kTop, place_x(tick), kTop + high);
+    draw_text(context, fmt::format("{:.6g}", tick), place_x(tick), kTop + high + 1.4 * kFont, kFont,
+              Anchor::middle);
+  }
+  for (const double tick : y.ticks()) {
+    line(kLeft, place_y(tick), kLeft + wide, place_y(tick));
+    draw_text(context, fmt::format("{:.6g}", tick), kLeft - 6, place_y(tick) + 0.35 * kFont, kFont,
+              Anchor::right);
+  }
+  cairo_set_source_rgb(context, 0.15, 0.15, 0.15);
+  cairo_rectangle(context, kLeft, kTop, wide, high);
+  cairo_stroke(context);
+  draw_text(context, plot.title, kLeft, 0.65 * kTop, 1.15 * kFont);
+  draw_text(context, plot.x.label, kLeft + 0.5 * wide, plot.height - 0.7 * kFont, kFont,
+            Anchor::middle);
+  cairo_save(context);
+  cairo_translate(context, 1.2 * kFont, kTop + 0.5 * high);
+  cairo_rotate(context, -0.5 * std::numbers::pi);
+  draw_text(context, plot.y.label, 0, 0, kFont, Anchor::middle);
+  cairo_restore(context);
+
+  // Series.
+  cairo_save(context);
+  cairo_rectangle(context, kLeft, kTop, wide, high);
+  cairo_clip(context);
+  for (std::size_t k = 0; k < plot.series.size(); ++k) {
+    const PlotSeries& s = plot.series[k];
+    const auto& color = kColors[k % kColors.size()];
+    cairo_set_source_rgb(context, color[0], color[1], color[2]);
+    cairo_set_line_width(context, 1.8);
+    bool drawing = false;
+    for (std::size_t i = 0; i < s.x.size(); ++i) {
+      const bool seen = shown(plot.x, s.x[i]) && shown(plot.y, s.y[i]);
+      if (seen && s.line) {
+        (drawing ? cairo_line_to : cairo_move_to)(context, place_x(s.x[i]), place_y(s.y[i]));
+      }
+      drawing = seen;
+    }
+    cairo_stroke(context);
+    for (std::size_t i = 0; s.points && i < s.x.size(); ++i) {
+      if (!shown(plot.x, s.x[i]) || !shown(plot.y, s.y[i])) continue;
+      cairo_arc(context, place_x(s.x[i]), place_y(s.y[i]), 3.5, 0, 2 * std::numbers::pi);
+      cairo_fill(context);
+    }
+  }
+  cairo_restore(context);
+
+  // Legend, at the upper right.
+  double row = kTop + 1.5 * kFont;
+  for (std::size_t k = 0; k < plot.series.size(); ++k) {
+    if (plot.series[k].label.empty()) continue;
+    const auto& color = kColors[k % kColors.size()];
+    cairo_set_source_rgb(context, color[0], color[1], color[2]);
+    cairo_rectangle(context, kLeft + wide - 22, row - 0.5 * kFont, 14, 4);
+    cairo_fill(context);
+    cairo_set_source_rgb(context, 0.15, 0.15, 0.15);
+    draw_text(context, plot.series[k].label, kLeft + wide - 28, row, kFont, Anchor::right);
+    row += 1.5 * kFont;
+  }
+}
+
+cairo_status_t append(void* text, const unsigned char* bytes, unsigned int count) {
+  static_cast<std::string*>(text)->append(reinterpret_cast<const char*>(bytes), count);
+  return CAIRO_STATUS_SUCCESS;
+}
+
+}  // namespace
+
+void Plot::validate() const {
+  if (width < 200 || height < 150 || width > 16384 || height > 16384) {
+    throw InputError(
+        fmt::format("a plot of {} x {} pixels: give 200 x 150 or more", width, height));
+  }
+  for (const PlotSeries& s : series) {
+    if (s.x.size() != s.y.size()) {
+      throw InputError(
+          fmt::format("plot series '{}' has {} x and {} y", s.label, s.x.size(), s.y.size()));
+    }
+  }
+  for (const PlotAxis* axis : {&x, &y}) {
+    if (!axis->range) continue;
+    const auto [low, high] = *axis->range;
+    if (!(low < high) || !std::isfinite(high - low) || (axis->logarithmic && !(low > 0))) {
+      throw InputError(
+          fmt::format("plot axis '{}' from {} to {} cannot be drawn", axis->label, low, high));
+    }
+  }
+}
+
+std::vector<double> plot_ticks(double low, double high, bool logarithmic) {
+  std::vector<double> ticks;
+  if (logarithmic) {
+    const int first = static_cast<int>(std::floor(std::log10(low)));
+    const int last = static_cast<int>(std::ceil(std::log10(high)));
+    const int apart = 1 + (last - first) / kMostTicks;
+    for (int power = first; power <= last; power += apart) {
+      const double unit = std::pow(10.0, power);
+      for (const double part : {1.0, 2.0, 5.0}) {
+        if (part > 1 && last - first > 3) continue;
+        if (unit * part >= low && unit * part <= high) ticks.push_back(unit * part);
+      }
+    }
+    return ticks;
+  }
+  const double unit = std::pow(10.0, std::floor(std::log10((high - low) / kMostTicks)));
+  double step = unit;
+  for (const double part : {1.0, 2.0, 5.0, 10.0}) {
+    step = unit * part;
+    if ((high - low) / step <= kMostTicks) break;
+  }
+  for (double k = std::ceil(low / step); k * step <= high; ++k) ticks.push_back(k * step);
+  return ticks;
+}
+
+Image draw_plot(const Plot& plot) {
+  plot.validate();
+  const CairoCanvas canvas(plot.width, plot.height);
+  draw(canvas.context(), plot);
+  return canvas.image();
+}
+
+std::string plot_svg(const Plot& plot) {
+  plot.validate();
+  std::string text;
+  {
+    const CairoSurface surface(
+        cairo_svg_surface_create_for_stream(append, &text, plot.width, plot.height));
+    const CairoContext context(cairo_create(surface.get()));
+    draw(context.get(), plot);
+    check(cairo_status(context.get()), "a plot");
+    cairo_surface_finish(surface.get());
+    check(cairo_surface_status(surface.get()), "a plot");
+  }
+  return text;
+}
+
+}  // namespace qjulia

@@ -1,0 +1,105 @@
+// Plots: ticks, places, and what is refused.
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <limits>
+
+#include "picture/plot.hpp"
+#include "qjulia/error.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+/// Columns and rows of the pixels of the first series' colour, (0, 115, 179), nearly.
+std::vector<std::array<int, 2>> blue_pixels(const Image& image) {
+  std::vector<std::array<int, 2>> places;
+  for (int row = 0; row < image.height; ++row) {
+    for (int column = 0; column < image.width; ++column) {
+      const auto* rgb = image.pixels.data() + 3 * (std::ptrdiff_t{row} * image.width + column);
+      if (rgb[0] < 20 && rgb[1] > 100 && rgb[1] < 130 && rgb[2] > 165 && rgb[2] < 195) {
+        places.push_back({column, row});
+      }
+    }
+  }
+  return places;
+}
+
+Plot one_point(double x, double y) {
+  Plot plot;
+  plot.x.range = plot.y.range = {1, 100};
+  plot.series = {{"", {x}, {y}, false, true}};
+  return plot;
+}
+
+}  // namespace
+
+TEST_CASE("ticks are round and few") {
+  CHECK(plot_ticks(0.1, 1.05, false).size() <= 8);
+  const auto linear = plot_ticks(-1, 9, false);
+  CHECK(linear.front() == Approx(0).margin(1e-12));
+  CHECK(linear[1] - linear[0] == Approx(2));
+  CHECK(plot_ticks(1, 1000, true) == std::vector<double>{1, 2, 5, 10, 20, 50, 100, 200, 500, 1000});
+  const auto wide = plot_ticks(1e-9, 1e9, true);
+  CHECK(wide.size() >= 3);
+  CHECK(wide.size() <= 8);
+}
+
+TEST_CASE("a point lies where its axes say") {
+  const auto middle_of = [](const Plot& plot) {
+    double x = 0, y = 0;
+    const auto pixels = blue_pixels(draw_plot(plot));
+    REQUIRE(pixels.size() > 10);
+    REQUIRE(pixels.size() < 100);
+    for (const auto& [column, row] : pixels) x += column, y += row;
+    return std::pair{x / static_cast<double>(pixels.size()),
+                     y / static_cast<double>(pixels.size())};
+  };
+  Plot plot = one_point(50.5, 50.5);
+  const auto centre = middle_of(plot);
+  // Half way along a logarithmic axis from 1 to 100 stands 10.
+  plot.x.logarithmic = plot.y.logarithmic = true;
+  plot.series[0].x = plot.series[0].y = {10};
+  const auto same = middle_of(plot);
+  CHECK(same.first == Approx(centre.first).margin(1));
+  CHECK(same.second == Approx(centre.second).margin(1));
+  // Greater is to the right and up.
+  plot.series[0].x = plot.series[0].y = {50};
+  CHECK(middle_of(plot).first > centre.first + 50);
+  CHECK(middle_of(plot).second < centre.second - 50);
+}
+
+TEST_CASE("values that cannot be drawn are left out") {
+  Plot plot = one_point(10, std::numeric_limits<double>::quiet_NaN());
+  CHECK(blue_pixels(draw_plot(plot)).empty());
+  plot.y.logarithmic = true;
+  plot.series[0].y = {-3};
+  CHECK(blue_pixels(draw_plot(plot)).empty());
+  plot.x.range.reset();
+  plot.y.range.reset();
+  CHECK_NOTHROW(draw_plot(plot));
+}
+
+TEST_CASE("an SVG holds the same plot") {
+  Plot plot = one_point(10, 10);
+  plot.title = "energy";
+  const std::string svg = plot_svg(plot);
+  CHECK(svg.find("<svg") != std::string::npos);
+  CHECK(svg.find("</svg>") != std::string::npos);
+}
+
+TEST_CASE("plots that make no sense are refused") {
+  Plot plot = one_point(10, 10);
+  plot.series[0].y.push_back(3);
+  CHECK_THROWS_AS(draw_plot(plot), InputError);
+  plot = one_point(10, 10);
+  plot.x.range = {5, 5};
+  CHECK_THROWS_AS(draw_plot(plot), InputError);
+  plot.x.range = {-1, 5};
+  CHECK_NOTHROW(draw_plot(plot));
+  plot.x.logarithmic = true;
+  CHECK_THROWS_AS(draw_plot(plot), InputError);
+  plot = one_point(10, 10);
+  plot.width = 0;
+  CHECK_THROWS_AS(plot_svg(plot), InputError);
+}
