@@ -5,13 +5,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
+#include <exception>
+#include <optional>
 
 #include "batch_display.hpp"
 #include "commands.hpp"
 #include "exit_code.hpp"
+#include "failure.hpp"
 #include "fit_options.hpp"
 #include "fit_worker.hpp"
+#include "launched_ranks.hpp"
 #include "options.hpp"
 #include "qjulia/error.hpp"
 
@@ -29,17 +32,10 @@ struct Arguments {
   bool retry_failed = false;
 };
 
-/// `jobs` queues for a CPU, one for any other device.
-std::vector<BatchDevice> batch_devices(const Arguments& arguments) {
-  std::vector<DeviceInfo> chosen;
-  if (arguments.device == "all") {
-    chosen = list_devices();
-    if (chosen.empty()) Device::choose();  // says what to do
-  } else {
-    chosen.push_back(Device::choose(arguments.device).info());
-  }
+/// This rank's queues: `jobs` for a CPU, one for any other device.
+std::vector<BatchDevice> batch_devices(const Arguments& arguments, const LaunchedRanks& ranks) {
   std::vector<BatchDevice> devices;
-  for (const DeviceInfo& info : chosen) {
+  for (const DeviceInfo& info : devices_of(ranks, arguments.device)) {
     const int queues = info.kind == DeviceKind::cpu ? arguments.jobs : 1;
     for (int i = 0; i < queues; ++i) {
       devices.push_back({describe(info), [place = fmt::format("{}:{}", info.platform, info.index)] {
@@ -105,38 +101,95 @@ int finish(const Arguments& arguments, const std::vector<EntryStatus>& unsaved, 
   return count(entries, EntryState::done) == entries.size() ? kDone : kFailed;
 }
 
-int run(const Arguments& arguments, Session& session) {
-  if (!arguments.status.empty()) return show_status(arguments, session);
+Manifest read(const Arguments& arguments) {
   if (arguments.manifest.empty()) {
     throw InputError("batch needs a MANIFEST, or --status with the folder of a batch");
   }
   const FitOptionsCheck check = [](const std::vector<ManifestOption>& options) {
     checked_options(options);
   };
-  const Manifest manifest = read_manifest(arguments.manifest, check, arguments.resume);
-  if (arguments.check) {
-    session.console.result(
-        fmt::format("{}: {} fit{}, nothing wrong", arguments.manifest, manifest.entries.size(),
-                    manifest.entries.size() == 1 ? "" : "s"),
-        {{"manifest", arguments.manifest}, {"fits", manifest.entries.size()}});
-    return kDone;
-  }
+  return read_manifest(arguments.manifest, check, arguments.resume);
+}
+
+int check(const Arguments& arguments, Session& session) {
+  const auto fits = read(arguments).entries.size();
+  session.console.result(
+      fmt::format("{}: {} fit{}, nothing wrong", arguments.manifest, fits, fits == 1 ? "" : "s"),
+      {{"manifest", arguments.manifest}, {"fits", fits}});
+  return kDone;
+}
+
+/// What happens before the first fit; rank 0 does what is to be done once.
+struct Start {
+  Manifest manifest;
+  BatchOptions options;
+  std::vector<BatchDevice> devices;
+};
+
+Start start(const Arguments& arguments, const LaunchedRanks& ranks, Session& session) {
+  Start start{read(arguments), {}, {}};
   if (arguments.folder.empty()) throw InputError("batch needs -o, the folder to write to");
   if (arguments.retry_failed && !arguments.resume) {
     throw InputError("--retry-failed is of --resume; without it, everything is done again");
   }
-  const auto devices = batch_devices(arguments);
-  for (const BatchDevice& device : devices) session.console.note("device: " + device.name);
-  const BatchOptions options{arguments.folder, arguments.resume, arguments.retry_failed, fit_key};
-  prepare_batch(manifest, options);
+  start.options = {arguments.folder, arguments.resume, arguments.retry_failed, fit_key};
+  start.devices = batch_devices(arguments, ranks);
+  const std::string who = ranks.size() > 1 ? fmt::format("rank {}: ", ranks.rank()) : "";
+  for (const BatchDevice& device : start.devices) {
+    session.console.note(fmt::format("{}device: {}", who, device.name));
+  }
+  if (ranks.rank() == 0) prepare_batch(start.manifest, start.options);
+  return start;
+}
+
+/// Runs `work` on every rank and lets all meet.
+/// @return the largest of the ranks' exit codes; the first rank that failed says why.
+template <class Work>
+int together(LaunchedRanks& ranks, const Work& work) {
+  int code = kDone;
+  std::exception_ptr failure;
+  try {
+    code = work();
+  } catch (const std::exception& error) {
+    code = exit_code_of(error);
+    failure = std::current_exception();
+  }
+  const auto failures = ranks.all(failure ? 1 : 0);
+  const auto first = std::ranges::find(failures, 1) - failures.begin();
+  if (failure && first == ranks.rank()) {
+    try {
+      std::rethrow_exception(failure);
+    } catch (const std::exception& error) {
+      say(error);
+    }
+  }
+  return ranks.agree(code);
+}
+
+int run(const Arguments& arguments, Session& session) {
+  if (!arguments.status.empty()) return show_status(arguments, session);
+  if (arguments.check) return check(arguments, session);
+  const auto ranks = join_ranks();
+  std::optional<Start> started;
+  if (const int code = together(*ranks, [&]() -> int {
+        started = start(arguments, *ranks, session);
+        return kDone;
+      })) {
+    return code;
+  }
   std::vector<EntryStatus> unsaved;
-  {
+  const int code = together(*ranks, [&]() -> int {
+    const auto& [manifest, options, devices] = *started;
     BatchDisplay display(session.console, manifest.entries.size(), session.console.quiet());
     unsaved = run_batch(
         manifest, devices, options, [&](const BatchEvent& event) { display.show(event); },
         session.interrupts.token());
-  }
-  return finish(arguments, unsaved, session);
+    return unsaved.empty() ? kDone : kFailed;
+  });
+  const int finished = together(*ranks, [&]() -> int {
+    return ranks->rank() == 0 ? finish(arguments, unsaved, session) : kDone;
+  });
+  return std::max(code, finished);
 }
 
 void describe_options(CLI::App& command, Arguments& a) {
@@ -176,6 +229,7 @@ void add_batch(CLI::App& program, ChosenCommand& chosen) {
       "  qjulia batch shapes.toml -o results\n"
       "  qjulia batch shapes.toml -o results --resume     after whatever has happened\n"
       "  qjulia batch --status results\n"
+      "  mpirun -np 4 qjulia batch shapes.toml -o results   on the machines mpirun is told\n"
       "'--device all' uses every device there is. Exit code 1 while any entry is not done.");
   auto arguments = std::make_shared<Arguments>();
   describe_options(*command, *arguments);

@@ -79,14 +79,14 @@ void BatchDisplay::show(const BatchEvent& event) {
     case Kind::progress:
       break;
     case Kind::done:
+    case Kind::failed:
       if (event.earlier) {
         console_.detail(place + describe(*event.status) + " (before)");
-      } else {
+      } else if (event.kind == Kind::done) {
         console_.note(place + describe(*event.status));
+      } else {
+        console_.warn(place + describe(*event.status));
       }
-      break;
-    case Kind::failed:
-      console_.warn(place + describe(*event.status));
       break;
     case Kind::given_back:
       console_.warn(fmt::format("{} will be tried again: {}", event.status->name, event.message));

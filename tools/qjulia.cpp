@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <new>
 
 #include "commands.hpp"
 #include "exit_code.hpp"
+#include "failure.hpp"
 #include "help_format.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/version.hpp"
@@ -29,11 +29,6 @@ constexpr const char* kExamples =
     "\n"
     "'qjulia COMMAND --help' explains a command.\n"
     "Exit codes: 0 done, 1 failed, 2 bad usage or input, 3 no usable device, 130 interrupted.";
-
-int fail(const char* message, int code) {
-  fmt::print(stderr, "qjulia: {}\n", message);
-  return code;
-}
 
 int run(const ChosenCommand& chosen) {
   Session session(chosen.verbosity);
@@ -70,13 +65,8 @@ int main(int argc, char** argv) {
     return run(chosen);
   } catch (const CLI::ParseError& error) {
     return program.exit(error) == 0 ? kDone : kBadInput;
-  } catch (const InputError& error) {
-    return fail(error.what(), kBadInput);
-  } catch (const NoDeviceError& error) {
-    return fail(error.what(), kNoDevice);
-  } catch (const std::bad_alloc&) {
-    return fail("out of memory; try a lower resolution or fewer factors", kFailed);
   } catch (const std::exception& error) {
-    return fail(error.what(), kFailed);
+    say(error);
+    return exit_code_of(error);
   }
 }

@@ -13,6 +13,7 @@
 #include "qjulia/mesh.hpp"
 #include "qjulia/original_file.hpp"
 #include "qjulia/picture.hpp"
+#include "qjulia/ranks.hpp"
 #include "qjulia/rational_map.hpp"
 #include "qjulia/sample.hpp"
 #include "qjulia/shape.hpp"

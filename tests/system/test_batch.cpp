@@ -7,14 +7,16 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "obj_text.hpp"
+#include "batch_folder.hpp"
 #include "process.hpp"
-#include "shapes.hpp"
-#include "temporary_folder.hpp"
 
 using Catch::Matchers::Contains;
 using nlohmann::json;
 using qjulia::test::Finished;
+using qjulia::test::kGoodFits;
+using qjulia::test::make_manifest;
+using qjulia::test::map_bytes;
+using qjulia::test::read_summary;
 using qjulia::test::read_text;
 using qjulia::test::run_command;
 using qjulia::test::RunOptions;
@@ -23,37 +25,14 @@ using Arguments = std::vector<std::string>;
 
 namespace {
 
-const std::vector<std::string> kNames = {"ball", "box", "torus", "small", "wide"};
-
-/// Five meshes, an empty file, and a manifest of them all with quick fits.
-std::string make_manifest(const TemporaryFolder& folder, const std::string& more = "") {
-  const auto write = [&](const std::string& name, const qjulia::TriangleMesh& mesh) {
-    folder.file(name + ".obj", qjulia::test::obj_text(mesh));
-  };
-  write("ball", qjulia::shapes::sphere(2));
-  write("box", qjulia::shapes::box());
-  write("torus", qjulia::shapes::torus());
-  write("small", qjulia::shapes::sphere(1, 0.1));
-  write("wide", qjulia::shapes::box({-1, -1, -1}, {3, 1, 0.5}));
-  folder.file("empty.obj", "");
-  return folder.file("m.toml", "[defaults]\nfactors = 24\nmax_evaluations = 40\n" + more +
-                                   "[[fit]]\nmesh = \"*.obj\"\n");
-}
-
-json summary(const std::string& folder) { return json::parse(read_text(folder + "/summary.json")); }
-
-std::string map_bytes(const std::string& folder, const std::string& name) {
-  return read_text(folder + "/" + name + ".qjulia.json");
-}
-
 std::size_t statuses_done(const std::string& folder) {
-  return static_cast<std::size_t>(std::ranges::count_if(kNames, [&](const std::string& name) {
+  return static_cast<std::size_t>(std::ranges::count_if(kGoodFits, [&](const std::string& name) {
     return read_text(folder + "/" + name + ".status.json").find("\"done\"") != std::string::npos;
   }));
 }
 
 void check_five_and_one(const std::string& folder) {
-  const json all = summary(folder);
+  const json all = read_summary(folder);
   CHECK(all["counts"]["done"] == 5);
   CHECK(all["counts"]["failed"] == 1);
   for (const json& entry : all["entries"]) {
@@ -79,7 +58,7 @@ TEST_CASE("a batch that is killed is resumed without touching what was done") {
   CHECK(done < 5);
   CHECK_FALSE(std::filesystem::exists(out + "/summary.json"));
   std::map<std::string, std::filesystem::file_time_type> times;
-  for (const std::string& name : kNames) {
+  for (const std::string& name : kGoodFits) {
     const std::string status = read_text(out + "/" + name + ".status.json");
     if (status.find("\"done\"") == std::string::npos) continue;
     times[name] = std::filesystem::last_write_time(out + "/" + name + ".qjulia.json");
@@ -107,7 +86,7 @@ TEST_CASE("side by side gives the same bytes as one after another") {
   CHECK(run_command({"batch", manifest, "-o", folder / "one"}).exit_code == 1);
   CHECK(run_command({"batch", manifest, "-o", folder / "two", "--jobs", "2"}).exit_code == 1);
   check_five_and_one(folder / "two");
-  for (const std::string& name : kNames) {
+  for (const std::string& name : kGoodFits) {
     CHECK_FALSE(map_bytes(folder / "one", name).empty());
     CHECK(map_bytes(folder / "one", name) == map_bytes(folder / "two", name));
     CHECK(read_text(folder / ("one/" + name + ".ply")) ==
@@ -152,7 +131,7 @@ TEST_CASE("a mesh that vanishes fails its own entry") {
   std::filesystem::remove(folder / "ball.obj");   // done
   std::filesystem::remove(folder / "torus.obj");  // not done
   CHECK(run_command({"batch", manifest, "-o", out, "--resume"}).exit_code == 1);
-  const json all = summary(out);
+  const json all = read_summary(out);
   CHECK(all["entries"][0]["state"] == "done");
   CHECK(all["entries"][1]["state"] == "done");
   CHECK(all["entries"][2]["state"] == "failed");

@@ -1,0 +1,37 @@
+/// A device that runs out of resources: loaded before the OpenCL loader (LD_PRELOAD), it refuses
+/// the launches numbered FIRST … FIRST + COUNT − 1 of a process, as QJULIA_TEST_FAULTS=FIRST:COUNT
+/// says.
+
+#include <dlfcn.h>
+
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+
+#define CL_TARGET_OPENCL_VERSION 120
+#include <CL/cl.h>
+
+namespace {
+
+bool refused() {
+  static std::atomic<unsigned long> launches = 0;
+  const unsigned long number = launches++;
+  const char* faults = std::getenv("QJULIA_TEST_FAULTS");
+  unsigned long first = 0;
+  unsigned long count = 0;
+  // NOLINTNEXTLINE(cert-err34-c): the tests write it
+  if (faults == nullptr || std::sscanf(faults, "%lu:%lu", &first, &count) != 2) return false;
+  return number >= first && number - first < count;
+}
+
+}  // namespace
+
+extern "C" CL_API_ENTRY cl_int CL_API_CALL
+clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensions,
+                       const size_t* offset, const size_t* global, const size_t* local,
+                       cl_uint waits, const cl_event* wait_list, cl_event* event) {
+  static const auto real = reinterpret_cast<decltype(&clEnqueueNDRangeKernel)>(
+      ::dlsym(RTLD_NEXT, "clEnqueueNDRangeKernel"));
+  if (refused()) return CL_OUT_OF_RESOURCES;
+  return real(queue, kernel, dimensions, offset, global, local, waits, wait_list, event);
+}

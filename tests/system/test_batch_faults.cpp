@@ -1,0 +1,108 @@
+/// Batches under bad luck: a device without resources, a full disk.
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+
+#include "batch_folder.hpp"
+#include "process.hpp"
+
+using Catch::Matchers::Contains;
+using nlohmann::json;
+using qjulia::test::Finished;
+using qjulia::test::kGoodFits;
+using qjulia::test::make_manifest;
+using qjulia::test::map_bytes;
+using qjulia::test::read_summary;
+using qjulia::test::read_text;
+using qjulia::test::run_command;
+using qjulia::test::RunOptions;
+using qjulia::test::TemporaryFolder;
+
+namespace {
+
+RunOptions with_faults(const std::string& faults) {
+  RunOptions options;
+  options.environment = {{"LD_PRELOAD", QJULIA_FAULTY_OPENCL},
+                         {"QJULIA_TEST_FAULTS", faults},
+                         {"ASAN_OPTIONS", "detect_leaks=0:verify_asan_link_order=0"}};
+  return options;
+}
+
+}  // namespace
+
+TEST_CASE("a fit whose device fails once is done again, to the same bytes") {
+  const TemporaryFolder folder;
+  const std::string manifest = make_manifest(folder);
+  CHECK(run_command({"batch", manifest, "-o", folder / "good"}).exit_code == 1);
+  const Finished result =
+      run_command({"batch", manifest, "-o", folder / "bad"}, with_faults("50:1"));
+  CAPTURE(result.err);
+  CHECK(result.exit_code == 1);
+  CHECK_THAT(result.err, Contains("will be tried again") && Contains("CL_OUT_OF_RESOURCES"));
+  const json summary = read_summary(folder / "bad");
+  CHECK(summary["counts"]["done"] == 5);
+  std::size_t failed_tries = 0;
+  for (const json& entry : summary["entries"]) failed_tries += entry["failed_tries"].size();
+  CHECK(failed_tries == 1);
+  for (const std::string& name : kGoodFits) {
+    CHECK_FALSE(map_bytes(folder / "good", name).empty());
+    CHECK(map_bytes(folder / "good", name) == map_bytes(folder / "bad", name));
+  }
+}
+
+TEST_CASE("a device that never works is put out of use, and nothing looks complete") {
+  const TemporaryFolder folder;
+  const std::string manifest = make_manifest(folder);
+  const std::string out = folder / "out";
+  const Finished result = run_command({"batch", manifest, "-o", out}, with_faults("0:1000000000"));
+  CAPTURE(result.err);
+  CHECK(result.exit_code == 1);
+  CHECK_THAT(result.err, Contains("is out of use"));
+  CHECK(read_summary(out)["counts"]["done"] == 0);
+  for (const std::string& name : kGoodFits) {
+    CHECK_FALSE(std::filesystem::exists(out + "/" + name + ".qjulia.json"));
+  }
+  CHECK(run_command({"batch", manifest, "-o", out, "--resume"}).exit_code == 1);
+  CHECK(read_summary(out)["counts"]["done"] == 5);
+}
+
+/// In a mount namespace of its own, with a disk of ten pages that is enlarged for the second run.
+TEST_CASE("a full disk loses nothing that is complete") {
+  const TemporaryFolder folder;
+  const std::string manifest = make_manifest(folder);
+  const std::string script = folder.file("full_disk.sh", R"(
+set -u
+disk=$1 manifest=$2 results=$3
+mkdir -p "$disk" && mount -t tmpfs -o size=40k tmpfs "$disk" || exit 77
+"$QJULIA" batch "$manifest" -o "$disk/out"
+echo "first: $?"
+cp -r "$disk/out" "$results.first"
+mount -o remount,size=4m "$disk"
+"$QJULIA" batch "$manifest" -o "$disk/out" --resume --retry-failed
+echo "second: $?"
+cp -rp "$disk/out" "$results"
+)");
+  RunOptions options;
+  options.environment = {{"QJULIA", QJULIA_COMMAND}};
+  const Finished result =
+      qjulia::test::run({"/usr/bin/unshare", "--map-root-user", "--mount", "/bin/bash", script,
+                         folder / "disk", manifest, folder / "results"},
+                        options);
+  CAPTURE(result.out, result.err);
+  INFO("this test mounts a small disk: it needs root, or user namespaces");
+  REQUIRE(result.exit_code == 0);
+  CHECK_THAT(result.out, Contains("first: 1") && Contains("second: 1"));
+  CHECK_THAT(result.err, Contains("space left"));
+  // Whatever has the name of a map is one: nothing half-written was left.
+  std::size_t complete = 0;
+  for (const std::string& name : kGoodFits) {
+    const std::string bytes = map_bytes(folder / "results.first", name);
+    if (bytes.empty()) continue;
+    CHECK_FALSE(json::parse(bytes, nullptr, false).is_discarded());
+    CHECK(bytes == map_bytes(folder / "results", name));
+    ++complete;
+  }
+  CHECK(complete >= 1);
+  CHECK(complete < 5);
+  CHECK(read_summary(folder / "results")["counts"]["done"] == 5);
+}
