@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 
 #include "device/context.hpp"
@@ -35,7 +36,7 @@ Division divide(std::size_t samples, int lane_width) {
   d.width = static_cast<std::size_t>(lane_width);
   d.stride = divide_up(std::max<std::size_t>(samples, 1), d.width) * d.width;
   d.energy_vectors = d.width == 1 ? 1 : 4;
-  d.gradient_chunk = std::clamp<std::size_t>(d.stride / 64, 128, 512);
+  d.gradient_chunk = std::clamp<std::size_t>(d.stride / 64, 128, 2048);
   // gradient_orbit keeps 5 K lane sums an item: few items on wide lanes, many on GPUs.
   const std::size_t most_items = d.width == 1 ? 8192 : 64;
   d.orbit_vectors = divide_up(d.stride / d.width, most_items);
@@ -68,15 +69,19 @@ class DeviceEvaluator final : public Evaluator {
     field_ = context.allocate_real(stride, precision_);
     cotangent_ = context.allocate_real(stride, precision_);
     energies_ = context.allocate_real(division_.energy_items(), precision_);
-    host_energies_.resize(division_.energy_items());
   }
 
   Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
-    run_energy(map);
     Evaluation result;
-    if (with_gradient) result.gradient = gradient(map);
-    device_.context().read(energies_, host_energies_);
-    for (const double e : host_energies_) result.energy += e;
+    if (with_gradient && options_.iterations > 1) {
+      upload(map);
+      result.gradient = orbit_gradient(map);
+      result.energy = sum_of(orbit_energies_);
+      return result;
+    }
+    run_energy(map);
+    if (with_gradient) result.gradient = potential_gradient(map);
+    result.energy = sum_of(energies_);
     return result;
   }
 
@@ -104,8 +109,7 @@ class DeviceEvaluator final : public Evaluator {
     for (std::size_t first = 0; first < rows_taken; first += kPanelSamples) {
       context.launch(jacobian, {{vectors, kPanelSamples / kPanelBlock, 1}},
                      {samples_, i32(division_.stride), i32(step), i32(first), i32(kPanelSamples),
-                      i32(kPanelBlock), map_, i32(factors_), loss(),
-                      device::Argument::real(options_.alpha, precision_), field_, panels_});
+                      i32(kPanelBlock), map_, i32(factors_), loss(), alpha(), field_, panels_});
       context.launch(products, {{order / 8, order / (2 * division_.width), 1}},
                      {panels_, i32(kPanelSamples), i32(order), first == 0 ? 0 : 1, matrix_});
     }
@@ -118,6 +122,8 @@ class DeviceEvaluator final : public Evaluator {
   std::int32_t loss() const {
     return options_.loss == Loss::tanh ? QJ_LOSS_TANH : QJ_LOSS_DISTANCE;
   }
+
+  device::Argument alpha() const { return device::Argument::real(options_.alpha, precision_); }
 
   /// The whole matrix in the order of the unknowns, from the upper triangle in the device's order.
   Eigen::MatrixXd to_symmetric(const std::vector<double>& rows, std::size_t k) const {
@@ -145,17 +151,18 @@ class DeviceEvaluator final : public Evaluator {
         file, name, {static_cast<int>(division_.width), precision_, std::move(defines)});
   }
 
-  void run_energy(const RationalMap& map) {
-    Context& context = device_.context();
+  void upload(const RationalMap& map) {
     if (map.factors.size() != factors_) prepare(map.factors.size());
-    context.write(map_, pack_map(map, {0, 0, options_.escape}));
+    device_.context().write(map_, pack_map(map, {0, 0, options_.escape}));
+  }
+
+  void run_energy(const RationalMap& map) {
+    upload(map);
     const auto items = division_.energy_items();
-    context.launch(
+    device_.context().launch(
         kernel("energy.cl", "energy_terms"), {{items, 1, 1}},
         {samples_, i32(division_.stride), i32(division_.energy_vectors), i32(items), map_,
-         i32(factors_), options_.iterations,
-         options_.loss == Loss::tanh ? QJ_LOSS_TANH : QJ_LOSS_DISTANCE,
-         device::Argument::real(options_.alpha, precision_), field_, cotangent_, energies_});
+         i32(factors_), options_.iterations, loss(), alpha(), field_, cotangent_, energies_});
   }
 
   /// Everything that depends on the number of factors, once for all steps.
@@ -168,6 +175,7 @@ class DeviceEvaluator final : public Evaluator {
         options_.iterations == 1 ? division_.gradient_chunks() : division_.orbit_items();
     rows_ = context.allocate_real(rows * columns, precision_);
     if (options_.iterations > 1) {
+      orbit_energies_ = context.allocate_real(rows, precision_);
       lane_sums_ = context.allocate_real(
           division_.orbit_items() * QJ_GRADIENT_LOG_SCALE(factors) * division_.width, precision_);
     }
@@ -176,30 +184,43 @@ class DeviceEvaluator final : public Evaluator {
     block_sums_ = context.allocate_real(divide_up(rows, kRowBlock) * columns, precision_);
   }
 
-  std::vector<double> gradient(const RationalMap& map) {
+  /// From the cotangents that run_energy left.
+  std::vector<double> potential_gradient(const RationalMap& map) {
+    const std::size_t rows = division_.gradient_chunks();
+    const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
+    device_.context().launch(kernel("gradient_potential.cl", "gradient_potential"),
+                             {{vectors, rows, 1}},
+                             {samples_, i32(division_.stride), i32(division_.gradient_chunk), map_,
+                              i32(factors_), cotangent_, rows_});
+    return sum_rows(map, rows);
+  }
+
+  /// Runs orbits forward and back: leaves the energies too.
+  std::vector<double> orbit_gradient(const RationalMap& map) {
+    const std::size_t rows = division_.orbit_items();
+    device_.context().launch(
+        kernel("gradient_orbit.cl", "gradient_orbit", {{"QJ_ITERATIONS", options_.iterations}}),
+        {{rows, 1, 1}},
+        {samples_, i32(division_.stride), i32(division_.orbit_vectors), i32(rows), map_,
+         i32(factors_), loss(), alpha(), lane_sums_, orbit_energies_, rows_});
+    return sum_rows(map, rows);
+  }
+
+  std::vector<double> sum_rows(const RationalMap& map, std::size_t rows) {
     Context& context = device_.context();
     const std::size_t columns = QJ_GRADIENT_COLUMNS(factors_);
-    std::size_t rows = 0;
-    if (options_.iterations == 1) {
-      rows = division_.gradient_chunks();
-      const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
-      context.launch(kernel("gradient_potential.cl", "gradient_potential"), {{vectors, rows, 1}},
-                     {samples_, i32(division_.stride), i32(division_.gradient_chunk), map_,
-                      i32(factors_), cotangent_, rows_});
-    } else {
-      rows = division_.orbit_items();
-      context.launch(
-          kernel("gradient_orbit.cl", "gradient_orbit", {{"QJ_ITERATIONS", options_.iterations}}),
-          {{rows, 1, 1}},
-          {samples_, i32(division_.stride), i32(division_.orbit_vectors), i32(rows), map_,
-           i32(factors_), cotangent_, lane_sums_, rows_});
-    }
     const std::size_t blocks = divide_up(rows, kRowBlock);
     context.launch(kernel("reduce.cl", "sum_row_blocks"), {{columns, blocks, 1}},
                    {rows_, i32(rows), i32(columns), i32(kRowBlock), block_sums_});
     std::vector<double> sums(blocks * columns);
     context.read(block_sums_, sums);
     return to_gradient(map, sums, blocks);
+  }
+
+  double sum_of(const RealBuffer& energies) {
+    std::vector<double> terms(energies.size());
+    device_.context().read(energies, terms);
+    return std::accumulate(terms.begin(), terms.end(), 0.0);
   }
 
   /// The blocks' rows summed, in the order of the unknowns.
@@ -233,8 +254,7 @@ class DeviceEvaluator final : public Evaluator {
   Precision precision_;
   std::size_t samples_count_;
   Division division_;
-  RealBuffer samples_, field_, cotangent_, energies_;
-  std::vector<double> host_energies_;
+  RealBuffer samples_, field_, cotangent_, energies_, orbit_energies_;
   std::size_t factors_ = 0;
   RealBuffer map_, rows_, lane_sums_, block_sums_, panels_, matrix_;
 };
