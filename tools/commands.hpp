@@ -24,5 +24,6 @@ void add_compare(CLI::App& program, ChosenCommand& chosen);
 void add_convert(CLI::App& program, ChosenCommand& chosen);
 void add_info(CLI::App& program, ChosenCommand& chosen);
 void add_batch(CLI::App& program, ChosenCommand& chosen);
+void add_profile(CLI::App& program, ChosenCommand& chosen);
 
 }  // namespace qjulia::tools

@@ -53,7 +53,7 @@ int main(int argc, char** argv) {
   program.require_subcommand(0, 1);
   ChosenCommand chosen;
   for (const auto add : {add_devices, add_fit, add_surface, add_render, add_sample, add_compare,
-                         add_convert, add_info, add_batch}) {
+                         add_convert, add_info, add_batch, add_profile}) {
     add(program, chosen);
   }
   try {

@@ -244,8 +244,6 @@ class DeviceEvaluator final : public Evaluator {
 
   static std::int32_t i32(std::size_t n) { return static_cast<std::int32_t>(n); }
   static constexpr std::size_t kRowBlock = 64;
-  /// H is estimated from a part of more samples than this: it only scales the unknowns.
-  static constexpr std::size_t kMostCurvatureSamples = 10'240;
   static constexpr std::size_t kPanelSamples = 1024;  ///< two tiles of them fit a core's cache
   static constexpr std::size_t kPanelBlock = 64;
 

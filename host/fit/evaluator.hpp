@@ -52,6 +52,9 @@ class Evaluator {
 /// Plain double loops with automatic differentiation: slow, and the standard of what is right.
 std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples, const EnergyOptions& options);
 
+/// The device takes H from a part of more samples than this: it only scales the unknowns.
+constexpr std::size_t kMostCurvatureSamples = 10'240;
+
 /// Kernels on a device.
 std::unique_ptr<Evaluator> make_device_evaluator(const Device& device, const Samples& samples,
                                                  const EnergyOptions& options,

@@ -1,0 +1,34 @@
+#pragma once
+/// What a factor costs in a kernel, in multiplications (fused or not) and divisions: the slots of
+/// the unit that limits it. Counted from the kernels' sources; additions, comparisons and integer
+/// steps run beside them on the devices met so far.
+
+namespace qjulia::cost {
+
+constexpr double kDistance2 = 4;  // |d|²
+constexpr double kLog2 = 8;
+constexpr double kTerm = 1;          // a ln N, added up
+constexpr double kRoot = 3;          // 1/ρ and ρ
+constexpr double kAngle = 10;        // one division, one odd polynomial
+constexpr double kSineCosine = 14;   // of a θ: reduction and two polynomials
+constexpr double kProduct = 16 + 4;  // Hamilton's product, and the versor from sine and cosine
+
+/// F alone: kernels/energy.cl at its last iterate.
+constexpr double kLogNorm = kDistance2 + kLog2 + kTerm;
+/// One iterate: map_step.
+constexpr double kPolar = kDistance2 + kLog2 + kRoot + kAngle + kSineCosine;
+constexpr double kStep = kPolar + kTerm + kProduct;
+/// kernels/gradient_potential.cl: |d|² without W, the log's sum, 1/N, three sums.
+constexpr double kPotentialGradient = 3 + kLog2 + 1 + 1 + 3;
+/// kernels/gradient_orbit.cl: pull_back_last and pull_back.
+constexpr double kPullBackLast = kDistance2 + kLog2 + 2 + 4 + 2;
+constexpr double kPullBack = kPolar + 3 + 3 + 3 + 6 + 6 + 9 + 1 + 4 + 1 + 8 + 3;
+
+/// Energy with n iterates, slots a factor.
+constexpr double energy(int n) { return (n - 1) * kStep + kLogNorm; }
+/// Energy and gradient with n iterates.
+constexpr double gradient(int n) {
+  return energy(n) + (n == 1 ? kPotentialGradient : (n - 1) * kPullBack + kPullBackLast);
+}
+
+}  // namespace qjulia::cost

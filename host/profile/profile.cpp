@@ -1,0 +1,178 @@
+#include "qjulia/profile.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "fit/evaluator.hpp"
+#include "profile/cost.hpp"
+#include "profile/limits.hpp"
+#include "profile/stopwatch.hpp"
+#include "profile/workload.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/field.hpp"
+#include "qjulia/picture.hpp"
+#include "qjulia/shape.hpp"
+#include "surface/level_set.hpp"
+
+namespace qjulia {
+namespace {
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// Collects figures, one job after the other.
+class Bench {
+ public:
+  Bench(const Device& device, const ProfileOptions& options, const DeviceLimits& limits,
+        const Watch& watch, int jobs)
+      : device_(device), options_(options), limits_(limits), watch_(watch), jobs_(jobs) {}
+
+  /// Times `work` over `samples`. `iterates`: factor iterations a sample and factor that really
+  /// run, 0 where that is not known; `slots`: what one sample costs a factor (cost.hpp).
+  void time(const std::string& kernel, int n, std::size_t samples, double iterates, double slots,
+            const std::function<void()>& work) {
+    watch_.report({"profiling", static_cast<double>(figures_.size()) / jobs_, -1,
+                   fmt::format("{}, n = {}", kernel, n)});
+    work();  // builds the kernels, fills the caches
+    std::vector<double> seconds, wall;
+    for (int i = 0; i < options_.repeats; ++i) {
+      if (watch_.stop.stop_requested()) throw Interrupted();
+      const KernelSeconds run = timed(device_, work);
+      seconds.push_back(run.device);
+      wall.push_back(run.wall);
+    }
+    KernelFigures f;
+    f.kernel = kernel;
+    f.iterations = n;
+    f.samples = samples;
+    f.factors = options_.factors;
+    f.width = device_.lane_width(options_.precision);
+    f.precision = options_.precision;
+    f.median_seconds = median(seconds);
+    f.min_seconds = std::ranges::min(seconds);
+    f.wall_seconds = median(wall);
+    const double pairs = static_cast<double>(samples) * static_cast<double>(options_.factors);
+    if (iterates > 0) {
+      f.executed_factor_iterations = pairs * iterates;
+      f.pairs_per_second = pairs * iterates / f.median_seconds;
+    }
+    if (slots > 0) {
+      f.limit = "fma";
+      f.share_of_limit = pairs * slots / f.median_seconds / limits_.fma_per_second;
+    }
+    figures_.push_back(std::move(f));
+  }
+
+  std::vector<KernelFigures> figures() && { return std::move(figures_); }
+
+ private:
+  Device device_;
+  const ProfileOptions& options_;
+  const DeviceLimits& limits_;
+  const Watch& watch_;
+  int jobs_;
+  std::vector<KernelFigures> figures_;
+};
+
+/// Iterates that run of each sample's n, on average: all of them, unless an orbit escapes.
+double executed_iterates(const Device& device, const Workload& work, int n, Precision precision) {
+  const Field field(device, work.map, precision, {0, 0, kNoEscape});
+  const auto points = on_slice(work.samples.position, work.map.slice);
+  std::size_t executed = points.size();
+  for (int m = 1; m < n; ++m) {
+    executed += static_cast<std::size_t>(std::ranges::count_if(
+        field.at(points, m), [](double f) { return f < std::log(kNoEscape); }));
+  }
+  return static_cast<double>(executed) / static_cast<double>(points.size());
+}
+
+void time_evaluator(Bench& bench, const Device& device, const Workload& work, int n,
+                    Precision precision) {
+  EnergyOptions energy;
+  energy.iterations = n;
+  energy.escape = kNoEscape;
+  const auto evaluator = make_device_evaluator(device, work.samples, energy, precision);
+  const double iterates = executed_iterates(device, work, n, precision);
+  const std::size_t samples = work.samples.size();
+  bench.time("energy", n, samples, iterates, cost::energy(n),
+             [&] { evaluator->evaluate(work.map, false); });
+  bench.time("gradient", n, samples, iterates, cost::gradient(n),
+             [&] { evaluator->evaluate(work.map, true); });
+}
+
+/// H = JᵀWJ, in multiply-adds of its upper triangle.
+void time_gauss_newton(Bench& bench, const Device& device, Workload work, Precision precision) {
+  const std::size_t samples = std::min<std::size_t>(work.samples.size(), kMostCurvatureSamples);
+  Samples part;
+  for (std::size_t i = 0; i < samples; ++i) {
+    part.add(work.samples.position[i], work.samples.weight[i], 0, 0);
+  }
+  const auto evaluator = make_device_evaluator(device, part, {}, precision);
+  const double order = 1 + 5 * static_cast<double>(work.map.factors.size());
+  const double slots = 0.5 * order * (order + 1) / static_cast<double>(work.map.factors.size());
+  bench.time("gauss_newton", 1, samples, 1, slots, [&] { evaluator->gauss_newton(work.map); });
+}
+
+void time_surface_and_picture(Bench& bench, const Device& device, const Workload& work) {
+  const int side = static_cast<int>(std::cbrt(static_cast<double>(work.samples.size())) + 0.5);
+  Grid grid{Eigen::Vector3d::Constant(-1.5), 3.0 / side, {side, side, side}};
+  const auto points = static_cast<std::size_t>(side) * static_cast<std::size_t>(side) *
+                      static_cast<std::size_t>(side);
+  const LevelSet level_set(device, work.map, {0, 0, kNoEscape}, 4);
+  bench.time("level_set", 4, points, 4, 0, [&] { level_set.over(grid, {{0, 0, 0}, grid.points}); });
+
+  // A root at the origin makes the set bounded, and a ball in the main.
+  RationalMap ball = work.map;
+  ball.factors.front() = {{0, 0, 0, 0}, 4};
+  PictureOptions picture;
+  picture.width = 160;
+  picture.height = 120;
+  picture.samples_per_axis = 1;
+  bench.time("ray_march", picture.iterations, 160 * 120, 0, 0,
+             [&] { render(device, ball, picture); });
+}
+
+}  // namespace
+
+void ProfileOptions::validate() const {
+  const auto expect = [](bool holds, const char* option, auto value, const char* need) {
+    if (!holds) throw InputError(fmt::format("{} {}: {}", option, value, need));
+  };
+  expect(samples >= 64 && samples <= 100'000'000, "--samples", samples, "give 64 to 100000000");
+  expect(factors >= 8 && factors <= 20'000, "--factors", factors, "give 8 to 20000");
+  expect(repeats >= 1 && repeats <= 1000, "--repeats", repeats, "give 1 to 1000");
+  expect(lane_width == 0 || lane_width == 1 || lane_width == 8 || lane_width == 16, "--width",
+         lane_width, "give 1, 8 or 16");
+}
+
+ProfileReport profile(const Device& chosen, const ProfileOptions& options, const Watch& watch) {
+  options.validate();
+  const Device device =
+      options.lane_width == 0 ? chosen : chosen.with_lane_width(options.lane_width);
+  ProfileReport report;
+  report.device = device.info();
+  watch.report({"profiling", 0, -1, "limits of the device"});
+  report.limits = measure_limits(device, options.precision, options.repeats);
+
+  constexpr int kJobs = 8;
+  Bench bench(device, options, report.limits, watch, kJobs);
+  const Workload work = make_workload(options);
+  for (const int n : {1, 4}) time_evaluator(bench, device, work, n, options.precision);
+  time_gauss_newton(bench, device, work, options.precision);
+
+  constexpr int kRings = 72;
+  const SignedDistance distance(device, make_sphere(kRings), options.precision);
+  bench.time("distance", 1, work.samples.size(), 0, 0, [&] { distance.at(work.samples.position); });
+  time_surface_and_picture(bench, device, work);
+  report.kernels = std::move(bench).figures();
+  watch.report({"profiling", 1, 0, ""});
+  return report;
+}
+
+}  // namespace qjulia

@@ -1,0 +1,71 @@
+#pragma once
+/// How fast the kernels run on a device, against what the device can do.
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "qjulia/device.hpp"
+#include "qjulia/progress.hpp"
+
+namespace qjulia {
+
+/// The workload is fixed by these numbers: points uniform in [−1.5, 1.5]³, factors with centres
+/// uniform in [−1, 1]³ and |exponent| in [0.01, 0.06], 57 % of them roots; no orbit ends early, no
+/// sample is saturated or skipped.
+struct ProfileOptions {
+  std::size_t samples = 125'000;
+  std::size_t factors = 331;
+  int repeats = 5;  ///< timed runs of each kernel, after one that is not
+  std::uint64_t seed = 1;
+  Precision precision = Precision::single;
+  int lane_width = 0;     ///< 1, 8 or 16; 0: the device's own
+  void validate() const;  ///< @throws InputError naming the option
+};
+
+/// What the device can do at most, measured by kernels that do nothing else.
+struct DeviceLimits {
+  double fma_per_second = 0;    ///< fused multiply-adds of one number each
+  double bytes_per_second = 0;  ///< read and written by a copy much larger than any cache
+  double launch_seconds = 0;    ///< of a kernel without work, from the call to its end
+};
+
+/// One kernel, or the few kernels that do one job.
+struct KernelFigures {
+  std::string kernel;
+  int iterations = 1;
+  std::size_t samples = 0;
+  std::size_t factors = 0;
+  int width = 1;
+  Precision precision = Precision::single;
+  double median_seconds = 0;  ///< on the device
+  double min_seconds = 0;
+  double wall_seconds = 0;  ///< median, host time included
+  /// Iterates × factors that were really computed; none where orbits or rays end early.
+  std::optional<double> executed_factor_iterations;
+  std::optional<double> pairs_per_second;  ///< the same by the median second
+  std::optional<double> share_of_limit;    ///< of `limit`, by the median second
+  std::string limit;                       ///< "fma", or empty
+};
+
+struct ProfileReport {
+  DeviceInfo device;
+  DeviceLimits limits;
+  std::vector<KernelFigures> kernels;
+};
+
+/// Measures the device's limits, then each kernel.
+/// @throws Interrupted when a stop is requested.
+ProfileReport profile(const Device& device, const ProfileOptions& options, const Watch& watch = {});
+
+nlohmann::json to_json(const ProfileReport& report);
+
+/// What has become slower than in an earlier report (as JSON) by more than `tolerance` (0.1: 10 %):
+/// a line for each kernel. Kernels of other sizes, widths or precisions are not compared.
+/// @throws InputError when the baseline is no report, or nothing in it can be compared.
+std::vector<std::string> regressions(const ProfileReport& report, const nlohmann::json& baseline,
+                                     double tolerance);
+
+}  // namespace qjulia

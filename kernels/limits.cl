@@ -1,0 +1,35 @@
+// What a device can do at most: kernels that do one thing only, for `qjulia profile`.
+
+#include "lanes.clh"
+
+// `rounds` rounds of QJ_CHAINS independent chains of fused multiply-adds a lane: enough of them to
+// hide the latency of one.
+#define QJ_CHAINS 16
+kernel void fma_chains(global const real* seed, int rounds, global real* out) {
+  int i = (int)get_global_id(0);
+  lane factor = lane_of(seed[0]), term = lane_of(seed[1]);
+  lane chain[QJ_CHAINS];
+#pragma unroll
+  for (int c = 0; c < QJ_CHAINS; ++c) chain[c] = lane_of((real)(i + c));
+  for (int r = 0; r < rounds; ++r) {
+#pragma unroll
+    for (int c = 0; c < QJ_CHAINS; ++c) chain[c] = fma(chain[c], factor, term);
+  }
+  lane sum = lane_of(0);
+#pragma unroll
+  for (int c = 0; c < QJ_CHAINS; ++c) sum += chain[c];
+  out[i] = lane_sum(sum);
+}
+
+// One work-item per `vectors` vectors of QJ_WIDTH reals.
+kernel void copy_reals(global const real* from, int vectors, int items, global real* to) {
+  int item = (int)get_global_id(0);
+  if (item >= items) return;
+  for (int i = 0; i < vectors; ++i) {
+    lane_store(lane_load(from, item * vectors + i), to, item * vectors + i);
+  }
+}
+
+kernel void no_work(global real* out) {
+  if (get_global_id(0) == 0) out[0] = 0;
+}
