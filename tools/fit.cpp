@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 
 #include "commands.hpp"
 #include "exit_code.hpp"
@@ -23,6 +24,7 @@ struct Arguments {
   std::string output;
   std::string device;
   FitArguments fit;
+  bool resume = false;
 };
 
 std::string stage_line(const StageReport& stage) {
@@ -54,6 +56,15 @@ nlohmann::json report(const Arguments& arguments, const FitResult& result, doubl
   return json;
 }
 
+/// True when the output is the finished result of the same mesh and options.
+bool is_done(const Arguments& arguments, const FitOptions& options) {
+  if (!std::filesystem::exists(arguments.output)) return false;
+  const nlohmann::json made = read_map(arguments.output).provenance;
+  return made.is_object() && made.value("stopped", "interrupted") != "interrupted" &&
+         made.value("options", nlohmann::json()) == to_json(options) &&
+         made.value("mesh", nlohmann::json()) == file_json(arguments.mesh);
+}
+
 int run(const Arguments& arguments, Session& session) {
   const FitOptions options = checked_options(arguments.fit);
   if (is_mesh_file(arguments.output)) {
@@ -61,6 +72,12 @@ int run(const Arguments& arguments, Session& session) {
                                  arguments.output));
   }
   require_writable(arguments.output);
+  if (arguments.resume && is_done(arguments, options)) {
+    session.console.summary(
+        fmt::format("map: {} is finished; there is nothing to resume", arguments.output),
+        {{"map", arguments.output}, {"resumed", false}});
+    return kDone;
+  }
   MeshReport mesh_report;
   const TriangleMesh mesh = read_mesh(arguments.mesh, &mesh_report);
   for (const std::string& warning : mesh_report.warnings()) {
@@ -71,16 +88,20 @@ int run(const Arguments& arguments, Session& session) {
   FitOptions remaining = options;
   // The limit is of the whole command; what is left may not be nothing.
   remaining.time_limit = std::max(options.time_limit - session.seconds(), 1e-3);
+  remaining.checkpoint = arguments.output + ".checkpoint";
+  remaining.resume = arguments.resume;
   FitResult result = fit(device, mesh, remaining, session.watch());
   for (const std::string& warning : result.warnings) session.console.warn(warning);
   result.map.provenance = provenance(arguments.mesh, options, device.info(), result);
   write_map(result.map, arguments.output);
+  const bool interrupted = result.stopped == StopReason::interrupted;
+  if (!interrupted) std::filesystem::remove(remaining.checkpoint);
 
   for (const StageReport& stage : result.stages) session.console.detail(stage_line(stage));
   session.report_kernels(device);
   const double seconds = session.seconds();
   session.console.summary(summary(arguments, result, seconds), report(arguments, result, seconds));
-  return result.stopped == StopReason::interrupted ? kInterrupted : kDone;
+  return interrupted ? kInterrupted : kDone;
 }
 
 void describe_options(CLI::App& command, Arguments& a) {
@@ -91,6 +112,9 @@ void describe_options(CLI::App& command, Arguments& a) {
       ->required()
       ->type_name("MAP");
   add_fit_options(command, a.fit);
+  command.add_flag("--resume", a.resume,
+                   "Go on where an earlier run of the same command was stopped or killed: it kept "
+                   "MAP.checkpoint. Without one, start afresh; with the finished map, do nothing");
   add_device(command, a.device);
 }
 
@@ -103,7 +127,8 @@ void add_fit(CLI::App& program, ChosenCommand& chosen) {
       "  qjulia fit bunny.obj -o bunny.qjulia.json\n"
       "  qjulia fit bunny.obj -o quick.qjulia.json --factors 100 --time-limit 20\n"
       "Meshes with holes are welcome; what is wrong with them is reported. Ctrl-C ends the fit\n"
-      "and saves what was reached (exit code 130).");
+      "and saves what was reached (exit code 130); --resume then goes on. A resumed fit ends with\n"
+      "the same map as one that was never stopped, unless a time limit ends it.");
   auto arguments = std::make_shared<Arguments>();
   describe_options(*command, *arguments);
   add_verbosity(*command, chosen.verbosity);

@@ -25,10 +25,6 @@ const char* key(StopReason reason) {
   return "converged";
 }
 
-nlohmann::json file_json(const std::filesystem::path& path) {
-  return {{"name", path.filename().string()}, {"fnv1a64", file_hash(path)}};
-}
-
 nlohmann::json program_json() { return {{"name", "qjulia"}, {"version", version()}}; }
 
 nlohmann::json device_json(const DeviceInfo& device) {
@@ -37,6 +33,10 @@ nlohmann::json device_json(const DeviceInfo& device) {
 }
 
 }  // namespace
+
+nlohmann::json file_json(const std::filesystem::path& path) {
+  return {{"name", path.filename().string()}, {"fnv1a64", file_hash(path)}};
+}
 
 nlohmann::json to_json(const FitOptions& options) {
   nlohmann::json json = {{"factors", options.factors},

@@ -14,7 +14,12 @@ Budget::Budget(const FitOptions& options, int schedule_evaluations, Clock::time_
       stop_(std::move(stop)) {}
 
 double Budget::seconds() const {
-  return std::chrono::duration<double>(Clock::now() - start_).count();
+  return carried_seconds_ + std::chrono::duration<double>(Clock::now() - start_).count();
+}
+
+void Budget::carry(int evaluations, double seconds) {
+  evaluations_ = evaluations;
+  carried_seconds_ = seconds;
 }
 
 double Budget::fraction() const {

@@ -17,6 +17,8 @@ class Budget {
          double reserve, std::stop_token stop);
 
   void count_evaluation() { ++evaluations_; }
+  /// What an earlier process has spent on the same fit.
+  void carry(int evaluations, double seconds);
   int evaluations() const { return evaluations_; }
   double seconds() const;
 
@@ -33,6 +35,7 @@ class Budget {
   bool limited_by_caller_;  ///< by evaluations asked for, not by the schedule's own number
   std::stop_token stop_;
   int evaluations_ = 0;
+  double carried_seconds_ = 0;
 };
 
 }  // namespace qjulia

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "fit/budget.hpp"
+#include "fit/checkpoint.hpp"
 #include "fit/overlap.hpp"
 #include "fit/placement.hpp"
 #include "fit/sample_pool.hpp"
@@ -105,8 +106,11 @@ FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& 
   const EvaluatorFactory on_device = [&](const Samples& samples, const EnergyOptions& energy) {
     return make_device_evaluator(device, samples, energy, options.precision);
   };
-  Stages stages(place_factors(on_device, pool, options.factors, options.seed), pool, on_device,
-                overlap, options, schedule, budget, watch);
+  Checkpoint checkpoint(options.checkpoint, fit_key(mesh, options, device.info()));
+  auto kept = options.resume ? checkpoint.load() : std::nullopt;
+  Stages stages(kept ? kept->map : place_factors(on_device, pool, options.factors, options.seed),
+                pool, on_device, overlap, options, schedule, budget, checkpoint, watch);
+  if (kept) stages.resume(std::move(*kept));
 
   FitResult result;
   result.stopped = stages.run();

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
+#include <sstream>
+#include <string>
 
 namespace qjulia {
 
@@ -19,6 +21,14 @@ class Random {
   std::size_t index(std::size_t count) {
     return static_cast<std::size_t>(uniform(0, static_cast<double>(count)));
   }
+
+  /// The state as the standard writes it, to go on from later.
+  std::string state() const {
+    std::ostringstream text;
+    text << bits_;
+    return text.str();
+  }
+  void set_state(const std::string& text) { std::istringstream(text) >> bits_; }
 
  private:
   std::mt19937_64 bits_;  ///< its sequence is fixed by the C++ standard

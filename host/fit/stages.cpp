@@ -16,18 +16,19 @@ std::vector<std::size_t> active_unknowns(Unknowns unknowns, std::size_t factors)
   return active;
 }
 
-const Phase& phase_at(const Schedule& schedule, double fraction) {
-  for (const Phase& phase : schedule.phases) {
-    if (fraction < phase.until) return phase;
+int phase_at(const Schedule& schedule, double fraction) {
+  const auto last = static_cast<int>(schedule.phases.size()) - 1;
+  for (int i = 0; i < last; ++i) {
+    if (fraction < schedule.phases[static_cast<std::size_t>(i)].until) return i;
   }
-  return schedule.phases.back();
+  return last;
 }
 
 }  // namespace
 
 Stages::Stages(RationalMap start, const SamplePool& pool, EvaluatorFactory make_evaluator,
                std::function<double(const RationalMap&)> overlap, const FitOptions& options,
-               const Schedule& schedule, Budget& budget, const Watch& watch)
+               const Schedule& schedule, Budget& budget, Checkpoint& checkpoint, const Watch& watch)
     : map_(std::move(start)),
       pool_(pool),
       make_evaluator_(std::move(make_evaluator)),
@@ -35,17 +36,35 @@ Stages::Stages(RationalMap start, const SamplePool& pool, EvaluatorFactory make_
       options_(options),
       schedule_(schedule),
       budget_(budget),
+      checkpoint_(checkpoint),
       watch_(watch),
       random_(options.seed) {}
+
+void Stages::resume(FitState state) {
+  map_ = state.map;
+  random_.set_state(state.random);
+  reports_ = state.reports;
+  budget_.carry(state.evaluations, state.seconds);
+  resumed_ = std::move(state);
+}
+
+FitState Stages::state(int phase) const {
+  return {map_, random_.state(), phase, budget_.evaluations(), budget_.seconds(), reports_, {}};
+}
 
 StopReason Stages::run() {
   for (;;) {
     if (const auto reason = budget_.spent()) return *reason;
-    if (const auto reason = run_stage(phase_at(schedule_, budget_.fraction()))) return *reason;
+    if (const auto reason = run_stage()) return *reason;
   }
 }
 
-std::optional<StopReason> Stages::run_stage(const Phase& phase) {
+std::optional<StopReason> Stages::run_stage() {
+  FitState before =
+      resumed_ ? std::move(*resumed_) : state(phase_at(schedule_, budget_.fraction()));
+  resumed_.reset();
+  checkpoint_.save(before);
+  const Phase& phase = schedule_.phases.at(static_cast<std::size_t>(before.phase));
   const double start = budget_.seconds();
   const int evaluations = budget_.evaluations();
   const Samples samples = pool_.draw(phase, random_);
@@ -56,7 +75,8 @@ std::optional<StopReason> Stages::run_stage(const Phase& phase) {
   }
   const auto active = active_unknowns(options_.unknowns, map_.factors.size());
   const Preconditioner scaling(evaluator->gauss_newton(map_), active, schedule_.damping);
-  auto result = minimize(*evaluator, map_, active, scaling, phase.iterations, budget_);
+  RecordingEvaluator recorded(*evaluator, before, checkpoint_);
+  auto result = minimize(recorded, map_, active, scaling, phase.iterations, budget_);
   map_ = std::move(result.map);
   reports_.push_back({phase.name, budget_.evaluations() - evaluations, result.energy_before,
                       result.energy_after, budget_.seconds() - start, overlap_(map_)});

@@ -2,9 +2,11 @@
 /// The stages of one fit: a map whose F_1 comes ever closer to signed distance.
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "fit/budget.hpp"
+#include "fit/checkpoint.hpp"
 #include "fit/evaluator.hpp"
 #include "fit/sample_pool.hpp"
 #include "fit/schedule.hpp"
@@ -16,7 +18,10 @@ class Stages {
   /// @param overlap IoU of a map with the shape, for reports.
   Stages(RationalMap start, const SamplePool& pool, EvaluatorFactory make_evaluator,
          std::function<double(const RationalMap&)> overlap, const FitOptions& options,
-         const Schedule& schedule, Budget& budget, const Watch& watch);
+         const Schedule& schedule, Budget& budget, Checkpoint& checkpoint, const Watch& watch);
+
+  /// Goes on where an earlier process stood.
+  void resume(FitState state);
 
   /// Runs stages until the budget is spent.
   StopReason run();
@@ -25,7 +30,9 @@ class Stages {
   const std::vector<StageReport>& reports() const { return reports_; }
 
  private:
-  std::optional<StopReason> run_stage(const Phase& phase);
+  std::optional<StopReason> run_stage();
+  /// The state at the start of a stage.
+  FitState state(int phase) const;
 
   RationalMap map_;
   const SamplePool& pool_;
@@ -34,9 +41,11 @@ class Stages {
   const FitOptions& options_;
   const Schedule& schedule_;
   Budget& budget_;
+  Checkpoint& checkpoint_;
   const Watch& watch_;
   Random random_;
   std::vector<StageReport> reports_;
+  std::optional<FitState> resumed_;  ///< the stage that was under way, until it is run
 };
 
 }  // namespace qjulia

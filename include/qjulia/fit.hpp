@@ -2,6 +2,7 @@
 /// From a mesh to a rational map.
 
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <string>
 #include <vector>
@@ -23,7 +24,11 @@ struct FitOptions {
   Unknowns unknowns = Unknowns::all;
   Precision precision = Precision::single;
   std::string schedule = "regression";  ///< a built-in schedule's name
-  void validate() const;                ///< @throws InputError naming the option
+  /// A file to keep the fit in while it is under way, rewritten at each stage's end and every 10 s:
+  /// the caller removes it once the result is safe. Empty: none.
+  std::filesystem::path checkpoint;
+  bool resume = false;    ///< go on from the checkpoint, where there is one
+  void validate() const;  ///< @throws InputError naming the option
 };
 
 enum class StopReason { schedule_done, evaluations, time_limit, interrupted, converged };
@@ -48,8 +53,9 @@ struct FitResult {
   std::vector<std::string> warnings;
 };
 
-/// Fits a map to a mesh. A stop request ends the fit with what was reached.
-/// @throws InputError when the mesh has no interior.
+/// Fits a map to a mesh. A stop request ends the fit with what was reached. A resumed fit gives the
+/// same map as one that was never interrupted, bit for bit (without a time limit).
+/// @throws InputError when the mesh has no interior, or the checkpoint is another fit's.
 FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& options,
               const Watch& watch = {});
 

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "obj_text.hpp"
@@ -189,4 +190,39 @@ TEST_CASE("--quiet is silent, and a result still goes to standard output") {
   CHECK(quiet.exit_code == 0);
   CHECK(quiet.err.empty());
   CHECK_THAT(quiet.out, Contains("IoU"));
+}
+
+TEST_CASE("a fit that was killed is resumed to the same map, and a finished one is left alone") {
+  const TemporaryFolder folder;
+  const auto fit_to = [&](const std::string& map, const Arguments& more = {}) {
+    Arguments arguments = {
+        "fit", fitted().mesh, "-o", map,        "--factors", "24", "--max-evaluations",
+        "150", "--seed",      "3",  "--device", "cpu"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  };
+  const std::string whole = folder / "whole.qjulia.json", broken = folder / "broken.qjulia.json";
+  REQUIRE(run_command(fit_to(whole)).exit_code == 0);
+  CHECK_FALSE(std::filesystem::exists(whole + ".checkpoint"));
+
+  RunOptions killed;
+  killed.kill_at = "fitting";
+  CHECK(run_command(fit_to(broken), killed).exit_code == 128 + 9);
+  CHECK_FALSE(std::filesystem::exists(broken));
+  REQUIRE(std::filesystem::exists(broken + ".checkpoint"));
+  auto other = fit_to(broken, {"--resume"});
+  other[5] = "25";
+  const auto refused = run_command(other);
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.err, Contains("broken.qjulia.json.checkpoint"));
+
+  REQUIRE(run_command(fit_to(broken, {"--resume"})).exit_code == 0);
+  CHECK(without_provenance(broken) == without_provenance(whole));
+  CHECK_FALSE(std::filesystem::exists(broken + ".checkpoint"));
+
+  const auto time = std::filesystem::last_write_time(broken);
+  const auto again = run_command(fit_to(broken, {"--resume"}));
+  CHECK(again.exit_code == 0);
+  CHECK_THAT(again.err, Contains("is finished"));
+  CHECK(std::filesystem::last_write_time(broken) == time);
 }

@@ -10,6 +10,7 @@
 #include "fit/stages.hpp"
 #include "qjulia/error.hpp"
 #include "random_maps.hpp"
+#include "temporary_folder.hpp"
 
 using namespace qjulia;
 
@@ -217,6 +218,72 @@ TEST_CASE("a stage's samples have the shares, targets and sides it asks for") {
   CHECK(pool.draw(phase, same).position == samples.position);
 }
 
+namespace {
+
+/// What a dying process is to a fit.
+struct Killed {};
+
+class MortalEvaluator : public Evaluator {
+ public:
+  MortalEvaluator(std::unique_ptr<Evaluator> evaluator, int& left)
+      : evaluator_(std::move(evaluator)), left_(left) {}
+  Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
+    if (with_gradient && left_-- == 0) throw Killed();
+    return evaluator_->evaluate(map, with_gradient);
+  }
+  std::vector<double> field(const RationalMap& map) override { return evaluator_->field(map); }
+  Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
+    return evaluator_->gauss_newton(map);
+  }
+
+ private:
+  std::unique_ptr<Evaluator> evaluator_;
+  int& left_;
+};
+
+}  // namespace
+
+TEST_CASE("a fit that died and was resumed ends as one that did not") {
+  const auto pool = sphere_pool(4000);
+  FitOptions options;
+  options.factors = 8;
+  const Schedule schedule{"test", 40, 1e-3, {{"only", 1, 200, 0.1, 0.5, 10, 1}}};
+  const test::TemporaryFolder folder;
+  const std::filesystem::path path = folder / "fit.checkpoint";
+  int left = -1;  // evaluations with gradients until death; negative: none
+  const EvaluatorFactory mortal = [&](const Samples& samples, const EnergyOptions& energy) {
+    return std::make_unique<MortalEvaluator>(make_reference_evaluator(samples, energy), left);
+  };
+  const auto start = place_factors(mortal, pool, options.factors, 1);
+  const auto unknowns_of_a_run = [&](Checkpoint& checkpoint, bool resume) {
+    auto budget = budget_of(schedule.evaluations);
+    Stages stages(start, pool, mortal, [](const RationalMap&) { return 0.5; }, options, schedule,
+                  budget, checkpoint, {});
+    if (resume) stages.resume(checkpoint.load().value());
+    stages.run();
+    CHECK(budget.evaluations() == 40);
+    return to_unknowns(stages.map());
+  };
+  Checkpoint none({}, "");
+  const auto unbroken = unknowns_of_a_run(none, false);
+
+  // In the middle of the second stage, with and without evaluations of it kept.
+  for (const double interval : {1e9, 0.0}) {
+    Checkpoint checkpoint(path, "key", interval);
+    left = 17;
+    CHECK_THROWS_AS(unknowns_of_a_run(checkpoint, false), Killed);
+    const FitState kept = checkpoint.load().value();
+    CHECK(kept.reports.size() == 1);
+    CHECK(kept.evaluated.empty() == (interval > 0));
+    left = -1;
+    CHECK(unknowns_of_a_run(checkpoint, true) == unbroken);
+  }
+  CHECK_THROWS_WITH(Checkpoint(path, "another").load(), Catch::Contains("belongs to"));
+  std::filesystem::resize_file(path, std::filesystem::file_size(path) / 2);
+  CHECK_THROWS_WITH(Checkpoint(path, "key").load(), Catch::Contains("is damaged"));
+  CHECK_FALSE(Checkpoint(folder / "none", "key").load().has_value());
+}
+
 TEST_CASE("stages fit a sphere with the reference evaluator alone") {
   const auto pool = sphere_pool(4000);
   const EvaluatorFactory reference = [](const Samples& samples, const EnergyOptions& options) {
@@ -229,9 +296,10 @@ TEST_CASE("stages fit a sphere with the reference evaluator alone") {
   int reports = 0;
   const Watch watch{[&](const Progress&) { ++reports; }, {}};
   const auto start = place_factors(reference, pool, options.factors, 1);
+  Checkpoint unkept({}, "");
   Stages stages(
       start, pool, reference, [](const RationalMap&) { return 0.5; }, options, schedule, budget,
-      watch);
+      unkept, watch);
   CHECK(stages.run() == StopReason::schedule_done);
   CHECK(budget.evaluations() == 40);
   REQUIRE(stages.reports().size() >= 3);

@@ -1,0 +1,132 @@
+#include "fit/checkpoint.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <bit>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "files/atomic_file.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/map_file.hpp"
+#include "qjulia/version.hpp"
+
+namespace qjulia {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kFormat = "qjulia-checkpoint";
+
+/// FNV-1a, 64 bits.
+class Hash {
+ public:
+  template <class T>
+  void add(const T& value) {
+    static_assert(std::has_unique_object_representations_v<T>);
+    const auto bytes = std::bit_cast<std::array<unsigned char, sizeof(T)>>(value);
+    for (const unsigned char byte : bytes) value_ = (value_ ^ byte) * 0x100000001b3U;
+  }
+  void add(double value) { add(std::bit_cast<std::uint64_t>(value)); }
+  std::uint64_t value() const { return value_; }
+
+ private:
+  std::uint64_t value_ = 0xcbf29ce484222325U;
+};
+
+json to_json(const StageReport& r) {
+  return json::array({r.name, r.evaluations, r.energy_before, r.energy_after, r.seconds, r.iou});
+}
+
+StageReport report_from(const json& j) {
+  return {j.at(0), j.at(1), j.at(2), j.at(3), j.at(4), j.at(5)};
+}
+
+}  // namespace
+
+std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const DeviceInfo& device) {
+  Hash hash;
+  for (const auto& v : mesh.vertices) {
+    for (int i = 0; i < 3; ++i) hash.add(v[i]);
+  }
+  for (const auto& triangle : mesh.triangles) {
+    for (const auto vertex : triangle) hash.add(vertex);
+  }
+  // Not the time limit: what is left of it differs from run to run.
+  return fmt::format("{} {:016x} {} {} {} {} {} {} {} {} {}", version(), hash.value(),
+                     options.factors, options.detail, options.seed, options.max_evaluations,
+                     static_cast<int>(options.unknowns), static_cast<int>(options.precision),
+                     options.schedule, device.name, device.driver_version);
+}
+
+Checkpoint::Checkpoint(std::filesystem::path path, std::string key, double interval)
+    : path_(std::move(path)), key_(std::move(key)), interval_(interval) {}
+
+std::optional<FitState> Checkpoint::load() const {
+  std::ifstream file(path_, std::ios::binary);
+  if (path_.empty() || !file) return std::nullopt;
+  const auto fail = [&](const char* what) {
+    return InputError(
+        fmt::format("checkpoint '{}' {}; remove it to start afresh", path_.string(), what));
+  };
+  const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), {}};
+  const json j = json::from_cbor(bytes, true, false);
+  if (!j.is_object() || j.value("format", "") != kFormat) throw fail("is damaged");
+  if (j.value("key", "") != key_) {
+    throw fail("belongs to a fit with another mesh, other options, or another device");
+  }
+  FitState state;
+  try {
+    state.map = map_from_json(j.at("map"), path_.string());
+    state.random = j.at("random");
+    state.phase = j.at("phase");
+    state.evaluations = j.at("evaluations");
+    state.seconds = j.at("seconds");
+    for (const json& report : j.at("reports")) state.reports.push_back(report_from(report));
+    for (const json& e : j.at("evaluated")) {
+      state.evaluated.push_back({e.at(0), e.at(1).get<std::vector<double>>()});
+    }
+  } catch (const json::exception&) {
+    throw fail("is damaged");
+  }
+  return state;
+}
+
+void Checkpoint::save(const FitState& state) {
+  if (path_.empty()) return;
+  json reports = json::array(), evaluated = json::array();
+  for (const StageReport& report : state.reports) reports.push_back(to_json(report));
+  for (const Evaluation& e : state.evaluated) {
+    evaluated.push_back(json::array({e.energy, e.gradient}));
+  }
+  const auto bytes = json::to_cbor({{"format", kFormat},
+                                    {"key", key_},
+                                    {"map", to_json(state.map)},
+                                    {"random", state.random},
+                                    {"phase", state.phase},
+                                    {"evaluations", state.evaluations},
+                                    {"seconds", state.seconds},
+                                    {"reports", std::move(reports)},
+                                    {"evaluated", std::move(evaluated)}});
+  write_file(path_, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  saved_ = Clock::now();
+}
+
+bool Checkpoint::due() const {
+  return !path_.empty() &&
+         std::chrono::duration<double>(Clock::now() - saved_).count() >= interval_;
+}
+
+Evaluation RecordingEvaluator::evaluate(const RationalMap& map, bool with_gradient) {
+  if (given_ < state_.evaluated.size()) return state_.evaluated[given_++];
+  const Evaluation evaluation = evaluator_.evaluate(map, with_gradient);
+  state_.evaluated.push_back(evaluation);
+  ++given_;
+  if (checkpoint_.due()) checkpoint_.save(state_);
+  return evaluation;
+}
+
+}  // namespace qjulia

@@ -1,0 +1,74 @@
+#pragma once
+/// A fit that is under way, kept in a file so that it can go on after the process has died.
+
+#include <chrono>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fit/evaluator.hpp"
+#include "qjulia/fit.hpp"
+
+namespace qjulia {
+
+/// Where a fit stands at the start of a stage. From it the stage goes the same way again, bit for
+/// bit; `evaluated` spares it the evaluations it has made already.
+struct FitState {
+  RationalMap map;
+  std::string random;  ///< the generator's state, as its standard text
+  int phase = 0;       ///< index in the schedule of the stage that comes next
+  int evaluations = 0;
+  double seconds = 0;  ///< spent so far, in all processes
+  std::vector<StageReport> reports;
+  std::vector<Evaluation> evaluated;  ///< of the stage that was under way, in their order
+};
+
+/// What a checkpoint belongs to: mesh, options and device. Two fits with one key go the same way.
+std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const DeviceInfo& device);
+
+/// Writes states to one file, each in place of the last, whole or not at all.
+class Checkpoint {
+ public:
+  /// @param path empty: nothing is ever written.
+  /// @param interval seconds between saves within a stage.
+  Checkpoint(std::filesystem::path path, std::string key, double interval = 10);
+
+  /// The state that was kept, if there is one. @throws InputError naming the file when it belongs
+  /// to another fit or is damaged.
+  std::optional<FitState> load() const;
+
+  /// At the end of a stage.
+  void save(const FitState& state);
+  /// During one: true when the last save is long ago.
+  bool due() const;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::filesystem::path path_;
+  std::string key_;
+  double interval_;
+  Clock::time_point saved_ = Clock::now();
+};
+
+/// Gives the evaluations in `state.evaluated` first, then evaluates, adds to them, and saves the
+/// state whenever that is due.
+class RecordingEvaluator : public Evaluator {
+ public:
+  RecordingEvaluator(Evaluator& evaluator, FitState& state, Checkpoint& checkpoint)
+      : evaluator_(evaluator), state_(state), checkpoint_(checkpoint) {}
+
+  Evaluation evaluate(const RationalMap& map, bool with_gradient) override;
+  std::vector<double> field(const RationalMap& map) override { return evaluator_.field(map); }
+  Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
+    return evaluator_.gauss_newton(map);
+  }
+
+ private:
+  Evaluator& evaluator_;
+  FitState& state_;
+  Checkpoint& checkpoint_;
+  std::size_t given_ = 0;
+};
+
+}  // namespace qjulia
