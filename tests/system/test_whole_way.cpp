@@ -102,7 +102,9 @@ TEST_CASE("an interrupted fit saves what it reached") {
   CHECK(result.exit_code == 130);
   CHECK(json::parse(result.out)["stopped"] == "interrupted");
   CHECK(run_command({"info", map}).exit_code == 0);
-  CHECK(folder.names().size() == 1);
+  // The checkpoint stays, to be resumed from.
+  CHECK(folder.names() ==
+        std::vector<std::string>{"map.qjulia.json", "map.qjulia.json.checkpoint"});
 }
 
 TEST_CASE("a time limit ends a fit with a map") {
