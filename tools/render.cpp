@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <filesystem>
+#include <optional>
 
 #include "commands.hpp"
 #include "exit_code.hpp"
@@ -13,6 +15,7 @@
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/picture.hpp"
+#include "sweep.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -22,6 +25,8 @@ struct Arguments {
   std::string output;
   std::string device;
   std::string up = "y";
+  std::string sweep;
+  int turntable = 0;
   MapOptions map_options;
   PictureOptions options;
 };
@@ -60,23 +65,96 @@ Scene read_scene(const Arguments& arguments, Session& session) {
   return scene;
 }
 
-Image draw(const Device& device, const Scene& scene, const Arguments& arguments,
-           const PictureOptions& options, const Watch& watch) {
-  if (is_mesh_file(arguments.input)) {
+Image draw(const Device& device, const Scene& scene, const std::string& input,
+           const MapOptions& map_options, const PictureOptions& options, const Watch& watch) {
+  if (is_mesh_file(input)) {
     return render_mesh(device, scene.mesh, scene.mesh.box(), options, watch);
   }
-  const RationalMap map = turned(device, scene.map, arguments.map_options, arguments.input);
-  return render(device, map, options, watch);
+  return render(device, turned(device, scene.map, map_options, input), options, watch);
+}
+
+std::optional<Sweep> wanted_sweep(const Arguments& arguments, const PictureOptions& options) {
+  if (!arguments.sweep.empty() && arguments.turntable != 0) {
+    throw InputError("--sweep and --turntable: give one of them");
+  }
+  if (arguments.turntable != 0) return turntable(options.camera.azimuth, arguments.turntable);
+  if (arguments.sweep.empty()) return std::nullopt;
+  Sweep sweep = parse_sweep(arguments.sweep);
+  // Refused before the first picture is drawn, not after some.
+  for (const double value : sweep.values) {
+    MapOptions map_options = arguments.map_options;
+    PictureOptions changed = options;
+    set(sweep, value, map_options, changed);
+    map_options.knobs.validate();
+    changed.validate();
+  }
+  const bool of_map = sweep.name != "azimuth" && sweep.name != "elevation" && sweep.name != "zoom";
+  if (of_map && is_mesh_file(arguments.input)) {
+    throw InputError(
+        fmt::format("--sweep {}: it is of maps, and '{}' is a mesh", sweep.name, arguments.input));
+  }
+  return sweep;
+}
+
+/// "sheet.png" and 7: "sheet_007.png".
+std::filesystem::path frame_path(const std::filesystem::path& sheet, std::size_t number) {
+  return sheet.parent_path() /
+         fmt::format("{}_{:03}{}", sheet.stem().string(), number, sheet.extension().string());
+}
+
+/// A picture for each value, numbered, and all of them with captions on one sheet.
+int run_sweep(const Arguments& arguments, const PictureOptions& options, const Sweep& sweep,
+              Session& session) {
+  const Scene scene = read_scene(arguments, session);
+  const Device device = session.open_device(arguments.device);
+  std::vector<Image> frames;
+  std::vector<std::string> files;
+  nlohmann::json how;
+  for (const double value : sweep.values) {
+    const std::string caption = fmt::format("{} {:.4g}", sweep.name, value);
+    session.console.note(
+        fmt::format("picture {} of {}: {}", frames.size() + 1, sweep.values.size(), caption));
+    MapOptions map_options = arguments.map_options;
+    PictureOptions frame_options = options;
+    set(sweep, value, map_options, frame_options);
+    const Image image =
+        draw(device, scene, arguments.input, map_options, frame_options, session.watch());
+    if (session.interrupts.requested()) {
+      session.console.note(fmt::format("interrupted; {} pictures were written", files.size()));
+      return kInterrupted;
+    }
+    how = made_with(arguments.input, map_options, device.info());
+    how["picture"] = to_json(frame_options);
+    files.push_back(frame_path(arguments.output, files.size() + 1).string());
+    write_png(image, files.back(), {{"Software", program_name()}, {"qjulia", one_line(how)}});
+    frames.push_back(captioned(image, caption));
+  }
+  const auto count = static_cast<int>(frames.size());
+  const int columns = count <= 5 ? count : static_cast<int>(std::ceil(std::sqrt(count)));
+  how["sweep"] = {{"name", sweep.name}, {"values", sweep.values}};
+  write_png(contact_sheet(frames, columns), arguments.output,
+            {{"Software", program_name()}, {"qjulia", one_line(how)}});
+  session.report_kernels(device);
+  const double seconds = session.seconds();
+  session.console.summary(
+      fmt::format("{} pictures, {:.1f} s\nsheet: {}\npictures: {} to {}", count, seconds,
+                  arguments.output, files.front(), files.back()),
+      {{"sheet", arguments.output}, {"pictures", files}, {"made_with", how}, {"seconds", seconds}});
+  return kDone;
 }
 
 int run(const Arguments& arguments, Session& session) {
   const PictureOptions options = checked_options(arguments);
   require_extension(arguments.output, {".png"});
   require_writable(arguments.output);
+  if (const auto sweep = wanted_sweep(arguments, options)) {
+    return run_sweep(arguments, options, *sweep, session);
+  }
   const Scene scene = read_scene(arguments, session);
   const Device device = session.open_device(arguments.device);
 
-  const Image image = draw(device, scene, arguments, options, session.watch());
+  const Image image =
+      draw(device, scene, arguments.input, arguments.map_options, options, session.watch());
   if (session.interrupts.requested()) {
     session.console.note("interrupted; nothing was written");
     return kInterrupted;
@@ -133,6 +211,18 @@ void describe_options(CLI::App& command, Arguments& a) {
   command.add_option("--up", a.up, "The shape's axis that points up")
       ->check(CLI::IsMember({"x", "y", "z"}))
       ->capture_default_str();
+  command
+      .add_option("--sweep", a.sweep,
+                  std::string("Pictures for several values of one option, NAME=FROM:TO:COUNT or "
+                              "NAME=A,B,C: a contact sheet in PICTURE, and each in "
+                              "PICTURE_001.png and on. NAME: ") +
+                      kSweepNames)
+      ->type_name("SWEEP");
+  command
+      .add_option("--turntable", a.turntable,
+                  "The same for N azimuths once around: the shape turns under steady light")
+      ->check(CLI::Range(2, 10000))
+      ->type_name("N");
   add_map_options(command, a.map_options);
   add_device(command, a.device);
 }
@@ -147,6 +237,8 @@ void add_render(CLI::App& program, ChosenCommand& chosen) {
       "  qjulia render bunny.qjulia.json -o ears.png --size 1920x1080 --azimuth 120 --zoom 2\n"
       "  qjulia render bunny.obj -o mesh.png             the mesh in the same view\n"
       "  qjulia render bunny.qjulia.json -o crust.png --drift 0.8 --detail 0.03\n"
+      "  qjulia render bunny.qjulia.json -o drift.png --sweep drift=0:1.05:12 --size 480x360\n"
+      "  qjulia render bunny.qjulia.json -o turn.png --turntable 36\n"
       "Rays meet the set itself, not a mesh of it: the picture is as sharp as its pixels. The "
       "file's\n"
       "text chunk 'qjulia' says how it was made.\n" +

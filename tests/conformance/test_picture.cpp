@@ -5,11 +5,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "armed_ball.hpp"
 #include "device/context.hpp"
 #include "picture/band_grid.hpp"
 #include "picture/depth_source.hpp"
+#include "qjulia/detail.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/shared/picture_layout.h"
+#include "qjulia/surface.hpp"
 
 using namespace qjulia;
 using Eigen::Vector3d;
@@ -164,6 +167,35 @@ TEST_CASE("safe steps never lead into the ball, and the grid's coarse depths lie
       }
     }
     CHECK(wrong == 0);
+  }
+}
+
+TEST_CASE("at n = 1 the silhouette and the depths are those of the extracted mesh") {
+  const Device device = Device::choose("cpu");
+  const RationalMap map = steepened(test::armed_ball_map(60), 10);
+  const auto marched = march_source(device, map, 1);
+  SurfaceOptions options;
+  options.resolution = 160;
+  options.iterations = 1;
+  TriangleMesh mesh = extract_surface(device, map, options);
+  for (Vector3d& vertex : mesh.vertices) vertex = map.shape_to_map.to_map(vertex);
+  for (const double azimuth : {30.0, 140.0}) {
+    Camera camera;
+    camera.azimuth = azimuth;
+    const View view = camera_view(camera, mesh.box(), 320, 240, 1);
+    const auto set = marched->depths(view, 0, view.rows);
+    const auto drawn = mesh_source(mesh)->depths(view, 0, view.rows);
+    int both = 0, either = 0;
+    double apart = 0;
+    for (std::size_t i = 0; i < set.size(); ++i) {
+      if (set[i] >= 0 || drawn[i] >= 0) ++either;
+      if (set[i] < 0 || drawn[i] < 0) continue;
+      ++both;
+      apart += std::abs(set[i] - drawn[i]);
+    }
+    CHECK(either > 5000);
+    CHECK(both >= 0.995 * either);
+    CHECK(apart / both < 0.5 * view.footprint);
   }
 }
 

@@ -167,6 +167,15 @@ TEST_CASE("bad option values are refused") {
   fit("--precision", "half");
   fit("--schedule", "no such schedule");
 
+  for (const char* value :
+       {"drift", "drift=", "drift=0:1", "drift=0:1:1", "drift=0:1:1e9", "drift=0:nan:3",
+        "colour=0:1:3", "detail=0.02,0", "iterations=1,2.5", "order-seed=-1,2"}) {
+    check_refused(folder, {"render", map, "-o", folder / "out.png", "--sweep", value}, "");
+  }
+  check_refused(folder, {"render", mesh, "-o", folder / "out.png", "--sweep", "drift=0,1"},
+                "drift");
+  check_refused(folder, {"render", map, "-o", folder / "out.png", "--turntable", "1"}, "turntable");
+
   const auto surface = [&](const std::string& option, const Arguments& values) {
     Arguments arguments = {"surface", map, "-o", folder / "out.ply", option};
     arguments.insert(arguments.end(), values.begin(), values.end());

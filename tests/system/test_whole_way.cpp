@@ -154,6 +154,34 @@ TEST_CASE("a map and a mesh become pictures") {
   }
 }
 
+TEST_CASE("a sweep gives a sheet and a numbered picture for each value") {
+  const TemporaryFolder folder;
+  const std::string sheet = folder / "sheet.png";
+  const Arguments small = {"--size", "40x30", "--samples", "1", "--device", "cpu", "--json"};
+  Arguments arguments = {"render", fitted().map, "-o", sheet, "--sweep", "detail=0.01:0.02:3"};
+  arguments.insert(arguments.end(), small.begin(), small.end());
+  const auto result = run_command(arguments);
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  const json values = json::parse(result.out)["made_with"]["sweep"]["values"];
+  REQUIRE(values.size() == 3);
+  CHECK(values[1].get<double>() == Approx(0.015));
+  CHECK_THAT(read_text(sheet), StartsWith("\x89PNG"));
+  const std::string first = read_text(folder / "sheet_001.png");
+  CHECK_THAT(first, StartsWith("\x89PNG"));
+  CHECK(first != read_text(folder / "sheet_003.png"));
+  CHECK(!std::filesystem::exists(folder / "sheet_004.png"));
+
+  // Once around a mesh.
+  arguments = {"render", fitted().mesh, "-o", sheet, "--turntable", "2"};
+  arguments.insert(arguments.end(), small.begin(), small.end());
+  const auto around = run_command(arguments);
+  REQUIRE(around.exit_code == 0);
+  const json listed = json::parse(around.out);
+  CHECK(listed["made_with"]["sweep"]["name"] == "azimuth");
+  CHECK(listed["pictures"].size() == 2);
+}
+
 TEST_CASE("compare gives figures at n = 1 and at n") {
   const Arguments arguments = {"compare",      fitted().map, fitted().mesh, "--resolution", "48",
                                "--iterations", "4",          "--device",    "cpu"};

@@ -1,0 +1,127 @@
+#include "sweep.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "qjulia/error.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+constexpr int kMostFrames = 10000;
+
+using Setter = void (*)(double, MapOptions&, PictureOptions&);
+
+/// cos A + u sin A, for a unit vector along `axis` (1: i, 2: j, 3: k) and A in degrees.
+Quaternion turned_phase(int axis, double degrees) {
+  const double angle = degrees * std::numbers::pi / 180;
+  Quaternion phase{std::cos(angle), 0, 0, 0};
+  (axis == 1 ? phase.y : axis == 2 ? phase.z : phase.w) = std::sin(angle);
+  return phase;
+}
+
+int whole(const char* name, double value) {
+  if (value != std::round(value) || std::abs(value) > 1e9) {
+    throw InputError(fmt::format("--sweep {}: {} is not a whole number", name, value));
+  }
+  return static_cast<int>(value);
+}
+
+const std::map<std::string, Setter>& setters() {
+  static const std::map<std::string, Setter> all = {
+      {"azimuth", [](double v, MapOptions&, PictureOptions& p) { p.camera.azimuth = v; }},
+      {"elevation", [](double v, MapOptions&, PictureOptions& p) { p.camera.elevation = v; }},
+      {"zoom", [](double v, MapOptions&, PictureOptions& p) { p.camera.zoom = v; }},
+      {"iterations",
+       [](double v, MapOptions& m, PictureOptions& p) {
+         m.iterations = p.iterations = whole("iterations", v);
+       }},
+      {"detail",
+       [](double v, MapOptions& m, PictureOptions&) {
+         if (v <= 0) throw InputError(fmt::format("--sweep detail: {} is not positive", v));
+         m.knobs.detail = v;
+       }},
+      {"drift", [](double v, MapOptions& m, PictureOptions&) { m.knobs.drift = v; }},
+      {"slice", [](double v, MapOptions& m, PictureOptions&) { m.knobs.slice = v; }},
+      {"scale", [](double v, MapOptions& m, PictureOptions&) { m.knobs.scale = v; }},
+      {"order-seed",
+       [](double v, MapOptions& m, PictureOptions&) {
+         const int seed = whole("order-seed", v);
+         if (seed < 0) throw InputError(fmt::format("--sweep order-seed: {} is below 0", seed));
+         m.knobs.order_seed = static_cast<std::uint64_t>(seed);
+       }},
+      {"phase-i",
+       [](double v, MapOptions& m, PictureOptions&) { m.knobs.phase = turned_phase(1, v); }},
+      {"phase-j",
+       [](double v, MapOptions& m, PictureOptions&) { m.knobs.phase = turned_phase(2, v); }},
+      {"phase-k",
+       [](double v, MapOptions& m, PictureOptions&) { m.knobs.phase = turned_phase(3, v); }}};
+  return all;
+}
+
+InputError unreadable(const std::string& text) {
+  return InputError(fmt::format(
+      "--sweep '{}' is neither NAME=FROM:TO:COUNT, such as drift=0:1.05:12, nor NAME=A,B,C", text));
+}
+
+std::vector<double> numbers(const std::string& text, char between, const std::string& whole_text) {
+  std::vector<double> values;
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  for (;;) {
+    double value = 0;
+    const auto read = std::from_chars(at, end, value);
+    if (read.ec != std::errc() || !std::isfinite(value)) throw unreadable(whole_text);
+    values.push_back(value);
+    if (read.ptr == end) return values;
+    if (*read.ptr != between) throw unreadable(whole_text);
+    at = read.ptr + 1;
+  }
+}
+
+}  // namespace
+
+const char* const kSweepNames =
+    "detail, drift, slice, scale, order-seed, phase-i, phase-j, phase-k (the phase cos A + i sin "
+    "A, A in degrees), iterations, azimuth, elevation, zoom";
+
+Sweep parse_sweep(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos) throw unreadable(text);
+  Sweep sweep{text.substr(0, equals), {}};
+  if (!setters().contains(sweep.name)) {
+    throw InputError(
+        fmt::format("--sweep: there is no '{}' to sweep; it can be {}", sweep.name, kSweepNames));
+  }
+  const std::string list = text.substr(equals + 1);
+  if (list.find(':') == std::string::npos) {
+    sweep.values = numbers(list, ',', text);
+    return sweep;
+  }
+  const auto range = numbers(list, ':', text);
+  if (range.size() != 3 || range[2] != std::round(range[2])) throw unreadable(text);
+  if (range[2] < 2 || range[2] > kMostFrames) {
+    throw InputError(fmt::format("--sweep {}: COUNT is 2 to {}", text, kMostFrames));
+  }
+  const int count = static_cast<int>(range[2]);
+  for (int i = 0; i < count; ++i) {
+    sweep.values.push_back(std::lerp(range[0], range[1], double(i) / (count - 1)));
+  }
+  return sweep;
+}
+
+Sweep turntable(double first, int count) {
+  Sweep sweep{"azimuth", {}};
+  for (int i = 0; i < count; ++i) sweep.values.push_back(first + 360.0 * i / count);
+  return sweep;
+}
+
+void set(const Sweep& sweep, double value, MapOptions& map, PictureOptions& picture) {
+  setters().at(sweep.name)(value, map, picture);
+}
+
+}  // namespace qjulia::tools
