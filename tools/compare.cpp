@@ -24,14 +24,16 @@ struct Arguments {
 
 std::string table(const std::vector<FitMetrics>& metrics) {
   std::string text =
-      "  n     IoU   mean distance   Hausdorff   roughness   energy\n"
-      "               % of diagonal  % of diag.  area ratio";
+      "  n     IoU   mean distance   95 % within   Hausdorff   roughness   energy\n"
+      "               % of diagonal    % of diag.  % of diag.  area ratio";
   for (const FitMetrics& m : metrics) {
-    text +=
-        fmt::format("\n{:3}  {:.4f}  {:14.3f}  {:10.2f}  {:10.3f}  {:+.4f}", m.iterations, m.iou,
-                    100 * m.mean_distance, 100 * m.hausdorff_distance, m.roughness, m.energy);
+    text += fmt::format("\n{:3}  {:.4f}  {:14.3f}  {:12.3f}  {:10.2f}  {:10.3f}  {:+.4f}",
+                        m.iterations, m.iou, 100 * m.mean_distance, 100 * m.distance_95,
+                        100 * m.hausdorff_distance, m.roughness, m.energy);
   }
-  return text;
+  return text +
+         fmt::format("\nslope varies by {:.3f} of its mean over the surface (0: an even shell)",
+                     metrics.front().slope_variation);
 }
 
 int run(const Arguments& arguments, Session& session) {

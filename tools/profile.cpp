@@ -44,7 +44,7 @@ std::string table(const ProfileReport& report) {
 nlohmann::json read_baseline(const std::string& path) {
   std::ifstream file(path);
   if (!file) throw InputError(fmt::format("--baseline '{}' cannot be opened", path));
-  const auto json = nlohmann::json::parse(file, nullptr, false);
+  auto json = nlohmann::json::parse(file, nullptr, false);
   if (json.is_discarded()) {
     throw InputError(fmt::format("--baseline '{}' is not JSON; make it with --json", path));
   }

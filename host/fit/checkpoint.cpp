@@ -122,7 +122,7 @@ bool Checkpoint::due() const {
 
 Evaluation RecordingEvaluator::evaluate(const RationalMap& map, bool with_gradient) {
   if (given_ < state_.evaluated.size()) return state_.evaluated[given_++];
-  const Evaluation evaluation = evaluator_.evaluate(map, with_gradient);
+  Evaluation evaluation = evaluator_.evaluate(map, with_gradient);
   state_.evaluated.push_back(evaluation);
   ++given_;
   if (checkpoint_.due()) checkpoint_.save(state_);

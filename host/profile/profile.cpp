@@ -120,7 +120,7 @@ void time_gauss_newton(Bench& bench, const Device& device, Workload work, Precis
 }
 
 void time_surface_and_picture(Bench& bench, const Device& device, const Workload& work) {
-  const int side = static_cast<int>(std::cbrt(static_cast<double>(work.samples.size())) + 0.5);
+  const int side = static_cast<int>(std::lround(std::cbrt(static_cast<double>(work.samples.size()))));
   Grid grid{Eigen::Vector3d::Constant(-1.5), 3.0 / side, {side, side, side}};
   const auto points = static_cast<std::size_t>(side) * static_cast<std::size_t>(side) *
                       static_cast<std::size_t>(side);
@@ -133,8 +133,9 @@ void time_surface_and_picture(Bench& bench, const Device& device, const Workload
   PictureOptions picture;
   picture.width = 160;
   picture.height = 120;
+  constexpr std::size_t kRays = 160 * 120;
   picture.samples_per_axis = 1;
-  bench.time("ray_march", picture.iterations, 160 * 120, 0, 0,
+  bench.time("ray_march", picture.iterations, kRays, 0, 0,
              [&] { render(device, ball, picture); });
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "qjulia/error.hpp"
 #include "qjulia/shape.hpp"
@@ -31,18 +32,20 @@ double area(const TriangleMesh& mesh) {
 
 struct DistanceSummary {
   double mean = 0;
+  double within_95 = 0;  ///< the 95th percentile
   double largest = 0;
 };
 
 /// From points of a surface to another mesh.
 DistanceSummary distance_between(const std::vector<Eigen::Vector3d>& points,
                                  const SignedDistance& to) {
-  DistanceSummary summary;
-  for (const double d : to.at(points)) {
-    summary.mean += std::abs(d) / static_cast<double>(points.size());
-    summary.largest = std::max(summary.largest, std::abs(d));
-  }
-  return summary;
+  std::vector<double> distances = to.at(points);
+  for (double& d : distances) d = std::abs(d);
+  const auto count = static_cast<double>(distances.size());
+  const auto at_95 = distances.begin() + static_cast<std::ptrdiff_t>(0.95 * count);
+  std::ranges::nth_element(distances, at_95);
+  return {std::reduce(distances.begin(), distances.end()) / count, *at_95,
+          std::ranges::max(distances)};
 }
 
 /// A mesh as far as surfaces are compared.
@@ -63,15 +66,32 @@ struct SampledMesh {
 void compare_surfaces(const Device& device, const TriangleMesh& set, const SampledMesh& mesh,
                       double diagonal, FitMetrics& metrics) {
   if (set.triangles.empty()) {
-    metrics.mean_distance = metrics.hausdorff_distance = std::numeric_limits<double>::quiet_NaN();
+    metrics.mean_distance = metrics.distance_95 = metrics.hausdorff_distance =
+        std::numeric_limits<double>::quiet_NaN();
     return;
   }
   const SampledMesh sampled(device, set);
   const auto there = distance_between(sampled.points, mesh.distance);
   const auto back = distance_between(mesh.points, sampled.distance);
   metrics.mean_distance = 0.5 * (there.mean + back.mean) / diagonal;
+  metrics.distance_95 = std::max(there.within_95, back.within_95) / diagonal;
   metrics.hausdorff_distance = std::max(there.largest, back.largest) / diagonal;
   metrics.roughness = sampled.area / mesh.area;
+}
+
+/// Coefficient of variation of ‖∇F_1‖ over points of the shape, in its own coordinates.
+double slope_variation(const Device& device, const RationalMap& map,
+                       std::vector<Eigen::Vector3d> points) {
+  for (auto& x : points) x = map.shape_to_map.to_map(x);
+  double sum = 0, squares = 0;
+  for (const Quaternion& g : Field(device, map).gradient_at(on_slice(points, map.slice))) {
+    const double slope = std::hypot(g.x, g.y, g.z);
+    sum += slope;
+    squares += slope * slope;
+  }
+  const double mean = sum / static_cast<double>(points.size());
+  return std::sqrt(std::max(0.0, squares / static_cast<double>(points.size()) - mean * mean)) /
+         mean;
 }
 
 }  // namespace
@@ -101,12 +121,14 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
   report(0);
   const CubeSamples cube = sample_cube(device, mesh, map.shape_to_map, options.resolution, watch);
   const SampledMesh sampled(device, mesh);
+  const double variation = slope_variation(device, map, sampled.points);
   const Watch quiet{{}, watch.stop};
   std::vector<FitMetrics> all;
   for (const int n : iterations) {
     report(static_cast<double>(all.size() + 1));
     FitMetrics metrics;
     metrics.iterations = n;
+    metrics.slope_variation = variation;
     const auto shared = overlap({device, map, stops, n}, map.surface_level, cube, watch);
     metrics.iou = shared.iou;
     metrics.energy = shared.energy;
@@ -124,9 +146,11 @@ nlohmann::json to_json(const FitMetrics& metrics) {
   return {{"iterations", metrics.iterations},
           {"iou", metrics.iou},
           {"mean_distance", metrics.mean_distance},
+          {"distance_95", metrics.distance_95},
           {"hausdorff_distance", metrics.hausdorff_distance},
           {"energy", metrics.energy},
-          {"roughness", metrics.roughness}};
+          {"roughness", metrics.roughness},
+          {"slope_variation", metrics.slope_variation}};
 }
 
 }  // namespace qjulia

@@ -21,9 +21,13 @@ struct FitMetrics {
   int iterations = 1;
   double iou = 0;
   double mean_distance = 0;       ///< between the surfaces, mean of both directions
+  double distance_95 = 0;         ///< that 95 % of the samples of either surface stay within
   double hausdorff_distance = 0;  ///< of the surface samples
   double energy = 0;              ///< −1 is perfect; the paper's weights, α = 10
   double roughness = 0;           ///< area of the set over the mesh's
+  /// Coefficient of variation of ‖∇F_1‖ (3-D) over the mesh's surface, the same for every n: how
+  /// uneven the shell's thickness is.
+  double slope_variation = 0;
 };
 
 /// Metrics at n = 1 and at `options.iterations`. The IoU is taken at cell centres of a cube centred

@@ -205,9 +205,20 @@ TEST_CASE("the ball of q² compares with spheres as balls do") {
     const double diagonal = 2 * r * std::sqrt(3.0);
     CHECK(m.iou == Approx(1 / (r * r * r)).epsilon(0.02));
     CHECK(m.mean_distance == Approx((r - 1) / diagonal).epsilon(0.03));
+    CHECK(m.distance_95 == Approx((r - 1) / diagonal).epsilon(0.05));
     CHECK(m.hausdorff_distance == Approx((r - 1) / diagonal).epsilon(0.05));
+    CHECK(m.slope_variation == Approx(0).margin(1e-3));  // ‖∇F_1‖ = 2/r, but for facets
     CHECK(m.roughness == Approx(1 / (r * r)).epsilon(0.02));
     CHECK(m.energy == Approx(ball_energy(r, 64)).margin(0.01));
+  }
+  SECTION("one beside it") {
+    // 1/|x| over a unit sphere about c has mean 1 and mean square ln((1 + c)/(1 − c)) / 2c.
+    TriangleMesh beside = shapes::sphere(4);
+    for (auto& v : beside.vertices) v.x() += 0.5;
+    const FitMetrics m = compare(device, square(), beside, {32, 1}).at(0);
+    CHECK(m.slope_variation == Approx(std::sqrt(std::log(3.0) - 1)).epsilon(0.02));
+    CHECK(m.distance_95 > m.mean_distance);
+    CHECK(m.distance_95 < m.hausdorff_distance);
   }
   SECTION("nothing left of the set") {
     RationalMap map = square();
