@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <optional>
@@ -102,6 +103,14 @@ std::filesystem::path frame_path(const std::filesystem::path& sheet, std::size_t
          fmt::format("{}_{:03}{}", sheet.stem().string(), number, sheet.extension().string());
 }
 
+/// One row of up to five pictures; else nearly as many rows as columns, with few cells empty.
+int sheet_columns(int count) {
+  if (count <= 5) return count;
+  const int least = static_cast<int>(std::ceil(std::sqrt(count)));
+  const auto empty = [count](int columns) { return (columns - count % columns) % columns; };
+  return std::min({least, least + 1, least + 2}, [&](int a, int b) { return empty(a) < empty(b); });
+}
+
 /// A picture for each value, numbered, and all of them with captions on one sheet.
 int run_sweep(const Arguments& arguments, const PictureOptions& options, const Sweep& sweep,
               Session& session) {
@@ -130,9 +139,8 @@ int run_sweep(const Arguments& arguments, const PictureOptions& options, const S
     frames.push_back(captioned(image, caption));
   }
   const auto count = static_cast<int>(frames.size());
-  const int columns = count <= 5 ? count : static_cast<int>(std::ceil(std::sqrt(count)));
   how["sweep"] = {{"name", sweep.name}, {"values", sweep.values}};
-  write_png(contact_sheet(frames, columns), arguments.output,
+  write_png(contact_sheet(frames, sheet_columns(count)), arguments.output,
             {{"Software", program_name()}, {"qjulia", one_line(how)}});
   session.report_kernels(device);
   const double seconds = session.seconds();
