@@ -120,7 +120,8 @@ void time_gauss_newton(Bench& bench, const Device& device, Workload work, Precis
 }
 
 void time_surface_and_picture(Bench& bench, const Device& device, const Workload& work) {
-  const int side = static_cast<int>(std::lround(std::cbrt(static_cast<double>(work.samples.size()))));
+  const int side =
+      static_cast<int>(std::lround(std::cbrt(static_cast<double>(work.samples.size()))));
   Grid grid{Eigen::Vector3d::Constant(-1.5), 3.0 / side, {side, side, side}};
   const auto points = static_cast<std::size_t>(side) * static_cast<std::size_t>(side) *
                       static_cast<std::size_t>(side);
@@ -135,8 +136,7 @@ void time_surface_and_picture(Bench& bench, const Device& device, const Workload
   picture.height = 120;
   constexpr std::size_t kRays = 160 * 120;
   picture.samples_per_axis = 1;
-  bench.time("ray_march", picture.iterations, kRays, 0, 0,
-             [&] { render(device, ball, picture); });
+  bench.time("ray_march", picture.iterations, kRays, 0, 0, [&] { render(device, ball, picture); });
 }
 
 }  // namespace
