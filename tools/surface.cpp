@@ -11,7 +11,9 @@
 #include "options.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/figures.hpp"
 #include "qjulia/map_file.hpp"
+#include "qjulia/surface_file.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -22,6 +24,16 @@ struct Arguments {
   std::string device;
   MapOptions map_options;
   SurfaceOptions options;
+  bool largest_component = false;
+  double min_component = 0;  ///< of the largest one's area
+  double millimetres = 0;    ///< 0: shape units
+};
+
+/// What was written.
+struct Made {
+  SurfaceReport report;
+  SurfaceFigures figures;
+  std::size_t non_manifold_edges = 0;
 };
 
 SurfaceOptions checked_options(const Arguments& arguments) {
@@ -33,45 +45,91 @@ SurfaceOptions checked_options(const Arguments& arguments) {
   return options;
 }
 
+/// The map with shapes that are as long as was asked for; a box that was given goes with it.
+RationalMap scaled(RationalMap map, double millimetres, const std::string& file,
+                   SurfaceOptions& options) {
+  if (millimetres == 0) return map;
+  if (!map.box) {
+    throw InputError(
+        fmt::format("--millimetres needs the size of the shape, which '{}' does not tell", file));
+  }
+  const double factor = millimetres / map.box->size().maxCoeff();
+  for (auto* box : {&map.box, &options.box}) {
+    if (*box) *box = Box{factor * (*box)->low, factor * (*box)->high};
+  }
+  if (map.inradius) *map.inradius *= factor;
+  map.shape_to_map.scale /= factor;
+  return map;
+}
+
+/// Straight to the file; memory does not grow with what it holds.
+Made stream(const Arguments& arguments, const Device& device, const RationalMap& map,
+            const SurfaceOptions& options, const Watch& watch) {
+  PlyFile file(arguments.output);
+  FigureSink sink(&file);
+  Made made;
+  made.report = extract_surface(device, map, options, sink, watch);
+  made.figures = sink.figures();
+  if (made.report.triangles > 0) file.commit();
+  return made;
+}
+
+/// By way of memory: for formats that need their counts first, and to choose among components.
+Made collect(const Arguments& arguments, const Device& device, const RationalMap& map,
+             const SurfaceOptions& options, const Watch& watch) {
+  Made made;
+  TriangleMesh mesh = extract_surface(device, map, options, watch, &made.report);
+  if (mesh.triangles.empty()) return made;
+  const double least = arguments.largest_component ? 1 : arguments.min_component;
+  if (least > 0) mesh = large_components(mesh, least);
+  write_mesh(mesh, arguments.output);
+  const MeshReport report = inspect(mesh);
+  made.report.vertices = report.vertices;
+  made.report.triangles = report.triangles;
+  made.report.open_edges = report.open_edges;
+  made.non_manifold_edges = report.non_manifold_edges;
+  made.figures = measure(mesh);
+  return made;
+}
+
 int run(const Arguments& arguments, Session& session) {
-  const SurfaceOptions options = checked_options(arguments);
-  require_extension(arguments.output, {".ply", ".obj", ".stl", ".off"});
+  SurfaceOptions options = checked_options(arguments);
+  require_extension(arguments.output, {".ply", ".obj", ".stl", ".off", ".glb"});
   require_writable(arguments.output);
   const RationalMap read = read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
-  const RationalMap map = turned(device, read, arguments.map_options, arguments.map);
+  const RationalMap map = scaled(turned(device, read, arguments.map_options, arguments.map),
+                                 arguments.millimetres, arguments.map, options);
 
-  SurfaceReport made;
-  const TriangleMesh mesh = extract_surface(device, map, options, session.watch(), &made);
-  if (session.interrupts.requested()) {
-    session.console.note("interrupted; nothing was written");
-    return kInterrupted;
-  }
-  if (mesh.triangles.empty()) {
+  const bool whole = !arguments.largest_component && arguments.min_component == 0;
+  const bool streams = whole && std::filesystem::path(arguments.output).extension() == ".ply";
+  const Made made = (streams ? stream : collect)(arguments, device, map, options, session.watch());
+  const SurfaceReport& report = made.report;
+  if (report.triangles == 0) {
     throw Error(
         fmt::format("the set of '{}' is empty in this box; try a smaller --detail, fewer "
                     "--iterations or another --box",
                     arguments.map));
   }
-  write_mesh(mesh, arguments.output);
-  const MeshReport report = inspect(mesh);
+  const bool closed = report.open_edges == 0 && made.non_manifold_edges == 0;
+  const std::size_t components = made.figures.components;
   session.report_kernels(device);
   const double seconds = session.seconds();
   session.console.summary(
-      fmt::format(
-          "{} vertices, {} triangles, {} component{}, {}; {:.1f} s\nmesh: {}", report.vertices,
-          report.triangles, report.components, report.components == 1 ? "" : "s",
-          report.closed() ? "closed and manifold" : "not closed", seconds, arguments.output),
+      fmt::format("{} vertices, {} triangles, {} component{}, {}; {:.1f} s\nmesh: {}",
+                  report.vertices, report.triangles, components, components == 1 ? "" : "s",
+                  closed ? "closed and manifold" : "not closed", seconds, arguments.output),
       {{"mesh", arguments.output},
        {"vertices", report.vertices},
        {"triangles", report.triangles},
-       {"components", report.components},
+       {"components", components},
        {"open_edges", report.open_edges},
-       {"non_manifold_edges", report.non_manifold_edges},
-       {"closed", report.closed()},
+       {"non_manifold_edges", made.non_manifold_edges},
+       {"closed", closed},
+       {"figures", to_json(made.figures)},
        {"made_with", made_with(arguments.map, arguments.map_options, device.info())},
        {"resolution", options.resolution},
-       {"points", to_json(made)},
+       {"points", to_json(report)},
        {"seconds", seconds}});
   return kDone;
 }
@@ -84,6 +142,7 @@ void add_surface(CLI::App& program, ChosenCommand& chosen) {
       "Examples:\n"
       "  qjulia surface bunny.qjulia.json -o bunny.ply\n"
       "  qjulia surface bunny.qjulia.json -o fine.stl --resolution 512 --detail 0.03\n"
+      "  qjulia surface bunny.qjulia.json -o print.stl --millimetres 80 --largest-component\n"
       "  qjulia surface bunny.qjulia.json -o crust.ply --drift 0.8 --phase 0.8 0.6 0 0\n"
       "The mesh lies in the fitted shape's own coordinates. Only the undecided shell about\n"
       "the surface is iterated: time grows with its volume, memory with the mesh and one slab.\n" +
@@ -91,11 +150,31 @@ void add_surface(CLI::App& program, ChosenCommand& chosen) {
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   command->add_option("MAP", a.map, "Map file that 'qjulia fit' wrote")->required()->type_name("");
-  command->add_option("-o,--output", a.output, "Mesh to write: .ply, .obj, .stl or .off")
+  command->add_option("-o,--output", a.output, "Mesh to write: .ply, .obj, .stl, .off or .glb")
       ->required()
       ->type_name("MESH");
   command->add_option("--resolution", a.options.resolution, "Cells along the box's longest side")
       ->capture_default_str();
+  command
+      ->add_option(
+          "--refine", a.options.refine,
+          "Halvings of each edge of the grid that the surface crosses: vertices lie on the\n"
+          "iterated set's boundary instead of where its field is interpolated. 6 is plenty")
+      ->capture_default_str();
+  auto* largest = command->add_flag("--largest-component", a.largest_component,
+                                    "Leave out all but the largest connected part");
+  command
+      ->add_option(
+          "--min-component", a.min_component,
+          "Leave out connected parts with less than this fraction of the largest one's area")
+      ->excludes(largest)
+      ->check(finite() & CLI::Range(0.0, 1.0))
+      ->type_name("FRACTION");
+  command
+      ->add_option("--millimetres", a.millimetres,
+                   "Scale the mesh so that the fitted shape's longest side has this length")
+      ->check(finite() & CLI::Range(1e-6, 1e9))
+      ->type_name("LENGTH");
   command->add_flag("--dense", a.options.dense,
                     "Iterate every point of the grid: the same mesh, slower");
   add_map_options(*command, a.map_options);

@@ -84,6 +84,13 @@ class TriangleExporter : public Exporter {
     }
     return 3;
   }
+  OpenMesh::Vec3f normal(VertexHandle v) const override {
+    // The .off writer asks whether or not it writes them.
+    if (mesh_.normals.empty()) return {0, 0, 0};
+    const auto& n = mesh_.normals[static_cast<std::size_t>(v.idx())];
+    return {n.x(), n.y(), n.z()};
+  }
+  bool has_vertex_normals() const override { return !mesh_.normals.empty(); }
   std::size_t n_vertices() const override { return mesh_.vertices.size(); }
   std::size_t n_faces() const override { return mesh_.triangles.size(); }
 
@@ -113,6 +120,9 @@ bool write_with_openmesh(const TriangleMesh& mesh, const std::string& extension,
   TriangleExporter exporter(unused, mesh);
   OpenMesh::IO::Options options;
   if (extension == ".ply" || extension == ".stl") options += OpenMesh::IO::Options::Binary;
+  if (!mesh.normals.empty() && extension != ".stl") {
+    options += OpenMesh::IO::Options::VertexNormal;
+  }
   constexpr std::streamsize kFloatDigits = 9;  // enough to read the same float back
   return OpenMesh::IO::IOManager().write(out, extension, exporter, options, kFloatDigits);
 }

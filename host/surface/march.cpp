@@ -6,6 +6,7 @@
 #include <chrono>
 
 #include "qjulia/error.hpp"
+#include "surface/refine.hpp"
 #include "surface/shell.hpp"
 
 namespace qjulia {
@@ -55,8 +56,8 @@ void fill(const LevelSet& set, const Grid& grid, int z, const Layer& layer,
 
 }  // namespace
 
-SurfaceReport march(const LevelSet& set, double level, double reach, const Grid& grid, bool dense,
-                    Assembly& assembly, const Watch& watch) {
+SurfaceReport march(const LevelSet& set, double level, double reach, const Grid& grid,
+                    const SurfaceOptions& options, Assembly& assembly, const Watch& watch) {
   SurfaceReport report;
   const int slices = grid.points[2];
   const std::size_t slice = GridBlock{{0, 0, 0}, {grid.points[0], grid.points[1], 1}}.size();
@@ -69,14 +70,14 @@ SurfaceReport march(const LevelSet& set, double level, double reach, const Grid&
   std::vector<Layer> earlier;
   for (int z = 0; z < slices;) {
     earlier = std::move(layers);
-    if (dense) {
+    if (options.dense) {
       layers = {unknown_layer(grid, std::min(slices_at_once(grid), slices - z))};
     } else {
       layers = shell.layers(z);
     }
     for (const Layer& layer : layers) {
       if (watch.stop.stop_requested()) throw Interrupted();
-      if (dense) {
+      if (options.dense) {
         values = set.densely_over(grid, qjulia::slices(grid, z, layer.slices));
       } else {
         values.resize(slice * static_cast<std::size_t>(layer.slices));
@@ -86,7 +87,8 @@ SurfaceReport march(const LevelSet& set, double level, double reach, const Grid&
         cubes.add(std::span(values).subspan(static_cast<std::size_t>(k) * slice, slice), layer);
       }
       z += layer.slices;
-      const MeshPart part = cubes.take();
+      MeshPart part = cubes.take();
+      refine(set, level, grid, options.refine, part.vertices);
       assembly.add(part);
       report.open_edges += part.open_edges;
       pace.report(z, assembly.triangles());

@@ -7,9 +7,9 @@ namespace qjulia {
 
 /// Marching cubes of {F_n = level} over the grid, slab by slab.
 /// @param reach as `MarchingCubes` takes it.
-/// @param dense evaluate F_n at every point.
+/// @param options dense and refine.
 /// @return vertices, triangles and open edges.
-SurfaceReport march(const LevelSet& set, double level, double reach, const Grid& grid, bool dense,
-                    Assembly& assembly, const Watch& watch);
+SurfaceReport march(const LevelSet& set, double level, double reach, const Grid& grid,
+                    const SurfaceOptions& options, Assembly& assembly, const Watch& watch);
 
 }  // namespace qjulia

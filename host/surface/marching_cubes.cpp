@@ -7,13 +7,6 @@
 #include "surface/cube_cases.hpp"
 
 namespace qjulia {
-namespace {
-
-/// Vertices keep this far from grid points, in steps: no two of them coincide.
-constexpr float kMargin = 0.01F;
-
-}  // namespace
-
 MarchingCubes::MarchingCubes(const std::array<int, 3>& points, double level, double reach)
     : points_(points),
       nx_(static_cast<std::size_t>(points[0])),
@@ -92,8 +85,8 @@ std::uint32_t MarchingCubes::add_vertex(const EdgeVertex& vertex) {
 std::uint32_t MarchingCubes::crossing(std::size_t index, int z, int axis, float below,
                                       float above) {
   float t = below / (below - above);
-  if (!(t >= kMargin)) t = kMargin;  // also where a difference is not a number
-  t = std::min(t, 1 - kMargin);
+  if (!(t >= kVertexMargin)) t = kVertexMargin;  // also where a difference is not a number
+  t = std::min(t, 1 - kVertexMargin);
   const bool leads_inside = (z == slices_ - 1 ? upper_ : lower_).inside[index] == 0;
   return add_vertex(
       {{static_cast<int>(index % nx_), static_cast<int>(index / nx_), z}, axis, t, leads_inside});

@@ -12,6 +12,9 @@
 
 namespace qjulia {
 
+/// Vertices keep this far from grid points, in steps: no two of them coincide.
+constexpr float kVertexMargin = 0.01F;
+
 /// A vertex on the grid edge that leads from a point one step along an axis.
 struct EdgeVertex {
   std::array<int, 3> point{};

@@ -17,6 +17,7 @@ namespace qjulia {
 namespace {
 
 constexpr int kMostCells = 8192;
+constexpr int kMostHalvings = 20;
 /// F_1 is smooth and is interpolated as it is. Further iterates jump where orbits part; a
 /// difference that an image radius e² times the level's makes is as good as any larger one.
 constexpr double kReach = 2;
@@ -53,6 +54,10 @@ void SurfaceOptions::validate() const {
     throw InputError(fmt::format("--iterations {} is out of range; give 1 … {}", iterations,
                                  QJ_MOST_ITERATIONS));
   }
+  if (refine < 0 || refine > kMostHalvings) {
+    throw InputError(
+        fmt::format("--refine {} is out of range; give 0 … {} halvings", refine, kMostHalvings));
+  }
   if (box && !is_box(*box)) {
     throw InputError("--box is not a box; give x0 y0 z0 x1 y1 z1 with x0 < x1, y0 < y1, z0 < z1");
   }
@@ -72,7 +77,7 @@ SurfaceReport set_surface(const Device& device, const RationalMap& map, const St
   const double reach = options.iterations == 1 ? std::numeric_limits<double>::infinity() : kReach;
   Assembly assembly(grid, map.shape_to_map, sink);
   const LevelSetCounts before = set.counts();
-  SurfaceReport report = march(set, map.surface_level, reach, grid, options.dense, assembly, watch);
+  SurfaceReport report = march(set, map.surface_level, reach, grid, options, assembly, watch);
   report.grid_points = GridBlock{{0, 0, 0}, grid.points}.size();
   report.potentials = set.counts().potentials - before.potentials;
   report.iterated = set.counts().iterated - before.iterated;

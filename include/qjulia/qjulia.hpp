@@ -7,6 +7,7 @@
 #include "qjulia/device.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
+#include "qjulia/figures.hpp"
 #include "qjulia/fit.hpp"
 #include "qjulia/knobs.hpp"
 #include "qjulia/map_file.hpp"
@@ -18,4 +19,5 @@
 #include "qjulia/sample.hpp"
 #include "qjulia/shape.hpp"
 #include "qjulia/surface.hpp"
+#include "qjulia/surface_file.hpp"
 #include "qjulia/version.hpp"

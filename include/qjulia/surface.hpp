@@ -18,6 +18,7 @@ struct SurfaceOptions {
   std::optional<Box> box;  ///< shape units; by default the shape's box plus 5 %, grown until
                            ///< nothing touches its faces
   bool dense = false;      ///< iterate every point of the grid: the same mesh, slower
+  int refine = 0;          ///< halvings of each crossed edge about its vertex, by F_n; 0 … 20
   void validate() const;   ///< @throws InputError
 };
 

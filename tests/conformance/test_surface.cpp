@@ -8,6 +8,7 @@
 #include "edge_count.hpp"
 #include "qjulia/compare.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/figures.hpp"
 #include "qjulia/surface.hpp"
 #include "random_maps.hpp"
 #include "shapes.hpp"
@@ -140,6 +141,39 @@ TEST_CASE("looking at the shell alone gives the mesh of looking everywhere") {
   CHECK(sparse.open_edges == 0);
 }
 
+TEST_CASE("refined vertices lie where the set ends, closer with every halving") {
+  const auto device = Device::choose("cpu");
+  RationalMap map = test::armed_ball_map(60);
+  for (Factor& factor : map.factors) factor.exponent /= 0.05;
+  map.log_scale /= 0.05;
+  const Field field(device, map, Precision::single, find_stop_radii(device, map));
+  // How often a point a fiftieth of a cell to either side of a vertex, along its normal, is on the
+  // side it should be.
+  const auto right_sides = [&](int halvings) {
+    SurfaceOptions options{64, 6, {}};
+    options.refine = halvings;
+    const TriangleMesh mesh = extract_surface(device, map, options);
+    require_closed_manifold(mesh);
+    const double step = mesh.box().size().maxCoeff() / 64 / 50;
+    std::vector<Eigen::Vector3d> points;
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+      const Eigen::Vector3d normal = mesh.normals[i].cast<double>();
+      points.emplace_back(mesh.vertices[i] - step * normal);
+      points.emplace_back(mesh.vertices[i] + step * normal);
+    }
+    const auto values = field.decided_at(on_slice(points, map.slice), 6);
+    double right = 0;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      right += (values[i] < map.surface_level) == (i % 2 == 0) ? 1 : 0;
+    }
+    return right / static_cast<double>(values.size());
+  };
+  const double plain = right_sides(0);
+  const double refined = right_sides(8);
+  CAPTURE(plain, refined);
+  CHECK(refined > plain + 0.05);
+}
+
 TEST_CASE("normals point outward, across the surface") {
   const TriangleMesh mesh = extract_surface(Device::choose("cpu"), square(), {64, 1, {}});
   REQUIRE(mesh.normals.size() == mesh.vertices.size());
@@ -178,6 +212,7 @@ TEST_CASE("options out of range are refused by name") {
   CHECK_THROWS_AS((SurfaceOptions{64, 0, {}}).validate(), InputError);
   CHECK_THROWS_AS((SurfaceOptions{64, 17, {}}).validate(), InputError);
   CHECK_THROWS_AS((SurfaceOptions{64, 1, Box{{0, 0, 0}, {1, 0, 1}}}).validate(), InputError);
+  CHECK_THROWS_AS((SurfaceOptions{64, 1, {}, false, 21}).validate(), InputError);
   CHECK_THROWS_AS((CompareOptions{4, 6}).validate(), InputError);
   CHECK_THROWS_AS((CompareOptions{64, -1}).validate(), InputError);
   CHECK_NOTHROW((CompareOptions{64, 1}).validate());
@@ -230,4 +265,14 @@ TEST_CASE("the ball of q² compares with spheres as balls do") {
     CHECK(to_json(m)["hausdorff_distance"].dump() == "null");
     CHECK(m.energy == Approx(0).margin(1e-6));
   }
+}
+
+TEST_CASE("walls are as thick as the balls that fit between them") {
+  const auto device = Device::choose("cpu");
+  const TriangleMesh slab = shapes::box({0, 0, 0}, {10, 10, 0.5});
+  const WallThickness walls = wall_thickness(device, slab);
+  CHECK(walls.median == Approx(0.5).epsilon(0.15));
+  CHECK(walls.thinnest <= walls.tenth);
+  CHECK(walls.tenth <= walls.median);
+  CHECK(wall_thickness(device, shapes::sphere(4)).median == Approx(2).epsilon(0.15));
 }

@@ -1,0 +1,35 @@
+#pragma once
+/// A surface written as it is made.
+
+#include <filesystem>
+#include <memory>
+
+#include "qjulia/surface.hpp"
+
+namespace qjulia {
+
+/// Binary PLY with normals, coordinates in single precision. Memory does not grow with the mesh:
+/// triangles wait in a second temporary file. The file appears under its name in `commit`; without
+/// it nothing is left.
+class PlyFile : public SurfaceSink {
+ public:
+  /// @throws OutputError when the folder cannot be written.
+  explicit PlyFile(const std::filesystem::path& path);
+  ~PlyFile() override;
+  PlyFile(const PlyFile&) = delete;
+  PlyFile& operator=(const PlyFile&) = delete;
+
+  /// @throws OutputError when the disk is full.
+  void vertices(std::span<const Eigen::Vector3d> positions,
+                std::span<const Eigen::Vector3d> normals) override;
+  void triangles(std::span<const Triangle> triangles) override;
+
+  /// Joins, checks and renames. @throws OutputError when anything could not be written.
+  void commit();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace qjulia

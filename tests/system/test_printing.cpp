@@ -1,0 +1,134 @@
+/// Meshes for printers and viewers, and surfaces that are stopped half-way.
+
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "armed_ball.hpp"
+#include "process.hpp"
+#include "qjulia/detail.hpp"
+#include "qjulia/map_file.hpp"
+#include "temporary_folder.hpp"
+
+using Catch::Matchers::Contains;
+using nlohmann::json;
+using qjulia::test::run_command;
+using qjulia::test::TemporaryFolder;
+using Arguments = std::vector<std::string>;
+
+namespace {
+
+/// A ball with arms and crumbs about it.
+std::string crumbly_map(const TemporaryFolder& folder) {
+  qjulia::RationalMap map = qjulia::test::armed_ball_map(60);
+  constexpr double kShell = 0.12;
+  for (auto& factor : map.factors) factor.exponent /= kShell;
+  map.log_scale /= kShell;
+  map.box = qjulia::Box{{-1.2, -1.2, -1.2}, {1.2, 1.2, 1.2}};
+  const std::string file = folder / "crumbs.qjulia.json";
+  qjulia::write_map(map, file);
+  return file;
+}
+
+json made(Arguments arguments) {
+  arguments.insert(arguments.end(), {"--device", "cpu", "--json"});
+  const auto result = run_command(arguments);
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  return json::parse(result.out);
+}
+
+/// The last number on the line of `text` that begins with `label`.
+int number_after(const std::string& text, const std::string& label) {
+  const auto at = text.find(label);
+  REQUIRE(at != std::string::npos);
+  const auto digit = text.find_first_of("0123456789", at + label.size());
+  return std::stoi(text.substr(digit));
+}
+
+}  // namespace
+
+TEST_CASE("admesh has nothing to repair") {
+  const TemporaryFolder folder;
+  const std::string stl = folder / "print.stl";
+  const json surface = made({"surface", crumbly_map(folder), "-o", stl, "--resolution", "96",
+                             "--millimetres", "80", "--largest-component"});
+  CHECK(surface["closed"] == true);
+  CHECK(surface["components"] == 1);
+  const auto admesh = qjulia::test::run({QJULIA_ADMESH, stl});
+  INFO(admesh.out);
+  REQUIRE(admesh.exit_code == 0);
+  CHECK(number_after(admesh.out, "Number of parts") == 1);
+  for (const char* fault : {"Degenerate facets", "Edges fixed", "Facets removed", "Facets added",
+                            "Facets reversed", "Backwards edges"}) {
+    CAPTURE(fault);
+    CHECK(number_after(admesh.out, fault) == 0);
+  }
+  const json info = made({"info", stl, "--printable"});
+  CHECK(info["printable"]["closed_body"] == true);
+  const double wall = info["printable"]["median_wall"];
+  CHECK(wall > 0.5);
+  CHECK(wall < 80);
+  // The shape's box, 2.4 a side, is 80 mm long.
+  const double length = info["box"][1][0].get<double>() - info["box"][0][0].get<double>();
+  CHECK(length > 40);
+  CHECK(length < 90);
+  CHECK(info["figures"]["volume"].get<double>() ==
+        Approx(surface["figures"]["volume"].get<double>()).epsilon(1e-4));
+}
+
+TEST_CASE("parts are left out by size, and every format holds the same mesh") {
+  const TemporaryFolder folder;
+  const std::string map = crumbly_map(folder);
+  const json all = made({"surface", map, "-o", folder / "all.ply", "--resolution", "64"});
+  CHECK(all["components"].get<int>() > 1);
+  for (const std::string name : {"all.obj", "all.off", "all.glb"}) {
+    CAPTURE(name);
+    const json other = made({"surface", map, "-o", folder / name, "--resolution", "64"});
+    for (const char* key : {"vertices", "triangles", "components", "open_edges", "closed"}) {
+      CHECK(other[key] == all[key]);
+    }
+    CHECK(other["figures"]["area"].get<double>() ==
+          Approx(all["figures"]["area"].get<double>()).epsilon(1e-5));
+    if (name != "all.glb") {
+      CHECK(made({"info", folder / name})["triangles"] == all["triangles"]);
+    }
+  }
+  const json info = made({"info", folder / "all.ply"});
+  CHECK(info["closed"] == true);
+  CHECK(info["components"] == all["components"]);
+  const json few = made(
+      {"surface", map, "-o", folder / "few.ply", "--resolution", "64", "--min-component", "0.01"});
+  const json one =
+      made({"surface", map, "-o", folder / "one.ply", "--resolution", "64", "--largest-component"});
+  CHECK(few["components"].get<int>() < all["components"].get<int>());
+  CHECK(one["components"] == 1);
+
+  // The binary glTF: its length, its JSON, and as many indices as it says.
+  const std::string glb = qjulia::test::read_text(folder / "all.glb");
+  const auto word = [&glb](std::size_t at) {
+    std::uint32_t value = 0;
+    std::memcpy(&value, glb.data() + at, sizeof value);
+    return value;
+  };
+  CHECK(glb.substr(0, 4) == "glTF");
+  CHECK(word(8) == glb.size());
+  const json scene = json::parse(glb.substr(20, word(12)));
+  CHECK(scene["accessors"][0]["count"] == 3 * all["triangles"].get<int>());
+  CHECK(scene["accessors"][1]["count"] == all["vertices"]);
+  CHECK(scene["buffers"][0]["byteLength"] == word(20 + word(12)));
+  CHECK(glb.size() == 28 + word(12) + word(20 + word(12)));
+}
+
+TEST_CASE("a surface that is stopped leaves nothing") {
+  const TemporaryFolder folder;
+  const std::string map = crumbly_map(folder);
+  const std::string name = GENERATE("stopped.ply", "stopped.stl");
+  const auto result =
+      run_command({"surface", map, "-o", folder / name, "--resolution", "1500", "--device", "cpu"},
+                  {.interrupt_at = "extracting"});
+  INFO(result.err);
+  REQUIRE(result.interrupted);
+  CHECK(result.exit_code == 130);
+  CHECK(folder.names() == std::vector<std::string>{"crumbs.qjulia.json"});
+}

@@ -1,0 +1,128 @@
+// Figures of surfaces that are known, and meshes written piece by piece.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
+
+#include "edge_count.hpp"
+#include "qjulia/figures.hpp"
+#include "qjulia/surface_file.hpp"
+#include "shapes.hpp"
+#include "surface/box_dimension.hpp"
+#include "temporary_folder.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+TriangleMesh two_spheres() {
+  return shapes::joined(shapes::sphere(3), shapes::moved(shapes::sphere(2, 0.2), 1, {3, 0, 0}));
+}
+
+/// Outward normals of a sphere about the origin.
+std::vector<Eigen::Vector3d> radial(const TriangleMesh& mesh) {
+  std::vector<Eigen::Vector3d> normals;
+  for (const auto& v : mesh.vertices) normals.push_back(v.normalized());
+  return normals;
+}
+
+}  // namespace
+
+TEST_CASE("area, volume and components of two spheres") {
+  const SurfaceFigures figures = measure(two_spheres());
+  CHECK(figures.components == 2);
+  CHECK(figures.area == Approx(test::surface_area(two_spheres())).epsilon(1e-5));
+  CHECK(figures.volume == Approx(test::enclosed_volume(two_spheres())).epsilon(1e-5));
+  const TriangleMesh far = shapes::moved(shapes::box(), 1, {1e4, 0, 0});
+  CHECK(measure(far).volume == Approx(8).epsilon(1e-3));
+  CHECK(to_json(figures)["area_per_volume"].get<double>() == Approx(figures.area / figures.volume));
+}
+
+TEST_CASE("figures do not depend on the pieces a mesh comes in") {
+  const TriangleMesh mesh = two_spheres();
+  const auto normals = radial(mesh);
+  const SurfaceFigures whole = measure(mesh);
+  FigureSink sink;
+  // Triangles first, then vertices by sevens.
+  sink.triangles(mesh.triangles);
+  for (std::size_t i = 0; i < mesh.vertices.size(); i += 7) {
+    const std::size_t count = std::min<std::size_t>(7, mesh.vertices.size() - i);
+    sink.vertices(std::span(mesh.vertices).subspan(i, count), std::span(normals).subspan(i, count));
+  }
+  CHECK(sink.figures().area == Approx(whole.area).epsilon(1e-9));
+  CHECK(sink.figures().volume == Approx(whole.volume).epsilon(1e-9));
+  CHECK(sink.figures().components == 2);
+}
+
+TEST_CASE("box dimensions of sets that have one") {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<float> uniform(0, 1);
+  std::vector<Eigen::Vector3f> line;
+  std::vector<Eigen::Vector3f> square;
+  std::vector<Eigen::Vector3f> dust;  // Sierpinski's tetrahedron: ln 4 / ln 2 = 2; its face: 1.585
+  Eigen::Vector3f at(0.1F, 0.1F, 0);
+  const std::array<Eigen::Vector3f, 3> corners{Eigen::Vector3f{0, 0, 0}, Eigen::Vector3f{1, 0, 0},
+                                               Eigen::Vector3f{0, 1, 0}};
+  for (int i = 0; i < 2000000; ++i) {
+    line.emplace_back(uniform(random), 0.3F, 0.2F);
+    square.emplace_back(uniform(random), uniform(random), 0.2F);
+    at = 0.5F * (at + corners[random() % 3]);
+    dust.push_back(at);
+  }
+  const BoxDimension one = box_dimension(line, 1.0 / 600);
+  CHECK(one.sizes == 7);
+  CHECK(one.dimension == Approx(1).epsilon(0.01));
+  CHECK(one.error < 0.01);
+  CHECK(box_dimension(square, 1.0 / 300).dimension == Approx(2).epsilon(0.01));
+  const BoxDimension sierpinski = box_dimension(dust, 1.0 / 600);
+  CHECK(sierpinski.dimension == Approx(std::log(3) / std::log(2)).epsilon(0.04));
+  CHECK(sierpinski.error < 0.05);
+  CHECK(box_dimension(line, 0.2).sizes < 3);
+  CHECK(std::isnan(box_dimension(line, 0.2).dimension));
+  CHECK(box_dimension({}, 0.1).sizes == 0);
+}
+
+TEST_CASE("smooth surfaces have dimension two, fine or coarse") {
+  CHECK(measure(shapes::sphere(6)).dimension == Approx(2).margin(0.06));
+  const SurfaceFigures box = measure(shapes::box());
+  // Edges of a cube are in boxes of two sides: few large boxes, in proportion.
+  CHECK(box.dimension == Approx(2).margin(0.12));
+  CHECK(box.dimension_error < 0.05);
+}
+
+TEST_CASE("small components are left out") {
+  const TriangleMesh mesh = two_spheres();
+  const TriangleMesh largest = large_components(mesh, 1);
+  CHECK((largest.vertices == shapes::sphere(3).vertices));
+  CHECK((largest.triangles == shapes::sphere(3).triangles));
+  // The small sphere has a 25th of the area.
+  CHECK(inspect(large_components(mesh, 0.03)).components == 2);
+  CHECK(inspect(large_components(mesh, 0.05)).components == 1);
+}
+
+TEST_CASE("a ply file written in pieces is the mesh") {
+  const test::TemporaryFolder folder;
+  const TriangleMesh mesh = shapes::sphere(2);
+  const auto normals = radial(mesh);
+  const auto path = folder.path() / "pieces.ply";
+  {
+    PlyFile file(path);
+    file.triangles(mesh.triangles);
+    file.vertices(std::span(mesh.vertices).first(5), std::span(normals).first(5));
+    file.vertices(std::span(mesh.vertices).subspan(5), std::span(normals).subspan(5));
+    CHECK(!std::filesystem::exists(path));
+    file.commit();
+  }
+  CHECK(folder.names() == std::vector<std::string>{"pieces.ply"});
+  const TriangleMesh back = read_mesh(path);
+  write_mesh(mesh, path);
+  const TriangleMesh same = read_mesh(path);
+  CHECK((back.triangles == same.triangles));
+  CHECK((back.vertices == same.vertices));
+  std::filesystem::remove(path);
+  {
+    PlyFile file(path);
+    file.vertices(mesh.vertices, normals);
+  }
+  CHECK(folder.names().empty());
+}
