@@ -5,13 +5,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <exception>
 #include <optional>
 
 #include "batch_display.hpp"
 #include "commands.hpp"
 #include "exit_code.hpp"
-#include "failure.hpp"
 #include "fit_options.hpp"
 #include "fit_worker.hpp"
 #include "launched_ranks.hpp"
@@ -140,30 +138,6 @@ Start start(const Arguments& arguments, const LaunchedRanks& ranks, Session& ses
   }
   if (ranks.rank() == 0) prepare_batch(start.manifest, start.options);
   return start;
-}
-
-/// Runs `work` on every rank and lets all meet.
-/// @return the largest of the ranks' exit codes; the first rank that failed says why.
-template <class Work>
-int together(LaunchedRanks& ranks, const Work& work) {
-  int code = kDone;
-  std::exception_ptr failure;
-  try {
-    code = work();
-  } catch (const std::exception& error) {
-    code = exit_code_of(error);
-    failure = std::current_exception();
-  }
-  const auto failures = ranks.all(failure ? 1 : 0);
-  const auto first = std::ranges::find(failures, 1) - failures.begin();
-  if (failure && first == ranks.rank()) {
-    try {
-      std::rethrow_exception(failure);
-    } catch (const std::exception& error) {
-      say(error);
-    }
-  }
-  return ranks.agree(code);
 }
 
 int run(const Arguments& arguments, Session& session) {

@@ -11,6 +11,7 @@
 #include "exit_code.hpp"
 #include "files.hpp"
 #include "fit_options.hpp"
+#include "launched_ranks.hpp"
 #include "options.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
@@ -65,8 +66,17 @@ bool is_done(const Arguments& arguments, const FitOptions& options) {
          made.value("mesh", nlohmann::json()) == file_json(arguments.mesh);
 }
 
-int run(const Arguments& arguments, Session& session) {
-  const FitOptions options = checked_options(arguments.fit);
+/// This rank's device, as `Device::choose` takes it.
+std::string own_device(const LaunchedRanks& ranks, const std::string& wanted) {
+  if (ranks.size() == 1) return wanted;
+  const DeviceInfo info = devices_of(ranks, wanted).front();
+  return fmt::format("{}:{}", info.platform, info.index);
+}
+
+/// Rank 0's part, or all of it where there is one rank.
+int fit_mesh(const Arguments& arguments, const FitOptions& options, LaunchedRanks& ranks,
+             Session& session) {
+  Invitation invitation(ranks);
   if (is_mesh_file(arguments.output)) {
     throw InputError(fmt::format("--output '{}' has the name of a mesh; end it in .qjulia.json",
                                  arguments.output));
@@ -83,14 +93,15 @@ int run(const Arguments& arguments, Session& session) {
   for (const std::string& warning : mesh_report.warnings()) {
     session.console.warn(fmt::format("{}: {}", arguments.mesh, warning));
   }
-  const Device device = session.open_device(arguments.device);
+  const Device device = session.open_device(own_device(ranks, arguments.device));
 
   FitOptions remaining = options;
   // The limit is of the whole command; what is left may not be nothing.
   remaining.time_limit = std::max(options.time_limit - session.seconds(), 1e-3);
   remaining.checkpoint = arguments.output + ".checkpoint";
   remaining.resume = arguments.resume;
-  FitResult result = fit(device, mesh, remaining, session.watch());
+  invitation.send();
+  FitResult result = fit(device, mesh, remaining, session.watch(), ranks);
   for (const std::string& warning : result.warnings) session.console.warn(warning);
   result.map.provenance = provenance(arguments.mesh, options, device.info(), result);
   write_map(result.map, arguments.output);
@@ -102,6 +113,20 @@ int run(const Arguments& arguments, Session& session) {
   const double seconds = session.seconds();
   session.console.summary(summary(arguments, result, seconds), report(arguments, result, seconds));
   return interrupted ? kInterrupted : kDone;
+}
+
+int run(const Arguments& arguments, Session& session) {
+  const auto ranks = join_ranks();
+  return together(*ranks, [&]() -> int {
+    FitOptions options = checked_options(arguments.fit);
+    if (!arguments.fit.sample_parts) options.sample_parts = ranks->size();
+    if (ranks->rank() == 0) return fit_mesh(arguments, options, *ranks, session);
+    if (!is_invited(*ranks)) return kDone;
+    serve_fit(
+        *ranks, [&] { return Device::choose(own_device(*ranks, arguments.device)); },
+        options.precision);
+    return kDone;
+  });
 }
 
 void describe_options(CLI::App& command, Arguments& a) {

@@ -56,6 +56,12 @@ void add_fit_options(CLI::App& command, FitArguments& a) {
                   "What the fit may change: exponents alone, or exponents and centres")
       ->check(CLI::IsMember({"all", "exponents"}))
       ->capture_default_str();
+  command
+      .add_option("--sample-parts", a.sample_parts,
+                  "Equal parts of the samples over which energies are summed; under mpirun, ranks "
+                  "share them. The same number gives the same factors bit for bit on any number of "
+                  "ranks. Default: the number of ranks")
+      ->type_name("INT");
   command.add_option("--precision", a.precision, "Arithmetic on the device")
       ->check(CLI::IsMember({"single", "double"}))
       ->capture_default_str();
@@ -65,6 +71,7 @@ FitOptions checked_options(const FitArguments& arguments) {
   FitOptions options = arguments.options;
   options.unknowns = arguments.unknowns == "all" ? Unknowns::all : Unknowns::exponents;
   options.precision = arguments.precision == "double" ? Precision::dbl : Precision::single;
+  if (arguments.sample_parts) options.sample_parts = *arguments.sample_parts;
   if (arguments.time_limit) options.time_limit = *arguments.time_limit;
   options.validate();
   return options;

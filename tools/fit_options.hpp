@@ -15,6 +15,7 @@ struct FitArguments {
   std::string unknowns = "all";
   std::string precision = "single";
   std::optional<double> time_limit;
+  std::optional<int> sample_parts;
   FitOptions options;
 };
 

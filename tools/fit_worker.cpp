@@ -30,7 +30,7 @@ class FitWorker final : public BatchWorker {
     const FitOptions options = checked_options(entry.options);
     MeshReport mesh_report;
     const TriangleMesh mesh = read_mesh(entry.mesh, &mesh_report);
-    FitResult result = fit(device_, mesh, options, watch);
+    FitResult result = fit_resumable(mesh, options, folder / (entry.name + ".checkpoint"), watch);
     if (result.stopped == StopReason::interrupted) throw Interrupted();
 
     EntryResult entry_result;
@@ -44,6 +44,7 @@ class FitWorker final : public BatchWorker {
       write_mesh(surface(entry, result.map, watch), file(*entry.outputs.surface));
     }
     if (entry.outputs.picture) write_png(picture(entry, result.map, watch), file(".png"));
+    std::filesystem::remove(folder / (entry.name + ".checkpoint"));
 
     auto warnings = mesh_report.warnings();
     warnings.insert(warnings.end(), result.warnings.begin(), result.warnings.end());
@@ -57,6 +58,19 @@ class FitWorker final : public BatchWorker {
   }
 
  private:
+  FitResult fit_resumable(const TriangleMesh& mesh, FitOptions options,
+                          const std::filesystem::path& checkpoint, const Watch& watch) const {
+    options.checkpoint = checkpoint;
+    options.resume = true;
+    try {
+      return fit(device_, mesh, options, watch);
+    } catch (const InputError&) {
+      // The checkpoint may be of other options or another device: then the fit starts afresh.
+      if (!std::filesystem::remove(checkpoint)) throw;
+      return fit(device_, mesh, options, watch);
+    }
+  }
+
   TriangleMesh surface(const BatchEntry& entry, const RationalMap& map, const Watch& watch) const {
     SurfaceOptions options;
     options.resolution = entry.outputs.surface_resolution;

@@ -6,8 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <exception>
 #include <filesystem>
+#include <limits>
 
+#include "exit_code.hpp"
+#include "failure.hpp"
 #include "qjulia/error.hpp"
 
 #ifdef QJULIA_MPI
@@ -27,6 +31,9 @@ class Alone final : public LaunchedRanks {
   int local_rank() const override { return 0; }
   int local_size() const override { return 1; }
   std::vector<int> all(int value) override { return {value}; }
+  void broadcast(Numbers&) override {}
+  Numbers scatter(const std::vector<Numbers>& parts) override { return parts.front(); }
+  std::vector<Numbers> gather(const Numbers& mine) override { return {mine}; }
 };
 
 /// By what OpenMPI, MPICH, and Slurm with either of their interfaces tell those they start.
@@ -81,7 +88,65 @@ class MpiRanks final : public LaunchedRanks {
     return values;
   }
 
+  void broadcast(Numbers& numbers) override {
+    int count = length(numbers);
+    MPI_Bcast(&count, 1, MPI_INT, 0, MPI_COMM_WORLD);
+    numbers.resize(static_cast<std::size_t>(count));
+    MPI_Bcast(numbers.data(), count, MPI_DOUBLE, 0, MPI_COMM_WORLD);
+  }
+
+  Numbers scatter(const std::vector<Numbers>& parts) override {
+    const auto [counts, places, all] = joined(parts);
+    int count = 0;
+    MPI_Scatter(counts.data(), 1, MPI_INT, &count, 1, MPI_INT, 0, MPI_COMM_WORLD);
+    Numbers mine(static_cast<std::size_t>(count));
+    MPI_Scatterv(all.data(), counts.data(), places.data(), MPI_DOUBLE, mine.data(), count,
+                 MPI_DOUBLE, 0, MPI_COMM_WORLD);
+    return mine;
+  }
+
+  std::vector<Numbers> gather(const Numbers& mine) override {
+    const int count = length(mine);
+    std::vector<int> counts(rank_ == 0 ? static_cast<std::size_t>(size_) : 0);
+    MPI_Gather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, MPI_COMM_WORLD);
+    std::vector<Numbers> parts;
+    for (const int c : counts) parts.emplace_back(static_cast<std::size_t>(c));
+    auto [same_counts, places, all] = joined(parts);
+    MPI_Gatherv(mine.data(), count, MPI_DOUBLE, all.data(), counts.data(), places.data(),
+                MPI_DOUBLE, 0, MPI_COMM_WORLD);
+    for (std::size_t r = 0; r < parts.size(); ++r) {
+      std::copy_n(all.begin() + places[r], counts[r], parts[r].begin());
+    }
+    return parts;
+  }
+
  private:
+  /// Parts one after another, as MPI takes them.
+  struct Joined {
+    std::vector<int> counts;
+    std::vector<int> places;
+    Numbers all;
+  };
+
+  /// MPI counts in int.
+  static int length(const Numbers& numbers) {
+    if (numbers.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
+      throw Error("more than 2^31 numbers for one message; use more --sample-parts and ranks");
+    }
+    return static_cast<int>(numbers.size());
+  }
+
+  static Joined joined(const std::vector<Numbers>& parts) {
+    Joined joined;
+    for (const Numbers& part : parts) {
+      joined.counts.push_back(length(part));
+      joined.places.push_back(length(joined.all));
+      joined.all.insert(joined.all.end(), part.begin(), part.end());
+    }
+    length(joined.all);
+    return joined;
+  }
+
   int rank_ = 0;
   int size_ = 1;
   int local_rank_ = 0;
@@ -105,6 +170,29 @@ int LaunchedRanks::agree(int exit_code) {
   const auto codes = all(exit_code);
   return *std::ranges::max_element(codes);
 }
+
+int together(LaunchedRanks& ranks, const std::function<int()>& work) {
+  int code = kDone;
+  std::exception_ptr failure;
+  try {
+    code = work();
+  } catch (const std::exception& error) {
+    code = exit_code_of(error);
+    failure = std::current_exception();
+  }
+  const auto failures = ranks.all(failure ? 1 : 0);
+  const auto first = std::ranges::find(failures, 1) - failures.begin();
+  if (failure && first == ranks.rank()) {
+    try {
+      std::rethrow_exception(failure);
+    } catch (const std::exception& error) {
+      say(error);
+    }
+  }
+  return ranks.agree(code);
+}
+
+bool is_invited(Ranks& ranks) { return ranks.all(0).front() == 1; }
 
 std::unique_ptr<LaunchedRanks> join_ranks() {
   if (!is_launched()) return std::make_unique<Alone>();

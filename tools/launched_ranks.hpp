@@ -1,6 +1,7 @@
 #pragma once
 /// The ranks that mpirun has started, or this process alone.
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -18,6 +19,32 @@ class LaunchedRanks : public Ranks {
   /// a launcher ends the others when one leaves with a code that is not 0.
   int agree(int exit_code);
 };
+
+/// Runs `work` on every rank and lets all meet.
+/// @return the largest of the ranks' exit codes; the first rank that failed says why.
+int together(LaunchedRanks& ranks, const std::function<int()>& work);
+
+/// Rank 0 tells the others that work for them begins; or, at its end, that none will.
+class Invitation {
+ public:
+  explicit Invitation(Ranks& ranks) : ranks_(ranks) {}
+  ~Invitation() {
+    if (!sent_) ranks_.all(0);
+  }
+  Invitation(const Invitation&) = delete;
+  Invitation& operator=(const Invitation&) = delete;
+  void send() {
+    sent_ = true;
+    ranks_.all(1);
+  }
+
+ private:
+  Ranks& ranks_;
+  bool sent_ = false;
+};
+
+/// On the other ranks: whether work begins.
+bool is_invited(Ranks& ranks);
 
 /// Starts message passing where this process was launched by mpirun or another launcher that it
 /// knows, and gives this rank a kernel cache of its own, since PoCL's is not safe to fill by

@@ -46,6 +46,7 @@ nlohmann::json to_json(const FitOptions& options) {
                          {"max_evaluations", options.max_evaluations},
                          {"unknowns", options.unknowns == Unknowns::all ? "all" : "exponents"},
                          {"precision", options.precision == Precision::dbl ? "double" : "single"},
+                         {"sample_parts", options.sample_parts},
                          {"schedule", options.schedule}};
   if (std::isfinite(options.time_limit)) json["time_limit"] = options.time_limit;
   return json;

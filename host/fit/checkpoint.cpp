@@ -56,10 +56,10 @@ std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const D
     for (const auto vertex : triangle) hash.add(vertex);
   }
   // Not the time limit: what is left of it differs from run to run.
-  return fmt::format("{} {:016x} {} {} {} {} {} {} {} {} {}", version(), hash.value(),
+  return fmt::format("{} {:016x} {} {} {} {} {} {} {} {} {} {}", version(), hash.value(),
                      options.factors, options.detail, options.seed, options.max_evaluations,
                      static_cast<int>(options.unknowns), static_cast<int>(options.precision),
-                     options.schedule, device.name, device.driver_version);
+                     options.schedule, options.sample_parts, device.name, device.driver_version);
 }
 
 Checkpoint::Checkpoint(std::filesystem::path path, std::string key, double interval)

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <optional>
 
 #include "fit/budget.hpp"
 #include "fit/checkpoint.hpp"
 #include "fit/overlap.hpp"
 #include "fit/placement.hpp"
+#include "fit/ranked_evaluator.hpp"
 #include "fit/sample_pool.hpp"
 #include "fit/schedule.hpp"
 #include "fit/stages.hpp"
@@ -53,6 +55,16 @@ RationalMap finished(const Device& device, RationalMap map, const Shape& shape,
   return map;
 }
 
+class OneRank final : public Ranks {
+ public:
+  int rank() const override { return 0; }
+  int size() const override { return 1; }
+  std::vector<int> all(int value) override { return {value}; }
+  void broadcast(Numbers&) override {}
+  Numbers scatter(const std::vector<Numbers>& parts) override { return parts.front(); }
+  std::vector<Numbers> gather(const Numbers& mine) override { return {mine}; }
+};
+
 template <class Number>
 void expect_between(const char* option, Number value, Number low, Number high, const char* what) {
   if (value >= low && value <= high) return;  // false for NaN
@@ -72,6 +84,7 @@ void FitOptions::validate() const {
     throw InputError(
         fmt::format("--max-evaluations {}: the number must be positive", max_evaluations));
   }
+  expect_between("--sample-parts", sample_parts, 1, 100'000, "the number of parts");
   find_schedule(schedule);
 }
 
@@ -93,6 +106,20 @@ std::string to_string(StopReason reason) {
 
 FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& options,
               const Watch& watch) {
+  OneRank alone;
+  return fit(device, mesh, options, watch, alone);
+}
+
+FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& options,
+              const Watch& watch, Ranks& ranks) {
+  std::optional<RankedEvaluators> ranked;
+  EvaluatorFactory make_evaluator = [&](const Samples& samples, const EnergyOptions& energy) {
+    return make_device_evaluator(device, samples, energy, options.precision);
+  };
+  if (ranks.size() > 1 || options.sample_parts > 1) {
+    ranked.emplace(ranks, make_evaluator, options.sample_parts);
+    make_evaluator = ranked->factory();
+  }
   options.validate();
   const auto start = Budget::Clock::now();
   const Schedule& schedule = find_schedule(options.schedule);
@@ -103,13 +130,11 @@ FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& 
   const SignedDistance distance(device, shape.mesh);
   const SamplePool pool = make_sample_pool(shape, distance, options.seed);
   const Overlap overlap(device, shape, distance);
-  const EvaluatorFactory on_device = [&](const Samples& samples, const EnergyOptions& energy) {
-    return make_device_evaluator(device, samples, energy, options.precision);
-  };
   Checkpoint checkpoint(options.checkpoint, fit_key(mesh, options, device.info()));
   auto kept = options.resume ? checkpoint.load() : std::nullopt;
-  Stages stages(kept ? kept->map : place_factors(on_device, pool, options.factors, options.seed),
-                pool, on_device, overlap, options, schedule, budget, checkpoint, watch);
+  Stages stages(
+      kept ? kept->map : place_factors(make_evaluator, pool, options.factors, options.seed), pool,
+      make_evaluator, overlap, options, schedule, budget, checkpoint, watch);
   if (kept) stages.resume(std::move(*kept));
 
   FitResult result;
@@ -119,6 +144,14 @@ FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& 
   result.evaluations = budget.evaluations();
   result.seconds = budget.seconds();
   return result;
+}
+
+void serve_fit(Ranks& ranks, const std::function<Device()>& open, Precision precision) {
+  std::optional<Device> device;
+  serve_evaluations(ranks, [&](const Samples& samples, const EnergyOptions& energy) {
+    if (!device) device = open();
+    return make_device_evaluator(*device, samples, energy, precision);
+  });
 }
 
 }  // namespace qjulia

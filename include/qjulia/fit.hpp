@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "qjulia/device.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/progress.hpp"
+#include "qjulia/ranks.hpp"
 
 namespace qjulia {
 
@@ -24,6 +26,9 @@ struct FitOptions {
   Unknowns unknowns = Unknowns::all;
   Precision precision = Precision::single;
   std::string schedule = "regression";  ///< a built-in schedule's name
+  /// The energy is summed over the samples in this many equal parts, which ranks share. Sums are
+  /// the same bits for the same number.
+  int sample_parts = 1;
   /// A file to keep the fit in while it is under way, rewritten at each stage's end and every 10 s:
   /// the caller removes it once the result is safe. Empty: none.
   std::filesystem::path checkpoint;
@@ -58,5 +63,14 @@ struct FitResult {
 /// @throws InputError when the mesh has no interior, or the checkpoint is another fit's.
 FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& options,
               const Watch& watch = {});
+
+/// The same with the samples divided over ranks, on each rank's own device. Rank 0 calls this, the
+/// others `serve_fit`.
+FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& options,
+              const Watch& watch, Ranks& ranks);
+
+/// Evaluates what rank 0's fit asks for, until that ends. Errors are rank 0's to throw.
+/// @param open gives this rank's device, at the first use.
+void serve_fit(Ranks& ranks, const std::function<Device()>& open, Precision precision);
 
 }  // namespace qjulia

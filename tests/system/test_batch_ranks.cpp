@@ -96,3 +96,34 @@ TEST_CASE("what is wrong from the start is said once, and every rank ends") {
   const std::string manifest = make_manifest(folder);
   CHECK(run_ranks({QJULIA_COMMAND, "batch", manifest, "-o", manifest}).exit_code == 1);
 }
+
+TEST_CASE("one fit over two ranks is that of one rank with two sample parts, bit for bit") {
+  const TemporaryFolder folder;
+  make_manifest(folder);
+  const std::vector<std::string> fit = {"fit", folder / "torus.obj", "--factors",
+                                        "30",  "--max-evaluations",  "130"};
+  const auto to = [&](const std::string& map, std::vector<std::string> before,
+                      const std::vector<std::string>& after) {
+    before.insert(before.end(), fit.begin(), fit.end());
+    before.insert(before.end(), {"-o", map});
+    before.insert(before.end(), after.begin(), after.end());
+    return before;
+  };
+  const std::string one = folder / "one.qjulia.json";
+  const std::string two = folder / "two.qjulia.json";
+  CHECK(run_command(to(one, {}, {"--sample-parts", "2"})).exit_code == 0);
+  const Finished ranks = run_ranks(to(two, {QJULIA_COMMAND}, {}));
+  CAPTURE(ranks.err);
+  REQUIRE(ranks.exit_code == 0);
+  const json a = json::parse(read_text(one));
+  const json b = json::parse(read_text(two));
+  CHECK(a["factors"] == b["factors"]);
+  CHECK(a["log_scale"] == b["log_scale"]);
+  CHECK(a["provenance"]["stages"].size() > 1);
+  for (std::size_t i = 0; i < a["provenance"]["stages"].size(); ++i) {
+    CHECK(a["provenance"]["stages"][i]["energy_after"] ==
+          b["provenance"]["stages"][i]["energy_after"]);
+  }
+  const Finished absent = run_ranks({QJULIA_COMMAND, "fit", folder / "absent.obj", "-o", two});
+  CHECK(absent.exit_code == 2);
+}
