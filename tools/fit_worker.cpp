@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "device/context.hpp"
 #include "files.hpp"
 #include "fit_options.hpp"
 #include "provenance.hpp"
@@ -30,9 +31,13 @@ class FitWorker final : public BatchWorker {
     const FitOptions options = checked_options(entry.options);
     MeshReport mesh_report;
     const TriangleMesh mesh = read_mesh(entry.mesh, &mesh_report);
+    device_.context().reset_kernel_times();
     FitResult result = fit_resumable(mesh, options, folder / (entry.name + ".checkpoint"), watch);
     if (result.stopped == StopReason::interrupted) throw Interrupted();
 
+    double kernel_seconds = 0;
+    for (const auto& [name, time] : device_.context().kernel_times())
+      kernel_seconds += time.seconds;
     EntryResult entry_result;
     const auto file = [&](const std::string& extension) {
       entry_result.files.push_back(entry.name + extension);
@@ -52,6 +57,7 @@ class FitWorker final : public BatchWorker {
     entry_result.figures.update({{"factors", result.map.factors.size()},
                                  {"evaluations", result.evaluations},
                                  {"fit_seconds", result.seconds},
+                                 {"kernel_seconds", kernel_seconds},
                                  {"stopped", result.map.provenance["stopped"]},
                                  {"warnings", warnings}});
     return entry_result;
