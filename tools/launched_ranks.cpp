@@ -110,6 +110,7 @@ class MpiRanks final : public LaunchedRanks {
     std::vector<int> counts(rank_ == 0 ? static_cast<std::size_t>(size_) : 0);
     MPI_Gather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, MPI_COMM_WORLD);
     std::vector<Numbers> parts;
+    parts.reserve(counts.size());
     for (const int c : counts) parts.emplace_back(static_cast<std::size_t>(c));
     auto [same_counts, places, all] = joined(parts);
     MPI_Gatherv(mine.data(), count, MPI_DOUBLE, all.data(), counts.data(), places.data(),
