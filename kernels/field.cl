@@ -22,6 +22,16 @@ kernel void field_gradient_at_points(global const real* points, int stride, int 
   if (g >= groups) return;
   qlane q = q_make(lane_load(points, g), lane_load(points + stride, g),
                    lane_load(points + 2 * stride, g), lane_load(points + 3 * stride, g));
+  if (map[QJ_MAP_KIND] != 0) {
+    // With g = q^2 + c, q = (A, v), g = (g0, u): (A g0 + v.u, A u - g0 v) 2 / |g|^2.
+    qlane h = map_square(q, map);
+    lane s = (real)2 / fmax(q_dot(h, h), lane_of(QJ_TINY));
+    lane_store(s * q_dot(q, h), gradient, g);
+    lane_store(s * (q.x * h.y - h.x * q.y), gradient + stride, g);
+    lane_store(s * (q.x * h.z - h.x * q.z), gradient + 2 * stride, g);
+    lane_store(s * (q.x * h.w - h.x * q.w), gradient + 3 * stride, g);
+    return;
+  }
   global const real* a = MAP_COMPONENT(map, factors, QJ_MAP_EXPONENT);
   global const real* cx = MAP_COMPONENT(map, factors, QJ_MAP_CENTER_X);
   global const real* cy = MAP_COMPONENT(map, factors, QJ_MAP_CENTER_Y);

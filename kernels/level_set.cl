@@ -121,6 +121,16 @@ kernel void level_set_bounds(global const real* centers, int stride, int groups,
   middle += map[QJ_MAP_LOG_SCALE];
   lane lowest = middle + below - spread;
   lane highest = middle + above + spread;
+  if (map[QJ_MAP_KIND] != 0) {
+    // |(q + s)^2 - q^2| <= 2 |q| |s| + |s|^2.
+    qlane image = map_square(q, map);
+    lane size = sqrt(q_dot(image, image));
+    lane change = fma(2 * sqrt(q_dot(q, q)), reach, reach * reach) * (real)1.0001f;
+    lane least = fmax(size - change, lane_of(QJ_TINY_ROOT));
+    lowest = fma(2 * half_log2, lane_log2(least), lane_of(map[QJ_MAP_LOG_SCALE] - (real)1e-4f));
+    highest =
+        fma(2 * half_log2, lane_log2(size + change), lane_of(map[QJ_MAP_LOG_SCALE] + (real)1e-4f));
+  }
   // Beyond the escape radius the field is ln |q|.
   lane farthest = half_log2 * 2 * lane_log2(sqrt(fmax(q_dot(q, q), lane_of(QJ_TINY))) + reach);
   ilane escapes = isgreater(farthest, lane_of(map[QJ_MAP_LOG_ESCAPE] - (real)1e-4f));

@@ -45,6 +45,7 @@ kernel void safe_steps(global const real* grid, int first_group, int groups, glo
     nearest2 = fmin(nearest2, n);
   }
   lane f = fma(sum, lane_of((real)0.5 * QJ_LN2), lane_of(map[QJ_MAP_LOG_SCALE]));
+  if (map[QJ_MAP_KIND] != 0) f = map_log_norm(q_make(x, y, z, lane_of(slice)), map, factors);
   lane_store(fmin((f - far_level) / steepest, sqrt(nearest2)), safe, g);
 }
 

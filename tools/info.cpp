@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
 #include "commands.hpp"
 #include "exit_code.hpp"
@@ -10,24 +12,24 @@
 #include "map_options.hpp"
 #include "options.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/field.hpp"
 #include "qjulia/figures.hpp"
+#include "qjulia/label_check.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/mesh.hpp"
+#include "qjulia/shape.hpp"
 
 namespace qjulia::tools {
 namespace {
+
+/// F_1 at a healthy map's origin is below it.
+constexpr double kDeepEnough = -2;
 
 std::string to_text(const Box& box) {
   return fmt::format("box           {:.4g} x {:.4g} x {:.4g}, from ({:.4g}, {:.4g}, {:.4g})",
                      box.size().x(), box.size().y(), box.size().z(), box.low.x(), box.low.y(),
                      box.low.z());
 }
-
-struct Arguments {
-  std::string file;
-  std::string device;
-  bool printable = false;
-};
 
 std::string to_text(const SurfaceFigures& figures) {
   std::string text = fmt::format("area          {:.6g}\nvolume        {:.6g}\narea / volume {:.6g}",
@@ -39,106 +41,208 @@ std::string to_text(const SurfaceFigures& figures) {
   return text;
 }
 
+/// Text and JSON of one answer.
+struct Answer {
+  std::string text;
+  nlohmann::json json;
+
+  void add(const std::string& line) { text += "\n" + line; }
+};
+
+struct Arguments {
+  std::string file;
+  std::string device;
+  bool check_precision = false;
+  bool printable = false;
+};
+
+/// The device, or none where none was asked for by name and there is none: a file can be described
+/// without, but for what has to be computed.
+std::optional<Device> device_for(const Arguments& arguments, Answer& answer) {
+  try {
+    return Device::choose(arguments.device);
+  } catch (const NoDeviceError& error) {
+    if (!arguments.device.empty() || arguments.check_precision || arguments.printable) throw;
+    answer.add(fmt::format("note          not all is told here: {}", error.what()));
+    return {};
+  }
+}
+
+void describe_interior(const TriangleMesh& mesh, const Device& device, Answer& answer) {
+  try {
+    const Shape shape = make_shape(device, mesh);
+    const double inradius = shape.inradius / shape.shape_to_map.scale;
+    const Eigen::Vector3d deepest = shape.shape_to_map.to_shape(Eigen::Vector3d::Zero());
+    answer.add(fmt::format("inradius      {:.4g}, about ({:.4g}, {:.4g}, {:.4g})", inradius,
+                           deepest.x(), deepest.y(), deepest.z()));
+    answer.json["inradius"] = inradius;
+    answer.json["deepest_point"] = {deepest.x(), deepest.y(), deepest.z()};
+  } catch (const InputError& error) {
+    answer.add(fmt::format("note          it cannot be fitted: {}", error.what()));
+  }
+}
+
 /// What a printer needs: no open edge, one body, walls it can make.
-std::string print_report(const TriangleMesh& mesh, const MeshReport& report, const Device& device,
-                         nlohmann::json& json) {
+void describe_print(const TriangleMesh& mesh, const MeshReport& report, const Device& device,
+                    Answer& answer) {
   const WallThickness walls = wall_thickness(device, mesh);
   const bool printable = report.closed() && report.components == 1 && !report.is_inside_out;
-  json["printable"] = {{"closed_body", printable},
-                       {"thinnest_wall", walls.thinnest},
-                       {"tenth_of_walls_below", walls.tenth},
-                       {"median_wall", walls.median}};
-  return fmt::format(
-      "\nprinting      {}: {} open edges, {} non-manifold edges, {} bodies\n"
+  answer.json["printable"] = {{"closed_body", printable},
+                              {"thinnest_wall", walls.thinnest},
+                              {"tenth_of_walls_below", walls.tenth},
+                              {"median_wall", walls.median}};
+  answer.add(fmt::format(
+      "printing      {}: {} open edges, {} non-manifold edges, {} bodies\n"
       "walls         1 % thinner than {:.3g}, 10 % than {:.3g}, half than {:.3g} (units of the "
       "file)",
       printable ? "one closed body" : "not one closed body", report.open_edges,
-      report.non_manifold_edges, report.components, walls.thinnest, walls.tenth, walls.median);
+      report.non_manifold_edges, report.components, walls.thinnest, walls.tenth, walls.median));
 }
 
-void mesh_info(const Arguments& arguments, Session& session) {
+Answer mesh_info(const Arguments& arguments) {
   MeshReport report;
   const TriangleMesh mesh = read_mesh(arguments.file, &report);
   const Box box = mesh.box();
   const SurfaceFigures figures = measure(mesh);
-  std::string text = fmt::format(
+  Answer answer;
+  answer.text = fmt::format(
       "{}: mesh, {}\n"
       "vertices      {}\ntriangles     {}\ncomponents    {}\n{}\n{}",
       arguments.file, report.closed() ? "closed and manifold" : "not closed", report.vertices,
       report.triangles, report.components, to_text(box), to_text(figures));
-  nlohmann::json json = {{"file", arguments.file},
-                         {"type", "mesh"},
-                         {"vertices", report.vertices},
-                         {"triangles", report.triangles},
-                         {"components", report.components},
-                         {"open_edges", report.open_edges},
-                         {"non_manifold_edges", report.non_manifold_edges},
-                         {"welded_vertices", report.welded_vertices},
-                         {"dropped_triangles", report.dropped_triangles},
-                         {"closed", report.closed()},
-                         {"figures", to_json(figures)},
-                         {"box", to_json(box)},
-                         {"warnings", report.warnings()}};
-  if (arguments.printable) {
-    text += print_report(mesh, report, session.open_device(arguments.device), json);
+  answer.json = {{"file", arguments.file},
+                 {"type", "mesh"},
+                 {"vertices", report.vertices},
+                 {"triangles", report.triangles},
+                 {"components", report.components},
+                 {"open_edges", report.open_edges},
+                 {"non_manifold_edges", report.non_manifold_edges},
+                 {"welded_vertices", report.welded_vertices},
+                 {"dropped_triangles", report.dropped_triangles},
+                 {"closed", report.closed()},
+                 {"figures", to_json(figures)},
+                 {"box", to_json(box)},
+                 {"warnings", report.warnings()}};
+  if (const auto device = device_for(arguments, answer)) {
+    describe_interior(mesh, *device, answer);
+    if (arguments.printable) describe_print(mesh, report, *device, answer);
   }
-  for (const std::string& warning : report.warnings()) text += "\nnote          " + warning;
-  session.console.result(text, json);
+  for (const std::string& warning : report.warnings()) answer.add("note          " + warning);
+  return answer;
 }
 
-void map_info(const std::string& file, Session& session) {
-  const RationalMap map = read_map(file);
+/// Factors, or c.
+void describe_kind(const RationalMap& map, Answer& answer) {
+  if (const auto& c = map.quadratic) {
+    answer.text = fmt::format("{}: quadratic map q² + c\nc             ({}, {}, {}, {})",
+                              answer.text, c->x, c->y, c->z, c->w);
+    answer.json.update({{"kind", "quadratic"}, {"c", {c->x, c->y, c->z, c->w}}});
+    return;
+  }
   const auto roots =
       std::ranges::count_if(map.factors, [](const Factor& f) { return f.exponent > 0; });
   const auto poles =
       std::ranges::count_if(map.factors, [](const Factor& f) { return f.exponent < 0; });
-  std::string text = fmt::format(
-      "{}: rational map\n"
-      "factors       {}: {} roots, {} poles\n"
-      "degree        {:.4g} (sum of the exponents)\n"
-      "log scale     {:.6g}\n"
-      "level         {:.6g}\n"
-      "slice         {:.4g}",
-      file, map.factors.size(), roots, poles, map.degree(), map.log_scale, map.surface_level,
-      map.slice);
-  nlohmann::json json = {{"file", file},
-                         {"type", "map"},
-                         {"factors", map.factors.size()},
-                         {"roots", roots},
-                         {"poles", poles},
-                         {"degree", map.degree()},
-                         {"log_scale", map.log_scale},
-                         {"surface_level", map.surface_level},
-                         {"slice", map.slice},
-                         {"phase", {map.phase.x, map.phase.y, map.phase.z, map.phase.w}},
-                         {"provenance", map.provenance}};
+  answer.text = fmt::format("{}: rational map\nfactors       {}: {} roots, {} poles", answer.text,
+                            map.factors.size(), roots, poles);
+  answer.json.update(
+      {{"kind", "rational"}, {"factors", map.factors.size()}, {"roots", roots}, {"poles", poles}});
+}
+
+void describe_shape(const RationalMap& map, Answer& answer) {
   if (map.detail) {
-    text += fmt::format("\ndetail        {:.4g} of the box's diagonal", *map.detail);
-    json["detail"] = *map.detail;
+    answer.add(fmt::format("detail        {:.4g} of the box's diagonal", *map.detail));
+    answer.json["detail"] = *map.detail;
   }
   if (map.detail && map.box) {
     const double thickness = *map.detail * map.box->diagonal();
-    text += fmt::format("\nshell         {:.4g} thick, shape units", thickness);
-    json["shell_thickness"] = thickness;
+    answer.add(fmt::format("shell         {:.4g} thick, shape units", thickness));
+    answer.json["shell_thickness"] = thickness;
   }
   if (map.inradius) {
-    text += fmt::format("\ninradius      {:.4g}, shape units", *map.inradius);
-    json["inradius"] = *map.inradius;
+    answer.add(fmt::format("inradius      {:.4g}, shape units", *map.inradius));
+    answer.json["inradius"] = *map.inradius;
   }
   if (map.box) {
-    text += "\n" + to_text(*map.box);
-    json["box"] = to_json(*map.box);
+    answer.add(to_text(*map.box));
+    answer.json["box"] = to_json(*map.box);
   }
-  if (session.console.verbose()) text += "\nprovenance    " + map.provenance.dump(2);
-  session.console.result(text, json);
+}
+
+/// What has to be computed: radii, and how deep the origin lies.
+void describe_orbits(const RationalMap& map, const Device& device, Answer& answer) {
+  const StopRadii stops = find_stop_radii(device, map);
+  const std::vector<Quaternion> origin{{0, 0, 0, map.slice}};
+  const double depth = Field(device, map).at(origin).front();
+  const bool bounded = std::isfinite(stops.outer);
+  answer.add(fmt::format("r_in          {}", stops.inner > 0
+                                                 ? fmt::format("{:.4g}, map units", stops.inner)
+                                                 : "none: no ball is mapped into itself"));
+  answer.add(fmt::format("r_out         {}", bounded ? fmt::format("{:.4g}, map units", stops.outer)
+                                                     : "none: the set is not bounded"));
+  answer.add(fmt::format("F1 at origin  {:.4g}", depth));
+  answer.json.update(
+      {{"inner_radius", stops.inner > 0 ? nlohmann::json(stops.inner) : nlohmann::json()},
+       {"outer_radius", bounded ? nlohmann::json(stops.outer) : nlohmann::json()},
+       {"field_at_origin", depth}});
+  if (depth > kDeepEnough && !map.quadratic) {
+    const std::string warning = fmt::format(
+        "F1 at the origin is above {}: the iterated set is near dissolving; use a smaller --detail",
+        kDeepEnough);
+    answer.add("note          " + warning);
+    answer.json["warnings"] = {warning};
+  }
+}
+
+void describe_precision(const RationalMap& map, const Device& device, Answer& answer) {
+  const LabelCheck check = compare_precisions(device, map);
+  const double share = static_cast<double>(check.different) / static_cast<double>(check.points);
+  answer.add(
+      fmt::format("precision     {} of {} labels near the surface ({:.3f} %) differ between "
+                  "single and double precision at n = {}",
+                  check.different, check.points, 100 * share, check.iterations));
+  answer.json["precision"] = {
+      {"points", check.points}, {"different", check.different}, {"iterations", check.iterations}};
+}
+
+Answer map_info(const Arguments& arguments, bool verbose) {
+  const RationalMap map = read_map(arguments.file);
+  Answer answer{arguments.file, {{"file", arguments.file}, {"type", "map"}}};
+  describe_kind(map, answer);
+  answer.add(
+      fmt::format("degree        {:.4g}{}\n"
+                  "log scale     {:.6g}\n"
+                  "level         {:.6g}\n"
+                  "slice         {:.4g}",
+                  map.degree(), map.quadratic ? "" : " (sum of the exponents)", map.log_scale,
+                  map.surface_level, map.slice));
+  answer.json.update({{"degree", map.degree()},
+                      {"log_scale", map.log_scale},
+                      {"surface_level", map.surface_level},
+                      {"slice", map.slice},
+                      {"phase", {map.phase.x, map.phase.y, map.phase.z, map.phase.w}},
+                      {"provenance", map.provenance}});
+  describe_shape(map, answer);
+  if (const auto device = device_for(arguments, answer)) {
+    describe_orbits(map, *device, answer);
+    if (arguments.check_precision) describe_precision(map, *device, answer);
+  }
+  if (verbose) answer.add("provenance    " + map.provenance.dump(2));
+  return answer;
 }
 
 int run(const Arguments& arguments, Session& session) {
-  const bool is_mesh = is_mesh_file(arguments.file);
-  if (arguments.printable && !is_mesh) {
+  const bool mesh = is_mesh_file(arguments.file);
+  if (mesh && arguments.check_precision) {
+    throw InputError(
+        fmt::format("--check-precision is of maps, and '{}' is a mesh", arguments.file));
+  }
+  if (arguments.printable && !mesh) {
     throw InputError(fmt::format("--printable is for meshes, and '{}' is not one", arguments.file));
   }
-  is_mesh ? mesh_info(arguments, session) : map_info(arguments.file, session);
+  const Answer answer =
+      mesh ? mesh_info(arguments) : map_info(arguments, session.console.verbose());
+  session.console.result(answer.text, answer.json);
   return kDone;
 }
 
@@ -148,14 +252,20 @@ void add_info(CLI::App& program, ChosenCommand& chosen) {
   auto* command = program.add_subcommand("info", "Say what is in a map or mesh");
   command->footer(
       "Examples:\n"
-      "  qjulia info bunny.obj                    is it closed? how large?\n"
+      "  qjulia info bunny.obj                    is it closed? how large? how thick inside?\n"
       "  qjulia info bunny.stl --printable        and how thick are its walls?\n"
-      "  qjulia info bunny.qjulia.json            factors, detail, how thick is the shell\n"
-      "  qjulia info bunny.qjulia.json --verbose  and how it was made");
+      "  qjulia info bunny.qjulia.json            factors, detail, radii, how deep its origin "
+      "lies\n"
+      "  qjulia info bunny.qjulia.json --verbose  and how it was made\n"
+      "Orbits within r_in stay for ever, orbits beyond r_out leave. F1 at the origin should be\n"
+      "below -2: nearer 0 the set dissolves.");
   auto arguments = std::make_shared<Arguments>();
   command->add_option("FILE", arguments->file, "Map, or mesh (.obj, .off, .ply, .stl)")
       ->required()
       ->type_name("");
+  command->add_flag("--check-precision", arguments->check_precision,
+                    "Also count the points near a map's surface that are inside in single and "
+                    "outside in double precision, or the other way round");
   command->add_flag("--printable", arguments->printable,
                     "Also whether a mesh is one closed body, and how thick its walls are");
   add_device(*command, arguments->device);

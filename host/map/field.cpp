@@ -87,7 +87,7 @@ std::vector<double> Field::Impl::evaluate(std::span<const Quaternion> points, in
 
 Field::Field(const Device& device, const RationalMap& map, Precision precision,
              const StopRadii& stops)
-    : impl_(std::make_shared<Impl>(Impl{device, precision, static_cast<int>(map.factors.size()),
+    : impl_(std::make_shared<Impl>(Impl{device, precision, static_cast<int>(packed_factors(map)),
                                         upload_map(device.context(), map, stops, precision)})) {}
 
 std::vector<double> Field::at(std::span<const Quaternion> points, int iterations) const {

@@ -16,6 +16,17 @@ void expect_finite(const char* option, double value) {
   if (!std::isfinite(value)) throw InputError(fmt::format("{} {}: not a number", option, value));
 }
 
+void expect_no_knobs_of_factors(const MapKnobs& knobs) {
+  const auto refuse = [](bool given, const char* option) {
+    if (given)
+      throw InputError(fmt::format("{} turns factors, and a quadratic map has none", option));
+  };
+  refuse(knobs.detail.has_value(), "--detail");
+  refuse(knobs.order_seed.has_value(), "--order-seed");
+  refuse(knobs.drift.has_value(), "--drift");
+  refuse(knobs.translate.has_value(), "--translate");
+}
+
 /// Fisher and Yates, from the generator's bits alone.
 void shuffle(std::vector<Factor>& factors, std::uint64_t seed) {
   std::mt19937_64 bits(seed);
@@ -64,6 +75,7 @@ void MapKnobs::validate() const {
 
 RationalMap turned(const Device& device, const RationalMap& map, const MapKnobs& knobs) {
   knobs.validate();
+  if (map.quadratic) expect_no_knobs_of_factors(knobs);
   RationalMap result = knobs.detail ? with_detail(map, *knobs.detail) : map;
   if (knobs.order_seed) shuffle(result.factors, *knobs.order_seed);
   if (knobs.phase) result.phase = (1 / norm(*knobs.phase)) * *knobs.phase;

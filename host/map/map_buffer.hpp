@@ -10,7 +10,10 @@
 
 namespace qjulia {
 
-/// The buffer's reals: header, then the component arrays. QJ_MAP_SIZE(factors) of them.
+/// Factors in the buffer: a quadratic map has a neutral one there.
+std::size_t packed_factors(const RationalMap& map);
+
+/// The buffer's reals: header, then the component arrays. QJ_MAP_SIZE(packed_factors) of them.
 std::vector<double> pack_map(const RationalMap& map, const StopRadii& stops);
 
 /// `map` on the device, for kernels that take (map, factors).

@@ -136,15 +136,37 @@ void check_header(const Object& map, const std::string& source) {
                              "program, or convert the file",
                              version.dump(), kVersion));
   }
+}
+
+/// Whether the map is quadratic. @throws InputError for a kind that is not known.
+bool is_quadratic(const Object& map, const std::string& source) {
   const std::string kind = map.text("kind");
-  if (kind == "quadratic") {
-    fail(source,
-         "\"kind\" is \"quadratic\", which this version cannot iterate yet: only "
-         "\"rational\" maps are read");
+  if (kind == "quadratic") return true;
+  if (kind == "rational") return false;
+  fail(source, fmt::format("unknown \"kind\" {}: it must be \"rational\" or \"quadratic\"",
+                           json(kind).dump()));
+}
+
+/// The factors in their order.
+std::vector<Factor> read_factors(const Object& top, const std::string& source) {
+  const json& factors = top.array("factors");
+  std::vector<Factor> result;
+  result.reserve(factors.size());
+  for (std::size_t k = 0; k < factors.size(); ++k) {
+    const Object factor(factors[k], source, fmt::format("factors[{}]", k));
+    factor.expect_only({"center", "exponent"});
+    result.push_back({factor.quaternion("center"), factor.number("exponent")});
   }
-  if (kind != "rational") {
-    fail(source, fmt::format("unknown \"kind\" {}: it must be \"rational\"", json(kind).dump()));
+  return result;
+}
+
+/// One line a factor: maps are read by people too, and compared by line.
+std::string factor_lines(const json& factors) {
+  std::string text = "  \"factors\": [\n";
+  for (std::size_t k = 0; k < factors.size(); ++k) {
+    text += fmt::format("    {}{}\n", factors[k].dump(), k + 1 < factors.size() ? "," : "");
   }
+  return text + "  ],\n";
 }
 
 std::string read_text(const std::filesystem::path& path) {
@@ -173,15 +195,19 @@ json to_json(const RationalMap& map) {
   json result = {
       {"format", kFormat},
       {"version", kVersion},
-      {"kind", "rational"},
+      {"kind", map.quadratic ? "quadratic" : "rational"},
       {"slice", map.slice},
       {"log_scale", map.log_scale},
       {"surface_level", map.surface_level},
       {"phase", to_json(map.phase)},
-      {"factors", factors},
       {"shape_to_map",
        {{"scale", map.shape_to_map.scale}, {"translation", to_json(map.shape_to_map.translation)}}},
       {"provenance", map.provenance}};
+  if (map.quadratic) {
+    result["c"] = to_json(*map.quadratic);
+  } else {
+    result["factors"] = factors;
+  }
   if (map.detail) result["detail"] = *map.detail;
   if (map.inradius) result["inradius"] = *map.inradius;
   if (map.box) result["box"] = json::array({to_json(map.box->low), to_json(map.box->high)});
@@ -191,19 +217,19 @@ json to_json(const RationalMap& map) {
 RationalMap map_from_json(const json& value, const std::string& source) {
   const Object top(value, source, "");
   check_header(top, source);
+  const bool quadratic = is_quadratic(top, source);
   top.expect_only({"format", "version", "kind", "slice", "log_scale", "surface_level", "phase",
-                   "factors", "shape_to_map", "detail", "inradius", "box", "provenance"});
+                   quadratic ? "c" : "factors", "shape_to_map", "detail", "inradius", "box",
+                   "provenance"});
   RationalMap map;
   map.slice = top.number("slice");
   map.log_scale = top.number("log_scale");
   if (top.has("surface_level")) map.surface_level = top.number("surface_level");
   if (top.has("phase")) map.phase = top.quaternion("phase");
-  const json& factors = top.array("factors");
-  map.factors.reserve(factors.size());
-  for (std::size_t k = 0; k < factors.size(); ++k) {
-    const Object factor(factors[k], source, fmt::format("factors[{}]", k));
-    factor.expect_only({"center", "exponent"});
-    map.factors.push_back({factor.quaternion("center"), factor.number("exponent")});
+  if (quadratic) {
+    map.quadratic = top.quaternion("c");
+  } else {
+    map.factors = read_factors(top, source);
   }
   const Object shape_to_map = top.object("shape_to_map");
   shape_to_map.expect_only({"scale", "translation"});
@@ -245,19 +271,14 @@ RationalMap read_map(const std::filesystem::path& path) {
 void write_map(const RationalMap& map, const std::filesystem::path& path) {
   map.validate();
   const json value = to_json(map);
-  // One line a factor: maps are read by people too, and compared by line.
   std::string text = "{\n";
   for (const char* key : {"format", "version", "kind", "slice", "log_scale", "surface_level",
-                          "phase", "shape_to_map", "detail", "inradius", "box"}) {
+                          "phase", "c", "shape_to_map", "detail", "inradius", "box"}) {
     if (value.contains(key)) text += fmt::format("  \"{}\": {},\n", key, value[key].dump());
   }
-  text += "  \"factors\": [\n";
-  for (std::size_t k = 0; k < map.factors.size(); ++k) {
-    text += fmt::format("    {}{}\n", value["factors"][k].dump(),
-                        k + 1 < map.factors.size() ? "," : "");
-  }
+  if (!map.quadratic) text += factor_lines(value["factors"]);
   // File names in it may hold any bytes.
-  text += fmt::format("  ],\n  \"provenance\": {}\n}}\n",
+  text += fmt::format("  \"provenance\": {}\n}}\n",
                       value["provenance"].dump(-1, ' ', false, json::error_handler_t::replace));
   write_file(path, text);
 }

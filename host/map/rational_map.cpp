@@ -37,12 +37,19 @@ void check_positive(double value, const std::string& name) {
 }  // namespace
 
 double RationalMap::degree() const {
+  if (quadratic) return 2;
   return std::accumulate(factors.begin(), factors.end(), 0.0,
                          [](double sum, const Factor& factor) { return sum + factor.exponent; });
 }
 
 void RationalMap::validate() const {
-  if (factors.empty()) throw InputError("the map has no factors: it needs at least one");
+  if (factors.empty() && !quadratic) {
+    throw InputError("the map has no factors: it needs at least one");
+  }
+  if (!factors.empty() && quadratic) {
+    throw InputError("the map has both factors and c: a quadratic map has no factors");
+  }
+  if (quadratic) check_quaternion(*quadratic, "c");
   check_number(slice, "slice");
   check_number(log_scale, "log_scale");
   check_number(surface_level, "surface_level");

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <unsupported/Eigen/AutoDiff>
 
 namespace qjulia::reference {
@@ -31,6 +32,7 @@ struct MapOf {
   T log_scale;
   QuaternionOf<T> phase;
   std::vector<FactorOf<T>> factors;
+  std::optional<QuaternionOf<T>> quadratic;
 };
 
 template <class T>
@@ -46,7 +48,8 @@ QuaternionOf<T> convert(const Quaternion& q) {
 
 template <class T>
 MapOf<T> convert(const RationalMap& map) {
-  MapOf<T> result{T(map.log_scale), convert<T>(map.phase), {}};
+  MapOf<T> result{T(map.log_scale), convert<T>(map.phase), {}, {}};
+  if (map.quadratic) result.quadratic = convert<T>(*map.quadratic);
   for (const auto& [center, exponent] : map.factors) {
     result.factors.push_back({convert<T>(center), T(exponent)});
   }
@@ -87,6 +90,13 @@ StepOf<T> power(const QuaternionOf<T>& d, const T& a) {
 template <class T>
 StepOf<T> step_of(const MapOf<T>& map, const QuaternionOf<T>& q) {
   StepOf<T> result{map.log_scale, map.phase};
+  if (map.quadratic) {
+    const QuaternionOf<T> square = product(q, q);
+    const QuaternionOf<T>& c = *map.quadratic;
+    const StepOf<T> one =
+        power<T>({square.x + c.x, square.y + c.y, square.z + c.z, square.w + c.w}, T(1));
+    return {result.log_norm + one.log_norm, product(result.versor, one.versor)};
+  }
   for (const auto& [c, a] : map.factors) {
     const StepOf<T> one = power<T>({q.x - c.x, q.y - c.y, q.z - c.z, q.w - c.w}, a);
     result.log_norm += one.log_norm;

@@ -38,6 +38,11 @@ double reach(const RationalMap& map) {
 /// ln |q − c| ≥ ln(R − |c|) and a pole ln |q − c| ≤ ln(R + |c|); the sum of these bounds less ln R
 /// grows with R when Σ a_k > 1, so its zero is found by bisection in ln R.
 double certain_outer_radius(const RationalMap& map) {
+  if (const auto& c = map.quadratic) {
+    // e^S (r² − |c|) = r.
+    const double scale = std::exp(map.log_scale);
+    return (1 + std::sqrt(1 + 4 * scale * scale * norm(*c))) / (2 * scale);
+  }
   const auto excess = [&](double log_radius) {
     double sum = map.log_scale - log_radius;
     for (const auto& [center, exponent] : map.factors) {
@@ -70,6 +75,7 @@ std::vector<double> field_on_sphere(const Field& field, const std::vector<Quater
 double outer_radius(const Field& field, const RationalMap& map,
                     const std::vector<Quaternion>& directions) {
   const double certain = certain_outer_radius(map);
+  if (map.quadratic) return certain;
   const double far = 2 * reach(map);
   const double least = 1e-3 * certain;
   SphereSearch search(field, Extreme::lowest);

@@ -126,13 +126,13 @@ std::vector<float> BandGrid::safe_steps(const Grid& grid) const {
   const auto wide = static_cast<std::size_t>(lanes);
   const std::size_t all = (safe.size() + wide - 1) / wide;
   // About 30 ms of potentials on two cores.
-  const std::size_t most = std::max<std::size_t>(1, (1U << 27U) / (wide * map_.factors.size()));
+  const std::size_t most = std::max<std::size_t>(1, (1U << 27U) / (wide * packed_factors(map_)));
   const auto out = context.allocate<float>(std::min(all, most) * wide);
   for (std::size_t done = 0; done < all; done += most) {
     const std::size_t groups = std::min(most, all - done);
     context.launch(kernel, {{groups, 1, 1}},
                    {layout, static_cast<std::int32_t>(done), static_cast<std::int32_t>(groups),
-                    map_buffer_, static_cast<std::int32_t>(map_.factors.size()),
+                    map_buffer_, static_cast<std::int32_t>(packed_factors(map_)),
                     device::Argument::real(band_.level, Precision::single),
                     device::Argument::real(band_.steepest, Precision::single), out});
     const std::size_t begin = done * wide;

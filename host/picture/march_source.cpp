@@ -111,7 +111,7 @@ class MarchSource : public DepthSource {
       const std::size_t items = (part.size() + share - 1) / share;
       context.launch(
           kernel_, work_groups(items, lanes),
-          {buffer_, narrow(map_.factors.size()), iterations_, packed, in, narrow(stride),
+          {buffer_, narrow(packed_factors(map_)), iterations_, packed, in, narrow(stride),
            narrow(part.size()), narrow(share), grid_.layout(), grid_.safe(), real(band_.radius),
            real(band_.steepest), real(step), real(view.tolerance), out});
       context.read(out, std::span(depths).subspan(done, part.size()));

@@ -54,7 +54,7 @@ void PointList::copy(std::size_t begin, std::size_t count, std::size_t stride,
 LevelSet::LevelSet(const Device& device, const RationalMap& map, const StopRadii& stops,
                    int iterations)
     : device_(device),
-      factors_(static_cast<int>(map.factors.size())),
+      factors_(static_cast<int>(packed_factors(map))),
       iterations_(iterations),
       slice_(static_cast<float>(map.slice)) {
   const auto header = pack_map(map, stops);

@@ -10,6 +10,7 @@
 #include "qjulia/figures.hpp"
 #include "qjulia/fit.hpp"
 #include "qjulia/knobs.hpp"
+#include "qjulia/label_check.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/original_file.hpp"

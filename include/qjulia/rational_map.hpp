@@ -1,5 +1,7 @@
 #pragma once
-/// The rational map R(q) = e^S · p · Π_k (q − c_k)^{a_k} and what is known of the shape it fits.
+/// The rational map R(q) = e^S · p · Π_k (q − c_k)^{a_k} and what is known of the shape it fits;
+/// also the quadratic map R(q) = e^S · p · (q² + c), which is iterated and looked at in the same
+/// way.
 
 #include <Eigen/Core>
 #include <nlohmann/json.hpp>
@@ -41,16 +43,18 @@ struct RationalMap {
   double log_scale = 0;      ///< S
   double surface_level = 0;  ///< L: a point is inside at n when F_n < L
   Quaternion phase{1, 0, 0, 0};
-  std::vector<Factor> factors;  ///< product order, left to right
+  std::vector<Factor> factors;          ///< product order, left to right; none in a quadratic map
+  std::optional<Quaternion> quadratic;  ///< c: the map is quadratic
   ShapeToMap shape_to_map;
   std::optional<double> detail;    ///< δ as a fraction of the box's diagonal
   std::optional<double> inradius;  ///< of the shape, shape units
   std::optional<Box> box;          ///< of the shape, shape units
   nlohmann::json provenance = nlohmann::json::object();
 
-  /// Σ a_k; the set is bounded when it exceeds 1.
+  /// Σ a_k, or 2 of a quadratic map; the set is bounded when it exceeds 1.
   double degree() const;
-  /// @throws InputError naming what is wrong: no factors, a number that is not finite or beyond
+  /// @throws InputError naming what is wrong: no factors, factors and c, a number that is not
+  /// finite or beyond
   ///   ±1e15 (single precision squares it), a phase that is not a unit quaternion, a scale that is
   ///   not positive.
   void validate() const;

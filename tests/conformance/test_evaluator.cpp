@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "double_precision.hpp"
 #include "fit/evaluator.hpp"
 #include "random_maps.hpp"
 
@@ -56,12 +57,13 @@ TEST_CASE("energy, field and gradient on the device are the reference's") {
   for (const int width : {1, 8, 16}) {
     const auto device = Device::choose("cpu").with_lane_width(width);
     CAPTURE(width, iterations, loss == Loss::tanh);
-    const auto in_double = make_device_evaluator(device, samples, options, Precision::dbl);
-    const auto two = in_double->evaluate(map, true);
-    CHECK(two.energy == Approx(expected.energy).epsilon(1e-10));
-    CHECK(relative_difference(two.gradient, expected.gradient) < 1e-10);
-    CHECK(relative_difference(in_double->field(map), expected_field) < 1e-10);
-
+    if (test::can_check(device, Precision::dbl)) {
+      const auto in_double = make_device_evaluator(device, samples, options, Precision::dbl);
+      const auto two = in_double->evaluate(map, true);
+      CHECK(two.energy == Approx(expected.energy).epsilon(1e-10));
+      CHECK(relative_difference(two.gradient, expected.gradient) < 1e-10);
+      CHECK(relative_difference(in_double->field(map), expected_field) < 1e-10);
+    }
     const auto one = make_device_evaluator(device, samples, options)->evaluate(map, true);
     CHECK(one.energy == Approx(expected.energy).epsilon(1e-5));
     CHECK(relative_difference(one.gradient, expected.gradient) < 1e-4);
@@ -78,9 +80,11 @@ TEST_CASE("the Gauss-Newton matrix on the device is the reference's") {
   for (const int width : {1, 8, 16}) {
     const auto device = Device::choose("cpu").with_lane_width(width);
     CAPTURE(width, loss == Loss::tanh);
-    const auto two =
-        make_device_evaluator(device, samples, options, Precision::dbl)->gauss_newton(map);
-    CHECK((two - expected).cwiseAbs().maxCoeff() < 1e-10 * size);
+    if (test::can_check(device, Precision::dbl)) {
+      const auto two =
+          make_device_evaluator(device, samples, options, Precision::dbl)->gauss_newton(map);
+      CHECK((two - expected).cwiseAbs().maxCoeff() < 1e-10 * size);
+    }
     const auto one = make_device_evaluator(device, samples, options)->gauss_newton(map);
     CHECK((one - expected).cwiseAbs().maxCoeff() < 1e-4 * size);
   }

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "device/context.hpp"
+#include "double_precision.hpp"
 #include "random_maps.hpp"
 
 using namespace qjulia;
@@ -100,6 +101,7 @@ Bounds bounds(Precision precision) {
 TEST_CASE("elementary functions keep their stated bounds") {
   const int width = GENERATE(1, 8, 16);
   const auto precision = GENERATE(Precision::single, Precision::dbl);
+  if (!test::can_check(Device::choose("cpu"), precision)) return;
   const Probe probe(width, precision);
   const Bounds bound = bounds(precision);
   CAPTURE(width, precision == Precision::dbl);
@@ -136,6 +138,7 @@ TEST_CASE("elementary functions keep their stated bounds") {
 TEST_CASE("angles are right all round, at every size and on the axes") {
   const int width = GENERATE(1, 8, 16);
   const auto precision = GENERATE(Precision::single, Precision::dbl);
+  if (!test::can_check(Device::choose("cpu"), precision)) return;
   const Probe probe(width, precision);
   CAPTURE(width, precision == Precision::dbl);
   std::mt19937_64 bits(1);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "armed_ball.hpp"
+#include "double_precision.hpp"
 #include "map/reference_iteration.hpp"
 #include "map/sphere_directions.hpp"
 #include "qjulia/detail.hpp"
@@ -160,7 +161,9 @@ TEST_CASE("no orbit leaves r_in or returns from r_out") {
 TEST_CASE("stopping at the radii changes no side") {
   const RationalMap map = fitted(0.03);
   const StopRadii stops = find_stop_radii(cpu(), map);
-  const Field field(cpu(), map, Precision::dbl, stops);
+  const Precision precision =
+      test::can_check(cpu(), Precision::dbl) ? Precision::dbl : Precision::single;
+  const Field field(cpu(), map, precision, stops);
   std::vector<Quaternion> points;
   for (const auto& x : test::armed_ball_surface(3000)) points.push_back({x.x(), x.y(), x.z(), 0});
   for (const int n : {1, 2, 6}) {

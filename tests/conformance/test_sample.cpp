@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "double_precision.hpp"
 #include "map/reference_iteration.hpp"
 #include "original.hpp"
 #include "qjulia/error.hpp"
@@ -83,6 +84,7 @@ TEST_CASE("the field is the original program's") {
   options.escape = original.number("escape");
   options.box = Box{middle - half, middle + half};
   for (const Precision precision : {Precision::single, Precision::dbl}) {
+    if (!test::can_check(cpu(), precision)) continue;
     options.precision = precision;
     for (int n = 1; n <= 3; ++n) {
       options.iterations = n;
@@ -126,6 +128,7 @@ TEST_CASE("an .npy file holds [x][y][z]") {
   const test::TemporaryFolder folder;
   const auto path = folder.path() / "field.npy";
   for (const Precision precision : {Precision::single, Precision::dbl}) {
+    if (!test::can_check(cpu(), precision)) continue;
     const bool twice = precision == Precision::dbl;
     write_field(cpu(), map, small_options(precision), path);
     const std::string bytes = bytes_of(path);

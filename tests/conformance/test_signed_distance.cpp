@@ -2,6 +2,7 @@
 #include <random>
 
 #include "distance_reference.hpp"
+#include "double_precision.hpp"
 #include "qjulia/shape.hpp"
 #include "shapes.hpp"
 
@@ -81,6 +82,7 @@ TEST_CASE("signed distance agrees with brute force at every lane width") {
 }
 
 TEST_CASE("signed distance in double precision") {
+  if (!test::can_check(Device::choose("cpu"), Precision::dbl)) return;
   const Worst worst =
       compare_with_brute_force(Device::choose("cpu"), shapes::torus(), Precision::dbl);
   CHECK(worst.distance < 1e-14);

@@ -255,4 +255,5 @@ TEST_CASE("an unknown device is exit code 3 everywhere") {
   check({"render", map, "-o", folder / "out.png"});
   check({"sample", map, "-o", folder / "out.npy"});
   check({"compare", map, mesh});
+  check({"info", map});
 }

@@ -205,6 +205,19 @@ TEST_CASE("info tells a map's shell and a mesh's faults") {
   CHECK(json_map["type"] == "map");
   CHECK(json_map["shell_thickness"].get<double>() ==
         Approx(0.02 * std::sqrt(2 * 2.9 * 2.9 + 0.9 * 0.9)).epsilon(0.01));
+  CHECK(json_map["outer_radius"].get<double>() > 1.5);
+  CHECK(json_map["outer_radius"].get<double>() < 4);
+  CHECK(json_map["field_at_origin"].get<double>() < json_map["surface_level"].get<double>());
+  const auto precision =
+      run_command({"info", fitted().map, "--check-precision", "--device", "cpu", "--json"});
+  INFO(precision.err);
+  REQUIRE(precision.exit_code == 0);
+  const json check = json::parse(precision.out)["precision"];
+  CHECK(check["points"].get<int>() > 5000);
+  CHECK(check["different"].get<double>() < 0.005 * check["points"].get<double>());
+  const auto torus = run_command({"info", fitted().mesh, "--json"});
+  REQUIRE(torus.exit_code == 0);
+  CHECK(json::parse(torus.out)["inradius"].get<double>() == Approx(0.45).epsilon(0.05));
   const TemporaryFolder folder;
   const auto open = run_command(
       {"info", folder.file("open.obj", qjulia::test::obj_text(qjulia::shapes::open_box())),

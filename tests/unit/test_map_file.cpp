@@ -149,7 +149,7 @@ TEST_CASE("every value that is wrong is named") {
       {"/version", 2, "version"},
       {"/version", "1", "version"},
       {"/version", 1.5, "version"},
-      {"/kind", "quadratic", "quadratic"},
+      {"/kind", "quadratic", "factors"},
       {"/kind", "cubic", "cubic"},
       {"/slice", nullptr, "slice"},
       {"/log_scale", "0", "log_scale"},

@@ -10,6 +10,8 @@
 #define QJ_MAP_LOG_INNER 7  /* ln r_in: an iterate below it never leaves; -1e30 where unknown */
 #define QJ_MAP_LOG_OUTER 8  /* ln r_out: an iterate above it never returns; +1e30 where unknown */
 #define QJ_MAP_SURFACE_LEVEL 9 /* L: inside means F_n < L */
+#define QJ_MAP_CONSTANT 10     /* four reals: c of a quadratic map */
+#define QJ_MAP_KIND 14 /* 0: rational; 1: quadratic, e^S p (q^2 + c), with one neutral factor */
 #define QJ_MAP_HEADER 16
 
 #define QJ_MAP_EXPONENT 0

@@ -1,0 +1,162 @@
+// The quadratic map q² + c, through everything that iterates maps.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "map/reference_iteration.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/field.hpp"
+#include "qjulia/knobs.hpp"
+#include "qjulia/picture.hpp"
+#include "qjulia/surface.hpp"
+#include "random_maps.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+RationalMap quadratic(const Quaternion& c) {
+  RationalMap map;
+  map.quadratic = c;
+  return map;
+}
+
+/// Not symmetric in any way.
+RationalMap some_map() {
+  RationalMap map = quadratic({0.285, 0.485, -0.1, 0.07});
+  map.log_scale = 0.1;
+  map.slice = 0.05;
+  map.phase = {0.8, 0, 0.6, 0};
+  return map;
+}
+
+std::vector<Quaternion> some_points() {
+  std::mt19937_64 bits(3);
+  std::vector<Quaternion> points;
+  for (int i = 0; i < 200; ++i) {
+    points.push_back({test::uniform(bits, -1.2, 1.2), test::uniform(bits, -1.2, 1.2),
+                      test::uniform(bits, -1.2, 1.2), test::uniform(bits, -0.2, 0.2)});
+  }
+  return points;
+}
+
+const Device& cpu() {
+  static const Device device = Device::choose("cpu");
+  return device;
+}
+
+}  // namespace
+
+TEST_CASE("the reference iterates q² + c") {
+  const Quaternion c{0.285, 0.485, 0, 0};
+  const Quaternion q{0.3, -0.4, 0.5, 0.2};
+  const Quaternion once = q * q + c;
+  const Quaternion twice = once * once + c;
+  const RationalMap map = quadratic(c);
+  CHECK(reference::field(map, std::vector{q}, 1, 20)[0] == Approx(std::log(norm(once))));
+  CHECK(reference::field(map, std::vector{q}, 2, 20)[0] == Approx(std::log(norm(twice))));
+  // e^S and the phase stand in front.
+  RationalMap turned = map;
+  turned.log_scale = std::log(0.5);
+  turned.phase = {0, 0, 1, 0};
+  const Quaternion step = 0.5 * (Quaternion{0, 0, 1, 0} * once);
+  const Quaternion next = 0.5 * (Quaternion{0, 0, 1, 0} * (step * step + c));
+  CHECK(reference::field(turned, std::vector{q}, 2, 20)[0] == Approx(std::log(norm(next))));
+}
+
+TEST_CASE("kernels iterate it as the reference does") {
+  const auto device = Device::choose("cpu").with_lane_width(GENERATE(1, 8, 16));
+  const RationalMap map = some_map();
+  const auto points = some_points();
+  const Field field(device, map);
+  for (const int n : {1, 2, 4}) {
+    const auto expected = reference::field(map, points, n, 20);
+    const auto values = field.at(points, n);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      CHECK(values[i] == Approx(expected[i]).margin(2e-5 * std::pow(3, n)));
+    }
+  }
+}
+
+TEST_CASE("its gradient is that of ln |q² + c|") {
+  const RationalMap map = some_map();
+  const auto points = some_points();
+  const auto gradients = Field(cpu(), map).gradient_at(points);
+  constexpr double kStep = 1e-5;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto slope = [&](const Quaternion& along) {
+      const auto f = reference::field(
+          map, std::vector{points[i] + kStep * along, points[i] - kStep * along}, 1, 1e6);
+      return (f[0] - f[1]) / (2 * kStep);
+    };
+    const double size = 1 + norm(gradients[i]);
+    CHECK(gradients[i].x == Approx(slope({1, 0, 0, 0})).margin(1e-4 * size));
+    CHECK(gradients[i].y == Approx(slope({0, 1, 0, 0})).margin(1e-4 * size));
+    CHECK(gradients[i].z == Approx(slope({0, 0, 1, 0})).margin(1e-4 * size));
+    CHECK(gradients[i].w == Approx(slope({0, 0, 0, 1})).margin(1e-4 * size));
+  }
+}
+
+TEST_CASE("its radii decide no orbit wrongly") {
+  const RationalMap map = some_map();
+  const StopRadii stops = find_stop_radii(cpu(), map);
+  // e^S (r² − |c|) = r.
+  const double r = stops.outer;
+  CHECK(std::exp(map.log_scale) * (r * r - norm(*map.quadratic)) == Approx(r));
+  CHECK(stops.escape == Approx(1.25 * r));
+  const auto points = some_points();
+  const Field field(cpu(), map, Precision::single, stops);
+  const auto plain = reference::field(map, points, 12, 20);
+  const auto decided = field.decided_at(points, 12);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    CHECK((plain[i] < std::log(r)) == (decided[i] < std::log(r)));
+  }
+}
+
+TEST_CASE("q² has the unit ball for its set, in surfaces and pictures") {
+  RationalMap map = quadratic({});
+  map.shape_to_map = {2, {0.5, 0, 0}};
+  SurfaceOptions options;
+  options.resolution = 32;
+  options.iterations = 8;
+  const TriangleMesh mesh = extract_surface(cpu(), map, options);
+  REQUIRE(mesh.triangles.size() > 500);
+  for (const Eigen::Vector3d& vertex : mesh.vertices) {
+    CHECK((vertex - Eigen::Vector3d(-0.25, 0, 0)).norm() == Approx(0.5).margin(0.02));
+  }
+  PictureOptions picture;
+  picture.width = picture.height = 32;
+  picture.samples_per_axis = 1;
+  map.box = Box{{-0.75, -0.5, -0.5}, {0.25, 0.5, 0.5}};
+  const Image ball = render(cpu(), map, picture);
+  RationalMap same;
+  same.factors = {{{}, 2}};  // q² as a rational map
+  same.shape_to_map = map.shape_to_map;
+  same.box = map.box;
+  const Image expected = render(cpu(), same, picture);
+  REQUIRE(ball.pixels.size() == expected.pixels.size());
+  int different = 0;
+  for (std::size_t i = 0; i < ball.pixels.size(); ++i) {
+    if (std::abs(int{ball.pixels[i]} - int{expected.pixels[i]}) > 8) ++different;
+  }
+  CHECK(different < 60);  // of 3072, at the rim
+}
+
+TEST_CASE("knobs of factors are refused, the others turn it") {
+  const RationalMap map = some_map();
+  const auto refused = [&](auto change, const std::string& option) {
+    MapKnobs knobs;
+    change(knobs);
+    CHECK_THROWS_WITH(turned(cpu(), map, knobs), Catch::Contains(option));
+  };
+  refused([](MapKnobs& k) { k.detail = 0.01; }, "--detail");
+  refused([](MapKnobs& k) { k.order_seed = 1; }, "--order-seed");
+  refused([](MapKnobs& k) { k.drift = 0.1; }, "--drift");
+  refused([](MapKnobs& k) { k.translate = Eigen::Vector3d(1, 0, 0); }, "--translate");
+  MapKnobs knobs;
+  knobs.scale = 2;
+  knobs.slice = 0.3;
+  const RationalMap other = turned(cpu(), map, knobs);
+  CHECK(other.log_scale == Approx(map.log_scale - std::log(2)));
+  CHECK(other.slice == 0.3);
+}
