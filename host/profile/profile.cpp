@@ -134,7 +134,7 @@ void time_surface_and_picture(Bench& bench, const Device& device, const Workload
   PictureOptions picture;
   picture.width = 160;
   picture.height = 120;
-  constexpr std::size_t kRays = 160 * 120;
+  constexpr std::size_t kRays = std::size_t{160} * 120;
   picture.samples_per_axis = 1;
   bench.time("ray_march", picture.iterations, kRays, 0, 0, [&] { render(device, ball, picture); });
 }

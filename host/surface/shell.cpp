@@ -28,7 +28,8 @@ struct Shell::Blocks {
               Side::unknown) {}
 
   Side& at(int x, int y, int z) {
-    return sides[static_cast<std::size_t>((z * count[1] + y) * count[0] + x)];
+    const int block = (z * count[1] + y) * count[0] + x;
+    return sides[static_cast<std::size_t>(block)];
   }
   Side at(int x, int y, int z) const { return const_cast<Blocks*>(this)->at(x, y, z); }
 };
