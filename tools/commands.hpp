@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <string>
 
 #include "session.hpp"
 
@@ -11,6 +12,7 @@ namespace qjulia::tools {
 
 struct ChosenCommand {
   Verbosity verbosity;
+  std::string trace;  ///< file; empty: none
   /// Does the work and returns the exit code.
   std::function<int(Session&)> run;
 };

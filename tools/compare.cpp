@@ -90,6 +90,7 @@ void add_compare(CLI::App& program, ChosenCommand& chosen) {
       ->capture_default_str();
   add_map_options(*command, a.map_options);
   add_device(*command, a.device);
+  add_trace(*command, chosen.trace);
   add_verbosity(*command, chosen.verbosity);
   command->callback([arguments, &chosen] {
     chosen.run = [arguments](Session& session) { return run(*arguments, session); };

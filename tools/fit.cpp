@@ -89,7 +89,10 @@ int fit_mesh(const Arguments& arguments, const FitOptions& options, LaunchedRank
     return kDone;
   }
   MeshReport mesh_report;
-  const TriangleMesh mesh = read_mesh(arguments.mesh, &mesh_report);
+  const TriangleMesh mesh = [&] {
+    const TraceStage stage(session.trace(), "read the mesh");
+    return read_mesh(arguments.mesh, &mesh_report);
+  }();
   for (const std::string& warning : mesh_report.warnings()) {
     session.console.warn(fmt::format("{}: {}", arguments.mesh, warning));
   }
@@ -103,8 +106,11 @@ int fit_mesh(const Arguments& arguments, const FitOptions& options, LaunchedRank
   invitation.send();
   FitResult result = fit(device, mesh, remaining, session.watch(), ranks);
   for (const std::string& warning : result.warnings) session.console.warn(warning);
-  result.map.provenance = provenance(arguments.mesh, options, device.info(), result);
-  write_map(result.map, arguments.output);
+  {
+    const TraceStage stage(session.trace(), "save");
+    result.map.provenance = provenance(arguments.mesh, options, device.info(), result);
+    write_map(result.map, arguments.output);
+  }
   const bool interrupted = result.stopped == StopReason::interrupted;
   if (!interrupted) std::filesystem::remove(remaining.checkpoint);
 
@@ -121,6 +127,7 @@ int run(const Arguments& arguments, Session& session) {
     FitOptions options = checked_options(arguments.fit);
     if (!arguments.fit.sample_parts) options.sample_parts = ranks->size();
     if (ranks->rank() == 0) return fit_mesh(arguments, options, *ranks, session);
+    session.leave_trace();  // rank 0 writes it
     if (!is_invited(*ranks)) return kDone;
     serve_fit(
         *ranks, [&] { return Device::choose(own_device(*ranks, arguments.device)); },
@@ -156,6 +163,7 @@ void add_fit(CLI::App& program, ChosenCommand& chosen) {
       "the same map as one that was never stopped, unless a time limit ends it.");
   auto arguments = std::make_shared<Arguments>();
   describe_options(*command, *arguments);
+  add_trace(*command, chosen.trace);
   add_verbosity(*command, chosen.verbosity);
   command->callback([arguments, &chosen] {
     chosen.run = [arguments](Session& session) { return run(*arguments, session); };

@@ -37,6 +37,14 @@ void add_device(CLI::App& command, std::string& device) {
       ->type_name("DEVICE");
 }
 
+void add_trace(CLI::App& command, std::string& file) {
+  command
+      .add_option("--trace", file,
+                  "Write what ran when, stages of the host and kernels of the device, as a "
+                  "trace-event JSON for ui.perfetto.dev or chrome://tracing")
+      ->type_name("FILE");
+}
+
 CLI::Validator finite() { return {not_finite, ""}; }
 
 CLI::Option* add_number(CLI::App& command, const std::string& name, double& value,

@@ -15,6 +15,9 @@ void add_verbosity(CLI::App& command, Verbosity& verbosity);
 /// --device.
 void add_device(CLI::App& command, std::string& device);
 
+/// --trace.
+void add_trace(CLI::App& command, std::string& file);
+
 /// Accepts finite real numbers.
 CLI::Validator finite();
 

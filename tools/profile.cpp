@@ -102,6 +102,7 @@ void add_profile(CLI::App& program, ChosenCommand& chosen) {
              "What counts as slower: 0.2 is 20 % over the baseline's median")
       ->capture_default_str();
   add_device(*command, a.device);
+  add_trace(*command, chosen.trace);
   add_verbosity(*command, chosen.verbosity);
   command->callback([arguments, &chosen] {
     chosen.run = [arguments](Session& session) { return run(*arguments, session); };

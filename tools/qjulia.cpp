@@ -31,9 +31,11 @@ constexpr const char* kExamples =
     "Exit codes: 0 done, 1 failed, 2 bad usage or input, 3 no usable device, 130 interrupted.";
 
 int run(const ChosenCommand& chosen) {
-  Session session(chosen.verbosity);
+  Session session(chosen.verbosity, chosen.trace);
   try {
-    return chosen.run(session);
+    const int code = chosen.run(session);
+    session.finish();
+    return code;
   } catch (const Interrupted&) {
     session.console.note("interrupted; nothing was written");
     return kInterrupted;

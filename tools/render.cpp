@@ -253,6 +253,7 @@ void add_render(CLI::App& program, ChosenCommand& chosen) {
       std::string(kMapOptionsHelp));
   auto arguments = std::make_shared<Arguments>();
   describe_options(*command, *arguments);
+  add_trace(*command, chosen.trace);
   add_verbosity(*command, chosen.verbosity);
   command->callback([arguments, &chosen] {
     chosen.run = [arguments](Session& session) { return run(*arguments, session); };

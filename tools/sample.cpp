@@ -90,6 +90,7 @@ void add_sample(CLI::App& program, ChosenCommand& chosen) {
   add_box(*command, a.map_options, "Default: the shape's box plus 5 %");
   add_escape(*command, a.map_options, "Default: 20");
   add_device(*command, a.device);
+  add_trace(*command, chosen.trace);
   add_verbosity(*command, chosen.verbosity);
   command->callback([arguments, &chosen] {
     chosen.run = [arguments](Session& session) { return run(*arguments, session); };

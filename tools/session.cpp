@@ -3,16 +3,41 @@
 #include <fmt/format.h>
 
 #include "device/context.hpp"
+#include "files.hpp"
 
 namespace qjulia::tools {
 
+Session::Session(const Verbosity& verbosity, std::string trace_file)
+    : console(verbosity), trace_file_(std::move(trace_file)) {
+  if (trace_file_.empty()) return;
+  require_writable(trace_file_);
+  trace_ = std::make_shared<Trace>(start_);
+}
+
 Watch Session::watch() {
-  return {[this](const Progress& progress) { console.progress(progress); }, interrupts.token()};
+  return {[this](const Progress& progress) { console.progress(progress); }, interrupts.token(),
+          trace_};
+}
+
+void Session::finish() {
+  if (!trace_) return;
+  std::string name = "none";
+  if (traced_) {
+    traced_->record({});
+    name = traced_->info().name;
+  }
+  trace_->add("qjulia", Trace::Row::host, Trace::Timer::wall, start_, Trace::Clock::now() - start_);
+  trace_->write(trace_file_, name);
+  console.note("trace: " + trace_file_);
 }
 
 Device Session::open_device(const std::string& wanted) {
   Device device = Device::choose(wanted);
   console.note("device: " + describe(device.info()));
+  if (trace_) {
+    device.record(trace_);
+    traced_ = device;
+  }
   return device;
 }
 

@@ -2,6 +2,8 @@
 /// One run of the command: what it says, when it is to stop, how long it has run.
 
 #include <chrono>
+#include <memory>
+#include <optional>
 #include <string>
 
 #include "console.hpp"
@@ -12,16 +14,25 @@ namespace qjulia::tools {
 
 class Session {
  public:
-  explicit Session(const Verbosity& verbosity) : console(verbosity) {}
+  /// @param trace_file where `finish` writes a trace; empty: nowhere.
+  /// @throws OutputError when it cannot be written.
+  explicit Session(const Verbosity& verbosity, std::string trace_file = {});
 
   /// Wall time since the command started.
   double seconds() const {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   }
-  /// Progress to the console, stop requests from signals. Valid as long as this session.
+  /// Progress to the console, stop requests from signals, stages to the trace. Valid as long as
+  /// this session.
   Watch watch();
   /// Chooses a device and says which. @throws NoDeviceError
   Device open_device(const std::string& wanted);
+  /// What is traced, if anything is.
+  const std::shared_ptr<Trace>& trace() const { return trace_; }
+  /// No trace is written after all: another process of this run does.
+  void leave_trace() { trace_ = {}; }
+  /// Writes the trace, if there is one. @throws OutputError
+  void finish();
   /// With --verbose: how long each kernel ran on the device.
   void report_kernels(const Device& device);
 
@@ -31,6 +42,9 @@ class Session {
 
  private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::string trace_file_;
+  std::shared_ptr<Trace> trace_;
+  std::optional<Device> traced_;
 };
 
 /// "0:0 cpu NAME".

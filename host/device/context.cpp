@@ -5,13 +5,27 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <optional>
 
+#include "device/device_clock.hpp"
 #include "device/opencl.hpp"
 #include "device/program_source.hpp"
 #include "device/quirks.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::device {
+namespace {
+
+DeviceTimes times_of(const cl::Event& event) {
+  const auto at = [](cl_ulong count) {
+    return std::chrono::nanoseconds(static_cast<std::int64_t>(count));
+  };
+  return {at(event.getProfilingInfo<CL_PROFILING_COMMAND_QUEUED>()),
+          at(event.getProfilingInfo<CL_PROFILING_COMMAND_START>()),
+          at(event.getProfilingInfo<CL_PROFILING_COMMAND_END>())};
+}
+
+}  // namespace
 
 struct Memory::Handle {
   cl::Buffer buffer;
@@ -36,13 +50,19 @@ struct Context::Impl {
   struct Pending {
     std::string kernel;
     cl::Event event;
+    Trace::Clock::time_point before, after;  ///< of the call that launched it
   };
   std::vector<Pending> pending;
   std::map<std::string, KernelTime> times;
-  bool events_have_times = true;
+  /// Whether events carry times: known after the first launch.
+  std::optional<bool> events_have_times;
+  std::shared_ptr<Trace> trace;
+  DeviceClock clock;
 
   void expect(cl_int code, const std::string& call) const { check(code, info.name, call); }
   void collect_times();
+  void collect_time(const Pending& launch);
+  void add_time(const std::string& kernel, std::chrono::nanoseconds length);
 };
 
 Argument::Argument(std::int32_t value) : size_(sizeof value) {
@@ -175,6 +195,7 @@ Kernel Context::kernel(const std::string& file, const std::string& name,
   const std::string program_key = line + '\n' + source;
   auto program = impl_->programs.find(program_key);
   if (program == impl_->programs.end()) {
+    const TraceStage stage(impl_->trace, "build " + file);
     cl::Program built(impl_->context, source);
     if (const cl_int code = built.build(impl_->device, line.c_str()); code != CL_SUCCESS) {
       throw KernelBuildError(fmt::format("{} did not build for '{}' with options {}\n{}", file,
@@ -222,36 +243,54 @@ void Context::launch(const Kernel& kernel, const Range& range,
     l = {preferred_group_size(impl_->info), 1, 1};
     g[0] = (g[0] + l[0] - 1) / l[0] * l[0];
   }
-  const auto start = std::chrono::steady_clock::now();
+  const auto before = Trace::Clock::now();
   cl::Event event;
   impl_->expect(
       impl_->queue.enqueueNDRangeKernel(handle.kernel, cl::NullRange, cl::NDRange(g[0], g[1], g[2]),
                                         cl::NDRange(l[0], l[1], l[2]), nullptr, &event),
       fmt::format("launching kernel {}", handle.name));
-  if (impl_->events_have_times) {
-    impl_->pending.push_back({handle.name, event});
+  const Impl::Pending launched{handle.name, event, before, Trace::Clock::now()};
+  if (impl_->events_have_times.value_or(false)) {
+    impl_->pending.push_back(launched);
     constexpr std::size_t kMostPending = 1024;
     if (impl_->pending.size() >= kMostPending) impl_->collect_times();
-  } else {
-    impl_->expect(event.wait(), fmt::format("running kernel {}", handle.name));
-    auto& time = impl_->times[handle.name];
-    ++time.launches;
-    time.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return;
   }
+  impl_->expect(event.wait(), fmt::format("running kernel {}", handle.name));
+  const std::chrono::nanoseconds length = Trace::Clock::now() - before;
+  if (!impl_->events_have_times) {
+    impl_->events_have_times = event.getProfilingInfo<CL_PROFILING_COMMAND_END>() != 0;
+  }
+  if (*impl_->events_have_times) {
+    impl_->collect_time(launched);
+    return;
+  }
+  impl_->add_time(handle.name, length);
+  if (impl_->trace) {
+    impl_->trace->add(handle.name, Trace::Row::device, Trace::Timer::wall, before, length);
+  }
+}
+
+void Context::Impl::add_time(const std::string& kernel, std::chrono::nanoseconds length) {
+  auto& time = times[kernel];
+  ++time.launches;
+  time.seconds += 1e-9 * static_cast<double>(length.count());
+}
+
+void Context::Impl::collect_time(const Pending& launch) {
+  const auto status = launch.event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>();
+  expect(status < 0 ? status : CL_SUCCESS, fmt::format("running kernel {}", launch.kernel));
+  const DeviceTimes device_times = times_of(launch.event);
+  const auto length = device_times.end - device_times.start;
+  add_time(launch.kernel, length);
+  if (!trace) return;
+  trace->add(launch.kernel, Trace::Row::device, Trace::Timer::device,
+             clock.on_host(device_times, launch.before, launch.after), length);
 }
 
 void Context::Impl::collect_times() {
   expect(queue.finish(), "clFinish");
-  for (const auto& [kernel, event] : pending) {
-    const auto status = event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>();
-    expect(status < 0 ? status : CL_SUCCESS, fmt::format("running kernel {}", kernel));
-    const auto begin = event.getProfilingInfo<CL_PROFILING_COMMAND_START>();
-    const auto end = event.getProfilingInfo<CL_PROFILING_COMMAND_END>();
-    if (end == 0) events_have_times = false;
-    auto& time = times[kernel];
-    ++time.launches;
-    time.seconds += 1e-9 * static_cast<double>(end - begin);
-  }
+  for (const Pending& launch : pending) collect_time(launch);
   pending.clear();
 }
 
@@ -260,6 +299,11 @@ void Context::finish() { impl_->collect_times(); }
 std::map<std::string, KernelTime> Context::kernel_times() {
   impl_->collect_times();
   return impl_->times;
+}
+
+void Context::record(std::shared_ptr<Trace> trace) {
+  impl_->collect_times();
+  impl_->trace = std::move(trace);
 }
 
 void Context::reset_kernel_times() {

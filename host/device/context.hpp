@@ -169,6 +169,9 @@ class Context {
   std::map<std::string, KernelTime> kernel_times();
   void reset_kernel_times();
 
+  /// Launches and builds are added to `trace` from now on; empty: no longer.
+  void record(std::shared_ptr<Trace> trace);
+
  private:
   struct Impl;
   Memory allocate_bytes(std::size_t bytes);

@@ -107,6 +107,8 @@ Device Device::with_lane_width(int width) const {
   return copy;
 }
 
+void Device::record(std::shared_ptr<Trace> trace) const { context_->record(std::move(trace)); }
+
 int Device::lane_width(Precision precision) const {
   return forced_lane_width_ != 0 ? forced_lane_width_ : context_->lane_width(precision);
 }

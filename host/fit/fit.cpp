@@ -126,20 +126,31 @@ FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& 
   Budget budget(options, schedule.evaluations, start, kReserve, watch.stop);
 
   watch.report({"measuring the mesh", 0, -1, ""});
-  const Shape shape = make_shape(device, mesh);
-  const SignedDistance distance(device, shape.mesh);
-  const SamplePool pool = make_sample_pool(shape, distance, options.seed);
-  const Overlap overlap(device, shape, distance);
+  const auto in_stage = [&](const char* name, const auto& work) {
+    const TraceStage stage(watch.trace, name);
+    return work();
+  };
+  const Shape shape = in_stage("measure the mesh", [&] { return make_shape(device, mesh); });
+  const SignedDistance distance =
+      in_stage("signed distance", [&] { return SignedDistance(device, shape.mesh); });
+  const SamplePool pool =
+      in_stage("sample pool", [&] { return make_sample_pool(shape, distance, options.seed); });
+  const Overlap overlap =
+      in_stage("overlap points", [&] { return Overlap(device, shape, distance); });
   Checkpoint checkpoint(options.checkpoint, fit_key(mesh, options, device.info()));
   auto kept = options.resume ? checkpoint.load() : std::nullopt;
-  Stages stages(
-      kept ? kept->map : place_factors(make_evaluator, pool, options.factors, options.seed), pool,
-      make_evaluator, overlap, options, schedule, budget, checkpoint, watch);
+  const RationalMap placed = kept ? kept->map : in_stage("placement", [&] {
+    return place_factors(make_evaluator, pool, options.factors, options.seed);
+  });
+  Stages stages(placed, pool, make_evaluator, overlap, options, schedule, budget, checkpoint,
+                watch);
   if (kept) stages.resume(std::move(*kept));
 
   FitResult result;
   result.stopped = stages.run();
-  result.map = finished(device, stages.map(), shape, pool, options.detail, result.warnings);
+  result.map = in_stage("calibration", [&] {
+    return finished(device, stages.map(), shape, pool, options.detail, result.warnings);
+  });
   result.stages = stages.reports();
   result.evaluations = budget.evaluations();
   result.seconds = budget.seconds();

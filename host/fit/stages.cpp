@@ -65,21 +65,33 @@ std::optional<StopReason> Stages::run_stage() {
   resumed_.reset();
   checkpoint_.save(before);
   const Phase& phase = schedule_.phases.at(static_cast<std::size_t>(before.phase));
+  const TraceStage stage(watch_.trace, phase.name);
   const double start = budget_.seconds();
   const int evaluations = budget_.evaluations();
-  const Samples samples = pool_.draw(phase, random_);
-  const auto evaluator = make_evaluator_(samples, {});
+  const auto part = [&](const char* name, const auto& work) {
+    const TraceStage traced(watch_.trace, name);
+    return work();
+  };
+  const Samples samples = part("draw samples", [&] { return pool_.draw(phase, random_); });
+  const auto evaluator = part("send samples", [&] { return make_evaluator_(samples, {}); });
   if (phase.relocated > 0 && !reports_.empty() && options_.unknowns == Unknowns::all) {
     const auto most = static_cast<int>(map_.factors.size() / 4);
-    map_ = relocate_factors(*evaluator, samples, map_, std::min(phase.relocated, most), random_);
+    map_ = part("relocate", [&] {
+      return relocate_factors(*evaluator, samples, map_, std::min(phase.relocated, most), random_);
+    });
   }
   const auto active = active_unknowns(options_.unknowns, map_.factors.size());
-  const Preconditioner scaling(evaluator->gauss_newton(map_), active, schedule_.damping);
+  const Preconditioner scaling = part("preconditioner", [&] {
+    return Preconditioner(evaluator->gauss_newton(map_), active, schedule_.damping);
+  });
   RecordingEvaluator recorded(*evaluator, before, checkpoint_);
-  auto result = minimize(recorded, map_, active, scaling, phase.iterations, budget_);
+  auto result = part("minimise", [&] {
+    return minimize(recorded, map_, active, scaling, phase.iterations, budget_);
+  });
   map_ = std::move(result.map);
+  const double overlap = part("overlap", [&] { return overlap_(map_); });
   reports_.push_back({phase.name, budget_.evaluations() - evaluations, result.energy_before,
-                      result.energy_after, budget_.seconds() - start, overlap_(map_)});
+                      result.energy_after, budget_.seconds() - start, overlap});
   watch_.report({"fitting", budget_.fraction(), budget_.seconds_left(),
                  fmt::format("{}, {} evaluations, energy {:.3e}, IoU {:.4f}", phase.name,
                              budget_.evaluations(), result.energy_after, reports_.back().iou)});

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "qjulia/trace.hpp"
+
 namespace qjulia {
 
 namespace device {
@@ -59,6 +61,10 @@ class Device {
 
   /// Lanes one work-item computes side by side at this precision.
   int lane_width(Precision precision) const;
+
+  /// Kernels of this device and of its copies are recorded from now on; an empty pointer ends
+  /// that, and waits for what is under way.
+  void record(std::shared_ptr<Trace> trace) const;
 
   /// For the library's own rooms: launches, buffers, programs.
   device::Context& context() const { return *context_; }

@@ -2,8 +2,11 @@
 /// How long work tells its caller where it stands, and how the caller stops it.
 
 #include <functional>
+#include <memory>
 #include <stop_token>
 #include <string>
+
+#include "qjulia/trace.hpp"
 
 namespace qjulia {
 
@@ -15,11 +18,13 @@ struct Progress {
   std::string detail;        ///< figures worth showing, such as "E −0.97, IoU 0.95"
 };
 
-/// What every long computation takes. Both members may be empty.
+/// What every long computation takes. Any member may be empty.
 struct Watch {
   std::function<void(const Progress&)> on_progress;
   /// When a stop is requested, the computation ends soon, with what it has reached where it can.
   std::stop_token stop;
+  /// Takes the stages of the work, where it is divided into any.
+  std::shared_ptr<Trace> trace{};
 
   void report(const Progress& progress) const {
     if (on_progress) on_progress(progress);

@@ -21,4 +21,5 @@
 #include "qjulia/shape.hpp"
 #include "qjulia/surface.hpp"
 #include "qjulia/surface_file.hpp"
+#include "qjulia/trace.hpp"
 #include "qjulia/version.hpp"

@@ -1,0 +1,69 @@
+#pragma once
+/// What ran when: stages of host work and kernels on the device, as a file for trace viewers.
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace qjulia {
+
+/// Records where time goes. Hand it to `Device::record` for kernels and to `Watch` for stages; what
+/// has none of it pays nothing. Not for use by several threads at a time.
+class Trace {
+ public:
+  using Clock = std::chrono::steady_clock;
+  enum class Row : std::uint8_t { host, device };
+  /// Whose clock told the length: kernels of devices whose events carry no times have the wall's.
+  enum class Timer : std::uint8_t { wall, device };
+
+  struct Event {
+    std::string_view name;  ///< as long as the trace lives
+    Row row;
+    Timer timer;
+    std::int64_t start;   ///< nanoseconds since the trace began
+    std::int64_t length;  ///< nanoseconds
+  };
+
+  explicit Trace(Clock::time_point begin = Clock::now()) : begin_(begin) {}
+  Trace(const Trace&) = delete;
+  Trace& operator=(const Trace&) = delete;
+
+  void add(std::string_view name, Row row, Timer timer, Clock::time_point start,
+           std::chrono::nanoseconds length);
+
+  /// Stages end before they are added: inner ones come first.
+  const std::vector<Event>& events() const { return events_; }
+
+  /// Writes the trace-event format's JSON, which Perfetto and Chrome's about:tracing open: complete
+  /// events ("X"), microseconds, stages on one row and kernels on another, `args.clock` saying
+  /// whose clock it was.
+  /// @param device_name names the kernels' row.
+  /// @throws OutputError when it cannot be written; `path` then is as it was.
+  void write(const std::filesystem::path& path, const std::string& device_name) const;
+
+ private:
+  Clock::time_point begin_;
+  std::set<std::string, std::less<>> names_;
+  std::vector<Event> events_;
+};
+
+/// A stage of host work, from construction to destruction. Without a trace it does nothing.
+class TraceStage {
+ public:
+  TraceStage(const std::shared_ptr<Trace>& trace, std::string_view name);
+  ~TraceStage();
+  TraceStage(const TraceStage&) = delete;
+  TraceStage& operator=(const TraceStage&) = delete;
+
+ private:
+  Trace* trace_;
+  std::string name_;
+  Trace::Clock::time_point start_;
+};
+
+}  // namespace qjulia
