@@ -61,14 +61,19 @@ Image CairoCanvas::image() const {
   return image;
 }
 
-void draw_text(cairo_t* context, const std::string& text, double x, double y, double size,
-               Anchor anchor) {
+double text_width(cairo_t* context, const std::string& text, double size) {
   cairo_select_font_face(context, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
   cairo_set_font_size(context, size);
   cairo_text_extents_t extents;
   cairo_text_extents(context, text.c_str(), &extents);
+  return extents.x_advance;
+}
+
+void draw_text(cairo_t* context, const std::string& text, double x, double y, double size,
+               Anchor anchor) {
+  const double width = text_width(context, text, size);  // chooses the font too
   const double share = anchor == Anchor::left ? 0 : anchor == Anchor::middle ? 0.5 : 1;
-  cairo_move_to(context, x - share * extents.x_advance, y);
+  cairo_move_to(context, x - share * width, y);
   cairo_show_text(context, text.c_str());
 }
 

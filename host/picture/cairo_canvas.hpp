@@ -34,6 +34,9 @@ class CairoCanvas {
   CairoContext context_;
 };
 
+/// How far a line of text reaches, pixels.
+double text_width(cairo_t* context, const std::string& text, double size);
+
 enum class Anchor { left, middle, right };
 
 /// A line of text whose baseline begins, has its middle or ends at (x, y), pixels.

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "picture/cairo_canvas.hpp"
+#include "picture/plot_labels.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia {
@@ -68,6 +69,41 @@ class Scale {
  private:
   const PlotAxis& axis_;
   double low_ = 0, high_ = 1;
+};
+
+/// Names beside points, each with a line to its point where it could not stand close by.
+class Names {
+ public:
+  explicit Names(cairo_t* context, const LabelBox& frame) : context_(context), labels_(frame) {}
+
+  void keep_clear(double x, double y) { labels_.keep_clear(x, y); }
+
+  void keep_clear(double x0, double y0, double x1, double y1) {
+    constexpr double kStep = 3;
+    const double length = std::hypot(x1 - x0, y1 - y0);
+    for (double s = 0; s < length; s += kStep) {
+      labels_.keep_clear(x0 + s / length * (x1 - x0), y0 + s / length * (y1 - y0));
+    }
+  }
+
+  void draw(const std::string& name, double x, double y) {
+    const LabelBox box = labels_.place(x, y, text_width(context_, name, kFont), kFont);
+    cairo_set_source_rgb(context_, 0.15, 0.15, 0.15);
+    const double near_x = std::clamp(x, box.left, box.right());
+    const double near_y = std::clamp(y, box.top, box.bottom());
+    constexpr double kClose = 12;
+    if (std::hypot(near_x - x, near_y - y) > kClose) {
+      cairo_set_line_width(context_, 0.7);
+      cairo_move_to(context_, x, y);
+      cairo_line_to(context_, near_x, near_y);
+      cairo_stroke(context_);
+    }
+    draw_text(context_, name, box.left, box.bottom() - 0.2 * kFont, kFont);
+  }
+
+ private:
+  cairo_t* context_;
+  PlotLabels labels_;
 };
 
 void draw(cairo_t* context, const Plot& plot) {
@@ -133,6 +169,9 @@ void draw(cairo_t* context, const Plot& plot) {
   }
   cairo_restore(context);
 
+  // Names stand clear of the legend, lines, points and each other.
+  Names names(context, {kLeft, kTop, wide, high});
+
   // Legend, at the upper right.
   double row = kTop + 1.5 * kFont;
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
@@ -143,7 +182,28 @@ void draw(cairo_t* context, const Plot& plot) {
     cairo_fill(context);
     cairo_set_source_rgb(context, 0.15, 0.15, 0.15);
     draw_text(context, plot.series[k].label, kLeft + wide - 28, row, kFont, Anchor::right);
+    const double reach = 28 + text_width(context, plot.series[k].label, kFont);
+    for (const double y_of : {row, row - 0.8 * kFont}) {
+      names.keep_clear(kLeft + wide - reach, y_of, kLeft + wide, y_of);
+    }
     row += 1.5 * kFont;
+  }
+
+  for (const PlotSeries& s : plot.series) {
+    for (std::size_t i = 0; i < s.x.size(); ++i) {
+      if (!shown(plot.x, s.x[i]) || !shown(plot.y, s.y[i])) continue;
+      const double x1 = place_x(s.x[i]), y1 = place_y(s.y[i]);
+      names.keep_clear(x1, y1);
+      if (s.line && i > 0 && shown(plot.x, s.x[i - 1]) && shown(plot.y, s.y[i - 1])) {
+        names.keep_clear(place_x(s.x[i - 1]), place_y(s.y[i - 1]), x1, y1);
+      }
+    }
+  }
+  for (const PlotSeries& s : plot.series) {
+    for (std::size_t i = 0; i < s.names.size(); ++i) {
+      if (!shown(plot.x, s.x[i]) || !shown(plot.y, s.y[i])) continue;
+      names.draw(s.names[i], place_x(s.x[i]), place_y(s.y[i]));
+    }
   }
 }
 
@@ -163,6 +223,10 @@ void Plot::validate() const {
     if (s.x.size() != s.y.size()) {
       throw InputError(
           fmt::format("plot series '{}' has {} x and {} y", s.label, s.x.size(), s.y.size()));
+    }
+    if (s.names.size() > s.x.size()) {
+      throw InputError(fmt::format("plot series '{}' has {} names of {} points", s.label,
+                                   s.names.size(), s.x.size()));
     }
   }
   for (const PlotAxis* axis : {&x, &y}) {

@@ -21,6 +21,7 @@ struct PlotSeries {
   std::vector<double> x, y;
   bool line = true;
   bool points = false;
+  std::vector<std::string> names{};  ///< of the points, in their order; none where there are fewer
 };
 
 struct Plot {
@@ -29,7 +30,8 @@ struct Plot {
   std::vector<PlotSeries> series;
   int width = 800;
   int height = 500;
-  /// @throws InputError: no size, series whose x and y differ in number, an empty range, or a
+  /// @throws InputError: no size, series whose x and y differ in number, more names than points, an
+  /// empty range, or a
   ///   logarithmic one that is not positive.
   void validate() const;
 };

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "picture/plot.hpp"
+#include "picture/plot_labels.hpp"
 #include "qjulia/error.hpp"
 
 using namespace qjulia;
@@ -100,6 +101,53 @@ TEST_CASE("plots that make no sense are refused") {
   plot.x.logarithmic = true;
   CHECK_THROWS_AS(draw_plot(plot), InputError);
   plot = one_point(10, 10);
+  plot.series[0].names = {"a", "b"};
+  CHECK_THROWS_AS(draw_plot(plot), InputError);
+  plot = one_point(10, 10);
   plot.width = 0;
   CHECK_THROWS_AS(plot_svg(plot), InputError);
+}
+
+TEST_CASE("names stand within the frame, clear of points, lines and each other") {
+  const LabelBox frame{0, 0, 400, 300};
+  PlotLabels labels(frame);
+  for (int x = 0; x < 400; x += 3) labels.keep_clear(x, 100);
+  for (int i = 0; i < 8; ++i) labels.keep_clear(200 + i, 110);
+  std::vector<LabelBox> boxes;
+  for (int i = 0; i < 8; ++i) boxes.push_back(labels.place(200 + i, 110, 90, 13));
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const LabelBox& a = boxes[i];
+    CHECK(a.left >= 0);
+    CHECK(a.right() <= 400);
+    CHECK(a.bottom() <= 300);
+    CHECK((a.bottom() < 100 || a.top > 100));
+    CHECK_FALSE((a.left < 200 && a.right() > 200 && a.top < 110 && a.bottom() > 110));
+    for (std::size_t j = 0; j < i; ++j) {
+      const LabelBox& b = boxes[j];
+      CHECK((a.right() <= b.left || b.right() <= a.left || a.bottom() <= b.top ||
+             b.bottom() <= a.top));
+    }
+  }
+  // At the right edge a name stands to the left.
+  CHECK(PlotLabels(frame).place(395, 200, 50, 13).right() <= 395);
+}
+
+TEST_CASE("a named point has its name beside it") {
+  Plot plot = one_point(10, 10);
+  plot.x.range = plot.y.range = {0, 20};
+  const Image bare = draw_plot(plot);
+  plot.series[0].names = {"here"};
+  const Image named = draw_plot(plot);
+  int changed = 0, far_off = 0;
+  const double x = 0.5 * (74 + plot.width - 18), y = 0.5 * (34 + plot.height - 50);
+  for (int row = 0; row < named.height; ++row) {
+    for (int column = 0; column < named.width; ++column) {
+      const auto at = static_cast<std::size_t>(3 * (std::ptrdiff_t{row} * named.width + column));
+      if (named.pixels[at] == bare.pixels[at]) continue;
+      ++changed;
+      far_off += std::abs(column - x) > 60 || std::abs(row - y) > 20;
+    }
+  }
+  CHECK(changed > 20);
+  CHECK(far_off == 0);
 }
