@@ -10,6 +10,7 @@
 #include <string>
 
 #include "files/atomic_file.hpp"
+#include "files/fnv_hash.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::tools {
@@ -21,17 +22,6 @@ bool ends_in(const std::filesystem::path& path, std::initializer_list<const char
                          [](unsigned char c) { return std::tolower(c); });
   return std::ranges::find(extensions, extension) != extensions.end();
 }
-
-class Fnv1a {
- public:
-  void add(std::string_view bytes) {
-    for (const char c : bytes) value_ = (value_ ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
-  }
-  std::string text() const { return fmt::format("{:016x}", value_); }
-
- private:
-  std::uint64_t value_ = 0xcbf29ce484222325U;
-};
 
 }  // namespace
 
@@ -59,17 +49,17 @@ bool is_original_file(const std::filesystem::path& path) { return ends_in(path, 
 
 std::string file_hash(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
-  Fnv1a hash;
+  FnvHash hash;
   std::array<char, 65536> block;
   while (file.read(block.data(), block.size()) || file.gcount() > 0) {
-    hash.add({block.data(), static_cast<std::size_t>(file.gcount())});
+    hash.add(std::string_view(block.data(), static_cast<std::size_t>(file.gcount())));
   }
   if (!file.eof()) throw InputError(fmt::format("cannot read '{}'", path.string()));
   return hash.text();
 }
 
 std::string text_hash(std::string_view text) {
-  Fnv1a hash;
+  FnvHash hash;
   hash.add(text);
   return hash.text();
 }

@@ -16,6 +16,7 @@
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
+#include "qjulia/tuning_cache.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -108,7 +109,7 @@ int fit_mesh(const Arguments& arguments, const FitOptions& options, LaunchedRank
   for (const std::string& warning : result.warnings) session.console.warn(warning);
   {
     const TraceStage stage(session.trace(), "save");
-    result.map.provenance = provenance(arguments.mesh, options, device.info(), result);
+    result.map.provenance = provenance(arguments.mesh, options, device, result);
     write_map(result.map, arguments.output);
   }
   const bool interrupted = result.stopped == StopReason::interrupted;
@@ -130,7 +131,13 @@ int run(const Arguments& arguments, Session& session) {
     session.leave_trace();  // rank 0 writes it
     if (!is_invited(*ranks)) return kDone;
     serve_fit(
-        *ranks, [&] { return Device::choose(own_device(*ranks, arguments.device)); },
+        *ranks,
+        [&] {
+          const auto [device, warning] =
+              with_kept_tuning(Device::choose(own_device(*ranks, arguments.device)));
+          if (!warning.empty()) session.console.warn(warning);
+          return device;
+        },
         options.precision);
     return kDone;
   });

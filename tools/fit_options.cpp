@@ -43,9 +43,11 @@ void add_fit_options(CLI::App& command, FitArguments& a) {
                   "Most evaluations of energy and gradient; 0 is the schedule's own number")
       ->capture_default_str();
   command
-      .add_option("--seed", a.options.seed,
-                  "Seed of all random choices. The same seed, options and device give the same "
-                  "factors bit for bit, unless a time limit ends the fit")
+      .add_option(
+          "--seed", a.options.seed,
+          "Seed of all random choices. The same seed, options and device give the same "
+          "factors bit for bit, unless a time limit ends the fit or 'qjulia profile --tune' has "
+          "changed the device's settings")
       ->check(CLI::NonNegativeNumber)
       ->type_name("INT")
       ->capture_default_str();

@@ -10,6 +10,7 @@
 #include "qjulia/map_file.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/surface.hpp"
+#include "qjulia/tuning_cache.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -24,7 +25,8 @@ nlohmann::json without_times(nlohmann::json provenance) {
 
 class FitWorker final : public BatchWorker {
  public:
-  explicit FitWorker(const std::string& device) : device_(Device::choose(device)) {}
+  explicit FitWorker(KeptTuning kept)
+      : device_(std::move(kept.device)), tuning_warning_(std::move(kept.warning)) {}
 
   EntryResult run(const BatchEntry& entry, const std::filesystem::path& folder,
                   const Watch& watch) override {
@@ -43,7 +45,7 @@ class FitWorker final : public BatchWorker {
       entry_result.files.push_back(entry.name + extension);
       return folder / entry_result.files.back();
     };
-    result.map.provenance = without_times(provenance(entry.mesh, options, device_.info(), result));
+    result.map.provenance = without_times(provenance(entry.mesh, options, device_, result));
     write_map(result.map, file(".qjulia.json"));
     if (entry.outputs.surface) {
       write_mesh(surface(entry, result.map, watch), file(*entry.outputs.surface));
@@ -52,6 +54,7 @@ class FitWorker final : public BatchWorker {
     std::filesystem::remove(folder / (entry.name + ".checkpoint"));
 
     auto warnings = mesh_report.warnings();
+    if (!tuning_warning_.empty()) warnings.push_back(tuning_warning_);
     warnings.insert(warnings.end(), result.warnings.begin(), result.warnings.end());
     entry_result.figures = final_figures(result);
     entry_result.figures.update({{"factors", result.map.factors.size()},
@@ -98,6 +101,7 @@ class FitWorker final : public BatchWorker {
   }
 
   Device device_;
+  std::string tuning_warning_;
 };
 
 }  // namespace
@@ -118,7 +122,7 @@ FitKey fit_key(const BatchEntry& entry) {
 }
 
 std::unique_ptr<BatchWorker> make_fit_worker(const std::string& device) {
-  return std::make_unique<FitWorker>(device);
+  return std::make_unique<FitWorker>(with_kept_tuning(Device::choose(device)));
 }
 
 }  // namespace qjulia::tools

@@ -18,6 +18,7 @@
 #include "qjulia/map_file.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/shape.hpp"
+#include "qjulia/tuning_cache.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -60,7 +61,9 @@ struct Arguments {
 /// without, but for what has to be computed.
 std::optional<Device> device_for(const Arguments& arguments, Answer& answer) {
   try {
-    return Device::choose(arguments.device);
+    auto [device, warning] = with_kept_tuning(Device::choose(arguments.device));
+    if (!warning.empty()) answer.add("note          " + warning);
+    return device;
   } catch (const NoDeviceError& error) {
     if (!arguments.device.empty() || arguments.check_precision || arguments.printable) throw;
     answer.add(fmt::format("note          not all is told here: {}", error.what()));

@@ -8,8 +8,13 @@
 
 #include "commands.hpp"
 #include "exit_code.hpp"
+#include "files.hpp"
 #include "options.hpp"
+#include "profile/roofline.hpp"
+#include "provenance.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/tune.hpp"
+#include "qjulia/tuning_cache.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -18,6 +23,8 @@ struct Arguments {
   std::string device;
   std::string precision = "single";
   std::string baseline;
+  std::string plot;
+  bool tune = false;
   double tolerance = 0.2;
   ProfileOptions options;
 };
@@ -28,8 +35,10 @@ std::string optional_number(const std::optional<double>& value, double scale) {
 
 std::string table(const ProfileReport& report) {
   std::string text = fmt::format(
+      "settings: {}\n"
       "limits: {:.1f} G multiply-adds/s, copy {:.1f} GB/s, launch {:.1f} us\n"
       "kernel        n    samples  factors   median s      min s   Gpairs/s   of limit",
+      report.is_tuned ? "tuned for this device" : "the defaults",
       1e-9 * report.limits.fma_per_second, 1e-9 * report.limits.bytes_per_second,
       1e6 * report.limits.launch_seconds);
   for (const KernelFigures& f : report.kernels) {
@@ -51,6 +60,39 @@ nlohmann::json read_baseline(const std::string& path) {
   return json;
 }
 
+std::string table(const TuneReport& report, const std::string& file) {
+  std::string text =
+      fmt::format("{:15} {:>6} {:>11} {:>12}", "setting", "value", "difference", "time (best 1)");
+  for (const TuneTrial& t : report.trials) {
+    text += fmt::format("\n{:15} {:6} {:11.1e} {:>12} {}", t.setting, t.value, t.difference,
+                        t.time_ratio > 0 ? fmt::format("{:.3f}", t.time_ratio) : "-",
+                        t.taken ? "taken" : t.refused.substr(0, t.refused.find('\n')));
+  }
+  text +=
+      "\n" + (report.time_ratio < 1
+                  ? fmt::format("tuned: {:.3f} times the time with the defaults", report.time_ratio)
+                  : std::string("the defaults stay: nothing was faster"));
+  return text + fmt::format("\nsettings: {}\nkept in: {}", to_json(report.tuning).dump(), file);
+}
+
+int run_tune(const Arguments& arguments, Session& session) {
+  const Device device = session.open_device(arguments.device);
+  const std::string file = tuning_file(device.info()).string();
+  const TuneReport report = tune(device, arguments.options, session.watch());
+  keep_tuning(device.with_tuning(report.precision, report.tuning), report.precision);
+  nlohmann::json json = to_json(report);
+  json["file"] = file;
+  session.console.result(table(report, file), json);
+  return kDone;
+}
+
+/// What made the picture, for its text chunk.
+std::string made_by(const ProfileReport& report) {
+  nlohmann::json json = to_json(report);
+  json["program"] = program_name();
+  return one_line(json);
+}
+
 int run(Arguments arguments, Session& session) {
   ProfileOptions& options = arguments.options;
   options.precision = arguments.precision == "double" ? Precision::dbl : Precision::single;
@@ -58,8 +100,16 @@ int run(Arguments arguments, Session& session) {
   if (!(arguments.tolerance >= 0)) throw InputError("--tolerance must not be negative");
   nlohmann::json baseline;
   if (!arguments.baseline.empty()) baseline = read_baseline(arguments.baseline);
+  if (arguments.tune) return run_tune(arguments, session);
+  if (!arguments.plot.empty()) {
+    require_extension(arguments.plot, {".png"});
+    require_writable(arguments.plot);
+  }
   const Device device = session.open_device(arguments.device);
   const ProfileReport report = profile(device, options, session.watch());
+  if (!arguments.plot.empty()) {
+    write_png(draw_plot(roofline(report)), arguments.plot, {{"qjulia", made_by(report)}});
+  }
   session.console.result(table(report), to_json(report));
   if (baseline.is_null()) return kDone;
   const auto slower = regressions(report, baseline, arguments.tolerance);
@@ -77,12 +127,25 @@ void add_profile(CLI::App& program, ChosenCommand& chosen) {
       "  qjulia profile\n"
       "  qjulia profile --json > before.json\n"
       "  qjulia profile --baseline before.json --tolerance 0.1    exit code 1 if slower\n"
+      "  qjulia profile --plot roofline.png\n"
+      "  qjulia profile --tune                                    once a device; a minute or two\n"
       "A pair is one factor at one sample for one iterate. The share of the limit counts the\n"
       "multiplications and divisions that the kernel's source asks for against the multiply-adds\n"
       "that the device does when it does nothing else. Rays and distances end early by design:\n"
-      "they have times only. Figures are of the device's own clock; quiet machines measure best.");
+      "they have times only. Figures are of the device's own clock; quiet machines measure best.\n"
+      "Tuned settings are kept for the device, its driver and this program in\n"
+      "$XDG_CACHE_HOME/qjulia (~/.cache/qjulia), and every command uses them from then on. Sums\n"
+      "are then taken in another order: maps fitted before and after differ in their last digits,\n"
+      "as they do between machines tuned differently. QJULIA_TUNING=off in the environment keeps "
+      "to\n"
+      "the defaults, which are the same everywhere.");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
+  auto* tune = command->add_flag(
+      "--tune", a.tune,
+      "Find the lane width, samples per work-item and tile sizes that are fastest here, check that "
+      "each gives the default's results (to 1e-4 of the largest, double 1e-10), and keep the best "
+      "for every command to use");
   command->add_option("--samples", a.options.samples, "Sample points")->capture_default_str();
   command->add_option("--factors", a.options.factors, "Factors of the map")->capture_default_str();
   command->add_option("--repeats", a.options.repeats, "Timed runs of each kernel")
@@ -90,6 +153,7 @@ void add_profile(CLI::App& program, ChosenCommand& chosen) {
   command
       ->add_option("--width", a.options.lane_width,
                    "Lanes of a work-item: 1, 8 or 16. Default: what suits the device")
+      ->excludes(tune)
       ->type_name("INT");
   command->add_option("--precision", a.precision, "Arithmetic on the device")
       ->check(CLI::IsMember({"single", "double"}))
@@ -97,7 +161,14 @@ void add_profile(CLI::App& program, ChosenCommand& chosen) {
   command
       ->add_option("--baseline", a.baseline,
                    "An earlier --json report: exit code 1 if a kernel has become slower")
+      ->excludes(tune)
       ->type_name("FILE");
+  command
+      ->add_option("--plot", a.plot,
+                   "Draw a roofline: each kernel's speed over its work per byte of memory, under "
+                   "what the device can do at most")
+      ->excludes(tune)
+      ->type_name("PICTURE.png");
   add_number(*command, "--tolerance", a.tolerance,
              "What counts as slower: 0.2 is 20 % over the baseline's median")
       ->capture_default_str();

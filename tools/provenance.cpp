@@ -97,13 +97,16 @@ nlohmann::json to_json(const PictureOptions& options) {
 }
 
 nlohmann::json provenance(const std::filesystem::path& mesh_path, const FitOptions& options,
-                          const DeviceInfo& device, const FitResult& result) {
+                          const Device& device, const FitResult& result) {
   nlohmann::json stages = nlohmann::json::array();
   for (const StageReport& stage : result.stages) stages.push_back(to_json(stage));
+  nlohmann::json used = device_json(device.info());
+  if (device.is_tuned(options.precision))
+    used["tuning"] = to_json(device.tuning(options.precision));
   return {{"program", program_json()},
           {"mesh", file_json(mesh_path)},
           {"options", to_json(options)},
-          {"device", device_json(device)},
+          {"device", used},
           {"stages", stages},
           {"metrics", final_figures(result)},
           {"evaluations", result.evaluations},

@@ -22,7 +22,7 @@ nlohmann::json to_json(const StageReport& stage);
 /// Program, mesh (name and hash), options, device, stages, figures and times. Times differ from run
 /// to run; nothing else does.
 nlohmann::json provenance(const std::filesystem::path& mesh_path, const FitOptions& options,
-                          const DeviceInfo& device, const FitResult& result);
+                          const Device& device, const FitResult& result);
 
 /// "qjulia 0.1.0".
 std::string program_name();

@@ -4,6 +4,7 @@
 
 #include "device/context.hpp"
 #include "files.hpp"
+#include "qjulia/tuning_cache.hpp"
 
 namespace qjulia::tools {
 
@@ -32,8 +33,10 @@ void Session::finish() {
 }
 
 Device Session::open_device(const std::string& wanted) {
-  Device device = Device::choose(wanted);
-  console.note("device: " + describe(device.info()));
+  const auto [device, warning] = with_kept_tuning(Device::choose(wanted));
+  if (!warning.empty()) console.warn(warning);
+  const bool tuned = device.is_tuned(Precision::single) || device.is_tuned(Precision::dbl);
+  console.note(fmt::format("device: {}{}", describe(device.info()), tuned ? " (tuned)" : ""));
   if (trace_) {
     device.record(trace_);
     traced_ = device;

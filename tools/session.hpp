@@ -25,7 +25,7 @@ class Session {
   /// Progress to the console, stop requests from signals, stages to the trace. Valid as long as
   /// this session.
   Watch watch();
-  /// Chooses a device and says which. @throws NoDeviceError
+  /// Chooses a device, with the settings kept for it, and says which. @throws NoDeviceError
   Device open_device(const std::string& wanted);
   /// What is traced, if anything is.
   const std::shared_ptr<Trace>& trace() const { return trace_; }

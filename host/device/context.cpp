@@ -104,10 +104,6 @@ Context::~Context() {
 
 const DeviceInfo& Context::info() const { return impl_->info; }
 
-int Context::lane_width(Precision precision) const {
-  return preferred_lane_width(impl_->info, precision);
-}
-
 Memory Context::allocate_bytes(std::size_t bytes) {
   Memory memory;
   memory.bytes_ = bytes;

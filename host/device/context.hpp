@@ -120,9 +120,6 @@ class Context {
 
   const DeviceInfo& info() const;
 
-  /// Lanes per work-item that suit this device.
-  int lane_width(Precision precision) const;
-
   /// @throws DeviceError when the device has not that much memory.
   template <class T>
   Buffer<T> allocate(std::size_t count) {

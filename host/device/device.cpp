@@ -10,6 +10,7 @@
 
 #include "device/context.hpp"
 #include "device/opencl.hpp"
+#include "device/quirks.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia {
@@ -98,19 +99,35 @@ Device Device::choose(const std::string& wanted) {
 
 const DeviceInfo& Device::info() const { return context_->info(); }
 
-Device Device::with_lane_width(int width) const {
-  if (width != 1 && width != 8 && width != 16) {
-    throw InputError(fmt::format("lane width must be 1, 8 or 16, not {}", width));
+namespace {
+constexpr std::array kPrecisions{Precision::single, Precision::dbl};
+}  // namespace
+
+Device::Device(std::shared_ptr<device::Context> context) : context_(std::move(context)) {
+  for (const Precision p : kPrecisions) {
+    tuning_[static_cast<std::size_t>(p)] = device::default_tuning(info(), p);
   }
+}
+
+Device Device::with_lane_width(int width) const {
   Device copy = *this;
-  copy.forced_lane_width_ = width;
+  for (const Precision p : kPrecisions) {
+    copy = copy.with_tuning(p, device::default_tuning(info(), p, width));
+  }
   return copy;
 }
 
-void Device::record(std::shared_ptr<Trace> trace) const { context_->record(std::move(trace)); }
-
-int Device::lane_width(Precision precision) const {
-  return forced_lane_width_ != 0 ? forced_lane_width_ : context_->lane_width(precision);
+Device Device::with_tuning(Precision precision, const Tuning& tuning) const {
+  tuning.validate();
+  Device copy = *this;
+  copy.tuning_[static_cast<std::size_t>(precision)] = tuning;
+  return copy;
 }
+
+bool Device::is_tuned(Precision precision) const {
+  return tuning(precision) != device::default_tuning(info(), precision);
+}
+
+void Device::record(std::shared_ptr<Trace> trace) const { context_->record(std::move(trace)); }
 
 }  // namespace qjulia

@@ -9,12 +9,24 @@ bool has_lanes_across_work_items(const DeviceInfo& info) {
   return info.kind != DeviceKind::cpu || info.name.find("llvmpipe") != std::string::npos;
 }
 
-}  // namespace
-
 int preferred_lane_width(const DeviceInfo& info, Precision precision) {
   if (has_lanes_across_work_items(info)) return 1;
   const bool wide_registers = info.native_float_lanes >= 16;
   return wide_registers && precision == Precision::single ? 16 : 8;
+}
+
+}  // namespace
+
+Tuning default_tuning(const DeviceInfo& info, Precision precision, int lane_width) {
+  Tuning tuning;
+  tuning.lane_width = lane_width != 0 ? lane_width : preferred_lane_width(info, precision);
+  tuning.energy_vectors = tuning.lane_width == 1 ? 1 : 4;
+  tuning.gradient_rows = 64;
+  // gradient_orbit keeps 5 K lane sums an item: few items on wide lanes, many on GPUs.
+  tuning.orbit_items = tuning.lane_width == 1 ? 8192 : 64;
+  tuning.panel_samples = 1024;  // two tiles of them fit a core's cache
+  tuning.panel_block = 64;
+  return tuning;
 }
 
 std::size_t preferred_group_size(const DeviceInfo& info) {

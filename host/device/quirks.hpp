@@ -5,9 +5,10 @@
 
 namespace qjulia::device {
 
-/// Lanes one work-item should compute. CPUs need explicit vectors: PoCL does not vectorise across
+/// The settings a device is chosen with. CPUs need explicit vectors: PoCL does not vectorise across
 /// work-items. Mesa's llvmpipe does, and GPUs are made of lanes: one each.
-int preferred_lane_width(const DeviceInfo& info, Precision precision);
+/// @param lane_width settings for that width; 0: for the width that suits the device.
+Tuning default_tuning(const DeviceInfo& info, Precision precision, int lane_width = 0);
 
 /// Work-items of a work-group where a kernel has no wish of its own. It is fixed, since PoCL
 /// compiles a kernel anew for every group size it meets.

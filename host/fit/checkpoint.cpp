@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "files/atomic_file.hpp"
+#include "files/fnv_hash.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/version.hpp"
@@ -21,22 +22,6 @@ using nlohmann::json;
 
 constexpr const char* kFormat = "qjulia-checkpoint";
 
-/// FNV-1a, 64 bits.
-class Hash {
- public:
-  template <class T>
-  void add(const T& value) {
-    static_assert(std::has_unique_object_representations_v<T>);
-    const auto bytes = std::bit_cast<std::array<unsigned char, sizeof(T)>>(value);
-    for (const unsigned char byte : bytes) value_ = (value_ ^ byte) * 0x100000001b3U;
-  }
-  void add(double value) { add(std::bit_cast<std::uint64_t>(value)); }
-  std::uint64_t value() const { return value_; }
-
- private:
-  std::uint64_t value_ = 0xcbf29ce484222325U;
-};
-
 json to_json(const StageReport& r) {
   return json::array({r.name, r.evaluations, r.energy_before, r.energy_after, r.seconds, r.iou});
 }
@@ -47,8 +32,8 @@ StageReport report_from(const json& j) {
 
 }  // namespace
 
-std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const DeviceInfo& device) {
-  Hash hash;
+std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const Device& device) {
+  FnvHash hash;
   for (const auto& v : mesh.vertices) {
     for (int i = 0; i < 3; ++i) hash.add(v[i]);
   }
@@ -56,10 +41,12 @@ std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const D
     for (const auto vertex : triangle) hash.add(vertex);
   }
   // Not the time limit: what is left of it differs from run to run.
-  return fmt::format("{} {:016x} {} {} {} {} {} {} {} {} {} {}", version(), hash.value(),
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {}", version(), hash.text(),
                      options.factors, options.detail, options.seed, options.max_evaluations,
                      static_cast<int>(options.unknowns), static_cast<int>(options.precision),
-                     options.schedule, options.sample_parts, device.name, device.driver_version);
+                     options.schedule, options.sample_parts, device.info().name,
+                     device.info().driver_version,
+                     to_json(device.tuning(options.precision)).dump());
 }
 
 Checkpoint::Checkpoint(std::filesystem::path path, std::string key, double interval)

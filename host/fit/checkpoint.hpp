@@ -24,8 +24,9 @@ struct FitState {
   std::vector<Evaluation> evaluated;  ///< of the stage that was under way, in their order
 };
 
-/// What a checkpoint belongs to: mesh, options and device. Two fits with one key go the same way.
-std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const DeviceInfo& device);
+/// What a checkpoint belongs to: mesh, options, device and its settings. Two fits with one key go
+/// the same way.
+std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const Device& device);
 
 /// Writes states to one file, each in place of the last, whole or not at all.
 class Checkpoint {

@@ -26,20 +26,23 @@ struct Division {
   std::size_t energy_vectors;  ///< vectors per work-item of energy_terms
   std::size_t gradient_chunk;  ///< samples per row of gradient_potential
   std::size_t orbit_vectors;   ///< vectors per work-item of gradient_orbit
+  std::size_t panel_samples;   ///< samples in the panels at a time
+  std::size_t panel_block;     ///< samples per work-item of jacobian_panels
   std::size_t energy_items() const { return divide_up(stride / width, energy_vectors); }
   std::size_t gradient_chunks() const { return divide_up(stride, gradient_chunk); }
   std::size_t orbit_items() const { return divide_up(stride / width, orbit_vectors); }
 };
 
-Division divide(std::size_t samples, int lane_width) {
+Division divide(std::size_t samples, const Tuning& tuning) {
+  const auto count = [](int setting) { return static_cast<std::size_t>(setting); };
   Division d{};
-  d.width = static_cast<std::size_t>(lane_width);
+  d.width = count(tuning.lane_width);
   d.stride = divide_up(std::max<std::size_t>(samples, 1), d.width) * d.width;
-  d.energy_vectors = d.width == 1 ? 1 : 4;
-  d.gradient_chunk = std::clamp<std::size_t>(d.stride / 64, 128, 2048);
-  // gradient_orbit keeps 5 K lane sums an item: few items on wide lanes, many on GPUs.
-  const std::size_t most_items = d.width == 1 ? 8192 : 64;
-  d.orbit_vectors = divide_up(d.stride / d.width, most_items);
+  d.energy_vectors = count(tuning.energy_vectors);
+  d.gradient_chunk = std::clamp<std::size_t>(d.stride / count(tuning.gradient_rows), 128, 2048);
+  d.orbit_vectors = divide_up(d.stride / d.width, count(tuning.orbit_items));
+  d.panel_samples = count(tuning.panel_samples);
+  d.panel_block = count(tuning.panel_block);
   return d;
 }
 
@@ -51,7 +54,7 @@ class DeviceEvaluator final : public Evaluator {
         options_(options),
         precision_(precision),
         samples_count_(samples.size()),
-        division_(divide(samples.size(), device.lane_width(precision))) {
+        division_(divide(samples.size(), device.tuning(precision))) {
     Context& context = device_.context();
     const std::size_t stride = division_.stride;
     std::vector<double> arrays(QJ_SAMPLE_ARRAYS * stride, 0.0);
@@ -98,7 +101,7 @@ class DeviceEvaluator final : public Evaluator {
     Context& context = device_.context();
     const std::size_t order = QJ_PANEL_ORDER(factors_);
     if (panels_.size() == 0) {
-      panels_ = context.allocate_real(kPanelSamples * order, precision_);
+      panels_ = context.allocate_real(division_.panel_samples * order, precision_);
       matrix_ = context.allocate_real(order * order, precision_);
     }
     const auto jacobian = kernel("gauss_newton.cl", "jacobian_panels");
@@ -106,12 +109,14 @@ class DeviceEvaluator final : public Evaluator {
     const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
     const std::size_t step = divide_up(division_.stride, kMostCurvatureSamples);
     const std::size_t rows_taken = divide_up(division_.stride, step);
-    for (std::size_t first = 0; first < rows_taken; first += kPanelSamples) {
-      context.launch(jacobian, {{vectors, kPanelSamples / kPanelBlock, 1}},
-                     {samples_, i32(division_.stride), i32(step), i32(first), i32(kPanelSamples),
-                      i32(kPanelBlock), map_, i32(factors_), loss(), alpha(), field_, panels_});
-      context.launch(products, {{order / 8, order / (2 * division_.width), 1}},
-                     {panels_, i32(kPanelSamples), i32(order), first == 0 ? 0 : 1, matrix_});
+    for (std::size_t first = 0; first < rows_taken; first += division_.panel_samples) {
+      context.launch(
+          jacobian, {{vectors, division_.panel_samples / division_.panel_block, 1}},
+          {samples_, i32(division_.stride), i32(step), i32(first), i32(division_.panel_samples),
+           i32(division_.panel_block), map_, i32(factors_), loss(), alpha(), field_, panels_});
+      context.launch(
+          products, {{order / 8, order / (2 * division_.width), 1}},
+          {panels_, i32(division_.panel_samples), i32(order), first == 0 ? 0 : 1, matrix_});
     }
     std::vector<double> rows(order * order);
     context.read(matrix_, rows);
@@ -244,8 +249,6 @@ class DeviceEvaluator final : public Evaluator {
 
   static std::int32_t i32(std::size_t n) { return static_cast<std::int32_t>(n); }
   static constexpr std::size_t kRowBlock = 64;
-  static constexpr std::size_t kPanelSamples = 1024;  ///< two tiles of them fit a core's cache
-  static constexpr std::size_t kPanelBlock = 64;
 
   Device device_;
   EnergyOptions options_;

@@ -137,7 +137,7 @@ FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& 
       in_stage("sample pool", [&] { return make_sample_pool(shape, distance, options.seed); });
   const Overlap overlap =
       in_stage("overlap points", [&] { return Overlap(device, shape, distance); });
-  Checkpoint checkpoint(options.checkpoint, fit_key(mesh, options, device.info()));
+  Checkpoint checkpoint(options.checkpoint, fit_key(mesh, options, device));
   auto kept = options.resume ? checkpoint.load() : std::nullopt;
   const RationalMap placed = kept ? kept->map : in_stage("placement", [&] {
     return place_factors(make_evaluator, pool, options.factors, options.seed);

@@ -31,4 +31,16 @@ constexpr double gradient(int n) {
   return energy(n) + (n == 1 ? kPotentialGradient : (n - 1) * kPullBack + kPullBackLast);
 }
 
+// What kernels read and write of device memory at least, in reals: each its inputs and outputs
+// once, sums that stay within a work-item not counted.
+
+constexpr double kEnergyReals = 6 + 2;             // of a sample: its arrays; field, cotangent
+constexpr double kPotentialGradientReals = 3 + 1;  // of a sample: position, cotangent
+/// Of a grid point: F, and for each further iterate point and F in and out.
+constexpr double level_set_reals(int n) { return 1 + (n - 1) * 10.0; }
+/// H from panels written and read once, H itself once for each block of `panel` samples.
+constexpr double gauss_newton_reals(double samples, double order, double panel) {
+  return 2 * samples * order + 2 * order * order * samples / panel;
+}
+
 }  // namespace qjulia::cost

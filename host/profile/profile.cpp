@@ -26,6 +26,12 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+/// What a job asks for, where that is known.
+struct Cost {
+  double slots = 0;  ///< of one factor at one sample (cost.hpp)
+  double reals = 0;  ///< of the whole job
+};
+
 /// Collects figures, one job after the other.
 class Bench {
  public:
@@ -34,9 +40,9 @@ class Bench {
       : device_(device), options_(options), limits_(limits), watch_(watch), jobs_(jobs) {}
 
   /// Times `work` over `samples`. `iterates`: factor iterations a sample and factor that really
-  /// run, 0 where that is not known; `slots`: what one sample costs a factor (cost.hpp).
-  void time(const std::string& kernel, int n, std::size_t samples, double iterates, double slots,
-            const std::function<void()>& work) {
+  /// run, 0 where that is not known.
+  void time(const std::string& kernel, int n, std::size_t samples, double iterates,
+            const Cost& cost, const std::function<void()>& work) {
     watch_.report({"profiling", static_cast<double>(figures_.size()) / jobs_, -1,
                    fmt::format("{}, n = {}", kernel, n)});
     work();  // builds the kernels, fills the caches
@@ -62,9 +68,13 @@ class Bench {
       f.executed_factor_iterations = pairs * iterates;
       f.pairs_per_second = pairs * iterates / f.median_seconds;
     }
-    if (slots > 0) {
-      f.limit = "fma";
-      f.share_of_limit = pairs * slots / f.median_seconds / limits_.fma_per_second;
+    if (cost.slots > 0) {
+      const double real = options_.precision == Precision::dbl ? sizeof(double) : sizeof(float);
+      f.slots = pairs * cost.slots;
+      f.memory_bytes = real * cost.reals;
+      const double by_memory = *f.slots / *f.memory_bytes * limits_.bytes_per_second;
+      f.limit = by_memory < limits_.fma_per_second ? "memory" : "fma";
+      f.share_of_limit = *f.slots / f.median_seconds / std::min(by_memory, limits_.fma_per_second);
     }
     figures_.push_back(std::move(f));
   }
@@ -100,9 +110,12 @@ void time_evaluator(Bench& bench, const Device& device, const Workload& work, in
   const auto evaluator = make_device_evaluator(device, work.samples, energy, precision);
   const double iterates = executed_iterates(device, work, n, precision);
   const std::size_t samples = work.samples.size();
-  bench.time("energy", n, samples, iterates, cost::energy(n),
+  const auto count = static_cast<double>(samples);
+  const double energy_reals = cost::kEnergyReals * count;
+  const double gradient_reals = energy_reals + (n == 1 ? cost::kPotentialGradientReals * count : 0);
+  bench.time("energy", n, samples, iterates, {cost::energy(n), energy_reals},
              [&] { evaluator->evaluate(work.map, false); });
-  bench.time("gradient", n, samples, iterates, cost::gradient(n),
+  bench.time("gradient", n, samples, iterates, {cost::gradient(n), gradient_reals},
              [&] { evaluator->evaluate(work.map, true); });
 }
 
@@ -116,17 +129,28 @@ void time_gauss_newton(Bench& bench, const Device& device, Workload work, Precis
   const auto evaluator = make_device_evaluator(device, part, {}, precision);
   const double order = 1 + 5 * static_cast<double>(work.map.factors.size());
   const double slots = 0.5 * order * (order + 1) / static_cast<double>(work.map.factors.size());
-  bench.time("gauss_newton", 1, samples, 1, slots, [&] { evaluator->gauss_newton(work.map); });
+  const double reals = cost::gauss_newton_reals(static_cast<double>(samples), order,
+                                                device.tuning(precision).panel_samples);
+  bench.time("gauss_newton", 1, samples, 1, {slots, reals},
+             [&] { evaluator->gauss_newton(work.map); });
 }
 
-void time_surface_and_picture(Bench& bench, const Device& device, const Workload& work) {
+void time_surface_and_picture(Bench& bench, const Device& device, const Workload& work,
+                              Precision precision) {
   const int side =
       static_cast<int>(std::lround(std::cbrt(static_cast<double>(work.samples.size()))));
   Grid grid{Eigen::Vector3d::Constant(-1.5), 3.0 / side, {side, side, side}};
   const auto points = static_cast<std::size_t>(side) * static_cast<std::size_t>(side) *
                       static_cast<std::size_t>(side);
   const LevelSet level_set(device, work.map, {0, 0, kNoEscape}, 4);
-  bench.time("level_set", 4, points, 4, 0, [&] { level_set.over(grid, {{0, 0, 0}, grid.points}); });
+  // It runs in single precision whatever the limits were measured in.
+  const Cost cost =
+      precision == Precision::single
+          ? Cost{cost::energy(4), cost::level_set_reals(4) * static_cast<double>(points)}
+          : Cost{};
+  bench.time("level_set", 4, points, 4, cost, [&] {
+    level_set.over(grid, {{0, 0, 0}, grid.points});
+  });
 
   // A root at the origin makes the set bounded, and a ball in the main.
   RationalMap ball = work.map;
@@ -136,7 +160,7 @@ void time_surface_and_picture(Bench& bench, const Device& device, const Workload
   picture.height = 120;
   constexpr std::size_t kRays = std::size_t{160} * 120;
   picture.samples_per_axis = 1;
-  bench.time("ray_march", picture.iterations, kRays, 0, 0, [&] { render(device, ball, picture); });
+  bench.time("ray_march", picture.iterations, kRays, 0, {}, [&] { render(device, ball, picture); });
 }
 
 }  // namespace
@@ -158,6 +182,8 @@ ProfileReport profile(const Device& chosen, const ProfileOptions& options, const
       options.lane_width == 0 ? chosen : chosen.with_lane_width(options.lane_width);
   ProfileReport report;
   report.device = device.info();
+  report.tuning = device.tuning(options.precision);
+  report.is_tuned = device.is_tuned(options.precision);
   watch.report({"profiling", 0, -1, "limits of the device"});
   report.limits = measure_limits(device, options.precision, options.repeats);
 
@@ -169,8 +195,9 @@ ProfileReport profile(const Device& chosen, const ProfileOptions& options, const
 
   constexpr int kRings = 72;
   const SignedDistance distance(device, make_sphere(kRings), options.precision);
-  bench.time("distance", 1, work.samples.size(), 0, 0, [&] { distance.at(work.samples.position); });
-  time_surface_and_picture(bench, device, work);
+  bench.time("distance", 1, work.samples.size(), 0, {},
+             [&] { distance.at(work.samples.position); });
+  time_surface_and_picture(bench, device, work, options.precision);
   report.kernels = std::move(bench).figures();
   watch.report({"profiling", 1, 0, ""});
   return report;

@@ -24,6 +24,8 @@ nlohmann::json to_json(const KernelFigures& f) {
           {"wall_seconds", f.wall_seconds},
           {"executed_factor_iterations", or_null(f.executed_factor_iterations)},
           {"pairs_per_second", or_null(f.pairs_per_second)},
+          {"slots", or_null(f.slots)},
+          {"memory_bytes", or_null(f.memory_bytes)},
           {"share_of_limit", or_null(f.share_of_limit)},
           {"limit", f.limit.empty() ? nlohmann::json(nullptr) : nlohmann::json(f.limit)}};
 }
@@ -44,6 +46,8 @@ nlohmann::json to_json(const ProfileReport& report) {
             {"platform", report.device.platform_name},
             {"driver", report.device.driver_version},
             {"compute_units", report.device.compute_units}}},
+          {"tuned", report.is_tuned},
+          {"tuning", to_json(report.tuning)},
           {"limits",
            {{"fma_per_second", report.limits.fma_per_second},
             {"bytes_per_second", report.limits.bytes_per_second},

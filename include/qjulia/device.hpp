@@ -1,12 +1,14 @@
 #pragma once
 /// OpenCL devices: what there is, and which one to use. No OpenCL type appears here.
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "qjulia/trace.hpp"
+#include "qjulia/tuning.hpp"
 
 namespace qjulia {
 
@@ -56,11 +58,21 @@ class Device {
   const DeviceInfo& info() const;
 
   /// The same device with kernels compiled for `width` lanes (1, 8 or 16) in place of its own
-  /// width. Fewer lanes than the default run slower; results differ in rounding only.
+  /// width, and the defaults for that width. Fewer lanes than the default run slower; results
+  /// differ in rounding only.
   Device with_lane_width(int width) const;
 
+  /// The same device with these settings at this precision. @throws InputError
+  Device with_tuning(Precision precision, const Tuning& tuning) const;
+
+  const Tuning& tuning(Precision precision) const {
+    return tuning_[static_cast<std::size_t>(precision)];
+  }
+  /// Whether the settings differ from those the device is chosen with.
+  bool is_tuned(Precision precision) const;
+
   /// Lanes one work-item computes side by side at this precision.
-  int lane_width(Precision precision) const;
+  int lane_width(Precision precision) const { return tuning(precision).lane_width; }
 
   /// Kernels of this device and of its copies are recorded from now on; an empty pointer ends
   /// that, and waits for what is under way.
@@ -70,9 +82,9 @@ class Device {
   device::Context& context() const { return *context_; }
 
  private:
-  explicit Device(std::shared_ptr<device::Context> context) : context_(std::move(context)) {}
+  explicit Device(std::shared_ptr<device::Context> context);
   std::shared_ptr<device::Context> context_;
-  int forced_lane_width_ = 0;
+  std::array<Tuning, 2> tuning_;  ///< by precision
 };
 
 }  // namespace qjulia

@@ -46,12 +46,17 @@ struct KernelFigures {
   /// Iterates × factors that were really computed; none where orbits or rays end early.
   std::optional<double> executed_factor_iterations;
   std::optional<double> pairs_per_second;  ///< the same by the median second
-  std::optional<double> share_of_limit;    ///< of `limit`, by the median second
-  std::string limit;                       ///< "fma", or empty
+  std::optional<double> slots;             ///< multiply-adds, multiplications, divisions asked for
+  std::optional<double> memory_bytes;      ///< read and written at least
+  /// Of what the device can do at this work per byte, by the median second.
+  std::optional<double> share_of_limit;
+  std::string limit;  ///< "fma" or "memory", whichever is lower there; empty where not known
 };
 
 struct ProfileReport {
   DeviceInfo device;
+  Tuning tuning;          ///< the settings that were measured
+  bool is_tuned = false;  ///< whether these are others than the device's defaults
   DeviceLimits limits;
   std::vector<KernelFigures> kernels;
 };

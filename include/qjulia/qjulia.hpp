@@ -22,4 +22,7 @@
 #include "qjulia/surface.hpp"
 #include "qjulia/surface_file.hpp"
 #include "qjulia/trace.hpp"
+#include "qjulia/tune.hpp"
+#include "qjulia/tuning.hpp"
+#include "qjulia/tuning_cache.hpp"
 #include "qjulia/version.hpp"

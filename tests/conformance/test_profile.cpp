@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "profile/roofline.hpp"
 #include "profile/workload.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/profile.hpp"
@@ -67,6 +68,33 @@ TEST_CASE("energy and gradient run every iterate of every sample") {
   for (const char* kernel : {"gauss_newton", "distance", "level_set", "ray_march"}) {
     CHECK(std::ranges::count(report().kernels, kernel, &KernelFigures::kernel) == 1);
   }
+}
+
+TEST_CASE("the roofline has every kernel whose work is known, beneath its roof") {
+  const Plot plot = roofline(report());
+  REQUIRE(plot.series.size() == 3);
+  const PlotSeries& slope = plot.series[0];
+  const PlotSeries& roof = plot.series[1];
+  const PlotSeries& kernels = plot.series[2];
+  // Both roofs meet where the work per byte is what the device can do of both.
+  CHECK(slope.x.back() == roof.x.front());
+  CHECK(slope.y.back() == Approx(roof.y.front()));
+  CHECK(slope.y.front() / slope.x.front() == Approx(slope.y.back() / slope.x.back()));
+  CHECK(slope.y.back() * 1e9 == Approx(report().limits.fma_per_second));
+  CHECK(slope.x.back() * report().limits.bytes_per_second ==
+        Approx(report().limits.fma_per_second));
+  REQUIRE(kernels.names.size() == 6);  // energy and gradient twice, Gauss-Newton, level set
+  for (std::size_t i = 0; i < kernels.x.size(); ++i) {
+    CHECK(kernels.y[i] <=
+          1.2 * std::min(roof.y[0], kernels.x[i] * slope.y.back() / slope.x.back()));
+  }
+  CHECK_NOTHROW(draw_plot(plot));
+
+  const KernelFigures& energy = figures("energy", 1);
+  CHECK(energy.slots == 3000.0 * 40 * 13);  // |d|², the logarithm, the term
+  CHECK(energy.memory_bytes == 3000.0 * 8 * 4);
+  CHECK(*energy.share_of_limit ==
+        Approx(*energy.slots / energy.median_seconds / report().limits.fma_per_second));
 }
 
 TEST_CASE("a kernel slower than its baseline is named") {

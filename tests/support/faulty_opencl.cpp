@@ -1,12 +1,14 @@
 /// A device with faults: loaded before the OpenCL loader (LD_PRELOAD), it refuses the launches
-/// numbered FIRST … FIRST + COUNT − 1 of a process, as QJULIA_TEST_FAULTS=FIRST:COUNT says, and
-/// with QJULIA_TEST_NO_TIMES=1 its events carry times of zero.
+/// numbered FIRST … FIRST + COUNT − 1 of a process, as QJULIA_TEST_FAULTS=FIRST:COUNT says; with
+/// QJULIA_TEST_NO_TIMES=1 its events carry times of zero; with QJULIA_TEST_WRONG_WIDTH=W programs
+/// compiled for W lanes run an iterate too few.
 
 #include <dlfcn.h>
 
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
+#include <string>
 
 #define CL_TARGET_OPENCL_VERSION 120
 #include <CL/cl.h>
@@ -47,4 +49,21 @@ extern "C" CL_API_ENTRY cl_int CL_API_CALL clGetEventProfilingInfo(cl_event even
     *static_cast<cl_ulong*>(value) = 0;
   }
   return code;
+}
+
+extern "C" CL_API_ENTRY cl_int CL_API_CALL
+clBuildProgram(cl_program program, cl_uint count, const cl_device_id* devices, const char* options,
+               void(CL_CALLBACK* notify)(cl_program, void*), void* user_data) {
+  static const auto real =
+      reinterpret_cast<decltype(&clBuildProgram)>(::dlsym(RTLD_NEXT, "clBuildProgram"));
+  std::string changed = options == nullptr ? "" : options;
+  const char* width = std::getenv("QJULIA_TEST_WRONG_WIDTH");
+  const auto has = [&](const std::string& option) {
+    return changed.find(option) != std::string::npos;
+  };
+  if (width != nullptr && has(std::string("-DQJ_WIDTH=") + width + ' ') &&
+      has("-DQJ_ITERATIONS=4")) {
+    changed += " -DQJ_ITERATIONS=3";
+  }
+  return real(program, count, devices, changed.c_str(), notify, user_data);
 }

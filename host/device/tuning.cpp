@@ -1,0 +1,66 @@
+#include "qjulia/tuning.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "qjulia/error.hpp"
+
+namespace qjulia {
+namespace {
+
+struct Setting {
+  const char* name;
+  int Tuning::*value;
+  int most;
+};
+
+/// Far above anything sensible, and low enough for memory and 32-bit counts.
+constexpr std::array<Setting, 6> kSettings{{{"lane_width", &Tuning::lane_width, 16},
+                                            {"energy_vectors", &Tuning::energy_vectors, 4096},
+                                            {"gradient_rows", &Tuning::gradient_rows, 65536},
+                                            {"orbit_items", &Tuning::orbit_items, 1 << 20},
+                                            {"panel_samples", &Tuning::panel_samples, 16384},
+                                            {"panel_block", &Tuning::panel_block, 16384}}};
+
+}  // namespace
+
+void Tuning::validate() const {
+  for (const Setting& s : kSettings) {
+    if (this->*s.value >= 1 && this->*s.value <= s.most) continue;
+    throw InputError(fmt::format("{} is {}, but must be 1 to {}", s.name, this->*s.value, s.most));
+  }
+  if (lane_width != 1 && lane_width != 8 && lane_width != 16) {
+    throw InputError(fmt::format("lane width must be 1, 8 or 16, not {}", lane_width));
+  }
+  if (panel_samples % panel_block != 0) {
+    throw InputError(fmt::format("panel_samples ({}) must be a multiple of panel_block ({})",
+                                 panel_samples, panel_block));
+  }
+}
+
+nlohmann::json to_json(const Tuning& tuning) {
+  nlohmann::json json = nlohmann::json::object();
+  for (const Setting& s : kSettings) json[s.name] = tuning.*s.value;
+  return json;
+}
+
+Tuning tuning_from(const nlohmann::json& json) {
+  if (!json.is_object() || json.size() != kSettings.size()) {
+    throw InputError("the settings are not those of this program");
+  }
+  Tuning tuning;
+  for (const Setting& s : kSettings) {
+    const auto found = json.find(s.name);
+    if (found == json.end() || !found->is_number_integer()) {
+      throw InputError(fmt::format("{} is missing, or no whole number", s.name));
+    }
+    // Out of an int's range is out of every setting's.
+    const auto value = found->get<std::int64_t>();
+    tuning.*s.value = value > 0 && value <= s.most ? static_cast<int>(value) : 0;
+  }
+  tuning.validate();
+  return tuning;
+}
+
+}  // namespace qjulia

@@ -1,0 +1,137 @@
+#include "qjulia/tuning_cache.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cstdlib>
+#include <fstream>
+
+#include "device/embedded_kernels.hpp"
+#include "files/atomic_file.hpp"
+#include "files/fnv_hash.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/version.hpp"
+
+namespace qjulia {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kFormat = "qjulia-tuning";
+constexpr int kVersion = 1;
+
+struct Entry {
+  const char* name;
+  Precision precision;
+};
+constexpr std::array<Entry, 2> kEntries{
+    {{"single", Precision::single}, {"double", Precision::dbl}}};
+
+std::string kernels_hash() {
+  FnvHash hash;
+  for (const auto& [path, text] : device::embedded_kernels()) {
+    hash.add(path);
+    hash.add(text);
+  }
+  return hash.text();
+}
+
+/// What the settings are good for.
+json owner(const DeviceInfo& info) {
+  return {{"device", info.name},           {"platform", info.platform_name},
+          {"driver", info.driver_version}, {"compute_units", info.compute_units},
+          {"program", version()},          {"kernels", kernels_hash()}};
+}
+
+std::string owner_hash(const DeviceInfo& info) {
+  FnvHash hash;
+  hash.add(owner(info).dump(-1, ' ', true, json::error_handler_t::replace));
+  return hash.text();
+}
+
+std::filesystem::path cache_folder() {
+  // A relative path is to be ignored: XDG Base Directory Specification 0.8.
+  if (const char* cache = std::getenv("XDG_CACHE_HOME");
+      cache != nullptr && std::filesystem::path(cache).is_absolute()) {
+    return cache;
+  }
+  if (const char* home = std::getenv("HOME"); home != nullptr && *home != '\0') {
+    return std::filesystem::path(home) / ".cache";
+  }
+  throw Error("neither XDG_CACHE_HOME nor HOME says where tuned settings are kept; set one");
+}
+
+/// The settings in a file, by entry. @throws InputError saying what is wrong with it.
+json read_entries(const std::filesystem::path& path, const DeviceInfo& info) {
+  std::ifstream file(path, std::ios::binary);
+  const json kept = json::parse(file, nullptr, false);
+  if (!kept.is_object() || kept.value("format", json()) != kFormat ||
+      kept.value("version", json()) != kVersion) {
+    throw InputError("it is not a file of tuned settings");
+  }
+  if (kept.value("owner", json()) != owner(info)) {
+    throw InputError("it is of another device, driver or program");
+  }
+  json entries = json::object();
+  for (const auto& [name, precision] : kEntries) {
+    if (const auto found = kept.find(name); found != kept.end()) {
+      entries[name] = to_json(tuning_from(*found));
+    }
+  }
+  return entries;
+}
+
+}  // namespace
+
+std::filesystem::path tuning_file(const DeviceInfo& info) {
+  return cache_folder() / "qjulia" / fmt::format("tuning-{}.json", owner_hash(info));
+}
+
+KeptTuning with_kept_tuning(const Device& device) {
+  KeptTuning kept{device, {}};
+  const char* wanted = std::getenv("QJULIA_TUNING");
+  if (wanted != nullptr && std::string(wanted) == "off") return kept;
+  std::filesystem::path path;
+  try {
+    path = tuning_file(device.info());
+  } catch (const Error&) {
+    return kept;  // there is no place where anything could have been kept
+  }
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored)) return kept;
+  try {
+    const json entries = read_entries(path, device.info());
+    for (const auto& [name, precision] : kEntries) {
+      if (entries.contains(name)) {
+        kept.device = kept.device.with_tuning(precision, tuning_from(entries[name]));
+      }
+    }
+  } catch (const InputError& error) {
+    kept = {device, fmt::format("the tuned settings in '{}' are not used: {}; make them again with "
+                                "'qjulia profile --tune', or remove the file",
+                                path.string(), error.what())};
+  }
+  return kept;
+}
+
+void keep_tuning(const Device& device, Precision precision) {
+  const std::filesystem::path path = tuning_file(device.info());
+  std::error_code failed;
+  std::filesystem::create_directories(path.parent_path(), failed);
+  json file = json::object();
+  try {
+    file = read_entries(path, device.info());
+  } catch (const InputError&) {
+    // Nothing there, or nothing of use: it is replaced.
+    file = json::object();
+  }
+  file["format"] = kFormat;
+  file["version"] = kVersion;
+  file["owner"] = owner(device.info());
+  for (const auto& entry : kEntries) {
+    if (entry.precision == precision) file[entry.name] = to_json(device.tuning(precision));
+  }
+  write_file(path, file.dump(2, ' ', true, json::error_handler_t::replace) + "\n");
+}
+
+}  // namespace qjulia

@@ -1,0 +1,206 @@
+#include "qjulia/tune.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <span>
+
+#include "device/quirks.hpp"
+#include "profile/tune_jobs.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia {
+namespace {
+
+using enum TuneJob;
+
+/// Less is noise.
+constexpr double kFaster = 0.97;
+/// Settings this much slower at the first try are not tried again.
+constexpr double kHopeless = 1.3;
+
+constexpr std::array kAllJobs{energy, gradient, orbit_energy, orbit_gradient, gauss_newton};
+
+struct Setting {
+  const char* name;
+  int Tuning::*value;
+  std::vector<TuneJob> jobs;  ///< that it changes
+};
+
+const std::vector<Setting>& settings() {
+  static const std::vector<Setting> all{
+      {"energy_vectors", &Tuning::energy_vectors, {energy, orbit_energy}},
+      {"gradient_rows", &Tuning::gradient_rows, {gradient}},
+      {"orbit_items", &Tuning::orbit_items, {orbit_gradient}},
+      {"panel_samples", &Tuning::panel_samples, {gauss_newton}},
+      {"panel_block", &Tuning::panel_block, {gauss_newton}}};
+  return all;
+}
+
+bool is_valid(const Tuning& tuning) {
+  try {
+    tuning.validate();
+  } catch (const InputError&) {
+    return false;
+  }
+  return true;
+}
+
+class Tuner {
+ public:
+  Tuner(const Device& device, const ProfileOptions& options, const Watch& watch)
+      : device_(device), options_(options), watch_(watch) {
+    ProfileOptions quarter = options;
+    quarter.samples = std::max<std::size_t>(options.samples / 4, 64);
+    works_ = {make_workload(options), make_workload(quarter)};
+    report_.device = device.info();
+    report_.precision = options.precision;
+    report_.tolerance = options.precision == Precision::dbl ? 1e-10 : 1e-4;
+    default_ = device::default_tuning(device.info(), options.precision);
+    TuneBench bench(with(default_), works_.back(), options_.precision);
+    for (const TuneJob job : kAllJobs) expected_.push_back(bench.run(job));
+  }
+
+  TuneReport run() && {
+    Tuning best = default_;
+    for (const int width : {1, 8, 16}) {
+      if (width == default_.lane_width) continue;
+      const Tuning tuning = device::default_tuning(device_.info(), options_.precision, width);
+      consider("lane_width", width, tuning, kAllJobs, default_, best);
+    }
+    best = settle(best);
+    for (const Setting& setting : settings()) {
+      const Tuning before = best;
+      for (const int factor : {-4, -2, 2, 4}) {
+        Tuning tuning = before;
+        int& value = tuning.*setting.value;
+        value = factor < 0 ? value / -factor : value * factor;
+        if (!is_valid(tuning)) continue;
+        consider(setting.name, value, tuning, setting.jobs, before, best);
+      }
+      best = settle(best);
+    }
+    report_.tuning = default_;
+    if (best != default_) {
+      const double ratio = time_ratio(best, default_, kAllJobs).value_or(kHopeless);
+      if (ratio < 1) report_.tuning = best, report_.time_ratio = ratio;
+    }
+    return std::move(report_);
+  }
+
+ private:
+  Device with(const Tuning& tuning) const {
+    return device_.with_tuning(options_.precision, tuning);
+  }
+
+  /// Tries `tuning` against `before`; makes it `best` when it is the fastest tried in this round.
+  void consider(const std::string& setting, int value, const Tuning& tuning,
+                std::span<const TuneJob> jobs, const Tuning& before, Tuning& best) {
+    watch_.report({"tuning", -1, -1, fmt::format("{} {}", setting, value)});
+    TuneTrial trial{setting, value, 0, 0, false, {}};
+    try {
+      trial.difference = difference(tuning, jobs);
+      if (!(trial.difference <= report_.tolerance)) {
+        trial.refused = "its results differ";
+      } else if (const auto ratio = time_ratio(tuning, before, jobs)) {
+        trial.time_ratio = *ratio;
+        if (*ratio < round_best_) round_best_ = *ratio, best = tuning, round_taken_ = trials();
+      } else {
+        trial.refused = "much slower";
+      }
+    } catch (const Interrupted&) {
+      throw;
+    } catch (const Error& error) {
+      trial.refused = error.what();  // this device cannot do it
+    }
+    report_.trials.push_back(std::move(trial));
+  }
+
+  std::size_t trials() const { return report_.trials.size(); }
+
+  /// Ends a round of trials of one setting.
+  Tuning settle(const Tuning& best) {
+    if (round_taken_) report_.trials[*round_taken_].taken = true;
+    round_taken_.reset();
+    round_best_ = kFaster;
+    return best;
+  }
+
+  double difference(const Tuning& tuning, std::span<const TuneJob> jobs) const {
+    double largest = 0;
+    TuneBench bench(with(tuning), works_.back(), options_.precision);
+    for (const TuneJob job : jobs) {
+      const auto& expected = expected_[static_cast<std::size_t>(job)];
+      largest = std::max(largest, largest_difference(bench.run(job), expected));
+    }
+    return largest;
+  }
+
+  /// Geometric mean over jobs and sizes, each by the fastest of its runs; none when hopeless.
+  std::optional<double> time_ratio(const Tuning& tuning, const Tuning& before,
+                                   std::span<const TuneJob> jobs) const {
+    double sum = 0;
+    int count = 0;
+    for (const Workload& work : works_) {
+      TuneBench tried(with(tuning), work, options_.precision);
+      TuneBench standing(with(before), work, options_.precision);
+      for (const TuneJob job : jobs) {
+        tried.run(job), standing.run(job);  // fills the caches
+        double tried_least = std::numeric_limits<double>::infinity(), standing_least = tried_least;
+        for (int i = 0; i < options_.repeats; ++i) {
+          if (watch_.stop.stop_requested()) throw Interrupted();
+          standing_least = std::min(standing_least, standing.time(job));
+          tried_least = std::min(tried_least, tried.time(job));
+          if (tried_least > kHopeless * standing_least) break;
+        }
+        sum += std::log(tried_least / standing_least);
+        ++count;
+        if (count == 1 && sum > std::log(kHopeless)) return std::nullopt;
+      }
+    }
+    return std::exp(sum / count);
+  }
+
+  Device device_;
+  const ProfileOptions& options_;
+  const Watch& watch_;
+  std::vector<Workload> works_;
+  Tuning default_;
+  std::vector<std::vector<double>> expected_;  ///< by job, of the smaller workload
+  double round_best_ = kFaster;
+  std::optional<std::size_t> round_taken_;
+  TuneReport report_;
+};
+
+}  // namespace
+
+TuneReport tune(const Device& device, const ProfileOptions& options, const Watch& watch) {
+  options.validate();
+  return Tuner(device, options, watch).run();
+}
+
+nlohmann::json to_json(const TuneReport& report) {
+  nlohmann::json trials = nlohmann::json::array();
+  for (const TuneTrial& t : report.trials) {
+    trials.push_back(
+        {{"setting", t.setting},
+         {"value", t.value},
+         {"difference", std::isfinite(t.difference) ? nlohmann::json(t.difference) : nullptr},
+         {"time_ratio", t.time_ratio > 0 ? nlohmann::json(t.time_ratio) : nullptr},
+         {"taken", t.taken},
+         {"refused", t.refused.empty() ? nlohmann::json(nullptr) : nlohmann::json(t.refused)}});
+  }
+  return {{"device", report.device.name},
+          {"precision", report.precision == Precision::dbl ? "double" : "single"},
+          {"tolerance", report.tolerance},
+          {"tuning", to_json(report.tuning)},
+          {"time_ratio", report.time_ratio},
+          {"trials", trials}};
+}
+
+}  // namespace qjulia

@@ -1,0 +1,145 @@
+// Settings other than the defaults: the same results, and where they are kept.
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "double_precision.hpp"
+#include "profile/tune_jobs.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/tune.hpp"
+#include "qjulia/tuning_cache.hpp"
+#include "temporary_folder.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+constexpr std::array kJobs{TuneJob::energy, TuneJob::gradient, TuneJob::orbit_energy,
+                           TuneJob::orbit_gradient, TuneJob::gauss_newton};
+
+ProfileOptions small() {
+  ProfileOptions options;
+  options.samples = 3000;
+  options.factors = 40;
+  options.repeats = 1;
+  return options;
+}
+
+/// Settings are kept in a folder of this test's own.
+struct OwnCache {
+  test::TemporaryFolder folder;
+  OwnCache() { ::setenv("XDG_CACHE_HOME", folder.path().c_str(), 1); }
+  ~OwnCache() { ::unsetenv("QJULIA_TUNING"); }
+};
+
+Device tuned(const Device& device) {
+  Tuning tuning = device.tuning(Precision::single);
+  tuning.lane_width = tuning.lane_width == 8 ? 16 : 8;
+  tuning.energy_vectors = 7;
+  return device.with_tuning(Precision::single, tuning);
+}
+
+}  // namespace
+
+TEST_CASE("every setting gives the default's results but for rounding") {
+  const Device device = Device::choose("cpu");
+  const Workload work = make_workload(small());
+  for (const Precision precision : {Precision::single, Precision::dbl}) {
+    if (precision == Precision::dbl && !test::can_check(device, precision)) continue;
+    TuneBench standard(device, work, precision);
+    for (const int width : {1, 8, 16}) {
+      for (const Tuning& tuning :
+           {Tuning{width, 1, 1, 1, 256, 256}, Tuning{width, 7, 1000, 300, 96, 3},
+            Tuning{width, 64, 17, 5, 4096, 1}}) {
+        TuneBench bench(device.with_tuning(precision, tuning), work, precision);
+        for (const TuneJob job : kJobs) {
+          CAPTURE(to_json(tuning).dump(), static_cast<int>(job));
+          CHECK(largest_difference(bench.run(job), standard.run(job)) <
+                (precision == Precision::dbl ? 1e-10 : 1e-4));
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("what a tuner finds is a setting the device can use, and no slower by its own measure") {
+  const Device device = Device::choose("cpu");
+  const TuneReport report = tune(device, small());
+  CHECK_NOTHROW(report.tuning.validate());
+  CHECK(report.time_ratio <= 1);
+  CHECK((report.time_ratio < 1) == (report.tuning != device.tuning(Precision::single)));
+  CHECK(report.trials.size() >= 10);
+  for (const TuneTrial& trial : report.trials) {
+    CAPTURE(trial.setting, trial.value, trial.refused);
+    CHECK(trial.difference <= report.tolerance);
+    CHECK((trial.time_ratio > 0) == trial.refused.empty());
+    if (trial.taken) CHECK(trial.time_ratio < 1);
+  }
+  CHECK(to_json(report).at("tuning") == to_json(report.tuning));
+}
+
+TEST_CASE("kept settings come back, those of either precision") {
+  const OwnCache cache;
+  const Device device = Device::choose("cpu");
+  CHECK(with_kept_tuning(device).warning.empty());
+  CHECK_FALSE(with_kept_tuning(device).device.is_tuned(Precision::single));
+
+  keep_tuning(tuned(device), Precision::single);
+  CHECK(tuning_file(device.info()).string().starts_with(cache.folder.path().string()));
+  const KeptTuning kept = with_kept_tuning(device);
+  CHECK(kept.warning.empty());
+  CHECK(kept.device.is_tuned(Precision::single));
+  CHECK_FALSE(kept.device.is_tuned(Precision::dbl));
+  CHECK(kept.device.tuning(Precision::single) == tuned(device).tuning(Precision::single));
+
+  Tuning wide = device.tuning(Precision::dbl);
+  wide.orbit_items = 16;
+  keep_tuning(device.with_tuning(Precision::dbl, wide), Precision::dbl);
+  CHECK(with_kept_tuning(device).device.tuning(Precision::dbl) == wide);
+  CHECK(with_kept_tuning(device).device.is_tuned(Precision::single));
+
+  // The defaults of a device are not in its cache's hands.
+  CHECK_FALSE(device.is_tuned(Precision::single));
+  ::setenv("QJULIA_TUNING", "off", 1);
+  CHECK_FALSE(with_kept_tuning(device).device.is_tuned(Precision::single));
+}
+
+TEST_CASE("corrupt and foreign settings are passed over with a warning, and replaced") {
+  const OwnCache cache;
+  const Device device = Device::choose("cpu");
+  keep_tuning(tuned(device), Precision::single);
+  const std::filesystem::path file = tuning_file(device.info());
+  std::ifstream stream(file);
+  const auto good = nlohmann::json::parse(stream);
+  const auto put = [&](const std::string& text) { std::ofstream(file) << text; };
+
+  auto foreign = good, future = good, wrong = good, odd = good;
+  foreign["owner"]["driver"] = "another";
+  future["version"] = 2;
+  wrong["single"]["lane_width"] = 5;
+  odd["single"] = "fast";
+  for (const std::string& text :
+       {std::string(), std::string("{\"format\""), std::string("[]"), std::string("null"),
+        foreign.dump(), future.dump(), wrong.dump(), odd.dump(), good.dump().substr(0, 100)}) {
+    put(text);
+    CAPTURE(text);
+    const KeptTuning kept = with_kept_tuning(device);
+    CHECK_THAT(kept.warning, Catch::Contains(file.string()) && Catch::Contains("--tune"));
+    CHECK_FALSE(kept.device.is_tuned(Precision::single));
+  }
+  keep_tuning(tuned(device), Precision::single);
+  CHECK(with_kept_tuning(device).device.is_tuned(Precision::single));
+}
+
+TEST_CASE("settings of another device, driver or program are looked for elsewhere") {
+  const OwnCache cache;
+  DeviceInfo info = Device::choose("cpu").info();
+  const auto file = tuning_file(info);
+  info.driver_version += "1";
+  CHECK(tuning_file(info) != file);
+  info = Device::choose("cpu").info();
+  info.name += " II";
+  CHECK(tuning_file(info) != file);
+}

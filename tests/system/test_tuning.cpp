@@ -1,0 +1,139 @@
+/// profile --tune, and what other commands make of it.
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "obj_text.hpp"
+#include "process.hpp"
+#include "shapes.hpp"
+#include "temporary_folder.hpp"
+
+using Catch::Matchers::Contains;
+using nlohmann::json;
+using qjulia::test::Finished;
+using qjulia::test::read_text;
+using qjulia::test::run_command;
+using qjulia::test::RunOptions;
+using qjulia::test::TemporaryFolder;
+
+namespace {
+
+using Environment = std::map<std::string, std::string>;
+
+/// A folder that settings are kept in, and commands that see it.
+struct Cache {
+  TemporaryFolder folder;
+
+  Finished run(std::vector<std::string> arguments, const Environment& more = {}) const {
+    RunOptions options;
+    options.environment = more;
+    options.environment["XDG_CACHE_HOME"] = folder.path().string();
+    arguments.insert(arguments.end(), {"--device", "cpu"});
+    return run_command(arguments, options);
+  }
+  Finished tune(const Environment& more = {}) const {
+    return run(
+        {"profile", "--tune", "--json", "--samples", "2000", "--factors", "24", "--repeats", "1"},
+        more);
+  }
+  json profile(const Environment& more = {}) const {
+    const Finished result =
+        run({"profile", "--json", "--samples", "500", "--factors", "16", "--repeats", "1"}, more);
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    return json::parse(result.out);
+  }
+  /// Settings as --tune leaves them, but with a lane width that is not the default.
+  std::string retuned() const {
+    const Finished result = tune();
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    const std::string file = json::parse(result.out)["file"];
+    json kept = json::parse(read_text(file));
+    kept["single"]["lane_width"] = 8;
+    kept["single"]["energy_vectors"] = 3;
+    std::ofstream(file) << kept;
+    return file;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("--tune tries settings, keeps the best, and commands use it") {
+  const Cache cache;
+  const Finished result = cache.tune();
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  const json report = json::parse(result.out);
+  CHECK(report["trials"].size() >= 10);
+  CHECK(report["tolerance"] == 1e-4);
+  const std::filesystem::path file = report["file"].get<std::string>();
+  CHECK(file.parent_path() == cache.folder.path() / "qjulia");
+  CHECK(json::parse(read_text(file))["single"] == report["tuning"]);
+  CHECK(cache.profile()["tuning"] == report["tuning"]);
+}
+
+TEST_CASE("profile and fit say that settings are tuned, and QJULIA_TUNING=off that they are not") {
+  const Cache cache;
+  cache.retuned();
+  const json tuned = cache.profile();
+  CHECK(tuned["tuned"] == true);
+  CHECK(tuned["kernels"][0]["width"] == 8);
+  const json untuned = cache.profile({{"QJULIA_TUNING", "off"}});
+  CHECK(untuned["tuned"] == false);
+  CHECK(untuned["tuning"]["energy_vectors"] == 4);
+  const Finished told =
+      cache.run({"profile", "--samples", "500", "--factors", "16", "--repeats", "1"});
+  CHECK_THAT(told.out, Contains("settings: tuned"));
+  CHECK_THAT(told.err, Contains("(tuned)"));
+
+  const auto mesh = cache.folder.file(
+      "torus.obj", qjulia::test::obj_text(qjulia::shapes::torus(1, 0.45, 32, 16)));
+  const std::string map = cache.folder / "torus.qjulia.json";
+  REQUIRE(
+      cache.run({"fit", mesh, "-o", map, "--factors", "16", "--max-evaluations", "5"}).exit_code ==
+      0);
+  CHECK(json::parse(read_text(map))["provenance"]["device"]["tuning"]["energy_vectors"] == 3);
+}
+
+TEST_CASE("corrupt settings are passed over with a warning") {
+  const Cache cache;
+  const std::string file = cache.retuned();
+  std::filesystem::resize_file(file, 50);
+  const Finished result =
+      cache.run({"profile", "--json", "--samples", "500", "--factors", "16", "--repeats", "1"});
+  CHECK(result.exit_code == 0);
+  CHECK_THAT(result.err, Contains(file) && Contains("--tune"));
+  CHECK(json::parse(result.out)["tuned"] == false);
+}
+
+TEST_CASE("settings with wrong results are refused and not timed") {
+  const Cache cache;
+  const Finished result = cache.tune({{"LD_PRELOAD", QJULIA_FAULTY_OPENCL},
+                                      {"QJULIA_TEST_WRONG_WIDTH", "8"},
+                                      {"ASAN_OPTIONS", "detect_leaks=0:verify_asan_link_order=0"}});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  bool met = false;
+  const json report = json::parse(result.out);
+  for (const json& trial : report["trials"]) {
+    if (trial["setting"] != "lane_width") continue;
+    if (trial["value"] != 8) {
+      CHECK(trial["difference"].get<double>() <= 1e-4);
+      continue;
+    }
+    met = true;
+    CHECK(trial["refused"] == "its results differ");
+    CHECK(trial["time_ratio"].is_null());
+    CHECK(trial["taken"] == false);
+  }
+  CHECK(met);
+}
+
+TEST_CASE("--tune goes with no other measurement") {
+  const Cache cache;
+  CHECK(cache.run({"profile", "--tune", "--width", "8"}).exit_code == 2);
+  CHECK(cache.run({"profile", "--tune", "--plot", cache.folder / "a.png"}).exit_code == 2);
+}

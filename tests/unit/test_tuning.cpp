@@ -1,0 +1,58 @@
+// Settings: what is read, and what is refused.
+
+#include <catch2/catch.hpp>
+#include <limits>
+
+#include "profile/tune_jobs.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/tuning.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+Tuning some() { return {8, 2, 32, 128, 512, 64}; }
+
+}  // namespace
+
+TEST_CASE("settings survive being written") {
+  CHECK(tuning_from(to_json(some())) == some());
+  CHECK_FALSE(Tuning{} == some());
+}
+
+TEST_CASE("settings out of range, missing or unknown are refused by name") {
+  for (const char* name : {"lane_width", "energy_vectors", "gradient_rows", "orbit_items",
+                           "panel_samples", "panel_block"}) {
+    for (const nlohmann::json& wrong :
+         {nlohmann::json(0), nlohmann::json(-3), nlohmann::json(1e30), nlohmann::json("8"),
+          nlohmann::json(nullptr), nlohmann::json(std::numeric_limits<std::int64_t>::max()),
+          nlohmann::json(std::numeric_limits<std::uint64_t>::max())}) {
+      nlohmann::json json = to_json(some());
+      json[name] = wrong;
+      CAPTURE(json.dump());
+      CHECK_THROWS_WITH(tuning_from(json), Catch::Contains(name));
+    }
+    nlohmann::json json = to_json(some());
+    json.erase(name);
+    CHECK_THROWS_AS(tuning_from(json), InputError);
+    json["more"] = 1;
+    CHECK_THROWS_AS(tuning_from(json), InputError);
+  }
+  Tuning tuning = some();
+  tuning.lane_width = 4;
+  CHECK_THROWS_WITH(tuning.validate(), Catch::Contains("1, 8 or 16"));
+  tuning = some();
+  tuning.panel_block = 100;
+  CHECK_THROWS_WITH(tuning.validate(), Catch::Contains("multiple"));
+}
+
+TEST_CASE("differences are of the largest number") {
+  CHECK(largest_difference({1, 2, 100}, {1, 2, 100}) == 0);
+  CHECK(largest_difference({1, 3, 100}, {1, 2, 100}) == Approx(0.01));
+  CHECK(largest_difference({-1e-3}, {1e-3}) == Approx(2));
+  CHECK(largest_difference({0, 0}, {0, 0}) == 0);
+  CHECK(largest_difference({1}, {1, 2}) == std::numeric_limits<double>::infinity());
+  CHECK(largest_difference({std::nan("")}, {1}) == std::numeric_limits<double>::infinity());
+  CHECK(largest_difference({std::numeric_limits<double>::infinity()}, {1}) ==
+        std::numeric_limits<double>::infinity());
+}
