@@ -13,6 +13,7 @@
 #include "profile/roofline.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/scaling.hpp"
 #include "qjulia/tune.hpp"
 #include "qjulia/tuning_cache.hpp"
 
@@ -25,6 +26,7 @@ struct Arguments {
   std::string baseline;
   std::string plot;
   bool tune = false;
+  bool scaling = false;
   double tolerance = 0.2;
   ProfileOptions options;
 };
@@ -86,6 +88,34 @@ int run_tune(const Arguments& arguments, Session& session) {
   return kDone;
 }
 
+std::string table(const ScalingReport& report) {
+  std::string text =
+      "energy with gradient\n n    samples  factors       seconds     Gpairs/s   device MB";
+  for (const ScalingPoint& p : report.points) {
+    const double pairs = static_cast<double>(p.samples * p.factors) * p.iterations;
+    text += fmt::format("\n{:2} {:10} {:8} {:13.5f} {:12.2f} {:11.1f}", p.iterations, p.samples,
+                        p.factors, p.seconds, 1e-9 * pairs / p.seconds,
+                        1e-6 * static_cast<double>(p.device_bytes));
+  }
+  for (const ScalingLaw& law : report.laws) {
+    text += fmt::format(
+        "\nn = {}: seconds grow as samples^{:.3f} factors^{:.3f}; the farthest from this is off by "
+        "a "
+        "factor of {:.2f}",
+        law.iterations, law.samples_exponent, law.factors_exponent, law.worst_ratio);
+  }
+  return text;
+}
+
+int run_scaling(const Arguments& arguments, Session& session) {
+  const Device device = session.open_device(arguments.device);
+  ScalingOptions options;
+  options.precision = arguments.options.precision;
+  const ScalingReport report = measure_scaling(device, options, session.watch());
+  session.console.result(table(report), to_json(report));
+  return kDone;
+}
+
 /// What made the picture, for its text chunk.
 std::string made_by(const ProfileReport& report) {
   nlohmann::json json = to_json(report);
@@ -101,6 +131,7 @@ int run(Arguments arguments, Session& session) {
   nlohmann::json baseline;
   if (!arguments.baseline.empty()) baseline = read_baseline(arguments.baseline);
   if (arguments.tune) return run_tune(arguments, session);
+  if (arguments.scaling) return run_scaling(arguments, session);
   if (!arguments.plot.empty()) {
     require_extension(arguments.plot, {".png"});
     require_writable(arguments.plot);
@@ -128,6 +159,7 @@ void add_profile(CLI::App& program, ChosenCommand& chosen) {
       "  qjulia profile --json > before.json\n"
       "  qjulia profile --baseline before.json --tolerance 0.1    exit code 1 if slower\n"
       "  qjulia profile --plot roofline.png\n"
+      "  qjulia profile --scaling                                 cost against size\n"
       "  qjulia profile --tune                                    once a device; a minute or two\n"
       "A pair is one factor at one sample for one iterate. The share of the limit counts the\n"
       "multiplications and divisions that the kernel's source asks for against the multiply-adds\n"
@@ -146,6 +178,11 @@ void add_profile(CLI::App& program, ChosenCommand& chosen) {
       "Find the lane width, samples per work-item and tile sizes that are fastest here, check that "
       "each gives the default's results (to 1e-4 of the largest, double 1e-10), and keep the best "
       "for every command to use");
+  auto* scaling = command
+                      ->add_flag("--scaling", a.scaling,
+                                 "Measure how the time and memory of an energy with its gradient "
+                                 "grow with samples (25^3 to 193^3) and factors (83 to 1324)")
+                      ->excludes(tune);
   command->add_option("--samples", a.options.samples, "Sample points")->capture_default_str();
   command->add_option("--factors", a.options.factors, "Factors of the map")->capture_default_str();
   command->add_option("--repeats", a.options.repeats, "Timed runs of each kernel")
@@ -154,6 +191,7 @@ void add_profile(CLI::App& program, ChosenCommand& chosen) {
       ->add_option("--width", a.options.lane_width,
                    "Lanes of a work-item: 1, 8 or 16. Default: what suits the device")
       ->excludes(tune)
+      ->excludes(scaling)
       ->type_name("INT");
   command->add_option("--precision", a.precision, "Arithmetic on the device")
       ->check(CLI::IsMember({"single", "double"}))
@@ -162,12 +200,14 @@ void add_profile(CLI::App& program, ChosenCommand& chosen) {
       ->add_option("--baseline", a.baseline,
                    "An earlier --json report: exit code 1 if a kernel has become slower")
       ->excludes(tune)
+      ->excludes(scaling)
       ->type_name("FILE");
   command
       ->add_option("--plot", a.plot,
                    "Draw a roofline: each kernel's speed over its work per byte of memory, under "
                    "what the device can do at most")
       ->excludes(tune)
+      ->excludes(scaling)
       ->type_name("PICTURE.png");
   add_number(*command, "--tolerance", a.tolerance,
              "What counts as slower: 0.2 is 20 % over the baseline's median")

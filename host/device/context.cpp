@@ -27,8 +27,22 @@ DeviceTimes times_of(const cl::Event& event) {
 
 }  // namespace
 
+/// Of a context's buffers, bytes. It outlives the context where a buffer does.
+struct AllocatedBytes {
+  std::size_t now = 0, peak = 0;
+};
+
 struct Memory::Handle {
   cl::Buffer buffer;
+  std::size_t bytes = 0;  ///< counted in `allocated`
+  std::shared_ptr<AllocatedBytes> allocated{};
+
+  Handle() = default;
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  ~Handle() {
+    if (allocated) allocated->now -= bytes;
+  }
 };
 
 struct Kernel::Handle {
@@ -42,6 +56,7 @@ struct Context::Impl {
   cl::Device device;
   cl::Context context;
   cl::CommandQueue queue;
+  std::shared_ptr<AllocatedBytes> allocated = std::make_shared<AllocatedBytes>();
   /// Key: expanded source, options, device and driver. One process uses one device and driver per
   /// Context, so these two are fixed here; they enter the drivers' own on-disk caches.
   std::map<std::string, cl::Program> programs;
@@ -113,8 +128,16 @@ Memory Context::allocate_bytes(std::size_t bytes) {
   memory.handle_->buffer = cl::Buffer(impl_->context, CL_MEM_READ_WRITE,
                                       std::max<std::size_t>(bytes, 1), nullptr, &code);
   impl_->expect(code, fmt::format("allocating {} bytes", bytes));
+  memory.handle_->bytes = bytes;
+  memory.handle_->allocated = impl_->allocated;
+  impl_->allocated->now += bytes;
+  impl_->allocated->peak = std::max(impl_->allocated->peak, impl_->allocated->now);
   return memory;
 }
+
+std::size_t Context::peak_allocated_bytes() const { return impl_->allocated->peak; }
+
+void Context::reset_peak_allocated_bytes() { impl_->allocated->peak = impl_->allocated->now; }
 
 RealBuffer Context::allocate_real(std::size_t count, Precision precision) {
   const std::size_t size = precision == Precision::dbl ? sizeof(double) : sizeof(float);

@@ -127,6 +127,10 @@ class Context {
   }
   RealBuffer allocate_real(std::size_t count, Precision precision);
 
+  /// Bytes of all buffers that were alive at once, at most, since the last reset.
+  std::size_t peak_allocated_bytes() const;
+  void reset_peak_allocated_bytes();
+
   /// Allocates and fills.
   template <class T>
   Buffer<T> upload(std::span<const T> values) {

@@ -18,6 +18,7 @@
 #include "qjulia/ranks.hpp"
 #include "qjulia/rational_map.hpp"
 #include "qjulia/sample.hpp"
+#include "qjulia/scaling.hpp"
 #include "qjulia/shape.hpp"
 #include "qjulia/surface.hpp"
 #include "qjulia/surface_file.hpp"

@@ -1,0 +1,48 @@
+// Cost against size, measured small.
+
+#include <catch2/catch.hpp>
+
+#include "device/context.hpp"
+#include "qjulia/scaling.hpp"
+
+using namespace qjulia;
+
+TEST_CASE("time grows with size, memory with samples and factors apart") {
+  ScalingOptions options;
+  options.samples = {16'000, 128'000};
+  options.factors = {64, 512};
+  options.most_slots = 1e10;
+  const ScalingReport report = measure_scaling(Device::choose("cpu"), options);
+  // At n = 4 the largest is left out.
+  REQUIRE(report.points.size() == 7);
+  REQUIRE(report.laws.size() == 2);
+  for (const ScalingLaw& law : report.laws) {
+    CHECK(law.samples_exponent == Approx(1).margin(0.5));
+    CHECK(law.factors_exponent == Approx(1).margin(0.5));
+  }
+  const auto bytes = [&](std::size_t i) {
+    return static_cast<double>(report.points[i].device_bytes);
+  };
+  // Six arrays of samples, field and cotangent, at the least.
+  CHECK(bytes(0) >= 16'000 * 8 * 4);
+  CHECK(bytes(3) >= 128'000 * 8 * 4);
+  // A product of the sizes would make this 64 times as much.
+  CHECK(bytes(3) < 10 * bytes(0));
+  CHECK(bytes(3) - bytes(2) == Approx(bytes(1) - bytes(0)).epsilon(0.05));
+}
+
+TEST_CASE("buffers are counted while they live") {
+  const Device device = Device::choose("cpu");
+  device::Context& context = device.context();
+  context.reset_peak_allocated_bytes();
+  const std::size_t before = context.peak_allocated_bytes();
+  {
+    const auto a = context.allocate<float>(1000);
+    const auto copy = a;
+    { const auto b = context.allocate<float>(500); }
+    const auto c = context.allocate<float>(200);
+    CHECK(context.peak_allocated_bytes() == before + 6000);
+  }
+  context.reset_peak_allocated_bytes();
+  CHECK(context.peak_allocated_bytes() == before);
+}
