@@ -167,7 +167,7 @@ void add_profile(CLI::App& program, ChosenCommand& chosen) {
       "they have times only. Figures are of the device's own clock; quiet machines measure best.\n"
       "Tuned settings are kept for the device, its driver and this program in\n"
       "$XDG_CACHE_HOME/qjulia (~/.cache/qjulia), and every command uses them from then on. Sums\n"
-      "are then taken in another order: maps fitted before and after differ in their last digits,\n"
+      "are then taken in another order: maps fitted before and after differ slightly,\n"
       "as they do between machines tuned differently. QJULIA_TUNING=off in the environment keeps "
       "to\n"
       "the defaults, which are the same everywhere.");
