@@ -38,7 +38,6 @@ TEST_CASE("buffers are counted while they live") {
   const std::size_t before = context.peak_allocated_bytes();
   {
     const auto a = context.allocate<float>(1000);
-    const auto copy = a;
     { const auto b = context.allocate<float>(500); }
     const auto c = context.allocate<float>(200);
     CHECK(context.peak_allocated_bytes() == before + 6000);

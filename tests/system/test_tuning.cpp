@@ -50,7 +50,7 @@ struct Cache {
     const Finished result = tune();
     INFO(result.err);
     REQUIRE(result.exit_code == 0);
-    const std::string file = json::parse(result.out)["file"];
+    std::string file = json::parse(result.out)["file"];
     json kept = json::parse(read_text(file));
     kept["single"]["lane_width"] = 8;
     kept["single"]["energy_vectors"] = 3;

@@ -9,8 +9,8 @@ using namespace qjulia;
 
 TEST_CASE("a power law is found, and how far its points lie from it") {
   std::vector<ScalingPoint> points;
-  for (const std::size_t samples : {1000, 20'000, 500'000}) {
-    for (const std::size_t factors : {80, 300, 1300}) {
+  for (const std::size_t samples : {1000U, 20'000U, 500'000U}) {
+    for (const std::size_t factors : {80U, 300U, 1300U}) {
       const double seconds = 3e-9 * std::pow(samples, 0.9) * std::pow(factors, 1.1);
       points.push_back({4, samples, factors, seconds, 0});
     }
