@@ -15,12 +15,12 @@ kernel void grid_depth(global const real* view, int columns, int first_row, int 
   real3 origin = view_point(view, (real)column + (real)0.5, (real)(row + first_row) + (real)0.5, 0,
                             &direction);
   real step = grid[QJ_GRID_STEP];
-  // The part of the ray inside the grid.
+  // The part of the ray that is seen.
   real o[3] = {origin.x, origin.y, origin.z};
   real d[3] = {direction.x, direction.y, direction.z};
   real t = 0, end = (real)1e30f;
   for (int i = 0; i < 3; ++i) {
-    real low = grid[QJ_GRID_ORIGIN + i], high = low + step * (grid[QJ_GRID_POINTS + i] - 1);
+    real low = grid[QJ_GRID_SEEN_LOW + i], high = grid[QJ_GRID_SEEN_HIGH + i];
     real a = (low - o[i]) / d[i], b = (high - o[i]) / d[i];
     if (fabs(d[i]) < (real)1e-9f) {
       if (o[i] < low || o[i] > high) end = -1;

@@ -14,6 +14,21 @@ inline qlane point_on(lane_ray r, lane t, real slice) {
   return q_make(fma(t, r.dx, r.ox), fma(t, r.dy, r.oy), fma(t, r.dz, r.oz), lane_of(slice));
 }
 
+// Narrows start … end to the ray's part inside the box that is seen; start = end where that is
+// none.
+inline void clip_to_seen(global const real* grid, lane_ray r, lane* start, lane* end) {
+  lane o[3] = {r.ox, r.oy, r.oz}, d[3] = {r.dx, r.dy, r.dz};
+  for (int i = 0; i < 3; ++i) {
+    // A ray along a face of the box runs inside or outside of it: neither bound is NaN.
+    lane speed = lane_where(isless(fabs(d[i]), lane_of((real)1e-9f)), lane_of((real)1e-9f), d[i]);
+    lane a = (grid[QJ_GRID_SEEN_LOW + i] - o[i]) / speed;
+    lane b = (grid[QJ_GRID_SEEN_HIGH + i] - o[i]) / speed;
+    *start = fmax(*start, fmin(a, b));
+    *end = fmin(*end, fmax(a, b));
+  }
+  *end = fmax(*end, *start);
+}
+
 // How far the band {F_1 < far_level} is from each point of a grid, at least; not above 0 in it.
 // Near a pole outside the shape F_1 is high without the band being far, so that no step is longer
 // than the distance to the nearest factor. One work-item per QJ_WIDTH points, from `first_group`
@@ -115,6 +130,7 @@ kernel void march_depth(global const real* map, int factors, int iterations,
         lane half_chord = sqrt(fmax(half2, lane_of(0)));
         start = fmax(middle - half_chord, lane_of(0));
         end = lane_where(isgreater(half2, lane_of(0)), middle + half_chord, start);
+        clip_to_seen(grid, ray, &start, &end);
         lane first = fmax(lane_load(hints, 0), start);
         t = lane_where(fresh, first, t);
         outside =

@@ -39,6 +39,7 @@ std::string table(const std::vector<FitMetrics>& metrics) {
 int run(const Arguments& arguments, Session& session) {
   CompareOptions options = arguments.options;
   options.iterations = arguments.map_options.iterations;
+  options.escape = arguments.map_options.escape;
   options.validate();
   arguments.map_options.knobs.validate();
   const RationalMap read = read_map(arguments.map);
@@ -89,6 +90,7 @@ void add_compare(CLI::App& program, ChosenCommand& chosen) {
   command->add_option("--resolution", a.options.resolution, "Cells along each side of the cube")
       ->capture_default_str();
   add_map_options(*command, a.map_options);
+  add_escape(*command, a.map_options, kDefaultEscape);
   add_device(*command, a.device);
   add_trace(*command, chosen.trace);
   add_verbosity(*command, chosen.verbosity);

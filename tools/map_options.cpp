@@ -40,13 +40,16 @@ class Adder {
 };
 
 nlohmann::json to_json(const MapKnobs& knobs) {
-  nlohmann::json json = {{"detail", nullptr}, {"order_seed", nullptr}, {"phase", nullptr},
-                         {"slice", nullptr},  {"drift", nullptr},      {"translate", nullptr},
-                         {"scale", nullptr}};
+  nlohmann::json json = {{"detail", nullptr},    {"order_seed", nullptr}, {"phase", nullptr},
+                         {"slice", nullptr},     {"rotate", nullptr},     {"drift", nullptr},
+                         {"translate", nullptr}, {"scale", nullptr}};
   if (knobs.detail) json["detail"] = *knobs.detail;
   if (knobs.order_seed) json["order_seed"] = *knobs.order_seed;
   if (const auto& p = knobs.phase) json["phase"] = {p->x, p->y, p->z, p->w};
   if (knobs.slice) json["slice"] = *knobs.slice;
+  if (const auto& r = knobs.rotate) {
+    json["rotate"] = {r->axis.x(), r->axis.y(), r->axis.z(), r->degrees};
+  }
   if (knobs.drift) json["drift"] = *knobs.drift;
   if (const auto& t = knobs.translate) json["translate"] = {t->x(), t->y(), t->z()};
   if (knobs.scale) json["scale"] = *knobs.scale;
@@ -57,8 +60,10 @@ nlohmann::json to_json(const MapKnobs& knobs) {
 
 const char* const kMapOptionsHelp =
     "The map's options work together, in this order: --detail, --order-seed, --phase, --slice,\n"
-    "then --drift and --translate as one move, after which the map is calibrated again, and\n"
-    "--scale last.";
+    "--rotate, then --drift and --translate as one move, after which the map is calibrated again,\n"
+    "and --scale last.";
+
+const char* const kDefaultEscape = "Default: farther than any orbit returns from";
 
 std::vector<std::string> MapOptions::given() const {
   std::vector<std::string> names;
@@ -92,6 +97,13 @@ void add_knobs(CLI::App& command, MapOptions& options) {
   add.number("--slice", knobs.slice, "W",
              "Fourth coordinate of the slice that is looked at, map units (the shape's longest "
              "side is 3): away from 0 thin parts vanish first. Default: the map's own");
+  add.numbers(
+      "--rotate", 4, "X Y Z DEGREES",
+      [&knobs](const std::vector<double>& r) {
+        knobs.rotate = Rotation{{r[0], r[1], r[2]}, r[3]};
+      },
+      "Turns the factors, and the shape with them, about this axis through the origin of "
+      "iteration: about x, the real axis, the grooves turn along; about any other, they change");
   add.number("--drift", knobs.drift, "F",
              "Moves the origin of iteration inside the shape, along z, in inradii: grooves deepen "
              "from 0.3 on, near 1 the set is a hollow crust, past 1.1 dust");

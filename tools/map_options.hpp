@@ -36,6 +36,9 @@ void add_box(CLI::App& command, MapOptions& options, const std::string& otherwis
 /// --escape. @param otherwise what holds without it.
 void add_escape(CLI::App& command, MapOptions& options, const std::string& otherwise);
 
+/// The escape radius of commands that look at the set: what add_escape() says of it.
+extern const char* const kDefaultEscape;
+
 /// How these options act together, for the end of a command's help.
 extern const char* const kMapOptionsHelp;
 

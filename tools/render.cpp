@@ -36,6 +36,8 @@ PictureOptions checked_options(const Arguments& arguments) {
   PictureOptions options = arguments.options;
   options.camera.up = arguments.up.front();
   options.iterations = arguments.map_options.iterations;
+  options.box = arguments.map_options.box;
+  options.escape = arguments.map_options.escape;
   options.validate();
   arguments.map_options.knobs.validate();
   const auto given = arguments.map_options.given();
@@ -232,6 +234,8 @@ void describe_options(CLI::App& command, Arguments& a) {
       ->check(CLI::Range(2, 10000))
       ->type_name("N");
   add_map_options(command, a.map_options);
+  add_box(command, a.map_options, "The set is cut open at its faces. Default: all of it");
+  add_escape(command, a.map_options, kDefaultEscape);
   add_device(command, a.device);
 }
 

@@ -40,6 +40,7 @@ SurfaceOptions checked_options(const Arguments& arguments) {
   SurfaceOptions options = arguments.options;
   options.iterations = arguments.map_options.iterations;
   options.box = arguments.map_options.box;
+  options.escape = arguments.map_options.escape;
   arguments.map_options.knobs.validate();
   options.validate();
   return options;
@@ -180,6 +181,7 @@ void add_surface(CLI::App& program, ChosenCommand& chosen) {
   add_map_options(*command, a.map_options);
   add_box(*command, a.map_options,
           "Default: the shape's box plus 5 %, grown until the set fits in");
+  add_escape(*command, a.map_options, kDefaultEscape);
   add_device(*command, a.device);
   add_trace(*command, chosen.trace);
   add_verbosity(*command, chosen.verbosity);

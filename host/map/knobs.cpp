@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "qjulia/detail.hpp"
@@ -23,6 +25,7 @@ void expect_no_knobs_of_factors(const MapKnobs& knobs) {
   };
   refuse(knobs.detail.has_value(), "--detail");
   refuse(knobs.order_seed.has_value(), "--order-seed");
+  refuse(knobs.rotate.has_value(), "--rotate");
   refuse(knobs.drift.has_value(), "--drift");
   refuse(knobs.translate.has_value(), "--translate");
 }
@@ -48,6 +51,28 @@ RationalMap calibrated_inside(const Device& device, const RationalMap& map) {
   }
 }
 
+/// The smallest box along the axes that holds a box turned by `turn` about a point of its space.
+Box turned_box(const Box& box, const Eigen::Matrix3d& turn, const Eigen::Vector3d& about) {
+  const Eigen::Vector3d center = about + turn * (box.center() - about);
+  const Eigen::Vector3d half = 0.5 * turn.cwiseAbs() * box.size();
+  return {center - half, center + half};
+}
+
+/// All centres turned about the origin.
+RationalMap rotated(RationalMap map, const Rotation& rotation) {
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(rotation.degrees * std::numbers::pi / 180, rotation.axis.normalized())
+          .toRotationMatrix();
+  for (Factor& factor : map.factors) {
+    const Eigen::Vector3d c =
+        turn * Eigen::Vector3d(factor.center.x, factor.center.y, factor.center.z);
+    factor.center = {c.x(), c.y(), c.z(), factor.center.w};
+  }
+  const Eigen::Vector3d origin = map.shape_to_map.to_shape(Eigen::Vector3d::Zero());
+  if (map.box) map.box = turned_box(*map.box, turn, origin);
+  return map;
+}
+
 /// All centres and the window they are seen through moved together: the shape stays in its own
 /// coordinates, the origin of iteration moves by −offset (map units).
 RationalMap moved(RationalMap map, const Eigen::Vector3d& offset) {
@@ -66,6 +91,10 @@ void MapKnobs::validate() const {
     throw InputError("--phase: four numbers, not all zero, such as 0.8 0.6 0 0");
   }
   if (slice) expect_finite("--slice", *slice);
+  if (rotate &&
+      !(rotate->axis.allFinite() && rotate->axis.norm() > 0 && std::isfinite(rotate->degrees))) {
+    throw InputError("--rotate: an axis, not all zero, and degrees, such as 0 1 0 90");
+  }
   if (drift) expect_finite("--drift", *drift);
   if (translate && !translate->allFinite()) throw InputError("--translate: not numbers");
   if (scale && !(std::isfinite(*scale) && *scale > 0)) {
@@ -80,6 +109,7 @@ RationalMap turned(const Device& device, const RationalMap& map, const MapKnobs&
   if (knobs.order_seed) shuffle(result.factors, *knobs.order_seed);
   if (knobs.phase) result.phase = (1 / norm(*knobs.phase)) * *knobs.phase;
   if (knobs.slice) result.slice = *knobs.slice;
+  if (knobs.rotate) result = rotated(std::move(result), *knobs.rotate);
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();
   if (knobs.drift) {
     if (!map.inradius) {

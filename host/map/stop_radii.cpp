@@ -1,9 +1,12 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "map/sphere_directions.hpp"
 #include "map/sphere_search.hpp"
+#include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 
 namespace qjulia {
@@ -126,7 +129,14 @@ double inner_radius(const Field& field, const RationalMap& map,
 
 }  // namespace
 
-StopRadii find_stop_radii(const Device& device, const RationalMap& map) {
+StopRadii find_stop_radii(const Device& device, const RationalMap& map,
+                          std::optional<double> escape) {
+  if (escape && !(*escape > std::exp(map.surface_level))) {
+    throw InputError(fmt::format(
+        "--escape {} is too small: orbits that come to rest reach radius {:.3g}, map units; give "
+        "more than that",
+        *escape, std::exp(map.surface_level)));
+  }
   // F_1 itself, however far out: no escape radius.
   const Field field(device, map, Precision::single,
                     {0, 0, std::numeric_limits<double>::infinity()});
@@ -137,6 +147,11 @@ StopRadii find_stop_radii(const Device& device, const RationalMap& map) {
       bounded ? outer_radius(field, map, directions) : std::numeric_limits<double>::infinity();
   if (bounded) stops.escape = 1.25 * stops.outer;
   stops.inner = inner_radius(field, map, directions, bounded ? stops.outer : 2 * reach(map));
+  if (escape) {
+    stops.escape = *escape;
+    // Orbits that stay in this ball may leave the smaller one.
+    if (*escape < stops.inner) stops.inner = 0;
+  }
   return stops;
 }
 

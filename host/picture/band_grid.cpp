@@ -77,24 +77,36 @@ Box close_box(const Grid& grid, const std::vector<float>& safe) {
   return {low - cell, high + cell};
 }
 
-std::vector<float> packed(const Grid& grid) {
+/// @param seen the part of space that rays go through.
+std::vector<float> packed(const Grid& grid, const Box& seen) {
   std::vector<float> reals(QJ_GRID_SIZE);
   for (std::size_t i = 0; i < 3; ++i) {
     reals[QJ_GRID_ORIGIN + i] = static_cast<float>(grid.origin[static_cast<Eigen::Index>(i)]);
     reals[QJ_GRID_POINTS + i] = static_cast<float>(grid.points[i]);
+    reals[QJ_GRID_SEEN_LOW + i] = static_cast<float>(seen.low[static_cast<Eigen::Index>(i)]);
+    reals[QJ_GRID_SEEN_HIGH + i] = static_cast<float>(seen.high[static_cast<Eigen::Index>(i)]);
   }
   reals[QJ_GRID_STEP] = static_cast<float>(grid.step);
   return reals;
 }
 
+/// The box in both; a point of `b` where they have nothing in common.
+Box common(const Box& a, const Box& b) {
+  const Box both{a.low.cwiseMax(b.low), a.high.cwiseMin(b.high)};
+  if ((both.size().array() > 0).all()) return both;
+  const Eigen::Vector3d least = Eigen::Vector3d::Constant(1e-6 * b.diagonal());
+  return {b.center() - least, b.center() + least};
+}
+
 }  // namespace
 
-Band find_band(const Device& device, const RationalMap& map, int iterations, const Box& shape) {
+Band find_band(const Device& device, const MarchedSet& set, const Box& shape) {
+  const RationalMap& map = set.map;
   Band band;
-  band.stops = find_stop_radii(device, map);
+  band.stops = find_stop_radii(device, map, set.escape);
   band.radius = 1.001 * std::min(band.stops.outer, band.stops.escape);
-  band.level =
-      iterations == 1 ? map.surface_level : std::log(std::min(band.stops.outer, band.stops.escape));
+  band.level = set.iterations == 1 ? map.surface_level
+                                   : std::log(std::min(band.stops.outer, band.stops.escape));
   const Eigen::Vector3d corner = Eigen::Vector3d::Constant(band.radius);
   const Box within{shape.low.cwiseMax(-corner), shape.high.cwiseMin(corner)};
   band.steepest = steepest_slope(Field(device, map, Precision::single, band.stops), map.slice,
@@ -102,18 +114,19 @@ Band find_band(const Device& device, const RationalMap& map, int iterations, con
   return band;
 }
 
-BandGrid::BandGrid(const Device& device, const RationalMap& map, int iterations, const Band& band)
+BandGrid::BandGrid(const Device& device, const MarchedSet& set, const Band& band)
     : device_(device),
-      map_(map),
-      iterations_(iterations),
+      map_(set.map),
+      iterations_(set.iterations),
       band_(band),
-      map_buffer_(upload_map(device.context(), map, band.stops, Precision::single)) {
+      map_buffer_(upload_map(device.context(), set.map, band.stops, Precision::single)) {
   device::Context& context = device_.context();
   const Eigen::Vector3d corner = Eigen::Vector3d::Constant(band.radius);
   const Grid first = grid_over({-corner, corner}, kFirstCells);
   bounds_ = close_box(first, safe_steps(first));
+  if (set.part) bounds_ = common(bounds_, *set.part);
   grid_ = grid_over(bounds_, kCells);
-  layout_ = context.upload<float>(packed(grid_));
+  layout_ = context.upload<float>(packed(grid_, bounds_));
   safe_ = context.upload<float>(safe_steps(grid_));
 }
 
@@ -121,7 +134,7 @@ std::vector<float> BandGrid::safe_steps(const Grid& grid) const {
   device::Context& context = device_.context();
   const int lanes = device_.lane_width(Precision::single);
   const auto kernel = context.kernel("ray_march.cl", "safe_steps", {lanes, Precision::single, {}});
-  const auto layout = context.upload<float>(packed(grid));
+  const auto layout = context.upload<float>(packed(grid, {}));
   std::vector<float> safe(GridBlock{{0, 0, 0}, grid.points}.size());
   const auto wide = static_cast<std::size_t>(lanes);
   const std::size_t all = (safe.size() + wide - 1) / wide;

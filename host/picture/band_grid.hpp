@@ -3,6 +3,7 @@
 /// the set roughly is.
 
 #include "device/context.hpp"
+#include "picture/depth_source.hpp"
 #include "picture/view.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/rational_map.hpp"
@@ -19,12 +20,12 @@ struct Band {
 };
 
 /// @param shape a box about the fitted shape, map coordinates.
-Band find_band(const Device& device, const RationalMap& map, int iterations, const Box& shape);
+Band find_band(const Device& device, const MarchedSet& set, const Box& shape);
 
-/// Over the box of {F₁ < band.level}, in map coordinates.
+/// Over the box of {F₁ < band.level} in the part that is seen, in map coordinates.
 class BandGrid {
  public:
-  BandGrid(const Device& device, const RationalMap& map, int iterations, const Band& band);
+  BandGrid(const Device& device, const MarchedSet& set, const Band& band);
 
   /// As shared/picture_layout.h says, with the safe steps at its points (ray_march.cl).
   const device::Buffer<float>& layout() const { return layout_; }

@@ -2,6 +2,7 @@
 /// What can be seen: anything that knows the depths of a view.
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "picture/view.hpp"
@@ -23,9 +24,16 @@ class DepthSource {
   virtual Box bounds() const = 0;
 };
 
-/// The iterated set of a map, in map coordinates, ray-marched on the device.
-std::unique_ptr<DepthSource> march_source(const Device& device, const RationalMap& map,
-                                          int iterations);
+/// A map's set, as far as it is seen.
+struct MarchedSet {
+  RationalMap map;
+  int iterations = 6;
+  std::optional<double> escape;  ///< of orbits, map units; by default beyond any return
+  std::optional<Box> part;       ///< map units: what lies outside it is cut away
+};
+
+/// A map's iterated set, in map coordinates, ray-marched on the device.
+std::unique_ptr<DepthSource> march_source(const Device& device, const MarchedSet& set);
 
 /// A mesh, in its own coordinates, rasterised on the host. `mesh` must outlive the source.
 std::unique_ptr<DepthSource> mesh_source(const TriangleMesh& mesh);

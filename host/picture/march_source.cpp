@@ -65,14 +65,14 @@ Box shape_box(const RationalMap& map) {
 
 class MarchSource : public DepthSource {
  public:
-  MarchSource(const Device& device, const RationalMap& map, int iterations)
+  MarchSource(const Device& device, const MarchedSet& set)
       : device_(device),
-        map_(map),
-        iterations_(iterations),
-        band_(find_band(device, map, iterations, shape_box(map))),
-        grid_(device, map, iterations, band_) {
+        map_(set.map),
+        iterations_(set.iterations),
+        band_(find_band(device, set, shape_box(set.map))),
+        grid_(device, set, band_) {
     device::Context& context = device.context();
-    buffer_ = upload_map(context, map, band_.stops, Precision::single);
+    buffer_ = upload_map(context, map_, band_.stops, Precision::single);
     kernel_ = context.kernel("ray_march.cl", "march_depth",
                              {device.lane_width(Precision::single), Precision::single, {}});
   }
@@ -185,9 +185,8 @@ class MarchSource : public DepthSource {
 
 }  // namespace
 
-std::unique_ptr<DepthSource> march_source(const Device& device, const RationalMap& map,
-                                          int iterations) {
-  return std::make_unique<MarchSource>(device, map, iterations);
+std::unique_ptr<DepthSource> march_source(const Device& device, const MarchedSet& set) {
+  return std::make_unique<MarchSource>(device, set);
 }
 
 }  // namespace qjulia

@@ -90,8 +90,10 @@ Image render_source(const Device& device, DepthSource& source, const Box& framed
   return image;
 }
 
-/// What a map's pictures show: the shape's box, or where none is known, the source's bounds.
-Box framed_box(const RationalMap& map, const DepthSource& source) {
+/// What a map's pictures show: the part asked for, else the shape's box, or where none is known,
+/// the source's bounds.
+Box framed_box(const RationalMap& map, const std::optional<Box>& part, const DepthSource& source) {
+  if (part) return *part;
   if (!map.box) return source.bounds();
   return {map.shape_to_map.to_map(map.box->low), map.shape_to_map.to_map(map.box->high)};
 }
@@ -111,6 +113,9 @@ void PictureOptions::validate() const {
   require(camera.zoom >= 0.01 && camera.zoom <= 1000, "zoom", camera.zoom, "give 0.01 to 1000");
   require(camera.field_of_view >= 1 && camera.field_of_view <= 120, "field of view",
           camera.field_of_view, "give 1 to 120 degrees");
+  if (box && !(box->low.allFinite() && box->high.allFinite() && (box->size().array() > 0).all())) {
+    throw InputError("--box is not a box; give x0 y0 z0 x1 y1 z1 with x0 < x1, y0 < y1, z0 < z1");
+  }
   if (camera.up < 'x' || camera.up > 'z') {
     throw InputError(fmt::format("up axis is '{}': give x, y or z", camera.up));
   }
@@ -120,8 +125,13 @@ Image render(const Device& device, const RationalMap& map, const PictureOptions&
              const Watch& watch) {
   options.validate();
   map.validate();
-  const auto source = march_source(device, map, options.iterations);
-  return render_source(device, *source, framed_box(map, *source), options, watch);
+  MarchedSet set{map, options.iterations, options.escape, {}};
+  if (options.box) {
+    set.part =
+        Box{map.shape_to_map.to_map(options.box->low), map.shape_to_map.to_map(options.box->high)};
+  }
+  const auto source = march_source(device, set);
+  return render_source(device, *source, framed_box(map, set.part, *source), options, watch);
 }
 
 Image render_mesh(const Device& device, const TriangleMesh& mesh, const Box& framed,

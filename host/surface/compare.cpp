@@ -112,7 +112,7 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
                                 const Watch& watch) {
   options.validate();
   map.validate();
-  const StopRadii stops = find_stop_radii(device, map);
+  const StopRadii stops = find_stop_radii(device, map, options.escape);
   std::vector<int> iterations{1};
   if (options.iterations > 1) iterations.push_back(options.iterations);
   const auto steps = static_cast<double>(1 + iterations.size());
@@ -132,7 +132,9 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
     const auto shared = overlap({device, map, stops, n}, map.surface_level, cube, watch);
     metrics.iou = shared.iou;
     metrics.energy = shared.energy;
-    const SurfaceOptions surface{options.resolution, n, {}};
+    SurfaceOptions surface;
+    surface.resolution = options.resolution;
+    surface.iterations = n;
     MeshSink set;
     set_surface(device, map, stops, surface, set, quiet);
     compare_surfaces(device, set.mesh, sampled, mesh.box().diagonal(), metrics);

@@ -101,7 +101,8 @@ SurfaceReport extract_surface(const Device& device, const RationalMap& map,
                               const Watch& watch) {
   options.validate();
   map.validate();
-  return set_surface(device, map, find_stop_radii(device, map), options, sink, watch);
+  return set_surface(device, map, find_stop_radii(device, map, options.escape), options, sink,
+                     watch);
 }
 
 TriangleMesh extract_surface(const Device& device, const RationalMap& map,

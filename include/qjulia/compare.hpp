@@ -2,6 +2,7 @@
 /// How well a map fits a mesh.
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <vector>
 
 #include "qjulia/device.hpp"
@@ -13,6 +14,8 @@ namespace qjulia {
 struct CompareOptions {
   int resolution = 128;  ///< cells along each side of the cube the IoU is taken over
   int iterations = 6;
+  /// Radius beyond which orbits end, map units; by default where none returns from.
+  std::optional<double> escape = std::nullopt;
   void validate() const;  ///< @throws InputError
 };
 

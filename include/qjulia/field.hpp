@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -54,7 +55,10 @@ RationalMap calibrated(const Device& device, const RationalMap& map);
 
 /// r_in: the largest r whose 4-D ball the map takes into itself. r_out: the smallest r beyond which
 /// F_1 > ln |q|; infinity unless Σ a_k > 1. Both sampled, with a margin of 2 %, but no r_out is
-/// beyond the bound that holds for every direction. The escape radius is 1.25 r_out, else 20.
-StopRadii find_stop_radii(const Device& device, const RationalMap& map);
+/// beyond the bound that holds for every direction. The escape radius is `escape`, where given,
+/// else 1.25 r_out or, without r_out, 20.
+/// @throws InputError when orbits of inner points would escape: `escape` not above e^L.
+StopRadii find_stop_radii(const Device& device, const RationalMap& map,
+                          std::optional<double> escape = {});
 
 }  // namespace qjulia

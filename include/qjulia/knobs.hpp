@@ -10,6 +10,12 @@
 
 namespace qjulia {
 
+/// A turn about an axis through the origin.
+struct Rotation {
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< of any length but 0
+  double degrees = 0;
+};
+
 /// Changes to a map, applied in the order they stand in. An empty one leaves the map as it is.
 struct MapKnobs {
   /// δ as a fraction of the box's diagonal: a thicker shell is a wilder fractal.
@@ -20,6 +26,9 @@ struct MapKnobs {
   std::optional<Quaternion> phase;
   /// The slice's W, map units: away from 0 thin parts vanish first.
   std::optional<double> slice;
+  /// Turns the factors about the origin of iteration, and the shape with them. Only turns about x,
+  /// the real axis, turn the grooves too.
+  std::optional<Rotation> rotate;
   /// Moves the origin that iteration turns about along z, in inradii: grooves deepen, near 1 the
   /// set is a hollow crust, past 1.1 dust.
   std::optional<double> drift;
@@ -28,7 +37,8 @@ struct MapKnobs {
   /// S ← S − ln s: above 1 the set grows, below it shrinks.
   std::optional<double> scale;
 
-  /// @throws InputError naming the option: a number that is not finite, a phase of zero, a scale
+  /// @throws InputError naming the option: a number that is not finite, a phase or an axis of zero,
+  /// a scale
   ///   that is not positive.
   void validate() const;
 };

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -34,7 +35,11 @@ struct PictureOptions {
   int width = 1280;
   int height = 960;
   int iterations = 6;
+  /// Radius beyond which orbits end, map units; by default where none returns from.
+  std::optional<double> escape = std::nullopt;
   int samples_per_axis = 2;  ///< anti-aliasing: its square rays a pixel
+  /// Shape units: only this part of the set is drawn, cut open, and framed. By default all of it.
+  std::optional<Box> box;
   Camera camera;
   void validate() const;  ///< @throws InputError
 };

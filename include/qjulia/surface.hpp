@@ -19,7 +19,9 @@ struct SurfaceOptions {
                            ///< nothing touches its faces
   bool dense = false;      ///< iterate every point of the grid: the same mesh, slower
   int refine = 0;          ///< halvings of each crossed edge about its vertex, by F_n; 0 … 20
-  void validate() const;   ///< @throws InputError
+  /// Radius beyond which orbits end, map units; by default where none returns from.
+  std::optional<double> escape = std::nullopt;
+  void validate() const;  ///< @throws InputError
 };
 
 /// What an extraction came to.

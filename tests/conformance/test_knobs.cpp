@@ -1,7 +1,9 @@
 // What each knob must leave as it is.
 
+#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numbers>
 
 #include "map/reference_iteration.hpp"
 #include "qjulia/error.hpp"
@@ -106,6 +108,39 @@ TEST_CASE("moving the origin keeps the shape and calibrates anew") {
   const Field field(cpu(), drifted);
   CHECK(std::log(effective_radius(field, drifted.surface_level, 3 * std::sqrt(3.0))) ==
         Approx(drifted.surface_level).margin(1e-3));
+}
+
+TEST_CASE("a rotation turns the potential, and about the real axis the orbits too") {
+  RationalMap map = some_map();
+  map.shape_to_map = {1, {0, 0, 0}};
+  const Eigen::Vector3d axis(1, 2, -0.5);
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(std::numbers::pi * 40 / 180, axis.normalized()).toRotationMatrix();
+  MapKnobs knobs;
+  knobs.rotate = Rotation{axis, 40};
+  const auto rotated = turned(cpu(), map, knobs);
+  knobs.rotate = Rotation{Eigen::Vector3d::UnitX(), 40};
+  const auto rolled = turned(cpu(), map, knobs);
+  const Eigen::Matrix3d roll =
+      Eigen::AngleAxisd(std::numbers::pi * 40 / 180, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  const auto at = [](const RationalMap& some, const Eigen::Vector3d& p, int n) {
+    return reference::field(some, std::vector<Quaternion>{{p.x(), p.y(), p.z(), 0}}, n, 1e6)[0];
+  };
+  const Eigen::Vector3d p(0.4, 0.3, -0.2);
+  CHECK(at(rotated, turn * p, 1) == Approx(at(map, p, 1)));
+  CHECK(at(rotated, p, 1) != Approx(at(map, p, 1)));
+  CHECK(at(rotated, turn * p, 2) != Approx(at(map, p, 2)));
+  // Conjugation by a quaternion of the real and k axes turns y and z alone; log, exp and products
+  // go along with it.
+  for (const int n : {1, 2, 3}) {
+    CAPTURE(n);
+    RationalMap flat = map, flat_rolled = rolled;
+    for (auto* some : {&flat, &flat_rolled}) {
+      for (Factor& factor : some->factors) factor.center.w = 0;
+    }
+    CHECK(at(flat_rolled, roll * p, n) == Approx(at(flat, p, n)));
+  }
+  CHECK(rotated.box->size().minCoeff() > map.box->size().minCoeff());
 }
 
 TEST_CASE("the slice is the W that points are seen on") {

@@ -57,7 +57,7 @@ TEST_CASE("rays meet the ball where they must, at every lane width") {
   for (const int width : {1, 8, 16}) {
     for (const int iterations : {1, 6}) {
       CAPTURE(width, iterations);
-      const auto source = march_source(with_width(width), square(), iterations);
+      const auto source = march_source(with_width(width), {square(), iterations, {}, {}});
       const View view = ball_view(101, 67, 1);
       const auto depths = source->depths(view, 0, view.rows);
       REQUIRE(depths.size() == 101 * 67);
@@ -89,8 +89,8 @@ TEST_CASE("rays meet the ball where they must, at every lane width") {
 }
 
 TEST_CASE("a pixel's depth depends neither on the strip it is asked for in nor on lane width") {
-  const auto source = march_source(with_width(8), square(), 6);
-  const auto other = march_source(with_width(16), square(), 6);
+  const auto source = march_source(with_width(8), {square(), 6, {}, {}});
+  const auto other = march_source(with_width(16), {square(), 6, {}, {}});
   const View view = ball_view(37, 29, 2);
   const auto whole = source->depths(view, 0, view.rows);
   std::vector<float> strips;
@@ -108,7 +108,7 @@ TEST_CASE("a pixel's depth depends neither on the strip it is asked for in nor o
 }
 
 TEST_CASE("refined samples lie on the ball") {
-  const auto source = march_source(with_width(16), square(), 6);
+  const auto source = march_source(with_width(16), {square(), 6, {}, {}});
   const View view = ball_view(80, 60, 2);
   const auto depths = source->depths(view, 0, view.rows);
   double worst = 0;
@@ -125,13 +125,63 @@ TEST_CASE("refined samples lie on the ball") {
   CHECK(worst < 0.5 * view.footprint);
 }
 
+TEST_CASE("a part of the ball is cut open at the faces of its box") {
+  // The half behind z = 0.25, seen from the front: the cut's flat face, then the ball's rest.
+  const Box part{{-2, -2, -2}, {2, 2, 0.25}};
+  for (const int width : {1, 8, 16}) {
+    CAPTURE(width);
+    const auto source = march_source(with_width(width), {square(), 6, {}, part});
+    View view = parallel_view(Vector3d::UnitZ(), *square().box, 64);
+    for (const bool coarse : {false, true}) {
+      view.coarse_will_do = coarse;
+      const auto depths = source->depths(view, 0, view.rows);
+      int on_cut = 0, beyond = 0;
+      double worst = 0;
+      for (int row = 0; row < view.rows; ++row) {
+        for (int column = 0; column < view.columns; ++column) {
+          const Vector3d eye = view.eye + (column + 0.5) * view.eye_dx + (row + 0.5) * view.eye_dy;
+          const double aside = std::hypot(eye.x(), eye.y());
+          if (aside > 0.9) continue;
+          const double depth = depths[static_cast<std::size_t>(row * view.columns + column)];
+          const double z = eye.z() - depth;
+          if (depth >= 0 && z > -0.5) ++on_cut;
+          worst = std::max(worst, std::abs(z - 0.25));
+          if (z > 0.27) ++beyond;
+        }
+      }
+      CHECK(on_cut > 1500);
+      CHECK(beyond == 0);
+      CHECK(worst < (coarse ? 0.05 : 1e-3));
+    }
+    CHECK(source->bounds().high.z() == 0.25);
+  }
+}
+
+TEST_CASE("an escape radius cuts the set, and one that would empty it is refused") {
+  // q² at the circle of radius 1: orbits from 0.9 stay, whatever the escape radius above 1.
+  const View view = ball_view(41, 31, 1);
+  const auto depths = [&](std::optional<double> escape, double shift) {
+    RationalMap map = square();
+    map.log_scale = shift;  // the set's radius is e^-shift
+    return march_source(with_width(8), {map, 6, escape, {}})->depths(view, 0, view.rows);
+  };
+  CHECK(depths(1.5, 0) == depths(30.0, 0));
+  const auto hits = [](const std::vector<float>& all) {
+    return std::ranges::count_if(all, [](float depth) { return depth >= 0; });
+  };
+  // e^-0.3 q²: a ball of radius 1.35, of which orbits that reach 1.1 are cut.
+  CHECK(hits(depths(1.1, -0.3)) < hits(depths({}, -0.3)));
+  CHECK_THROWS_WITH(depths(0.9, 0), Catch::Contains("--escape 0.9"));
+}
+
 TEST_CASE("safe steps never lead into the ball, and the grid's coarse depths lie within a cell") {
   for (const int width : {1, 8, 16}) {
     CAPTURE(width);
     const Device device = with_width(width);
-    const Band band = find_band(device, square(), 6, *square().box);
+    const MarchedSet set{square(), 6, {}, {}};
+    const Band band = find_band(device, set, *square().box);
     CHECK(band.radius >= 1);
-    BandGrid grid(device, square(), 6, band);
+    BandGrid grid(device, set, band);
     for (const Vector3d& corner : {grid.bounds().low, grid.bounds().high}) {
       CHECK(corner.cwiseAbs().minCoeff() > 1);
       CHECK(corner.cwiseAbs().maxCoeff() < 1.3);
@@ -173,7 +223,7 @@ TEST_CASE("safe steps never lead into the ball, and the grid's coarse depths lie
 TEST_CASE("at n = 1 the silhouette and the depths are those of the extracted mesh") {
   const Device device = Device::choose("cpu");
   const RationalMap map = steepened(test::armed_ball_map(60), 10);
-  const auto marched = march_source(device, map, 1);
+  const auto marched = march_source(device, {map, 1, {}, {}});
   SurfaceOptions options;
   options.resolution = 160;
   options.iterations = 1;

@@ -14,11 +14,13 @@
 #define QJ_VIEW_SIZE 18
 
 /* A regular grid: point (i, j, k) lies at origin + step (i, j, k); values have i fastest, then j.
- */
+   Rays go through the part of space seen, a box inside the grid. */
 #define QJ_GRID_ORIGIN 0
 #define QJ_GRID_STEP 3
 #define QJ_GRID_POINTS 4 /* three counts */
-#define QJ_GRID_SIZE 7
+#define QJ_GRID_SEEN_LOW 7
+#define QJ_GRID_SEEN_HIGH 10
+#define QJ_GRID_SIZE 13
 
 /* A light: a direction with a square depth map seen along it. */
 #define QJ_LIGHT_DIRECTION 0  /* towards the light, unit */
