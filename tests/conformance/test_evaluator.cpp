@@ -4,9 +4,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "double_precision.hpp"
 #include "fit/evaluator.hpp"
 #include "random_maps.hpp"
+#include "test_device.hpp"
 
 using namespace qjulia;
 
@@ -54,8 +54,8 @@ TEST_CASE("energy, field and gradient on the device are the reference's") {
   const auto reference = make_reference_evaluator(samples, options);
   const auto expected = reference->evaluate(map, true);
   const auto expected_field = reference->field(map);
-  for (const int width : {1, 8, 16}) {
-    const auto device = Device::choose("cpu").with_lane_width(width);
+  for (const int width : test::lane_widths()) {
+    const auto device = test::device().with_lane_width(width);
     CAPTURE(width, iterations, loss == Loss::tanh);
     if (test::can_check(device, Precision::dbl)) {
       const auto in_double = make_device_evaluator(device, samples, options, Precision::dbl);
@@ -77,8 +77,8 @@ TEST_CASE("the Gauss-Newton matrix on the device is the reference's") {
   const EnergyOptions options{loss, 1, 1.3, 20};
   const auto expected = make_reference_evaluator(samples, options)->gauss_newton(map);
   const double size = expected.cwiseAbs().maxCoeff();
-  for (const int width : {1, 8, 16}) {
-    const auto device = Device::choose("cpu").with_lane_width(width);
+  for (const int width : test::lane_widths()) {
+    const auto device = test::device().with_lane_width(width);
     CAPTURE(width, loss == Loss::tanh);
     if (test::can_check(device, Precision::dbl)) {
       const auto two =

@@ -3,10 +3,10 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "double_precision.hpp"
 #include "map/reference_iteration.hpp"
 #include "qjulia/field.hpp"
 #include "random_maps.hpp"
+#include "test_device.hpp"
 
 using namespace qjulia;
 
@@ -52,10 +52,10 @@ std::vector<double> errors(const Field& field, const RationalMap& map,
 }  // namespace
 
 TEST_CASE("F_n in double is the reference's") {
-  const int width = GENERATE(1, 8, 16);
-  if (!test::can_check(Device::choose("cpu"), Precision::dbl)) return;
+  const int width = GENERATE(from_range(test::lane_widths()));
+  if (!test::can_check(test::device(), Precision::dbl)) return;
   const RationalMap map = general_map();
-  const Field field(Device::choose("cpu").with_lane_width(width), map, Precision::dbl);
+  const Field field(test::device().with_lane_width(width), map, Precision::dbl);
   // 1001 is no multiple of a width: the padding must not show.
   const auto points = points_in(1.5, 1001);
   for (const int n : {1, 2, 3, 4}) {
@@ -65,9 +65,9 @@ TEST_CASE("F_n in double is the reference's") {
 }
 
 TEST_CASE("F_n in float is the reference's within rounding, which iteration amplifies") {
-  const int width = GENERATE(1, 8, 16);
+  const int width = GENERATE(from_range(test::lane_widths()));
   const RationalMap map = general_map();
-  const Field field(Device::choose("cpu").with_lane_width(width), map, Precision::single);
+  const Field field(test::device().with_lane_width(width), map, Precision::single);
   const auto points = points_in(1.5, 1001);
   for (const int n : {1, 2, 3, 4}) {
     const auto error = errors(field, map, points, n);
@@ -81,12 +81,12 @@ TEST_CASE("F_n in float is the reference's within rounding, which iteration ampl
 }
 
 TEST_CASE("far away F_1 is S + degree ln |q|, and starts beyond the escape radius do not iterate") {
-  const int width = GENERATE(1, 8, 16);
+  const int width = GENERATE(from_range(test::lane_widths()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::can_check(Device::choose("cpu"), precision)) return;
+  if (!test::can_check(test::device(), precision)) return;
   const RationalMap map = general_map();
-  const Field far(Device::choose("cpu").with_lane_width(width), map, precision, {0, 0, 1e9});
-  const Field near(Device::choose("cpu").with_lane_width(width), map, precision);
+  const Field far(test::device().with_lane_width(width), map, precision, {0, 0, 1e9});
+  const Field near(test::device().with_lane_width(width), map, precision);
   const std::vector<Quaternion> points{{1e6, 0, 0, 0}, {0, -1e6, 1e6, 0}, {0, 0, 0, 21}};
   const auto f = far.at(points, 1);
   const auto stopped = near.at(points, 4);
@@ -99,14 +99,14 @@ TEST_CASE("far away F_1 is S + degree ln |q|, and starts beyond the escape radiu
 }
 
 TEST_CASE("at a centre a root is far inside and a pole far outside, and nothing is NaN") {
-  const int width = GENERATE(1, 8, 16);
+  const int width = GENERATE(from_range(test::lane_widths()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::can_check(Device::choose("cpu"), precision)) return;
+  if (!test::can_check(test::device(), precision)) return;
   RationalMap map = general_map();
   // Centres that float holds exactly.
   map.factors[0] = {{0.25, -0.5, 0.125, 0}, 2};
   map.factors[1] = {{-0.75, 0.5, 0.25, 0}, -2};
-  const Field field(Device::choose("cpu").with_lane_width(width), map, precision);
+  const Field field(test::device().with_lane_width(width), map, precision);
   const std::vector<Quaternion> points{map.factors[0].center, map.factors[1].center};
   for (const int n : {1, 2, 3, 4}) {
     CAPTURE(width, n);
@@ -123,10 +123,10 @@ TEST_CASE("at a centre a root is far inside and a pole far outside, and nothing 
 }
 
 TEST_CASE("beside the branch cut both sides are the reference's; on it the direction is i") {
-  const int width = GENERATE(1, 8, 16);
+  const int width = GENERATE(from_range(test::lane_widths()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::can_check(Device::choose("cpu"), precision)) return;
-  const auto device = Device::choose("cpu").with_lane_width(width);
+  if (!test::can_check(test::device(), precision)) return;
+  const auto device = test::device().with_lane_width(width);
   // On the negative real axis of every centre; a t = 0.5 pi and 0.7 pi: nothing cancels there.
   RationalMap map;
   map.log_scale = -0.2;
@@ -145,11 +145,11 @@ TEST_CASE("beside the branch cut both sides are the reference's; on it the direc
 }
 
 TEST_CASE("the gradient by the point is the reference's central difference") {
-  const int width = GENERATE(1, 8, 16);
+  const int width = GENERATE(from_range(test::lane_widths()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::can_check(Device::choose("cpu"), precision)) return;
+  if (!test::can_check(test::device(), precision)) return;
   const RationalMap map = general_map();
-  const Field field(Device::choose("cpu").with_lane_width(width), map, precision);
+  const Field field(test::device().with_lane_width(width), map, precision);
   const auto points = points_in(1.5, 77);
   const auto gradients = field.gradient_at(points);
   constexpr double kStep = 1e-6;

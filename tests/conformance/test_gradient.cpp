@@ -4,9 +4,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "double_precision.hpp"
 #include "fit/evaluator.hpp"
 #include "random_maps.hpp"
+#include "test_device.hpp"
 
 using namespace qjulia;
 
@@ -54,10 +54,10 @@ RationalMap map_on_slice(std::size_t factors, std::uint64_t seed) {
 }  // namespace
 
 TEST_CASE("gradients agree with central differences in double") {
-  const int width = GENERATE(1, 8, 16);
+  const int width = GENERATE(from_range(test::lane_widths()));
   const int iterations = GENERATE(1, 2, 3, 4);
   const auto loss = GENERATE(Loss::tanh, Loss::distance);
-  const auto device = Device::choose("cpu").with_lane_width(width);
+  const auto device = test::device().with_lane_width(width);
   if (!test::can_check(device, Precision::dbl)) return;
   const auto map = map_on_slice(14, 7);
   const auto samples = hard_samples(map, 61, 8);

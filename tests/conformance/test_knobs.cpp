@@ -10,13 +10,14 @@
 #include "qjulia/field.hpp"
 #include "qjulia/knobs.hpp"
 #include "random_maps.hpp"
+#include "test_device.hpp"
 
 using namespace qjulia;
 
 namespace {
 
 const Device& cpu() {
-  static const Device device = Device::choose("cpu");
+  static const Device device = test::device();
   return device;
 }
 

@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "device/context.hpp"
-#include "double_precision.hpp"
 #include "random_maps.hpp"
+#include "test_device.hpp"
 
 using namespace qjulia;
 
@@ -19,7 +19,7 @@ enum Function { log2_of = 0, exp_of, tanh_of, angle_of, sine_of, cosine_of, rsqr
 class Probe {
  public:
   Probe(int width, Precision precision)
-      : device_(Device::choose("cpu").with_lane_width(width)),
+      : device_(test::device().with_lane_width(width)),
         width_(static_cast<std::size_t>(width)),
         precision_(precision) {}
 
@@ -99,9 +99,9 @@ Bounds bounds(Precision precision) {
 }  // namespace
 
 TEST_CASE("elementary functions keep their stated bounds") {
-  const int width = GENERATE(1, 8, 16);
+  const int width = GENERATE(from_range(test::lane_widths()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::can_check(Device::choose("cpu"), precision)) return;
+  if (!test::can_check(test::device(), precision)) return;
   const Probe probe(width, precision);
   const Bounds bound = bounds(precision);
   CAPTURE(width, precision == Precision::dbl);
@@ -136,9 +136,9 @@ TEST_CASE("elementary functions keep their stated bounds") {
 }
 
 TEST_CASE("angles are right all round, at every size and on the axes") {
-  const int width = GENERATE(1, 8, 16);
+  const int width = GENERATE(from_range(test::lane_widths()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::can_check(Device::choose("cpu"), precision)) return;
+  if (!test::can_check(test::device(), precision)) return;
   const Probe probe(width, precision);
   CAPTURE(width, precision == Precision::dbl);
   std::mt19937_64 bits(1);
@@ -168,7 +168,7 @@ TEST_CASE("angles are right all round, at every size and on the axes") {
 }
 
 TEST_CASE("lanes are summed, each once") {
-  const int width = GENERATE(1, 8, 16);
+  const int width = GENERATE(from_range(test::lane_widths()));
   const Probe probe(width, Precision::single);
   std::vector<double> x(64);
   for (std::size_t i = 0; i < x.size(); ++i) x[i] = std::exp2(static_cast<double>(i % 16));

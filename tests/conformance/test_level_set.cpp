@@ -7,6 +7,7 @@
 
 #include "random_maps.hpp"
 #include "surface/level_set.hpp"
+#include "test_device.hpp"
 
 using namespace qjulia;
 
@@ -55,7 +56,7 @@ RationalMap sliced_map() {
 }  // namespace
 
 TEST_CASE("one iterate on a grid is the potential, and ln |q| beyond the escape radius") {
-  const auto device = Device::choose("cpu").with_lane_width(GENERATE(1, 8, 16));
+  const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   const RationalMap map = sliced_map();
   const Grid grid = exact_grid();
   const GridBlock block = slices(grid, 0, 5);
@@ -76,7 +77,7 @@ TEST_CASE("one iterate on a grid is the potential, and ln |q| beyond the escape 
 }
 
 TEST_CASE("iterating only what is undecided gives the values of iterating everything") {
-  const auto device = Device::choose("cpu").with_lane_width(GENERATE(1, 8, 16));
+  const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   const int iterations = GENERATE(2, 6);
   const RationalMap map = sliced_map();
   const Grid grid = exact_grid();
@@ -101,7 +102,7 @@ TEST_CASE("iterating only what is undecided gives the values of iterating everyt
 }
 
 TEST_CASE("a block has the values that the whole grid has there") {
-  const auto device = Device::choose("cpu");
+  const auto device = test::device();
   const RationalMap map = sliced_map();
   Grid grid = exact_grid();
   grid.origin = {-1.4999, -1.2345, -1.77777};
@@ -120,7 +121,7 @@ TEST_CASE("a block has the values that the whole grid has there") {
 }
 
 TEST_CASE("maps without stop radii are iterated to the end") {
-  const auto device = Device::choose("cpu");
+  const auto device = test::device();
   const RationalMap map = sliced_map();
   const StopRadii none{0, std::numeric_limits<double>::infinity(), 20};
   const Grid grid = exact_grid();
@@ -133,7 +134,7 @@ TEST_CASE("maps without stop radii are iterated to the end") {
 }
 
 TEST_CASE("bounds of F_1 over a cube hold at every point in it") {
-  const auto device = Device::choose("cpu").with_lane_width(GENERATE(1, 16));
+  const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   // Centres near the slice and large exponents: cubes hold singularities, and slopes are steep.
   const double scale = GENERATE(1.0, 20.0);
   RationalMap map = sliced_map();

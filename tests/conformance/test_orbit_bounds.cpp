@@ -4,18 +4,18 @@
 #include <cmath>
 
 #include "armed_ball.hpp"
-#include "double_precision.hpp"
 #include "map/reference_iteration.hpp"
 #include "map/sphere_directions.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
+#include "test_device.hpp"
 
 using namespace qjulia;
 
 namespace {
 
 const Device& cpu() {
-  static const Device device = Device::choose("cpu");
+  static const Device device = test::device();
   return device;
 }
 

@@ -13,6 +13,7 @@
 #include "qjulia/picture.hpp"
 #include "qjulia/shared/picture_layout.h"
 #include "qjulia/surface.hpp"
+#include "test_device.hpp"
 
 using namespace qjulia;
 using Eigen::Vector3d;
@@ -26,7 +27,7 @@ RationalMap square() {
   return map;
 }
 
-Device with_width(int width) { return Device::choose("cpu").with_lane_width(width); }
+Device with_width(int width) { return test::device().with_lane_width(width); }
 
 View ball_view(int width, int height, int samples) {
   return camera_view({}, *square().box, width, height, samples);
@@ -54,7 +55,7 @@ PictureOptions small(int width, int height) {
 }  // namespace
 
 TEST_CASE("rays meet the ball where they must, at every lane width") {
-  for (const int width : {1, 8, 16}) {
+  for (const int width : test::lane_widths()) {
     for (const int iterations : {1, 6}) {
       CAPTURE(width, iterations);
       const auto source = march_source(with_width(width), {square(), iterations, {}, {}});
@@ -128,7 +129,7 @@ TEST_CASE("refined samples lie on the ball") {
 TEST_CASE("a part of the ball is cut open at the faces of its box") {
   // The half behind z = 0.25, seen from the front: the cut's flat face, then the ball's rest.
   const Box part{{-2, -2, -2}, {2, 2, 0.25}};
-  for (const int width : {1, 8, 16}) {
+  for (const int width : test::lane_widths()) {
     CAPTURE(width);
     const auto source = march_source(with_width(width), {square(), 6, {}, part});
     View view = parallel_view(Vector3d::UnitZ(), *square().box, 64);
@@ -175,7 +176,7 @@ TEST_CASE("an escape radius cuts the set, and one that would empty it is refused
 }
 
 TEST_CASE("safe steps never lead into the ball, and the grid's coarse depths lie within a cell") {
-  for (const int width : {1, 8, 16}) {
+  for (const int width : test::lane_widths()) {
     CAPTURE(width);
     const Device device = with_width(width);
     const MarchedSet set{square(), 6, {}, {}};
@@ -221,7 +222,7 @@ TEST_CASE("safe steps never lead into the ball, and the grid's coarse depths lie
 }
 
 TEST_CASE("at n = 1 the silhouette and the depths are those of the extracted mesh") {
-  const Device device = Device::choose("cpu");
+  const Device device = test::device();
   const RationalMap map = steepened(test::armed_ball_map(60), 10);
   const auto marched = march_source(device, {map, 1, {}, {}});
   SurfaceOptions options;
@@ -280,7 +281,7 @@ TEST_CASE("normals of depth point away from the ball's middle") {
 }
 
 TEST_CASE("the same picture twice is the same bytes; tiny pictures work") {
-  const Device device = Device::choose("cpu");
+  const Device device = test::device();
   const Image first = render(device, square(), small(24, 17));
   CHECK(first.pixels.size() == 3 * 24 * 17);
   CHECK(render(device, square(), small(24, 17)).pixels == first.pixels);
@@ -292,5 +293,5 @@ TEST_CASE("a stopped rendering gives no picture") {
   stop.request_stop();
   Watch watch;
   watch.stop = stop.get_token();
-  CHECK(render(Device::choose("cpu"), square(), small(8, 8), watch).pixels.empty());
+  CHECK(render(test::device(), square(), small(8, 8), watch).pixels.empty());
 }

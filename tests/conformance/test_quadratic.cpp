@@ -10,6 +10,7 @@
 #include "qjulia/picture.hpp"
 #include "qjulia/surface.hpp"
 #include "random_maps.hpp"
+#include "test_device.hpp"
 
 using namespace qjulia;
 
@@ -41,7 +42,7 @@ std::vector<Quaternion> some_points() {
 }
 
 const Device& cpu() {
-  static const Device device = Device::choose("cpu");
+  static const Device device = test::device();
   return device;
 }
 
@@ -65,7 +66,7 @@ TEST_CASE("the reference iterates q² + c") {
 }
 
 TEST_CASE("kernels iterate it as the reference does") {
-  const auto device = Device::choose("cpu").with_lane_width(GENERATE(1, 8, 16));
+  const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   const RationalMap map = some_map();
   const auto points = some_points();
   const Field field(device, map);

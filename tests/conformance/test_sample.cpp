@@ -6,20 +6,20 @@
 #include <fstream>
 #include <iterator>
 
-#include "double_precision.hpp"
 #include "map/reference_iteration.hpp"
 #include "original.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/sample.hpp"
 #include "random_maps.hpp"
 #include "temporary_folder.hpp"
+#include "test_device.hpp"
 
 using namespace qjulia;
 
 namespace {
 
 const Device& cpu() {
-  static const Device device = Device::choose("cpu");
+  static const Device device = test::device();
   return device;
 }
 

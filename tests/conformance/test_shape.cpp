@@ -4,13 +4,14 @@
 #include "qjulia/error.hpp"
 #include "qjulia/shape.hpp"
 #include "shapes.hpp"
+#include "test_device.hpp"
 
 using namespace qjulia;
 
 namespace {
 
 const Device& cpu() {
-  static const Device device = Device::choose("cpu");
+  static const Device device = test::device();
   return device;
 }
 

@@ -2,9 +2,9 @@
 #include <random>
 
 #include "distance_reference.hpp"
-#include "double_precision.hpp"
 #include "qjulia/shape.hpp"
 #include "shapes.hpp"
+#include "test_device.hpp"
 
 using namespace qjulia;
 
@@ -46,7 +46,10 @@ Worst compare_with_brute_force(const Device& device, const TriangleMesh& mesh,
     const double distance = reference::distance(mesh, points[i]);
     const double winding = turn * reference::winding_number(mesh, points[i]);
     worst.distance = std::max(worst.distance, std::abs(std::abs(distances[i]) - distance));
-    worst.winding = std::max(worst.winding, std::abs(windings[i] - winding));
+    // Across the surface the winding number jumps, and rounding may cross it.
+    if (distance > 1e-6 * mesh.box().diagonal()) {
+      worst.winding = std::max(worst.winding, std::abs(windings[i] - winding));
+    }
     if (std::abs(winding - 0.5) > 0.1 && (winding > 0.5) != (distances[i] < 0)) ++worst.wrong_sides;
   }
   worst.distance /= mesh.box().diagonal();
@@ -63,8 +66,8 @@ void check_against_brute_force(const Device& device, const TriangleMesh& mesh) {
 }  // namespace
 
 TEST_CASE("signed distance agrees with brute force at every lane width") {
-  const int width = GENERATE(1, 8, 16);
-  const Device device = Device::choose("cpu").with_lane_width(width);
+  const int width = GENERATE(from_range(test::lane_widths()));
+  const Device device = test::device().with_lane_width(width);
   CAPTURE(width);
   SECTION("sphere") { check_against_brute_force(device, shapes::sphere(3)); }
   SECTION("torus") { check_against_brute_force(device, shapes::torus()); }
@@ -82,9 +85,8 @@ TEST_CASE("signed distance agrees with brute force at every lane width") {
 }
 
 TEST_CASE("signed distance in double precision") {
-  if (!test::can_check(Device::choose("cpu"), Precision::dbl)) return;
-  const Worst worst =
-      compare_with_brute_force(Device::choose("cpu"), shapes::torus(), Precision::dbl);
+  if (!test::can_check(test::device(), Precision::dbl)) return;
+  const Worst worst = compare_with_brute_force(test::device(), shapes::torus(), Precision::dbl);
   CHECK(worst.distance < 1e-14);
   CHECK(worst.winding < 0.1);
 }

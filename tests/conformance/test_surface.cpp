@@ -12,6 +12,7 @@
 #include "qjulia/surface.hpp"
 #include "random_maps.hpp"
 #include "shapes.hpp"
+#include "test_device.hpp"
 
 using namespace qjulia;
 
@@ -68,7 +69,7 @@ const double kBallVolume = 4 * M_PI / 3;
 
 TEST_CASE("the set of q² is the unit ball, found without a box") {
   const int iterations = GENERATE(1, 6);
-  const TriangleMesh mesh = extract_surface(Device::choose("cpu"), square(), {48, iterations, {}});
+  const TriangleMesh mesh = extract_surface(test::device(), square(), {48, iterations, {}});
   require_closed_manifold(mesh);
   CHECK(test::enclosed_volume(mesh) == Approx(kBallVolume).epsilon(0.01));
   CHECK(test::surface_area(mesh) == Approx(4 * M_PI).epsilon(iterations == 1 ? 0.01 : 0.04));
@@ -78,7 +79,7 @@ TEST_CASE("surfaces come in the shape's own coordinates") {
   RationalMap map = square();
   map.shape_to_map = {2, {-0.5, 1, 3}};
   map.box = Box{{-0.25, -1, -2}, {0.75, 0, -1}};
-  const TriangleMesh mesh = extract_surface(Device::choose("cpu"), map, {64, 1, {}});
+  const TriangleMesh mesh = extract_surface(test::device(), map, {64, 1, {}});
   require_closed_manifold(mesh);
   const Eigen::Vector3d center(0.25, -0.5, -1.5);
   for (const auto& v : mesh.vertices) CHECK((v - center).norm() == Approx(0.5).epsilon(0.002));
@@ -87,7 +88,7 @@ TEST_CASE("surfaces come in the shape's own coordinates") {
 TEST_CASE("a box that is too small grows until the set is clear of it") {
   RationalMap map = square();
   map.box = Box{{-0.2, -0.9, -0.5}, {0.7, 0.6, 0.8}};
-  const TriangleMesh mesh = extract_surface(Device::choose("cpu"), map, {64, 1, {}});
+  const TriangleMesh mesh = extract_surface(test::device(), map, {64, 1, {}});
   require_closed_manifold(mesh);
   CHECK(test::enclosed_volume(mesh) == Approx(kBallVolume).epsilon(0.01));
 }
@@ -95,7 +96,7 @@ TEST_CASE("a box that is too small grows until the set is clear of it") {
 TEST_CASE("a given box is kept, and cuts the set open") {
   SurfaceOptions options{32, 1, Box{{0, -1.2, -1.2}, {1.2, 1.2, 1.2}}};
   SurfaceReport report;
-  const TriangleMesh mesh = extract_surface(Device::choose("cpu"), square(), options, {}, &report);
+  const TriangleMesh mesh = extract_surface(test::device(), square(), options, {}, &report);
   const auto count = test::count_edges(mesh);
   CHECK(count.open > 0);
   CHECK(count.open == report.open_edges);
@@ -105,7 +106,7 @@ TEST_CASE("a given box is kept, and cuts the set open") {
 }
 
 TEST_CASE("iterated sets are closed and manifold too, over several slabs") {
-  const auto device = Device::choose("cpu");
+  const auto device = test::device();
   const int iterations = GENERATE(1, 2, 5);
   RationalMap map = lump();
   const TriangleMesh mesh = extract_surface(device, map, {128, iterations, {}});
@@ -114,7 +115,7 @@ TEST_CASE("iterated sets are closed and manifold too, over several slabs") {
 }
 
 TEST_CASE("looking at the shell alone gives the mesh of looking everywhere") {
-  const auto device = Device::choose("cpu");
+  const auto device = test::device();
   const auto [resolution, iterations, detail] =
       GENERATE(table<int, int, double>({{64, 1, 0.05}, {96, 6, 0.05}, {70, 6, 0.2}, {64, 2, 0.3}}));
   RationalMap map = test::armed_ball_map(60);
@@ -142,7 +143,7 @@ TEST_CASE("looking at the shell alone gives the mesh of looking everywhere") {
 }
 
 TEST_CASE("refined vertices lie where the set ends, closer with every halving") {
-  const auto device = Device::choose("cpu");
+  const auto device = test::device();
   RationalMap map = test::armed_ball_map(60);
   for (Factor& factor : map.factors) factor.exponent /= 0.05;
   map.log_scale /= 0.05;
@@ -175,7 +176,7 @@ TEST_CASE("refined vertices lie where the set ends, closer with every halving") 
 }
 
 TEST_CASE("normals point outward, across the surface") {
-  const TriangleMesh mesh = extract_surface(Device::choose("cpu"), square(), {64, 1, {}});
+  const TriangleMesh mesh = extract_surface(test::device(), square(), {64, 1, {}});
   REQUIRE(mesh.normals.size() == mesh.vertices.size());
   float least = 1;
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
@@ -187,13 +188,13 @@ TEST_CASE("normals point outward, across the surface") {
 TEST_CASE("a set that is empty in the box gives no triangles") {
   RationalMap map = square();
   map.surface_level = -100;
-  CHECK(extract_surface(Device::choose("cpu"), map, {32, 1, {}}).triangles.empty());
+  CHECK(extract_surface(test::device(), map, {32, 1, {}}).triangles.empty());
 }
 
 TEST_CASE("a set without end is refused") {
   RationalMap map = square();
   map.surface_level = 5;  // above ln of the escape radius
-  CHECK_THROWS_AS(extract_surface(Device::choose("cpu"), map, {32, 1, {}}), Error);
+  CHECK_THROWS_AS(extract_surface(test::device(), map, {32, 1, {}}), Error);
 }
 
 TEST_CASE("a stop request ends the extraction") {
@@ -203,8 +204,7 @@ TEST_CASE("a stop request ends the extraction") {
                 source.request_stop();
               },
               source.get_token()};
-  CHECK_THROWS_AS(extract_surface(Device::choose("cpu"), square(), {128, 1, {}}, watch),
-                  Interrupted);
+  CHECK_THROWS_AS(extract_surface(test::device(), square(), {128, 1, {}}, watch), Interrupted);
 }
 
 TEST_CASE("options out of range are refused by name") {
@@ -219,7 +219,7 @@ TEST_CASE("options out of range are refused by name") {
 }
 
 TEST_CASE("the ball of q² compares with spheres as balls do") {
-  const auto device = Device::choose("cpu");
+  const auto device = test::device();
   SECTION("its own") {
     const auto metrics = compare(device, square(), shapes::sphere(4), {48, 6});
     REQUIRE(metrics.size() == 2);
@@ -268,7 +268,7 @@ TEST_CASE("the ball of q² compares with spheres as balls do") {
 }
 
 TEST_CASE("walls are as thick as the balls that fit between them") {
-  const auto device = Device::choose("cpu");
+  const auto device = test::device();
   const TriangleMesh slab = shapes::box({0, 0, 0}, {10, 10, 0.5});
   const WallThickness walls = wall_thickness(device, slab);
   CHECK(walls.median == Approx(0.5).epsilon(0.15));
