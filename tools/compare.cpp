@@ -40,6 +40,7 @@ int run(const Arguments& arguments, Session& session) {
   CompareOptions options = arguments.options;
   options.iterations = arguments.map_options.iterations;
   options.escape = arguments.map_options.escape;
+  options.precision = arguments.map_options.precision;
   options.validate();
   arguments.map_options.knobs.validate();
   const RationalMap read = read_map(arguments.map);
@@ -91,6 +92,7 @@ void add_compare(CLI::App& program, ChosenCommand& chosen) {
       ->capture_default_str();
   add_map_options(*command, a.map_options);
   add_escape(*command, a.map_options, kDefaultEscape);
+  add_precision(*command, a.map_options);
   add_device(*command, a.device);
   add_trace(*command, chosen.trace);
   add_verbosity(*command, chosen.verbosity);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <functional>
+#include <map>
 
 #include "options.hpp"
 #include "qjulia/error.hpp"
@@ -142,6 +143,17 @@ void add_box(CLI::App& command, MapOptions& options, const std::string& otherwis
                "Part of space to look at, shape units. " + otherwise);
 }
 
+void add_precision(CLI::App& command, MapOptions& options) {
+  static const std::map<std::string, Precision> kNames = {{"single", Precision::single},
+                                                          {"double", Precision::dbl}};
+  command
+      .add_option("--precision", options.precision,
+                  "Arithmetic of the orbits: single, or double where the device has it")
+      ->transform(CLI::CheckedTransformer(kNames).description(""))
+      ->type_name("single|double")
+      ->default_str("single");
+}
+
 void add_escape(CLI::App& command, MapOptions& options, const std::string& otherwise) {
   Adder(command, options)
       .number("--escape", options.escape, "R",
@@ -162,6 +174,7 @@ RationalMap turned(const Device& device, const RationalMap& map, const MapOption
 nlohmann::json to_json(const MapOptions& options) {
   nlohmann::json json = to_json(options.knobs);
   json["iterations"] = options.iterations;
+  json["precision"] = options.precision == Precision::dbl ? "double" : "single";
   json["box"] = options.box ? to_json(*options.box) : nlohmann::json();
   json["escape"] = options.escape ? nlohmann::json(*options.escape) : nlohmann::json();
   return json;

@@ -17,6 +17,7 @@ struct MapOptions {
   int iterations = 6;
   std::optional<Box> box;        ///< shape units
   std::optional<double> escape;  ///< map units
+  Precision precision = Precision::single;
 
   /// Those on the command line, by name: "--detail".
   std::vector<std::string> given() const;
@@ -32,6 +33,9 @@ void add_map_options(CLI::App& command, MapOptions& options);
 
 /// --box. @param otherwise what holds without it.
 void add_box(CLI::App& command, MapOptions& options, const std::string& otherwise);
+
+/// --precision.
+void add_precision(CLI::App& command, MapOptions& options);
 
 /// --escape. @param otherwise what holds without it.
 void add_escape(CLI::App& command, MapOptions& options, const std::string& otherwise);

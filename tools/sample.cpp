@@ -19,7 +19,6 @@ struct Arguments {
   std::string map;
   std::string output;
   std::string device;
-  std::string precision = "single";
   MapOptions map_options;
   SampleOptions options;
 };
@@ -29,7 +28,7 @@ SampleOptions checked_options(const Arguments& arguments) {
   options.iterations = arguments.map_options.iterations;
   options.box = arguments.map_options.box;
   if (arguments.map_options.escape) options.escape = *arguments.map_options.escape;
-  options.precision = arguments.precision == "double" ? Precision::dbl : Precision::single;
+  options.precision = arguments.map_options.precision;
   arguments.map_options.knobs.validate();
   options.validate();
   return options;
@@ -43,20 +42,20 @@ int run(const Arguments& arguments, Session& session) {
   const Device device = session.open_device(arguments.device);
   const RationalMap map = turned(device, read, arguments.map_options, arguments.map);
   nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
-  how["precision"] = arguments.precision;
   const CellGrid grid =
       write_field(device, map, options, arguments.output, one_line(how), session.watch());
   session.report_kernels(device);
   const double seconds = session.seconds();
-  session.console.summary(
-      fmt::format("{} x {} x {} cells, {} precision, {:.1f} s\nfield: {}", grid.cells[0],
-                  grid.cells[1], grid.cells[2], arguments.precision, seconds, arguments.output),
-      {{"field", arguments.output},
-       {"cells", grid.cells},
-       {"box", to_json(grid.box)},
-       {"surface_level", map.surface_level},
-       {"made_with", how},
-       {"seconds", seconds}});
+  session.console.summary(fmt::format("{} x {} x {} cells, {} precision, {:.1f} s\nfield: {}",
+                                      grid.cells[0], grid.cells[1], grid.cells[2],
+                                      options.precision == Precision::dbl ? "double" : "single",
+                                      seconds, arguments.output),
+                          {{"field", arguments.output},
+                           {"cells", grid.cells},
+                           {"box", to_json(grid.box)},
+                           {"surface_level", map.surface_level},
+                           {"made_with", how},
+                           {"seconds", seconds}});
   return kDone;
 }
 
@@ -81,14 +80,10 @@ void add_sample(CLI::App& program, ChosenCommand& chosen) {
       ->type_name("FIELD");
   command->add_option("--resolution", a.options.resolution, "Cells along the box's longest side")
       ->capture_default_str();
-  command
-      ->add_option("--precision", a.precision,
-                   "single, or double where the device has it: of the computation and the file")
-      ->check(CLI::IsMember({"single", "double"}))
-      ->capture_default_str();
   add_map_options(*command, a.map_options);
   add_box(*command, a.map_options, "Default: the shape's box plus 5 %");
   add_escape(*command, a.map_options, "Default: 20");
+  add_precision(*command, a.map_options);
   add_device(*command, a.device);
   add_trace(*command, chosen.trace);
   add_verbosity(*command, chosen.verbosity);

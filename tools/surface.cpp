@@ -41,6 +41,7 @@ SurfaceOptions checked_options(const Arguments& arguments) {
   options.iterations = arguments.map_options.iterations;
   options.box = arguments.map_options.box;
   options.escape = arguments.map_options.escape;
+  options.precision = arguments.map_options.precision;
   arguments.map_options.knobs.validate();
   options.validate();
   return options;
@@ -182,6 +183,7 @@ void add_surface(CLI::App& program, ChosenCommand& chosen) {
   add_box(*command, a.map_options,
           "Default: the shape's box plus 5 %, grown until the set fits in");
   add_escape(*command, a.map_options, kDefaultEscape);
+  add_precision(*command, a.map_options);
   add_device(*command, a.device);
   add_trace(*command, chosen.trace);
   add_verbosity(*command, chosen.verbosity);

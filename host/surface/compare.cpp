@@ -129,12 +129,14 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
     FitMetrics metrics;
     metrics.iterations = n;
     metrics.slope_variation = variation;
-    const auto shared = overlap({device, map, stops, n}, map.surface_level, cube, watch);
+    const auto shared =
+        overlap({device, map, stops, n, options.precision}, map.surface_level, cube, watch);
     metrics.iou = shared.iou;
     metrics.energy = shared.energy;
     SurfaceOptions surface;
     surface.resolution = options.resolution;
     surface.iterations = n;
+    surface.precision = options.precision;
     MeshSink set;
     set_surface(device, map, stops, surface, set, quiet);
     compare_surfaces(device, set.mesh, sampled, mesh.box().diagonal(), metrics);

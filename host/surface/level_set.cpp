@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "map/map_buffer.hpp"
 #include "qjulia/shared/map_layout.h"
@@ -17,11 +18,18 @@ constexpr std::size_t kVersorsPerLaunch = kPairsPerLaunch / 4;
 
 std::int32_t narrow(std::size_t count) { return static_cast<std::int32_t>(count); }
 
-device::Argument real(double value) { return device::Argument::real(value, Precision::single); }
+std::vector<float> rounded(std::vector<float> values) { return values; }
+
+std::vector<float> rounded(const std::vector<double>& values) {
+  std::vector<float> floats(values.size());
+  std::ranges::transform(values, floats.begin(), [](double x) { return static_cast<float>(x); });
+  return floats;
+}
 
 }  // namespace
 
-float Grid::coordinate(int axis, int index) const {
+double Grid::coordinate(int axis, int index, Precision precision) const {
+  if (precision == Precision::dbl) return std::fma(index, step, origin[axis]);
   return std::fma(static_cast<float>(index), static_cast<float>(step),
                   static_cast<float>(origin[axis]));
 }
@@ -41,24 +49,27 @@ int slices_at_once(const Grid& grid) {
   return static_cast<int>(std::max<std::size_t>(1, kPoints / slices(grid, 0, 1).size()));
 }
 
+template <class Real>
 void PointList::copy(std::size_t begin, std::size_t count, std::size_t stride,
-                     std::span<float> out) const {
+                     std::span<Real> out) const {
   const auto from = static_cast<std::ptrdiff_t>(begin);
   auto to = out.begin();
   for (const auto* axis : {&x, &y, &z}) {
-    std::copy_n(axis->begin() + from, count, to);
+    std::transform(axis->begin() + from, axis->begin() + from + static_cast<std::ptrdiff_t>(count),
+                   to, [](double c) { return static_cast<Real>(c); });
     to += static_cast<std::ptrdiff_t>(stride);
   }
 }
 
 LevelSet::LevelSet(const Device& device, const RationalMap& map, const StopRadii& stops,
-                   int iterations)
+                   int iterations, Precision precision)
     : device_(device),
       factors_(static_cast<int>(packed_factors(map))),
       iterations_(iterations),
-      slice_(static_cast<float>(map.slice)) {
+      precision_(precision),
+      slice_(map.slice) {
   const auto header = pack_map(map, stops);
-  map_ = device.context().upload_real(header, Precision::single);
+  map_ = device.context().upload_real(header, precision);
   below_ = static_cast<float>(header[QJ_MAP_LOG_INNER]);
   above_ = static_cast<float>(std::min(header[QJ_MAP_LOG_ESCAPE], header[QJ_MAP_LOG_OUTER]));
 }
@@ -71,8 +82,12 @@ double LevelSet::certainly_outside_above(double level) const {
   return iterations_ == 1 ? level : std::max<double>(above_, level);
 }
 
+device::Argument LevelSet::real(double value) const {
+  return device::Argument::real(value, precision_);
+}
+
 std::size_t LevelSet::lanes() const {
-  return static_cast<std::size_t>(device_.lane_width(Precision::single));
+  return static_cast<std::size_t>(device_.lane_width(precision_));
 }
 
 std::size_t LevelSet::groups_per_launch(std::size_t pairs) const {
@@ -81,12 +96,33 @@ std::size_t LevelSet::groups_per_launch(std::size_t pairs) const {
 
 device::Kernel LevelSet::kernel(const char* name) const {
   return device_.context().kernel("level_set.cl", name,
-                                  {device_.lane_width(Precision::single), Precision::single, {}});
+                                  {device_.lane_width(precision_), precision_, {}});
 }
 
 std::vector<float> LevelSet::over(const Grid& grid, const GridBlock& block) const {
-  std::vector<float> values(block.size());
-  block_values(grid, block, 1, values);
+  return precision_ == Precision::dbl ? rounded(over_in<double>(grid, block))
+                                      : rounded(over_in<float>(grid, block));
+}
+
+std::vector<float> LevelSet::densely_over(const Grid& grid, const GridBlock& block) const {
+  if (iterations_ > 1) counts_.iterated += block.size();
+  return precision_ == Precision::dbl ? rounded(block_values<double>(grid, block, iterations_))
+                                      : rounded(block_values<float>(grid, block, iterations_));
+}
+
+std::vector<float> LevelSet::at(const PointList& points) const {
+  return precision_ == Precision::dbl ? rounded(at_in<double>(points))
+                                      : rounded(at_in<float>(points));
+}
+
+FieldBounds LevelSet::bounds(const PointList& centers, double half_side) const {
+  return precision_ == Precision::dbl ? bounds_in<double>(centers, half_side)
+                                      : bounds_in<float>(centers, half_side);
+}
+
+template <class Real>
+std::vector<Real> LevelSet::over_in(const Grid& grid, const GridBlock& block) const {
+  std::vector<Real> values = block_values<Real>(grid, block, 1);
   if (iterations_ == 1) return values;
   std::vector<std::int32_t> numbers;
   PointList points;
@@ -95,29 +131,24 @@ std::vector<float> LevelSet::over(const Grid& grid, const GridBlock& block) cons
     const int number = narrow(i);
     const int row = number / block.count[0];
     numbers.push_back(number);
-    points.add(grid.coordinate(0, block.first[0] + number % block.count[0]),
-               grid.coordinate(1, block.first[1] + row % block.count[1]),
-               grid.coordinate(2, block.first[2] + row / block.count[1]));
+    points.add(grid.coordinate(0, block.first[0] + number % block.count[0], precision_),
+               grid.coordinate(1, block.first[1] + row % block.count[1], precision_),
+               grid.coordinate(2, block.first[2] + row / block.count[1], precision_));
   }
-  iterate(numbers, points, values);
+  iterate<Real>(numbers, points, values);
   return values;
 }
 
-std::vector<float> LevelSet::densely_over(const Grid& grid, const GridBlock& block) const {
-  std::vector<float> values(block.size());
-  block_values(grid, block, iterations_, values);
-  if (iterations_ > 1) counts_.iterated += values.size();
-  return values;
-}
-
-void LevelSet::block_values(const Grid& grid, const GridBlock& block, int iterations,
-                            std::vector<float>& values) const {
+template <class Real>
+std::vector<Real> LevelSet::block_values(const Grid& grid, const GridBlock& block,
+                                         int iterations) const {
   auto& context = device_.context();
+  std::vector<Real> values(block.size());
   const auto block_kernel = kernel("level_set_block");
   const std::size_t all = (values.size() + lanes() - 1) / lanes();
   const std::size_t most = std::min(all, iterations == 1 ? groups_per_launch(kPairsPerLaunch)
                                                          : groups_per_launch(kVersorsPerLaunch));
-  const auto field = context.allocate<float>(most * lanes());
+  const auto field = context.allocate<Real>(most * lanes());
   for (std::size_t first = 0; first < all; first += most) {
     const std::size_t groups = std::min(most, all - first);
     context.launch(
@@ -126,31 +157,33 @@ void LevelSet::block_values(const Grid& grid, const GridBlock& block, int iterat
          real(grid.origin.x()), real(grid.origin.y()), real(grid.origin.z()), real(grid.step),
          narrow(first), narrow(groups), map_, factors_, iterations, field});
     const std::size_t begin = first * lanes();
-    context.read(
+    context.read<Real>(
         field, std::span(values).subspan(begin, std::min(groups * lanes(), values.size() - begin)));
   }
   counts_.potentials += values.size();
+  return values;
 }
 
-std::vector<float> LevelSet::at(const PointList& points) const {
+template <class Real>
+std::vector<Real> LevelSet::at_in(const PointList& points) const {
   if (points.size() == 0) return {};
   auto& context = device_.context();
   const auto points_kernel = kernel("level_set_points");
-  std::vector<float> values(points.size());
+  std::vector<Real> values(points.size());
   const std::size_t all = (points.size() + lanes() - 1) / lanes();
   const std::size_t most = std::min(all, groups_per_launch(kPairsPerLaunch));
   const std::size_t stride = most * lanes();
-  const auto positions = context.allocate<float>(3 * stride);
-  const auto field = context.allocate<float>(stride);
-  std::vector<float> sent(3 * stride);
+  const auto positions = context.allocate<Real>(3 * stride);
+  const auto field = context.allocate<Real>(stride);
+  std::vector<Real> sent(3 * stride);
   for (std::size_t begin = 0; begin < points.size(); begin += stride) {
     const std::size_t count = std::min(stride, points.size() - begin);
-    points.copy(begin, count, stride, sent);
-    context.write<float>(positions, sent);
+    points.copy<Real>(begin, count, stride, sent);
+    context.write<Real>(positions, sent);
     const std::size_t groups = (count + lanes() - 1) / lanes();
     context.launch(points_kernel, {{groups, 1, 1}},
                    {positions, narrow(stride), narrow(groups), map_, factors_, field});
-    context.read(field, std::span(values).subspan(begin, count));
+    context.read<Real>(field, std::span(values).subspan(begin, count));
   }
   counts_.potentials += points.size();
   if (iterations_ == 1) return values;
@@ -161,40 +194,42 @@ std::vector<float> LevelSet::at(const PointList& points) const {
     numbers.push_back(narrow(i));
     left.add(points.x[i], points.y[i], points.z[i]);
   }
-  iterate(numbers, left, values);
+  iterate<Real>(numbers, left, values);
   return values;
 }
 
+template <class Real>
 void LevelSet::iterate(std::span<const std::int32_t> numbers, const PointList& points,
-                       std::vector<float>& values) const {
+                       std::vector<Real>& values) const {
   if (numbers.empty()) return;
   auto& context = device_.context();
   const auto advance = kernel("level_set_advance");
   counts_.iterated += numbers.size();
   const std::size_t groups = (numbers.size() + lanes() - 1) / lanes();
   const std::size_t stride = std::min(groups, groups_per_launch(kVersorsPerLaunch)) * lanes();
-  const auto positions = context.allocate<float>(4 * stride);
-  const auto field = context.allocate<float>(stride);
-  std::vector<std::int32_t> live;     // numbers of the points that go on
-  std::vector<float> at(4 * stride);  // X, Y, Z, W of these
-  std::vector<float> reached(stride);
+  const auto positions = context.allocate<Real>(4 * stride);
+  const auto field = context.allocate<Real>(stride);
+  std::vector<std::int32_t> live;    // numbers of the points that go on
+  std::vector<Real> at(4 * stride);  // X, Y, Z, W of these
+  std::vector<Real> reached(stride);
   for (std::size_t begin = 0; begin < numbers.size(); begin += stride) {
     const std::size_t count = std::min(stride, numbers.size() - begin);
     const auto part = numbers.subspan(begin, count);
     live.assign(part.begin(), part.end());
-    points.copy(begin, count, stride, at);
-    std::fill_n(at.begin() + static_cast<std::ptrdiff_t>(3 * stride), count, slice_);
+    points.copy<Real>(begin, count, stride, at);
+    std::fill_n(at.begin() + static_cast<std::ptrdiff_t>(3 * stride), count,
+                static_cast<Real>(slice_));
     for (int iterate = 1; iterate < iterations_ && !live.empty(); ++iterate) {
       for (std::size_t i = 0; i < live.size(); ++i) {
         reached[i] = values[static_cast<std::size_t>(live[i])];
       }
-      context.write<float>(positions, at);
-      context.write<float>(field, reached);
+      context.write<Real>(positions, at);
+      context.write<Real>(field, reached);
       const std::size_t used = (live.size() + lanes() - 1) / lanes();
       context.launch(advance, {{used, 1, 1}},
                      {positions, narrow(stride), narrow(used), map_, factors_, field});
-      context.read<float>(positions, at);
-      context.read<float>(field, reached);
+      context.read<Real>(positions, at);
+      context.read<Real>(field, reached);
       counts_.iterates += live.size();
       std::size_t kept = 0;
       for (std::size_t i = 0; i < live.size(); ++i) {
@@ -211,30 +246,31 @@ void LevelSet::iterate(std::span<const std::int32_t> numbers, const PointList& p
   }
 }
 
-FieldBounds LevelSet::bounds(const PointList& centers, double half_side) const {
+template <class Real>
+FieldBounds LevelSet::bounds_in(const PointList& centers, double half_side) const {
   if (centers.size() == 0) return {};
   auto& context = device_.context();
   const auto bounds_kernel = kernel("level_set_bounds");
-  FieldBounds bounds{std::vector<float>(centers.size()), std::vector<float>(centers.size())};
+  std::vector<Real> lows(centers.size()), highs(centers.size());
   const std::size_t all = (centers.size() + lanes() - 1) / lanes();
   const std::size_t stride = std::min(all, groups_per_launch(kVersorsPerLaunch)) * lanes();
-  const auto positions = context.allocate<float>(3 * stride);
-  const auto low = context.allocate<float>(stride);
-  const auto high = context.allocate<float>(stride);
-  std::vector<float> sent(3 * stride);
+  const auto positions = context.allocate<Real>(3 * stride);
+  const auto low = context.allocate<Real>(stride);
+  const auto high = context.allocate<Real>(stride);
+  std::vector<Real> sent(3 * stride);
   for (std::size_t begin = 0; begin < centers.size(); begin += stride) {
     const std::size_t count = std::min(stride, centers.size() - begin);
-    centers.copy(begin, count, stride, sent);
-    context.write<float>(positions, sent);
+    centers.copy<Real>(begin, count, stride, sent);
+    context.write<Real>(positions, sent);
     const std::size_t groups = (count + lanes() - 1) / lanes();
     context.launch(
         bounds_kernel, {{groups, 1, 1}},
         {positions, narrow(stride), narrow(groups), real(half_side), map_, factors_, low, high});
-    context.read(low, std::span(bounds.low).subspan(begin, count));
-    context.read(high, std::span(bounds.high).subspan(begin, count));
+    context.read<Real>(low, std::span(lows).subspan(begin, count));
+    context.read<Real>(high, std::span(highs).subspan(begin, count));
   }
   counts_.cubes += centers.size();
-  return bounds;
+  return {rounded(std::move(lows)), rounded(std::move(highs))};
 }
 
 }  // namespace qjulia

@@ -20,8 +20,8 @@ struct Grid {
   std::array<int, 3> points{0, 0, 0};
 
   Eigen::Vector3d at(const Eigen::Vector3d& index) const { return origin + step * index; }
-  /// Coordinate of the points number `index` along `axis`, as kernels compute it.
-  float coordinate(int axis, int index) const;
+  /// Coordinate of the points number `index` along `axis`, as kernels of this precision compute it.
+  double coordinate(int axis, int index, Precision precision) const;
 };
 
 /// The points first … first + count − 1 of a grid along each axis. Fewer than 2³¹ of them.
@@ -40,16 +40,17 @@ int slices_at_once(const Grid& grid);
 
 /// Points of the map's slice, map coordinates.
 struct PointList {
-  std::vector<float> x, y, z;
+  std::vector<double> x, y, z;
 
   std::size_t size() const { return x.size(); }
-  void add(float px, float py, float pz) {
+  void add(double px, double py, double pz) {
     x.push_back(px);
     y.push_back(py);
     z.push_back(pz);
   }
-  /// Points `begin` … `begin + count − 1` into three arrays of `stride` each.
-  void copy(std::size_t begin, std::size_t count, std::size_t stride, std::span<float> out) const;
+  /// Points `begin` … `begin + count − 1`, rounded, into three arrays of `stride` each.
+  template <class Real>
+  void copy(std::size_t begin, std::size_t count, std::size_t stride, std::span<Real> out) const;
 };
 
 /// Least and greatest F_1, for each of several cubes.
@@ -65,12 +66,16 @@ struct LevelSetCounts {
   std::uint64_t cubes = 0;       ///< cubes bounded
 };
 
-/// F_n with orbits ended at the stop radii, in single precision. The values are those of
-/// `Field::decided_at`, bit for bit: one iterate everywhere, and further ones only at the points
-/// that are still undecided, gathered anew after each so that no lane is idle.
+/// F_n with orbits ended at the stop radii; orbits run in the precision given, and values are
+/// rounded to single. They are those of `Field::decided_at`, bit for bit: one iterate everywhere,
+/// and further ones only at the points that are still undecided, gathered anew after each so that
+/// no lane is idle.
 class LevelSet {
  public:
-  LevelSet(const Device& device, const RationalMap& map, const StopRadii& stops, int iterations);
+  LevelSet(const Device& device, const RationalMap& map, const StopRadii& stops, int iterations,
+           Precision precision = Precision::single);
+
+  Precision precision() const { return precision_; }
 
   /// One value a point, x fastest, then y. Launches are kept near 100 ms.
   std::vector<float> over(const Grid& grid, const GridBlock& block) const;
@@ -93,20 +98,34 @@ class LevelSet {
   const LevelSetCounts& counts() const { return counts_; }
 
  private:
-  void block_values(const Grid& grid, const GridBlock& block, int iterations,
-                    std::vector<float>& values) const;
+  // Each computes in `Real`, the type of the precision.
+  template <class Real>
+  std::vector<Real> over_in(const Grid& grid, const GridBlock& block) const;
+  template <class Real>
+  std::vector<Real> at_in(const PointList& points) const;
+  template <class Real>
+  FieldBounds bounds_in(const PointList& centers, double half_side) const;
+  template <class Real>
+  std::vector<Real> block_values(const Grid& grid, const GridBlock& block, int iterations) const;
   /// Replaces the F_1 in `values` by F_n at the numbers listed, whose points are `points`.
+  template <class Real>
   void iterate(std::span<const std::int32_t> numbers, const PointList& points,
-               std::vector<float>& values) const;
-  bool undecided(float value) const { return value > below_ && value < above_; }
+               std::vector<Real>& values) const;
+
+  template <class Real>
+  bool undecided(Real value) const {
+    return value > below_ && value < above_;
+  }
   device::Kernel kernel(const char* name) const;
+  device::Argument real(double value) const;
   std::size_t lanes() const;
   std::size_t groups_per_launch(std::size_t pairs) const;
 
   Device device_;
   int factors_;
   int iterations_;
-  float slice_;
+  Precision precision_;
+  double slice_;
   device::RealBuffer map_;
   float below_;  ///< an iterate of this log radius or less never leaves
   float above_;  ///< an iterate of this log radius or more never returns

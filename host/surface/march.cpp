@@ -38,13 +38,13 @@ void fill(const LevelSet& set, const Grid& grid, int z, const Layer& layer,
   const auto nx = static_cast<std::size_t>(grid.points[0]);
   std::size_t row = 0;
   for (int k = 0; k < layer.slices; ++k) {
-    const float pz = grid.coordinate(2, z + k);
+    const double pz = grid.coordinate(2, z + k, set.precision());
     for (int j = 0; j < grid.points[1]; ++j, row += nx) {
-      const float py = grid.coordinate(1, j);
+      const double py = grid.coordinate(1, j, set.precision());
       for (const Run& run : layer.row(j)) {
         if (run.side != Side::unknown) continue;
         for (int i = run.begin; i < run.end; ++i) {
-          points.add(grid.coordinate(0, i), py, pz);
+          points.add(grid.coordinate(0, i, set.precision()), py, pz);
           numbers.push_back(row + static_cast<std::size_t>(i));
         }
       }

@@ -17,7 +17,7 @@ void refine(const LevelSet& set, double level, const Grid& grid, int halvings,
       if (vertex.axis != EdgeVertex::kNoEdge) {
         index[vertex.axis] += static_cast<double>(0.5F * (near[i] + far[i]));
       }
-      const Eigen::Vector3f x = grid.at(index).cast<float>();
+      const Eigen::Vector3d x = grid.at(index);
       points.add(x.x(), x.y(), x.z());
     }
     const std::vector<float> values = set.at(points);

@@ -58,11 +58,8 @@ void Shell::classify(Blocks& blocks, int z) const {
     for (int by = 0; by < blocks.count[1]; ++by) {
       for (int bx = 0; bx < blocks.count[0]; ++bx, ++number) {
         if (blocks.sides[number] != Side::unknown || first_slice >= grid_.points[2]) continue;
-        const Eigen::Vector3f center =
-            grid_
-                .at(Eigen::Vector3d(bx * blocks.size + middle, by * blocks.size + middle,
-                                    first_slice + middle))
-                .cast<float>();
+        const Eigen::Vector3d center = grid_.at(Eigen::Vector3d(
+            bx * blocks.size + middle, by * blocks.size + middle, first_slice + middle));
         centers.add(center.x(), center.y(), center.z());
         numbers.push_back(number);
       }

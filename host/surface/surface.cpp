@@ -65,7 +65,7 @@ void SurfaceOptions::validate() const {
 
 SurfaceReport set_surface(const Device& device, const RationalMap& map, const StopRadii& stops,
                           const SurfaceOptions& options, SurfaceSink& sink, const Watch& watch) {
-  const LevelSet set(device, map, stops, options.iterations);
+  const LevelSet set(device, map, stops, options.iterations, options.precision);
   Box box;
   if (options.box) {
     box = {map.shape_to_map.to_map(options.box->low), map.shape_to_map.to_map(options.box->high)};

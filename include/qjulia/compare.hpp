@@ -14,6 +14,7 @@ namespace qjulia {
 struct CompareOptions {
   int resolution = 128;  ///< cells along each side of the cube the IoU is taken over
   int iterations = 6;
+  Precision precision = Precision::single;  ///< of the orbits; double where the device has it
   /// Radius beyond which orbits end, map units; by default where none returns from.
   std::optional<double> escape = std::nullopt;
   void validate() const;  ///< @throws InputError

@@ -19,6 +19,7 @@ struct SurfaceOptions {
                            ///< nothing touches its faces
   bool dense = false;      ///< iterate every point of the grid: the same mesh, slower
   int refine = 0;          ///< halvings of each crossed edge about its vertex, by F_n; 0 … 20
+  Precision precision = Precision::single;  ///< of the orbits; double where the device has it
   /// Radius beyond which orbits end, map units; by default where none returns from.
   std::optional<double> escape = std::nullopt;
   void validate() const;  ///< @throws InputError

@@ -101,6 +101,27 @@ TEST_CASE("iterating only what is undecided gives the values of iterating everyt
   CHECK(iterated < values.size());
 }
 
+TEST_CASE("in double precision the values are those of double orbits, rounded at the end") {
+  const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
+  if (!test::can_check(device, Precision::dbl)) return;
+  const RationalMap map = sliced_map();
+  const Grid grid = exact_grid();
+  const GridBlock block{{3, 2, 1}, {41, 37, 45}};
+  const LevelSet set(device, map, kStops, 4, Precision::dbl);
+  const auto values = set.over(grid, block);
+  CHECK(set.densely_over(grid, block) == values);
+  const auto points = points_of(grid, block, map.slice);
+  const auto expected = Field(device, map, Precision::dbl, kStops).decided_at(points, 4);
+  const auto single = LevelSet(device, map, kStops, 4).over(grid, block);
+  std::size_t wrong = 0, finer = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (values[i] != static_cast<float>(expected[i])) ++wrong;
+    if (values[i] != single[i]) ++finer;
+  }
+  CHECK(wrong == 0);
+  CHECK(finer > values.size() / 10);
+}
+
 TEST_CASE("a block has the values that the whole grid has there") {
   const auto device = test::device();
   const RationalMap map = sliced_map();
