@@ -146,12 +146,14 @@ void add_box(CLI::App& command, MapOptions& options, const std::string& otherwis
 void add_precision(CLI::App& command, MapOptions& options) {
   static const std::map<std::string, Precision> kNames = {{"single", Precision::single},
                                                           {"double", Precision::dbl}};
-  command
-      .add_option("--precision", options.precision,
-                  "Arithmetic of the orbits: single, or double where the device has it")
-      ->transform(CLI::CheckedTransformer(kNames).description(""))
-      ->type_name("single|double")
-      ->default_str("single");
+  Adder(command, options)
+      .remember(command
+                    .add_option("--precision", options.precision,
+                                "Arithmetic of the orbits: single, or double where the device has "
+                                "it")
+                    ->transform(CLI::CheckedTransformer(kNames).description(""))
+                    ->type_name("single|double")
+                    ->default_str("single"));
 }
 
 void add_escape(CLI::App& command, MapOptions& options, const std::string& otherwise) {

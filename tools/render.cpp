@@ -38,6 +38,7 @@ PictureOptions checked_options(const Arguments& arguments) {
   options.iterations = arguments.map_options.iterations;
   options.box = arguments.map_options.box;
   options.escape = arguments.map_options.escape;
+  options.precision = arguments.map_options.precision;
   options.validate();
   arguments.map_options.knobs.validate();
   const auto given = arguments.map_options.given();
@@ -236,6 +237,7 @@ void describe_options(CLI::App& command, Arguments& a) {
   add_map_options(command, a.map_options);
   add_box(command, a.map_options, "The set is cut open at its faces. Default: all of it");
   add_escape(command, a.map_options, kDefaultEscape);
+  add_precision(command, a.map_options);
   add_device(command, a.device);
 }
 

@@ -64,10 +64,14 @@ RationalMap scaled(RationalMap map, double millimetres, const std::string& file,
   return map;
 }
 
+bool is_ply(const Arguments& arguments) {
+  return std::filesystem::path(arguments.output).extension() == ".ply";
+}
+
 /// Straight to the file; memory does not grow with what it holds.
 Made stream(const Arguments& arguments, const Device& device, const RationalMap& map,
-            const SurfaceOptions& options, const Watch& watch) {
-  PlyFile file(arguments.output);
+            const SurfaceOptions& options, const std::string& note, const Watch& watch) {
+  PlyFile file(arguments.output, note);
   FigureSink sink(&file);
   Made made;
   made.report = extract_surface(device, map, options, sink, watch);
@@ -78,13 +82,22 @@ Made stream(const Arguments& arguments, const Device& device, const RationalMap&
 
 /// By way of memory: for formats that need their counts first, and to choose among components.
 Made collect(const Arguments& arguments, const Device& device, const RationalMap& map,
-             const SurfaceOptions& options, const Watch& watch) {
+             const SurfaceOptions& options, const std::string& note, const Watch& watch) {
   Made made;
   TriangleMesh mesh = extract_surface(device, map, options, watch, &made.report);
   if (mesh.triangles.empty()) return made;
   const double least = arguments.largest_component ? 1 : arguments.min_component;
   if (least > 0) mesh = large_components(mesh, least);
-  write_mesh(mesh, arguments.output);
+  if (is_ply(arguments)) {
+    std::vector<Eigen::Vector3d> normals;
+    for (const auto& normal : mesh.normals) normals.push_back(normal.cast<double>());
+    PlyFile file(arguments.output, note);
+    file.vertices(mesh.vertices, normals);
+    file.triangles(mesh.triangles);
+    file.commit();
+  } else {
+    write_mesh(mesh, arguments.output, note);
+  }
   const MeshReport report = inspect(mesh);
   made.report.vertices = report.vertices;
   made.report.triangles = report.triangles;
@@ -104,8 +117,10 @@ int run(const Arguments& arguments, Session& session) {
                                  arguments.millimetres, arguments.map, options);
 
   const bool whole = !arguments.largest_component && arguments.min_component == 0;
-  const bool streams = whole && std::filesystem::path(arguments.output).extension() == ".ply";
-  const Made made = (streams ? stream : collect)(arguments, device, map, options, session.watch());
+  nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
+  how["resolution"] = options.resolution;
+  const Made made = (whole && is_ply(arguments) ? stream : collect)(arguments, device, map, options,
+                                                                    one_line(how), session.watch());
   const SurfaceReport& report = made.report;
   if (report.triangles == 0) {
     throw Error(
@@ -129,7 +144,7 @@ int run(const Arguments& arguments, Session& session) {
        {"non_manifold_edges", made.non_manifold_edges},
        {"closed", closed},
        {"figures", to_json(made.figures)},
-       {"made_with", made_with(arguments.map, arguments.map_options, device.info())},
+       {"made_with", how},
        {"resolution", options.resolution},
        {"points", to_json(report)},
        {"seconds", seconds}});

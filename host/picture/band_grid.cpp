@@ -58,7 +58,7 @@ Grid grid_over(const Box& box, int cells) {
 }
 
 /// The box of the points whose safe step is shorter than a cell, and a cell around.
-Box close_box(const Grid& grid, const std::vector<float>& safe) {
+Box close_box(const Grid& grid, const std::vector<double>& safe) {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::max());
   Eigen::Vector3d high = -low;
   std::size_t at = 0;
@@ -78,15 +78,15 @@ Box close_box(const Grid& grid, const std::vector<float>& safe) {
 }
 
 /// @param seen the part of space that rays go through.
-std::vector<float> packed(const Grid& grid, const Box& seen) {
-  std::vector<float> reals(QJ_GRID_SIZE);
+std::vector<double> packed(const Grid& grid, const Box& seen) {
+  std::vector<double> reals(QJ_GRID_SIZE);
   for (std::size_t i = 0; i < 3; ++i) {
-    reals[QJ_GRID_ORIGIN + i] = static_cast<float>(grid.origin[static_cast<Eigen::Index>(i)]);
-    reals[QJ_GRID_POINTS + i] = static_cast<float>(grid.points[i]);
-    reals[QJ_GRID_SEEN_LOW + i] = static_cast<float>(seen.low[static_cast<Eigen::Index>(i)]);
-    reals[QJ_GRID_SEEN_HIGH + i] = static_cast<float>(seen.high[static_cast<Eigen::Index>(i)]);
+    reals[QJ_GRID_ORIGIN + i] = grid.origin[static_cast<Eigen::Index>(i)];
+    reals[QJ_GRID_POINTS + i] = grid.points[i];
+    reals[QJ_GRID_SEEN_LOW + i] = seen.low[static_cast<Eigen::Index>(i)];
+    reals[QJ_GRID_SEEN_HIGH + i] = seen.high[static_cast<Eigen::Index>(i)];
   }
-  reals[QJ_GRID_STEP] = static_cast<float>(grid.step);
+  reals[QJ_GRID_STEP] = grid.step;
   return reals;
 }
 
@@ -118,36 +118,37 @@ BandGrid::BandGrid(const Device& device, const MarchedSet& set, const Band& band
     : device_(device),
       map_(set.map),
       iterations_(set.iterations),
+      precision_(set.precision),
       band_(band),
-      map_buffer_(upload_map(device.context(), set.map, band.stops, Precision::single)) {
+      map_buffer_(upload_map(device.context(), set.map, band.stops, set.precision)) {
   device::Context& context = device_.context();
   const Eigen::Vector3d corner = Eigen::Vector3d::Constant(band.radius);
   const Grid first = grid_over({-corner, corner}, kFirstCells);
   bounds_ = close_box(first, safe_steps(first));
   if (set.part) bounds_ = common(bounds_, *set.part);
   grid_ = grid_over(bounds_, kCells);
-  layout_ = context.upload<float>(packed(grid_, bounds_));
-  safe_ = context.upload<float>(safe_steps(grid_));
+  layout_ = context.upload_real(packed(grid_, bounds_), precision_);
+  safe_ = context.upload_real(safe_steps(grid_), precision_);
 }
 
-std::vector<float> BandGrid::safe_steps(const Grid& grid) const {
+std::vector<double> BandGrid::safe_steps(const Grid& grid) const {
   device::Context& context = device_.context();
-  const int lanes = device_.lane_width(Precision::single);
-  const auto kernel = context.kernel("ray_march.cl", "safe_steps", {lanes, Precision::single, {}});
-  const auto layout = context.upload<float>(packed(grid, {}));
-  std::vector<float> safe(GridBlock{{0, 0, 0}, grid.points}.size());
+  const int lanes = device_.lane_width(precision_);
+  const auto kernel = context.kernel("ray_march.cl", "safe_steps", {lanes, precision_, {}});
+  const auto layout = context.upload_real(packed(grid, {}), precision_);
+  std::vector<double> safe(GridBlock{{0, 0, 0}, grid.points}.size());
   const auto wide = static_cast<std::size_t>(lanes);
   const std::size_t all = (safe.size() + wide - 1) / wide;
   // About 30 ms of potentials on two cores.
   const std::size_t most = std::max<std::size_t>(1, (1U << 27U) / (wide * packed_factors(map_)));
-  const auto out = context.allocate<float>(std::min(all, most) * wide);
+  const auto out = context.allocate_real(std::min(all, most) * wide, precision_);
   for (std::size_t done = 0; done < all; done += most) {
     const std::size_t groups = std::min(most, all - done);
     context.launch(kernel, {{groups, 1, 1}},
                    {layout, static_cast<std::int32_t>(done), static_cast<std::int32_t>(groups),
                     map_buffer_, static_cast<std::int32_t>(packed_factors(map_)),
-                    device::Argument::real(band_.level, Precision::single),
-                    device::Argument::real(band_.steepest, Precision::single), out});
+                    device::Argument::real(band_.level, precision_),
+                    device::Argument::real(band_.steepest, precision_), out});
     const std::size_t begin = done * wide;
     context.read(out, std::span(safe).subspan(begin, std::min(groups * wide, safe.size() - begin)));
   }
@@ -157,30 +158,28 @@ std::vector<float> BandGrid::safe_steps(const Grid& grid) const {
 std::vector<float> BandGrid::depths(const View& view, int first_row, int rows) {
   device::Context& context = device_.context();
   if (values_.size() == 0) {
-    std::vector<float> values;
+    std::vector<double> values;
     const int slices_a_part = slices_at_once(grid_);
-    const LevelSet set(device_, map_, band_.stops, iterations_);
+    const LevelSet set(device_, map_, band_.stops, iterations_, precision_);
     for (int z = 0; z < grid_.points[2]; z += slices_a_part) {
       const auto part =
           set.over(grid_, slices(grid_, z, std::min(slices_a_part, grid_.points[2] - z)));
       values.insert(values.end(), part.begin(), part.end());
     }
     // Far values say nothing about where between two points the surface lies.
-    for (float& value : values) {
-      value = std::clamp(value - static_cast<float>(map_.surface_level), -1.0F, 1.0F);
-    }
-    values_ = context.upload<float>(values);
-    grid_depth_ = context.kernel("ray_grid.cl", "grid_depth", {1, Precision::single, {}});
+    for (double& value : values) value = std::clamp(value - map_.surface_level, -1.0, 1.0);
+    values_ = context.upload_real(values, precision_);
+    grid_depth_ = context.kernel("ray_grid.cl", "grid_depth", {1, precision_, {}});
   }
   const auto wide = static_cast<std::size_t>(view.columns);
   const auto deep = static_cast<std::size_t>(rows);
-  const auto out = context.allocate<float>(wide * deep);
+  const auto out = context.allocate_real(wide * deep, precision_);
   context.launch(grid_depth_, {{(wide + 7) / 8 * 8, (deep + 7) / 8 * 8, 1}, {8, 8, 1}},
-                 {context.upload<float>(view.packed()), view.columns, first_row, rows, layout_,
-                  safe_, values_, out});
-  std::vector<float> depths(wide * deep);
-  context.read(out, std::span(depths));
-  return depths;
+                 {context.upload_real(view.packed(), precision_), view.columns, first_row, rows,
+                  layout_, safe_, values_, out});
+  std::vector<double> depths(wide * deep);
+  context.read(out, depths);
+  return {depths.begin(), depths.end()};
 }
 
 }  // namespace qjulia

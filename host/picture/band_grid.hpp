@@ -28,8 +28,8 @@ class BandGrid {
   BandGrid(const Device& device, const MarchedSet& set, const Band& band);
 
   /// As shared/picture_layout.h says, with the safe steps at its points (ray_march.cl).
-  const device::Buffer<float>& layout() const { return layout_; }
-  const device::Buffer<float>& safe() const { return safe_; }
+  const device::RealBuffer& layout() const { return layout_; }
+  const device::RealBuffer& safe() const { return safe_; }
 
   /// Depths of `rows` rows of a view, to about a cell.
   std::vector<float> depths(const View& view, int first_row, int rows);
@@ -38,16 +38,17 @@ class BandGrid {
   double step() const { return grid_.step; }
 
  private:
-  std::vector<float> safe_steps(const Grid& grid) const;
+  std::vector<double> safe_steps(const Grid& grid) const;
 
   Device device_;
   RationalMap map_;
   int iterations_;
+  Precision precision_;
   Band band_;
   device::RealBuffer map_buffer_;
   Grid grid_;
   Box bounds_;
-  device::Buffer<float> layout_, safe_, values_;
+  device::RealBuffer layout_, safe_, values_;
   device::Kernel grid_depth_;
 };
 

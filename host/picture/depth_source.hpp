@@ -28,8 +28,9 @@ class DepthSource {
 struct MarchedSet {
   RationalMap map;
   int iterations = 6;
-  std::optional<double> escape;  ///< of orbits, map units; by default beyond any return
-  std::optional<Box> part;       ///< map units: what lies outside it is cut away
+  std::optional<double> escape;             ///< of orbits, map units; by default beyond any return
+  std::optional<Box> part;                  ///< map units: what lies outside it is cut away
+  Precision precision = Precision::single;  ///< of rays and orbits
 };
 
 /// A map's iterated set, in map coordinates, ray-marched on the device.

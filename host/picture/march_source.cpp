@@ -43,13 +43,13 @@ std::vector<Ray> all_rays(int columns, int first_row, int rows) {
 }
 
 /// x, y and hint arrays.
-std::vector<float> component_arrays(std::span<const Ray> rays) {
+std::vector<double> component_arrays(std::span<const Ray> rays) {
   const std::size_t stride = rays.size();
-  std::vector<float> reals(3 * stride);
+  std::vector<double> reals(3 * stride);
   for (std::size_t i = 0; i < stride; ++i) {
     const Ray& ray = rays[i];
-    reals[i] = static_cast<float>(ray.column) + 0.5F;
-    reals[stride + i] = static_cast<float>(ray.row) + 0.5F;
+    reals[i] = ray.column + 0.5;
+    reals[stride + i] = ray.row + 0.5;
     reals[2 * stride + i] = ray.hint;
   }
   return reals;
@@ -69,12 +69,13 @@ class MarchSource : public DepthSource {
       : device_(device),
         map_(set.map),
         iterations_(set.iterations),
+        precision_(set.precision),
         band_(find_band(device, set, shape_box(set.map))),
         grid_(device, set, band_) {
     device::Context& context = device.context();
-    buffer_ = upload_map(context, map_, band_.stops, Precision::single);
+    buffer_ = upload_map(context, map_, band_.stops, precision_);
     kernel_ = context.kernel("ray_march.cl", "march_depth",
-                             {device.lane_width(Precision::single), Precision::single, {}});
+                             {device.lane_width(precision_), precision_, {}});
   }
 
   std::vector<float> depths(const View& view, int first_row, int rows) override {
@@ -94,19 +95,19 @@ class MarchSource : public DepthSource {
   /// Depths of the given rays, in their order.
   std::vector<float> march(const View& view, const std::vector<Ray>& rays) {
     device::Context& context = device_.context();
-    const auto packed = context.upload<float>(view.packed());
+    const auto packed = context.upload_real(view.packed(), precision_);
     // Fine enough for what a pixel can show, and for the shell's own grain.
     const double shell = 1 / band_.steepest;
     const double step = std::clamp(view.footprint, shell / 40, shell / 6);
-    const auto lanes = static_cast<std::size_t>(device_.lane_width(Precision::single));
+    const auto lanes = static_cast<std::size_t>(device_.lane_width(precision_));
     const std::size_t share = kRaysALane * lanes;
     std::vector<float> depths(rays.size());
     for (std::size_t done = 0; done < rays.size();) {
       const auto part = std::span(rays).subspan(
           done, std::min(static_cast<std::size_t>(rays_a_launch_), rays.size() - done));
       const std::size_t stride = part.size();
-      const auto in = context.upload<float>(component_arrays(part));
-      const auto out = context.allocate<float>(stride);
+      const auto in = context.upload_real(component_arrays(part), precision_);
+      const auto out = context.allocate_real(stride, precision_);
       const auto start = Clock::now();
       const std::size_t items = (part.size() + share - 1) / share;
       context.launch(
@@ -114,7 +115,10 @@ class MarchSource : public DepthSource {
           {buffer_, narrow(packed_factors(map_)), iterations_, packed, in, narrow(stride),
            narrow(part.size()), narrow(share), grid_.layout(), grid_.safe(), real(band_.radius),
            real(band_.steepest), real(step), real(view.tolerance), out});
-      context.read(out, std::span(depths).subspan(done, part.size()));
+      std::vector<double> found(part.size());
+      context.read(out, found);
+      std::ranges::transform(found, depths.begin() + static_cast<std::ptrdiff_t>(done),
+                             [](double depth) { return static_cast<float>(depth); });
       const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
       rays_a_launch_ = std::clamp(rays_a_launch_ * std::clamp(kLaunchSeconds / seconds, 0.5, 2.0),
                                   1024.0, 1048576.0);
@@ -169,13 +173,12 @@ class MarchSource : public DepthSource {
 
   static std::int32_t narrow(std::size_t count) { return static_cast<std::int32_t>(count); }
 
-  static device::Argument real(double value) {
-    return device::Argument::real(value, Precision::single);
-  }
+  device::Argument real(double value) const { return device::Argument::real(value, precision_); }
 
   Device device_;
   RationalMap map_;
   int iterations_;
+  Precision precision_;
   Band band_;
   BandGrid grid_;
   device::RealBuffer buffer_;

@@ -125,7 +125,7 @@ Image render(const Device& device, const RationalMap& map, const PictureOptions&
              const Watch& watch) {
   options.validate();
   map.validate();
-  MarchedSet set{map, options.iterations, options.escape, {}};
+  MarchedSet set{map, options.iterations, options.escape, {}, options.precision};
   if (options.box) {
     set.part =
         Box{map.shape_to_map.to_map(options.box->low), map.shape_to_map.to_map(options.box->high)};

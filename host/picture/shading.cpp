@@ -51,7 +51,7 @@ std::vector<std::uint8_t> Shading::shade(const View& view, const Strip& strip) c
   const auto deep = strip.depths.size() / wide;
   const auto columns = wide / static_cast<std::size_t>(strip.samples);
   const auto rows = static_cast<std::size_t>(strip.rows);
-  const auto view_reals = context.upload<float>(view.packed());
+  const auto view_reals = context.upload_real(view.packed(), Precision::single);
   const auto depths = context.upload<float>(strip.depths);
   const auto normals = context.allocate<float>(3 * strip.depths.size());
   context.launch(

@@ -56,12 +56,10 @@ View View::coarse() const {
   return view;
 }
 
-std::vector<float> View::packed() const {
-  std::vector<float> reals(QJ_VIEW_SIZE);
+std::vector<double> View::packed() const {
+  std::vector<double> reals(QJ_VIEW_SIZE);
   const auto put = [&](std::size_t first, const Vector3d& v) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      reals[first + i] = static_cast<float>(v[static_cast<Eigen::Index>(i)]);
-    }
+    for (std::size_t i = 0; i < 3; ++i) reals[first + i] = v[static_cast<Eigen::Index>(i)];
   };
   put(QJ_VIEW_EYE, eye);
   put(QJ_VIEW_EYE_DX, eye_dx);

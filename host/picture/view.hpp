@@ -29,7 +29,7 @@ struct View {
   View coarse() const;
 
   /// As shared/picture_layout.h says.
-  std::vector<float> packed() const;
+  std::vector<double> packed() const;
 };
 
 /// Right-handed axes of a camera; `back` points from the scene to the eye.

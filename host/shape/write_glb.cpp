@@ -67,10 +67,12 @@ nlohmann::json description(const TriangleMesh& mesh, std::size_t bytes) {
 
 }  // namespace
 
-void write_glb(const TriangleMesh& mesh, std::ostream& out) {
+void write_glb(const TriangleMesh& mesh, const std::string& note, std::ostream& out) {
   const std::size_t vectors = mesh.vertices.size() + mesh.normals.size();
   const std::size_t bytes = 12 * (mesh.triangles.size() + vectors);
-  std::string json = description(mesh, bytes).dump();
+  nlohmann::json about = description(mesh, bytes);
+  if (!note.empty()) about["asset"]["extras"] = {{"made_with", note}};
+  std::string json = about.dump();
   json.append((4 - json.size() % 4) % 4, ' ');
   const std::size_t total = 12 + 8 + json.size() + 8 + bytes;
   if (total > std::numeric_limits<std::uint32_t>::max()) {

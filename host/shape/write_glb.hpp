@@ -8,7 +8,8 @@ namespace qjulia {
 
 /// Binary glTF 2.0: one mesh of one primitive, Y up as viewers expect (the mesh's own Z by a node
 /// turned a quarter). https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html
+/// @param note stands under asset.extras.made_with, unless empty.
 /// @throws OutputError beyond 4 GiB, which the format cannot hold.
-void write_glb(const TriangleMesh& mesh, std::ostream& out);
+void write_glb(const TriangleMesh& mesh, const std::string& note, std::ostream& out);
 
 }  // namespace qjulia

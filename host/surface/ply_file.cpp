@@ -15,30 +15,41 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "the header says so");
 
+/// Comments of short lines: readers have limits.
+std::string comments(const std::string& note) {
+  constexpr std::size_t kLine = 200;
+  std::string lines;
+  for (std::size_t at = 0; at < note.size(); at += kLine) {
+    lines += fmt::format("comment {}\n", note.substr(at, kLine));
+  }
+  return lines;
+}
+
 /// Always as long, whatever the counts: a comment is as much shorter as they are longer.
-std::string header(std::size_t vertices, std::size_t triangles) {
+std::string header(std::size_t vertices, std::size_t triangles, const std::string& note) {
   constexpr std::size_t kDigits = 40;
   const std::string counts = fmt::format("{}{}", vertices, triangles);
   return fmt::format(
-      "ply\nformat binary_little_endian 1.0\ncomment made by qjulia{}\n"
+      "ply\nformat binary_little_endian 1.0\ncomment made by qjulia{}\n{}"
       "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
       "property float nx\nproperty float ny\nproperty float nz\n"
       "element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
-      std::string(kDigits - counts.size(), ' '), vertices, triangles);
+      std::string(kDigits - counts.size(), ' '), comments(note), vertices, triangles);
 }
 
 }  // namespace
 
 struct PlyFile::Impl {
   std::filesystem::path path;
+  std::string note;
   AtomicFile file;   ///< header and vertices
   AtomicFile faces;  ///< never committed
   std::size_t vertices = 0;
   std::size_t triangles = 0;
   std::string bytes;
 
-  explicit Impl(const std::filesystem::path& path_)
-      : path(path_), file(path_), faces(path_.string() + ".faces") {}
+  Impl(const std::filesystem::path& path_, const std::string& note_)
+      : path(path_), note(note_), file(path_), faces(path_.string() + ".faces") {}
 
   template <class T>
   void append(const T& value) {
@@ -54,8 +65,9 @@ struct PlyFile::Impl {
   }
 };
 
-PlyFile::PlyFile(const std::filesystem::path& path) : impl_(std::make_unique<Impl>(path)) {
-  impl_->file.stream() << header(0, 0);
+PlyFile::PlyFile(const std::filesystem::path& path, const std::string& note)
+    : impl_(std::make_unique<Impl>(path, note)) {
+  impl_->file.stream() << header(0, 0, note);
 }
 
 PlyFile::~PlyFile() = default;
@@ -89,7 +101,7 @@ void PlyFile::commit() {
     if (!(out << faces.rdbuf())) impl_->fail();
   }
   out.seekp(0);
-  out << header(impl_->vertices, impl_->triangles);
+  out << header(impl_->vertices, impl_->triangles, impl_->note);
   impl_->file.commit();
 }
 

@@ -49,9 +49,13 @@ struct MeshReport {
 TriangleMesh read_mesh(const std::filesystem::path& path, MeshReport* report = nullptr);
 
 /// Writes by extension (.ply and .stl binary, .obj, .off), coordinates in single precision, under a
-/// temporary name that is renamed.
+/// temporary name that is renamed. Also .glb, turned so that Z points up in viewers.
+/// @param note a line of text, ASCII, that .obj holds as a comment and .glb under asset.extras;
+/// .stl
+///   and .off have no room for it.
 /// @throws OutputError, or InputError for another extension.
-void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path);
+void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
+                const std::string& note = {});
 
 MeshReport inspect(const TriangleMesh& mesh);
 

@@ -37,7 +37,8 @@ struct PictureOptions {
   int iterations = 6;
   /// Radius beyond which orbits end, map units; by default where none returns from.
   std::optional<double> escape = std::nullopt;
-  int samples_per_axis = 2;  ///< anti-aliasing: its square rays a pixel
+  int samples_per_axis = 2;                 ///< anti-aliasing: its square rays a pixel
+  Precision precision = Precision::single;  ///< of rays and orbits; double where the device has it
   /// Shape units: only this part of the set is drawn, cut open, and framed. By default all of it.
   std::optional<Box> box;
   Camera camera;

@@ -13,8 +13,9 @@ namespace qjulia {
 /// it nothing is left.
 class PlyFile : public SurfaceSink {
  public:
+  /// @param note a line of text, ASCII, for the header's comments, 200 characters in each.
   /// @throws OutputError when the folder cannot be written.
-  explicit PlyFile(const std::filesystem::path& path);
+  explicit PlyFile(const std::filesystem::path& path, const std::string& note = {});
   ~PlyFile() override;
   PlyFile(const PlyFile&) = delete;
   PlyFile& operator=(const PlyFile&) = delete;

@@ -58,7 +58,8 @@ TEST_CASE("rays meet the ball where they must, at every lane width") {
   for (const int width : test::lane_widths()) {
     for (const int iterations : {1, 6}) {
       CAPTURE(width, iterations);
-      const auto source = march_source(with_width(width), {square(), iterations, {}, {}});
+      const auto source =
+          march_source(with_width(width), {square(), iterations, {}, {}, Precision::single});
       const View view = ball_view(101, 67, 1);
       const auto depths = source->depths(view, 0, view.rows);
       REQUIRE(depths.size() == 101 * 67);
@@ -90,8 +91,8 @@ TEST_CASE("rays meet the ball where they must, at every lane width") {
 }
 
 TEST_CASE("a pixel's depth depends neither on the strip it is asked for in nor on lane width") {
-  const auto source = march_source(with_width(8), {square(), 6, {}, {}});
-  const auto other = march_source(with_width(16), {square(), 6, {}, {}});
+  const auto source = march_source(with_width(8), {square(), 6, {}, {}, Precision::single});
+  const auto other = march_source(with_width(16), {square(), 6, {}, {}, Precision::single});
   const View view = ball_view(37, 29, 2);
   const auto whole = source->depths(view, 0, view.rows);
   std::vector<float> strips;
@@ -109,7 +110,7 @@ TEST_CASE("a pixel's depth depends neither on the strip it is asked for in nor o
 }
 
 TEST_CASE("refined samples lie on the ball") {
-  const auto source = march_source(with_width(16), {square(), 6, {}, {}});
+  const auto source = march_source(with_width(16), {square(), 6, {}, {}, Precision::single});
   const View view = ball_view(80, 60, 2);
   const auto depths = source->depths(view, 0, view.rows);
   double worst = 0;
@@ -126,12 +127,33 @@ TEST_CASE("refined samples lie on the ball") {
   CHECK(worst < 0.5 * view.footprint);
 }
 
+TEST_CASE("rays in double precision find the ball's depths as well") {
+  for (const int width : test::lane_widths()) {
+    CAPTURE(width);
+    const Device device = with_width(width);
+    if (!test::can_check(device, Precision::dbl)) return;
+    const View view = ball_view(61, 47, 1);
+    const auto depths =
+        march_source(device, {square(), 6, {}, {}, Precision::dbl})->depths(view, 0, view.rows);
+    const auto single =
+        march_source(device, {square(), 6, {}, {}, Precision::single})->depths(view, 0, view.rows);
+    int wrong = 0;
+    for (std::size_t i = 0; i < depths.size(); ++i) {
+      if ((depths[i] >= 0) != (single[i] >= 0)) ++wrong;
+      if (std::abs(depths[i] - single[i]) > 2 * view.tolerance) ++wrong;
+    }
+    // Rays that graze the ball.
+    CHECK(wrong < 5);
+    CHECK(depths != single);
+  }
+}
+
 TEST_CASE("a part of the ball is cut open at the faces of its box") {
   // The half behind z = 0.25, seen from the front: the cut's flat face, then the ball's rest.
   const Box part{{-2, -2, -2}, {2, 2, 0.25}};
   for (const int width : test::lane_widths()) {
     CAPTURE(width);
-    const auto source = march_source(with_width(width), {square(), 6, {}, part});
+    const auto source = march_source(with_width(width), {square(), 6, {}, part, Precision::single});
     View view = parallel_view(Vector3d::UnitZ(), *square().box, 64);
     for (const bool coarse : {false, true}) {
       view.coarse_will_do = coarse;
@@ -164,7 +186,8 @@ TEST_CASE("an escape radius cuts the set, and one that would empty it is refused
   const auto depths = [&](std::optional<double> escape, double shift) {
     RationalMap map = square();
     map.log_scale = shift;  // the set's radius is e^-shift
-    return march_source(with_width(8), {map, 6, escape, {}})->depths(view, 0, view.rows);
+    return march_source(with_width(8), {map, 6, escape, {}, Precision::single})
+        ->depths(view, 0, view.rows);
   };
   CHECK(depths(1.5, 0) == depths(30.0, 0));
   const auto hits = [](const std::vector<float>& all) {
@@ -179,7 +202,7 @@ TEST_CASE("safe steps never lead into the ball, and the grid's coarse depths lie
   for (const int width : test::lane_widths()) {
     CAPTURE(width);
     const Device device = with_width(width);
-    const MarchedSet set{square(), 6, {}, {}};
+    const MarchedSet set{square(), 6, {}, {}, Precision::single};
     const Band band = find_band(device, set, *square().box);
     CHECK(band.radius >= 1);
     BandGrid grid(device, set, band);
@@ -187,9 +210,9 @@ TEST_CASE("safe steps never lead into the ball, and the grid's coarse depths lie
       CHECK(corner.cwiseAbs().minCoeff() > 1);
       CHECK(corner.cwiseAbs().maxCoeff() < 1.3);
     }
-    std::vector<float> safe(grid.safe().size()), layout(grid.layout().size());
-    device.context().read(grid.safe(), std::span(safe));
-    device.context().read(grid.layout(), std::span(layout));
+    std::vector<double> safe(grid.safe().size()), layout(grid.layout().size());
+    device.context().read(grid.safe(), safe);
+    device.context().read(grid.layout(), layout);
     const int nx = static_cast<int>(layout[QJ_GRID_POINTS]);
     const int ny = static_cast<int>(layout[QJ_GRID_POINTS + 1]);
     double longest = -10, total = 0;
@@ -198,7 +221,7 @@ TEST_CASE("safe steps never lead into the ball, and the grid's coarse depths lie
       const Vector3d index(at % nx, row % ny, row / ny);
       const Vector3d p = Vector3d(layout[0], layout[1], layout[2]) + layout[QJ_GRID_STEP] * index;
       longest = std::max(longest, safe[i] - (p.norm() - 1));
-      total += std::max(0.0F, safe[i]);
+      total += std::max(0.0, safe[i]);
     }
     CHECK(longest < 1e-4);
     CHECK(total / static_cast<double>(safe.size()) > 0.05);
@@ -224,7 +247,7 @@ TEST_CASE("safe steps never lead into the ball, and the grid's coarse depths lie
 TEST_CASE("at n = 1 the silhouette and the depths are those of the extracted mesh") {
   const Device device = test::device();
   const RationalMap map = steepened(test::armed_ball_map(60), 10);
-  const auto marched = march_source(device, {map, 1, {}, {}});
+  const auto marched = march_source(device, {map, 1, {}, {}, Precision::single});
   SurfaceOptions options;
   options.resolution = 160;
   options.iterations = 1;
@@ -263,7 +286,7 @@ TEST_CASE("normals of depth point away from the ball's middle") {
   const auto normals = context.allocate<float>(3 * depths.size());
   const auto kernel = context.kernel("shade.cl", "normals_of_depth", {1, Precision::single, {}});
   context.launch(kernel, {{80, 60, 1}, {0, 0, 0}},
-                 {context.upload<float>(view.packed()), 80, 0, 60,
+                 {context.upload_real(view.packed(), Precision::single), 80, 0, 60,
                   context.upload<float>(std::span<const float>(depths)),
                   device::Argument::real(5 * view.footprint, Precision::single), normals});
   std::vector<float> found(normals.size());

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "original_bytes.hpp"
 #include "process.hpp"
 #include "qjulia/map_file.hpp"
+#include "qjulia/mesh.hpp"
 #include "temporary_folder.hpp"
 
 using Catch::Matchers::Contains;
@@ -35,9 +37,14 @@ struct Map {
   std::string file = folder / "small.qjulia.json";
   Map() { qjulia::write_map(small_map(), file); }
 
-  /// The mesh file's text, made with these options.
+  /// The mesh, as text, made with these options: the file without the comment that tells them.
   std::string surface(const Arguments& more) const {
-    const std::string mesh = folder / "out.obj";
+    const std::string text = surface_file(more, "out.obj");
+    return text.substr(text.find('\n'));
+  }
+
+  std::string surface_file(const Arguments& more, const std::string& name) const {
+    const std::string mesh = folder / name;
     Arguments arguments = {"surface", file,           "-o", mesh,       "--resolution",
                            "24",      "--iterations", "1",  "--device", "cpu"};
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -49,6 +56,37 @@ struct Map {
 };
 
 }  // namespace
+
+TEST_CASE("a mesh file tells how it was made, where its format has room") {
+  const Map map;
+  const auto check = [](const json& how) {
+    CHECK(how["input"]["name"] == "small.qjulia.json");
+    CHECK(how["map_options"]["drift"] == 0.25);
+    CHECK(how["map_options"]["precision"] == "double");
+    CHECK(how["resolution"] == 24);
+  };
+  const Arguments options = {"--drift", "0.25", "--precision", "double"};
+  const std::string obj = map.surface_file(options, "a.obj");
+  check(json::parse(obj.substr(2, obj.find('\n') - 2)));
+
+  Arguments largest = options;
+  largest.push_back("--largest-component");
+  for (const auto& more : {options, largest}) {
+    std::istringstream ply(map.surface_file(more, "a.ply"));
+    std::string line, note;
+    for (int number = 0; std::getline(ply, line) && line.rfind("element", 0) != 0; ++number) {
+      if (number > 2) note += line.substr(std::strlen("comment "));
+    }
+    check(json::parse(note));
+    CHECK(qjulia::read_mesh(map.folder / "a.ply").triangles.size() > 100);
+  }
+
+  const std::string glb = map.surface_file(options, "a.glb");
+  const std::size_t begin = 20;
+  check(json::parse(
+      json::parse(glb.substr(begin, glb.find("BIN") - 4 - begin))["asset"]["extras"]["made_with"]
+          .get<std::string>()));
+}
 
 TEST_CASE("at n = 1, phase and order keep the surface and the other options change it") {
   const Map map;
