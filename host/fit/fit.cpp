@@ -7,53 +7,20 @@
 
 #include "fit/budget.hpp"
 #include "fit/checkpoint.hpp"
+#include "fit/finish.hpp"
 #include "fit/overlap.hpp"
 #include "fit/placement.hpp"
 #include "fit/ranked_evaluator.hpp"
 #include "fit/sample_pool.hpp"
 #include "fit/schedule.hpp"
 #include "fit/stages.hpp"
-#include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
 
 namespace qjulia {
 namespace {
 
 /// Seconds kept from a time limit for scaling, calibration and writing.
 constexpr double kReserve = 1.0;
-
-std::vector<Eigen::Vector3d> positions(const std::vector<SurfacePoint>& points, std::size_t count) {
-  std::vector<Eigen::Vector3d> found;
-  for (std::size_t i = 0; i < std::min(count, points.size()); ++i) {
-    found.push_back(points[i].position);
-  }
-  return found;
-}
-
-/// From a map in distance units to one with the wanted shell, calibrated, in the shape's units.
-RationalMap finished(const Device& device, RationalMap map, const Shape& shape,
-                     const SamplePool& pool, double detail, std::vector<std::string>& warnings) {
-  constexpr std::size_t kSurfacePoints = 20'000;
-  const auto surface = positions(pool.surface, kSurfacePoints);
-  map.shape_to_map = shape.shape_to_map;
-  map.box = shape.box;
-  map.inradius = shape.inradius / shape.shape_to_map.scale;
-  map.log_scale -= median_level(Field(device, map), surface, map.slice);
-  map = with_measured_detail(device, map, surface, detail);
-  map = calibrated(device, map);
-
-  constexpr double kDeepEnough = -2;
-  const std::vector<Quaternion> origin{{0, 0, 0, map.slice}};
-  const double depth = Field(device, map).at(origin).front();
-  if (depth > kDeepEnough) {
-    warnings.push_back(
-        fmt::format("the field at the origin is {:.2f}, above {}: the iterated set is near "
-                    "dissolving; use a smaller --detail",
-                    depth, kDeepEnough));
-  }
-  return map;
-}
 
 class OneRank final : public Ranks {
  public:
@@ -133,8 +100,11 @@ FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& 
   const Shape shape = in_stage("measure the mesh", [&] { return make_shape(device, mesh); });
   const SignedDistance distance =
       in_stage("signed distance", [&] { return SignedDistance(device, shape.mesh); });
-  const SamplePool pool =
-      in_stage("sample pool", [&] { return make_sample_pool(shape, distance, options.seed); });
+  const SamplePool pool = in_stage("sample pool", [&] {
+    return make_sample_pool(
+        shape, distance, options.seed,
+        options.max_evaluations > 0 ? options.max_evaluations : schedule.evaluations);
+  });
   const Overlap overlap =
       in_stage("overlap points", [&] { return Overlap(device, shape, distance); });
   Checkpoint checkpoint(options.checkpoint, fit_key(mesh, options, device));
@@ -148,10 +118,11 @@ FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& 
 
   FitResult result;
   result.stopped = stages.run();
-  result.map = in_stage("calibration", [&] {
-    return finished(device, stages.map(), shape, pool, options.detail, result.warnings);
-  });
   result.stages = stages.reports();
+  const double iou = result.stages.empty() ? 0 : result.stages.back().iou;
+  result.map = in_stage("calibration", [&] {
+    return finished(device, stages.map(), iou, shape, pool, options.detail, result.warnings);
+  });
   result.evaluations = budget.evaluations();
   result.seconds = budget.seconds();
   return result;

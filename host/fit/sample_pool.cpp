@@ -6,9 +6,12 @@
 namespace qjulia {
 namespace {
 
-constexpr std::size_t kSurfacePoints = 200'000;
-constexpr std::size_t kNearPoints = 240'000;
-constexpr std::size_t kAroundPoints = 80'000;
+// Points for a fit of kEvaluations or more; a stage of 60 evaluations draws some 20,000 of them.
+constexpr double kSurfacePoints = 200'000;
+constexpr double kNearPoints = 240'000;
+constexpr double kAroundPoints = 80'000;
+constexpr double kEvaluations = 1500;
+constexpr double kLeastShare = 0.125;
 constexpr double kNarrowOffset = 0.08;  // map units: two cells of 4/97
 constexpr double kWideOffset = 0.25;
 constexpr double kReach = 2.0;  // the box about the origin's shape that `around` fills
@@ -23,12 +26,14 @@ std::vector<DistancePoint> measured(const SignedDistance& distance,
 
 }  // namespace
 
-SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance,
-                            std::uint64_t seed) {
+SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance, std::uint64_t seed,
+                            int evaluations) {
+  const double share = std::clamp(evaluations / kEvaluations, kLeastShare, 1.0);
+  const auto points_of = [share](double all) { return static_cast<std::size_t>(share * all); };
   SamplePool pool;
-  pool.surface = sample_surface(shape.mesh, kSurfacePoints, seed);
+  pool.surface = sample_surface(shape.mesh, points_of(kSurfacePoints), seed);
   Random random(seed);
-  std::vector<Eigen::Vector3d> points(kNearPoints);
+  std::vector<Eigen::Vector3d> points(points_of(kNearPoints));
   for (auto& x : points) {
     const auto& [position, normal] = pool.surface[random.index(pool.surface.size())];
     const double width = random.index(2) == 0 ? kNarrowOffset : kWideOffset;
@@ -36,7 +41,7 @@ SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance,
   }
   pool.near = measured(distance, points);
   const Eigen::Vector3d center = shape.mesh.box().center();
-  points.resize(kAroundPoints);
+  points.resize(points_of(kAroundPoints));
   for (auto& x : points) {
     x = center + Eigen::Vector3d(random.uniform(-kReach, kReach), random.uniform(-kReach, kReach),
                                  random.uniform(-kReach, kReach));

@@ -26,7 +26,9 @@ struct SamplePool {
   Samples draw(const Phase& phase, Random& random) const;
 };
 
-/// Distances are taken on the device, once for a fit. The same for the same seed.
-SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance, std::uint64_t seed);
+/// Distances are taken on the device, once for a fit. The same for the same seed and number of
+/// `evaluations` that the fit may make: a short one draws few samples, and needs a small pool.
+SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance, std::uint64_t seed,
+                            int evaluations);
 
 }  // namespace qjulia

@@ -11,6 +11,7 @@
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "temporary_folder.hpp"
+#include "test_device.hpp"
 
 using namespace qjulia;
 
@@ -33,7 +34,7 @@ void run_kernels(const Device& device, const Workload& work, int times) {
 
 TEST_CASE("kernels lie in the trace in order, as long as their times, within the recording") {
   const Workload work = small_work();
-  const Device device = Device::choose("cpu");
+  const Device device = test::device();
   run_kernels(device, work, 1);  // recorded by nobody
   const auto trace = std::make_shared<Trace>();
   const auto begin = Trace::Clock::now();
@@ -66,7 +67,7 @@ TEST_CASE("kernels lie in the trace in order, as long as their times, within the
 
 TEST_CASE("kernels stand in the stage that launched them and waited") {
   const Workload work = small_work();
-  const Device device = Device::choose("cpu");
+  const Device device = test::device();
   const auto trace = std::make_shared<Trace>();
   device.record(trace);
   for (const char* name : {"first", "second"}) {

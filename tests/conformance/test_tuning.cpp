@@ -5,12 +5,12 @@
 #include <filesystem>
 #include <fstream>
 
-#include "double_precision.hpp"
 #include "profile/tune_jobs.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/tune.hpp"
 #include "qjulia/tuning_cache.hpp"
 #include "temporary_folder.hpp"
+#include "test_device.hpp"
 
 using namespace qjulia;
 
@@ -44,7 +44,7 @@ Device tuned(const Device& device) {
 }  // namespace
 
 TEST_CASE("every setting gives the default's results but for rounding") {
-  const Device device = Device::choose("cpu");
+  const Device device = test::device();
   const Workload work = make_workload(small());
   for (const Precision precision : {Precision::single, Precision::dbl}) {
     if (precision == Precision::dbl && !test::can_check(device, precision)) continue;
@@ -65,7 +65,7 @@ TEST_CASE("every setting gives the default's results but for rounding") {
 }
 
 TEST_CASE("what a tuner finds is a setting the device can use, and no slower by its own measure") {
-  const Device device = Device::choose("cpu");
+  const Device device = test::device();
   const TuneReport report = tune(device, small());
   CHECK_NOTHROW(report.tuning.validate());
   CHECK(report.time_ratio <= 1);
@@ -82,7 +82,7 @@ TEST_CASE("what a tuner finds is a setting the device can use, and no slower by 
 
 TEST_CASE("kept settings come back, those of either precision") {
   const OwnCache cache;
-  const Device device = Device::choose("cpu");
+  const Device device = test::device();
   CHECK(with_kept_tuning(device).warning.empty());
   CHECK_FALSE(with_kept_tuning(device).device.is_tuned(Precision::single));
 
@@ -108,7 +108,7 @@ TEST_CASE("kept settings come back, those of either precision") {
 
 TEST_CASE("corrupt and foreign settings are passed over with a warning, and replaced") {
   const OwnCache cache;
-  const Device device = Device::choose("cpu");
+  const Device device = test::device();
   keep_tuning(tuned(device), Precision::single);
   const std::filesystem::path file = tuning_file(device.info());
   std::ifstream stream(file);
@@ -135,11 +135,11 @@ TEST_CASE("corrupt and foreign settings are passed over with a warning, and repl
 
 TEST_CASE("settings of another device, driver or program are looked for elsewhere") {
   const OwnCache cache;
-  DeviceInfo info = Device::choose("cpu").info();
+  DeviceInfo info = test::device().info();
   const auto file = tuning_file(info);
   info.driver_version += "1";
   CHECK(tuning_file(info) != file);
-  info = Device::choose("cpu").info();
+  info = test::device().info();
   info.name += " II";
   CHECK(tuning_file(info) != file);
 }

@@ -58,7 +58,7 @@ TEST_CASE("ranks share a batch and write the bytes of one process") {
 
 TEST_CASE("what a killed rank had claimed is done on resume") {
   const TemporaryFolder folder;
-  const std::string manifest = make_manifest(folder);
+  const std::string manifest = make_manifest(folder, "", 400);  // long enough to be killed in
   const std::string out = folder / "out";
   const std::string script = folder.file("rank.sh", R"(
 if [ "$OMPI_COMM_WORLD_RANK" = 1 ]; then

@@ -1,0 +1,75 @@
+#include "fit/finish.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "qjulia/detail.hpp"
+#include "qjulia/field.hpp"
+
+namespace qjulia {
+namespace {
+
+constexpr std::size_t kSurfacePoints = 20'000;
+constexpr double kGoodFit = 0.9;    ///< IoU
+constexpr double kDeepEnough = -2;  ///< F₁ at the origin
+
+std::vector<Eigen::Vector3d> positions(const std::vector<SurfacePoint>& points) {
+  std::vector<Eigen::Vector3d> found;
+  for (std::size_t i = 0; i < std::min(kSurfacePoints, points.size()); ++i) {
+    found.push_back(points[i].position);
+  }
+  return found;
+}
+
+/// How poor the fit is and where the surface is missed most. The map is in distance units: F₁ at a
+/// surface point is about how far its own surface is.
+std::string poor_fit(const Device& device, const RationalMap& map, double iou,
+                     const std::vector<Eigen::Vector3d>& surface) {
+  const auto off = Field(device, map).at(on_slice(surface, map.slice));
+  const auto worst =
+      std::ranges::max_element(off, [](double a, double b) { return std::abs(a) < std::abs(b); });
+  const Eigen::Vector3d where =
+      map.shape_to_map.to_shape(surface[static_cast<std::size_t>(worst - off.begin())]);
+  return fmt::format(
+      "the fit reaches an IoU of {:.2f} only; it is farthest off the surface, by about {:.2g} % of "
+      "the diagonal, near ({:.4g}, {:.4g}, {:.4g}). More --factors or more time follow the shape "
+      "more closely",
+      iou, 100 * std::abs(*worst) / (map.shape_to_map.scale * map.box->diagonal()), where.x(),
+      where.y(), where.z());
+}
+
+}  // namespace
+
+RationalMap finished(const Device& device, RationalMap map, double iou, const Shape& shape,
+                     const SamplePool& pool, double detail, std::vector<std::string>& warnings) {
+  const auto surface = positions(pool.surface);
+  map.shape_to_map = shape.shape_to_map;
+  map.box = shape.box;
+  map.inradius = shape.inradius / shape.shape_to_map.scale;
+  map.log_scale -= median_level(Field(device, map), surface, map.slice);
+  if (iou < kGoodFit) warnings.push_back(poor_fit(device, map, iou, surface));
+  map = with_measured_detail(device, map, surface, detail);
+
+  const std::vector<Quaternion> origin{{0, 0, 0, map.slice}};
+  const auto at_origin = [&] { return Field(device, map).at(origin).front(); };
+  if (const double above = at_origin(); above >= map.surface_level) {
+    warnings.push_back(
+        fmt::format("the field at the origin is {:.2f}, above the surface's: the fit does not hold "
+                    "the shape's deepest point inside, and iteration will not keep the shape; use "
+                    "more --factors or more time, and look for surfaces inside the mesh",
+                    above));
+    return map;
+  }
+  map = calibrated(device, map);
+  if (const double depth = at_origin(); depth > kDeepEnough) {
+    warnings.push_back(
+        fmt::format("the field at the origin is {:.2f}, above {}: the iterated set is near "
+                    "dissolving; use a smaller --detail",
+                    depth, kDeepEnough));
+  }
+  return map;
+}
+
+}  // namespace qjulia

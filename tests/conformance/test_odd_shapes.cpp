@@ -1,0 +1,149 @@
+// Fits of shapes nobody would choose: each ends with a finite map and an honest report.
+
+#include <Eigen/Geometry>
+#include <catch2/catch.hpp>
+#include <functional>
+
+#include "qjulia/compare.hpp"
+#include "qjulia/fit.hpp"
+#include "shapes.hpp"
+#include "test_device.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+struct OddShape {
+  std::string name;
+  std::function<TriangleMesh()> make;
+  double least_iou;  ///< with 64 factors and 80 evaluations; what was reached less a margin
+};
+
+TriangleMesh turned(TriangleMesh mesh, const Eigen::Vector3d& axis, double angle) {
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
+  for (auto& x : mesh.vertices) x = turn * x;
+  return mesh;
+}
+
+/// A ring in the xy plane, and one through it.
+TriangleMesh linked_tori() {
+  return shapes::joined(
+      shapes::torus(1, 0.3),
+      shapes::moved(turned(shapes::torus(1, 0.3), {1, 0, 0}, std::numbers::pi / 2), 1, {1, 0, 0}));
+}
+
+/// A box with a square tunnel along z.
+TriangleMesh box_with_tunnel() {
+  return shapes::joined(shapes::box({-1, -1, -1}, {1, 1, 1}),
+                        shapes::inside_out(shapes::box({-0.5, -0.5, -1.2}, {0.5, 0.5, 1.2})));
+}
+
+/// Triangles strewn in a ball.
+TriangleMesh cloud(std::size_t count) {
+  std::mt19937 random(5);
+  TriangleMesh mesh;
+  const auto vector = [&random] {
+    const double x = shapes::centred(random);
+    const double y = shapes::centred(random);
+    return Eigen::Vector3d(x, y, shapes::centred(random));
+  };
+  while (mesh.triangles.size() < count) {
+    const Eigen::Vector3d center = vector();
+    if (center.norm() > 1) continue;
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    for (int corner = 0; corner < 3; ++corner) mesh.vertices.push_back(center + 0.2 * vector());
+    mesh.triangles.push_back({first, first + 1, first + 2});
+  }
+  return mesh;
+}
+
+TriangleMesh tetrahedron() {
+  return {{{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}},
+          {{0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}}};
+}
+
+const std::vector<OddShape>& odd_shapes() {
+  static const std::vector<OddShape> all = {
+      {"sphere", [] { return shapes::sphere(3); }, 0.98},
+      {"two spheres",
+       [] {
+         return shapes::joined(shapes::sphere(3),
+                               shapes::moved(shapes::sphere(3), 0.5, {2, 0, 0.95}));
+       },
+       0},
+      {"two spheres far apart",
+       [] {
+         return shapes::joined(shapes::sphere(3),
+                               shapes::moved(shapes::sphere(3), 1, {20, 0, 0.97}));
+       },
+       0},
+      {"spheres one in the other",
+       [] {
+         return shapes::joined(shapes::sphere(3),
+                               shapes::moved(shapes::sphere(3), 0.5, Eigen::Vector3d::Zero()));
+       },
+       0.5},
+      {"shell of two spheres",
+       [] { return shapes::joined(shapes::sphere(3), shapes::inside_out(shapes::sphere(3, 0.7))); },
+       0.6},
+      {"linked tori", linked_tori, 0.5},
+      {"thin torus", [] { return shapes::torus(1, 0.05); }, 0.5},
+      {"thin plate",
+       [] {
+         return shapes::box({-1, -1, -0.01}, {1, 1, 0.01});
+       },
+       0},
+      {"needle",
+       [] {
+         return shapes::box({-1, -0.01, -0.01}, {1, 0.01, 0.01});
+       },
+       0},
+      {"cube of 12 triangles", [] { return shapes::box(); }, 0.85},
+      {"tetrahedron", tetrahedron, 0.8},
+      {"open box", shapes::open_box, 0.8},
+      {"box with a tunnel", box_with_tunnel, 0.65},
+      {"holes", [] { return shapes::with_holes(shapes::sphere(3), 7); }, 0.97},
+      {"soup", [] { return shapes::soup(shapes::torus(), 0.01); }, 0.8},
+      {"cloud of triangles", [] { return cloud(200); }, 0},
+      {"inside out", [] { return shapes::inside_out(shapes::torus()); }, 0.8},
+      {"tiny", [] { return shapes::moved(shapes::torus(), 1e-9, Eigen::Vector3d::Zero()); }, 0.8},
+      {"huge", [] { return shapes::moved(shapes::torus(), 1e9, Eigen::Vector3d::Zero()); }, 0.8},
+      {"a million away",
+       [] {
+         return shapes::moved(shapes::torus(), 1, {1e6, -1e6, 1e6});
+       },
+       0.8},
+      {"300k triangles", [] { return shapes::sphere(7); }, 0.98},
+  };
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("odd shapes end with a finite map and an honest report") {
+  const Device device = test::device();
+  FitOptions options;
+  options.factors = 64;
+  options.max_evaluations = 80;
+  for (const OddShape& shape : odd_shapes()) {
+    CAPTURE(shape.name);
+    const TriangleMesh mesh = shape.make();
+    FitResult result;
+    REQUIRE_NOTHROW(result = fit(device, mesh, options));
+    CHECK_NOTHROW(result.map.validate());
+    CHECK(result.map.factors.size() == 64);
+    REQUIRE(!result.stages.empty());
+    CHECK(std::isfinite(result.stages.back().energy_after));
+    CompareOptions comparison;
+    comparison.resolution = 64;
+    comparison.iterations = 1;
+    const FitMetrics metrics = compare(device, result.map, mesh, comparison).front();
+    CHECK(metrics.iou >= shape.least_iou);
+    // The coarse grid of the report takes the surface where the fit left it, before calibration.
+    CHECK(result.stages.back().iou == Approx(metrics.iou).margin(0.15));
+    if (result.stages.back().iou < 0.9) {
+      REQUIRE(!result.warnings.empty());
+      CHECK_THAT(result.warnings.front(), Catch::Contains("IoU") && Catch::Contains("near ("));
+    }
+  }
+}
