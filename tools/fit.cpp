@@ -16,6 +16,7 @@
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
+#include "qjulia/report.hpp"
 #include "qjulia/tuning_cache.hpp"
 
 namespace qjulia::tools {
@@ -25,6 +26,7 @@ struct Arguments {
   std::string mesh;
   std::string output;
   std::string device;
+  std::string report;  ///< folder; empty: none
   FitArguments fit;
   bool resume = false;
 };
@@ -115,6 +117,13 @@ int fit_mesh(const Arguments& arguments, const FitOptions& options, LaunchedRank
   const bool interrupted = result.stopped == StopReason::interrupted;
   if (!interrupted) std::filesystem::remove(remaining.checkpoint);
 
+  if (!arguments.report.empty() && !interrupted) {
+    const TraceStage stage(session.trace(), "report");
+    const std::string title = std::filesystem::path(arguments.mesh).filename().string();
+    write_report(make_report(device, mesh, result, title, {}, session.watch()),
+                 std::filesystem::path(arguments.report) / "report.html");
+  }
+
   for (const StageReport& stage : result.stages) session.console.detail(stage_line(stage));
   session.report_kernels(device);
   const double seconds = session.seconds();
@@ -154,6 +163,11 @@ void describe_options(CLI::App& command, Arguments& a) {
   command.add_flag("--resume", a.resume,
                    "Go on where an earlier run of the same command was stopped or killed: it kept "
                    "MAP.checkpoint. Without one, start afresh; with the finished map, do nothing");
+  command
+      .add_option("--report", a.report,
+                  "Folder for report.html: pictures, curves, figures and options on one page "
+                  "that needs nothing else. Made after the fit, in some seconds more")
+      ->type_name("DIR");
   add_device(command, a.device);
 }
 

@@ -9,6 +9,7 @@
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/picture.hpp"
+#include "qjulia/report.hpp"
 #include "qjulia/surface.hpp"
 #include "qjulia/tuning_cache.hpp"
 
@@ -51,6 +52,11 @@ class FitWorker final : public BatchWorker {
       write_mesh(surface(entry, result.map, watch), file(*entry.outputs.surface));
     }
     if (entry.outputs.picture) write_png(picture(entry, result.map, watch), file(".png"));
+    if (entry.outputs.report) {
+      const FitReport report = make_report(device_, mesh, result, entry.name, {}, watch);
+      if (watch.stop.stop_requested()) throw Interrupted();
+      write_report(report, file(".report.html"));
+    }
     std::filesystem::remove(folder / (entry.name + ".checkpoint"));
 
     auto warnings = mesh_report.warnings();
@@ -108,10 +114,10 @@ class FitWorker final : public BatchWorker {
 
 FitKey fit_key(const BatchEntry& entry) {
   const BatchOutputs& outputs = entry.outputs;
-  const std::string rest = fmt::format("{} {} {} {}x{}", outputs.surface.value_or("-"),
-                                       outputs.surface ? outputs.surface_resolution : 0,
-                                       outputs.picture, outputs.picture ? outputs.picture_width : 0,
-                                       outputs.picture ? outputs.picture_height : 0);
+  const std::string rest = fmt::format(
+      "{} {} {} {} {}x{}", outputs.report, outputs.surface.value_or("-"),
+      outputs.surface ? outputs.surface_resolution : 0, outputs.picture,
+      outputs.picture ? outputs.picture_width : 0, outputs.picture ? outputs.picture_height : 0);
   FitKey key{{}, text_hash(to_json(checked_options(entry.options)).dump() + rest)};
   try {
     key.inputs = file_hash(entry.mesh);

@@ -149,11 +149,9 @@ class Reader {
     } else if (name == "surface_resolution") {
       read_whole(node, 2, 8192, line, "'surface_resolution'", outputs.surface_resolution);
     } else if (name == "picture") {
-      if (node.is_boolean()) {
-        outputs.picture = *node.value<bool>();
-      } else {
-        problems_.add(line, "'picture' must be true or false");
-      }
+      read_flag(node, line, "'picture'", outputs.picture);
+    } else if (name == "report") {
+      read_flag(node, line, "'report'", outputs.report);
     } else if (name == "picture_size") {
       const toml::array* size = node.as_array();
       if (size == nullptr || size->size() != 2) {
@@ -167,6 +165,14 @@ class Reader {
       return false;
     }
     return true;
+  }
+
+  void read_flag(const toml::node& node, std::size_t line, const char* what, bool& value) {
+    if (node.is_boolean()) {
+      value = *node.value<bool>();
+    } else {
+      problems_.add(line, fmt::format("{} must be true or false", what));
+    }
   }
 
   void read_whole(const toml::node& node, int low, int high, std::size_t line, const char* what,

@@ -12,7 +12,7 @@ namespace qjulia {
 namespace {
 
 /// The signature and the header chunk, after which text may stand.
-constexpr std::ptrdiff_t kHeaderBytes = 8 + 25;
+constexpr std::size_t kHeaderBytes = 8 + 25;
 
 void append_number(std::vector<char>& bytes, std::size_t number) {
   for (const unsigned shift : {24U, 16U, 8U, 0U}) {
@@ -33,7 +33,7 @@ std::vector<char> text_chunk(const std::string& keyword, const std::string& text
 
 }  // namespace
 
-void write_png(const Image& image, const std::filesystem::path& path, const PictureText& text) {
+std::string png_bytes(const Image& image, const PictureText& text) {
   if (image.width < 1 || image.height < 1 ||
       image.pixels.size() !=
           3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height)) {
@@ -44,21 +44,22 @@ void write_png(const Image& image, const std::filesystem::path& path, const Pict
   png.width = static_cast<png_uint_32>(image.width);
   png.height = static_cast<png_uint_32>(image.height);
   png.format = PNG_FORMAT_RGB;
-  std::vector<char> bytes(PNG_IMAGE_PNG_SIZE_MAX(png));
-  png_alloc_size_t size = bytes.size();
-  if (png_image_write_to_memory(&png, bytes.data(), &size, 0, image.pixels.data(), 0, nullptr) ==
+  std::vector<char> encoded(PNG_IMAGE_PNG_SIZE_MAX(png));
+  png_alloc_size_t size = encoded.size();
+  if (png_image_write_to_memory(&png, encoded.data(), &size, 0, image.pixels.data(), 0, nullptr) ==
       0) {
-    throw OutputError("cannot encode '" + path.string() + "' as PNG: " + png.message);
+    throw OutputError(std::string("cannot encode a picture as PNG: ") + png.message);
   }
-  AtomicFile file(path);
-  file.stream().write(bytes.data(), kHeaderBytes);
+  std::string bytes(encoded.data(), kHeaderBytes);
   for (const auto& [keyword, value] : text) {
     const std::vector<char> chunk = text_chunk(keyword, value);
-    file.stream().write(chunk.data(), static_cast<std::streamsize>(chunk.size()));
+    bytes.append(chunk.begin(), chunk.end());
   }
-  file.stream().write(bytes.data() + kHeaderBytes,
-                      static_cast<std::streamsize>(size) - kHeaderBytes);
-  file.commit();
+  return bytes.append(encoded.data() + kHeaderBytes, size - kHeaderBytes);
+}
+
+void write_png(const Image& image, const std::filesystem::path& path, const PictureText& text) {
+  write_file(path, png_bytes(image, text));
 }
 
 }  // namespace qjulia

@@ -25,6 +25,7 @@ struct ManifestOption {
 struct BatchOutputs {
   std::optional<std::string> surface;  ///< extension of the mesh: ".ply", ".obj", ".stl" or ".off"
   int surface_resolution = 256;        ///< cells along the box's longest side
+  bool report = false;                 ///< NAME.report.html
   bool picture = false;
   int picture_width = 640;
   int picture_height = 480;

@@ -66,6 +66,9 @@ Image captioned(const Image& image, const std::string& text);
 /// Keywords (1 to 79 Latin-1 characters) and what a file says under them (Latin-1).
 using PictureText = std::map<std::string, std::string>;
 
+/// The bytes of a PNG file; `text` as tEXt chunks. @throws InputError without pixels.
+std::string png_bytes(const Image& image, const PictureText& text = {});
+
 /// Written under a temporary name and renamed; `text` as tEXt chunks. @throws OutputError
 void write_png(const Image& image, const std::filesystem::path& path, const PictureText& text = {});
 

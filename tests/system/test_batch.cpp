@@ -170,12 +170,15 @@ TEST_CASE("checks, status and refusals") {
       "[[fit]]\nmesh = \"box.obj\"\nfactors = 24\nmax_evaluations = 30\npicture = "
       "true\npicture_size "
       "= [64, 48]\n[[fit]]\nmesh = \"ball.obj\"\nfactors = 24\nmax_evaluations = 30\npicture = "
-      "true\npicture_size = [64, 48]\n");
+      "true\npicture_size = [64, 48]\nreport = true\n");
   const Finished done = run_command({"batch", one, "-o", out, "--json", "--quiet"});
   CHECK(done.exit_code == 0);
   CHECK(done.err.empty());
   CHECK(json::parse(done.out)["entries"].size() == 2);
   CHECK(std::filesystem::exists(out + "/contact_sheet.png"));
+  CHECK_THAT(read_text(out + "/ball.report.html"),
+             Contains("the set, n = 6") && Contains("Hausdorff") && Contains("max-evaluations"));
+  CHECK_FALSE(std::filesystem::exists(out + "/box.report.html"));
   const Finished status = run_command({"batch", "--status", out});
   CHECK(status.exit_code == 0);
   CHECK_THAT(status.out, Contains("2 of 2 done"));

@@ -1,0 +1,26 @@
+#pragma once
+/// Parts of a page, escaped where text goes in.
+
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "qjulia/picture.hpp"
+
+namespace qjulia::html {
+
+/// &, <, > and quotes as entities; bytes that are not UTF-8 or not XML's characters as U+FFFD.
+std::string escaped(std::string_view text);
+
+/// A row of headings, then rows of cells; all escaped.
+std::string table(const std::vector<std::string>& headings,
+                  const std::vector<std::vector<std::string>>& rows);
+
+/// The picture itself in the page, and a line under it.
+std::string figure(const Image& image, const std::string& caption);
+
+/// A page with this body, styled for reading on screen and paper.
+std::string page(const std::string& title, const std::string& body);
+
+}  // namespace qjulia::html

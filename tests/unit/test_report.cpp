@@ -1,0 +1,102 @@
+// The page of a fit.
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <regex>
+
+#include "qjulia/error.hpp"
+#include "qjulia/report.hpp"
+#include "report/base64.hpp"
+#include "report/html.hpp"
+#include "temporary_folder.hpp"
+
+using namespace qjulia;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// Elements that were opened and not closed, or closed without having been opened; 0 in XML.
+int unbalanced(const std::string& page) {
+  std::vector<std::string> open;
+  int wrong = 0;
+  const std::regex tag("<(/?)([a-z0-9]+)[^<>]*?(/?)>");
+  for (std::sregex_iterator it(page.begin(), page.end(), tag), end; it != end; ++it) {
+    const std::string name = (*it)[2];
+    if ((*it)[1] == "/") {
+      if (open.empty() || open.back() != name) {
+        ++wrong;
+      } else {
+        open.pop_back();
+      }
+    } else if ((*it)[3] != "/") {
+      open.push_back(name);
+    }
+  }
+  return wrong + static_cast<int>(open.size());
+}
+
+FitReport some_report() {
+  FitReport report;
+  report.title = "a<b> & \"c\" \xff";
+  report.result.map.factors = {{{0, 0, 0, 0}, 2}};
+  report.result.map.provenance = {{"mesh", "x.obj"}, {"options", {{"seed", 7}}}};
+  report.result.evaluations = 123;
+  report.result.stages = {{"wide band", 60, 0.5, 0.1, 2, 0.9}, {"band", 63, 0.2, 0.05, 3, 0.95}};
+  report.result.warnings = {"thin <parts>"};
+  report.pictures = {{"the mesh", {2, 1, {1, 2, 3, 4, 5, 6}}}, {"the set", {1, 1, {9, 9, 9}}}};
+  FitMetrics metrics;
+  metrics.iou = 0.9876;
+  report.metrics = {metrics};
+  return report;
+}
+
+}  // namespace
+
+TEST_CASE("base64 is that of RFC 4648") {
+  CHECK(base64("") == "");
+  CHECK(base64("f") == "Zg==");
+  CHECK(base64("fo") == "Zm8=");
+  CHECK(base64("foo") == "Zm9v");
+  CHECK(base64("foobar") == "Zm9vYmFy");
+  CHECK(base64("\xff\xfe\xfd") == "//79");
+}
+
+TEST_CASE("text in a page is escaped, whatever its bytes") {
+  CHECK(html::escaped("a<b> & \"c\"") == "a&lt;b&gt; &amp; &quot;c&quot;");
+  CHECK(html::escaped("\xc3\xa9") == "\xc3\xa9");
+  CHECK(html::escaped("\xff\x01") == "\xEF\xBF\xBD\xEF\xBF\xBD");
+  CHECK(html::table({"h"}, {{"<1>"}}) ==
+        "<table>\n<tr><th>h</th></tr>\n<tr><td>&lt;1&gt;</td></tr>\n</table>\n");
+}
+
+TEST_CASE("a report holds all its parts and nothing from elsewhere") {
+  const std::string page = report_html(some_report());
+  CHECK(unbalanced(page.substr(page.find('\n'))) == 0);
+  CHECK_THAT(page, Contains("<title>a&lt;b&gt; &amp; &quot;c&quot; \xEF\xBF\xBD</title>"));
+  CHECK_THAT(page, Contains("123 evaluations") && Contains("thin &lt;parts&gt;"));
+  CHECK_THAT(page, Contains("0.9876") && Contains("wide band") && Contains("&quot;seed&quot;: 7"));
+  const auto count = [&page](const std::string& part) {
+    int found = 0;
+    for (auto at = page.find(part); at != std::string::npos; at = page.find(part, at + 1)) ++found;
+    return found;
+  };
+  CHECK(count("src=\"data:image/png;base64,") == 2);
+  CHECK(count("<svg") == 4);
+  CHECK(count("src=") == 2);
+  CHECK(count("http://www.w3.org") >= 1);
+  CHECK(count("://") == count("http://www.w3.org"));
+  CHECK(count("<script") == 0);
+  CHECK(unbalanced("<a><b></a>") > 0);
+}
+
+TEST_CASE("a report is written where it is wanted, in a folder that is made") {
+  const test::TemporaryFolder folder;
+  write_report(some_report(), folder.path() / "new" / "report.html");
+  CHECK(std::filesystem::file_size(folder.path() / "new" / "report.html") > 1000);
+  folder.file("plain", "text");
+  CHECK_THROWS_AS(write_report(some_report(), folder.path() / "plain" / "report.html"),
+                  OutputError);
+  ReportOptions options;
+  options.width = 0;
+  CHECK_THROWS_AS(options.validate(), InputError);
+}
