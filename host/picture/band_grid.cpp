@@ -92,7 +92,7 @@ std::vector<double> packed(const Grid& grid, const Box& seen) {
 
 /// The box in both; a point of `b` where they have nothing in common.
 Box common(const Box& a, const Box& b) {
-  const Box both{a.low.cwiseMax(b.low), a.high.cwiseMin(b.high)};
+  Box both{a.low.cwiseMax(b.low), a.high.cwiseMin(b.high)};
   if ((both.size().array() > 0).all()) return both;
   const Eigen::Vector3d least = Eigen::Vector3d::Constant(1e-6 * b.diagonal());
   return {b.center() - least, b.center() + least};

@@ -16,7 +16,7 @@ constexpr const char* kStyle =
     "table{border-collapse:collapse}th,td{padding:.2rem .9rem .2rem 0;text-align:left;"
     "border-bottom:1px solid #ddd;font-variant-numeric:tabular-nums}"
     ".row{display:flex;flex-wrap:wrap;gap:1rem}figure{margin:0;flex:1 1 18rem}"
-    "figure img,figure svg{width:100%;height:auto}figcaption{color:#555}"
+    "figure img{width:100%;height:auto}figcaption{color:#555}"
     "pre{background:#f6f6f6;padding:.8rem;overflow-x:auto;font-size:.8rem}";
 
 /// As UTF-8, U+FFFD for what is not.

@@ -6,6 +6,7 @@
 #include "picture/plot.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/shared/map_layout.h"
+#include "report/base64.hpp"
 #include "report/html.hpp"
 
 namespace qjulia {
@@ -29,9 +30,10 @@ std::string curve(const std::vector<StageReport>& stages, const char* label, boo
   plot.y.label = label;
   plot.y.logarithmic = logarithmic;
   plot.series.push_back(std::move(series));
-  std::string svg = plot_svg(plot);
-  svg.erase(0, svg.find("<svg"));  // a part of a page has no XML declaration
-  return "<figure>" + svg + "</figure>\n";
+  // As a picture of its own: names inside a plot are those of every other plot.
+  return fmt::format(
+      "<figure><img alt=\"{} against {}\" src=\"data:image/svg+xml;base64,{}\"/></figure>\n",
+      html::escaped(label), plot.x.label, base64(plot_svg(plot)));
 }
 
 std::string curves(const std::vector<StageReport>& stages) {
@@ -46,6 +48,7 @@ std::string curves(const std::vector<StageReport>& stages) {
 
 std::string stage_table(const std::vector<StageReport>& stages) {
   std::vector<std::vector<std::string>> rows;
+  rows.reserve(stages.size());
   for (const StageReport& s : stages) {
     rows.push_back({s.name, fmt::format("{}", s.evaluations),
                     fmt::format("{:.4g}", s.energy_before), fmt::format("{:.4g}", s.energy_after),
@@ -56,6 +59,7 @@ std::string stage_table(const std::vector<StageReport>& stages) {
 
 std::string metrics_table(const std::vector<FitMetrics>& all) {
   std::vector<std::vector<std::string>> rows;
+  rows.reserve(all.size());
   for (const FitMetrics& m : all) {
     rows.push_back(
         {fmt::format("{}", m.iterations), fmt::format("{:.4f}", m.iou),

@@ -177,7 +177,7 @@ TEST_CASE("checks, status and refusals") {
   CHECK(json::parse(done.out)["entries"].size() == 2);
   CHECK(std::filesystem::exists(out + "/contact_sheet.png"));
   CHECK_THAT(read_text(out + "/ball.report.html"),
-             Contains("the set, n = 6") && Contains("Hausdorff") && Contains("max-evaluations"));
+             Contains("the set, n = 6") && Contains("Hausdorff") && Contains("max_evaluations"));
   CHECK_FALSE(std::filesystem::exists(out + "/box.report.html"));
   const Finished status = run_command({"batch", "--status", out});
   CHECK(status.exit_code == 0);

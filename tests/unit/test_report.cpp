@@ -2,7 +2,6 @@
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
-#include <regex>
 
 #include "qjulia/error.hpp"
 #include "qjulia/report.hpp"
@@ -19,17 +18,17 @@ namespace {
 int unbalanced(const std::string& page) {
   std::vector<std::string> open;
   int wrong = 0;
-  const std::regex tag("<(/?)([a-z0-9]+)[^<>]*?(/?)>");
-  for (std::sregex_iterator it(page.begin(), page.end(), tag), end; it != end; ++it) {
-    const std::string name = (*it)[2];
-    if ((*it)[1] == "/") {
-      if (open.empty() || open.back() != name) {
-        ++wrong;
-      } else {
-        open.pop_back();
-      }
-    } else if ((*it)[3] != "/") {
-      open.push_back(name);
+  for (auto at = page.find('<'); at != std::string::npos; at = page.find('<', at + 1)) {
+    const std::string tag = page.substr(at + 1, page.find('>', at) - at - 1);
+    const bool closes = tag.front() == '/';
+    const std::string name =
+        tag.substr(closes ? 1 : 0, tag.find_first_of(" /", 1) - (closes ? 1 : 0));
+    if (!closes) {
+      if (tag.back() != '/') open.push_back(name);
+    } else if (open.empty() || open.back() != name) {
+      ++wrong;
+    } else {
+      open.pop_back();
     }
   }
   return wrong + static_cast<int>(open.size());
@@ -81,8 +80,8 @@ TEST_CASE("a report holds all its parts and nothing from elsewhere") {
     return found;
   };
   CHECK(count("src=\"data:image/png;base64,") == 2);
-  CHECK(count("<svg") == 4);
-  CHECK(count("src=") == 2);
+  CHECK(count("src=\"data:image/svg+xml;base64,") == 4);
+  CHECK(count("src=") == 6);
   CHECK(count("http://www.w3.org") >= 1);
   CHECK(count("://") == count("http://www.w3.org"));
   CHECK(count("<script") == 0);
