@@ -39,6 +39,7 @@ std::string table(const std::vector<FitMetrics>& metrics) {
 int run(const Arguments& arguments, Session& session) {
   CompareOptions options = arguments.options;
   options.iterations = arguments.map_options.iterations;
+  options.box = arguments.map_options.box;
   options.escape = arguments.map_options.escape;
   options.precision = arguments.map_options.precision;
   options.validate();
@@ -91,6 +92,7 @@ void add_compare(CLI::App& program, ChosenCommand& chosen) {
   command->add_option("--resolution", a.options.resolution, "Cells along each side of the cube")
       ->capture_default_str();
   add_map_options(*command, a.map_options);
+  add_box(*command, a.map_options, "Only what lies in it is compared. Default: all");
   add_escape(*command, a.map_options, kDefaultEscape);
   add_precision(*command, a.map_options);
   add_device(*command, a.device);

@@ -21,10 +21,17 @@ constexpr int kMostCells = 1024;
 constexpr std::size_t kSurfaceSamples = 30000;
 constexpr std::uint64_t kSeed = 1;
 
-double area(const TriangleMesh& mesh) {
+bool holds(const std::optional<Box>& part, const Eigen::Vector3d& x) {
+  return !part ||
+         ((x.array() >= part->low.array()).all() && (x.array() <= part->high.array()).all());
+}
+
+/// Of the triangles whose middle lies in the part.
+double area(const TriangleMesh& mesh, const std::optional<Box>& part) {
   double sum = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
     const Eigen::Vector3d& origin = mesh.vertices[a];
+    if (!holds(part, (origin + mesh.vertices[b] + mesh.vertices[c]) / 3)) continue;
     sum += 0.5 * (mesh.vertices[b] - origin).cross(mesh.vertices[c] - origin).norm();
   }
   return sum;
@@ -48,35 +55,36 @@ DistanceSummary distance_between(const std::vector<Eigen::Vector3d>& points,
           std::ranges::max(distances)};
 }
 
-/// A mesh as far as surfaces are compared.
+/// A mesh as far as surfaces are compared; its points and area are those of the part.
 struct SampledMesh {
   SignedDistance distance;
   std::vector<Eigen::Vector3d> points;
   double area;
 
-  SampledMesh(const Device& device, const TriangleMesh& mesh)
-      : distance(device, mesh), area(qjulia::area(mesh)) {
+  SampledMesh(const Device& device, const TriangleMesh& mesh, const std::optional<Box>& part)
+      : distance(device, mesh), area(qjulia::area(mesh, part)) {
     for (const SurfacePoint& point : sample_surface(mesh, kSurfaceSamples, kSeed)) {
-      points.push_back(point.position);
+      if (holds(part, point.position)) points.push_back(point.position);
     }
   }
 };
 
 /// Fills what is measured between surfaces; without a surface of the set there is no distance.
 void compare_surfaces(const Device& device, const TriangleMesh& set, const SampledMesh& mesh,
-                      double diagonal, FitMetrics& metrics) {
-  if (set.triangles.empty()) {
+                      const std::optional<Box>& part, double diagonal, FitMetrics& metrics) {
+  std::optional<SampledMesh> sampled;
+  if (!set.triangles.empty()) sampled.emplace(device, set, part);
+  if (!sampled || sampled->points.empty()) {
     metrics.mean_distance = metrics.distance_95 = metrics.hausdorff_distance =
         std::numeric_limits<double>::quiet_NaN();
     return;
   }
-  const SampledMesh sampled(device, set);
-  const auto there = distance_between(sampled.points, mesh.distance);
-  const auto back = distance_between(mesh.points, sampled.distance);
+  metrics.roughness = sampled->area / mesh.area;
+  const auto there = distance_between(sampled->points, mesh.distance);
+  const auto back = distance_between(mesh.points, sampled->distance);
   metrics.mean_distance = 0.5 * (there.mean + back.mean) / diagonal;
   metrics.distance_95 = std::max(there.within_95, back.within_95) / diagonal;
   metrics.hausdorff_distance = std::max(there.largest, back.largest) / diagonal;
-  metrics.roughness = sampled.area / mesh.area;
 }
 
 /// Coefficient of variation of ‖∇F_1‖ over points of the shape, in its own coordinates.
@@ -105,6 +113,9 @@ void CompareOptions::validate() const {
     throw InputError(fmt::format("--iterations {} is out of range; give 1 … {}", iterations,
                                  QJ_MOST_ITERATIONS));
   }
+  if (box && !(box->low.allFinite() && box->high.allFinite() && (box->size().array() > 0).all())) {
+    throw InputError("--box is not a box; give x0 y0 z0 x1 y1 z1 with x0 < x1, y0 < y1, z0 < z1");
+  }
 }
 
 std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
@@ -119,8 +130,12 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
   const auto report = [&](double done) { watch.report({"comparing", done / steps, -1, ""}); };
 
   report(0);
-  const CubeSamples cube = sample_cube(device, mesh, map.shape_to_map, options.resolution, watch);
-  const SampledMesh sampled(device, mesh);
+  const CubeSamples cube =
+      sample_cube(device, mesh, map.shape_to_map, options.resolution, options.box, watch);
+  const SampledMesh sampled(device, mesh, options.box);
+  if (sampled.points.empty()) {
+    throw InputError("--box holds nothing of the mesh's surface; give a part that it runs through");
+  }
   const double variation = slope_variation(device, map, sampled.points);
   const Watch quiet{{}, watch.stop};
   std::vector<FitMetrics> all;
@@ -139,7 +154,7 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
     surface.precision = options.precision;
     MeshSink set;
     set_surface(device, map, stops, surface, set, quiet);
-    compare_surfaces(device, set.mesh, sampled, mesh.box().diagonal(), metrics);
+    compare_surfaces(device, set.mesh, sampled, options.box, mesh.box().diagonal(), metrics);
     all.push_back(metrics);
   }
   report(steps);

@@ -24,23 +24,30 @@ struct Side {
 }  // namespace
 
 CubeSamples sample_cube(const Device& device, const TriangleMesh& mesh,
-                        const ShapeToMap& shape_to_map, int resolution, const Watch& watch) {
-  const Box box = mesh.box();
+                        const ShapeToMap& shape_to_map, int resolution,
+                        const std::optional<Box>& part, const Watch& watch) {
+  const Box about = mesh.box();
+  const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * kCubeSide * about.size().maxCoeff());
+  const Box box = part.value_or(Box{about.center() - half, about.center() + half});
   CubeSamples samples;
-  samples.cell = kCubeSide * box.size().maxCoeff() / resolution;
-  const Eigen::Vector3d first =
-      box.center() - Eigen::Vector3d::Constant(0.5 * samples.cell * (resolution - 1));
+  samples.cell = box.size().maxCoeff() / resolution;
+  std::array<int, 3>& points = samples.grid.points;
+  Eigen::Vector3d first;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int cells = std::max(1, static_cast<int>(std::lround(box.size()[axis] / samples.cell)));
+    points[static_cast<std::size_t>(axis)] = cells;
+    first[axis] = box.center()[axis] - 0.5 * samples.cell * (cells - 1);
+  }
   samples.grid.origin = shape_to_map.to_map(first);
   samples.grid.step = shape_to_map.scale * samples.cell;
-  samples.grid.points.fill(resolution);
 
   const SignedDistance distance(device, mesh);
   std::vector<Eigen::Vector3d> slice;
-  for (int z = 0; z < resolution; ++z) {
+  for (int z = 0; z < points[2]; ++z) {
     if (watch.stop.stop_requested()) throw Interrupted();
     slice.clear();
-    for (int y = 0; y < resolution; ++y) {
-      for (int x = 0; x < resolution; ++x) {
+    for (int y = 0; y < points[1]; ++y) {
+      for (int x = 0; x < points[0]; ++x) {
         slice.push_back(first + samples.cell * Eigen::Vector3d(x, y, z));
       }
     }

@@ -1,6 +1,7 @@
 #pragma once
 /// How a set and a mesh share a cube of cells.
 
+#include <optional>
 #include <vector>
 
 #include "qjulia/mesh.hpp"
@@ -16,9 +17,11 @@ struct CubeSamples {
   double cell = 0;               ///< side of a cell, the mesh's units
 };
 
-/// `resolution`³ cells of a cube centred on the mesh's box, side 1.15 × its longest side.
+/// `resolution` cells along the longest side of `part`, or where there is none, `resolution`³ of a
+/// cube centred on the mesh's box, side 1.15 × its longest side. @param part the mesh's units.
 CubeSamples sample_cube(const Device& device, const TriangleMesh& mesh,
-                        const ShapeToMap& shape_to_map, int resolution, const Watch& watch);
+                        const ShapeToMap& shape_to_map, int resolution,
+                        const std::optional<Box>& part, const Watch& watch);
 
 struct Overlap {
   double iou = 0;  ///< cells inside both over cells inside either

@@ -14,6 +14,8 @@ namespace qjulia {
 struct CompareOptions {
   int resolution = 128;  ///< cells along each side of the cube the IoU is taken over
   int iterations = 6;
+  /// Shape units: only what lies in it is compared. By default a cube about the mesh.
+  std::optional<Box> box = std::nullopt;
   Precision precision = Precision::single;  ///< of the orbits; double where the device has it
   /// Radius beyond which orbits end, map units; by default where none returns from.
   std::optional<double> escape = std::nullopt;
@@ -35,7 +37,7 @@ struct FitMetrics {
 };
 
 /// Metrics at n = 1 and at `options.iterations`. The IoU is taken at cell centres of a cube centred
-/// on the mesh's box, side 1.15 × its longest side.
+/// on the mesh's box, side 1.15 × its longest side; or of `options.box`.
 std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
                                 const TriangleMesh& mesh, const CompareOptions& options,
                                 const Watch& watch = {});

@@ -267,6 +267,25 @@ TEST_CASE("the ball of q² compares with spheres as balls do") {
   }
 }
 
+TEST_CASE("a part is compared by what lies in it") {
+  const Device device = test::device();
+  // The set is the unit ball; the mesh has a second ball, which only the whole misses.
+  const TriangleMesh mesh =
+      shapes::joined(shapes::sphere(4), shapes::moved(shapes::sphere(3), 0.5, {3, 0, 0}));
+  CompareOptions options{64, 1};
+  const FitMetrics whole = compare(device, square(), mesh, options).at(0);
+  options.box = Box{{0, -1.2, -1.2}, {1.2, 1.2, 1.2}};
+  const FitMetrics half = compare(device, square(), mesh, options).at(0);
+  CHECK(whole.iou < 0.9);
+  CHECK(half.iou > 0.98);
+  CHECK(half.mean_distance < 0.1 * whole.mean_distance);
+  CHECK(half.roughness == Approx(1).margin(0.02));
+  options.box = Box{{5, 5, 5}, {6, 6, 6}};
+  CHECK_THROWS_WITH(compare(device, square(), mesh, options), Catch::Contains("--box"));
+  options.box = Box{{1, 0, 0}, {0, 1, 1}};
+  CHECK_THROWS_WITH(compare(device, square(), mesh, options), Catch::Contains("--box"));
+}
+
 TEST_CASE("walls are as thick as the balls that fit between them") {
   const auto device = test::device();
   const TriangleMesh slab = shapes::box({0, 0, 0}, {10, 10, 0.5});
