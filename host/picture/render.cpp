@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "map/box_option.hpp"
 #include "picture/shading.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/picture.hpp"
@@ -113,9 +114,7 @@ void PictureOptions::validate() const {
   require(camera.zoom >= 0.01 && camera.zoom <= 1000, "zoom", camera.zoom, "give 0.01 to 1000");
   require(camera.field_of_view >= 1 && camera.field_of_view <= 120, "field of view",
           camera.field_of_view, "give 1 to 120 degrees");
-  if (box && !(box->low.allFinite() && box->high.allFinite() && (box->size().array() > 0).all())) {
-    throw InputError("--box is not a box; give x0 y0 z0 x1 y1 z1 with x0 < x1, y0 < y1, z0 < z1");
-  }
+  expect_box(box);
   if (camera.up < 'x' || camera.up > 'z') {
     throw InputError(fmt::format("up axis is '{}': give x, y or z", camera.up));
   }

@@ -142,12 +142,8 @@ void time_surface_and_picture(Bench& bench, const Device& device, const Workload
   Grid grid{Eigen::Vector3d::Constant(-1.5), 3.0 / side, {side, side, side}};
   const auto points = static_cast<std::size_t>(side) * static_cast<std::size_t>(side) *
                       static_cast<std::size_t>(side);
-  const LevelSet level_set(device, work.map, {0, 0, kNoEscape}, 4);
-  // It runs in single precision whatever the limits were measured in.
-  const Cost cost =
-      precision == Precision::single
-          ? Cost{cost::energy(4), cost::level_set_reals(4) * static_cast<double>(points)}
-          : Cost{};
+  const LevelSet level_set(device, work.map, {0, 0, kNoEscape}, 4, precision);
+  const Cost cost{cost::energy(4), cost::level_set_reals(4) * static_cast<double>(points)};
   bench.time("level_set", 4, points, 4, cost, [&] {
     level_set.over(grid, {{0, 0, 0}, grid.points});
   });
@@ -160,6 +156,7 @@ void time_surface_and_picture(Bench& bench, const Device& device, const Workload
   picture.height = 120;
   constexpr std::size_t kRays = std::size_t{160} * 120;
   picture.samples_per_axis = 1;
+  picture.precision = precision;
   bench.time("ray_march", picture.iterations, kRays, 0, {}, [&] { render(device, ball, picture); });
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <vector>
 
+#include "map/box_option.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/shared/map_layout.h"
 
@@ -54,10 +55,7 @@ void SampleOptions::validate() const {
   if (!(escape > 0) || !std::isfinite(escape)) {
     throw InputError(fmt::format("--escape {} is no radius; give a positive number", escape));
   }
-  if (box && !(box->low.allFinite() && box->high.allFinite() && (box->size().array() > 0).all() &&
-               std::isfinite(box->diagonal()))) {
-    throw InputError("--box is not a box; give x0 y0 z0 x1 y1 z1 with x0 < x1, y0 < y1, z0 < z1");
-  }
+  expect_box(box);
 }
 
 Eigen::Vector3d CellGrid::cell() const {

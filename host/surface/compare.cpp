@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 
+#include "map/box_option.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/shape.hpp"
 #include "qjulia/shared/map_layout.h"
@@ -113,9 +114,7 @@ void CompareOptions::validate() const {
     throw InputError(fmt::format("--iterations {} is out of range; give 1 … {}", iterations,
                                  QJ_MOST_ITERATIONS));
   }
-  if (box && !(box->low.allFinite() && box->high.allFinite() && (box->size().array() > 0).all())) {
-    throw InputError("--box is not a box; give x0 y0 z0 x1 y1 z1 with x0 < x1, y0 < y1, z0 < z1");
-  }
+  expect_box(box);
 }
 
 std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "map/box_option.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/shared/map_layout.h"
 #include "surface/clear_box.hpp"
@@ -23,10 +24,6 @@ constexpr int kMostHalvings = 20;
 constexpr double kReach = 2;
 /// The shape's box is widened by this on each side to begin with.
 constexpr double kMargin = 0.05;
-
-bool is_box(const Box& box) {
-  return box.low.allFinite() && box.high.allFinite() && (box.size().array() > 0).all();
-}
 
 /// No point of the set is farther from the origin, map units.
 double farthest_inside(const StopRadii& stops) {
@@ -58,9 +55,7 @@ void SurfaceOptions::validate() const {
     throw InputError(
         fmt::format("--refine {} is out of range; give 0 … {} halvings", refine, kMostHalvings));
   }
-  if (box && !is_box(*box)) {
-    throw InputError("--box is not a box; give x0 y0 z0 x1 y1 z1 with x0 < x1, y0 < y1, z0 < z1");
-  }
+  expect_box(box);
 }
 
 SurfaceReport set_surface(const Device& device, const RationalMap& map, const StopRadii& stops,

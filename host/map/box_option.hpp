@@ -1,0 +1,12 @@
+#pragma once
+
+#include <optional>
+
+#include "qjulia/rational_map.hpp"
+
+namespace qjulia {
+
+/// @throws InputError naming --box unless it is left out, or finite with a volume.
+void expect_box(const std::optional<Box>& box);
+
+}  // namespace qjulia
