@@ -1,5 +1,5 @@
 // F_n at the points of a regular grid, coordinates made on the device. F_n here is the decided one:
-// orbits also end at r_in and r_out (map_iterate).
+// orbits also end at the map's r_in and r_out, where it has them (map_iterate).
 
 #include "map_step.clh"
 
@@ -17,46 +17,99 @@ inline qlane block_point(ilane index, int nx, int ny, int ix, int iy, int iz, re
                 fma(k, h, lane_of(origin_z)), lane_of(slice));
 }
 
-// F_n at points `first_group` * QJ_WIDTH and on, one work-item per QJ_WIDTH points, `groups` of
-// them; points past the block's end lie on further layers and are harmless.
-// field: groups * QJ_WIDTH reals.
-kernel void level_set_block(int nx, int ny, int ix, int iy, int iz, real origin_x, real origin_y,
-                            real origin_z, real step, int first_group, int groups,
-                            global const real* map, int factors, int iterations,
-                            global real* field) {
-  int g = (int)get_global_id(0);
-  if (g >= groups) return;
-  ilane index = LANE_NUMBERS + (ilane)(first_group + g) * QJ_WIDTH;
-  qlane q =
-      block_point(index, nx, ny, ix, iy, iz, origin_x, origin_y, origin_z, step, map[QJ_MAP_SLICE]);
-  lane_store(map_iterate(q, map, factors, iterations, true, 0), field, g);
-}
-
-// F_1 at points of the slice. points: three arrays X, Y, Z of `stride` reals, a multiple of
-// QJ_WIDTH. field: `stride` reals.
-kernel void level_set_points(global const real* points, int stride, int groups,
-                             global const real* map, int factors, global real* field) {
-  int g = (int)get_global_id(0);
-  if (g >= groups) return;
-  qlane q = q_make(lane_load(points, g), lane_load(points + stride, g),
-                   lane_load(points + 2 * stride, g), lane_of(map[QJ_MAP_SLICE]));
-  lane_store(map_iterate(q, map, factors, 1, true, 0), field, g);
-}
-
-// One iterate on from points whose F is known: each point becomes its image, its F the image's.
-// points: four arrays X, Y, Z, W of `stride` reals, a multiple of QJ_WIDTH. field: `stride` reals.
-kernel void level_set_advance(global real* points, int stride, int groups, global const real* map,
-                              int factors, global real* field) {
-  int g = (int)get_global_id(0);
-  if (g >= groups) return;
-  qlane q = q_make(lane_load(points, g), lane_load(points + stride, g),
-                   lane_load(points + 2 * stride, g), lane_load(points + 3 * stride, g));
-  q = map_image(q, lane_load(field, g), map, factors);
+// Points number g * QJ_WIDTH and on of four arrays X, Y, Z, W of `stride` reals.
+inline void store_point(qlane q, global real* points, int stride, int g) {
   lane_store(q.x, points, g);
   lane_store(q.y, points + stride, g);
   lane_store(q.z, points + 2 * stride, g);
   lane_store(q.w, points + 3 * stride, g);
-  lane_store(map_log_norm(q, map, factors), field, g);
+}
+
+// F_n at points `first_group` * QJ_WIDTH and on, one work-item per QJ_WIDTH points, `groups` of
+// them; points past the block's end lie on further layers and are harmless. Every orbit runs until
+// it escapes or n iterates are done. Where it ends on the side of `level` that it was on at its
+// first iterate beyond r_in or r_out, as it should, F_n is the F of that iterate; else of its end.
+// field: groups * QJ_WIDTH reals.
+kernel void level_set_dense(int nx, int ny, int ix, int iy, int iz, real origin_x, real origin_y,
+                            real origin_z, real step, int first_group, int groups,
+                            global const real* map, int factors, int iterations, real level,
+                            global real* field) {
+  int g = (int)get_global_id(0);
+  if (g >= groups) return;
+  real escape = map[QJ_MAP_LOG_ESCAPE];
+  real above = fmin(escape, map[QJ_MAP_LOG_OUTER]), below = map[QJ_MAP_LOG_INNER];
+  ilane index = LANE_NUMBERS + (ilane)(first_group + g) * QJ_WIDTH;
+  qlane q =
+      block_point(index, nx, ny, ix, iy, iz, origin_x, origin_y, origin_z, step, map[QJ_MAP_SLICE]);
+  lane end = map_log_radius(q);
+  lane decided = end;
+  ilane live = isless(end, lane_of(escape));
+  ilane undecided = live;
+  for (int i = 0; i < iterations && lane_any(live); ++i) {
+    lane next = map_log_norm(q, map, factors);
+    end = lane_where(live, next, end);
+    decided = lane_where(undecided, next, decided);
+    live &= isless(next, lane_of(escape));
+    undecided &= isless(next, lane_of(above)) & isgreater(next, lane_of(below));
+    if (i + 1 == iterations || !lane_any(live)) break;
+    q = q_where(live, map_image(q, next, map, factors), q);
+  }
+  ilane differ = isless(end, lane_of(level)) ^ isless(decided, lane_of(level));
+  lane_store(lane_where(differ, end, decided), field, g);
+}
+
+// The first iterate of points given by their numbers in a block of grid points: their places into
+// `points`, their F_1 into `field`. numbers: groups * QJ_WIDTH of them. points: four arrays X, Y,
+// Z, W of `stride` reals, a multiple of QJ_WIDTH. field: `stride` reals.
+kernel void level_set_numbered(global const int* numbers, int nx, int ny, int ix, int iy, int iz,
+                               real origin_x, real origin_y, real origin_z, real step, int stride,
+                               int groups, global const real* map, int factors, global real* points,
+                               global real* field) {
+  int g = (int)get_global_id(0);
+  if (g >= groups) return;
+  QJ_INT wide[QJ_WIDTH];
+  for (int i = 0; i < QJ_WIDTH; ++i) wide[i] = numbers[g * QJ_WIDTH + i];
+  qlane q = block_point(lane_load(wide, 0), nx, ny, ix, iy, iz, origin_x, origin_y, origin_z, step,
+                        map[QJ_MAP_SLICE]);
+  store_point(q, points, stride, g);
+  lane_store(map_iterate(q, map, factors, 1, true, 0), field, g);
+}
+
+// The same for points anywhere on the slice: X, Y and Z are given, W is set.
+kernel void level_set_points(global real* points, int stride, int groups, global const real* map,
+                             int factors, global real* field) {
+  int g = (int)get_global_id(0);
+  if (g >= groups) return;
+  qlane q = q_make(lane_load(points, g), lane_load(points + stride, g),
+                   lane_load(points + 2 * stride, g), lane_of(map[QJ_MAP_SLICE]));
+  store_point(q, points, stride, g);
+  lane_store(map_iterate(q, map, factors, 1, true, 0), field, g);
+}
+
+// One iterate on from points whose F is known: the images of the points number live[i] among
+// `points`, and the F of these images, for i from `first_group` * QJ_WIDTH on. live: whole groups.
+// points, images: four arrays X, Y, Z, W of `stride` reals, a multiple of QJ_WIDTH. field,
+// image_field: `stride` reals.
+kernel void level_set_advance(global const real* points, global const real* field, int stride,
+                              global const int* live, int first_group, int groups,
+                              global const real* map, int factors, global real* images,
+                              global real* image_field) {
+  int item = (int)get_global_id(0);
+  if (item >= groups) return;
+  int g = first_group + item;
+  real x[QJ_WIDTH], y[QJ_WIDTH], z[QJ_WIDTH], w[QJ_WIDTH], f[QJ_WIDTH];
+  for (int i = 0; i < QJ_WIDTH; ++i) {
+    int from = live[g * QJ_WIDTH + i];
+    x[i] = points[from];
+    y[i] = points[stride + from];
+    z[i] = points[2 * stride + from];
+    w[i] = points[3 * stride + from];
+    f[i] = field[from];
+  }
+  qlane q = q_make(lane_load(x, 0), lane_load(y, 0), lane_load(z, 0), lane_load(w, 0));
+  q = map_image(q, lane_load(f, 0), map, factors);
+  store_point(q, images, stride, g);
+  lane_store(map_log_norm(q, map, factors), image_field, g);
 }
 
 // Bounds of F_1 over cubes in the slice: centre as given, `half` a side. About a centre c, with

@@ -193,7 +193,8 @@ void add_surface(CLI::App& program, ChosenCommand& chosen) {
       ->check(finite() & CLI::Range(1e-6, 1e9))
       ->type_name("LENGTH");
   command->add_flag("--dense", a.options.dense,
-                    "Iterate every point of the grid: the same mesh, slower");
+                    "Run the orbit of every point of the grid to its end: the same mesh, much\n"
+                    "slower, without trusting r_in, r_out and bounds");
   add_map_options(*command, a.map_options);
   add_box(*command, a.map_options,
           "Default: the shape's box plus 5 %, grown until the set fits in");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "map/map_buffer.hpp"
@@ -10,6 +11,14 @@
 
 namespace qjulia {
 namespace {
+
+/// Points on the device with their F.
+template <class Real>
+struct Orbits {
+  std::size_t stride = 0;
+  device::Buffer<Real> points;  ///< arrays X, Y, Z, W of `stride`
+  device::Buffer<Real> field;   ///< `stride`
+};
 
 /// Factors evaluated in one launch: about 30 ms of potentials on two cores.
 constexpr std::size_t kPairsPerLaunch = std::size_t{1} << 27;
@@ -100,19 +109,28 @@ device::Kernel LevelSet::kernel(const char* name) const {
 }
 
 std::vector<float> LevelSet::over(const Grid& grid, const GridBlock& block) const {
-  return precision_ == Precision::dbl ? rounded(over_in<double>(grid, block))
-                                      : rounded(over_in<float>(grid, block));
+  std::vector<std::int32_t> numbers(block.size());
+  std::iota(numbers.begin(), numbers.end(), 0);
+  std::vector<float> values(numbers.size());
+  at(grid, block, numbers, values);
+  return values;
 }
 
-std::vector<float> LevelSet::densely_over(const Grid& grid, const GridBlock& block) const {
+std::vector<float> LevelSet::densely_over(const Grid& grid, const GridBlock& block,
+                                          double level) const {
   if (iterations_ > 1) counts_.iterated += block.size();
-  return precision_ == Precision::dbl ? rounded(block_values<double>(grid, block, iterations_))
-                                      : rounded(block_values<float>(grid, block, iterations_));
+  return precision_ == Precision::dbl ? densely_over_in<double>(grid, block, level)
+                                      : densely_over_in<float>(grid, block, level);
+}
+
+void LevelSet::at(const Grid& grid, const GridBlock& block, std::span<const std::int32_t> numbers,
+                  std::span<float> values) const {
+  precision_ == Precision::dbl ? at_in<double>(grid, block, numbers, values)
+                               : at_in<float>(grid, block, numbers, values);
 }
 
 std::vector<float> LevelSet::at(const PointList& points) const {
-  return precision_ == Precision::dbl ? rounded(at_in<double>(points))
-                                      : rounded(at_in<float>(points));
+  return precision_ == Precision::dbl ? at_in<double>(points) : at_in<float>(points);
 }
 
 FieldBounds LevelSet::bounds(const PointList& centers, double half_side) const {
@@ -121,129 +139,132 @@ FieldBounds LevelSet::bounds(const PointList& centers, double half_side) const {
 }
 
 template <class Real>
-std::vector<Real> LevelSet::over_in(const Grid& grid, const GridBlock& block) const {
-  std::vector<Real> values = block_values<Real>(grid, block, 1);
-  if (iterations_ == 1) return values;
-  std::vector<std::int32_t> numbers;
-  PointList points;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (!undecided(values[i])) continue;
-    const int number = narrow(i);
-    const int row = number / block.count[0];
-    numbers.push_back(number);
-    points.add(grid.coordinate(0, block.first[0] + number % block.count[0], precision_),
-               grid.coordinate(1, block.first[1] + row % block.count[1], precision_),
-               grid.coordinate(2, block.first[2] + row / block.count[1], precision_));
-  }
-  iterate<Real>(numbers, points, values);
-  return values;
-}
-
-template <class Real>
-std::vector<Real> LevelSet::block_values(const Grid& grid, const GridBlock& block,
-                                         int iterations) const {
+std::vector<float> LevelSet::densely_over_in(const Grid& grid, const GridBlock& block,
+                                             double level) const {
   auto& context = device_.context();
   std::vector<Real> values(block.size());
-  const auto block_kernel = kernel("level_set_block");
+  const auto dense_kernel = kernel("level_set_dense");
   const std::size_t all = (values.size() + lanes() - 1) / lanes();
-  const std::size_t most = std::min(all, iterations == 1 ? groups_per_launch(kPairsPerLaunch)
-                                                         : groups_per_launch(kVersorsPerLaunch));
+  const std::size_t most = std::min(all, groups_per_launch(kVersorsPerLaunch));
   const auto field = context.allocate<Real>(most * lanes());
   for (std::size_t first = 0; first < all; first += most) {
     const std::size_t groups = std::min(most, all - first);
     context.launch(
-        block_kernel, {{groups, 1, 1}},
+        dense_kernel, {{groups, 1, 1}},
         {block.count[0], block.count[1], block.first[0], block.first[1], block.first[2],
          real(grid.origin.x()), real(grid.origin.y()), real(grid.origin.z()), real(grid.step),
-         narrow(first), narrow(groups), map_, factors_, iterations, field});
+         narrow(first), narrow(groups), map_, factors_, iterations_, real(level), field});
     const std::size_t begin = first * lanes();
     context.read<Real>(
         field, std::span(values).subspan(begin, std::min(groups * lanes(), values.size() - begin)));
   }
   counts_.potentials += values.size();
-  return values;
+  return rounded(std::move(values));
 }
 
 template <class Real>
-std::vector<Real> LevelSet::at_in(const PointList& points) const {
-  if (points.size() == 0) return {};
+void LevelSet::at_in(const Grid& grid, const GridBlock& block,
+                     std::span<const std::int32_t> numbers, std::span<float> values) const {
+  auto& context = device_.context();
+  const auto numbered_kernel = kernel("level_set_numbered");
+  device::Buffer<std::int32_t> sent;
+  const auto start = [&](std::size_t begin, std::size_t count, const Orbits<Real>& orbits) {
+    if (sent.size() == 0) sent = context.allocate<std::int32_t>(orbits.stride);
+    context.write<std::int32_t>(sent, numbers.subspan(begin, count));
+    const std::size_t groups = (count + lanes() - 1) / lanes();
+    context.launch(
+        numbered_kernel, {{groups, 1, 1}},
+        {sent, block.count[0], block.count[1], block.first[0], block.first[1], block.first[2],
+         real(grid.origin.x()), real(grid.origin.y()), real(grid.origin.z()), real(grid.step),
+         narrow(orbits.stride), narrow(groups), map_, factors_, orbits.points, orbits.field});
+  };
+  iterate<Real>(numbers.size(), start, [&](std::size_t begin, std::span<const Real> found) {
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      values[static_cast<std::size_t>(numbers[begin + i])] = static_cast<float>(found[i]);
+    }
+  });
+}
+
+template <class Real>
+std::vector<float> LevelSet::at_in(const PointList& points) const {
   auto& context = device_.context();
   const auto points_kernel = kernel("level_set_points");
-  std::vector<Real> values(points.size());
-  const std::size_t all = (points.size() + lanes() - 1) / lanes();
-  const std::size_t most = std::min(all, groups_per_launch(kPairsPerLaunch));
-  const std::size_t stride = most * lanes();
-  const auto positions = context.allocate<Real>(3 * stride);
-  const auto field = context.allocate<Real>(stride);
-  std::vector<Real> sent(3 * stride);
-  for (std::size_t begin = 0; begin < points.size(); begin += stride) {
-    const std::size_t count = std::min(stride, points.size() - begin);
-    points.copy<Real>(begin, count, stride, sent);
-    context.write<Real>(positions, sent);
+  std::vector<Real> sent;
+  const auto start = [&](std::size_t begin, std::size_t count, const Orbits<Real>& orbits) {
+    sent.resize(3 * orbits.stride);
+    points.copy<Real>(begin, count, orbits.stride, sent);
+    context.write<Real>(orbits.points, sent);
     const std::size_t groups = (count + lanes() - 1) / lanes();
-    context.launch(points_kernel, {{groups, 1, 1}},
-                   {positions, narrow(stride), narrow(groups), map_, factors_, field});
-    context.read<Real>(field, std::span(values).subspan(begin, count));
-  }
-  counts_.potentials += points.size();
-  if (iterations_ == 1) return values;
-  std::vector<std::int32_t> numbers;
-  PointList left;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (!undecided(values[i])) continue;
-    numbers.push_back(narrow(i));
-    left.add(points.x[i], points.y[i], points.z[i]);
-  }
-  iterate<Real>(numbers, left, values);
+    context.launch(
+        points_kernel, {{groups, 1, 1}},
+        {orbits.points, narrow(orbits.stride), narrow(groups), map_, factors_, orbits.field});
+  };
+  std::vector<float> values(points.size());
+  iterate<Real>(points.size(), start, [&](std::size_t begin, std::span<const Real> found) {
+    std::ranges::transform(found, values.begin() + static_cast<std::ptrdiff_t>(begin),
+                           [](Real f) { return static_cast<float>(f); });
+  });
   return values;
 }
 
-template <class Real>
-void LevelSet::iterate(std::span<const std::int32_t> numbers, const PointList& points,
-                       std::vector<Real>& values) const {
-  if (numbers.empty()) return;
+template <class Real, class Start, class Take>
+void LevelSet::iterate(std::size_t count, Start start, Take take) const {
+  if (count == 0) return;
   auto& context = device_.context();
   const auto advance = kernel("level_set_advance");
-  counts_.iterated += numbers.size();
-  const std::size_t groups = (numbers.size() + lanes() - 1) / lanes();
-  const std::size_t stride = std::min(groups, groups_per_launch(kVersorsPerLaunch)) * lanes();
-  const auto positions = context.allocate<Real>(4 * stride);
-  const auto field = context.allocate<Real>(stride);
-  std::vector<std::int32_t> live;    // numbers of the points that go on
-  std::vector<Real> at(4 * stride);  // X, Y, Z, W of these
+  const auto in_groups = [this](std::size_t points) { return (points + lanes() - 1) / lanes(); };
+  const std::size_t stride =
+      std::min(in_groups(count), groups_per_launch(kPairsPerLaunch)) * lanes();
+  const std::size_t most = groups_per_launch(kVersorsPerLaunch);
+  // Orbits, and their images: they change places.
+  std::array<Orbits<Real>, 2> orbits;
+  for (auto& side : orbits) {
+    side = {stride, context.allocate<Real>(4 * stride), context.allocate<Real>(stride)};
+    if (iterations_ == 1) break;
+  }
+  device::Buffer<std::int32_t> live_numbers;
+  std::vector<Real> values(stride);
   std::vector<Real> reached(stride);
-  for (std::size_t begin = 0; begin < numbers.size(); begin += stride) {
-    const std::size_t count = std::min(stride, numbers.size() - begin);
-    const auto part = numbers.subspan(begin, count);
-    live.assign(part.begin(), part.end());
-    points.copy<Real>(begin, count, stride, at);
-    std::fill_n(at.begin() + static_cast<std::ptrdiff_t>(3 * stride), count,
-                static_cast<Real>(slice_));
-    for (int iterate = 1; iterate < iterations_ && !live.empty(); ++iterate) {
-      for (std::size_t i = 0; i < live.size(); ++i) {
-        reached[i] = values[static_cast<std::size_t>(live[i])];
+  std::vector<std::int32_t> live;   // which of the orbits go on
+  std::vector<std::int32_t> place;  // whose they are, in `values`
+  for (std::size_t begin = 0; begin < count; begin += stride) {
+    const std::size_t points = std::min(stride, count - begin);
+    start(begin, points, orbits[0]);
+    context.read<Real>(orbits[0].field, std::span(values).first(points));
+    live.clear();
+    for (std::size_t i = 0; i < points && iterations_ > 1; ++i) {
+      if (undecided(values[i])) live.push_back(narrow(i));
+    }
+    place = live;
+    counts_.iterated += live.size();
+    for (int iterate = 1; iterate < iterations_ && !place.empty(); ++iterate) {
+      if (live_numbers.size() == 0) live_numbers = context.allocate<std::int32_t>(stride);
+      const std::size_t groups = in_groups(place.size());
+      live.resize(groups * lanes(), live.back());
+      context.write<std::int32_t>(live_numbers, live);
+      for (std::size_t first = 0; first < groups; first += most) {
+        const std::size_t part = std::min(most, groups - first);
+        context.launch(
+            advance, {{part, 1, 1}},
+            {orbits[0].points, orbits[0].field, narrow(stride), live_numbers, narrow(first),
+             narrow(part), map_, factors_, orbits[1].points, orbits[1].field});
       }
-      context.write<Real>(positions, at);
-      context.write<Real>(field, reached);
-      const std::size_t used = (live.size() + lanes() - 1) / lanes();
-      context.launch(advance, {{used, 1, 1}},
-                     {positions, narrow(stride), narrow(used), map_, factors_, field});
-      context.read<Real>(positions, at);
-      context.read<Real>(field, reached);
-      counts_.iterates += live.size();
+      context.read<Real>(orbits[1].field, std::span(reached).first(place.size()));
+      std::swap(orbits[0], orbits[1]);
+      counts_.iterates += place.size();
       std::size_t kept = 0;
-      for (std::size_t i = 0; i < live.size(); ++i) {
-        values[static_cast<std::size_t>(live[i])] = reached[i];
+      for (std::size_t i = 0; i < place.size(); ++i) {
+        values[static_cast<std::size_t>(place[i])] = reached[i];
         if (!undecided(reached[i])) continue;
-        live[kept] = live[i];
-        for (std::size_t part_of = 0; part_of < 4; ++part_of) {
-          at[part_of * stride + kept] = at[part_of * stride + i];
-        }
-        ++kept;
+        live[kept] = narrow(i);
+        place[kept++] = place[i];
       }
       live.resize(kept);
+      place.resize(kept);
     }
+    take(begin, std::span<const Real>(values).first(points));
   }
+  counts_.potentials += count;
 }
 
 template <class Real>

@@ -69,7 +69,7 @@ struct LevelSetCounts {
 /// F_n with orbits ended at the stop radii; orbits run in the precision given, and values are
 /// rounded to single. They are those of `Field::decided_at`, bit for bit: one iterate everywhere,
 /// and further ones only at the points that are still undecided, gathered anew after each so that
-/// no lane is idle.
+/// no lane is idle. Points stay on the device; what passes to and fro are numbers and F.
 class LevelSet {
  public:
   LevelSet(const Device& device, const RationalMap& map, const StopRadii& stops, int iterations,
@@ -80,8 +80,15 @@ class LevelSet {
   /// One value a point, x fastest, then y. Launches are kept near 100 ms.
   std::vector<float> over(const Grid& grid, const GridBlock& block) const;
 
-  /// The same, all iterates of all points in one launch: what the others are checked against.
-  std::vector<float> densely_over(const Grid& grid, const GridBlock& block) const;
+  /// The same for the surface at `level`, where every orbit runs until it escapes or n iterates are
+  /// done: what `over` and the stop radii are checked against. An orbit that ends on another side
+  /// than the one it was stopped on has the value it ends with.
+  std::vector<float> densely_over(const Grid& grid, const GridBlock& block, double level) const;
+
+  /// F_n at the block's points of these numbers (x fastest, then y), at the same places of
+  /// `values`.
+  void at(const Grid& grid, const GridBlock& block, std::span<const std::int32_t> numbers,
+          std::span<float> values) const;
 
   /// F_n at points anywhere on the slice.
   std::vector<float> at(const PointList& points) const;
@@ -100,17 +107,18 @@ class LevelSet {
  private:
   // Each computes in `Real`, the type of the precision.
   template <class Real>
-  std::vector<Real> over_in(const Grid& grid, const GridBlock& block) const;
+  std::vector<float> densely_over_in(const Grid& grid, const GridBlock& block, double level) const;
   template <class Real>
-  std::vector<Real> at_in(const PointList& points) const;
+  void at_in(const Grid& grid, const GridBlock& block, std::span<const std::int32_t> numbers,
+             std::span<float> values) const;
+  template <class Real>
+  std::vector<float> at_in(const PointList& points) const;
   template <class Real>
   FieldBounds bounds_in(const PointList& centers, double half_side) const;
-  template <class Real>
-  std::vector<Real> block_values(const Grid& grid, const GridBlock& block, int iterations) const;
-  /// Replaces the F_1 in `values` by F_n at the numbers listed, whose points are `points`.
-  template <class Real>
-  void iterate(std::span<const std::int32_t> numbers, const PointList& points,
-               std::vector<Real>& values) const;
+  /// F_n of `count` points, chunk by chunk: `start(begin, count, orbits)` launches the first
+  /// iterate of some, `take(begin, values)` gets what they end with.
+  template <class Real, class Start, class Take>
+  void iterate(std::size_t count, Start start, Take take) const;
 
   template <class Real>
   bool undecided(Real value) const {

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <deque>
+#include <future>
 
 #include "qjulia/error.hpp"
 #include "surface/refine.hpp"
@@ -30,72 +32,115 @@ class Pace {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// F_n where the layer's sides are unknown, into `values`: the slices z … z + layer.slices − 1.
-void fill(const LevelSet& set, const Grid& grid, int z, const Layer& layer,
-          std::vector<float>& values) {
-  PointList points;
-  std::vector<std::size_t> numbers;
-  const auto nx = static_cast<std::size_t>(grid.points[0]);
-  std::size_t row = 0;
+/// Points of the layer whose sides are unknown, numbered in its slices, x fastest, then y.
+std::vector<std::int32_t> unknown_points(const Grid& grid, const Layer& layer) {
+  std::vector<std::int32_t> numbers;
+  std::int32_t row = 0;
   for (int k = 0; k < layer.slices; ++k) {
-    const double pz = grid.coordinate(2, z + k, set.precision());
-    for (int j = 0; j < grid.points[1]; ++j, row += nx) {
-      const double py = grid.coordinate(1, j, set.precision());
+    for (int j = 0; j < grid.points[1]; ++j, row += grid.points[0]) {
       for (const Run& run : layer.row(j)) {
         if (run.side != Side::unknown) continue;
-        for (int i = run.begin; i < run.end; ++i) {
-          points.add(grid.coordinate(0, i, set.precision()), py, pz);
-          numbers.push_back(row + static_cast<std::size_t>(i));
-        }
+        for (int i = run.begin; i < run.end; ++i) numbers.push_back(row + i);
       }
     }
   }
-  const std::vector<float> found = set.at(points);
-  for (std::size_t i = 0; i < found.size(); ++i) values[numbers[i]] = found[i];
+  return numbers;
 }
+
+/// From layers to triangles, on a thread of its own: one is meshed while the next is evaluated.
+class Mesher {
+ public:
+  Mesher(const LevelSet& set, double level, double reach, const Grid& grid, int halvings,
+         Assembly& assembly)
+      : set_(set),
+        level_(level),
+        grid_(grid),
+        halvings_(halvings),
+        assembly_(assembly),
+        cubes_(grid.points, level, reach) {}
+
+  /// Meshes the next layer, after the one before is done; `values` are taken, and become a buffer
+  /// of no particular values. @throws what meshing the layer before threw.
+  void add(const Layer& layer, std::vector<float>& values) {
+    wait();
+    std::swap(values_, values);
+    layers_.push_back(layer);
+    // The last slice of a layer is looked at once more, with the first one after it.
+    if (layers_.size() > 2) layers_.pop_front();
+    meshing_ = std::async(std::launch::async, [this] { mesh(); });
+    // Vertices are refined on the device, which serves one thread at a time.
+    if (halvings_ > 0) wait();
+  }
+
+  /// Until all that came is meshed.
+  void wait() {
+    if (!meshing_.valid()) return;
+    meshing_.get();
+    triangles_ = assembly_.triangles();
+  }
+
+  /// Of what was waited for.
+  std::size_t triangles() const { return triangles_; }
+  std::size_t open_edges() const { return open_edges_; }
+
+ private:
+  void mesh() {
+    const Layer& layer = layers_.back();
+    const std::size_t slice = slices(grid_, 0, 1).size();
+    for (int k = 0; k < layer.slices; ++k) {
+      cubes_.add(std::span(values_).subspan(static_cast<std::size_t>(k) * slice, slice), layer);
+    }
+    MeshPart part = cubes_.take();
+    refine(set_, level_, grid_, halvings_, part.vertices);
+    assembly_.add(part);
+    open_edges_ += part.open_edges;
+  }
+
+  const LevelSet& set_;
+  double level_;
+  Grid grid_;
+  int halvings_;
+  Assembly& assembly_;
+  MarchingCubes cubes_;
+  std::size_t triangles_ = 0;
+  std::size_t open_edges_ = 0;
+  std::vector<float> values_;
+  std::deque<Layer> layers_;
+  std::future<void> meshing_;  ///< last: it ends before what it works on
+};
 
 }  // namespace
 
 SurfaceReport march(const LevelSet& set, double level, double reach, const Grid& grid,
                     const SurfaceOptions& options, Assembly& assembly, const Watch& watch) {
-  SurfaceReport report;
   const int slices = grid.points[2];
-  const std::size_t slice = GridBlock{{0, 0, 0}, {grid.points[0], grid.points[1], 1}}.size();
-  MarchingCubes cubes(grid.points, level, reach);
   const Shell shell(set, grid, level);
   const Pace pace(slices, watch);
+  Mesher mesher(set, level, reach, grid, options.refine, assembly);
   std::vector<float> values;
-  // The layers before these are looked at once more, with the first slice after them.
-  std::vector<Layer> layers;
-  std::vector<Layer> earlier;
   for (int z = 0; z < slices;) {
-    earlier = std::move(layers);
-    if (options.dense) {
-      layers = {unknown_layer(grid, std::min(slices_at_once(grid), slices - z))};
-    } else {
-      layers = shell.layers(z);
-    }
+    const std::vector<Layer> layers =
+        options.dense ? std::vector{unknown_layer(grid, std::min(slices_at_once(grid), slices - z))}
+                      : shell.layers(z);
     for (const Layer& layer : layers) {
       if (watch.stop.stop_requested()) throw Interrupted();
+      const GridBlock block = qjulia::slices(grid, z, layer.slices);
       if (options.dense) {
-        values = set.densely_over(grid, qjulia::slices(grid, z, layer.slices));
+        values = set.densely_over(grid, block, level);
       } else {
-        values.resize(slice * static_cast<std::size_t>(layer.slices));
-        fill(set, grid, z, layer, values);
+        values.resize(block.size());
+        set.at(grid, block, unknown_points(grid, layer), values);
       }
-      for (int k = 0; k < layer.slices; ++k) {
-        cubes.add(std::span(values).subspan(static_cast<std::size_t>(k) * slice, slice), layer);
-      }
+      mesher.add(layer, values);
       z += layer.slices;
-      MeshPart part = cubes.take();
-      refine(set, level, grid, options.refine, part.vertices);
-      assembly.add(part);
-      report.open_edges += part.open_edges;
-      pace.report(z, assembly.triangles());
+      pace.report(z, mesher.triangles());
     }
   }
+  mesher.wait();
+  SurfaceReport report;
   report.vertices = assembly.vertices();
   report.triangles = assembly.triangles();
+  report.open_edges = mesher.open_edges();
   return report;
 }
 
