@@ -4,12 +4,15 @@
 
 #include <fmt/format.h>
 
+#include "camera_options.hpp"
 #include "commands.hpp"
 #include "exit_code.hpp"
+#include "files.hpp"
 #include "map_options.hpp"
 #include "options.hpp"
 #include "provenance.hpp"
 #include "qjulia/map_file.hpp"
+#include "qjulia/picture.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -17,6 +20,9 @@ namespace {
 struct Arguments {
   std::string map;
   std::string mesh;
+  std::string picture;  ///< empty: none
+  std::string up = "y";
+  PictureOptions view;
   std::string device;
   MapOptions map_options;
   CompareOptions options;
@@ -36,6 +42,18 @@ std::string table(const std::vector<FitMetrics>& metrics) {
                      metrics.front().slope_variation);
 }
 
+/// The camera's view as asked for, of what is compared.
+PictureOptions picture_options(const Arguments& arguments, const CompareOptions& options) {
+  PictureOptions picture = arguments.view;
+  picture.iterations = options.iterations;
+  picture.box = options.box;
+  picture.escape = options.escape;
+  picture.precision = options.precision;
+  picture.camera.up = arguments.up.front();
+  picture.validate();
+  return picture;
+}
+
 int run(const Arguments& arguments, Session& session) {
   CompareOptions options = arguments.options;
   options.iterations = arguments.map_options.iterations;
@@ -44,6 +62,11 @@ int run(const Arguments& arguments, Session& session) {
   options.precision = arguments.map_options.precision;
   options.validate();
   arguments.map_options.knobs.validate();
+  const PictureOptions view = picture_options(arguments, options);
+  if (!arguments.picture.empty()) {
+    require_extension(arguments.picture, {".png"});
+    require_writable(arguments.picture);
+  }
   const RationalMap read = read_map(arguments.map);
   MeshReport report;
   const TriangleMesh mesh = read_mesh(arguments.mesh, &report);
@@ -57,17 +80,29 @@ int run(const Arguments& arguments, Session& session) {
     session.console.note("interrupted");
     return kInterrupted;
   }
+  const nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
+  if (!arguments.picture.empty()) {
+    const Image image = comparison(device, map, mesh, view, session.watch());
+    if (session.interrupts.requested()) {
+      session.console.note("interrupted; no picture was written");
+      return kInterrupted;
+    }
+    nlohmann::json told = how;
+    told["picture"] = to_json(view);
+    write_png(image, arguments.picture, {{"Software", program_name()}, {"qjulia", one_line(told)}});
+  }
   session.report_kernels(device);
   nlohmann::json list = nlohmann::json::array();
   for (const FitMetrics& m : metrics) list.push_back(to_json(m));
   session.console.result(
-      table(metrics),
-      {{"map", arguments.map},
-       {"mesh", arguments.mesh},
-       {"resolution", options.resolution},
-       {"made_with", made_with(arguments.map, arguments.map_options, device.info())},
-       {"metrics", list},
-       {"seconds", session.seconds()}});
+      table(metrics), {{"map", arguments.map},
+                       {"mesh", arguments.mesh},
+                       {"resolution", options.resolution},
+                       {"picture", arguments.picture.empty() ? nlohmann::json()
+                                                             : nlohmann::json(arguments.picture)},
+                       {"made_with", how},
+                       {"metrics", list},
+                       {"seconds", session.seconds()}});
   return kDone;
 }
 
@@ -78,6 +113,7 @@ void add_compare(CLI::App& program, ChosenCommand& chosen) {
   command->footer(
       "Example:\n"
       "  qjulia compare bunny.qjulia.json bunny.obj\n"
+      "  qjulia compare bunny.qjulia.json bunny.obj --picture bunny.png --azimuth 120\n"
       "IoU is volume in common over volume in either: 1 is a perfect fit. It is taken over a cube\n"
       "centred on the mesh's box, side 1.15 times its longest side. Distances are between the two\n"
       "surfaces. Roughness is the set's area over the mesh's: detail makes it grow. Energy is -1\n"
@@ -85,12 +121,21 @@ void add_compare(CLI::App& program, ChosenCommand& chosen) {
       std::string(kMapOptionsHelp));
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
+  a.view.width = 640;
+  a.view.height = 480;
   command->add_option("MAP", a.map, "Map file that 'qjulia fit' wrote")->required()->type_name("");
   command->add_option("MESH", a.mesh, "The mesh it was fitted to: .obj, .off, .ply or .stl")
       ->required()
       ->type_name("");
   command->add_option("--resolution", a.options.resolution, "Cells along each side of the cube")
       ->capture_default_str();
+  command
+      ->add_option("--picture", a.picture,
+                   "Also draw mesh, potential, set and the distance of set from mesh as colour:\n"
+                   ".png of four pictures with a scale")
+      ->type_name("FILE.png");
+  add_size(*command, a.view);
+  add_camera(*command, a.view.camera, a.up);
   add_map_options(*command, a.map_options);
   add_box(*command, a.map_options, "Only what lies in it is compared. Default: all");
   add_escape(*command, a.map_options, kDefaultEscape);

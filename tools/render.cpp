@@ -1,12 +1,14 @@
 /// qjulia render: a map (or a mesh, for comparison) in, a picture out.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <optional>
 
+#include "camera_options.hpp"
 #include "commands.hpp"
 #include "exit_code.hpp"
 #include "files.hpp"
@@ -28,6 +30,8 @@ struct Arguments {
   std::string up = "y";
   std::string sweep;
   int turntable = 0;
+  std::string layers;  ///< prefix of their files; empty: none
+  bool preview = false;
   MapOptions map_options;
   PictureOptions options;
 };
@@ -70,12 +74,44 @@ Scene read_scene(const Arguments& arguments, Session& session) {
 }
 
 Image draw(const Device& device, const Scene& scene, const std::string& input,
-           const MapOptions& map_options, const PictureOptions& options, const Watch& watch) {
+           const MapOptions& map_options, const PictureOptions& options, const Watch& watch,
+           PictureLayers* layers = nullptr) {
   if (is_mesh_file(input)) {
-    return render_mesh(device, scene.mesh, scene.mesh.box(), options, watch);
+    return render_mesh(device, scene.mesh, scene.mesh.box(), options, watch, layers);
   }
-  return render(device, turned(device, scene.map, map_options, input), options, watch);
+  return render(device, turned(device, scene.map, map_options, input), options, watch, layers);
 }
+
+/// A rough picture of the same view, soon. "bunny.png": "bunny.preview.png". Goes when the picture
+/// is done.
+class Preview {
+ public:
+  explicit Preview(const std::filesystem::path& picture)
+      : path_(picture.parent_path() / (picture.stem().string() + ".preview.png")) {}
+
+  void draw(const Device& device, const Scene& scene, const Arguments& arguments,
+            PictureOptions options, Session& session) const {
+    const int reduction = std::max(kReduction, (options.width + kWidest - 1) / kWidest);
+    options.width = std::max(1, options.width / reduction);
+    options.height = std::max(1, options.height / reduction);
+    options.samples_per_axis = 1;
+    const Image image = tools::draw(device, scene, arguments.input, arguments.map_options, options,
+                                    session.watch());
+    if (image.pixels.empty()) return;
+    write_png(image, path_, {{"Software", program_name()}});
+    session.console.note(fmt::format("preview: {}, {:.1f} s", path_.string(), session.seconds()));
+  }
+
+  void remove() const {
+    std::error_code ignored;
+    std::filesystem::remove(path_, ignored);
+  }
+
+ private:
+  static constexpr int kReduction = 4;
+  static constexpr int kWidest = 320;  ///< pixels
+  std::filesystem::path path_;
+};
 
 std::optional<Sweep> wanted_sweep(const Arguments& arguments, const PictureOptions& options) {
   if (!arguments.sweep.empty() && arguments.turntable != 0) {
@@ -159,13 +195,21 @@ int run(const Arguments& arguments, Session& session) {
   require_extension(arguments.output, {".png"});
   require_writable(arguments.output);
   if (const auto sweep = wanted_sweep(arguments, options)) {
+    if (!arguments.layers.empty() || arguments.preview) {
+      throw InputError(
+          "--aov and --preview are of one picture: give them without --sweep and "
+          "--turntable");
+    }
     return run_sweep(arguments, options, *sweep, session);
   }
   const Scene scene = read_scene(arguments, session);
   const Device device = session.open_device(arguments.device);
 
-  const Image image =
-      draw(device, scene, arguments.input, arguments.map_options, options, session.watch());
+  const Preview preview(arguments.output);
+  if (arguments.preview) preview.draw(device, scene, arguments, options, session);
+  PictureLayers layers;
+  const Image image = draw(device, scene, arguments.input, arguments.map_options, options,
+                           session.watch(), arguments.layers.empty() ? nullptr : &layers);
   if (session.interrupts.requested()) {
     session.console.note("interrupted; nothing was written");
     return kInterrupted;
@@ -173,11 +217,21 @@ int run(const Arguments& arguments, Session& session) {
   nlohmann::json how = made_with(arguments.input, arguments.map_options, device.info());
   how["picture"] = to_json(options);
   write_png(image, arguments.output, {{"Software", program_name()}, {"qjulia", one_line(how)}});
+  std::vector<std::string> layer_files;
+  if (!arguments.layers.empty()) {
+    for (const auto& path : write_layers(layers, image.width, arguments.layers)) {
+      layer_files.push_back(path.string());
+    }
+  }
+  if (arguments.preview) preview.remove();
   session.report_kernels(device);
   const double seconds = session.seconds();
-  session.console.summary(fmt::format("{} x {} pixels, {:.1f} s\npicture: {}", image.width,
-                                      image.height, seconds, arguments.output),
+  const std::string of_layers =
+      layer_files.empty() ? "" : fmt::format("\nlayers: {}", fmt::join(layer_files, " "));
+  session.console.summary(fmt::format("{} x {} pixels, {:.1f} s\npicture: {}{}", image.width,
+                                      image.height, seconds, arguments.output, of_layers),
                           {{"picture", arguments.output},
+                           {"layers", layer_files},
                            {"width", image.width},
                            {"height", image.height},
                            {"made_with", how},
@@ -195,33 +249,12 @@ void describe_options(CLI::App& command, Arguments& a) {
   command.add_option("-o,--output", a.output, "Picture to write: .png")
       ->required()
       ->type_name("PICTURE");
-  command
-      .add_option_function<std::string>(
-          "--size",
-          [&a](const std::string& text) {
-            const auto [width, height] = parse_size(text);
-            a.options.width = width;
-            a.options.height = height;
-          },
-          "Width and height in pixels")
-      ->type_name("WxH")
-      ->default_str(fmt::format("{}x{}", a.options.width, a.options.height));
+  add_size(command, a.options);
   command
       .add_option("--samples", a.options.samples_per_axis,
                   "Anti-aliasing: rays along each side of a pixel")
       ->capture_default_str();
-  Camera& camera = a.options.camera;
-  add_number(command, "--azimuth", camera.azimuth, "Degrees the camera is turned about the up axis")
-      ->capture_default_str();
-  add_number(command, "--elevation", camera.elevation, "Degrees of the camera above the horizon")
-      ->capture_default_str();
-  add_number(command, "--zoom", camera.zoom, "1 frames the whole shape, 2 half of it")
-      ->capture_default_str();
-  add_number(command, "--field-of-view", camera.field_of_view, "Degrees, vertical")
-      ->capture_default_str();
-  command.add_option("--up", a.up, "The shape's axis that points up")
-      ->check(CLI::IsMember({"x", "y", "z"}))
-      ->capture_default_str();
+  add_camera(command, a.options.camera, a.up);
   command
       .add_option("--sweep", a.sweep,
                   std::string("Pictures for several values of one option, NAME=FROM:TO:COUNT or "
@@ -234,6 +267,16 @@ void describe_options(CLI::App& command, Arguments& a) {
                   "The same for N azimuths once around: the shape turns under steady light")
       ->check(CLI::Range(2, 10000))
       ->type_name("N");
+  command
+      .add_option("--aov", a.layers,
+                  "Also write what each pixel shows: PREFIX.depth.npy (along the ray from the\n"
+                  "camera, shape units, inf where nothing is), PREFIX.normal.npy and\n"
+                  "PREFIX.position.npy (shape coordinates), unfiltered; depth and normal also as\n"
+                  ".png to look at")
+      ->type_name("PREFIX");
+  command.add_flag("--preview", a.preview,
+                   "First write a rough picture, up to 320 wide, as NAME.preview.png; it goes "
+                   "when\nthe picture is done");
   add_map_options(command, a.map_options);
   add_box(command, a.map_options, "The set is cut open at its faces. Default: all of it");
   add_escape(command, a.map_options, kDefaultEscape);
@@ -253,6 +296,7 @@ void add_render(CLI::App& program, ChosenCommand& chosen) {
       "  qjulia render bunny.qjulia.json -o crust.png --drift 0.8 --detail 0.03\n"
       "  qjulia render bunny.qjulia.json -o drift.png --sweep drift=0:1.05:12 --size 480x360\n"
       "  qjulia render bunny.qjulia.json -o turn.png --turntable 36\n"
+      "  qjulia render bunny.qjulia.json -o big.png --size 3840x2160 --preview --aov big\n"
       "Rays meet the set itself, not a mesh of it: the picture is as sharp as its pixels. The "
       "file's\n"
       "text chunk 'qjulia' says how it was made.\n" +

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "map/box_option.hpp"
+#include "picture/depth_grid.hpp"
 #include "picture/shading.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/picture.hpp"
@@ -50,8 +52,37 @@ class Steps {
   double done_ = 0;
 };
 
+/// What the strip's pixels show, added to `layers`.
+void add_layers(const View& view, const Strip& strip, const std::vector<float>& normals,
+                const ShapeToMap& to_scene, PictureLayers& layers) {
+  const int columns = view.columns / strip.samples;
+  for (int row = 0; row < strip.rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const int i = column * strip.samples + strip.samples / 2;
+      const int j = row * strip.samples + strip.samples / 2;
+      const std::size_t sample = index(i, j + strip.halo, view.columns);
+      const float depth = strip.depths[sample];
+      if (depth < 0) {
+        layers.depth.push_back(std::numeric_limits<float>::infinity());
+        layers.normal.insert(layers.normal.end(), 3, 0.0F);
+        layers.position.insert(layers.position.end(), 3, std::numeric_limits<float>::quiet_NaN());
+        continue;
+      }
+      const double x = i + 0.5, y = strip.first_row * strip.samples + j + 0.5;
+      const Vector3d direction = (view.dir + x * view.dir_dx + y * view.dir_dy).normalized();
+      const Vector3d point = to_scene.to_shape(view.eye + double{depth} * direction);
+      layers.depth.push_back(depth / static_cast<float>(to_scene.scale));
+      const auto normal = normals.begin() + static_cast<std::ptrdiff_t>(3 * sample);
+      layers.normal.insert(layers.normal.end(), normal, normal + 3);
+      for (const double c : point) layers.position.push_back(static_cast<float>(c));
+    }
+  }
+}
+
+/// @param to_scene from the shape's coordinates to those of source and frame.
 Image render_source(const Device& device, DepthSource& source, const Box& framed,
-                    const PictureOptions& options, const Watch& watch) {
+                    const ShapeToMap& to_scene, const PictureOptions& options, const Watch& watch,
+                    PictureLayers* layers) {
   const int samples = options.samples_per_axis;
   const View view = camera_view(options.camera, framed, options.width, options.height, samples);
   const auto lights = studio_lights(options.camera, source.bounds());
@@ -70,6 +101,7 @@ Image render_source(const Device& device, DepthSource& source, const Box& framed
   const Scene scene{up, lowest(source, up), framed.center(), 0.5 * framed.diagonal()};
   const Shading shading(device, scene, lights, maps);
 
+  if (layers != nullptr) *layers = {};
   Image image{options.width, options.height, {}};
   image.pixels.reserve(3 * static_cast<std::size_t>(image.width) *
                        static_cast<std::size_t>(image.height));
@@ -84,8 +116,9 @@ Image render_source(const Device& device, DepthSource& source, const Box& framed
     const int to = std::min(view.rows, (row + strip.rows) * samples + kHalo);
     strip.halo = row * samples - from;
     strip.depths = source.depths(view, from, to - from);
-    const auto pixels = shading.shade(view, strip);
-    image.pixels.insert(image.pixels.end(), pixels.begin(), pixels.end());
+    const Shaded shaded = shading.shade(view, strip, layers != nullptr);
+    image.pixels.insert(image.pixels.end(), shaded.pixels.begin(), shaded.pixels.end());
+    if (layers != nullptr) add_layers(view, strip, shaded.normals, to_scene, *layers);
     steps.add(double(view.columns) * strip.rows * samples);
   }
   return image;
@@ -121,7 +154,7 @@ void PictureOptions::validate() const {
 }
 
 Image render(const Device& device, const RationalMap& map, const PictureOptions& options,
-             const Watch& watch) {
+             const Watch& watch, PictureLayers* layers) {
   options.validate();
   map.validate();
   MarchedSet set{map, options.iterations, options.escape, {}, options.precision};
@@ -130,24 +163,24 @@ Image render(const Device& device, const RationalMap& map, const PictureOptions&
         Box{map.shape_to_map.to_map(options.box->low), map.shape_to_map.to_map(options.box->high)};
   }
   const auto source = march_source(device, set);
-  return render_source(device, *source, framed_box(map, set.part, *source), options, watch);
+  return render_source(device, *source, framed_box(map, set.part, *source), map.shape_to_map,
+                       options, watch, layers);
 }
 
 Image render_mesh(const Device& device, const TriangleMesh& mesh, const Box& framed,
-                  const PictureOptions& options, const Watch& watch) {
+                  const PictureOptions& options, const Watch& watch, PictureLayers* layers) {
   options.validate();
   const double side = framed.size().maxCoeff();
   if (!(side > 0) || !std::isfinite(side)) {
     throw InputError("the box to frame has no size; give the mesh's own box");
   }
   // As large as maps are, so that both are lit alike.
+  const ShapeToMap to_scene{3 / side, -3 / side * framed.center()};
   TriangleMesh scaled = mesh;
-  const auto to_scene = [&](const Vector3d& p) -> Vector3d {
-    return (3 / side) * (p - framed.center());
-  };
-  std::ranges::transform(scaled.vertices, scaled.vertices.begin(), to_scene);
-  return render_source(device, *mesh_source(scaled), {to_scene(framed.low), to_scene(framed.high)},
-                       options, watch);
+  for (Vector3d& vertex : scaled.vertices) vertex = to_scene.to_map(vertex);
+  return render_source(device, *mesh_source(scaled),
+                       {to_scene.to_map(framed.low), to_scene.to_map(framed.high)}, to_scene,
+                       options, watch, layers);
 }
 
 }  // namespace qjulia

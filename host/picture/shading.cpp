@@ -45,7 +45,7 @@ Shading::Shading(const Device& device, const Scene& scene, const std::vector<Lig
   pixels_ = context.kernel("shade.cl", "shade_pixels", options);
 }
 
-std::vector<std::uint8_t> Shading::shade(const View& view, const Strip& strip) const {
+Shaded Shading::shade(const View& view, const Strip& strip, bool with_normals) const {
   device::Context& context = device_.context();
   const auto wide = static_cast<std::size_t>(view.columns);
   const auto deep = strip.depths.size() / wide;
@@ -64,9 +64,14 @@ std::vector<std::uint8_t> Shading::shade(const View& view, const Strip& strip) c
                  {view_reals, static_cast<std::int32_t>(columns), view.rows / strip.samples,
                   strip.first_row, strip.rows, strip.samples, strip.halo, depths, normals, lights_,
                   lights_count_, maps_, scene_, bytes});
-  std::vector<std::uint8_t> pixels(bytes.size());
-  context.read(bytes, std::span(pixels));
-  return pixels;
+  Shaded shaded;
+  shaded.pixels.resize(bytes.size());
+  context.read(bytes, std::span(shaded.pixels));
+  if (with_normals) {
+    shaded.normals.resize(normals.size());
+    context.read(normals, std::span(shaded.normals));
+  }
+  return shaded;
 }
 
 }  // namespace qjulia

@@ -27,14 +27,20 @@ struct Strip {
   std::vector<float> depths;  ///< whole rows of samples, from first_row · samples − halo on
 };
 
+/// What a strip shows.
+struct Shaded {
+  std::vector<std::uint8_t> pixels;  ///< sRGB bytes
+  std::vector<float> normals;        ///< 3 a sample, of all rows of samples that came
+};
+
 class Shading {
  public:
   /// @param maps each light's depth map, in the lights' order.
   Shading(const Device& device, const Scene& scene, const std::vector<Light>& lights,
           const std::vector<std::vector<float>>& maps);
 
-  /// sRGB bytes of the strip.
-  std::vector<std::uint8_t> shade(const View& view, const Strip& strip) const;
+  /// @param with_normals else there are none.
+  Shaded shade(const View& view, const Strip& strip, bool with_normals) const;
 
  private:
   Device device_;

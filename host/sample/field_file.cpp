@@ -1,11 +1,14 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "files/atomic_file.hpp"
+#include "files/npy.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/sample.hpp"
 
@@ -15,20 +18,11 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "the files say so");
 static_assert(std::numeric_limits<float>::is_iec559 && std::numeric_limits<double>::is_iec559);
 
-/// https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html, version 1.0.
 std::string npy_header(const CellGrid& grid, Precision precision) {
-  std::string text = fmt::format(
-      "{{'descr': '{}', 'fortran_order': False, 'shape': ({}, {}, {}), }}",
-      precision == Precision::dbl ? "<f8" : "<f4", grid.cells[0], grid.cells[1], grid.cells[2]);
-  constexpr std::size_t kBefore = 10;  // magic, version, length
-  constexpr std::size_t kAlignment = 64;
-  text.append(kAlignment - 1 - (kBefore + text.size()) % kAlignment, ' ');
-  text += '\n';
-  std::string header = "\x93NUMPY\x01";
-  header += '\0';
-  header += static_cast<char>(text.size() & 0xFFU);
-  header += static_cast<char>(text.size() >> 8U);
-  return header + text;
+  std::array<std::size_t, 3> shape{};
+  std::ranges::transform(grid.cells, shape.begin(),
+                         [](int n) { return static_cast<std::size_t>(n); });
+  return qjulia::npy_header(shape, precision == Precision::dbl);
 }
 
 /// Text that may stand in an XML comment: no two hyphens in a row.

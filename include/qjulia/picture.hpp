@@ -45,16 +45,40 @@ struct PictureOptions {
   void validate() const;  ///< @throws InputError
 };
 
+/// What is seen at the middle of each pixel, row by row from the top, in the shape's own units and
+/// coordinates. Nothing is filtered: where a pixel has several samples, they are the one nearest to
+/// its middle.
+struct PictureLayers {
+  std::vector<float> depth;     ///< along the ray, from the camera; infinity where nothing is
+  std::vector<float> normal;    ///< 3 a pixel: of length 1, towards the camera; 0 where nothing is
+  std::vector<float> position;  ///< 3 a pixel; not a number where nothing is
+};
+
 /// Pictures of {F_n < L}. Lights stay with the camera's azimuth; the ground lies under the set's
 /// lowest point. The same options, map and device give the same bytes. An empty image when a stop
 /// was requested.
+/// @param layers gets what the pixels show, if given.
 Image render(const Device& device, const RationalMap& map, const PictureOptions& options,
-             const Watch& watch = {});
+             const Watch& watch = {}, PictureLayers* layers = nullptr);
 
 /// The same view, light and material for a mesh, for comparison.
 /// @param framed what the camera frames, in the mesh's coordinates, such as the map's box.
 Image render_mesh(const Device& device, const TriangleMesh& mesh, const Box& framed,
-                  const PictureOptions& options, const Watch& watch = {});
+                  const PictureOptions& options, const Watch& watch = {},
+                  PictureLayers* layers = nullptr);
+
+/// The layers of a picture `width` pixels wide as files: PREFIX.depth.npy (float32 [row][column]),
+/// PREFIX.normal.npy and PREFIX.position.npy (float32 [row][column][3]), units as in
+/// `PictureLayers`; and to look at PREFIX.depth.png (white is nearest, black is nothing) and
+/// PREFIX.normal.png (0 … 255 stands for −1 … 1). @return their names. @throws OutputError
+std::vector<std::filesystem::path> write_layers(const PictureLayers& layers, int width,
+                                                const std::filesystem::path& prefix);
+
+/// The mesh, the map's potential (n = 1) and its set in one view; and the distance of what is seen
+/// of the set from the mesh as colour, with a scale: percent of the mesh's box diagonal, and units
+/// of the mesh. Each as large as the options say. An empty image when a stop was requested.
+Image comparison(const Device& device, const RationalMap& map, const TriangleMesh& mesh,
+                 const PictureOptions& options, const Watch& watch = {});
 
 /// Images side by side in rows of `columns`, `gap` white pixels between them; smaller images stand
 /// at the upper left of their cells.

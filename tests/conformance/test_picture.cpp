@@ -1,8 +1,10 @@
 // Pictures of the unit ball, which q² has for its filled Julia set, against closed forms.
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 
 #include "armed_ball.hpp"
@@ -13,6 +15,8 @@
 #include "qjulia/picture.hpp"
 #include "qjulia/shared/picture_layout.h"
 #include "qjulia/surface.hpp"
+#include "shapes.hpp"
+#include "temporary_folder.hpp"
 #include "test_device.hpp"
 
 using namespace qjulia;
@@ -301,6 +305,94 @@ TEST_CASE("normals of depth point away from the ball's middle") {
     if (-ray.dot(expected) > 0.4) least = std::min(least, normal.dot(expected));
   }
   CHECK(least > std::cos(3 * std::numbers::pi / 180));
+}
+
+TEST_CASE("layers hold what each pixel shows, in the shape's coordinates") {
+  RationalMap map = square();
+  map.shape_to_map = {2, {0, 1, 0}};  // the ball has radius 0.5 about (0, -0.5, 0)
+  map.box = Box{{-0.5, -1, -0.5}, {0.5, 0, 0.5}};
+  // The last is made in two strips.
+  const auto [width, height, samples] =
+      GENERATE(table<int, int, int>({{40, 30, 1}, {40, 30, 2}, {100, 80, 8}}));
+  PictureOptions options = small(width, height);
+  options.samples_per_axis = samples;
+  PictureLayers layers;
+  const Image image = render(test::device(), map, options, {}, &layers);
+  if (samples < 8) CHECK(image.pixels == render(test::device(), map, options).pixels);
+  REQUIRE(layers.depth.size() ==
+          static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  REQUIRE(layers.normal.size() == 3 * layers.depth.size());
+  REQUIRE(layers.position.size() == 3 * layers.depth.size());
+  const View view = camera_view(options.camera, *square().box, width, height, 1);
+  const Vector3d eye = (view.eye - Vector3d(0, 1, 0)) / 2;
+  int hits = 0, wrong = 0;
+  for (std::size_t i = 0; i < layers.depth.size(); ++i) {
+    const int column = static_cast<int>(i) % width, row = static_cast<int>(i) / width;
+    const bool seen = std::isfinite(layers.depth[i]);
+    if (seen != (sphere_depth(view, column, row) >= 0)) ++wrong;
+    const float* n = &layers.normal[3 * i];
+    const float* x = &layers.position[3 * i];
+    const Vector3d normal(n[0], n[1], n[2]), position(x[0], x[1], x[2]);
+    if (!seen) {
+      CHECK((normal.isZero() && position.array().isNaN().all()));
+      continue;
+    }
+    ++hits;
+    const Vector3d from_center = position - Vector3d(0, -0.5, 0);
+    CHECK(from_center.norm() == Approx(0.5).margin(0.8 / (height * samples)));
+    CHECK((position - eye).norm() == Approx(layers.depth[i]).margin(1e-3));
+    // The pixel's middle, or the sample next to it.
+    CHECK((position - eye).normalized().dot(direction(view, column, row)) > 1 - 1e-4);
+    CHECK(normal.norm() == Approx(1).margin(1e-4));
+    if (-from_center.dot(position - eye) > 0.5 * 0.5 * layers.depth[i]) {
+      CHECK(normal.dot(from_center) > 0.5 * 0.98);
+    }
+  }
+  CHECK(hits > 200);
+  CHECK(wrong < 0.08 * hits);
+}
+
+TEST_CASE("a comparison shows where the set is outside the mesh in red, and inside in blue") {
+  const Device device = test::device();
+  const PictureOptions options = small(60, 40);
+  for (const double radius : {0.9, 1.1}) {
+    TriangleMesh mesh = shapes::sphere(3);
+    for (auto& vertex : mesh.vertices) vertex *= radius;
+    const Image image = comparison(device, square(), mesh, options);
+    REQUIRE(image.width >= 120);
+    REQUIRE(image.height > 80);
+    // The middle of the fourth picture; under it the scale.
+    const auto at = [&](int column, int row) {
+      return &image.pixels[3 * static_cast<std::size_t>(row * image.width + column)];
+    };
+    const int cell = (image.width - 60);
+    const int caption = 22, gap = 8;
+    const auto* seen = at(cell + 30, 40 + caption + gap + 20);
+    CAPTURE(radius, int(seen[0]), int(seen[1]), int(seen[2]));
+    CHECK((radius < 1 ? seen[0] > 1.3 * seen[2] : seen[2] > 1.3 * seen[0]));
+  }
+}
+
+TEST_CASE("layers are written as arrays and to look at") {
+  const test::TemporaryFolder folder;
+  PictureLayers layers;
+  layers.depth = {2, INFINITY, 3, 4, 2.5F, 6};
+  layers.normal.assign(18, 0);
+  layers.normal[2] = -1;
+  layers.position.assign(18, 7);
+  const auto paths = write_layers(layers, 3, folder.path() / "a.b");
+  REQUIRE(paths.size() == 5);
+  auto names = folder.names();
+  std::ranges::sort(names);
+  CHECK(names == std::vector<std::string>{"a.b.depth.npy", "a.b.depth.png", "a.b.normal.npy",
+                                          "a.b.normal.png", "a.b.position.npy"});
+  const std::string depth = test::read_text(folder.path() / "a.b.depth.npy");
+  CHECK_THAT(depth, Catch::Contains("'shape': (2, 3)") && Catch::Contains("<f4"));
+  REQUIRE(depth.size() == 128 + 6 * sizeof(float));
+  CHECK(std::memcmp(depth.data() + 128, layers.depth.data(), 6 * sizeof(float)) == 0);
+  const std::string normal = test::read_text(folder.path() / "a.b.normal.npy");
+  CHECK_THAT(normal, Catch::Contains("'shape': (2, 3, 3)"));
+  CHECK(normal.size() == 128 + 18 * sizeof(float));
 }
 
 TEST_CASE("the same picture twice is the same bytes; tiny pictures work") {

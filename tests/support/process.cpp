@@ -98,7 +98,7 @@ Finished run(const std::vector<std::string>& command, const RunOptions& options)
     if (!result.interrupted && !options.interrupt_at.empty() &&
         result.err.find(options.interrupt_at) != std::string::npos) {
       result.interrupted = true;
-      ::kill(child, SIGINT);
+      ::kill(child, options.interrupt_by);
     }
     if (!options.kill_at.empty() && result.err.find(options.kill_at) != std::string::npos) {
       ::kill(child, SIGKILL);

@@ -2,6 +2,7 @@
 /// Runs a program as a user's shell does, and keeps what it said.
 
 #include <chrono>
+#include <csignal>
 #include <map>
 #include <string>
 #include <vector>
@@ -11,8 +12,10 @@ namespace qjulia::test {
 struct RunOptions {
   std::map<std::string, std::string> environment{};  ///< on top of this process's own
   std::chrono::seconds timeout{120};
-  std::string interrupt_at{};  ///< SIGINT is sent once standard error holds this; empty: never
-  std::string kill_at{};       ///< the same for SIGKILL
+  std::string interrupt_at{};  ///< `interrupt_by` is sent once standard error holds this; empty:
+                               ///< never
+  int interrupt_by = SIGINT;
+  std::string kill_at{};  ///< the same for SIGKILL
 };
 
 struct Finished {

@@ -1,0 +1,84 @@
+/// What `render` and `compare` draw, and what `surface` leaves when it is stopped.
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "obj_text.hpp"
+#include "process.hpp"
+#include "qjulia/map_file.hpp"
+#include "shapes.hpp"
+#include "temporary_folder.hpp"
+
+using Catch::Matchers::Contains;
+using nlohmann::json;
+using qjulia::test::read_text;
+using qjulia::test::run_command;
+using qjulia::test::TemporaryFolder;
+using Names = std::vector<std::string>;
+
+namespace {
+
+struct Ball {
+  TemporaryFolder folder;
+  std::string map = folder / "ball.qjulia.json";
+  std::string mesh = folder.file("ball.obj", qjulia::test::obj_text(qjulia::shapes::sphere(3)));
+
+  Ball() {
+    qjulia::RationalMap ball;
+    ball.factors = {{{}, 3}};
+    ball.box = qjulia::Box{{-1, -1, -1}, {1, 1, 1}};
+    qjulia::write_map(ball, map);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("render writes layers, and a preview that goes when the picture is done") {
+  const Ball ball;
+  const TemporaryFolder folder;
+  const auto result = run_command({"render", ball.map, "-o", folder / "ball.png", "--size", "64x48",
+                                   "--aov", folder / "ball", "--preview", "--device", "cpu"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK_THAT(result.err, Contains("ball.preview.png") && Contains("ball.depth.npy"));
+  Names names = folder.names();
+  std::ranges::sort(names);
+  CHECK(names == Names{"ball.depth.npy", "ball.depth.png", "ball.normal.npy", "ball.normal.png",
+                       "ball.png", "ball.position.npy"});
+  const auto refused = run_command({"render", ball.map, "-o", folder / "turn.png", "--turntable",
+                                    "3", "--aov", folder / "turn"});
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.err, Contains("--aov"));
+}
+
+TEST_CASE("compare draws mesh, potential, set and distance") {
+  const Ball ball;
+  const TemporaryFolder folder;
+  const auto result =
+      run_command({"compare", ball.map, ball.mesh, "--resolution", "24", "--picture",
+                   folder / "ball.png", "--size", "80x60", "--device", "cpu", "--json"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  CHECK(json::parse(result.out)["picture"] == folder / "ball.png");
+  CHECK(folder.names() == Names{"ball.png"});
+  CHECK_THAT(read_text(folder / "ball.png"), Contains("azimuth"));
+  const auto refused =
+      run_command({"compare", ball.map, ball.mesh, "--picture", folder / "ball.jpg"});
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.err, Contains(".png"));
+}
+
+TEST_CASE("a surface that is stopped in the middle leaves nothing") {
+  const Ball ball;
+  const int signal = GENERATE(SIGINT, SIGTERM);
+  const std::string name = GENERATE("ball.ply", "ball.stl");
+  const TemporaryFolder folder;
+  const auto result = run_command({"surface", ball.map, "-o", folder / name, "--resolution", "2048",
+                                   "--iterations", "6", "--dense", "--device", "cpu"},
+                                  {.interrupt_at = "extracting", .interrupt_by = signal});
+  INFO(result.err);
+  REQUIRE(result.interrupted);
+  CHECK(result.exit_code == 130);
+  CHECK(folder.names().empty());
+}
