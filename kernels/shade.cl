@@ -148,8 +148,19 @@ inline real3 with_bounces(real v, real3 albedo) {
   return fmax((real3)(v), ((v * a + b) * v + c) * v);
 }
 
-inline real3 clay(irradiance e) {
-  real3 albedo = (real3)(0.66f, 0.45f, 0.32f);
+#define CLAY ((real3)(0.66f, 0.45f, 0.32f))
+
+// Colours of traits 0 … 1: indigo, teal, sand, rust.
+inline real3 trait_albedo(real t) {
+  real3 low = (real3)(0.13f, 0.15f, 0.36f), second = (real3)(0.13f, 0.42f, 0.46f);
+  real3 third = (real3)(0.80f, 0.68f, 0.42f), high = (real3)(0.62f, 0.20f, 0.10f);
+  t *= 3;
+  real3 c = mix(low, second, clamp(t, (real)0, (real)1));
+  c = mix(c, third, clamp(t - 1, (real)0, (real)1));
+  return mix(c, high, clamp(t - 2, (real)0, (real)1));
+}
+
+inline real3 lit(real3 albedo, irradiance e) {
   real v = luminance(e.sky) / fmax(luminance(e.open_sky), (real)1e-6f);
   // What comes through gaps that depth maps are too coarse to see.
   v = mix((real)0.06, (real)1, v);
@@ -197,11 +208,12 @@ inline real3 ground(real3 origin, real3 direction, real2 shift, global const rea
 
 // sRGB bytes of `rows` rows of pixels from `first_row` on; rgb holds these rows. depth, normal:
 // `samples` x `samples` samples a pixel, of the view whose pixels are samples; they begin `halo`
-// rows of samples before first_row.
+// rows of samples before first_row. trait: as many, where has_traits.
 kernel void shade_pixels(global const real* view, int columns, int rows_in_all, int first_row,
                          int rows, int samples, int halo, global const real* depth,
-                         global const real* normal, global const real* lights, int count,
-                         global const real* maps, global const real* scene, global uchar* rgb) {
+                         global const real* normal, int has_traits, global const real* trait,
+                         global const real* lights, int count, global const real* maps,
+                         global const real* scene, global uchar* rgb) {
   int column = (int)get_global_id(0), row = (int)get_global_id(1);
   if (column >= columns || row >= rows) return;
   int wide = columns * samples;
@@ -223,7 +235,7 @@ kernel void shade_pixels(global const real* view, int columns, int rows_in_all, 
                            t, &direction);
       irradiance e = light_at(p, real3_at(normal + 3 * index), direction, shift, lights, count,
                               maps, (int)scene[QJ_SCENE_KEY]);
-      sum += film(clay(e));
+      sum += film(lit(has_traits ? trait_albedo(trait[index]) : CLAY, e));
     } else {
       if (!ground_known) {
         real3 o = view_point(view, place.x * (real)samples, place.y * (real)samples, 0, &direction);

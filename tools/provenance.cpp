@@ -93,6 +93,7 @@ nlohmann::json to_json(const PictureOptions& options) {
           {"elevation", camera.elevation},
           {"zoom", camera.zoom},
           {"field_of_view", camera.field_of_view},
+          {"material", to_string(options.material)},
           {"up", std::string(1, camera.up)}};
 }
 

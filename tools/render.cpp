@@ -50,6 +50,9 @@ PictureOptions checked_options(const Arguments& arguments) {
     throw InputError(
         fmt::format("{} is of maps, and '{}' is a mesh", given.front(), arguments.input));
   }
+  if (is_mesh_file(arguments.input) && options.material != Material::clay) {
+    throw InputError(fmt::format("--material is of maps, and '{}' is a mesh", arguments.input));
+  }
   return options;
 }
 
@@ -267,6 +270,19 @@ void describe_options(CLI::App& command, Arguments& a) {
                   "The same for N azimuths once around: the shape turns under steady light")
       ->check(CLI::Range(2, 10000))
       ->type_name("N");
+  command
+      .add_option_function<std::string>(
+          "--material",
+          [&a](const std::string& name) {
+            for (const Material m : {Material::clay, Material::iterations, Material::trap}) {
+              if (name == to_string(m)) a.options.material = m;
+            }
+          },
+          "What colours the set: clay; iterations, how late the orbit of a point is decided; or\n"
+          "trap, how close two iterates come to the plane X = 0, seen from the origin")
+      ->check(CLI::IsMember({"clay", "iterations", "trap"}))
+      ->default_str("clay")
+      ->type_name("NAME");
   command
       .add_option("--aov", a.layers,
                   "Also write what each pixel shows: PREFIX.depth.npy (along the ray from the\n"

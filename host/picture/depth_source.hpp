@@ -20,6 +20,13 @@ class DepthSource {
   /// meets nothing.
   virtual std::vector<float> depths(const View& view, int first_row, int rows) = 0;
 
+  /// What colours the points given (arrays X, Y, Z of as many), 0 … 1 each; empty where nothing
+  /// does.
+  virtual std::vector<float> traits(const std::vector<double>& points) {
+    static_cast<void>(points);
+    return {};
+  }
+
   /// A box that holds the shape, in the view's coordinates.
   virtual Box bounds() const = 0;
 };
@@ -31,6 +38,7 @@ struct MarchedSet {
   std::optional<double> escape;             ///< of orbits, map units; by default beyond any return
   std::optional<Box> part;                  ///< map units: what lies outside it is cut away
   Precision precision = Precision::single;  ///< of rays and orbits
+  Material material = Material::clay;       ///< what `traits` are of
 };
 
 /// A map's iterated set, in map coordinates, ray-marched on the device.

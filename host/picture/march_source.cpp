@@ -17,6 +17,9 @@ using Clock = std::chrono::steady_clock;
 /// Seconds a launch should take: work is cut into launches by how long the last one took.
 constexpr double kLaunchSeconds = 0.08;
 
+/// Factors of first iterates in a launch that colours points: about 50 ms on two cores.
+constexpr std::size_t kFactorsALaunch = std::size_t{1} << 24;
+
 /// Rays that each lane takes in turn, so that lanes whose rays end early are not idle.
 constexpr std::size_t kRaysALane = 16;
 
@@ -70,6 +73,7 @@ class MarchSource : public DepthSource {
         map_(set.map),
         iterations_(set.iterations),
         precision_(set.precision),
+        material_(set.material),
         band_(find_band(device, set, shape_box(set.map))),
         grid_(device, set, band_) {
     device::Context& context = device.context();
@@ -87,6 +91,37 @@ class MarchSource : public DepthSource {
     const int to = std::min(coarse.rows, (first_row + rows - 1) / view.samples + 2);
     const DepthGrid pixels{coarse.columns, to - from, march_rows(coarse, from, to - from)};
     return refine(view, first_row, rows, from, pixels);
+  }
+
+  std::vector<float> traits(const std::vector<double>& points) override {
+    if (material_ == Material::clay) return {};
+    const std::size_t all = points.size() / 3;
+    device::Context& context = device_.context();
+    const int width = device_.lane_width(precision_);
+    const auto lanes = static_cast<std::size_t>(width);
+    const auto kernel = context.kernel("orbit_trait.cl", "orbit_trait", {width, precision_, {}});
+    const std::size_t most =
+        std::max<std::size_t>(1, kFactorsALaunch / packed_factors(map_) / lanes) * lanes;
+    std::vector<float> traits;
+    for (std::size_t begin = 0; begin < all; begin += most) {
+      const std::size_t count = std::min(most, all - begin);
+      const std::size_t groups = (count + lanes - 1) / lanes;
+      const std::size_t stride = groups * lanes;
+      std::vector<double> sent(3 * stride);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        std::copy_n(points.begin() + static_cast<std::ptrdiff_t>(axis * all + begin), count,
+                    sent.begin() + static_cast<std::ptrdiff_t>(axis * stride));
+      }
+      const auto out = context.allocate_real(stride, precision_);
+      context.launch(
+          kernel, {{groups, 1, 1}},
+          {context.upload_real(sent, precision_), narrow(stride), narrow(groups), buffer_,
+           narrow(packed_factors(map_)), iterations_, material_ == Material::trap ? 1 : 0, out});
+      std::vector<double> found(count);
+      context.read(out, found);
+      for (const double trait : found) traits.push_back(static_cast<float>(trait));
+    }
+    return traits;
   }
 
   Box bounds() const override { return grid_.bounds(); }
@@ -179,6 +214,7 @@ class MarchSource : public DepthSource {
   RationalMap map_;
   int iterations_;
   Precision precision_;
+  Material material_;
   Band band_;
   BandGrid grid_;
   device::RealBuffer buffer_;

@@ -52,6 +52,33 @@ class Steps {
   double done_ = 0;
 };
 
+/// What colours the strip's samples: none where all is clay. A pixel behind the surface: on it,
+/// orbits part, and neighbours have nothing in common.
+std::vector<float> traits_of(const View& view, const Strip& strip, DepthSource& source) {
+  std::vector<Vector3d> points;
+  std::vector<std::size_t> numbers;
+  const int first_row = strip.first_row * strip.samples - strip.halo;
+  for (std::size_t i = 0; i < strip.depths.size(); ++i) {
+    if (strip.depths[i] < 0) continue;
+    const auto wide = static_cast<std::size_t>(view.columns);
+    const double x = static_cast<double>(i % wide) + 0.5;
+    const double y = first_row + static_cast<double>(i / wide) + 0.5;
+    const Vector3d direction = (view.dir + x * view.dir_dx + y * view.dir_dy).normalized();
+    const double behind = view.footprint * view.samples;
+    points.emplace_back(view.eye + (double{strip.depths[i]} + behind) * direction);
+    numbers.push_back(i);
+  }
+  std::vector<double> arrays;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    for (const Vector3d& point : points) arrays.push_back(point[axis]);
+  }
+  const std::vector<float> found = source.traits(arrays);
+  if (found.empty()) return {};
+  std::vector<float> traits(strip.depths.size());
+  for (std::size_t i = 0; i < found.size(); ++i) traits[numbers[i]] = found[i];
+  return traits;
+}
+
 /// What the strip's pixels show, added to `layers`.
 void add_layers(const View& view, const Strip& strip, const std::vector<float>& normals,
                 const ShapeToMap& to_scene, PictureLayers& layers) {
@@ -116,6 +143,7 @@ Image render_source(const Device& device, DepthSource& source, const Box& framed
     const int to = std::min(view.rows, (row + strip.rows) * samples + kHalo);
     strip.halo = row * samples - from;
     strip.depths = source.depths(view, from, to - from);
+    if (options.material != Material::clay) strip.traits = traits_of(view, strip, source);
     const Shaded shaded = shading.shade(view, strip, layers != nullptr);
     image.pixels.insert(image.pixels.end(), shaded.pixels.begin(), shaded.pixels.end());
     if (layers != nullptr) add_layers(view, strip, shaded.normals, to_scene, *layers);
@@ -133,6 +161,11 @@ Box framed_box(const RationalMap& map, const std::optional<Box>& part, const Dep
 }
 
 }  // namespace
+
+const char* to_string(Material material) {
+  if (material == Material::clay) return "clay";
+  return material == Material::trap ? "trap" : "iterations";
+}
 
 void PictureOptions::validate() const {
   require(width >= 1 && width <= 16384, "picture width", width, "give 1 to 16384 pixels");
@@ -157,7 +190,7 @@ Image render(const Device& device, const RationalMap& map, const PictureOptions&
              const Watch& watch, PictureLayers* layers) {
   options.validate();
   map.validate();
-  MarchedSet set{map, options.iterations, options.escape, {}, options.precision};
+  MarchedSet set{map, options.iterations, options.escape, {}, options.precision, options.material};
   if (options.box) {
     set.part =
         Box{map.shape_to_map.to_map(options.box->low), map.shape_to_map.to_map(options.box->high)};

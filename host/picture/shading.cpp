@@ -59,11 +59,13 @@ Shaded Shading::shade(const View& view, const Strip& strip, bool with_normals) c
       {view_reals, view.columns, strip.first_row * strip.samples - strip.halo,
        static_cast<std::int32_t>(deep), depths,
        device::Argument::real(kNormalSoftness * view.footprint, Precision::single), normals});
+  const bool has_traits = !strip.traits.empty();
+  const auto traits = context.upload<float>(strip.traits);
   const auto bytes = context.allocate<std::uint8_t>(3 * columns * rows);
   context.launch(pixels_, tiles(columns, rows),
                  {view_reals, static_cast<std::int32_t>(columns), view.rows / strip.samples,
-                  strip.first_row, strip.rows, strip.samples, strip.halo, depths, normals, lights_,
-                  lights_count_, maps_, scene_, bytes});
+                  strip.first_row, strip.rows, strip.samples, strip.halo, depths, normals,
+                  has_traits ? 1 : 0, traits, lights_, lights_count_, maps_, scene_, bytes});
   Shaded shaded;
   shaded.pixels.resize(bytes.size());
   context.read(bytes, std::span(shaded.pixels));

@@ -23,8 +23,9 @@ struct Strip {
   int first_row = 0;  ///< pixels
   int rows = 0;
   int samples = 1;
-  int halo = 0;               ///< rows of samples that `depths` holds above first_row
-  std::vector<float> depths;  ///< whole rows of samples, from first_row · samples − halo on
+  int halo = 0;                 ///< rows of samples that `depths` holds above first_row
+  std::vector<float> traits{};  ///< of the samples whose depths are, 0 … 1; empty: all are clay
+  std::vector<float> depths;    ///< whole rows of samples, from first_row · samples − halo on
 };
 
 /// What a strip shows.

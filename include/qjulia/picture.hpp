@@ -31,6 +31,13 @@ struct Camera {
   char up = 'y';              ///< the shape's axis that points up: x, y or z
 };
 
+/// What gives the set its colour.
+enum class Material {
+  clay,        ///< one colour
+  iterations,  ///< how late the orbit of a point is decided
+  trap,        ///< how close two iterates come to the plane X = 0, seen from the origin
+};
+
 struct PictureOptions {
   int width = 1280;
   int height = 960;
@@ -42,8 +49,12 @@ struct PictureOptions {
   /// Shape units: only this part of the set is drawn, cut open, and framed. By default all of it.
   std::optional<Box> box;
   Camera camera;
-  void validate() const;  ///< @throws InputError
+  Material material = Material::clay;  ///< of maps; meshes are of clay
+  void validate() const;               ///< @throws InputError
 };
+
+/// "clay", "iterations", "trap".
+const char* to_string(Material material);
 
 /// What is seen at the middle of each pixel, row by row from the top, in the shape's own units and
 /// coordinates. Nothing is filtered: where a pixel has several samples, they are the one nearest to

@@ -6,15 +6,19 @@
 #include <cmath>
 #include <cstring>
 #include <numbers>
+#include <set>
 
 #include "armed_ball.hpp"
 #include "device/context.hpp"
+#include "map/reference_iteration.hpp"
 #include "picture/band_grid.hpp"
 #include "picture/depth_source.hpp"
 #include "qjulia/detail.hpp"
+#include "qjulia/field.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/shared/picture_layout.h"
 #include "qjulia/surface.hpp"
+#include "random_maps.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 #include "test_device.hpp"
@@ -371,6 +375,69 @@ TEST_CASE("a comparison shows where the set is outside the mesh in red, and insi
     CAPTURE(radius, int(seen[0]), int(seen[1]), int(seen[2]));
     CHECK((radius < 1 ? seen[0] > 1.3 * seen[2] : seen[2] > 1.3 * seen[0]));
   }
+}
+
+TEST_CASE("points are coloured by the orbits they have") {
+  RationalMap map = test::random_map(7, 0.3, 0.5, 3);
+  map.factors.push_back({{0, 0, 0, 0}, 3});
+  map.box = Box{{-1.5, -1.5, -1.5}, {1.5, 1.5, 1.5}};
+  const Material material = GENERATE(Material::iterations, Material::trap);
+  const int n = 5;
+  for (const int width : test::lane_widths()) {
+    const Device device = with_width(width);
+    const auto source = march_source(device, {map, n, {}, {}, Precision::single, material});
+    const StopRadii stops = find_stop_radii(device, map);
+    const double below = std::log(stops.inner);
+    const double above = std::log(std::min(stops.outer, stops.escape));
+    std::vector<Vector3d> points;
+    for (int i = 0; i < 301; ++i) {
+      points.emplace_back(std::sin(0.7 * i) * 1.2, std::cos(1.3 * i) * 0.9, std::sin(2.1 * i));
+    }
+    std::vector<double> arrays;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      for (const Vector3d& point : points) arrays.push_back(point[axis]);
+    }
+    const auto found = source->traits(arrays);
+    REQUIRE(found.size() == points.size());
+    int wrong = 0;
+    std::set<float> seen;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      Quaternion q{points[i].x(), points[i].y(), points[i].z(), map.slice};
+      int last = 0;
+      double closest = 1;
+      for (int m = 1; m <= n; ++m) {
+        const auto step = reference::step(map, q);
+        last = m;
+        if (m <= 2) closest = std::min(closest, std::abs(step.versor.x));
+        if (step.log_norm <= below || step.log_norm >= above) break;
+        const double r = std::exp(step.log_norm);
+        q = {r * step.versor.x, r * step.versor.y, r * step.versor.z, r * step.versor.w};
+      }
+      const double expected = material == Material::trap ? closest : (last - 1) / double(n - 1);
+      if (std::abs(found[i] - expected) > 1e-3) ++wrong;
+      seen.insert(found[i]);
+    }
+    // Orbits that are chaotic, or pass close to a stop radius.
+    CHECK(wrong <= 6);
+    CHECK(seen.size() >= 4);
+  }
+}
+
+TEST_CASE("a picture's material changes the set's colours alone") {
+  const Device device = test::device();
+  PictureOptions options = small(40, 30);
+  PictureLayers layers;
+  const Image clay = render(device, square(), options, {}, &layers);
+  options.material = Material::trap;
+  const Image trap = render(device, square(), options);
+  std::size_t same = 0, behind = 0;
+  for (std::size_t i = 0; i < layers.depth.size(); ++i) {
+    const bool empty = std::isinf(layers.depth[i]);
+    behind += empty ? 1 : 0;
+    same += std::equal(&clay.pixels[3 * i], &clay.pixels[3 * i] + 3, &trap.pixels[3 * i]) ? 1 : 0;
+  }
+  CHECK(same < behind + 20);
+  CHECK(10 * same > 9 * behind);
 }
 
 TEST_CASE("layers are written as arrays and to look at") {

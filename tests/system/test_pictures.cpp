@@ -50,6 +50,10 @@ TEST_CASE("render writes layers, and a preview that goes when the picture is don
                                     "3", "--aov", folder / "turn"});
   CHECK(refused.exit_code == 2);
   CHECK_THAT(refused.err, Contains("--aov"));
+  const auto clay = run_command(
+      {"render", ball.mesh, "-o", folder / "mesh.png", "--material", "trap", "--size", "64x48"});
+  CHECK(clay.exit_code == 2);
+  CHECK_THAT(clay.err, Contains("--material"));
 }
 
 TEST_CASE("compare draws mesh, potential, set and distance") {
