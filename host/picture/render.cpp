@@ -61,8 +61,9 @@ std::vector<float> traits_of(const View& view, const Strip& strip, DepthSource& 
   for (std::size_t i = 0; i < strip.depths.size(); ++i) {
     if (strip.depths[i] < 0) continue;
     const auto wide = static_cast<std::size_t>(view.columns);
+    const std::size_t row = i / wide;
     const double x = static_cast<double>(i % wide) + 0.5;
-    const double y = first_row + static_cast<double>(i / wide) + 0.5;
+    const double y = first_row + static_cast<double>(row) + 0.5;
     const Vector3d direction = (view.dir + x * view.dir_dx + y * view.dir_dy).normalized();
     const double behind = view.footprint * view.samples;
     points.emplace_back(view.eye + (double{strip.depths[i]} + behind) * direction);

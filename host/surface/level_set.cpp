@@ -75,8 +75,7 @@ LevelSet::LevelSet(const Device& device, const RationalMap& map, const StopRadii
     : device_(device),
       factors_(static_cast<int>(packed_factors(map))),
       iterations_(iterations),
-      precision_(precision),
-      slice_(map.slice) {
+      precision_(precision) {
   const auto header = pack_map(map, stops);
   map_ = device.context().upload_real(header, precision);
   below_ = static_cast<float>(header[QJ_MAP_LOG_INNER]);

@@ -133,7 +133,6 @@ class LevelSet {
   int factors_;
   int iterations_;
   Precision precision_;
-  double slice_;
   device::RealBuffer map_;
   float below_;  ///< an iterate of this log radius or less never leaves
   float above_;  ///< an iterate of this log radius or more never returns

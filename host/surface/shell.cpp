@@ -7,8 +7,8 @@ namespace qjulia {
 namespace {
 
 /// Points along the sides of the smallest blocks. Smaller ones would save few potentials, which are
-/// cheap, and cost as many bounds.
-constexpr int kLeaf = 8;
+/// cheap, and cost as many bounds: 8 takes a sixth longer where the shell is thin.
+constexpr int kLeaf = 4;
 
 int blocks_over(int points, int size) { return (points + size - 1) / size; }
 
