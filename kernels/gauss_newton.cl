@@ -61,6 +61,55 @@ kernel void jacobian_panels(global const real* samples, int stride, int step, in
   }
 }
 
+// H's diagonal, over all samples: sums of W J^2. Work-item (v, c): factors v QJ_WIDTH … and samples
+// c chunk …; rows: one gradient row a chunk. field: F_1 at the samples.
+kernel void jacobian_squares(global const real* samples, int stride, int chunk,
+                             global const real* map, int factors, int loss, real alpha,
+                             global const real* field, global real* rows) {
+  int v = (int)get_global_id(0);
+  int c = (int)get_global_id(1);
+  int map_stride = QJ_MAP_STRIDE(factors);
+  if (v * QJ_WIDTH >= map_stride) return;
+  global const real* components = map + QJ_MAP_HEADER;
+  lane a = lane_load(components + QJ_MAP_EXPONENT * map_stride, v);
+  lane cx = lane_load(components + QJ_MAP_CENTER_X * map_stride, v);
+  lane cy = lane_load(components + QJ_MAP_CENTER_Y * map_stride, v);
+  lane cz = lane_load(components + QJ_MAP_CENTER_Z * map_stride, v);
+  lane dw = map[QJ_MAP_SLICE] - lane_load(components + QJ_MAP_CENTER_W * map_stride, v);
+  lane dw2 = fma(dw, dw, lane_of(QJ_TINY));
+  lane log_sum = lane_of(0), x_sum = lane_of(0), y_sum = lane_of(0), z_sum = lane_of(0);
+  lane w_sum = lane_of(0);
+  real scale_sum = 0;
+  int end = min((c + 1) * chunk, stride);
+  for (int i = c * chunk; i < end; ++i) {
+    real w = loss_curvature(loss, field[i], samples[QJ_SAMPLE_WEIGHT * stride + i],
+                            samples[QJ_SAMPLE_TARGET * stride + i],
+                            samples[QJ_SAMPLE_SIDE * stride + i], alpha);
+    lane dx = samples[QJ_SAMPLE_X * stride + i] - cx;
+    lane dy = samples[QJ_SAMPLE_Y * stride + i] - cy;
+    lane dz = samples[QJ_SAMPLE_Z * stride + i] - cz;
+    lane n = fma(dx, dx, fma(dy, dy, fma(dz, dz, dw2)));
+    lane inverse = 1 / n;
+    lane weight = w * inverse * inverse;
+    lane logarithm = lane_log2(n);
+    log_sum = fma(w * logarithm, logarithm, log_sum);
+    x_sum = fma(weight, dx * dx, x_sum);
+    y_sum = fma(weight, dy * dy, y_sum);
+    z_sum = fma(weight, dz * dz, z_sum);
+    w_sum += weight;
+    scale_sum += w;
+  }
+  global real* row = rows + (size_t)c * QJ_GRADIENT_COLUMNS(factors);
+  real half_log = (real)0.5 * QJ_LN2;
+  lane a2 = a * a;
+  lane_store(log_sum * (half_log * half_log), row + QJ_MAP_EXPONENT * map_stride, v);
+  lane_store(a2 * x_sum, row + QJ_MAP_CENTER_X * map_stride, v);
+  lane_store(a2 * y_sum, row + QJ_MAP_CENTER_Y * map_stride, v);
+  lane_store(a2 * z_sum, row + QJ_MAP_CENTER_Z * map_stride, v);
+  lane_store(a2 * dw * dw * w_sum, row + QJ_MAP_CENTER_W * map_stride, v);
+  if (v == 0) row[QJ_GRADIENT_LOG_SCALE(factors)] = scale_sum;
+}
+
 // H += P^T P over the panels' `chunk` samples, upper triangle by register tiles; `add` 0 starts
 // from zero. Work-item (r, c): rows r PANEL_ROWS …, columns c PANEL_VECTORS QJ_WIDTH … of H, an
 // `order` x `order` matrix by rows.

@@ -51,7 +51,10 @@ void add_fit_options(CLI::App& command, FitArguments& a) {
       ->check(CLI::NonNegativeNumber)
       ->type_name("INT")
       ->capture_default_str();
-  command.add_option("--schedule", a.options.schedule, "Name of a built-in fit schedule")
+  command
+      .add_option("--schedule", a.options.schedule,
+                  "What the fit does, level by level: 'tight', 'fast' (shorter, coarser), 'paper' "
+                  "(the course of Kim 2015), or a .toml file of levels")
       ->capture_default_str();
   command
       .add_option("--unknowns", a.unknowns,

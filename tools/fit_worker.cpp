@@ -118,7 +118,8 @@ FitKey fit_key(const BatchEntry& entry) {
       "{} {} {} {} {}x{}", outputs.report, outputs.surface.value_or("-"),
       outputs.surface ? outputs.surface_resolution : 0, outputs.picture,
       outputs.picture ? outputs.picture_width : 0, outputs.picture ? outputs.picture_height : 0);
-  FitKey key{{}, text_hash(to_json(checked_options(entry.options)).dump() + rest)};
+  const FitOptions options = checked_options(entry.options);
+  FitKey key{{}, text_hash(to_json(options).dump() + schedule_text(options.schedule) + rest)};
   try {
     key.inputs = file_hash(entry.mesh);
   } catch (const InputError&) {

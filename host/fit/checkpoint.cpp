@@ -40,11 +40,13 @@ std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const D
   for (const auto& triangle : mesh.triangles) {
     for (const auto vertex : triangle) hash.add(vertex);
   }
+  FnvHash schedule_hash;
+  schedule_hash.add(schedule_text(options.schedule));
   // Not the time limit: what is left of it differs from run to run.
   return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {}", version(), hash.text(),
                      options.factors, options.detail, options.seed, options.max_evaluations,
                      static_cast<int>(options.unknowns), static_cast<int>(options.precision),
-                     options.schedule, options.sample_parts, device.info().name,
+                     schedule_hash.text(), options.sample_parts, device.info().name,
                      device.info().driver_version,
                      to_json(device.tuning(options.precision)).dump());
 }
@@ -69,7 +71,7 @@ std::optional<FitState> Checkpoint::load() const {
   try {
     state.map = map_from_json(j.at("map"), path_.string());
     state.random = j.at("random");
-    state.phase = j.at("phase");
+    state.level = j.at("level");
     state.evaluations = j.at("evaluations");
     state.seconds = j.at("seconds");
     for (const json& report : j.at("reports")) state.reports.push_back(report_from(report));
@@ -93,7 +95,7 @@ void Checkpoint::save(const FitState& state) {
                                     {"key", key_},
                                     {"map", to_json(state.map)},
                                     {"random", state.random},
-                                    {"phase", state.phase},
+                                    {"level", state.level},
                                     {"evaluations", state.evaluations},
                                     {"seconds", state.seconds},
                                     {"reports", std::move(reports)},

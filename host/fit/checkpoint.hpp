@@ -17,7 +17,7 @@ namespace qjulia {
 struct FitState {
   RationalMap map;
   std::string random;  ///< the generator's state, as its standard text
-  int phase = 0;       ///< index in the schedule of the stage that comes next
+  int level = 0;       ///< of the schedule, that the next stage belongs to
   int evaluations = 0;
   double seconds = 0;  ///< spent so far, in all processes
   std::vector<StageReport> reports;
@@ -63,6 +63,9 @@ class RecordingEvaluator : public Evaluator {
   std::vector<double> field(const RationalMap& map) override { return evaluator_.field(map); }
   Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
     return evaluator_.gauss_newton(map);
+  }
+  Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
+    return evaluator_.gauss_newton_diagonal(map);
   }
 
  private:

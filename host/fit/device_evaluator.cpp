@@ -123,6 +123,17 @@ class DeviceEvaluator final : public Evaluator {
     return static_cast<double>(step) * to_symmetric(rows, map.factors.size());
   }
 
+  Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
+    run_energy(map);
+    const std::size_t rows = division_.gradient_chunks();
+    const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
+    device_.context().launch(kernel("gauss_newton.cl", "jacobian_squares"), {{vectors, rows, 1}},
+                             {samples_, i32(division_.stride), i32(division_.gradient_chunk), map_,
+                              i32(factors_), loss(), alpha(), field_, rows_});
+    const auto sums = sum_rows(map, rows);
+    return Eigen::Map<const Eigen::VectorXd>(sums.data(), static_cast<Eigen::Index>(sums.size()));
+  }
+
  private:
   std::int32_t loss() const {
     return options_.loss == Loss::tanh ? QJ_LOSS_TANH : QJ_LOSS_DISTANCE;

@@ -42,6 +42,8 @@ class Evaluator {
   /// stays positive; 0 where a one-sided sample asks for nothing). Of many samples an evenly spaced
   /// part may stand for all.
   virtual Eigen::MatrixXd gauss_newton(const RationalMap& map) = 0;
+  /// Its diagonal, over all samples: for maps whose whole matrix would be too large.
+  virtual Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) = 0;
 
  protected:
   Evaluator() = default;

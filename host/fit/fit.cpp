@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include <algorithm>
 #include <optional>
 
 #include "fit/budget.hpp"
@@ -37,6 +37,15 @@ void expect_between(const char* option, Number value, Number low, Number high, c
   if (value >= low && value <= high) return;  // false for NaN
   throw InputError(
       fmt::format("{} {}: {} must lie between {} and {}", option, value, what, low, high));
+}
+
+/// Samples of the largest stage that draws them from the pool.
+int largest_draw(const Schedule& schedule) {
+  int most = 0;
+  for (const Level& level : schedule.levels) {
+    if (level.points == Points::surface) most = std::max(most, level.samples);
+  }
+  return most;
 }
 
 }  // namespace
@@ -89,7 +98,7 @@ FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& 
   }
   options.validate();
   const auto start = Budget::Clock::now();
-  const Schedule& schedule = find_schedule(options.schedule);
+  const Schedule schedule = find_schedule(options.schedule);
   Budget budget(options, schedule.evaluations, start, kReserve, watch.stop);
 
   watch.report({"measuring the mesh", 0, -1, ""});
@@ -103,7 +112,8 @@ FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& 
   const SamplePool pool = in_stage("sample pool", [&] {
     return make_sample_pool(
         shape, distance, options.seed,
-        options.max_evaluations > 0 ? options.max_evaluations : schedule.evaluations);
+        options.max_evaluations > 0 ? options.max_evaluations : schedule.evaluations,
+        largest_draw(schedule));
   });
   const Overlap overlap =
       in_stage("overlap points", [&] { return Overlap(device, shape, distance); });
@@ -112,7 +122,11 @@ FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& 
   const RationalMap placed = kept ? kept->map : in_stage("placement", [&] {
     return place_factors(make_evaluator, pool, options.factors, options.seed);
   });
-  Stages stages(placed, pool, make_evaluator, overlap, options, schedule, budget, checkpoint,
+  const auto draw = [&](const Level& level, Random& random) {
+    return level.points == Points::grid ? grid_samples(shape, distance, level)
+                                        : pool.draw(level, random);
+  };
+  Stages stages(placed, draw, make_evaluator, overlap, options, schedule, budget, checkpoint,
                 watch);
   if (kept) stages.resume(std::move(*kept));
 

@@ -19,13 +19,12 @@ struct BudgetSpent {
 /// gradient, is Newton's: with c = 1 / |g|² the energy is cE and u is √c times longer.
 class ScaledEnergy {
  public:
-  ScaledEnergy(Evaluator& evaluator, const RationalMap& start,
-               const std::vector<std::size_t>& active, const Preconditioner& scaling,
-               Budget& budget)
+  ScaledEnergy(Evaluator& evaluator, const RationalMap& start, const Subspace& subspace,
+               const Preconditioner& scaling, Budget& budget)
       : evaluator_(evaluator),
         start_(start),
         origin_(to_unknowns(start)),
-        active_(active),
+        subspace_(subspace),
         scaling_(scaling),
         budget_(budget) {}
 
@@ -33,10 +32,10 @@ class ScaledEnergy {
     if (best_energy_ < std::numeric_limits<double>::infinity()) {
       if (const auto reason = budget_.spent()) throw BudgetSpent{*reason};
     }
-    const Eigen::VectorXd move = scaling_.move(step / stretch_);
+    const Eigen::VectorXd move = subspace_.prolonged(scaling_.move(step / stretch_));
     auto unknowns = origin_;
-    for (std::size_t i = 0; i < active_.size(); ++i) {
-      unknowns[active_[i]] += move[static_cast<Eigen::Index>(i)];
+    for (std::size_t i = 0; i < unknowns.size(); ++i) {
+      unknowns[i] += move[static_cast<Eigen::Index>(i)];
     }
     const RationalMap map = with_unknowns(start_, unknowns);
     const Evaluation evaluation = evaluator_.evaluate(map, true);
@@ -45,11 +44,8 @@ class ScaledEnergy {
       best_energy_ = evaluation.energy;
       best_ = map;
     }
-    Eigen::VectorXd by_active(static_cast<Eigen::Index>(active_.size()));
-    for (std::size_t i = 0; i < active_.size(); ++i) {
-      by_active[static_cast<Eigen::Index>(i)] = evaluation.gradient[active_[i]];
-    }
-    gradient = scaling_.gradient(by_active);
+    gradient = scaling_.gradient(subspace_.restricted_gradient(Eigen::Map<const Eigen::VectorXd>(
+        evaluation.gradient.data(), static_cast<Eigen::Index>(evaluation.gradient.size()))));
     if (first_) {
       first_ = false;
       energy_before_ = evaluation.energy;
@@ -68,7 +64,7 @@ class ScaledEnergy {
   Evaluator& evaluator_;
   const RationalMap& start_;
   std::vector<double> origin_;
-  const std::vector<std::size_t>& active_;
+  const Subspace& subspace_;
   const Preconditioner& scaling_;
   Budget& budget_;
   bool first_ = true;
@@ -80,9 +76,8 @@ class ScaledEnergy {
 
 }  // namespace
 
-MinimizeResult minimize(Evaluator& evaluator, const RationalMap& start,
-                        const std::vector<std::size_t>& active, const Preconditioner& scaling,
-                        int iterations, Budget& budget) {
+MinimizeResult minimize(Evaluator& evaluator, const RationalMap& start, const Subspace& subspace,
+                        const Preconditioner& scaling, int iterations, Budget& budget) {
   LBFGSpp::LBFGSParam<double> parameters;
   parameters.m = 20;
   // Moves are rounded to single precision: a gradient that has shrunk this much is noise.
@@ -92,8 +87,8 @@ MinimizeResult minimize(Evaluator& evaluator, const RationalMap& start,
   parameters.linesearch = LBFGSpp::LBFGS_LINESEARCH_BACKTRACKING_STRONG_WOLFE;
   LBFGSpp::LBFGSSolver<double, LBFGSpp::LineSearchNocedalWright> solver(parameters);
 
-  ScaledEnergy energy(evaluator, start, active, scaling, budget);
-  Eigen::VectorXd step = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(active.size()));
+  ScaledEnergy energy(evaluator, start, subspace, scaling, budget);
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(subspace.size());
   double value = 0;
   try {
     solver.minimize(energy, step, value);

@@ -1,13 +1,12 @@
 #pragma once
 /// One run of L-BFGS on a map's energy.
 
-#include <cstddef>
 #include <optional>
-#include <vector>
 
 #include "fit/budget.hpp"
 #include "fit/evaluator.hpp"
 #include "fit/preconditioner.hpp"
+#include "fit/subspace.hpp"
 
 namespace qjulia {
 
@@ -18,10 +17,9 @@ struct MinimizeResult {
   std::optional<StopReason> stopped;  ///< set when the budget ended it
 };
 
-/// Minimises the energy over the unknowns `active` (indices as `to_unknowns` orders them), scaled
-/// by the preconditioner, for at most `iterations` steps.
-MinimizeResult minimize(Evaluator& evaluator, const RationalMap& start,
-                        const std::vector<std::size_t>& active, const Preconditioner& scaling,
-                        int iterations, Budget& budget);
+/// Minimises the energy over the subspace's variables, scaled by the preconditioner, for at most
+/// `iterations` steps.
+MinimizeResult minimize(Evaluator& evaluator, const RationalMap& start, const Subspace& subspace,
+                        const Preconditioner& scaling, int iterations, Budget& budget);
 
 }  // namespace qjulia

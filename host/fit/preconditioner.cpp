@@ -5,21 +5,19 @@
 
 namespace qjulia {
 
-Preconditioner::Preconditioner(const Eigen::MatrixXd& matrix,
-                               const std::vector<std::size_t>& active, double damping) {
-  const auto n = static_cast<Eigen::Index>(active.size());
-  const auto at = [&](Eigen::Index i) {
-    return static_cast<Eigen::Index>(active[static_cast<std::size_t>(i)]);
-  };
-  Eigen::VectorXd diagonal(n);
-  for (Eigen::Index i = 0; i < n; ++i) diagonal[i] = matrix(at(i), at(i));
-  // An unknown without effect on any sample (a centre of exponent 0, say) keeps a small share.
+Preconditioner::Preconditioner(const Eigen::VectorXd& diagonal, double damping) {
+  // A variable without effect on any sample (a centre of exponent 0, say) keeps a small share.
   const double floor = 1e-9 * diagonal.mean() + 1e-300;
   scale_ = (diagonal.array() * (1 + damping) + floor).sqrt().inverse();
+}
+
+Preconditioner::Preconditioner(const Eigen::MatrixXd& matrix, double damping)
+    : Preconditioner(Eigen::VectorXd(matrix.diagonal()), damping) {
+  const Eigen::Index n = matrix.rows();
   Eigen::MatrixXd scaled(n, n);
   for (Eigen::Index j = 0; j < n; ++j) {
     for (Eigen::Index i = j; i < n; ++i) {
-      scaled(i, j) = matrix(at(i), at(j)) * scale_[i] * scale_[j];
+      scaled(i, j) = matrix(i, j) * scale_[i] * scale_[j];
     }
     scaled(j, j) = 1;
   }
@@ -28,7 +26,7 @@ Preconditioner::Preconditioner(const Eigen::MatrixXd& matrix,
   for (double more = damping; cholesky.info() != Eigen::Success && more < 1; more *= 10) {
     for (Eigen::Index j = 0; j < n; ++j) {
       for (Eigen::Index i = j; i < n; ++i) {
-        scaled(i, j) = matrix(at(i), at(j)) * scale_[i] * scale_[j] / (1 + more);
+        scaled(i, j) = matrix(i, j) * scale_[i] * scale_[j] / (1 + more);
       }
       scaled(j, j) = 1;
     }
@@ -38,12 +36,14 @@ Preconditioner::Preconditioner(const Eigen::MatrixXd& matrix,
 }
 
 Eigen::VectorXd Preconditioner::move(const Eigen::VectorXd& u) const {
+  if (factor_.size() == 0) return u.cwiseProduct(scale_);
   const Eigen::VectorXf solved =
       factor_.transpose().triangularView<Eigen::Upper>().solve(u.cast<float>());
   return solved.cast<double>().cwiseProduct(scale_);
 }
 
 Eigen::VectorXd Preconditioner::gradient(const Eigen::VectorXd& g) const {
+  if (factor_.size() == 0) return g.cwiseProduct(scale_);
   const Eigen::VectorXf scaled = g.cwiseProduct(scale_).cast<float>();
   return factor_.triangularView<Eigen::Lower>().solve(scaled).cast<double>();
 }

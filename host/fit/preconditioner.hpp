@@ -2,29 +2,28 @@
 /// A change of variables in which the energy is well scaled.
 
 #include <Eigen/Core>
-#include <cstddef>
-#include <vector>
 
 namespace qjulia {
 
-/// RᵀR = H + λ diag H by Cholesky's method, for H the Gauss-Newton matrix of the unknowns a stage
-/// moves. A step u stands for the move R⁻¹ u of those unknowns. By u the energy's second derivative
-/// is about the identity, so that L-BFGS starts as Newton's method does.
+/// RᵀR = H + λ diag H by Cholesky's method, for H the Gauss-Newton matrix by the variables a stage
+/// moves. A step u stands for the move R⁻¹ u of those variables. By u the energy's second
+/// derivative is about the identity, so that L-BFGS starts as Newton's method does.
 class Preconditioner {
  public:
-  /// @param matrix H over all unknowns. @param active the unknowns moved, ascending.
   /// @param damping λ > 0, relative to the diagonal.
-  Preconditioner(const Eigen::MatrixXd& matrix, const std::vector<std::size_t>& active,
-                 double damping);
+  Preconditioner(const Eigen::MatrixXd& matrix, double damping);
+  /// From H's diagonal alone: R is the root of (1 + λ) diag H.
+  Preconditioner(const Eigen::VectorXd& diagonal, double damping);
 
-  /// R⁻¹ u: what the unknowns move by.
+  /// R⁻¹ u: what the variables move by.
   Eigen::VectorXd move(const Eigen::VectorXd& u) const;
-  /// R⁻ᵀ g: the gradient by u, from that by the unknowns.
+  /// R⁻ᵀ g: the gradient by u, from that by the variables.
   Eigen::VectorXd gradient(const Eigen::VectorXd& g) const;
 
  private:
-  Eigen::VectorXd scale_;   ///< 1 / sqrt of the damped diagonal
-  Eigen::MatrixXf factor_;  ///< Rᵀ of the matrix scaled to unit diagonal, lower triangle
+  Eigen::VectorXd scale_;  ///< 1 / sqrt of the damped diagonal
+  /// Rᵀ of the matrix scaled to unit diagonal, lower triangle; empty where that is the identity.
+  Eigen::MatrixXf factor_;
 };
 
 }  // namespace qjulia

@@ -13,7 +13,7 @@ namespace {
 using Numbers = Ranks::Numbers;
 
 /// What rank 0 asks for: first number of a message. The second is the evaluator's.
-enum class Ask : int { make, evaluate, field, gauss_newton, drop, end };
+enum class Ask : int { make, evaluate, field, gauss_newton, gauss_newton_diagonal, drop, end };
 
 constexpr std::size_t kSampleNumbers = 6;
 
@@ -66,6 +66,12 @@ class Desk {
         for (const auto& part : made_.at(number)) {
           const Eigen::MatrixXd h = part->gauss_newton(map_of(message));
           reply.insert(reply.end(), h.data(), h.data() + h.size());
+        }
+        return;
+      case Ask::gauss_newton_diagonal:
+        for (const auto& part : made_.at(number)) {
+          const Eigen::VectorXd d = part->gauss_newton_diagonal(map_of(message));
+          reply.insert(reply.end(), d.begin(), d.end());
         }
         return;
       case Ask::drop:
@@ -183,6 +189,17 @@ class RankedEvaluator final : public Evaluator {
     for (std::size_t p = 0; p < parts_; ++p) {
       sum += Eigen::Map<const Eigen::MatrixXd>(
           part_of(said, p, static_cast<std::size_t>(order * order)), order, order);
+    }
+    return sum;
+  }
+
+  Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
+    const auto order = static_cast<Eigen::Index>(1 + 5 * map.factors.size());
+    const auto said = ask(message(Ask::gauss_newton_diagonal, map, false));
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(order);
+    for (std::size_t p = 0; p < parts_; ++p) {
+      sum += Eigen::Map<const Eigen::VectorXd>(part_of(said, p, static_cast<std::size_t>(order)),
+                                               order);
     }
     return sum;
   }

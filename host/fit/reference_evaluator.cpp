@@ -52,6 +52,10 @@ class ReferenceEvaluator final : public Evaluator {
     return jacobian.transpose() * curvatures.asDiagonal() * jacobian;
   }
 
+  Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
+    return gauss_newton(map).diagonal();
+  }
+
  private:
   std::vector<Quaternion> on_slice(const RationalMap& map) const {
     std::vector<Quaternion> starts;

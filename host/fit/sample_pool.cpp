@@ -6,15 +6,16 @@
 namespace qjulia {
 namespace {
 
-// Points for a fit of kEvaluations or more; a stage of 60 evaluations draws some 20,000 of them.
+// Points for a fit of kEvaluations or more whose stages draw up to kSamples of them.
 constexpr double kSurfacePoints = 200'000;
 constexpr double kNearPoints = 240'000;
 constexpr double kAroundPoints = 80'000;
 constexpr double kEvaluations = 1500;
+constexpr double kSamples = 40'000;
 constexpr double kLeastShare = 0.125;
 constexpr double kNarrowOffset = 0.08;  // map units: two cells of 4/97
 constexpr double kWideOffset = 0.25;
-constexpr double kReach = 2.0;  // the box about the origin's shape that `around` fills
+constexpr double kReach = 2.0;  // half the side of the cube about the shape that `around` fills
 
 std::vector<DistancePoint> measured(const SignedDistance& distance,
                                     const std::vector<Eigen::Vector3d>& points) {
@@ -24,11 +25,25 @@ std::vector<DistancePoint> measured(const SignedDistance& distance,
   return measured;
 }
 
+double side_of(double distance) { return distance < 0 ? -1 : 1; }
+
+/// Scales the weights so that those of either side sum to ½, by the signs of the targets.
+void balance(Samples& samples) {
+  double sums[2] = {0, 0};
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    sums[samples.target[i] < 0] += samples.weight[i];
+  }
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    samples.weight[i] *= 0.5 / sums[samples.target[i] < 0];
+  }
+}
+
 }  // namespace
 
 SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance, std::uint64_t seed,
-                            int evaluations) {
-  const double share = std::clamp(evaluations / kEvaluations, kLeastShare, 1.0);
+                            int evaluations, int samples) {
+  const double share =
+      std::clamp(evaluations / kEvaluations, kLeastShare, 1.0) * std::max(1.0, samples / kSamples);
   const auto points_of = [share](double all) { return static_cast<std::size_t>(share * all); };
   SamplePool pool;
   pool.surface = sample_surface(shape.mesh, points_of(kSurfacePoints), seed);
@@ -50,16 +65,10 @@ SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance, 
   return pool;
 }
 
-Samples SamplePool::draw(const Phase& phase, Random& random) const {
-  const auto total = static_cast<std::size_t>(phase.samples);
-  const std::size_t on_surface = total / 2;
-  const std::size_t in_band = total * 35 / 100;
-  const double b = phase.band;
+Samples SamplePool::draw(const Level& level, Random& random) const {
+  const auto total = static_cast<std::size_t>(level.samples);
+  const double b = level.band;
   Samples samples;
-  const auto add_beyond = [&](const DistancePoint& p) {
-    const double side = p.distance < 0 ? -1 : 1;
-    samples.add(p.position, 1, side * b, side);
-  };
   // Rejection from a pool; the pools hold enough of either kind for a bounded number of tries.
   const auto draw_from = [&](const std::vector<DistancePoint>& from, auto wanted) {
     constexpr int kTries = 1000;
@@ -69,19 +78,53 @@ Samples SamplePool::draw(const Phase& phase, Random& random) const {
     }
     return from[random.index(from.size())];
   };
+  const auto within = [b](const DistancePoint& q) { return std::abs(q.distance) < b; };
+  const auto beyond = [b](const DistancePoint& q) { return std::abs(q.distance) >= b; };
+  if (level.loss == Loss::tanh) {
+    for (std::size_t i = 0; i < total; ++i) {
+      const auto p = i % 2 == 0 ? draw_from(near, within) : draw_from(around, beyond);
+      samples.add(p.position, 1, p.distance, side_of(p.distance));
+    }
+    balance(samples);
+    return samples;
+  }
+  const std::size_t on_surface = total / 2;
+  const std::size_t in_band = total * 35 / 100;
   for (std::size_t i = 0; i < on_surface; ++i) {
     samples.add(surface[random.index(surface.size())].position, 1, 0, 0);
   }
   for (std::size_t i = 0; i < in_band; ++i) {
-    const auto p =
-        draw_from(near, [b](const DistancePoint& q) { return std::abs(q.distance) < b; });
-    samples.add(p.position, phase.band_weight, p.distance, 0);
+    const auto p = draw_from(near, within);
+    samples.add(p.position, level.band_weight, p.distance, 0);
   }
-  const auto beyond = [b](const DistancePoint& q) { return std::abs(q.distance) >= b; };
   for (std::size_t i = on_surface + in_band; i < total; ++i) {
-    add_beyond(draw_from(i % 2 == 0 ? near : around, beyond));
+    const auto p = draw_from(i % 2 == 0 ? near : around, beyond);
+    const double side = side_of(p.distance);
+    samples.add(p.position, 1, side * b, side);
   }
   for (double& w : samples.weight) w /= static_cast<double>(total);
+  return samples;
+}
+
+Samples grid_samples(const Shape& shape, const SignedDistance& distance, const Level& level) {
+  const double cell = 2 * kReach / level.samples;
+  const Eigen::Vector3d first =
+      shape.mesh.box().center() - Eigen::Vector3d::Constant(kReach - cell / 2);
+  std::vector<Eigen::Vector3d> points;
+  for (int k = 0; k < level.samples; ++k) {
+    for (int j = 0; j < level.samples; ++j) {
+      for (int i = 0; i < level.samples; ++i)
+        points.push_back(first + cell * Eigen::Vector3d(i, j, k));
+    }
+  }
+  const auto distances = distance.at(points);
+  Samples samples;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double d = distances[i];
+    samples.add(points[i], 1 / std::max(std::abs(d), cell / 2), d,
+                level.loss == Loss::tanh ? side_of(d) : 0);
+  }
+  balance(samples);
   return samples;
 }
 

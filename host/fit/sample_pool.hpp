@@ -21,14 +21,20 @@ struct SamplePool {
   std::vector<DistancePoint> near;    ///< offset from the surface along normals
   std::vector<DistancePoint> around;  ///< uniform in a box about the shape
 
-  /// A stage's samples for the distance loss: half on the surface (target 0), 35 % within the
-  /// band (target: the distance), the rest beyond it, one-sided at ± band. Weights sum to 1.
-  Samples draw(const Phase& phase, Random& random) const;
+  /// A stage's samples. For the distance loss, half on the surface (target 0), 35 % within the
+  /// band (target: the distance), the rest beyond it, one-sided at ± band; weights sum to 1. For
+  /// the tanh loss, only those off the surface, with their sides; either side's weights sum to ½.
+  Samples draw(const Level& level, Random& random) const;
 };
 
-/// Distances are taken on the device, once for a fit. The same for the same seed and number of
-/// `evaluations` that the fit may make: a short one draws few samples, and needs a small pool.
+/// Distances are taken on the device, once for a fit. The same for the same seed, numbers of
+/// `evaluations` that the fit may make (a short one draws few samples, and needs a small pool) and
+/// of `samples` that its largest stage draws.
 SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance, std::uint64_t seed,
-                            int evaluations);
+                            int evaluations, int samples);
+
+/// The centres of level.samples³ equal cells of the cube of side 4 about a shape, with weights
+/// that fall off as 1 / distance, either side's summing to ½ (Kim 2015).
+Samples grid_samples(const Shape& shape, const SignedDistance& distance, const Level& level);
 
 }  // namespace qjulia

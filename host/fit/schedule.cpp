@@ -1,39 +1,185 @@
 #include "fit/schedule.hpp"
 
 #include <fmt/format.h>
+#include <toml++/toml.h>
 
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <string_view>
+
+#include "fit/embedded_schedules.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/fit.hpp"
 
 namespace qjulia {
 namespace {
 
-/// The cell of the grid the stages' lengths are told in: 97 across a cube of side 4.
-constexpr double kCell = 4.0 / 97;
+constexpr double kMostSamples = 1e9;
+constexpr double kLargestGrid = 512;
+constexpr double kMostSteps = 1e6;
 
-const std::vector<Schedule>& schedules() {
-  static const std::vector<Schedule> all = {
-      // Regression to signed distance in a band that narrows about the surface.
-      {"regression",
-       6000,
-       1e-3,
-       {{"wide band", 1.0 / 3, 20000, 2 * kCell, 0.4, 60, 8},
-        {"band", 0.55, 20000, kCell, 1.5, 60, 8},
-        {"settling band", 2.0 / 3, 20000, kCell, 1.5, 60, 0},
-        {"narrow band", 1.0, 40000, 0.6 * kCell, 4.0, 60, 0}}},
-  };
-  return all;
+bool is_file(const std::string& name) { return std::filesystem::path(name).extension() == ".toml"; }
+
+std::string path_of(std::string_view name) { return fmt::format("schedules/{}.toml", name); }
+
+/// Reads one table; every key must be asked for before `finish`.
+class Table {
+ public:
+  Table(const toml::table& table, const std::string& file) : table_(table), file_(file) {}
+
+  void number(const char* key, double& value, double low, double high) {
+    const toml::node* node = find(key);
+    if (node == nullptr) return;
+    const auto given = node->value<double>();
+    if (!given || !(*given >= low && *given <= high)) {
+      fail(*node, fmt::format("'{}' must be a number between {} and {}", key, low, high));
+    }
+    value = *given;
+  }
+
+  void number(const char* key, int& value, double low, double high) {
+    double given = value;
+    number(key, given, low, high);
+    if (given != std::floor(given)) fail(*find(key), fmt::format("'{}' must be whole", key));
+    value = static_cast<int>(given);
+  }
+
+  template <class Value>
+  void choice(const char* key, Value& value, const std::map<std::string, Value>& choices) {
+    const toml::node* node = find(key);
+    if (node == nullptr) return;
+    const auto found = choices.find(node->value_or<std::string>(""));
+    if (found == choices.end()) {
+      std::string names;
+      for (const auto& [name, unused] : choices) names += fmt::format(" \"{}\"", name);
+      fail(*node, fmt::format("'{}' must be one of{}", key, names));
+    }
+    value = found->second;
+  }
+
+  void text(const char* key, std::string& value) {
+    const toml::node* node = find(key);
+    if (node == nullptr) return;
+    const auto given = node->value<std::string>();
+    if (!given) fail(*node, fmt::format("'{}' must be text", key));
+    value = *given;
+  }
+
+  const toml::node* find(const char* key) {
+    known_ += fmt::format("{}{}", known_.empty() ? "" : ", ", key);
+    const toml::node* node = table_.get(key);
+    if (node != nullptr) ++found_;
+    return node;
+  }
+
+  /// @throws InputError for a key that was not asked for.
+  void finish() const {
+    if (found_ >= table_.size()) return;
+    for (auto&& [key, node] : table_) {
+      if ((", " + known_ + ",").find(fmt::format(", {},", key.str())) == std::string::npos) {
+        fail(node, fmt::format("'{}' is not known; there are: {}", key.str(), known_));
+      }
+    }
+  }
+
+  [[noreturn]] void fail(const toml::node& node, const std::string& what) const {
+    throw InputError(fmt::format("{}:{}: {}", file_, node.source().begin.line, what));
+  }
+
+ private:
+  const toml::table& table_;
+  const std::string& file_;
+  std::string known_;
+  std::size_t found_ = 0;
+};
+
+Level read_level(const toml::table& toml, const std::string& file, double after) {
+  Level level;
+  Table table(toml, file);
+  table.text("name", level.name);
+  table.number("until", level.until, 0, 1);
+  table.choice<Points>("points", level.points,
+                       {{"surface", Points::surface}, {"grid", Points::grid}});
+  const bool on_grid = level.points == Points::grid;
+  if (on_grid) level.samples = 50;
+  table.number("samples", level.samples, on_grid ? 4 : 100, on_grid ? kLargestGrid : kMostSamples);
+  if (on_grid) level.loss = Loss::tanh;
+  table.choice<Loss>("loss", level.loss, {{"distance", Loss::distance}, {"tanh", Loss::tanh}});
+  table.number("alpha", level.alpha, 1e-3, 1e6);
+  table.number("band", level.band, 1e-6, 2);
+  table.number("band_weight", level.band_weight, 0, 1e6);
+  table.number("reweight", level.reweight, 0, 100);
+  table.choice<Space>("unknowns", level.space,
+                      {{"scalars", Space::scalars},
+                       {"clusters", Space::clusters},
+                       {"exponents", Space::exponents},
+                       {"all", Space::all}});
+  table.number("clusters", level.clusters, 2, 20'000);
+  table.number("steps", level.steps, 1, kMostSteps);
+  table.number("relocate", level.relocated, 0, 20'000);
+  table.finish();
+  if (level.until <= after) {
+    table.fail(toml,
+               "'until' must rise from level to level; it is the share of the budget at "
+               "which the level ends");
+  }
+  if (level.relocated > 0 && level.loss != Loss::distance) {
+    table.fail(toml, "'relocate' needs loss \"distance\"");
+  }
+  return level;
+}
+
+Schedule read_schedule(const std::string& text, const std::string& file) {
+  toml::table root;
+  try {
+    root = toml::parse(text, file);
+  } catch (const toml::parse_error& error) {
+    throw InputError(
+        fmt::format("{}:{}: not TOML: {}", file, error.source().begin.line, error.description()));
+  }
+  Schedule schedule;
+  Table table(root, file);
+  table.number("evaluations", schedule.evaluations, 1, 1e9);
+  table.number("damping", schedule.damping, 1e-9, 1);
+  const toml::node* levels = table.find("level");
+  table.finish();
+  if (levels == nullptr || !levels->is_array_of_tables() || schedule.evaluations == 0) {
+    throw InputError(
+        fmt::format("{}: a schedule needs 'evaluations' and at least one [[level]]", file));
+  }
+  double after = 0;
+  for (const toml::node& level : *levels->as_array()) {
+    schedule.levels.push_back(read_level(*level.as_table(), file, after));
+    after = schedule.levels.back().until;
+  }
+  if (after != 1) throw InputError(fmt::format("{}: the last level must have until = 1", file));
+  return schedule;
 }
 
 }  // namespace
 
-const Schedule& find_schedule(const std::string& name) {
-  std::string names;
-  for (const Schedule& schedule : schedules()) {
-    if (schedule.name == name) return schedule;
-    names += ' ' + schedule.name;
+std::string schedule_text(const std::string& name) {
+  if (!is_file(name)) {
+    const auto& all = embedded_schedules();
+    const auto found = all.find(path_of(name));
+    if (found != all.end()) return std::string(found->second);
+    std::string names;
+    for (const auto& [path, text] : all) {
+      names += ' ' + std::filesystem::path(path).stem().string();
+    }
+    throw InputError(fmt::format(
+        "--schedule: there is none named '{}'; choose from:{}, or give a .toml file", name, names));
   }
-  throw InputError(
-      fmt::format("--schedule: there is none named '{}'; choose from:{}", name, names));
+  std::ifstream file(name, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(file), {}};
+  if (!file) throw InputError(fmt::format("--schedule: cannot read '{}'", name));
+  return text;
 }
+
+Schedule find_schedule(const std::string& name) { return read_schedule(schedule_text(name), name); }
 
 }  // namespace qjulia

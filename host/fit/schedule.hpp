@@ -1,33 +1,53 @@
 #pragma once
-/// What a fit does, stage by stage, as data.
+/// What a fit does, level by level, as data.
 
 #include <string>
 #include <vector>
 
-#include "qjulia/fit.hpp"
+#include "fit/samples.hpp"
 
 namespace qjulia {
 
-/// A part of the fit in which stages repeat: each draws new samples, refreshes the preconditioner
-/// and runs L-BFGS. Lengths are in map units.
-struct Phase {
+/// Where a level's samples lie.
+enum class Points {
+  surface,  ///< drawn anew at each stage, on the surface, near it, and a few farther off
+  grid      ///< the centres of a regular grid's cells, the same at each stage
+};
+
+/// What a level moves, from coarse to fine. An exponents-only fit leaves centres out of all.
+enum class Space {
+  scalars,    ///< the log scale, one factor on all roots' exponents and one on all poles'
+  clusters,   ///< of neighbouring factors: their exponents by one factor, their centres together
+  exponents,  ///< the log scale and every exponent
+  all         ///< the log scale, every exponent and every centre
+};
+
+/// A part of the fit in which stages repeat: each takes samples, refreshes the preconditioner and
+/// runs L-BFGS. Lengths are in map units.
+struct Level {
   std::string name;
-  double until;        ///< share of the budget at which the phase ends
-  int samples;         ///< drawn at each stage
-  double band;         ///< b: samples with |d| < b aim at d, those farther at "beyond ±b"
-  double band_weight;  ///< of a sample in the band; one on the surface or farther has 1
-  int iterations;      ///< L-BFGS steps of a stage
-  int relocated;       ///< factors moved to where the residual is, before each stage
+  double until = 1;  ///< share of the budget at which the level ends
+  Points points = Points::surface;
+  int samples = 20000;  ///< a stage's number of samples, or of cells along a grid's side
+  Loss loss = Loss::distance;
+  double alpha = 10;       ///< sharpness of the tanh loss
+  double band = 0.04;      ///< b: samples with |d| < b aim at d, those farther at "beyond ±b"
+  double band_weight = 1;  ///< of a sample in the band; one on the surface or farther has 1
+  double reweight = 0;     ///< r: weights times 1 + r e / mean e, e the error at the stage's start
+  Space space = Space::all;
+  int clusters = 40;  ///< of roots and poles together
+  int steps = 60;     ///< L-BFGS steps of a stage
+  int relocated = 0;  ///< factors moved to where the residual is, before each stage
 };
 
 struct Schedule {
-  std::string name;
-  int evaluations;  ///< of a whole fit, unless the caller sets another number
-  double damping;   ///< λ of the preconditioner
-  std::vector<Phase> phases;
+  int evaluations = 0;    ///< of a whole fit, unless the caller sets another number
+  double damping = 1e-3;  ///< λ of the preconditioner
+  std::vector<Level> levels;
 };
 
-/// @throws InputError for an unknown name, listing those there are.
-const Schedule& find_schedule(const std::string& name);
+/// A built-in schedule by its name, or that of a file whose name ends in .toml.
+/// @throws InputError for an unknown name, listing those there are, or naming file, line and key.
+Schedule find_schedule(const std::string& name);
 
 }  // namespace qjulia

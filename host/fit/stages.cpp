@@ -2,35 +2,64 @@
 
 #include <fmt/format.h>
 
-#include <numeric>
+#include <cmath>
 
 #include "fit/minimize.hpp"
 #include "fit/relocate.hpp"
+#include "fit/subspace.hpp"
 
 namespace qjulia {
 namespace {
 
-std::vector<std::size_t> active_unknowns(Unknowns unknowns, std::size_t factors) {
-  std::vector<std::size_t> active(unknowns == Unknowns::all ? 1 + 5 * factors : 1 + factors);
-  std::iota(active.begin(), active.end(), 0U);
-  return active;
-}
+/// With more unknowns than this the preconditioner is diagonal: a full one takes 20 bytes an entry
+/// and a third of this number cubed multiplications.
+constexpr std::size_t kMostFullUnknowns = 8'001;
 
-int phase_at(const Schedule& schedule, double fraction) {
-  const auto last = static_cast<int>(schedule.phases.size()) - 1;
+int level_at(const Schedule& schedule, double fraction) {
+  const auto last = static_cast<int>(schedule.levels.size()) - 1;
   for (int i = 0; i < last; ++i) {
-    if (fraction < schedule.phases[static_cast<std::size_t>(i)].until) return i;
+    if (fraction < schedule.levels[static_cast<std::size_t>(i)].until) return i;
   }
   return last;
 }
 
+/// Weights times 1 + r e / mean e, e = 1 − s tanh(αF) or |F − target|, of the same sum as before.
+void reweight(Samples& samples, const std::vector<double>& field, const Level& level) {
+  std::vector<double> error(samples.size());
+  double mean = 0;
+  double sum = 0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double residual = field[i] - samples.target[i];
+    if (level.loss == Loss::tanh) {
+      error[i] = 1 - samples.side[i] * std::tanh(level.alpha * field[i]);
+    } else if (samples.side[i] * residual <= 0) {
+      error[i] = std::abs(residual);
+    }
+    mean += samples.weight[i] * error[i];
+    sum += samples.weight[i];
+  }
+  if (!(mean > 0)) return;
+  mean /= sum;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    samples.weight[i] *= (1 + level.reweight * error[i] / mean) / (1 + level.reweight);
+  }
+}
+
+Preconditioner preconditioner(Evaluator& evaluator, const RationalMap& map,
+                              const Subspace& subspace, double damping) {
+  if (1 + 5 * map.factors.size() > kMostFullUnknowns) {
+    return {subspace.restricted_diagonal(evaluator.gauss_newton_diagonal(map)), damping};
+  }
+  return {subspace.restricted_matrix(evaluator.gauss_newton(map)), damping};
+}
+
 }  // namespace
 
-Stages::Stages(RationalMap start, const SamplePool& pool, EvaluatorFactory make_evaluator,
+Stages::Stages(RationalMap start, Draw draw, EvaluatorFactory make_evaluator,
                std::function<double(const RationalMap&)> overlap, const FitOptions& options,
                const Schedule& schedule, Budget& budget, Checkpoint& checkpoint, const Watch& watch)
     : map_(std::move(start)),
-      pool_(pool),
+      draw_(std::move(draw)),
       make_evaluator_(std::move(make_evaluator)),
       overlap_(std::move(overlap)),
       options_(options),
@@ -48,8 +77,8 @@ void Stages::resume(FitState state) {
   resumed_ = std::move(state);
 }
 
-FitState Stages::state(int phase) const {
-  return {map_, random_.state(), phase, budget_.evaluations(), budget_.seconds(), reports_, {}};
+FitState Stages::state(int level) const {
+  return {map_, random_.state(), level, budget_.evaluations(), budget_.seconds(), reports_, {}};
 }
 
 StopReason Stages::run() {
@@ -61,39 +90,46 @@ StopReason Stages::run() {
 
 std::optional<StopReason> Stages::run_stage() {
   FitState before =
-      resumed_ ? std::move(*resumed_) : state(phase_at(schedule_, budget_.fraction()));
+      resumed_ ? std::move(*resumed_) : state(level_at(schedule_, budget_.fraction()));
   resumed_.reset();
   checkpoint_.save(before);
-  const Phase& phase = schedule_.phases.at(static_cast<std::size_t>(before.phase));
-  const TraceStage stage(watch_.trace, phase.name);
+  const Level& level = schedule_.levels.at(static_cast<std::size_t>(before.level));
+  const TraceStage stage(watch_.trace, level.name);
   const double start = budget_.seconds();
   const int evaluations = budget_.evaluations();
   const auto part = [&](const char* name, const auto& work) {
     const TraceStage traced(watch_.trace, name);
     return work();
   };
-  const Samples samples = part("draw samples", [&] { return pool_.draw(phase, random_); });
-  const auto evaluator = part("send samples", [&] { return make_evaluator_(samples, {}); });
-  if (phase.relocated > 0 && !reports_.empty() && options_.unknowns == Unknowns::all) {
+  Samples samples = part("draw samples", [&] { return draw_(level, random_); });
+  EnergyOptions energy;
+  energy.loss = level.loss;
+  energy.alpha = level.alpha;
+  auto evaluator = part("send samples", [&] { return make_evaluator_(samples, energy); });
+  if (level.reweight > 0) {
+    reweight(samples, evaluator->field(map_), level);
+    evaluator = make_evaluator_(samples, energy);
+  }
+  if (level.relocated > 0 && !reports_.empty() && options_.unknowns == Unknowns::all) {
     const auto most = static_cast<int>(map_.factors.size() / 4);
     map_ = part("relocate", [&] {
-      return relocate_factors(*evaluator, samples, map_, std::min(phase.relocated, most), random_);
+      return relocate_factors(*evaluator, samples, map_, std::min(level.relocated, most), random_);
     });
   }
-  const auto active = active_unknowns(options_.unknowns, map_.factors.size());
+  const Subspace subspace(map_, level, options_.unknowns);
   const Preconditioner scaling = part("preconditioner", [&] {
-    return Preconditioner(evaluator->gauss_newton(map_), active, schedule_.damping);
+    return preconditioner(*evaluator, map_, subspace, schedule_.damping);
   });
   RecordingEvaluator recorded(*evaluator, before, checkpoint_);
   auto result = part("minimise", [&] {
-    return minimize(recorded, map_, active, scaling, phase.iterations, budget_);
+    return minimize(recorded, map_, subspace, scaling, level.steps, budget_);
   });
   map_ = std::move(result.map);
   const double overlap = part("overlap", [&] { return overlap_(map_); });
-  reports_.push_back({phase.name, budget_.evaluations() - evaluations, result.energy_before,
+  reports_.push_back({level.name, budget_.evaluations() - evaluations, result.energy_before,
                       result.energy_after, budget_.seconds() - start, overlap});
   watch_.report({"fitting", budget_.fraction(), budget_.seconds_left(),
-                 fmt::format("{}, {} evaluations, energy {:.3e}, IoU {:.4f}", phase.name,
+                 fmt::format("{}, {} evaluations, energy {:.3e}, IoU {:.4f}", level.name,
                              budget_.evaluations(), result.energy_after, reports_.back().iou)});
   return result.stopped;
 }

@@ -8,15 +8,18 @@
 #include "fit/budget.hpp"
 #include "fit/checkpoint.hpp"
 #include "fit/evaluator.hpp"
-#include "fit/sample_pool.hpp"
+#include "fit/random.hpp"
 #include "fit/schedule.hpp"
 
 namespace qjulia {
 
 class Stages {
  public:
+  /// A stage's samples.
+  using Draw = std::function<Samples(const Level&, Random&)>;
+
   /// @param overlap IoU of a map with the shape, for reports.
-  Stages(RationalMap start, const SamplePool& pool, EvaluatorFactory make_evaluator,
+  Stages(RationalMap start, Draw draw, EvaluatorFactory make_evaluator,
          std::function<double(const RationalMap&)> overlap, const FitOptions& options,
          const Schedule& schedule, Budget& budget, Checkpoint& checkpoint, const Watch& watch);
 
@@ -32,10 +35,10 @@ class Stages {
  private:
   std::optional<StopReason> run_stage();
   /// The state at the start of a stage.
-  FitState state(int phase) const;
+  FitState state(int level) const;
 
   RationalMap map_;
-  const SamplePool& pool_;
+  Draw draw_;
   EvaluatorFactory make_evaluator_;
   std::function<double(const RationalMap&)> overlap_;
   const FitOptions& options_;

@@ -25,7 +25,7 @@ struct FitOptions {
   int max_evaluations = 0;  ///< of energy and gradient; 0: the schedule's own number
   Unknowns unknowns = Unknowns::all;
   Precision precision = Precision::single;
-  std::string schedule = "regression";  ///< a built-in schedule's name
+  std::string schedule = "tight";  ///< a built-in schedule's name, or a .toml file's
   /// The energy is summed over the samples in this many equal parts, which ranks share. Sums are
   /// the same bits for the same number.
   int sample_parts = 1;
@@ -35,6 +35,10 @@ struct FitOptions {
   bool resume = false;    ///< go on from the checkpoint, where there is one
   void validate() const;  ///< @throws InputError naming the option
 };
+
+/// The TOML text of a schedule, by a built-in one's name or a file's ending in .toml.
+/// @throws InputError when there is none.
+std::string schedule_text(const std::string& name);
 
 enum class StopReason { schedule_done, evaluations, time_limit, interrupted, converged };
 std::string to_string(StopReason reason);

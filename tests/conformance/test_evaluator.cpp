@@ -89,3 +89,24 @@ TEST_CASE("the Gauss-Newton matrix on the device is the reference's") {
     CHECK((one - expected).cwiseAbs().maxCoeff() < 1e-4 * size);
   }
 }
+
+TEST_CASE("the Gauss-Newton diagonal on the device is the reference's") {
+  const auto loss = GENERATE(Loss::tanh, Loss::distance);
+  const RationalMap map = map_off_slice();
+  const Samples samples = hard_samples(map);
+  const EnergyOptions options{loss, 1, 1.3, 20};
+  const auto expected = make_reference_evaluator(samples, options)->gauss_newton_diagonal(map);
+  const auto difference = [&](const Eigen::VectorXd& diagonal) {
+    return ((diagonal - expected).cwiseAbs().array() / (expected.array() + 1e-300)).maxCoeff();
+  };
+  for (const int width : test::lane_widths()) {
+    const auto device = test::device().with_lane_width(width);
+    CAPTURE(width, loss == Loss::tanh);
+    if (test::can_check(device, Precision::dbl)) {
+      CHECK(difference(make_device_evaluator(device, samples, options, Precision::dbl)
+                           ->gauss_newton_diagonal(map)) < 1e-10);
+    }
+    CHECK(difference(make_device_evaluator(device, samples, options)->gauss_newton_diagonal(map)) <
+          1e-4);
+  }
+}

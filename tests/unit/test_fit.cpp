@@ -2,11 +2,13 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <set>
 
 #include "fit/minimize.hpp"
 #include "fit/placement.hpp"
+#include "fit/sample_pool.hpp"
 #include "fit/stages.hpp"
 #include "qjulia/error.hpp"
 #include "random_maps.hpp"
@@ -31,6 +33,9 @@ class Quadratic final : public Evaluator {
     }
     return result;
   }
+  Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
+    return gauss_newton(map).diagonal();
+  }
   std::vector<double> field(const RationalMap&) override { return {}; }
   Eigen::MatrixXd gauss_newton(const RationalMap&) override {
     const auto n = static_cast<Eigen::Index>(goal_.size());
@@ -48,10 +53,21 @@ Budget budget_of(int evaluations, FitOptions options = {}) {
   return Budget(options, evaluations, Budget::Clock::now(), 0, {});
 }
 
-std::vector<std::size_t> first(std::size_t count) {
-  std::vector<std::size_t> indices(count);
-  for (std::size_t i = 0; i < count; ++i) indices[i] = i;
-  return indices;
+Level level_of(Space space) {
+  Level level;
+  level.space = space;
+  return level;
+}
+
+/// 200 samples and 10 steps a stage, and a factor moved before each.
+Level small_level() {
+  Level level;
+  level.samples = 200;
+  level.band = 0.1;
+  level.band_weight = 0.5;
+  level.steps = 10;
+  level.relocated = 1;
+  return level;
 }
 
 /// Points about the unit sphere, where distances are known.
@@ -104,14 +120,55 @@ TEST_CASE("a budget is spent by evaluations, time or a stop request") {
   CHECK(interrupted.spent() == StopReason::interrupted);
 }
 
-TEST_CASE("schedules are found by name and cover the whole budget") {
-  const Schedule& schedule = find_schedule("regression");
-  CHECK(schedule.phases.back().until == 1.0);
-  for (std::size_t i = 1; i < schedule.phases.size(); ++i) {
-    CHECK(schedule.phases[i].until > schedule.phases[i - 1].until);
-    CHECK(schedule.phases[i].band <= schedule.phases[i - 1].band);
+TEST_CASE("built-in schedules cover the whole budget and end finer than they begin") {
+  for (const char* name : {"tight", "fast", "paper"}) {
+    const Schedule schedule = find_schedule(name);
+    CHECK(schedule.levels.back().until == 1.0);
+    CHECK(schedule.levels.back().samples >= schedule.levels.front().samples);
+    for (std::size_t i = 1; i < schedule.levels.size(); ++i) {
+      CHECK(schedule.levels[i].until > schedule.levels[i - 1].until);
+      CHECK(schedule.levels[i].band <= schedule.levels[i - 1].band);
+      CHECK(schedule.levels[i].space >= schedule.levels[i - 1].space);
+    }
   }
-  CHECK_THROWS_AS(find_schedule("nonesuch"), InputError);
+  CHECK_THROWS_WITH(find_schedule("nonesuch"), Catch::Contains("tight"));
+}
+
+TEST_CASE("a schedule's file is read, and what is wrong with it is told by line") {
+  const test::TemporaryFolder folder;
+  const std::string path = folder / "own.toml";
+  const auto read = [&](const std::string& text) {
+    std::ofstream(path) << text;
+    return find_schedule(path);
+  };
+  const Schedule own = read(
+      "evaluations = 7\n[[level]]\nuntil = 0.5\nunknowns = \"clusters\"\nclusters = 9\n"
+      "[[level]]\npoints = \"grid\"\nsamples = 12\nreweight = 0.5\n");
+  CHECK(own.evaluations == 7);
+  REQUIRE(own.levels.size() == 2);
+  CHECK(own.levels[0].space == Space::clusters);
+  CHECK(own.levels[0].clusters == 9);
+  CHECK(own.levels[1].points == Points::grid);
+  CHECK(own.levels[1].loss == Loss::tanh);
+  CHECK(own.levels[1].samples == 12);
+  CHECK(own.levels[1].until == 1);
+
+  const std::string head = "evaluations = 7\n[[level]]\n";
+  const auto refused = [&](const std::string& text, const char* why) {
+    CHECK_THROWS_WITH(read(text), Catch::Contains(why) && Catch::Contains("own.toml"));
+  };
+  refused("[[level]", "not TOML");
+  refused("evaluations = 7\n", "at least one [[level]]");
+  refused("[[level]]\n", "needs 'evaluations'");
+  refused(head + "bend = 1\n", ":3: 'bend' is not known");
+  refused(head + "samples = 50\n", ":3: 'samples' must be a number between 100");
+  refused(head + "samples = nan\n", ":3: 'samples'");
+  refused(head + "steps = 2.5\n", ":3: 'steps' must be whole");
+  refused(head + "unknowns = \"some\"\n", "\"scalars\"");
+  refused(head + "until = 0.4\n", "until = 1");
+  refused(head + "until = 0.4\n[[level]]\nuntil = 0.4\n", "must rise");
+  refused(head + "loss = \"tanh\"\nrelocate = 1\n", "needs loss");
+  CHECK_THROWS_WITH(find_schedule(folder / "none.toml"), Catch::Contains("cannot read"));
 }
 
 TEST_CASE("fit options that make no sense are refused by name") {
@@ -145,7 +202,7 @@ TEST_CASE("the preconditioner turns the Gauss-Newton matrix into the identity") 
   }
   const Eigen::MatrixXd h = b * b.transpose();
   constexpr double kDamping = 1e-3;
-  const Preconditioner scaling(h, first(kOrder), kDamping);
+  const Preconditioner scaling(h, kDamping);
   Eigen::MatrixXd damped = h;
   damped.diagonal() *= 1 + kDamping;
   // R⁻ᵀ (H + λ diag H) R⁻¹ = I, tried on unit vectors.
@@ -156,40 +213,98 @@ TEST_CASE("the preconditioner turns the Gauss-Newton matrix into the identity") 
   }
 }
 
-TEST_CASE("the minimiser finds a badly scaled minimum and moves only what is active") {
+TEST_CASE("the minimiser finds a badly scaled minimum and moves only what the space holds") {
   const auto start = test::random_map(9, 0.1, 0.5, 1);
   const auto goal = test::random_map(9, 0.1, 0.5, 2);
   Quadratic energy(goal);
-  const auto all = first(1 + 5 * 9);
-  auto budget = budget_of(100);
-  const auto found = minimize(energy, start, all,
-                              Preconditioner(energy.gauss_newton(start), all, 1e-3), 50, budget);
+  const auto minimized = [&](const Subspace& subspace, Budget budget) {
+    const Preconditioner scaling(subspace.restricted_matrix(energy.gauss_newton(start)), 1e-3);
+    return minimize(energy, start, subspace, scaling, 50, budget);
+  };
+  const Subspace all(start, level_of(Space::all), Unknowns::all);
+  const auto found = minimized(all, budget_of(100));
   CHECK(found.energy_after < 1e-10 * found.energy_before);
   CHECK_FALSE(found.stopped);
 
-  const auto exponents = first(1 + 9);
-  auto second = budget_of(100);
-  const auto part =
-      minimize(energy, start, exponents,
-               Preconditioner(energy.gauss_newton(start), exponents, 1e-3), 50, second);
-  for (std::size_t k = 0; k < 9; ++k) {
-    CHECK(part.map.factors[k].center == start.factors[k].center);
-    CHECK(part.map.factors[k].exponent == Approx(goal.factors[k].exponent).epsilon(1e-4));
+  for (const Subspace& exponents : {Subspace(start, level_of(Space::exponents), Unknowns::all),
+                                    Subspace(start, level_of(Space::all), Unknowns::exponents)}) {
+    const auto part = minimized(exponents, budget_of(100));
+    for (std::size_t k = 0; k < 9; ++k) {
+      CHECK(part.map.factors[k].center == start.factors[k].center);
+      CHECK(part.map.factors[k].exponent == Approx(goal.factors[k].exponent).epsilon(1e-4));
+    }
   }
 
-  auto short_budget = budget_of(1);
-  const auto ended = minimize(
-      energy, start, all, Preconditioner(energy.gauss_newton(start), all, 1e-3), 50, short_budget);
+  // From its diagonal alone, which is the whole of this matrix.
+  auto budget = budget_of(100);
+  const Preconditioner diagonal(all.restricted_diagonal(energy.gauss_newton_diagonal(start)), 1e-3);
+  CHECK(minimize(energy, start, all, diagonal, 50, budget).energy_after <
+        1e-10 * found.energy_before);
+
+  const auto ended = minimized(all, budget_of(1));
   CHECK(ended.stopped == StopReason::schedule_done);
-  CHECK(short_budget.evaluations() == 1);
   CHECK(ended.energy_after <= ended.energy_before);
+}
+
+TEST_CASE("coarse spaces scale exponents and move centres by groups") {
+  auto map = test::random_map(40, 0.1, 0.5, 4);
+  const auto moved = [&](const Subspace& space, Eigen::Index variable) {
+    auto unknowns = to_unknowns(map);
+    const Eigen::VectorXd move = space.prolonged(Eigen::VectorXd::Unit(space.size(), variable));
+    for (std::size_t i = 0; i < unknowns.size(); ++i) {
+      unknowns[i] += 0.1 * move[static_cast<Eigen::Index>(i)];
+    }
+    return with_unknowns(map, unknowns);
+  };
+  const Subspace scalars(map, level_of(Space::scalars), Unknowns::all);
+  REQUIRE(scalars.size() == 3);
+  CHECK(moved(scalars, 0).log_scale == Approx(map.log_scale + 0.1));
+  for (const bool roots : {true, false}) {
+    const auto scaled = moved(scalars, roots ? 1 : 2);
+    for (std::size_t k = 0; k < map.factors.size(); ++k) {
+      const double a = map.factors[k].exponent;
+      CHECK(scaled.factors[k].exponent == Approx(a * ((a > 0) == roots ? 1.1 : 1.0)));
+      CHECK(scaled.factors[k].center == map.factors[k].center);
+    }
+  }
+
+  Level level = level_of(Space::clusters);
+  level.clusters = 10;
+  const Subspace clusters(map, level, Unknowns::all);
+  CHECK(clusters.size() > 1 + 5 * 8);
+  CHECK(clusters.size() <= 1 + 5 * 10);
+  CHECK(Subspace(map, level, Unknowns::exponents).size() == 1 + (clusters.size() - 1) / 5);
+  // Every factor's X is moved by one variable, as far as its whole cluster's.
+  std::size_t movers = 0;
+  for (Eigen::Index v = 2; v < clusters.size(); v += 5) {
+    const auto shifted = moved(clusters, v);
+    for (std::size_t k = 0; k < map.factors.size(); ++k) {
+      const double change = shifted.factors[k].center.x - map.factors[k].center.x;
+      if (change == 0) continue;
+      ++movers;
+      CHECK(change == Approx(0.1));
+    }
+  }
+  CHECK(movers == map.factors.size());
+
+  // Gradients and matrices are restricted by the same P.
+  const Eigen::VectorXd g = Eigen::VectorXd::LinSpaced(1 + 5 * 40, -1, 2);
+  const Eigen::VectorXd y = Eigen::VectorXd::LinSpaced(clusters.size(), 0.5, -1);
+  CHECK(clusters.restricted_gradient(g).dot(y) == Approx(g.dot(clusters.prolonged(y))));
+  const Eigen::MatrixXd h = g.cwiseAbs2().asDiagonal();
+  CHECK(y.dot(clusters.restricted_matrix(h) * y) ==
+        Approx(clusters.prolonged(y).dot(h * clusters.prolonged(y))));
+  CHECK((clusters.restricted_matrix(h).diagonal() - clusters.restricted_diagonal(g.cwiseAbs2()))
+            .cwiseAbs()
+            .maxCoeff() < 1e-12);
 }
 
 TEST_CASE("a stage's samples have the shares, targets and sides it asks for") {
   const auto pool = sphere_pool(5000);
-  const Phase phase{"test", 1, 1000, 0.1, 0.5, 1, 0};
+  Level level = small_level();
+  level.samples = 1000;
   Random random(3);
-  const auto samples = pool.draw(phase, random);
+  const auto samples = pool.draw(level, random);
   REQUIRE(samples.size() == 1000);
   std::size_t surface = 0;
   std::size_t band = 0;
@@ -215,7 +330,18 @@ TEST_CASE("a stage's samples have the shares, targets and sides it asks for") {
   CHECK(band == 350);
   CHECK(beyond == 150);
   Random same(3);
-  CHECK(pool.draw(phase, same).position == samples.position);
+  CHECK(pool.draw(level, same).position == samples.position);
+
+  level.loss = Loss::tanh;
+  const auto sided = pool.draw(level, random);
+  double inside = 0;
+  double outside = 0;
+  for (std::size_t i = 0; i < sided.size(); ++i) {
+    CHECK(sided.side[i] * (sided.position[i].norm() - 1) > 0);
+    (sided.side[i] < 0 ? inside : outside) += sided.weight[i];
+  }
+  CHECK(inside == Approx(0.5));
+  CHECK(outside == Approx(0.5));
 }
 
 namespace {
@@ -235,6 +361,9 @@ class MortalEvaluator : public Evaluator {
   Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
     return evaluator_->gauss_newton(map);
   }
+  Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
+    return evaluator_->gauss_newton_diagonal(map);
+  }
 
  private:
   std::unique_ptr<Evaluator> evaluator_;
@@ -245,9 +374,10 @@ class MortalEvaluator : public Evaluator {
 
 TEST_CASE("a fit that died and was resumed ends as one that did not") {
   const auto pool = sphere_pool(4000);
+  const auto draw = [&](const Level& level, Random& random) { return pool.draw(level, random); };
   FitOptions options;
   options.factors = 8;
-  const Schedule schedule{"test", 40, 1e-3, {{"only", 1, 200, 0.1, 0.5, 10, 1}}};
+  const Schedule schedule{40, 1e-3, {small_level()}};
   const test::TemporaryFolder folder;
   const std::filesystem::path path = folder / "fit.checkpoint";
   int left = -1;  // evaluations with gradients until death; negative: none
@@ -257,7 +387,7 @@ TEST_CASE("a fit that died and was resumed ends as one that did not") {
   const auto start = place_factors(mortal, pool, options.factors, 1);
   const auto unknowns_of_a_run = [&](Checkpoint& checkpoint, bool resume) {
     auto budget = budget_of(schedule.evaluations);
-    Stages stages(start, pool, mortal, [](const RationalMap&) { return 0.5; }, options, schedule,
+    Stages stages(start, draw, mortal, [](const RationalMap&) { return 0.5; }, options, schedule,
                   budget, checkpoint, {});
     if (resume) stages.resume(checkpoint.load().value());
     stages.run();
@@ -289,16 +419,17 @@ TEST_CASE("stages fit a sphere with the reference evaluator alone") {
   const EvaluatorFactory reference = [](const Samples& samples, const EnergyOptions& options) {
     return make_reference_evaluator(samples, options);
   };
+  const auto draw = [&](const Level& level, Random& random) { return pool.draw(level, random); };
   FitOptions options;
   options.factors = 8;
-  const Schedule schedule{"test", 40, 1e-3, {{"only", 1, 200, 0.1, 0.5, 10, 1}}};
+  const Schedule schedule{40, 1e-3, {small_level()}};
   auto budget = budget_of(schedule.evaluations);
   int reports = 0;
   const Watch watch{[&](const Progress&) { ++reports; }, {}};
   const auto start = place_factors(reference, pool, options.factors, 1);
   Checkpoint unkept({}, "");
   Stages stages(
-      start, pool, reference, [](const RationalMap&) { return 0.5; }, options, schedule, budget,
+      start, draw, reference, [](const RationalMap&) { return 0.5; }, options, schedule, budget,
       unkept, watch);
   CHECK(stages.run() == StopReason::schedule_done);
   CHECK(budget.evaluations() == 40);

@@ -1,4 +1,5 @@
-# cmake -DROOT=… -DFILES=a;b -DOUTPUT=… -P embed.cmake: writes the files' bytes as C++ arrays.
+# cmake -DROOT=… -DFILES=a;b -DHEADER=h -DNAMESPACE=n -DFUNCTION=f -DOUTPUT=… -P embed.cmake: writes
+# the files' bytes as C++ arrays, and n::f(), a map of them by path, as h declares it.
 set(arrays "")
 set(table "")
 set(index 0)
@@ -10,18 +11,18 @@ foreach(file IN LISTS FILES)
   math(EXPR index "${index} + 1")
 endforeach()
 file(WRITE ${OUTPUT}.tmp
-"// Generated from kernels/ and include/qjulia/shared/; do not edit.
-#include \"device/embedded_kernels.hpp\"
+"// Generated; do not edit.
+#include \"${HEADER}\"
 
-namespace qjulia::device {
+namespace ${NAMESPACE} {
 namespace {
 ${arrays}}  // namespace
 
-const std::map<std::string, std::string_view, std::less<>>& embedded_kernels() {
+const std::map<std::string, std::string_view, std::less<>>& ${FUNCTION}() {
   static const std::map<std::string, std::string_view, std::less<>> files = {
 ${table}  };
   return files;
 }
-}  // namespace qjulia::device
+}  // namespace ${NAMESPACE}
 ")
 file(RENAME ${OUTPUT}.tmp ${OUTPUT})
