@@ -26,7 +26,7 @@ enum class Space {
 /// runs L-BFGS. Lengths are in map units.
 struct Level {
   std::string name;
-  double until = 1;  ///< share of the budget at which the level ends
+  double until = 1;  ///< share of the budget at which the level ends; on a grid, or converged
   Points points = Points::surface;
   int samples = 20000;  ///< a stage's number of samples, or of cells along a grid's side
   Loss loss = Loss::distance;

@@ -23,6 +23,13 @@ int level_at(const Schedule& schedule, double fraction) {
   return last;
 }
 
+/// Whether further stages over the same samples would gain next to nothing.
+bool converged(const Level& level, const MinimizeResult& result) {
+  constexpr double kLeastGain = 1e-4;
+  return level.points == Points::grid &&
+         result.energy_before - result.energy_after < kLeastGain * std::abs(result.energy_before);
+}
+
 /// Weights times 1 + r e / mean e, e = 1 − s tanh(αF) or |F − target|, of the same sum as before.
 void reweight(Samples& samples, const std::vector<double>& field, const Level& level) {
   std::vector<double> error(samples.size());
@@ -89,10 +96,11 @@ StopReason Stages::run() {
 }
 
 std::optional<StopReason> Stages::run_stage() {
-  FitState before =
-      resumed_ ? std::move(*resumed_) : state(level_at(schedule_, budget_.fraction()));
+  FitState before = resumed_ ? std::move(*resumed_)
+                             : state(std::max(level_, level_at(schedule_, budget_.fraction())));
   resumed_.reset();
   checkpoint_.save(before);
+  level_ = before.level;
   const Level& level = schedule_.levels.at(static_cast<std::size_t>(before.level));
   const TraceStage stage(watch_.trace, level.name);
   const double start = budget_.seconds();
@@ -131,7 +139,9 @@ std::optional<StopReason> Stages::run_stage() {
   watch_.report({"fitting", budget_.fraction(), budget_.seconds_left(),
                  fmt::format("{}, {} evaluations, energy {:.3e}, IoU {:.4f}", level.name,
                              budget_.evaluations(), result.energy_after, reports_.back().iou)});
-  return result.stopped;
+  if (result.stopped || !converged(level, result)) return result.stopped;
+  if (++level_ == static_cast<int>(schedule_.levels.size())) return StopReason::converged;
+  return std::nullopt;
 }
 
 }  // namespace qjulia

@@ -444,3 +444,33 @@ TEST_CASE("stages fit a sphere with the reference evaluator alone") {
   CHECK(field[1] == Approx(0).margin(0.03));
   CHECK(field[2] == Approx(0.1).margin(0.03));
 }
+
+TEST_CASE("a level on a grid ends when it has converged, and so does the fit at the last") {
+  const auto pool = sphere_pool(4000);
+  FitOptions options;
+  options.factors = 8;
+  Level coarse = small_level();
+  coarse.relocated = 0;
+  coarse.points = Points::grid;
+  coarse.name = "coarse";
+  coarse.until = 0.9;
+  Level fine = coarse;
+  fine.name = "fine";
+  fine.until = 1;
+  const Schedule schedule{10'000, 1e-3, {coarse, fine}};
+  const auto draw = [&](const Level& level, Random&) {
+    Random same(level.name == "fine" ? 2 : 1);
+    return pool.draw(level, same);
+  };
+  const EvaluatorFactory reference = [](const Samples& samples, const EnergyOptions& energy) {
+    return make_reference_evaluator(samples, energy);
+  };
+  auto budget = budget_of(schedule.evaluations);
+  Checkpoint unkept({}, "");
+  Stages stages(place_factors(reference, pool, options.factors, 1), draw, reference,
+                [](const RationalMap&) { return 0.5; }, options, schedule, budget, unkept, {});
+  CHECK(stages.run() == StopReason::converged);
+  CHECK(budget.fraction() < 0.5);
+  CHECK(stages.reports().front().name == "coarse");
+  CHECK(stages.reports().back().name == "fine");
+}
