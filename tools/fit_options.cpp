@@ -62,6 +62,12 @@ void add_fit_options(CLI::App& command, FitArguments& a) {
       ->check(CLI::IsMember({"all", "exponents"}))
       ->capture_default_str();
   command
+      .add_option("--placement", a.placement,
+                  "Where factors start: 'depth' spreads them inside and about the shape, 'paper' "
+                  "puts them on the surface as point charges (Kim 2015)")
+      ->check(CLI::IsMember({"depth", "paper"}))
+      ->capture_default_str();
+  command
       .add_option("--sample-parts", a.sample_parts,
                   "Equal parts of the samples over which energies are summed; under mpirun, ranks "
                   "share them. The same number gives the same factors bit for bit on any number of "
@@ -75,6 +81,7 @@ void add_fit_options(CLI::App& command, FitArguments& a) {
 FitOptions checked_options(const FitArguments& arguments) {
   FitOptions options = arguments.options;
   options.unknowns = arguments.unknowns == "all" ? Unknowns::all : Unknowns::exponents;
+  options.placement = arguments.placement == "paper" ? Placement::paper : Placement::depth;
   options.precision = arguments.precision == "double" ? Precision::dbl : Precision::single;
   if (arguments.sample_parts) options.sample_parts = *arguments.sample_parts;
   if (arguments.time_limit) options.time_limit = *arguments.time_limit;

@@ -13,6 +13,7 @@ namespace qjulia::tools {
 /// What was typed, before it is checked.
 struct FitArguments {
   std::string unknowns = "all";
+  std::string placement = "depth";
   std::string precision = "single";
   std::optional<double> time_limit;
   std::optional<int> sample_parts;

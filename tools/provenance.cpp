@@ -45,6 +45,7 @@ nlohmann::json to_json(const FitOptions& options) {
                          {"time_limit", nullptr},
                          {"max_evaluations", options.max_evaluations},
                          {"unknowns", options.unknowns == Unknowns::all ? "all" : "exponents"},
+                         {"placement", options.placement == Placement::paper ? "paper" : "depth"},
                          {"precision", options.precision == Precision::dbl ? "double" : "single"},
                          {"sample_parts", options.sample_parts},
                          {"schedule", options.schedule}};

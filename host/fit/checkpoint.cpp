@@ -43,11 +43,11 @@ std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const D
   FnvHash schedule_hash;
   schedule_hash.add(schedule_text(options.schedule));
   // Not the time limit: what is left of it differs from run to run.
-  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {}", version(), hash.text(),
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {}", version(), hash.text(),
                      options.factors, options.detail, options.seed, options.max_evaluations,
-                     static_cast<int>(options.unknowns), static_cast<int>(options.precision),
-                     schedule_hash.text(), options.sample_parts, device.info().name,
-                     device.info().driver_version,
+                     static_cast<int>(options.unknowns), static_cast<int>(options.placement),
+                     static_cast<int>(options.precision), schedule_hash.text(),
+                     options.sample_parts, device.info().name, device.info().driver_version,
                      to_json(device.tuning(options.precision)).dump());
 }
 

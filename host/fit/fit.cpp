@@ -8,6 +8,7 @@
 #include "fit/budget.hpp"
 #include "fit/checkpoint.hpp"
 #include "fit/finish.hpp"
+#include "fit/monopoles.hpp"
 #include "fit/overlap.hpp"
 #include "fit/placement.hpp"
 #include "fit/ranked_evaluator.hpp"
@@ -120,7 +121,9 @@ FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& 
   Checkpoint checkpoint(options.checkpoint, fit_key(mesh, options, device));
   auto kept = options.resume ? checkpoint.load() : std::nullopt;
   const RationalMap placed = kept ? kept->map : in_stage("placement", [&] {
-    return place_factors(make_evaluator, pool, options.factors, options.seed);
+    return options.placement == Placement::paper
+               ? place_monopoles(pool, options.factors, options.seed)
+               : place_factors(make_evaluator, pool, options.factors, options.seed);
   });
   const auto draw = [&](const Level& level, Random& random) {
     return level.points == Points::grid ? grid_samples(shape, distance, level)

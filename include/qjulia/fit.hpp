@@ -17,6 +17,12 @@ namespace qjulia {
 
 enum class Unknowns { exponents, all };
 
+/// Where factors start.
+enum class Placement {
+  depth,  ///< spread inside and about the shape, as far apart as they are deep
+  paper   ///< on the surface, as point charges (Kim 2015)
+};
+
 struct FitOptions {
   int factors = 331;     ///< 8 … 20000
   double detail = 0.02;  ///< δ, fraction of the box's diagonal, 0.001 … 0.1
@@ -24,6 +30,7 @@ struct FitOptions {
   double time_limit = std::numeric_limits<double>::infinity();  ///< seconds of the whole fit
   int max_evaluations = 0;  ///< of energy and gradient; 0: the schedule's own number
   Unknowns unknowns = Unknowns::all;
+  Placement placement = Placement::depth;
   Precision precision = Precision::single;
   std::string schedule = "tight";  ///< a built-in schedule's name, or a .toml file's
   /// The energy is summed over the samples in this many equal parts, which ranks share. Sums are

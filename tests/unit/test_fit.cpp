@@ -7,6 +7,7 @@
 #include <set>
 
 #include "fit/minimize.hpp"
+#include "fit/monopoles.hpp"
 #include "fit/placement.hpp"
 #include "fit/sample_pool.hpp"
 #include "fit/stages.hpp"
@@ -473,4 +474,27 @@ TEST_CASE("a level on a grid ends when it has converged, and so does the fit at 
   CHECK(budget.fraction() < 0.5);
   CHECK(stages.reports().front().name == "coarse");
   CHECK(stages.reports().back().name == "fine");
+}
+
+TEST_CASE("monopoles on a sphere make its electrostatic field") {
+  const auto pool = sphere_pool(6000);
+  const auto map = place_monopoles(pool, 40, 1);
+  REQUIRE(map.factors.size() == 40);
+  for (const auto& [c, exponent] : map.factors) CHECK(norm(c) == Approx(1).margin(1e-9));
+  // Outside, as the charge of a conductor at the centre: r Σ a / |x − c| is the same everywhere.
+  double low = 1e300;
+  double high = -1e300;
+  for (const double r : {1.3, 1.6, 1.9}) {
+    for (const Eigen::Vector3d& u : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 0.6, -0.8)}) {
+      double sum = 0;
+      for (const auto& [c, exponent] : map.factors) {
+        sum += exponent / (r * u - Eigen::Vector3d(c.x, c.y, c.z)).norm();
+      }
+      low = std::min(low, r * sum);
+      high = std::max(high, r * sum);
+    }
+  }
+  CHECK(low > 0);
+  CHECK(high < 1.02 * low);
+  CHECK_THROWS_WITH(place_monopoles({pool.surface, {}, {}}, 40, 1), Catch::Contains("--placement"));
 }

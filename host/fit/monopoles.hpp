@@ -1,0 +1,18 @@
+#pragma once
+/// The start of Kim 2015: point charges on the surface that make the shape's electrostatic field.
+
+#include "fit/sample_pool.hpp"
+#include "qjulia/rational_map.hpp"
+
+namespace qjulia {
+
+/// Centres on the surface, chosen one by one: of candidates there, the one whose field 1 / r
+/// correlates best with what is left of a conductor's potential (1 on the surface, harmonic
+/// outside), all charges refitted after each (orthogonal matching pursuit). Charges become
+/// exponents: positive ones roots, first, negative ones poles. The potential is found by the method
+/// of fundamental solutions, with sources inside the shape. Log scale and a common factor on the
+/// exponents are regressed to signed distance.
+/// @throws InputError when the pool has too few points inside or outside.
+RationalMap place_monopoles(const SamplePool& pool, int factors, std::uint64_t seed);
+
+}  // namespace qjulia
