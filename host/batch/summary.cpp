@@ -64,7 +64,7 @@ json counts(const std::vector<EntryStatus>& entries) {
   return result;
 }
 
-/// Every picture there is, in the entries' order, made small.
+/// Every picture there is, in the entries' order, made small, with its name.
 void write_contact_sheet(const std::filesystem::path& folder,
                          const std::vector<EntryStatus>& entries) {
   constexpr int kWidth = 320;
@@ -75,7 +75,7 @@ void write_contact_sheet(const std::filesystem::path& folder,
       if (!name.ends_with(".png")) continue;
       // One that was removed or spoilt since is left out.
       if (auto image = batch::read_picture(folder / name)) {
-        images.push_back(batch::shrunk(*image, kWidth));
+        images.push_back(captioned(batch::shrunk(*image, kWidth), entry.name));
       }
     }
   }

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "fit/minimize.hpp"
@@ -30,11 +32,15 @@ bool converged(const Level& level, const MinimizeResult& result) {
          result.energy_before - result.energy_after < kLeastGain * std::abs(result.energy_before);
 }
 
-/// Weights times 1 + r e / mean e, e = 1 − s tanh(αF) or |F − target|, of the same sum as before.
+/// Weights times 1 + r e / mean e, e = 1 − s tanh(αF) or |F − target|. Means are taken over either
+/// side for the tanh loss, whose balance of inside and outside is kept: sums stay as they were.
 void reweight(Samples& samples, const std::vector<double>& field, const Level& level) {
   std::vector<double> error(samples.size());
-  double mean = 0;
-  double sum = 0;
+  std::array<double, 2> errors{};
+  std::array<double, 2> weights{};
+  const auto group = [&](std::size_t i) {
+    return static_cast<std::size_t>(level.loss == Loss::tanh && samples.side[i] < 0);
+  };
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const double residual = field[i] - samples.target[i];
     if (level.loss == Loss::tanh) {
@@ -42,12 +48,12 @@ void reweight(Samples& samples, const std::vector<double>& field, const Level& l
     } else if (samples.side[i] * residual <= 0) {
       error[i] = std::abs(residual);
     }
-    mean += samples.weight[i] * error[i];
-    sum += samples.weight[i];
+    errors[group(i)] += samples.weight[i] * error[i];
+    weights[group(i)] += samples.weight[i];
   }
-  if (!(mean > 0)) return;
-  mean /= sum;
   for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double mean = errors[group(i)] / weights[group(i)];
+    if (!(mean > 0)) continue;
     samples.weight[i] *= (1 + level.reweight * error[i] / mean) / (1 + level.reweight);
   }
 }
@@ -137,8 +143,8 @@ std::optional<StopReason> Stages::run_stage() {
   reports_.push_back({level.name, budget_.evaluations() - evaluations, result.energy_before,
                       result.energy_after, budget_.seconds() - start, overlap});
   watch_.report({"fitting", budget_.fraction(), budget_.seconds_left(),
-                 fmt::format("{}, {} evaluations, energy {:.3e}, IoU {:.4f}", level.name,
-                             budget_.evaluations(), result.energy_after, reports_.back().iou)});
+                 fmt::format("energy {:.3e}, IoU {:.4f}, {}, {} evaluations", result.energy_after,
+                             reports_.back().iou, level.name, budget_.evaluations())});
   if (result.stopped || !converged(level, result)) return result.stopped;
   if (++level_ == static_cast<int>(schedule_.levels.size())) return StopReason::converged;
   return std::nullopt;

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <csignal>
+#include <filesystem>
 #include <stdexcept>
 
 namespace qjulia::test {
@@ -83,7 +84,7 @@ Finished run(const std::vector<std::string>& command, const RunOptions& options)
       result.timed_out = true;
       ::kill(child, SIGKILL);
     }
-    ::poll(watched.data(), watched.size(), 100);
+    ::poll(watched.data(), watched.size(), options.kill_once.empty() ? 100 : 5);
     for (pollfd& stream : watched) {
       if (stream.fd < 0 || stream.revents == 0) continue;
       std::array<char, 4096> block{};
@@ -99,6 +100,9 @@ Finished run(const std::vector<std::string>& command, const RunOptions& options)
         result.err.find(options.interrupt_at) != std::string::npos) {
       result.interrupted = true;
       ::kill(child, options.interrupt_by);
+    }
+    if (!options.kill_once.empty() && std::filesystem::exists(options.kill_once)) {
+      ::kill(child, SIGKILL);
     }
     if (!options.kill_at.empty() && result.err.find(options.kill_at) != std::string::npos) {
       ::kill(child, SIGKILL);

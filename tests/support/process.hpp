@@ -15,7 +15,8 @@ struct RunOptions {
   std::string interrupt_at{};  ///< `interrupt_by` is sent once standard error holds this; empty:
                                ///< never
   int interrupt_by = SIGINT;
-  std::string kill_at{};  ///< the same for SIGKILL
+  std::string kill_at{};    ///< the same for SIGKILL
+  std::string kill_once{};  ///< SIGKILL is sent once a file of this name exists; empty: never
 };
 
 struct Finished {

@@ -80,6 +80,33 @@ TEST_CASE("a batch that is killed is resumed without touching what was done") {
   CHECK(run_command({"batch", manifest, "-o", out, "--resume"}).exit_code == 1);
 }
 
+TEST_CASE("an entry that was killed goes on from its checkpoint, to the same bytes") {
+  const TemporaryFolder folder;
+  folder.file("ball.obj", qjulia::test::obj_text(qjulia::shapes::sphere(2)));
+  const std::string manifest = folder.file(
+      "m.toml", "[defaults]\nfactors = 24\nmax_evaluations = 3000\n[[fit]]\nmesh = \"ball.obj\"\n");
+  const std::string unbroken = folder / "unbroken";
+  const std::string out = folder / "out";
+  REQUIRE(run_command({"batch", manifest, "-o", unbroken}).exit_code == 0);
+  CHECK_FALSE(std::filesystem::exists(unbroken + "/ball.checkpoint"));
+
+  RunOptions options;
+  options.kill_once = out + "/ball.checkpoint";
+  REQUIRE(run_command({"batch", manifest, "-o", out}, options).exit_code == 128 + SIGKILL);
+  REQUIRE(std::filesystem::exists(options.kill_once));
+  CHECK_FALSE(std::filesystem::exists(out + "/ball.qjulia.json"));
+  REQUIRE(run_command({"batch", manifest, "-o", out, "--resume"}).exit_code == 0);
+  CHECK(map_bytes(out, "ball") == map_bytes(unbroken, "ball"));
+  CHECK_FALSE(std::filesystem::exists(options.kill_once));
+
+  // One that is spoilt is left aside: the entry is fitted afresh.
+  std::filesystem::remove_all(out);
+  REQUIRE(run_command({"batch", manifest, "-o", out}, options).exit_code == 128 + SIGKILL);
+  folder.file("out/ball.checkpoint", "spoilt");
+  REQUIRE(run_command({"batch", manifest, "-o", out, "--resume"}).exit_code == 0);
+  CHECK(map_bytes(out, "ball") == map_bytes(unbroken, "ball"));
+}
+
 TEST_CASE("side by side gives the same bytes as one after another") {
   const TemporaryFolder folder;
   const std::string manifest = make_manifest(folder, "surface = true\nsurface_resolution = 24\n");
