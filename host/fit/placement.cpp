@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "qjulia/error.hpp"
@@ -55,17 +56,41 @@ std::vector<DistancePoint> farthest_points(const std::vector<DistancePoint>& fro
   return chosen;
 }
 
-/// Exponents and log scale that minimise ½ Σ w (F_1 − d)², a quadratic in them; each exponent
-/// keeps the sign of its side.
-void fit_exponents(Evaluator& evaluator, RationalMap& map, std::size_t inside) {
+using Objective = std::function<double(const Eigen::VectorXd&, Eigen::VectorXd&)>;
+
+/// ½ Σ w (F_1 − d)² by the log scale and the exponents: a quadratic, in small maps by its matrix.
+Objective distance_energy(Evaluator& evaluator, const RationalMap& map, bool by_matrix) {
   const auto n = static_cast<Eigen::Index>(1 + map.factors.size());
+  if (!by_matrix) {
+    return [&evaluator, map, n](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
+      auto unknowns = to_unknowns(map);
+      std::copy(x.begin(), x.end(), unknowns.begin());
+      const Evaluation found = evaluator.evaluate(with_unknowns(map, unknowns), true);
+      gradient = Eigen::Map<const Eigen::VectorXd>(found.gradient.data(), n);
+      return found.energy;
+    };
+  }
   const Eigen::MatrixXd hessian = evaluator.gauss_newton(map).topLeftCorner(n, n);
-  const auto start = evaluator.evaluate(map, true).gradient;
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(n);  // zero exponents: where `start` was taken
+  const auto start = evaluator.evaluate(map, true).gradient;  // at zero scale and exponents
   const Eigen::VectorXd slope = Eigen::Map<const Eigen::VectorXd>(start.data(), n);
-  const Eigen::VectorXd scale = (hessian.diagonal().array() + 1e-12).sqrt().inverse();
+  return [hessian, slope](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
+    gradient = hessian * x + slope;
+    return 0.5 * x.dot(gradient + slope);
+  };
+}
+
+/// Exponents and log scale that minimise ½ Σ w (F_1 − d)²; each exponent keeps the sign of its
+/// side. The map comes with exponents and log scale 0.
+void fit_exponents(Evaluator& evaluator, RationalMap& map, std::size_t inside) {
+  constexpr std::size_t kMostByMatrix = 1600;
+  const bool by_matrix = map.factors.size() <= kMostByMatrix;
+  const Objective energy = distance_energy(evaluator, map, by_matrix);
+  const auto n = static_cast<Eigen::Index>(1 + map.factors.size());
+  const Eigen::VectorXd scale =
+      (evaluator.gauss_newton_diagonal(map).head(n).array() + 1e-12).sqrt().inverse();
 
   const double none = std::numeric_limits<double>::infinity();
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(n);
   Eigen::VectorXd low = Eigen::VectorXd::Zero(n);
   Eigen::VectorXd high = Eigen::VectorXd::Zero(n);
   low[0] = -none;
@@ -76,22 +101,24 @@ void fit_exponents(Evaluator& evaluator, RationalMap& map, std::size_t inside) {
   }
   // In units of each unknown's effect; a trace-sized ridge keeps twins of one another apart.
   const double ridge = 1e-6;
-  auto quadratic = [&](const Eigen::VectorXd& y, Eigen::VectorXd& gradient) {
-    const Eigen::VectorXd moved = scale.cwiseProduct(y);
-    gradient = scale.cwiseProduct(hessian * moved + slope) + ridge * y;
-    return 0.5 * moved.dot(hessian * moved) + slope.dot(moved) + 0.5 * ridge * y.squaredNorm();
+  auto scaled = [&](const Eigen::VectorXd& y, Eigen::VectorXd& gradient) {
+    const double value = energy(scale.cwiseProduct(y), gradient);
+    gradient = scale.cwiseProduct(gradient) + ridge * y;
+    return value + 0.5 * ridge * y.squaredNorm();
   };
   LBFGSpp::LBFGSBParam<double> parameters;
   parameters.m = 20;
-  parameters.max_iterations = 300;
+  // An evaluation without the matrix costs as much as one of the fit.
+  parameters.max_iterations = by_matrix ? 300 : 60;
   parameters.epsilon = 1e-7;
   parameters.epsilon_rel = 0;
   LBFGSpp::LBFGSBSolver<double> solver(parameters);
   double value = 0;
   try {
-    solver.minimize(quadratic, x, value, low, high);
-  } catch (const std::runtime_error&) {
-    // The line search ended for rounding: x is the lowest point found.
+    solver.minimize(scaled, x, value, low, high);
+  } catch (const std::runtime_error& failure) {
+    // The line search ended for rounding: x is the lowest point found. Errors of ours are not its.
+    if (dynamic_cast<const Error*>(&failure) != nullptr) throw;
   } catch (const std::logic_error&) {
     // So does it where rounding turns the direction uphill.
   }

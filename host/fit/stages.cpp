@@ -13,9 +13,9 @@
 namespace qjulia {
 namespace {
 
-/// With more unknowns than this the preconditioner is diagonal: a full one takes 20 bytes an entry
-/// and a third of this number cubed multiplications.
-constexpr std::size_t kMostFullUnknowns = 8'001;
+/// With more factors the preconditioner is diagonal, and none are relocated: both take matrices
+/// whose cost grows with the number's cube.
+constexpr std::size_t kMostByMatrix = 1600;
 
 int level_at(const Schedule& schedule, double fraction) {
   const auto last = static_cast<int>(schedule.levels.size()) - 1;
@@ -60,7 +60,7 @@ void reweight(Samples& samples, const std::vector<double>& field, const Level& l
 
 Preconditioner preconditioner(Evaluator& evaluator, const RationalMap& map,
                               const Subspace& subspace, double damping) {
-  if (1 + 5 * map.factors.size() > kMostFullUnknowns) {
+  if (map.factors.size() > kMostByMatrix) {
     return {subspace.restricted_diagonal(evaluator.gauss_newton_diagonal(map)), damping};
   }
   return {subspace.restricted_matrix(evaluator.gauss_newton(map)), damping};
@@ -124,7 +124,8 @@ std::optional<StopReason> Stages::run_stage() {
     reweight(samples, evaluator->field(map_), level);
     evaluator = make_evaluator_(samples, energy);
   }
-  if (level.relocated > 0 && !reports_.empty() && options_.unknowns == Unknowns::all) {
+  if (level.relocated > 0 && !reports_.empty() && options_.unknowns == Unknowns::all &&
+      map_.factors.size() <= kMostByMatrix) {
     const auto most = static_cast<int>(map_.factors.size() / 4);
     map_ = part("relocate", [&] {
       return relocate_factors(*evaluator, samples, map_, std::min(level.relocated, most), random_);
