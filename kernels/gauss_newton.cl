@@ -145,3 +145,59 @@ kernel void panel_products(global const real* panels, int chunk, int order, int 
     lane_store(sum[r][1], out + QJ_WIDTH, 0);
   }
 }
+
+// The same where work-items share tiles of the panels in local memory: a group of PRODUCT_SIDE x
+// PRODUCT_SIDE of them makes PRODUCT_TILE x PRODUCT_TILE entries of H, lanes or not. Groups wholly
+// below the diagonal have nothing to do.
+#define PRODUCT_SIDE 16
+#define PRODUCT_TILE 64
+#define PRODUCT_DEPTH 16  // samples in local memory at a time; divides `chunk`
+#define PRODUCT_EACH (PRODUCT_TILE / PRODUCT_SIDE)
+
+// Copies columns `first` … of the panels' samples s … into local memory; 0 past the order.
+inline void load_panel_tile(global const real* panels, int chunk, int order, int first, int s,
+                            local real* tile) {
+  int member = (int)(get_local_id(1) * PRODUCT_SIDE + get_local_id(0));
+  for (int e = member; e < PRODUCT_DEPTH * PRODUCT_TILE; e += PRODUCT_SIDE * PRODUCT_SIDE) {
+    int column = first + e % PRODUCT_TILE;
+    size_t at = ((size_t)(column / QJ_PANEL_TILE) * chunk + s + e / PRODUCT_TILE) * QJ_PANEL_TILE +
+                column % QJ_PANEL_TILE;
+    tile[e] = column < order ? panels[at] : 0;
+  }
+}
+
+kernel void panel_products_shared(global const real* panels, int chunk, int order, int add,
+                                  global real* matrix) {
+  local real rows[PRODUCT_DEPTH * PRODUCT_TILE], columns[PRODUCT_DEPTH * PRODUCT_TILE];
+  int x = (int)get_local_id(0), y = (int)get_local_id(1);
+  int first_column = (int)get_group_id(0) * PRODUCT_TILE;
+  int first_row = (int)get_group_id(1) * PRODUCT_TILE;
+  if (first_row > first_column) return;
+  real sum[PRODUCT_EACH][PRODUCT_EACH];
+  for (int i = 0; i < PRODUCT_EACH; ++i) {
+    for (int j = 0; j < PRODUCT_EACH; ++j) sum[i][j] = 0;
+  }
+  for (int s = 0; s < chunk; s += PRODUCT_DEPTH) {
+    load_panel_tile(panels, chunk, order, first_row, s, rows);
+    load_panel_tile(panels, chunk, order, first_column, s, columns);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    for (int d = 0; d < PRODUCT_DEPTH; ++d) {
+      for (int i = 0; i < PRODUCT_EACH; ++i) {
+        real a = rows[d * PRODUCT_TILE + i * PRODUCT_SIDE + y];
+        for (int j = 0; j < PRODUCT_EACH; ++j) {
+          sum[i][j] = fma(a, columns[d * PRODUCT_TILE + j * PRODUCT_SIDE + x], sum[i][j]);
+        }
+      }
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+  }
+  for (int i = 0; i < PRODUCT_EACH; ++i) {
+    int row = first_row + i * PRODUCT_SIDE + y;
+    for (int j = 0; j < PRODUCT_EACH; ++j) {
+      int column = first_column + j * PRODUCT_SIDE + x;
+      if (row >= order || column >= order) continue;
+      global real* out = matrix + (size_t)row * order + column;
+      *out = add ? *out + sum[i][j] : sum[i][j];
+    }
+  }
+}

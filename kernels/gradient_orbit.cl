@@ -2,15 +2,16 @@
 // (docs/maths.md, "Gradient"). Memory per sample does not depend on the number of factors: unit
 // versors are undone by their conjugates, so prefix and suffix products are walked, not stored.
 
+#include "factor_sums.clh"
 #include "loss.clh"
 #include "map_step.clh"
-#include "qjulia/shared/gradient_layout.h"
 
 #ifndef QJ_ITERATIONS
 #define QJ_ITERATIONS QJ_MOST_ITERATIONS  // n, set by the build
 #endif
 
-// An orbit as the forward pass leaves it.
+// An orbit as the forward pass leaves it. Where other orbits of a group are longer, it stays at its
+// start, with no turn.
 typedef struct {
   qlane point[QJ_ITERATIONS];    // q_j
   qlane versor[QJ_ITERATIONS];   // U_j, but for the n-th
@@ -41,20 +42,29 @@ inline void run_orbit(qlane q, global const real* map, int factors, orbit* o) {
     live &= isless(next, escape);
   }
   o->longest = i;
+#if QJ_GROUP > 1
+  for (; i < QJ_ITERATIONS; ++i) {
+    o->point[i] = q;
+    o->versor[i] = q_make(lane_of(1), lane_of(0), lane_of(0), lane_of(0));
+    o->log_norm[i] = lane_of(0);
+  }
+#endif
 }
 
-// Adds one iterate's share to the lane sums (component arrays over factors, as the map's) and
-// returns the cotangent of its point q. f_bar: cotangent of F; u_bar: of the unit versor u.
+// Adds one iterate's share to the sums and returns the cotangent of its point q. f_bar: cotangent
+// of F; u_bar: of the unit versor u.
 //
 // With P_k the product of the versors up to the k-th and C_k the cotangent of P_k, all that is
 // asked of them is t = vec(P_k* C_k). To strip the k-th versor is to turn t about its axis n_k by
 // 2 a_k t_k. Of t, the part along n_k is the cotangent of a_k t_k, the part across turns the axis.
 inline qlane pull_back(qlane q, qlane u, lane f_bar, qlane u_bar, global const real* map,
-                       int factors, global lane* sums) {
+                       int factors, factor_sums sums) {
   int stride = QJ_MAP_STRIDE(factors);
+  int tile = sums_tile(factors);
   global const real* components = map + QJ_MAP_HEADER;
   qlane q_bar = q_make(lane_of(0), lane_of(0), lane_of(0), lane_of(0));
   qlane t = q_conj_mul(u, u_bar);
+  int first = factors - 1 - (factors - 1) % tile;
   for (int k = factors - 1; k >= 0; --k) {
     real a = components[QJ_MAP_EXPONENT * stride + k];
     factor_polar f = map_factor(
@@ -80,21 +90,27 @@ inline qlane pull_back(qlane q, qlane u, lane f_bar, qlane u_bar, global const r
                          fma(outward, f.d.z, across * mz), fma(outward, f.d.w, across * mw));
     q_bar = q_add(q_bar, d_bar);
     lane log_norm = lane_log2(f.norm2) * ((real)0.5 * QJ_LN2);
-    sums[QJ_MAP_EXPONENT * stride + k] += fma(f_bar, log_norm, phi * f.angle);
-    sums[QJ_MAP_CENTER_X * stride + k] -= d_bar.x;
-    sums[QJ_MAP_CENTER_Y * stride + k] -= d_bar.y;
-    sums[QJ_MAP_CENTER_Z * stride + k] -= d_bar.z;
-    sums[QJ_MAP_CENTER_W * stride + k] -= d_bar.w;
+    sums_add(sums, QJ_MAP_EXPONENT, k, fma(f_bar, log_norm, phi * f.angle));
+    sums_add(sums, QJ_MAP_CENTER_X, k, -d_bar.x);
+    sums_add(sums, QJ_MAP_CENTER_Y, k, -d_bar.y);
+    sums_add(sums, QJ_MAP_CENTER_Z, k, -d_bar.z);
+    sums_add(sums, QJ_MAP_CENTER_W, k, -d_bar.w);
+    if (k == first) {
+      sums_close(sums, first, min(tile, factors - first));
+      first -= tile;
+    }
   }
   return q_bar;
 }
 
 // The same where no lane has an iterate after this one: F alone matters, and no versor.
 inline qlane pull_back_last(qlane q, lane f_bar, global const real* map, int factors,
-                            global lane* sums) {
+                            factor_sums sums) {
   int stride = QJ_MAP_STRIDE(factors);
+  int tile = sums_tile(factors);
   global const real* components = map + QJ_MAP_HEADER;
   qlane q_bar = q_make(lane_of(0), lane_of(0), lane_of(0), lane_of(0));
+  int first = 0;
   for (int k = 0; k < factors; ++k) {
     real a = components[QJ_MAP_EXPONENT * stride + k];
     qlane d = q_make(q.x - components[QJ_MAP_CENTER_X * stride + k],
@@ -105,44 +121,71 @@ inline qlane pull_back_last(qlane q, lane f_bar, global const real* map, int fac
     lane radial = f_bar * a / norm2;
     qlane d_bar = q_scale(radial, d);
     q_bar = q_add(q_bar, d_bar);
-    sums[QJ_MAP_EXPONENT * stride + k] += f_bar * (lane_log2(norm2) * ((real)0.5 * QJ_LN2));
-    sums[QJ_MAP_CENTER_X * stride + k] -= d_bar.x;
-    sums[QJ_MAP_CENTER_Y * stride + k] -= d_bar.y;
-    sums[QJ_MAP_CENTER_Z * stride + k] -= d_bar.z;
-    sums[QJ_MAP_CENTER_W * stride + k] -= d_bar.w;
+    sums_add(sums, QJ_MAP_EXPONENT, k, f_bar * (lane_log2(norm2) * ((real)0.5 * QJ_LN2)));
+    sums_add(sums, QJ_MAP_CENTER_X, k, -d_bar.x);
+    sums_add(sums, QJ_MAP_CENTER_Y, k, -d_bar.y);
+    sums_add(sums, QJ_MAP_CENTER_Z, k, -d_bar.z);
+    sums_add(sums, QJ_MAP_CENTER_W, k, -d_bar.w);
+    if (k + 1 == min(first + tile, factors)) {
+      sums_close(sums, first, k + 1 - first);
+      first += tile;
+    }
   }
   return q_bar;
 }
 
-// samples, stride, map, loss, alpha: as energy_terms takes them. One work-item per `vectors`
-// vectors of samples, `items` of them. lane_sums: 5 QJ_MAP_STRIDE(factors) lanes an item, its own
-// to add in. energies: one real an item. rows: one gradient row an item.
-kernel void gradient_orbit(global const real* samples, int stride, int vectors, int items,
+// samples, stride, map, loss, alpha: as energy_terms takes them. A group of QJ_GROUP work-items
+// (factor_sums.clh) takes `vectors` vectors of samples an item, side by side; there are `groups` of
+// them. lane_sums: 5 QJ_MAP_STRIDE(factors) lanes a group to add in, where QJ_GROUP is 1. energies:
+// one real a group. rows: one gradient row a group.
+kernel void gradient_orbit(global const real* samples, int stride, int vectors, int groups,
                            global const real* map, int factors, int loss, real alpha,
                            global real* lane_sums, global real* energies, global real* rows) {
-  int item = (int)get_global_id(0);
-  if (item >= items) return;
+  int group = SUMS_GROUP, member = SUMS_MEMBER;
+  if (group >= groups) return;
   int columns = QJ_GRADIENT_LOG_SCALE(factors);
-  global lane* sums = (global lane*)lane_sums + (size_t)item * columns;
-  for (int i = 0; i < columns; ++i) sums[i] = lane_of(0);
+  global real* row = rows + (size_t)group * QJ_GRADIENT_COLUMNS(factors);
+#if QJ_GROUP == 1
+  factor_sums sums = {(global lane*)lane_sums + (size_t)group * columns, QJ_MAP_STRIDE(factors)};
+  for (int i = 0; i < columns; ++i) sums.sums[i] = lane_of(0);
+#else
+  local lane shares[SUMS_COLUMNS * SUMS_PITCH];
+  local int group_longest;
+  factor_sums sums = {shares, row, QJ_MAP_STRIDE(factors)};
+  (void)lane_sums;
+  for (int i = member; i < columns; i += QJ_GROUP) row[i] = 0;
+  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
+#endif
   lane energy = lane_of(0), scale_sum = lane_of(0);
-  int end = min((item + 1) * vectors, stride / QJ_WIDTH);
-  for (int i = item * vectors; i < end; ++i) {
+  int all = stride / QJ_WIDTH;
+  int left = (all - group * vectors * QJ_GROUP + QJ_GROUP - 1) / QJ_GROUP;
+  for (int v = 0; v < min(vectors, left); ++v) {
+    int i = (group * vectors + v) * QJ_GROUP + member;
+    bool is_one = i < all;  // work-items past the end keep step with their group
+    i = min(i, all - 1);
     qlane q = q_make(lane_load(samples + QJ_SAMPLE_X * stride, i),
                      lane_load(samples + QJ_SAMPLE_Y * stride, i),
                      lane_load(samples + QJ_SAMPLE_Z * stride, i), lane_of(map[QJ_MAP_SLICE]));
     orbit o;
     run_orbit(q, map, factors, &o);
+    lane weight = is_one ? lane_load(samples + QJ_SAMPLE_WEIGHT * stride, i) : lane_of(0);
     lane dedf;
-    energy += loss_term(loss, o.last, lane_load(samples + QJ_SAMPLE_WEIGHT * stride, i),
-                        lane_load(samples + QJ_SAMPLE_TARGET * stride, i),
+    energy += loss_term(loss, o.last, weight, lane_load(samples + QJ_SAMPLE_TARGET * stride, i),
                         lane_load(samples + QJ_SAMPLE_SIDE * stride, i), alpha, &dedf);
+    int longest = o.longest;
+#if QJ_GROUP > 1
+    if (member == 0) group_longest = 0;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    atomic_max(&group_longest, longest);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    longest = group_longest;
+#endif
     qlane zero = q_make(lane_of(0), lane_of(0), lane_of(0), lane_of(0));
     qlane q_bar = zero;  // cotangent of q_{j+1}
-    for (int j = o.longest - 1; j >= 0; --j) {
+    for (int j = longest - 1; j >= 0; --j) {
       ilane last = o.executed == (ilane)(j + 1);
       ilane passed = o.executed > (ilane)(j + 1);
-      if (lane_any(passed)) {
+      if (j + 1 < longest) {
         lane norm = lane_exp(lane_min(o.log_norm[j], lane_of((real)40)));
         qlane u_bar = q_where(passed, q_scale(norm, q_bar), zero);
         lane f_bar = lane_where(last, dedf, q_dot(u_bar, o.versor[j]));
@@ -155,8 +198,22 @@ kernel void gradient_orbit(global const real* samples, int stride, int vectors, 
       }
     }
   }
-  energies[item] = lane_sum(energy);
-  global real* row = rows + (size_t)item * QJ_GRADIENT_COLUMNS(factors);
-  for (int i = 0; i < columns; ++i) row[i] = lane_sum(sums[i]);
+#if QJ_GROUP == 1
+  energies[group] = lane_sum(energy);
+  for (int i = 0; i < columns; ++i) row[i] = lane_sum(sums.sums[i]);
   row[columns] = lane_sum(scale_sum);
+#else
+  shares[member] = energy;
+  shares[SUMS_PITCH + member] = scale_sum;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (member == 0) {
+    lane sum = lane_of(0), scale = lane_of(0);
+    for (int i = 0; i < QJ_GROUP; ++i) {
+      sum += shares[i];
+      scale += shares[SUMS_PITCH + i];
+    }
+    energies[group] = lane_sum(sum);
+    row[columns] = lane_sum(scale);
+  }
+#endif
 }

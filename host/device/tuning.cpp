@@ -16,12 +16,14 @@ struct Setting {
 };
 
 /// Far above anything sensible, and low enough for memory and 32-bit counts.
-constexpr std::array<Setting, 6> kSettings{{{"lane_width", &Tuning::lane_width, 16},
+constexpr std::array<Setting, 8> kSettings{{{"lane_width", &Tuning::lane_width, 16},
                                             {"energy_vectors", &Tuning::energy_vectors, 4096},
                                             {"gradient_rows", &Tuning::gradient_rows, 65536},
                                             {"orbit_items", &Tuning::orbit_items, 1 << 20},
+                                            {"orbit_group", &Tuning::orbit_group, 256},
                                             {"panel_samples", &Tuning::panel_samples, 16384},
-                                            {"panel_block", &Tuning::panel_block, 16384}}};
+                                            {"panel_block", &Tuning::panel_block, 16384},
+                                            {"product_side", &Tuning::product_side, 16}}};
 
 }  // namespace
 
@@ -32,6 +34,10 @@ void Tuning::validate() const {
   }
   if (lane_width != 1 && lane_width != 8 && lane_width != 16) {
     throw InputError(fmt::format("lane width must be 1, 8 or 16, not {}", lane_width));
+  }
+  if (product_side != 1 && (product_side != 16 || panel_samples % 16 != 0)) {
+    throw InputError(fmt::format(
+        "product_side must be 1, or 16 with a multiple of 16 panel_samples, not {}", product_side));
   }
   if (panel_samples % panel_block != 0) {
     throw InputError(fmt::format("panel_samples ({}) must be a multiple of panel_block ({})",

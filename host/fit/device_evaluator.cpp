@@ -25,12 +25,16 @@ struct Division {
   std::size_t stride;          ///< samples, padded
   std::size_t energy_vectors;  ///< vectors per work-item of energy_terms
   std::size_t gradient_chunk;  ///< samples per row of gradient_potential
+  std::size_t orbit_group;     ///< work-items of a group of gradient_orbit
   std::size_t orbit_vectors;   ///< vectors per work-item of gradient_orbit
   std::size_t panel_samples;   ///< samples in the panels at a time
   std::size_t panel_block;     ///< samples per work-item of jacobian_panels
+  std::size_t product_side;    ///< side of the square of work-items that share panels; 1: none do
   std::size_t energy_items() const { return divide_up(stride / width, energy_vectors); }
   std::size_t gradient_chunks() const { return divide_up(stride, gradient_chunk); }
-  std::size_t orbit_items() const { return divide_up(stride / width, orbit_vectors); }
+  std::size_t orbit_groups() const {
+    return divide_up(stride / width, orbit_vectors * orbit_group);
+  }
 };
 
 Division divide(std::size_t samples, const Tuning& tuning) {
@@ -40,9 +44,11 @@ Division divide(std::size_t samples, const Tuning& tuning) {
   d.stride = divide_up(std::max<std::size_t>(samples, 1), d.width) * d.width;
   d.energy_vectors = count(tuning.energy_vectors);
   d.gradient_chunk = std::clamp<std::size_t>(d.stride / count(tuning.gradient_rows), 128, 2048);
-  d.orbit_vectors = divide_up(d.stride / d.width, count(tuning.orbit_items));
+  d.orbit_group = count(tuning.orbit_group);
+  d.orbit_vectors = divide_up(d.stride / d.width, count(tuning.orbit_items) * d.orbit_group);
   d.panel_samples = count(tuning.panel_samples);
   d.panel_block = count(tuning.panel_block);
+  d.product_side = count(tuning.product_side);
   return d;
 }
 
@@ -105,7 +111,16 @@ class DeviceEvaluator final : public Evaluator {
       matrix_ = context.allocate_real(order * order, precision_);
     }
     const auto jacobian = kernel("gauss_newton.cl", "jacobian_panels");
-    const auto products = kernel("gauss_newton.cl", "panel_products");
+    const bool shared = division_.product_side > 1;
+    const auto products =
+        kernel("gauss_newton.cl", shared ? "panel_products_shared" : "panel_products");
+    device::Range product_range{{order / 8, order / (2 * division_.width), 1}, {}};
+    if (shared) {
+      constexpr std::size_t kTile = 64;  // entries of H along a group's side
+      const std::size_t side = division_.product_side;
+      const std::size_t items = divide_up(order, kTile) * side;
+      product_range = {{items, items, 1}, {side, side, 1}};
+    }
     const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
     const std::size_t step = divide_up(division_.stride, kMostCurvatureSamples);
     const std::size_t rows_taken = divide_up(division_.stride, step);
@@ -115,7 +130,7 @@ class DeviceEvaluator final : public Evaluator {
           {samples_, i32(division_.stride), i32(step), i32(first), i32(division_.panel_samples),
            i32(division_.panel_block), map_, i32(factors_), loss(), alpha(), field_, panels_});
       context.launch(
-          products, {{order / 8, order / (2 * division_.width), 1}},
+          products, product_range,
           {panels_, i32(division_.panel_samples), i32(order), first == 0 ? 0 : 1, matrix_});
     }
     std::vector<double> rows(order * order);
@@ -188,12 +203,13 @@ class DeviceEvaluator final : public Evaluator {
     map_ = context.allocate_real(QJ_MAP_SIZE(factors), precision_);
     const std::size_t columns = QJ_GRADIENT_COLUMNS(factors);
     const std::size_t rows =
-        options_.iterations == 1 ? division_.gradient_chunks() : division_.orbit_items();
+        options_.iterations == 1 ? division_.gradient_chunks() : division_.orbit_groups();
     rows_ = context.allocate_real(rows * columns, precision_);
     if (options_.iterations > 1) {
       orbit_energies_ = context.allocate_real(rows, precision_);
-      lane_sums_ = context.allocate_real(
-          division_.orbit_items() * QJ_GRADIENT_LOG_SCALE(factors) * division_.width, precision_);
+      // Groups that sum in local memory leave them alone.
+      const std::size_t lanes = QJ_GRADIENT_LOG_SCALE(factors) * division_.width;
+      lane_sums_ = context.allocate_real(division_.orbit_group == 1 ? rows * lanes : 1, precision_);
     }
     panels_ = {};
     matrix_ = {};
@@ -213,10 +229,14 @@ class DeviceEvaluator final : public Evaluator {
 
   /// Runs orbits forward and back: leaves the energies too.
   std::vector<double> orbit_gradient(const RationalMap& map) {
-    const std::size_t rows = division_.orbit_items();
+    const std::size_t rows = division_.orbit_groups();
+    const std::size_t group = division_.orbit_group;
+    device::Range range{{rows * group, 1, 1}, {}};
+    if (group > 1) range.local = {group, 1, 1};
     device_.context().launch(
-        kernel("gradient_orbit.cl", "gradient_orbit", {{"QJ_ITERATIONS", options_.iterations}}),
-        {{rows, 1, 1}},
+        kernel("gradient_orbit.cl", "gradient_orbit",
+               {{"QJ_ITERATIONS", options_.iterations}, {"QJ_GROUP", i32(group)}}),
+        range,
         {samples_, i32(division_.stride), i32(division_.orbit_vectors), i32(rows), map_,
          i32(factors_), loss(), alpha(), lane_sums_, orbit_energies_, rows_});
     return sum_rows(map, rows);

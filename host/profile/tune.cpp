@@ -37,8 +37,10 @@ const std::vector<Setting>& settings() {
       {"energy_vectors", &Tuning::energy_vectors, {energy, orbit_energy}},
       {"gradient_rows", &Tuning::gradient_rows, {gradient}},
       {"orbit_items", &Tuning::orbit_items, {orbit_gradient}},
+      {"orbit_group", &Tuning::orbit_group, {orbit_gradient}},
       {"panel_samples", &Tuning::panel_samples, {gauss_newton}},
-      {"panel_block", &Tuning::panel_block, {gauss_newton}}};
+      {"panel_block", &Tuning::panel_block, {gauss_newton}},
+      {"product_side", &Tuning::product_side, {gauss_newton}}};
   return all;
 }
 
@@ -76,7 +78,7 @@ class Tuner {
     best = settle(best);
     for (const Setting& setting : settings()) {
       const Tuning before = best;
-      for (const int factor : {-4, -2, 2, 4}) {
+      for (const int factor : {-16, -4, -2, 2, 4, 16}) {
         Tuning tuning = before;
         int& value = tuning.*setting.value;
         value = factor < 0 ? value / -factor : value * factor;

@@ -110,3 +110,37 @@ TEST_CASE("the Gauss-Newton diagonal on the device is the reference's") {
           1e-4);
   }
 }
+
+TEST_CASE("work-items that sum in local memory give the reference's sums, the same every time") {
+  const int iterations = GENERATE(2, 4);
+  const int group = iterations == 2 ? 16 : 3;
+  const RationalMap map = map_off_slice();
+  const Samples samples = hard_samples(map);
+  const EnergyOptions options{Loss::tanh, iterations, 1.3, 20};
+  const auto expected = make_reference_evaluator(samples, options)->evaluate(map, true);
+  const auto expected_matrix =
+      make_reference_evaluator(samples, {Loss::distance, 1, 1.3, 20})->gauss_newton(map);
+  const double size = expected_matrix.cwiseAbs().maxCoeff();
+  for (const int width : test::lane_widths()) {
+    const auto check = [&](Precision precision, double energy, double gradient, double matrix) {
+      auto device = test::device().with_lane_width(width);
+      if (!test::can_check(device, precision)) return;
+      Tuning tuning = device.tuning(precision);
+      tuning.orbit_group = group;
+      tuning.orbit_items = 2;  // so that a group takes several turns, the last not full
+      tuning.product_side = 16;
+      device = device.with_tuning(precision, tuning);
+      CAPTURE(width, group, iterations, precision == Precision::dbl);
+      const auto evaluator = make_device_evaluator(device, samples, options, precision);
+      const auto found = evaluator->evaluate(map, true);
+      CHECK(found.energy == Approx(expected.energy).epsilon(energy));
+      CHECK(relative_difference(found.gradient, expected.gradient) < gradient);
+      CHECK(evaluator->evaluate(map, true).gradient == found.gradient);
+      const auto h = make_device_evaluator(device, samples, {Loss::distance, 1, 1.3, 20}, precision)
+                         ->gauss_newton(map);
+      CHECK((h - expected_matrix).cwiseAbs().maxCoeff() < matrix * size);
+    };
+    check(Precision::dbl, 1e-10, 1e-10, 1e-10);
+    check(Precision::single, 1e-5, 1e-4, 1e-4);
+  }
+}
