@@ -61,6 +61,49 @@ kernel void jacobian_panels(global const real* samples, int stride, int step, in
   }
 }
 
+// The panels of matching pursuit (shared/panel_layout.h), for F linear in exponents: sqrt(W) times
+// ln |x - c| for every centre, 1, and F - target. Samples and work-items as in jacobian_panels.
+// centers: four arrays X, Y, Z, W of QJ_MAP_STRIDE(count).
+kernel void pursuit_panels(global const real* samples, int stride, int step, int first, int chunk,
+                           int block, real slice, global const real* centers, int count, int loss,
+                           real alpha, global const real* field, global real* panels) {
+  int v = (int)get_global_id(0);
+  int begin = (int)get_global_id(1) * block;
+  int center_stride = QJ_MAP_STRIDE(count);
+  if (v * QJ_WIDTH >= center_stride) return;
+  lane cx = lane_load(centers, v), cy = lane_load(centers + center_stride, v);
+  lane cz = lane_load(centers + 2 * center_stride, v);
+  lane dw = slice - lane_load(centers + 3 * center_stride, v);
+  lane dw2 = fma(dw, dw, lane_of(QJ_TINY));
+  size_t panel = (size_t)chunk * QJ_PANEL_TILE;
+  global real* out = panels + v * QJ_WIDTH / QJ_PANEL_TILE * panel + v * QJ_WIDTH % QJ_PANEL_TILE;
+  int end = min(begin + block, chunk);
+  for (int s = begin; s < end; ++s) {
+    int i = (first + s) * step;
+    real root = 0;
+    if (i < stride) {
+      root = sqrt(loss_curvature(loss, field[i], samples[QJ_SAMPLE_WEIGHT * stride + i],
+                                 samples[QJ_SAMPLE_TARGET * stride + i],
+                                 samples[QJ_SAMPLE_SIDE * stride + i], alpha));
+    } else {
+      i = stride - 1;
+    }
+    lane dx = samples[QJ_SAMPLE_X * stride + i] - cx;
+    lane dy = samples[QJ_SAMPLE_Y * stride + i] - cy;
+    lane dz = samples[QJ_SAMPLE_Z * stride + i] - cz;
+    lane n = fma(dx, dx, fma(dy, dy, fma(dz, dz, dw2)));
+    lane_store(lane_log2(n) * (root * (real)0.5 * QJ_LN2), out + s * QJ_PANEL_TILE, 0);
+    if (v == 0) {
+      for (int t = center_stride / QJ_PANEL_TILE; t < QJ_PURSUIT_TILES(count); ++t) {
+        for (int j = 0; j < QJ_PANEL_TILE; ++j) panels[t * panel + s * QJ_PANEL_TILE + j] = 0;
+      }
+      global real* more = panels + center_stride / QJ_PANEL_TILE * panel + s * QJ_PANEL_TILE;
+      more[0] = root;
+      more[1] = root * (field[i] - samples[QJ_SAMPLE_TARGET * stride + i]);
+    }
+  }
+}
+
 // H's diagonal, over all samples: sums of W J^2. Work-item (v, c): factors v QJ_WIDTH … and samples
 // c chunk …; rows: one gradient row a chunk. field: F_1 at the samples.
 kernel void jacobian_squares(global const real* samples, int stride, int chunk,

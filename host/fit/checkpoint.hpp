@@ -67,6 +67,10 @@ class RecordingEvaluator : public Evaluator {
   Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
     return evaluator_.gauss_newton_diagonal(map);
   }
+  Eigen::MatrixXd pursuit_products(const RationalMap& map,
+                                   const std::vector<Quaternion>& centers) override {
+    return evaluator_.pursuit_products(map, centers);
+  }
 
  private:
   Evaluator& evaluator_;

@@ -104,38 +104,49 @@ class DeviceEvaluator final : public Evaluator {
 
   Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
     run_energy(map);
-    Context& context = device_.context();
-    const std::size_t order = QJ_PANEL_ORDER(factors_);
-    if (panels_.size() == 0) {
-      panels_ = context.allocate_real(division_.panel_samples * order, precision_);
-      matrix_ = context.allocate_real(order * order, precision_);
-    }
     const auto jacobian = kernel("gauss_newton.cl", "jacobian_panels");
-    const bool shared = division_.product_side > 1;
-    const auto products =
-        kernel("gauss_newton.cl", shared ? "panel_products_shared" : "panel_products");
-    device::Range product_range{{order / 8, order / (2 * division_.width), 1}, {}};
-    if (shared) {
-      constexpr std::size_t kTile = 64;  // entries of H along a group's side
-      const std::size_t side = division_.product_side;
-      const std::size_t items = divide_up(order, kTile) * side;
-      product_range = {{items, items, 1}, {side, side, 1}};
-    }
     const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
-    const std::size_t step = divide_up(division_.stride, kMostCurvatureSamples);
-    const std::size_t rows_taken = divide_up(division_.stride, step);
-    for (std::size_t first = 0; first < rows_taken; first += division_.panel_samples) {
-      context.launch(
+    const std::size_t order = QJ_PANEL_ORDER(factors_);
+    const auto rows = panel_products(order, [&](std::size_t step, std::size_t first) {
+      device_.context().launch(
           jacobian, {{vectors, division_.panel_samples / division_.panel_block, 1}},
           {samples_, i32(division_.stride), i32(step), i32(first), i32(division_.panel_samples),
            i32(division_.panel_block), map_, i32(factors_), loss(), alpha(), field_, panels_});
-      context.launch(
-          products, product_range,
-          {panels_, i32(division_.panel_samples), i32(order), first == 0 ? 0 : 1, matrix_});
+    });
+    const std::size_t k = map.factors.size();
+    std::vector<std::size_t> place(1 + QJ_MAP_COMPONENTS * k);
+    place[0] = QJ_GRADIENT_LOG_SCALE(factors_);
+    for (std::size_t c = 0; c < QJ_MAP_COMPONENTS; ++c) {
+      for (std::size_t i = 0; i < k; ++i) place[1 + c * k + i] = c * QJ_MAP_STRIDE(factors_) + i;
     }
-    std::vector<double> rows(order * order);
-    context.read(matrix_, rows);
-    return static_cast<double>(step) * to_symmetric(rows, map.factors.size());
+    return to_symmetric(rows, order, place);
+  }
+
+  Eigen::MatrixXd pursuit_products(const RationalMap& map,
+                                   const std::vector<Quaternion>& centers) override {
+    run_energy(map);
+    const std::size_t count = centers.size();
+    const std::size_t stride = QJ_MAP_STRIDE(count);
+    std::vector<double> arrays(4 * stride, 1.0);  // padding: any place
+    for (std::size_t i = 0; i < count; ++i) {
+      arrays[i] = centers[i].x;
+      arrays[stride + i] = centers[i].y;
+      arrays[2 * stride + i] = centers[i].z;
+      arrays[3 * stride + i] = centers[i].w;
+    }
+    const auto sent = device_.context().upload_real(arrays, precision_);
+    const auto pursuit = kernel("gauss_newton.cl", "pursuit_panels");
+    const std::size_t order = QJ_PURSUIT_ORDER(count);
+    const auto rows = panel_products(order, [&](std::size_t step, std::size_t first) {
+      device_.context().launch(
+          pursuit, {{stride / division_.width, division_.panel_samples / division_.panel_block, 1}},
+          {samples_, i32(division_.stride), i32(step), i32(first), i32(division_.panel_samples),
+           i32(division_.panel_block), device::Argument::real(map.slice, precision_), sent,
+           i32(count), loss(), alpha(), field_, panels_});
+    });
+    std::vector<std::size_t> place{QJ_PURSUIT_ONES(count), QJ_PURSUIT_RESIDUALS(count)};
+    for (std::size_t i = 0; i < count; ++i) place.push_back(i);
+    return to_symmetric(rows, order, place);
   }
 
   Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
@@ -156,14 +167,44 @@ class DeviceEvaluator final : public Evaluator {
 
   device::Argument alpha() const { return device::Argument::real(options_.alpha, precision_); }
 
-  /// The whole matrix in the order of the unknowns, from the upper triangle in the device's order.
-  Eigen::MatrixXd to_symmetric(const std::vector<double>& rows, std::size_t k) const {
-    const std::size_t order = QJ_PANEL_ORDER(factors_);
-    std::vector<std::size_t> place(1 + QJ_MAP_COMPONENTS * k);
-    place[0] = QJ_GRADIENT_LOG_SCALE(factors_);
-    for (std::size_t c = 0; c < QJ_MAP_COMPONENTS; ++c) {
-      for (std::size_t i = 0; i < k; ++i) place[1 + c * k + i] = c * QJ_MAP_STRIDE(factors_) + i;
+  /// PᵀP over an evenly spaced part of the samples, as rows of an order × order matrix of which
+  /// only the upper triangle is there. `fill` puts every step-th sample from the first-th such one
+  /// into the panels.
+  template <class Fill>
+  std::vector<double> panel_products(std::size_t order, const Fill& fill) {
+    Context& context = device_.context();
+    if (panels_.size() < division_.panel_samples * order) {
+      panels_ = context.allocate_real(division_.panel_samples * order, precision_);
+      matrix_ = context.allocate_real(order * order, precision_);
     }
+    const bool shared = division_.product_side > 1;
+    const auto products =
+        kernel("gauss_newton.cl", shared ? "panel_products_shared" : "panel_products");
+    device::Range range{{order / 8, order / (2 * division_.width), 1}, {}};
+    if (shared) {
+      constexpr std::size_t kTile = 64;  // entries of the matrix along a group's side
+      const std::size_t side = division_.product_side;
+      const std::size_t items = divide_up(order, kTile) * side;
+      range = {{items, items, 1}, {side, side, 1}};
+    }
+    const std::size_t step = divide_up(division_.stride, kMostCurvatureSamples);
+    const std::size_t taken = divide_up(division_.stride, step);
+    for (std::size_t first = 0; first < taken; first += division_.panel_samples) {
+      fill(step, first);
+      context.launch(
+          products, range,
+          {panels_, i32(division_.panel_samples), i32(order), first == 0 ? 0 : 1, matrix_});
+    }
+    std::vector<double> rows(matrix_.size());
+    context.read(matrix_, rows);
+    rows.resize(order * order);
+    for (double& entry : rows) entry *= static_cast<double>(step);
+    return rows;
+  }
+
+  /// The entries at `place` of the upper triangle in `rows`, mirrored.
+  static Eigen::MatrixXd to_symmetric(const std::vector<double>& rows, std::size_t order,
+                                      const std::vector<std::size_t>& place) {
     const auto n = static_cast<Eigen::Index>(place.size());
     Eigen::MatrixXd h(n, n);
     for (Eigen::Index i = 0; i < n; ++i) {

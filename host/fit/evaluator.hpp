@@ -44,6 +44,11 @@ class Evaluator {
   virtual Eigen::MatrixXd gauss_newton(const RationalMap& map) = 0;
   /// Its diagonal, over all samples: for maps whose whole matrix would be too large.
   virtual Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) = 0;
+  /// The weighted scalar products over samples, of order 2 + m, of the columns 1, F_1 − target and
+  /// ln |x − c| for each of the m centres: what matching pursuit asks for, since F_1 is linear in
+  /// exponents. Weights and samples are those of `gauss_newton`.
+  virtual Eigen::MatrixXd pursuit_products(const RationalMap& map,
+                                           const std::vector<Quaternion>& centers) = 0;
 
  protected:
   Evaluator() = default;

@@ -13,9 +13,20 @@ namespace {
 using Numbers = Ranks::Numbers;
 
 /// What rank 0 asks for: first number of a message. The second is the evaluator's.
-enum class Ask : int { make, evaluate, field, gauss_newton, gauss_newton_diagonal, drop, end };
+enum class Ask : int {
+  make,
+  evaluate,
+  field,
+  gauss_newton,
+  gauss_newton_diagonal,
+  pursuit,
+  drop,
+  end
+};
 
 constexpr std::size_t kSampleNumbers = 6;
+/// Where a message's unknowns begin; their number stands before them.
+constexpr std::ptrdiff_t kUnknowns = 9;
 
 /// This rank's parts of one set of samples.
 using Parts = std::vector<std::unique_ptr<Evaluator>>;
@@ -74,6 +85,12 @@ class Desk {
           reply.insert(reply.end(), d.begin(), d.end());
         }
         return;
+      case Ask::pursuit:
+        for (const auto& part : made_.at(number)) {
+          const Eigen::MatrixXd g = part->pursuit_products(map_of(message), centers_of(message));
+          reply.insert(reply.end(), g.data(), g.data() + g.size());
+        }
+        return;
       case Ask::drop:
         made_.erase(number);
         return;
@@ -101,15 +118,25 @@ class Desk {
     return parts;
   }
 
-  /// From number 3: slice, phase, unknowns.
+  /// From number 3: slice, phase, the number of unknowns, unknowns.
   static RationalMap map_of(const Numbers& message) {
-    constexpr std::size_t kUnknowns = 8;
     RationalMap map;
     map.slice = message[3];
     map.phase = {message[4], message[5], message[6], message[7]};
-    const Numbers unknowns(message.begin() + kUnknowns, message.end());
+    const auto begin = message.begin() + kUnknowns;
+    const Numbers unknowns(begin, begin + static_cast<std::ptrdiff_t>(message[kUnknowns - 1]));
     map.factors.resize((unknowns.size() - 1) / 5);
     return with_unknowns(std::move(map), unknowns);
+  }
+
+  /// After the unknowns, four numbers each.
+  static std::vector<Quaternion> centers_of(const Numbers& message) {
+    std::vector<Quaternion> centers;
+    for (std::size_t i = kUnknowns + static_cast<std::size_t>(message[kUnknowns - 1]);
+         i < message.size(); i += 4) {
+      centers.push_back({message[i], message[i + 1], message[i + 2], message[i + 3]});
+    }
+    return centers;
   }
 
   Ranks& ranks_;
@@ -184,24 +211,20 @@ class RankedEvaluator final : public Evaluator {
 
   Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
     const auto order = static_cast<Eigen::Index>(1 + 5 * map.factors.size());
-    const auto said = ask(message(Ask::gauss_newton, map, false));
-    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(order, order);
-    for (std::size_t p = 0; p < parts_; ++p) {
-      sum += Eigen::Map<const Eigen::MatrixXd>(
-          part_of(said, p, static_cast<std::size_t>(order * order)), order, order);
-    }
-    return sum;
+    return summed(ask(message(Ask::gauss_newton, map, false)), order, order);
   }
 
   Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
     const auto order = static_cast<Eigen::Index>(1 + 5 * map.factors.size());
-    const auto said = ask(message(Ask::gauss_newton_diagonal, map, false));
-    Eigen::VectorXd sum = Eigen::VectorXd::Zero(order);
-    for (std::size_t p = 0; p < parts_; ++p) {
-      sum += Eigen::Map<const Eigen::VectorXd>(part_of(said, p, static_cast<std::size_t>(order)),
-                                               order);
-    }
-    return sum;
+    return summed(ask(message(Ask::gauss_newton_diagonal, map, false)), order, 1);
+  }
+
+  Eigen::MatrixXd pursuit_products(const RationalMap& map,
+                                   const std::vector<Quaternion>& centers) override {
+    Numbers numbers = message(Ask::pursuit, map, false);
+    for (const Quaternion& c : centers) numbers.insert(numbers.end(), {c.x, c.y, c.z, c.w});
+    const auto order = static_cast<Eigen::Index>(2 + centers.size());
+    return summed(ask(std::move(numbers)), order, order);
   }
 
  private:
@@ -215,6 +238,17 @@ class RankedEvaluator final : public Evaluator {
     return said[part % size].data() + 1 + part / size * count;
   }
 
+  /// The parts' matrices, in the parts' order.
+  Eigen::MatrixXd summed(const std::vector<Numbers>& said, Eigen::Index rows,
+                         Eigen::Index columns) const {
+    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(rows, columns);
+    for (std::size_t p = 0; p < parts_; ++p) {
+      const double* part = part_of(said, p, static_cast<std::size_t>(rows * columns));
+      sum += Eigen::Map<const Eigen::MatrixXd>(part, rows, columns);
+    }
+    return sum;
+  }
+
   Numbers message(Ask what, const RationalMap& map, bool with_gradient) const {
     Numbers numbers{static_cast<double>(what),
                     number_,
@@ -225,6 +259,7 @@ class RankedEvaluator final : public Evaluator {
                     map.phase.z,
                     map.phase.w};
     const auto unknowns = to_unknowns(map);
+    numbers.push_back(static_cast<double>(unknowns.size()));
     numbers.insert(numbers.end(), unknowns.begin(), unknowns.end());
     return numbers;
   }

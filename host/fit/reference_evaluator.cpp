@@ -56,6 +56,24 @@ class ReferenceEvaluator final : public Evaluator {
     return gauss_newton(map).diagonal();
   }
 
+  Eigen::MatrixXd pursuit_products(const RationalMap& map,
+                                   const std::vector<Quaternion>& centers) override {
+    const std::vector<Quaternion> starts = on_slice(map);
+    const auto f = reference::field(map, starts, 1, options_.escape);
+    const auto rows = static_cast<Eigen::Index>(f.size());
+    Eigen::MatrixXd columns(rows, 2 + static_cast<Eigen::Index>(centers.size()));
+    for (Eigen::Index i = 0; i < rows; ++i) {
+      const auto sample = static_cast<std::size_t>(i);
+      columns(i, 0) = 1;
+      columns(i, 1) = f[sample] - samples_.target[sample];
+      for (std::size_t k = 0; k < centers.size(); ++k) {
+        columns(i, 2 + static_cast<Eigen::Index>(k)) = std::log(norm(starts[sample] - centers[k]));
+      }
+      columns.row(i) *= std::sqrt(term_of(sample, f[sample]).curvature);
+    }
+    return columns.transpose() * columns;
+  }
+
  private:
   std::vector<Quaternion> on_slice(const RationalMap& map) const {
     std::vector<Quaternion> starts;

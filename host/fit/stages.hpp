@@ -48,7 +48,7 @@ class Stages {
   const Watch& watch_;
   Random random_;
   std::vector<StageReport> reports_;
-  int level_ = 0;  ///< no stage belongs to an earlier one any more
+  int level_ = 0;                    ///< no stage belongs to an earlier one any more
   std::optional<FitState> resumed_;  ///< the stage that was under way, until it is run
 };
 

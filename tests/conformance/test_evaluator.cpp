@@ -144,3 +144,30 @@ TEST_CASE("work-items that sum in local memory give the reference's sums, the sa
     check(Precision::single, 1e-5, 1e-4, 1e-4);
   }
 }
+
+TEST_CASE("the products of matching pursuit on the device are the reference's") {
+  const auto loss = GENERATE(Loss::tanh, Loss::distance);
+  const RationalMap map = map_off_slice();
+  const Samples samples = hard_samples(map);
+  const EnergyOptions options{loss, 1, 1.3, 20};
+  std::vector<Quaternion> centers;
+  for (const auto& factor : test::random_map(37, 0.1, 0.6, 9).factors) {
+    centers.push_back(factor.center);
+  }
+  const auto expected = make_reference_evaluator(samples, options)->pursuit_products(map, centers);
+  REQUIRE(expected.rows() == 39);
+  const double size = expected.cwiseAbs().maxCoeff();
+  for (const int width : test::lane_widths()) {
+    const auto device = test::device().with_lane_width(width);
+    CAPTURE(width, loss == Loss::tanh);
+    const auto difference = [&](Precision precision) {
+      const auto evaluator = make_device_evaluator(device, samples, options, precision);
+      // Between two matrices of another order, whose buffers it may share.
+      evaluator->gauss_newton(map);
+      const auto found = evaluator->pursuit_products(map, centers);
+      return (found - expected).cwiseAbs().maxCoeff() / size;
+    };
+    if (test::can_check(device, Precision::dbl)) CHECK(difference(Precision::dbl) < 1e-10);
+    CHECK(difference(Precision::single) < 1e-4);
+  }
+}

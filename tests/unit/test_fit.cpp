@@ -37,6 +37,9 @@ class Quadratic final : public Evaluator {
   Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
     return gauss_newton(map).diagonal();
   }
+  Eigen::MatrixXd pursuit_products(const RationalMap&, const std::vector<Quaternion>&) override {
+    return {};
+  }
   std::vector<double> field(const RationalMap&) override { return {}; }
   Eigen::MatrixXd gauss_newton(const RationalMap&) override {
     const auto n = static_cast<Eigen::Index>(goal_.size());
@@ -364,6 +367,10 @@ class MortalEvaluator : public Evaluator {
   }
   Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
     return evaluator_->gauss_newton_diagonal(map);
+  }
+  Eigen::MatrixXd pursuit_products(const RationalMap& map,
+                                   const std::vector<Quaternion>& centers) override {
+    return evaluator_->pursuit_products(map, centers);
   }
 
  private:

@@ -9,3 +9,10 @@
 #define QJ_PANEL_TILES(factors) ((QJ_GRADIENT_COLUMNS(factors) / QJ_PANEL_TILE + 1) / 2 * 2)
 /* Rows and columns of the Gauss-Newton matrix as the device keeps it. */
 #define QJ_PANEL_ORDER(factors) (QJ_PANEL_TILES(factors) * QJ_PANEL_TILE)
+
+/* Panels of matching pursuit: tiles of centres, padded as a map's factors are, then one that begins
+   with the column of ones and that of residuals. */
+#define QJ_PURSUIT_TILES(centers) ((QJ_MAP_STRIDE(centers) / QJ_PANEL_TILE + 2) / 2 * 2)
+#define QJ_PURSUIT_ORDER(centers) (QJ_PURSUIT_TILES(centers) * QJ_PANEL_TILE)
+#define QJ_PURSUIT_ONES(centers) QJ_MAP_STRIDE(centers)
+#define QJ_PURSUIT_RESIDUALS(centers) (QJ_MAP_STRIDE(centers) + 1)
