@@ -124,7 +124,7 @@ TEST_CASE("odd shapes end with a finite map and an honest report") {
   const Device device = test::device();
   FitOptions options;
   options.factors = 64;
-  options.max_evaluations = 80;
+  options.max_evaluations = 120;
   for (const OddShape& shape : odd_shapes()) {
     CAPTURE(shape.name);
     const TriangleMesh mesh = shape.make();

@@ -51,8 +51,8 @@ TEST_CASE("every setting gives the default's results but for rounding") {
     TuneBench standard(device, work, precision);
     for (const int width : {1, 8, 16}) {
       for (const Tuning& tuning :
-           {Tuning{width, 1, 1, 1, 256, 256}, Tuning{width, 7, 1000, 300, 96, 3},
-            Tuning{width, 64, 17, 5, 4096, 1}}) {
+           {Tuning{width, 1, 1, 1, 1, 256, 256, 1}, Tuning{width, 7, 1000, 300, 5, 96, 3, 16},
+            Tuning{width, 64, 17, 5, 1, 4096, 1, 1}}) {
         TuneBench bench(device.with_tuning(precision, tuning), work, precision);
         for (const TuneJob job : kJobs) {
           CAPTURE(to_json(tuning).dump(), static_cast<int>(job));

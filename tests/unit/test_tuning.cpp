@@ -11,7 +11,7 @@ using namespace qjulia;
 
 namespace {
 
-Tuning some() { return {8, 2, 32, 128, 512, 64}; }
+Tuning some() { return {8, 2, 32, 128, 4, 512, 64, 16}; }
 
 }  // namespace
 
@@ -22,7 +22,7 @@ TEST_CASE("settings survive being written") {
 
 TEST_CASE("settings out of range, missing or unknown are refused by name") {
   for (const char* name : {"lane_width", "energy_vectors", "gradient_rows", "orbit_items",
-                           "panel_samples", "panel_block"}) {
+                           "orbit_group", "panel_samples", "panel_block", "product_side"}) {
     for (const nlohmann::json& wrong :
          {nlohmann::json(0), nlohmann::json(-3), nlohmann::json(1e30), nlohmann::json("8"),
           nlohmann::json(nullptr), nlohmann::json(std::numeric_limits<std::int64_t>::max()),
@@ -41,6 +41,9 @@ TEST_CASE("settings out of range, missing or unknown are refused by name") {
   Tuning tuning = some();
   tuning.lane_width = 4;
   CHECK_THROWS_WITH(tuning.validate(), Catch::Contains("1, 8 or 16"));
+  tuning = some();
+  tuning.product_side = 8;
+  CHECK_THROWS_WITH(tuning.validate(), Catch::Contains("1, or 16"));
   tuning = some();
   tuning.panel_block = 100;
   CHECK_THROWS_WITH(tuning.validate(), Catch::Contains("multiple"));
