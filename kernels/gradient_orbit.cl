@@ -172,7 +172,7 @@ kernel void gradient_orbit(global const real* samples, int stride, int vectors, 
     lane dedf;
     energy += loss_term(loss, o.last, weight, lane_load(samples + QJ_SAMPLE_TARGET * stride, i),
                         lane_load(samples + QJ_SAMPLE_SIDE * stride, i), alpha, &dedf);
-    int longest = o.longest;
+    int longest = lane_any(isnotequal(dedf, lane_of(0))) ? o.longest : 0;
 #if QJ_GROUP > 1
     if (member == 0) group_longest = 0;
     barrier(CLK_LOCAL_MEM_FENCE);

@@ -27,6 +27,7 @@ kernel void gradient_potential(global const real* samples, int stride, int chunk
   int end = min((c + 1) * chunk, stride);
   for (int i = c * chunk; i < end; ++i) {
     real l = cotangent[i];
+    if (l == 0) continue;  // saturated, or one-sided and far enough: the same for all work-items
     lane dx = samples[QJ_SAMPLE_X * stride + i] - cx;
     lane dy = samples[QJ_SAMPLE_Y * stride + i] - cy;
     lane dz = samples[QJ_SAMPLE_Z * stride + i] - cz;

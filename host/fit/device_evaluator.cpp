@@ -4,8 +4,10 @@
 #include <stdexcept>
 
 #include "device/context.hpp"
+#include "device/out_of_memory.hpp"
 #include "fit/evaluator.hpp"
 #include "map/map_buffer.hpp"
+#include "qjulia/error.hpp"
 #include "qjulia/shared/gradient_layout.h"
 #include "qjulia/shared/loss.h"
 #include "qjulia/shared/panel_layout.h"
@@ -173,10 +175,7 @@ class DeviceEvaluator final : public Evaluator {
   template <class Fill>
   std::vector<double> panel_products(std::size_t order, const Fill& fill) {
     Context& context = device_.context();
-    if (panels_.size() < division_.panel_samples * order) {
-      panels_ = context.allocate_real(division_.panel_samples * order, precision_);
-      matrix_ = context.allocate_real(order * order, precision_);
-    }
+    if (matrix_.size() < order * order) allocate_panels(order);
     const bool shared = division_.product_side > 1;
     const auto products =
         kernel("gauss_newton.cl", shared ? "panel_products_shared" : "panel_products");
@@ -200,6 +199,23 @@ class DeviceEvaluator final : public Evaluator {
     rows.resize(order * order);
     for (double& entry : rows) entry *= static_cast<double>(step);
     return rows;
+  }
+
+  /// Panels of fewer samples where the device has no memory for as many as asked for.
+  void allocate_panels(std::size_t order) {
+    Context& context = device_.context();
+    matrix_ = context.allocate_real(order * order, precision_);
+    const std::size_t least = std::max<std::size_t>(division_.panel_block, kLeastPanelSamples);
+    for (;;) {
+      try {
+        panels_ = context.allocate_real(division_.panel_samples * order, precision_);
+        return;
+      } catch (const DeviceError& error) {
+        const std::size_t half = division_.panel_samples / 2;
+        if (!device::is_out_of_memory(error) || half % least != 0 || half == 0) throw;
+        division_.panel_samples = half;
+      }
+    }
   }
 
   /// The entries at `place` of the upper triangle in `rows`, mirrored.
@@ -321,6 +337,7 @@ class DeviceEvaluator final : public Evaluator {
 
   static std::int32_t i32(std::size_t n) { return static_cast<std::int32_t>(n); }
   static constexpr std::size_t kRowBlock = 64;
+  static constexpr std::size_t kLeastPanelSamples = 16;  // panel_products_shared takes so many
 
   Device device_;
   EnergyOptions options_;

@@ -8,6 +8,7 @@
 #include <functional>
 #include <limits>
 
+#include "device/out_of_memory.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia {
@@ -61,16 +62,22 @@ using Objective = std::function<double(const Eigen::VectorXd&, Eigen::VectorXd&)
 /// ½ Σ w (F_1 − d)² by the log scale and the exponents: a quadratic, in small maps by its matrix.
 Objective distance_energy(Evaluator& evaluator, const RationalMap& map, bool by_matrix) {
   const auto n = static_cast<Eigen::Index>(1 + map.factors.size());
-  if (!by_matrix) {
-    return [&evaluator, map, n](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
-      auto unknowns = to_unknowns(map);
-      std::copy(x.begin(), x.end(), unknowns.begin());
-      const Evaluation found = evaluator.evaluate(with_unknowns(map, unknowns), true);
-      gradient = Eigen::Map<const Eigen::VectorXd>(found.gradient.data(), n);
-      return found.energy;
-    };
+  const Objective by_evaluation = [&evaluator, map, n](const Eigen::VectorXd& x,
+                                                       Eigen::VectorXd& gradient) {
+    auto unknowns = to_unknowns(map);
+    std::copy(x.begin(), x.end(), unknowns.begin());
+    const Evaluation found = evaluator.evaluate(with_unknowns(map, unknowns), true);
+    gradient = Eigen::Map<const Eigen::VectorXd>(found.gradient.data(), n);
+    return found.energy;
+  };
+  if (!by_matrix) return by_evaluation;
+  Eigen::MatrixXd hessian;
+  try {
+    hessian = evaluator.gauss_newton(map).topLeftCorner(n, n);
+  } catch (const DeviceError& error) {
+    if (!device::is_out_of_memory(error)) throw;
+    return by_evaluation;
   }
-  const Eigen::MatrixXd hessian = evaluator.gauss_newton(map).topLeftCorner(n, n);
   const auto start = evaluator.evaluate(map, true).gradient;  // at zero scale and exponents
   const Eigen::VectorXd slope = Eigen::Map<const Eigen::VectorXd>(start.data(), n);
   return [hessian, slope](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {

@@ -6,15 +6,17 @@
 #include <array>
 #include <cmath>
 
+#include "device/out_of_memory.hpp"
 #include "fit/minimize.hpp"
 #include "fit/relocate.hpp"
 #include "fit/subspace.hpp"
+#include "qjulia/error.hpp"
 
 namespace qjulia {
 namespace {
 
-/// With more factors the preconditioner is diagonal, and none are relocated: both take matrices
-/// whose cost grows with the number's cube.
+/// With more factors, or where the device has no memory for the matrices, the preconditioner is
+/// diagonal and no factors are relocated: both cost as much as the number's cube.
 constexpr std::size_t kMostByMatrix = 1600;
 
 int level_at(const Schedule& schedule, double fraction) {
@@ -60,10 +62,14 @@ void reweight(Samples& samples, const std::vector<double>& field, const Level& l
 
 Preconditioner preconditioner(Evaluator& evaluator, const RationalMap& map,
                               const Subspace& subspace, double damping) {
-  if (map.factors.size() > kMostByMatrix) {
-    return {subspace.restricted_diagonal(evaluator.gauss_newton_diagonal(map)), damping};
+  if (map.factors.size() <= kMostByMatrix) {
+    try {
+      return {subspace.restricted_matrix(evaluator.gauss_newton(map)), damping};
+    } catch (const DeviceError& error) {
+      if (!device::is_out_of_memory(error)) throw;
+    }
   }
-  return {subspace.restricted_matrix(evaluator.gauss_newton(map)), damping};
+  return {subspace.restricted_diagonal(evaluator.gauss_newton_diagonal(map)), damping};
 }
 
 }  // namespace
@@ -128,7 +134,13 @@ std::optional<StopReason> Stages::run_stage() {
       map_.factors.size() <= kMostByMatrix) {
     const auto most = static_cast<int>(map_.factors.size() / 4);
     map_ = part("relocate", [&] {
-      return relocate_factors(*evaluator, samples, map_, std::min(level.relocated, most), random_);
+      try {
+        return relocate_factors(*evaluator, samples, map_, std::min(level.relocated, most),
+                                random_);
+      } catch (const DeviceError& error) {
+        if (!device::is_out_of_memory(error)) throw;
+        return map_;
+      }
     });
   }
   const Subspace subspace(map_, level, options_.unknowns);

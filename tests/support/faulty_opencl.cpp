@@ -1,7 +1,8 @@
 /// A device with faults: loaded before the OpenCL loader (LD_PRELOAD), it refuses the launches
 /// numbered FIRST … FIRST + COUNT − 1 of a process, as QJULIA_TEST_FAULTS=FIRST:COUNT says; with
 /// QJULIA_TEST_NO_TIMES=1 its events carry times of zero; with QJULIA_TEST_WRONG_WIDTH=W programs
-/// compiled for W lanes run an iterate too few.
+/// compiled for W lanes run an iterate too few; with QJULIA_TEST_REFUSED_BYTES=N,M,… it has no
+/// memory for buffers of exactly so many bytes, and says so.
 
 #include <dlfcn.h>
 
@@ -26,7 +27,25 @@ bool refused() {
   return number >= first && number - first < count;
 }
 
+/// Whether `bytes` is among the numbers of QJULIA_TEST_REFUSED_BYTES.
+bool too_large(size_t bytes) {
+  const char* refused = std::getenv("QJULIA_TEST_REFUSED_BYTES");
+  if (refused == nullptr) return false;
+  return (',' + std::string(refused) + ',').find(',' + std::to_string(bytes) + ',') !=
+         std::string::npos;
+}
+
 }  // namespace
+
+extern "C" CL_API_ENTRY cl_mem CL_API_CALL clCreateBuffer(cl_context context, cl_mem_flags flags,
+                                                          size_t size, void* host, cl_int* code) {
+  static const auto real =
+      reinterpret_cast<decltype(&clCreateBuffer)>(::dlsym(RTLD_NEXT, "clCreateBuffer"));
+  if (!too_large(size)) return real(context, flags, size, host, code);
+  std::fprintf(stderr, "refused %zu bytes\n", size);
+  if (code != nullptr) *code = CL_MEM_OBJECT_ALLOCATION_FAILURE;
+  return nullptr;
+}
 
 extern "C" CL_API_ENTRY cl_int CL_API_CALL
 clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensions,

@@ -28,6 +28,12 @@ RunOptions with_faults(const std::string& faults) {
   return options;
 }
 
+RunOptions without_memory(const std::string& bytes) {
+  RunOptions options = with_faults("0:0");
+  options.environment["QJULIA_TEST_REFUSED_BYTES"] = bytes;
+  return options;
+}
+
 }  // namespace
 
 TEST_CASE("a fit whose device fails once is done again, to the same bytes") {
@@ -105,4 +111,42 @@ cp -rp "$disk/out" "$results"
   CHECK(complete >= 1);
   CHECK(complete < 5);
   CHECK(read_summary(folder / "results")["counts"]["done"] == 5);
+}
+
+TEST_CASE("a fit makes do with less memory on the device, or says what it lacks") {
+  const TemporaryFolder folder;
+  const std::string mesh =
+      folder.file("ball.obj", qjulia::test::obj_text(qjulia::shapes::sphere(3)));
+  const auto fit = [&](const RunOptions& options, const std::string& map) {
+    return run_command({"fit", mesh, "-o", map, "--factors", "56", "--max-evaluations", "150",
+                        "--json", "--device", "cpu"},
+                       options);
+  };
+  const auto iou = [](const Finished& result) {
+    return json::parse(result.out)["stages"].back()["iou"].get<double>();
+  };
+  const Finished whole = fit({}, folder / "whole.qjulia.json");
+  REQUIRE(whole.exit_code == 0);
+
+  // Panels of 1,024 samples by 352 columns (5 · 64 + 16, to an even number of tiles): half as many
+  // samples do.
+  const Finished halved = fit(without_memory("1441792"), folder / "halved.qjulia.json");
+  CAPTURE(halved.err);
+  CHECK(halved.exit_code == 0);
+  CHECK_THAT(halved.err, Contains("refused 1441792 bytes"));
+  CHECK(iou(halved) == Approx(iou(whole)).margin(0.02));
+
+  // The matrix of 352²: its diagonal does.
+  const Finished diagonal = fit(without_memory("495616"), folder / "diagonal.qjulia.json");
+  CAPTURE(diagonal.err);
+  CHECK(diagonal.exit_code == 0);
+  CHECK_THAT(diagonal.err, Contains("refused 495616 bytes"));
+  CHECK(iou(diagonal) > 0.8);
+
+  // 20,000 samples of six numbers: nothing stands in for them.
+  const std::string nothing = folder / "nothing.qjulia.json";
+  const Finished refused = fit(without_memory("480000"), nothing);
+  CHECK(refused.exit_code == 1);
+  CHECK_THAT(refused.err, Contains("too little memory") && Contains("480000"));
+  CHECK_FALSE(std::filesystem::exists(nothing));
 }
