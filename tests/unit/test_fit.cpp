@@ -505,3 +505,59 @@ TEST_CASE("monopoles on a sphere make its electrostatic field") {
   CHECK(high < 1.02 * low);
   CHECK_THROWS_WITH(place_monopoles({pool.surface, {}, {}}, 40, 1), Catch::Contains("--placement"));
 }
+
+TEST_CASE("reweighting moves weight to what is badly captured and keeps its sums") {
+  const auto pool = sphere_pool(4000);
+  FitOptions options;
+  options.factors = 8;
+  const Loss loss = GENERATE(Loss::distance, Loss::tanh);
+  Level level = small_level();
+  level.loss = loss;
+  level.relocated = 0;
+  level.reweight = 2;
+  std::vector<Samples> given;
+  const EvaluatorFactory keeping = [&](const Samples& samples, const EnergyOptions& energy) {
+    given.push_back(samples);
+    return make_reference_evaluator(samples, energy);
+  };
+  const auto start = place_factors(keeping, pool, options.factors, 1);
+  given.clear();
+  const Schedule schedule{5, 1e-3, {level}};
+  auto budget = budget_of(schedule.evaluations);
+  Checkpoint unkept({}, "");
+  Stages stages(
+      start, [&](const Level& l, Random& random) { return pool.draw(l, random); }, keeping,
+      [](const RationalMap&) { return 0.5; }, options, schedule, budget, unkept, {});
+  stages.run();
+  REQUIRE(given.size() == 2);
+  const auto field = make_reference_evaluator(given[0], {})->field(start);
+  double before[2] = {0, 0};
+  double after[2] = {0, 0};
+  double least[2] = {1e300, 1e300};
+  double most[2] = {0, 0};
+  std::size_t worst[2] = {0, 0};
+  for (std::size_t i = 0; i < given[0].size(); ++i) {
+    const std::size_t side = loss == Loss::tanh && given[0].side[i] < 0 ? 1 : 0;
+    before[side] += given[0].weight[i];
+    after[side] += given[1].weight[i];
+    const double ratio = given[1].weight[i] / given[0].weight[i];
+    least[side] = std::min(least[side], ratio);
+    if (ratio > most[side]) worst[side] = i;
+    most[side] = std::max(most[side], ratio);
+  }
+  for (const std::size_t side : {std::size_t{0}, std::size_t{1}}) {
+    if (before[side] == 0) continue;
+    CHECK(after[side] == Approx(before[side]));
+    CHECK(least[side] >= 1.0 / 3 - 1e-12);
+    CHECK(most[side] > 1);
+  }
+  // The heaviest sample is the worst captured one.
+  if (loss == Loss::distance) {
+    double largest = 0;
+    for (std::size_t i = 0; i < field.size(); ++i) {
+      const double residual = field[i] - given[0].target[i];
+      if (given[0].side[i] * residual <= 0) largest = std::max(largest, std::abs(residual));
+    }
+    CHECK(std::abs(field[worst[0]] - given[0].target[worst[0]]) == Approx(largest));
+  }
+}
