@@ -113,7 +113,6 @@ TEST_CASE("the Gauss-Newton diagonal on the device is the reference's") {
 
 TEST_CASE("work-items that sum in local memory give the reference's sums, the same every time") {
   const int iterations = GENERATE(2, 4);
-  const int group = iterations == 2 ? 16 : 3;
   const RationalMap map = map_off_slice();
   const Samples samples = hard_samples(map);
   const EnergyOptions options{Loss::tanh, iterations, 1.3, 20};
@@ -122,6 +121,9 @@ TEST_CASE("work-items that sum in local memory give the reference's sums, the sa
       make_reference_evaluator(samples, {Loss::distance, 1, 1.3, 20})->gauss_newton(map);
   const double size = expected_matrix.cwiseAbs().maxCoeff();
   for (const int width : test::lane_widths()) {
+    // GPUs have one lane and 32 KiB of local memory: wide lanes get a small group.
+    const int group = width == 1 ? 16 : 3;
+    if (width > 1 && iterations > 2) continue;
     const auto check = [&](Precision precision, double energy, double gradient, double matrix) {
       auto device = test::device().with_lane_width(width);
       if (!test::can_check(device, precision)) return;
