@@ -62,8 +62,8 @@ using Objective = std::function<double(const Eigen::VectorXd&, Eigen::VectorXd&)
 /// ½ Σ w (F_1 − d)² by the log scale and the exponents: a quadratic, in small maps by its matrix.
 Objective distance_energy(Evaluator& evaluator, const RationalMap& map, bool by_matrix) {
   const auto n = static_cast<Eigen::Index>(1 + map.factors.size());
-  const Objective by_evaluation = [&evaluator, map, n](const Eigen::VectorXd& x,
-                                                       Eigen::VectorXd& gradient) {
+  Objective by_evaluation = [&evaluator, map, n](const Eigen::VectorXd& x,
+                                                 Eigen::VectorXd& gradient) {
     auto unknowns = to_unknowns(map);
     std::copy(x.begin(), x.end(), unknowns.begin());
     const Evaluation found = evaluator.evaluate(with_unknowns(map, unknowns), true);
