@@ -1,12 +1,21 @@
 // The Gauss-Newton matrix H = J^T W J of F_1 by all unknowns, over samples. J is packed in panels
 // (shared/panel_layout.h), a chunk of samples at a time, and H gathers the chunks' products.
 
+#include "factor_vector.clh"
 #include "lane_math.clh"
 #include "loss.clh"
 #include "qjulia/shared/panel_layout.h"
 
 #define PANEL_ROWS 8     // rows of a register tile of H
 #define PANEL_VECTORS 2  // vectors of QJ_WIDTH columns of a register tile
+
+// W of sample i, whose F_1 is field[i].
+inline real curvature_at(global const real* samples, int stride, int i, int loss,
+                         global const real* field, real alpha) {
+  return loss_curvature(loss, field[i], samples[QJ_SAMPLE_WEIGHT * stride + i],
+                        samples[QJ_SAMPLE_TARGET * stride + i],
+                        samples[QJ_SAMPLE_SIDE * stride + i], alpha);
+}
 
 // Writes sqrt(W) J of every `step`-th sample, from the first-th such one, into panels of `chunk`
 // samples. Samples past the end count as weight 0. Work-item (v, b): factors v QJ_WIDTH …, samples
@@ -18,39 +27,29 @@ kernel void jacobian_panels(global const real* samples, int stride, int step, in
   int begin = (int)get_global_id(1) * block;
   int map_stride = QJ_MAP_STRIDE(factors);
   if (v * QJ_WIDTH >= map_stride) return;
-  global const real* components = map + QJ_MAP_HEADER;
-  lane a = lane_load(components + QJ_MAP_EXPONENT * map_stride, v);
-  lane cx = lane_load(components + QJ_MAP_CENTER_X * map_stride, v);
-  lane cy = lane_load(components + QJ_MAP_CENTER_Y * map_stride, v);
-  lane cz = lane_load(components + QJ_MAP_CENTER_Z * map_stride, v);
-  lane dw = map[QJ_MAP_SLICE] - lane_load(components + QJ_MAP_CENTER_W * map_stride, v);
-  lane dw2 = fma(dw, dw, lane_of(QJ_TINY));
+  lane a = lane_load(MAP_EXPONENTS(map, map_stride), v);
+  center_vector centers =
+      load_centers(MAP_CENTERS(map, map_stride), map_stride, v, map[QJ_MAP_SLICE]);
   int tile = v * QJ_WIDTH / QJ_PANEL_TILE;
   int component_tiles = map_stride / QJ_PANEL_TILE;
   size_t panel = (size_t)chunk * QJ_PANEL_TILE;
   global real* out = panels + tile * panel + v * QJ_WIDTH % QJ_PANEL_TILE;
   int end = min(begin + block, chunk);
   for (int s = begin; s < end; ++s) {
-    int i = (first + s) * step;
-    real root = 0;
-    if (i < stride) {
-      root = sqrt(loss_curvature(loss, field[i], samples[QJ_SAMPLE_WEIGHT * stride + i],
-                                 samples[QJ_SAMPLE_TARGET * stride + i],
-                                 samples[QJ_SAMPLE_SIDE * stride + i], alpha));
-    } else {
-      i = stride - 1;
-    }
-    lane dx = samples[QJ_SAMPLE_X * stride + i] - cx;
-    lane dy = samples[QJ_SAMPLE_Y * stride + i] - cy;
-    lane dz = samples[QJ_SAMPLE_Z * stride + i] - cz;
-    lane n = fma(dx, dx, fma(dy, dy, fma(dz, dz, dw2)));
+    int i = min((first + s) * step, stride - 1);
+    real w = curvature_at(samples, stride, i, loss, field, alpha);
+    real root = (first + s) * step < stride ? sqrt(w) : (real)0;
+    lane dx = samples[QJ_SAMPLE_X * stride + i] - centers.cx;
+    lane dy = samples[QJ_SAMPLE_Y * stride + i] - centers.cy;
+    lane dz = samples[QJ_SAMPLE_Z * stride + i] - centers.cz;
+    lane n = fma(dx, dx, fma(dy, dy, fma(dz, dz, centers.dw2)));
     lane r = -a * root / n;
     global real* at = out + s * QJ_PANEL_TILE;
     lane_store(lane_log2(n) * (root * (real)0.5 * QJ_LN2), at, 0);
     lane_store(r * dx, at + QJ_MAP_CENTER_X * component_tiles * panel, 0);
     lane_store(r * dy, at + QJ_MAP_CENTER_Y * component_tiles * panel, 0);
     lane_store(r * dz, at + QJ_MAP_CENTER_Z * component_tiles * panel, 0);
-    lane_store(r * dw, at + QJ_MAP_CENTER_W * component_tiles * panel, 0);
+    lane_store(r * centers.dw, at + QJ_MAP_CENTER_W * component_tiles * panel, 0);
     if (v == 0) {
       // The log scale's tile, and the tile that makes their number even.
       for (int t = QJ_MAP_COMPONENTS * component_tiles; t < QJ_PANEL_TILES(factors); ++t) {
@@ -63,35 +62,26 @@ kernel void jacobian_panels(global const real* samples, int stride, int step, in
 
 // The panels of matching pursuit (shared/panel_layout.h), for F linear in exponents: sqrt(W) times
 // ln |x - c| for every centre, 1, and F - target. Samples and work-items as in jacobian_panels.
-// centers: four arrays X, Y, Z, W of QJ_MAP_STRIDE(count).
+// center_arrays: X, Y, Z, W of QJ_MAP_STRIDE(count) each.
 kernel void pursuit_panels(global const real* samples, int stride, int step, int first, int chunk,
-                           int block, real slice, global const real* centers, int count, int loss,
-                           real alpha, global const real* field, global real* panels) {
+                           int block, real slice, global const real* center_arrays, int count,
+                           int loss, real alpha, global const real* field, global real* panels) {
   int v = (int)get_global_id(0);
   int begin = (int)get_global_id(1) * block;
   int center_stride = QJ_MAP_STRIDE(count);
   if (v * QJ_WIDTH >= center_stride) return;
-  lane cx = lane_load(centers, v), cy = lane_load(centers + center_stride, v);
-  lane cz = lane_load(centers + 2 * center_stride, v);
-  lane dw = slice - lane_load(centers + 3 * center_stride, v);
-  lane dw2 = fma(dw, dw, lane_of(QJ_TINY));
+  center_vector centers = load_centers(center_arrays, center_stride, v, slice);
   size_t panel = (size_t)chunk * QJ_PANEL_TILE;
   global real* out = panels + v * QJ_WIDTH / QJ_PANEL_TILE * panel + v * QJ_WIDTH % QJ_PANEL_TILE;
   int end = min(begin + block, chunk);
   for (int s = begin; s < end; ++s) {
-    int i = (first + s) * step;
-    real root = 0;
-    if (i < stride) {
-      root = sqrt(loss_curvature(loss, field[i], samples[QJ_SAMPLE_WEIGHT * stride + i],
-                                 samples[QJ_SAMPLE_TARGET * stride + i],
-                                 samples[QJ_SAMPLE_SIDE * stride + i], alpha));
-    } else {
-      i = stride - 1;
-    }
-    lane dx = samples[QJ_SAMPLE_X * stride + i] - cx;
-    lane dy = samples[QJ_SAMPLE_Y * stride + i] - cy;
-    lane dz = samples[QJ_SAMPLE_Z * stride + i] - cz;
-    lane n = fma(dx, dx, fma(dy, dy, fma(dz, dz, dw2)));
+    int i = min((first + s) * step, stride - 1);
+    real w = curvature_at(samples, stride, i, loss, field, alpha);
+    real root = (first + s) * step < stride ? sqrt(w) : (real)0;
+    lane dx = samples[QJ_SAMPLE_X * stride + i] - centers.cx;
+    lane dy = samples[QJ_SAMPLE_Y * stride + i] - centers.cy;
+    lane dz = samples[QJ_SAMPLE_Z * stride + i] - centers.cz;
+    lane n = fma(dx, dx, fma(dy, dy, fma(dz, dz, centers.dw2)));
     lane_store(lane_log2(n) * (root * (real)0.5 * QJ_LN2), out + s * QJ_PANEL_TILE, 0);
     if (v == 0) {
       for (int t = center_stride / QJ_PANEL_TILE; t < QJ_PURSUIT_TILES(count); ++t) {
@@ -113,25 +103,19 @@ kernel void jacobian_squares(global const real* samples, int stride, int chunk,
   int c = (int)get_global_id(1);
   int map_stride = QJ_MAP_STRIDE(factors);
   if (v * QJ_WIDTH >= map_stride) return;
-  global const real* components = map + QJ_MAP_HEADER;
-  lane a = lane_load(components + QJ_MAP_EXPONENT * map_stride, v);
-  lane cx = lane_load(components + QJ_MAP_CENTER_X * map_stride, v);
-  lane cy = lane_load(components + QJ_MAP_CENTER_Y * map_stride, v);
-  lane cz = lane_load(components + QJ_MAP_CENTER_Z * map_stride, v);
-  lane dw = map[QJ_MAP_SLICE] - lane_load(components + QJ_MAP_CENTER_W * map_stride, v);
-  lane dw2 = fma(dw, dw, lane_of(QJ_TINY));
+  lane a = lane_load(MAP_EXPONENTS(map, map_stride), v);
+  center_vector centers =
+      load_centers(MAP_CENTERS(map, map_stride), map_stride, v, map[QJ_MAP_SLICE]);
   lane log_sum = lane_of(0), x_sum = lane_of(0), y_sum = lane_of(0), z_sum = lane_of(0);
   lane w_sum = lane_of(0);
   real scale_sum = 0;
   int end = min((c + 1) * chunk, stride);
   for (int i = c * chunk; i < end; ++i) {
-    real w = loss_curvature(loss, field[i], samples[QJ_SAMPLE_WEIGHT * stride + i],
-                            samples[QJ_SAMPLE_TARGET * stride + i],
-                            samples[QJ_SAMPLE_SIDE * stride + i], alpha);
-    lane dx = samples[QJ_SAMPLE_X * stride + i] - cx;
-    lane dy = samples[QJ_SAMPLE_Y * stride + i] - cy;
-    lane dz = samples[QJ_SAMPLE_Z * stride + i] - cz;
-    lane n = fma(dx, dx, fma(dy, dy, fma(dz, dz, dw2)));
+    real w = curvature_at(samples, stride, i, loss, field, alpha);
+    lane dx = samples[QJ_SAMPLE_X * stride + i] - centers.cx;
+    lane dy = samples[QJ_SAMPLE_Y * stride + i] - centers.cy;
+    lane dz = samples[QJ_SAMPLE_Z * stride + i] - centers.cz;
+    lane n = fma(dx, dx, fma(dy, dy, fma(dz, dz, centers.dw2)));
     lane inverse = 1 / n;
     lane weight = w * inverse * inverse;
     lane logarithm = lane_log2(n);
@@ -149,7 +133,7 @@ kernel void jacobian_squares(global const real* samples, int stride, int chunk,
   lane_store(a2 * x_sum, row + QJ_MAP_CENTER_X * map_stride, v);
   lane_store(a2 * y_sum, row + QJ_MAP_CENTER_Y * map_stride, v);
   lane_store(a2 * z_sum, row + QJ_MAP_CENTER_Z * map_stride, v);
-  lane_store(a2 * dw * dw * w_sum, row + QJ_MAP_CENTER_W * map_stride, v);
+  lane_store(a2 * centers.dw * centers.dw * w_sum, row + QJ_MAP_CENTER_W * map_stride, v);
   if (v == 0) row[QJ_GRADIENT_LOG_SCALE(factors)] = scale_sum;
 }
 

@@ -1,6 +1,7 @@
 // Gradient of the energy for one iterate: F_1 is a sum of logs, so no versor is needed.
 //   dF/da_k = ln|d_k|,   dF/dc_k = -a_k d_k / |d_k|^2,   dF/dS = 1
 
+#include "factor_vector.clh"
 #include "lane_math.clh"
 #include "qjulia/shared/gradient_layout.h"
 #include "qjulia/shared/loss.h"
@@ -14,13 +15,9 @@ kernel void gradient_potential(global const real* samples, int stride, int chunk
   int c = (int)get_global_id(1);
   int map_stride = QJ_MAP_STRIDE(factors);
   if (v * QJ_WIDTH >= map_stride) return;
-  global const real* components = map + QJ_MAP_HEADER;
-  lane a = lane_load(components + QJ_MAP_EXPONENT * map_stride, v);
-  lane cx = lane_load(components + QJ_MAP_CENTER_X * map_stride, v);
-  lane cy = lane_load(components + QJ_MAP_CENTER_Y * map_stride, v);
-  lane cz = lane_load(components + QJ_MAP_CENTER_Z * map_stride, v);
-  lane dw = map[QJ_MAP_SLICE] - lane_load(components + QJ_MAP_CENTER_W * map_stride, v);
-  lane dw2 = fma(dw, dw, lane_of(QJ_TINY));
+  lane a = lane_load(MAP_EXPONENTS(map, map_stride), v);
+  center_vector centers =
+      load_centers(MAP_CENTERS(map, map_stride), map_stride, v, map[QJ_MAP_SLICE]);
   lane log_sum = lane_of(0), x_sum = lane_of(0), y_sum = lane_of(0), z_sum = lane_of(0);
   lane w_sum = lane_of(0);
   real scale_sum = 0;
@@ -28,10 +25,10 @@ kernel void gradient_potential(global const real* samples, int stride, int chunk
   for (int i = c * chunk; i < end; ++i) {
     real l = cotangent[i];
     if (l == 0) continue;  // saturated, or one-sided and far enough: the same for all work-items
-    lane dx = samples[QJ_SAMPLE_X * stride + i] - cx;
-    lane dy = samples[QJ_SAMPLE_Y * stride + i] - cy;
-    lane dz = samples[QJ_SAMPLE_Z * stride + i] - cz;
-    lane n = fma(dx, dx, fma(dy, dy, fma(dz, dz, dw2)));
+    lane dx = samples[QJ_SAMPLE_X * stride + i] - centers.cx;
+    lane dy = samples[QJ_SAMPLE_Y * stride + i] - centers.cy;
+    lane dz = samples[QJ_SAMPLE_Z * stride + i] - centers.cz;
+    lane n = fma(dx, dx, fma(dy, dy, fma(dz, dz, centers.dw2)));
     lane r = l / n;
     log_sum = fma(lane_of(l), lane_log2(n), log_sum);
     x_sum = fma(r, dx, x_sum);
@@ -45,6 +42,6 @@ kernel void gradient_potential(global const real* samples, int stride, int chunk
   lane_store(-a * x_sum, row + QJ_MAP_CENTER_X * map_stride, v);
   lane_store(-a * y_sum, row + QJ_MAP_CENTER_Y * map_stride, v);
   lane_store(-a * z_sum, row + QJ_MAP_CENTER_Z * map_stride, v);
-  lane_store(-a * dw * w_sum, row + QJ_MAP_CENTER_W * map_stride, v);
+  lane_store(-a * centers.dw * w_sum, row + QJ_MAP_CENTER_W * map_stride, v);
   if (v == 0) row[QJ_GRADIENT_LOG_SCALE(factors)] = scale_sum;
 }

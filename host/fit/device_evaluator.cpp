@@ -194,9 +194,8 @@ class DeviceEvaluator final : public Evaluator {
           products, range,
           {panels_, i32(division_.panel_samples), i32(order), first == 0 ? 0 : 1, matrix_});
     }
-    std::vector<double> rows(matrix_.size());
+    std::vector<double> rows(order * order);
     context.read(matrix_, rows);
-    rows.resize(order * order);
     for (double& entry : rows) entry *= static_cast<double>(step);
     return rows;
   }

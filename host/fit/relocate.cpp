@@ -12,7 +12,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kCandidates = 1200;
+constexpr int kCandidates = 600;
 constexpr double kDamping = 1e-3;  // of the normal matrices, relative to their diagonals
 
 using Columns = std::vector<Index>;  // numbers of rows and columns of the products

@@ -29,7 +29,8 @@ constexpr std::array kAllJobs{energy, gradient, orbit_energy, orbit_gradient, ga
 struct Setting {
   const char* name;
   int Tuning::*value;
-  std::vector<TuneJob> jobs;  ///< that it changes
+  std::vector<TuneJob> jobs;               ///< that it changes
+  std::vector<int> factors{-4, -2, 2, 4};  ///< tried times the value; negative: its parts
 };
 
 const std::vector<Setting>& settings() {
@@ -40,7 +41,7 @@ const std::vector<Setting>& settings() {
       {"orbit_group", &Tuning::orbit_group, {orbit_gradient}},
       {"panel_samples", &Tuning::panel_samples, {gauss_newton}},
       {"panel_block", &Tuning::panel_block, {gauss_newton}},
-      {"product_side", &Tuning::product_side, {gauss_newton}}};
+      {"product_side", &Tuning::product_side, {gauss_newton}, {-16, 16}}};
   return all;
 }
 
@@ -78,7 +79,7 @@ class Tuner {
     best = settle(best);
     for (const Setting& setting : settings()) {
       const Tuning before = best;
-      for (const int factor : {-16, -4, -2, 2, 4, 16}) {
+      for (const int factor : setting.factors) {
         Tuning tuning = before;
         int& value = tuning.*setting.value;
         value = factor < 0 ? value / -factor : value * factor;

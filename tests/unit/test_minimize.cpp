@@ -1,0 +1,163 @@
+// Scaling, coarse spaces and the minimiser, on a quadratic energy.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "fit/minimize.hpp"
+#include "sphere_pool.hpp"
+
+using namespace qjulia;
+using test::budget_of;
+
+namespace {
+
+/// E = ½ (v − goal)ᵀ A (v − goal) over the unknowns, A diagonal and badly scaled.
+class Quadratic final : public Evaluator {
+ public:
+  explicit Quadratic(const RationalMap& goal) : goal_(to_unknowns(goal)) {}
+
+  Evaluation evaluate(const RationalMap& map, bool) override {
+    const auto v = to_unknowns(map);
+    Evaluation result;
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      const double d = v[i] - goal_[i];
+      result.energy += 0.5 * weight(i) * d * d;
+      result.gradient.push_back(weight(i) * d);
+    }
+    return result;
+  }
+  Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
+    return gauss_newton(map).diagonal();
+  }
+  Eigen::MatrixXd pursuit_products(const RationalMap&, const std::vector<Quaternion>&) override {
+    return {};
+  }
+  std::vector<double> field(const RationalMap&) override { return {}; }
+  Eigen::MatrixXd gauss_newton(const RationalMap&) override {
+    const auto n = static_cast<Eigen::Index>(goal_.size());
+    Eigen::MatrixXd h = Eigen::MatrixXd::Zero(n, n);
+    for (Eigen::Index i = 0; i < n; ++i) h(i, i) = weight(static_cast<std::size_t>(i));
+    return h;
+  }
+
+ private:
+  static double weight(std::size_t i) { return std::pow(10.0, static_cast<double>(i % 7)); }
+  std::vector<double> goal_;
+};
+
+Level level_of(Space space) {
+  Level level;
+  level.space = space;
+  return level;
+}
+
+}  // namespace
+
+TEST_CASE("the preconditioner turns the Gauss-Newton matrix into the identity") {
+  // H = B Bᵀ with columns of very different lengths.
+  constexpr Eigen::Index kOrder = 12;
+  std::mt19937_64 bits(1);
+  Eigen::MatrixXd b(kOrder, kOrder);
+  for (Eigen::Index i = 0; i < kOrder; ++i) {
+    for (Eigen::Index j = 0; j < kOrder; ++j) {
+      b(i, j) = test::uniform(bits, -1, 1) * std::pow(10.0, static_cast<double>(i) / 6);
+    }
+  }
+  const Eigen::MatrixXd h = b * b.transpose();
+  constexpr double kDamping = 1e-3;
+  const Preconditioner scaling(h, kDamping);
+  Eigen::MatrixXd damped = h;
+  damped.diagonal() *= 1 + kDamping;
+  // R⁻ᵀ (H + λ diag H) R⁻¹ = I, tried on unit vectors.
+  for (Eigen::Index i = 0; i < kOrder; ++i) {
+    const Eigen::VectorXd unit = Eigen::VectorXd::Unit(kOrder, i);
+    const Eigen::VectorXd back = scaling.gradient(damped * scaling.move(unit));
+    CHECK((back - unit).cwiseAbs().maxCoeff() < 1e-3);
+  }
+}
+
+TEST_CASE("the minimiser finds a badly scaled minimum and moves only what the space holds") {
+  const auto start = test::random_map(9, 0.1, 0.5, 1);
+  const auto goal = test::random_map(9, 0.1, 0.5, 2);
+  Quadratic energy(goal);
+  const auto minimized = [&](const Subspace& subspace, Budget budget) {
+    const Preconditioner scaling(subspace.restricted_matrix(energy.gauss_newton(start)), 1e-3);
+    return minimize(energy, start, subspace, scaling, 50, budget);
+  };
+  const Subspace all(start, level_of(Space::all), Unknowns::all);
+  const auto found = minimized(all, budget_of(100));
+  CHECK(found.energy_after < 1e-10 * found.energy_before);
+  CHECK_FALSE(found.stopped);
+
+  for (const Subspace& exponents : {Subspace(start, level_of(Space::exponents), Unknowns::all),
+                                    Subspace(start, level_of(Space::all), Unknowns::exponents)}) {
+    const auto part = minimized(exponents, budget_of(100));
+    for (std::size_t k = 0; k < 9; ++k) {
+      CHECK(part.map.factors[k].center == start.factors[k].center);
+      CHECK(part.map.factors[k].exponent == Approx(goal.factors[k].exponent).epsilon(1e-4));
+    }
+  }
+
+  // From its diagonal alone, which is the whole of this matrix.
+  auto budget = budget_of(100);
+  const Preconditioner diagonal(all.restricted_diagonal(energy.gauss_newton_diagonal(start)), 1e-3);
+  CHECK(minimize(energy, start, all, diagonal, 50, budget).energy_after <
+        1e-10 * found.energy_before);
+
+  const auto ended = minimized(all, budget_of(1));
+  CHECK(ended.stopped == StopReason::schedule_done);
+  CHECK(ended.energy_after <= ended.energy_before);
+}
+
+TEST_CASE("coarse spaces scale exponents and move centres by groups") {
+  auto map = test::random_map(40, 0.1, 0.5, 4);
+  const auto moved = [&](const Subspace& space, Eigen::Index variable) {
+    auto unknowns = to_unknowns(map);
+    const Eigen::VectorXd move = space.prolonged(Eigen::VectorXd::Unit(space.size(), variable));
+    for (std::size_t i = 0; i < unknowns.size(); ++i) {
+      unknowns[i] += 0.1 * move[static_cast<Eigen::Index>(i)];
+    }
+    return with_unknowns(map, unknowns);
+  };
+  const Subspace scalars(map, level_of(Space::scalars), Unknowns::all);
+  REQUIRE(scalars.size() == 3);
+  CHECK(moved(scalars, 0).log_scale == Approx(map.log_scale + 0.1));
+  for (const bool roots : {true, false}) {
+    const auto scaled = moved(scalars, roots ? 1 : 2);
+    for (std::size_t k = 0; k < map.factors.size(); ++k) {
+      const double a = map.factors[k].exponent;
+      CHECK(scaled.factors[k].exponent == Approx(a * ((a > 0) == roots ? 1.1 : 1.0)));
+      CHECK(scaled.factors[k].center == map.factors[k].center);
+    }
+  }
+
+  Level level = level_of(Space::clusters);
+  level.clusters = 10;
+  const Subspace clusters(map, level, Unknowns::all);
+  CHECK(clusters.size() > 1 + 5 * 8);
+  CHECK(clusters.size() <= 1 + 5 * 10);
+  CHECK(Subspace(map, level, Unknowns::exponents).size() == 1 + (clusters.size() - 1) / 5);
+  // Every factor's X is moved by one variable, as far as its whole cluster's.
+  std::size_t movers = 0;
+  for (Eigen::Index v = 2; v < clusters.size(); v += 5) {
+    const auto shifted = moved(clusters, v);
+    for (std::size_t k = 0; k < map.factors.size(); ++k) {
+      const double change = shifted.factors[k].center.x - map.factors[k].center.x;
+      if (change == 0) continue;
+      ++movers;
+      CHECK(change == Approx(0.1));
+    }
+  }
+  CHECK(movers == map.factors.size());
+
+  // Gradients and matrices are restricted by the same P.
+  const Eigen::VectorXd g = Eigen::VectorXd::LinSpaced(1 + 5 * 40, -1, 2);
+  const Eigen::VectorXd y = Eigen::VectorXd::LinSpaced(clusters.size(), 0.5, -1);
+  CHECK(clusters.restricted_gradient(g).dot(y) == Approx(g.dot(clusters.prolonged(y))));
+  const Eigen::MatrixXd h = g.cwiseAbs2().asDiagonal();
+  CHECK(y.dot(clusters.restricted_matrix(h) * y) ==
+        Approx(clusters.prolonged(y).dot(h * clusters.prolonged(y))));
+  CHECK((clusters.restricted_matrix(h).diagonal() - clusters.restricted_diagonal(g.cwiseAbs2()))
+            .cwiseAbs()
+            .maxCoeff() < 1e-12);
+}

@@ -1,0 +1,79 @@
+// Where samples and factors are put about a sphere.
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "fit/monopoles.hpp"
+#include "sphere_pool.hpp"
+
+using namespace qjulia;
+using test::small_level;
+using test::sphere_pool;
+
+TEST_CASE("a stage's samples have the shares, targets and sides it asks for") {
+  const auto pool = sphere_pool(5000);
+  Level level = small_level();
+  level.samples = 1000;
+  Random random(3);
+  const auto samples = pool.draw(level, random);
+  REQUIRE(samples.size() == 1000);
+  std::size_t surface = 0;
+  std::size_t band = 0;
+  std::size_t beyond = 0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double d = samples.position[i].norm() - 1;
+    if (samples.side[i] != 0) {
+      ++beyond;
+      CHECK(std::abs(d) >= 0.1 - 1e-12);
+      CHECK(samples.target[i] == samples.side[i] * 0.1);
+      CHECK(samples.side[i] * d > 0);
+      CHECK(samples.weight[i] == Approx(0.001));
+    } else if (std::abs(d) < 1e-12) {
+      ++surface;
+      CHECK(samples.target[i] == 0);
+    } else {
+      ++band;
+      CHECK(samples.target[i] == Approx(d).margin(1e-12));
+      CHECK(samples.weight[i] == Approx(0.0005));
+    }
+  }
+  CHECK(surface == 500);
+  CHECK(band == 350);
+  CHECK(beyond == 150);
+  Random same(3);
+  CHECK(pool.draw(level, same).position == samples.position);
+
+  level.loss = Loss::tanh;
+  const auto sided = pool.draw(level, random);
+  double inside = 0;
+  double outside = 0;
+  for (std::size_t i = 0; i < sided.size(); ++i) {
+    CHECK(sided.side[i] * (sided.position[i].norm() - 1) > 0);
+    (sided.side[i] < 0 ? inside : outside) += sided.weight[i];
+  }
+  CHECK(inside == Approx(0.5));
+  CHECK(outside == Approx(0.5));
+}
+
+TEST_CASE("monopoles on a sphere make its electrostatic field") {
+  const auto pool = sphere_pool(6000);
+  const auto map = place_monopoles(pool, 40, 1);
+  REQUIRE(map.factors.size() == 40);
+  for (const auto& [c, exponent] : map.factors) CHECK(norm(c) == Approx(1).margin(1e-9));
+  // Outside, as the charge of a conductor at the centre: r Σ a / |x − c| is the same everywhere.
+  double low = 1e300;
+  double high = -1e300;
+  for (const double r : {1.3, 1.6, 1.9}) {
+    for (const Eigen::Vector3d& u : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 0.6, -0.8)}) {
+      double sum = 0;
+      for (const auto& [c, exponent] : map.factors) {
+        sum += exponent / (r * u - Eigen::Vector3d(c.x, c.y, c.z)).norm();
+      }
+      low = std::min(low, r * sum);
+      high = std::max(high, r * sum);
+    }
+  }
+  CHECK(low > 0);
+  CHECK(high < 1.02 * low);
+  CHECK_THROWS_WITH(place_monopoles({pool.surface, {}, {}}, 40, 1), Catch::Contains("--placement"));
+}

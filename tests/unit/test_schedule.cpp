@@ -1,0 +1,61 @@
+// Schedules, built in and from files.
+
+#include <catch2/catch.hpp>
+#include <fstream>
+
+#include "fit/schedule.hpp"
+#include "qjulia/error.hpp"
+#include "temporary_folder.hpp"
+
+using namespace qjulia;
+
+TEST_CASE("built-in schedules cover the whole budget and end finer than they begin") {
+  for (const char* name : {"tight", "fast", "paper"}) {
+    const Schedule schedule = find_schedule(name);
+    CHECK(schedule.levels.back().until == 1.0);
+    CHECK(schedule.levels.back().samples >= schedule.levels.front().samples);
+    for (std::size_t i = 1; i < schedule.levels.size(); ++i) {
+      CHECK(schedule.levels[i].until > schedule.levels[i - 1].until);
+      CHECK(schedule.levels[i].band <= schedule.levels[i - 1].band);
+      CHECK(schedule.levels[i].space >= schedule.levels[i - 1].space);
+    }
+  }
+  CHECK_THROWS_WITH(find_schedule("nonesuch"), Catch::Contains("tight"));
+}
+
+TEST_CASE("a schedule's file is read, and what is wrong with it is told by line") {
+  const test::TemporaryFolder folder;
+  const std::string path = folder / "own.toml";
+  const auto read = [&](const std::string& text) {
+    std::ofstream(path) << text;
+    return find_schedule(path);
+  };
+  const Schedule own = read(
+      "evaluations = 7\n[[level]]\nuntil = 0.5\nunknowns = \"clusters\"\nclusters = 9\n"
+      "[[level]]\npoints = \"grid\"\nsamples = 12\nreweight = 0.5\n");
+  CHECK(own.evaluations == 7);
+  REQUIRE(own.levels.size() == 2);
+  CHECK(own.levels[0].space == Space::clusters);
+  CHECK(own.levels[0].clusters == 9);
+  CHECK(own.levels[1].points == Points::grid);
+  CHECK(own.levels[1].loss == Loss::tanh);
+  CHECK(own.levels[1].samples == 12);
+  CHECK(own.levels[1].until == 1);
+
+  const std::string head = "evaluations = 7\n[[level]]\n";
+  const auto refused = [&](const std::string& text, const char* why) {
+    CHECK_THROWS_WITH(read(text), Catch::Contains(why) && Catch::Contains("own.toml"));
+  };
+  refused("[[level]", "not TOML");
+  refused("evaluations = 7\n", "at least one [[level]]");
+  refused("[[level]]\n", "needs 'evaluations'");
+  refused(head + "bend = 1\n", ":3: 'bend' is not known");
+  refused(head + "samples = 50\n", ":3: 'samples' must be a number between 100");
+  refused(head + "samples = nan\n", ":3: 'samples'");
+  refused(head + "steps = 2.5\n", ":3: 'steps' must be whole");
+  refused(head + "unknowns = \"some\"\n", "\"scalars\"");
+  refused(head + "until = 0.4\n", "until = 1");
+  refused(head + "until = 0.4\n[[level]]\nuntil = 0.4\n", "must rise");
+  refused(head + "loss = \"tanh\"\nrelocate = 1\n", "needs loss");
+  CHECK_THROWS_WITH(find_schedule(folder / "none.toml"), Catch::Contains("cannot read"));
+}
