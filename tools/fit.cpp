@@ -33,16 +33,17 @@ struct Arguments {
 
 std::string stage_line(const StageReport& stage) {
   return fmt::format(
-      "stage {:16} {:5} evaluations {:8.1f} s  energy {:10.4g} -> {:10.4g}  IoU {:.4f}", stage.name,
-      stage.evaluations, stage.seconds, stage.energy_before, stage.energy_after, stage.iou);
+      "stage {:16} {:5} evaluations {:8.1f} s  energy {:10.4g} -> {:10.4g}  IoU {:.4f} at n = {}",
+      stage.name, stage.evaluations, stage.seconds, stage.energy_before, stage.energy_after,
+      stage.iou, stage.iterations);
 }
 
 std::string summary(const Arguments& arguments, const FitResult& result, double seconds) {
   std::string text;
   if (!result.stages.empty()) {
     const StageReport& last = result.stages.back();
-    text = fmt::format("energy {:.4g}, IoU {:.3f} at n = 1 on a coarse grid\n", last.energy_after,
-                       last.iou);
+    text = fmt::format("energy {:.4g}, IoU {:.3f} at n = {} on a coarse grid\n", last.energy_after,
+                       last.iou, last.iterations);
   }
   return text + fmt::format(
                     "{} factors, {} evaluations, {:.1f} s; ended: {}\n"

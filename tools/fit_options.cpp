@@ -56,6 +56,9 @@ void add_fit_options(CLI::App& command, FitArguments& a) {
                   "What the fit does, level by level: 'tight', 'fast' (shorter, coarser), 'paper' "
                   "(the course of Kim 2015), or a .toml file of levels")
       ->capture_default_str();
+  command.add_flag("--polish", a.options.polish,
+                   "Spend the last two fifths of the fit on the iterated set itself, at the wanted "
+                   "detail: closer to the shape, and less rough");
   command
       .add_option("--unknowns", a.unknowns,
                   "What the fit may change: exponents alone, or exponents and centres")

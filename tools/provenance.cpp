@@ -48,7 +48,8 @@ nlohmann::json to_json(const FitOptions& options) {
                          {"placement", options.placement == Placement::paper ? "paper" : "depth"},
                          {"precision", options.precision == Precision::dbl ? "double" : "single"},
                          {"sample_parts", options.sample_parts},
-                         {"schedule", options.schedule}};
+                         {"schedule", options.schedule},
+                         {"polish", options.polish}};
   if (std::isfinite(options.time_limit)) json["time_limit"] = options.time_limit;
   return json;
 }
@@ -59,6 +60,7 @@ nlohmann::json to_json(const StageReport& stage) {
           {"energy_before", stage.energy_before},
           {"energy_after", stage.energy_after},
           {"iou", stage.iou},
+          {"iterations", stage.iterations},
           {"seconds", stage.seconds}};
 }
 

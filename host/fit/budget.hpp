@@ -21,6 +21,8 @@ class Budget {
   void carry(int evaluations, double seconds);
   int evaluations() const { return evaluations_; }
   double seconds() const;
+  /// Seconds until the time limit; infinite without one.
+  double time_left() const { return time_limit_ - seconds(); }
 
   /// The share that is spent, 0 … 1: of the evaluations or of the time, whichever is more.
   double fraction() const;

@@ -23,11 +23,12 @@ using nlohmann::json;
 constexpr const char* kFormat = "qjulia-checkpoint";
 
 json to_json(const StageReport& r) {
-  return json::array({r.name, r.evaluations, r.energy_before, r.energy_after, r.seconds, r.iou});
+  return json::array(
+      {r.name, r.evaluations, r.energy_before, r.energy_after, r.seconds, r.iou, r.iterations});
 }
 
 StageReport report_from(const json& j) {
-  return {j.at(0), j.at(1), j.at(2), j.at(3), j.at(4), j.at(5)};
+  return {j.at(0), j.at(1), j.at(2), j.at(3), j.at(4), j.at(5), j.at(6)};
 }
 
 }  // namespace
@@ -43,10 +44,10 @@ std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const D
   FnvHash schedule_hash;
   schedule_hash.add(schedule_text(options.schedule));
   // Not the time limit: what is left of it differs from run to run.
-  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {}", version(), hash.text(),
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", version(), hash.text(),
                      options.factors, options.detail, options.seed, options.max_evaluations,
                      static_cast<int>(options.unknowns), static_cast<int>(options.placement),
-                     static_cast<int>(options.precision), schedule_hash.text(),
+                     static_cast<int>(options.precision), schedule_hash.text(), options.polish,
                      options.sample_parts, device.info().name, device.info().driver_version,
                      to_json(device.tuning(options.precision)).dump());
 }

@@ -23,11 +23,13 @@ std::vector<Eigen::Vector3d> positions(const std::vector<SurfacePoint>& points) 
   return found;
 }
 
-/// How poor the fit is and where the surface is missed most. The map is in distance units: F₁ at a
-/// surface point is about how far its own surface is.
+/// How poor the fit is and where the surface is missed most: F₁ at a surface point over the mean
+/// slope is about how far the map's own surface is.
 std::string poor_fit(const Device& device, const RationalMap& map, double iou,
                      const std::vector<Eigen::Vector3d>& surface) {
-  const auto off = Field(device, map).at(on_slice(surface, map.slice));
+  const Field field(device, map);
+  const double thickness = shell_thickness(field, surface, map.slice);
+  const auto off = field.at(on_slice(surface, map.slice));
   const auto worst =
       std::ranges::max_element(off, [](double a, double b) { return std::abs(a) < std::abs(b); });
   const Eigen::Vector3d where =
@@ -36,8 +38,8 @@ std::string poor_fit(const Device& device, const RationalMap& map, double iou,
       "the fit reaches an IoU of {:.2f} only; it is farthest off the surface, by about {:.2g} % of "
       "the diagonal, near ({:.4g}, {:.4g}, {:.4g}). More --factors or more time follow the shape "
       "more closely",
-      iou, 100 * std::abs(*worst) / (map.shape_to_map.scale * map.box->diagonal()), where.x(),
-      where.y(), where.z());
+      iou, 100 * std::abs(*worst) * thickness / (map.shape_to_map.scale * map.box->diagonal()),
+      where.x(), where.y(), where.z());
 }
 
 }  // namespace
@@ -45,6 +47,7 @@ std::string poor_fit(const Device& device, const RationalMap& map, double iou,
 RationalMap finished(const Device& device, RationalMap map, double iou, const Shape& shape,
                      const SamplePool& pool, double detail, std::vector<std::string>& warnings) {
   const auto surface = positions(pool.surface);
+  if (map.detail) return with_measured_detail(device, map, surface, detail);
   map.shape_to_map = shape.shape_to_map;
   map.box = shape.box;
   map.inradius = shape.inradius / shape.shape_to_map.scale;

@@ -11,7 +11,8 @@
 namespace qjulia {
 
 /// A map in distance units, given the shell that is wanted, calibrated, in the shape's units. Where
-/// its origin is not inside, it stays without calibration.
+/// its origin is not inside, it stays without calibration. One that was finished before, and has
+/// been polished since, is given its shell's thickness back.
 /// @param iou what the last stage reached, n = 1; below 0.9 a warning says where the error sits.
 /// @param detail δ, fraction of the box's diagonal.
 RationalMap finished(const Device& device, RationalMap map, double iou, const Shape& shape,

@@ -99,7 +99,8 @@ FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& 
   }
   options.validate();
   const auto start = Budget::Clock::now();
-  const Schedule schedule = find_schedule(options.schedule);
+  Schedule schedule = find_schedule(options.schedule);
+  if (options.polish) schedule = with_polish(std::move(schedule), options.detail);
   Budget budget(options, schedule.evaluations, start, kReserve, watch.stop);
 
   watch.report({"measuring the mesh", 0, -1, ""});
@@ -108,6 +109,11 @@ FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& 
     return work();
   };
   const Shape shape = in_stage("measure the mesh", [&] { return make_shape(device, mesh); });
+  FitResult result;
+  if (shape.has_hidden_parts) {
+    result.warnings.emplace_back(
+        "parts of the mesh overlap or lie within one another; it is fitted as their union");
+  }
   const SignedDistance distance =
       in_stage("signed distance", [&] { return SignedDistance(device, shape.mesh); });
   const SamplePool pool = in_stage("sample pool", [&] {
@@ -129,17 +135,16 @@ FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& 
     return level.points == Points::grid ? grid_samples(shape, distance, level)
                                         : pool.draw(level, random);
   };
-  Stages stages(placed, draw, make_evaluator, overlap, options, schedule, budget, checkpoint,
-                watch);
+  const auto with_detail = [&](const RationalMap& map, double iou) {
+    return finished(device, map, iou, shape, pool, options.detail, result.warnings);
+  };
+  Stages stages(placed, {draw, overlap, with_detail}, make_evaluator, options, schedule, budget,
+                checkpoint, watch);
   if (kept) stages.resume(std::move(*kept));
 
-  FitResult result;
   result.stopped = stages.run();
   result.stages = stages.reports();
-  const double iou = result.stages.empty() ? 0 : result.stages.back().iou;
-  result.map = in_stage("calibration", [&] {
-    return finished(device, stages.map(), iou, shape, pool, options.detail, result.warnings);
-  });
+  result.map = in_stage("calibration", [&] { return stages.map(); });
   result.evaluations = budget.evaluations();
   result.seconds = budget.seconds();
   return result;

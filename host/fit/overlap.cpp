@@ -23,8 +23,8 @@ Overlap::Overlap(const Device& device, const Shape& shape, const SignedDistance&
   points_ = on_slice(points, 0);
 }
 
-double Overlap::operator()(const RationalMap& map) const {
-  const auto field = Field(device_, map).at(points_);
+double Overlap::operator()(const RationalMap& map, int iterations) const {
+  const auto field = Field(device_, map).at(points_, iterations);
   std::size_t both = 0;
   std::size_t either = 0;
   for (std::size_t i = 0; i < field.size(); ++i) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Intersection over union of a map's potential with the shape, on a fixed coarse grid.
+/// Intersection over union of a map's set with the shape, on a fixed coarse grid.
 
 #include <vector>
 
@@ -13,8 +13,8 @@ class Overlap {
  public:
   Overlap(const Device& device, const Shape& shape, const SignedDistance& distance);
 
-  /// IoU of {F_1 < map.surface_level} and the inside of the shape, 0 … 1.
-  double operator()(const RationalMap& map) const;
+  /// IoU of {F_n < map.surface_level} and the inside of the shape, 0 … 1.
+  double operator()(const RationalMap& map, int iterations) const;
 
  private:
   Device device_;

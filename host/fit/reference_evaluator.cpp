@@ -85,7 +85,7 @@ class ReferenceEvaluator final : public Evaluator {
     const double w = samples_.weight[i];
     const double side = samples_.side[i];
     if (options_.loss == Loss::tanh) {
-      const double t = std::tanh(options_.alpha * f);
+      const double t = std::tanh(options_.alpha * (f - samples_.target[i]));
       const double slope = options_.alpha * (1 - t * t);
       return {-w * side * t, -w * side * slope, w * options_.alpha * slope};
     }

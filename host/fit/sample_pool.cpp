@@ -27,14 +27,14 @@ std::vector<DistancePoint> measured(const SignedDistance& distance,
 
 double side_of(double distance) { return distance < 0 ? -1 : 1; }
 
-/// Scales the weights so that those of either side sum to ½, by the signs of the targets.
-void balance(Samples& samples) {
+/// Scales the weights so that those of either side sum to ½, given numbers of the sides' signs.
+void balance(Samples& samples, const std::vector<double>& signs) {
   double sums[2] = {0, 0};
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    sums[samples.target[i] < 0] += samples.weight[i];
+    sums[signs[i] < 0] += samples.weight[i];
   }
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    samples.weight[i] *= 0.5 / sums[samples.target[i] < 0];
+    samples.weight[i] *= 0.5 / sums[signs[i] < 0];
   }
 }
 
@@ -82,10 +82,10 @@ Samples SamplePool::draw(const Level& level, Random& random) const {
   const auto beyond = [b](const DistancePoint& q) { return std::abs(q.distance) >= b; };
   if (level.loss == Loss::tanh) {
     for (std::size_t i = 0; i < total; ++i) {
-      const auto p = i % 2 == 0 ? draw_from(near, within) : draw_from(around, beyond);
-      samples.add(p.position, 1, p.distance, side_of(p.distance));
+      const auto p = i % 8 != 0 ? draw_from(near, within) : draw_from(around, beyond);
+      samples.add(p.position, 1, 0, side_of(p.distance));
     }
-    balance(samples);
+    balance(samples, samples.side);
     return samples;
   }
   const std::size_t on_surface = total / 2;
@@ -121,10 +121,11 @@ Samples grid_samples(const Shape& shape, const SignedDistance& distance, const L
   Samples samples;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double d = distances[i];
-    samples.add(points[i], 1 / std::max(std::abs(d), cell / 2), d,
-                level.loss == Loss::tanh ? side_of(d) : 0);
+    const bool by_side = level.loss == Loss::tanh;
+    samples.add(points[i], 1 / std::max(std::abs(d), cell / 2), by_side ? 0 : d,
+                by_side ? side_of(d) : 0);
   }
-  balance(samples);
+  balance(samples, distances);
   return samples;
 }
 

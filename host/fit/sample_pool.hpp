@@ -23,7 +23,8 @@ struct SamplePool {
 
   /// A stage's samples. For the distance loss, half on the surface (target 0), 35 % within the
   /// band (target: the distance), the rest beyond it, one-sided at ± band; weights sum to 1. For
-  /// the tanh loss, only those off the surface, with their sides; either side's weights sum to ½.
+  /// the tanh loss seven eighths within the band, the rest beyond it, with their sides and target
+  /// 0; either side's weights sum to ½.
   Samples draw(const Level& level, Random& random) const;
 };
 

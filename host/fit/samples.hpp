@@ -8,8 +8,8 @@ namespace qjulia {
 
 /// How F at a sample becomes a term of the energy.
 enum class Loss {
-  /// E = −Σ w s tanh(α F_n), with s = ±1 the side (Kim 2015). −1 is a perfect fit when the weights
-  /// of either side sum to ½.
+  /// E = −Σ w s tanh(α (F_n − target)), with s = ±1 the side (Kim 2015). −1 is a perfect fit when
+  /// the weights of either side sum to ½.
   tanh,
   /// E = ½ Σ w r². r = F − target; where side ≠ 0 the sample asks only for "at least that far":
   /// r = 0 where side · (F − target) > 0.
@@ -20,7 +20,7 @@ enum class Loss {
 struct Samples {
   std::vector<Eigen::Vector3d> position;
   std::vector<double> weight;  ///< w ≥ 0
-  std::vector<double> target;  ///< wanted F (distance loss)
+  std::vector<double> target;  ///< wanted F; with the tanh loss the surface's level
   std::vector<double> side;    ///< +1 outside, −1 inside, 0 neither
 
   std::size_t size() const { return position.size(); }

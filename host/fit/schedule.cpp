@@ -14,6 +14,7 @@
 #include "fit/embedded_schedules.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/fit.hpp"
+#include "qjulia/shared/map_layout.h"
 
 namespace qjulia {
 namespace {
@@ -106,8 +107,10 @@ Level read_level(const toml::table& toml, const std::string& file, double after)
                        {{"surface", Points::surface}, {"grid", Points::grid}});
   const bool on_grid = level.points == Points::grid;
   if (on_grid) level.samples = 50;
+  table.number("iterations", level.iterations, 1, QJ_MOST_ITERATIONS);
+  const bool iterated = level.iterations > 1;
   table.number("samples", level.samples, on_grid ? 4 : 100, on_grid ? kLargestGrid : kMostSamples);
-  if (on_grid) level.loss = Loss::tanh;
+  if (on_grid || iterated) level.loss = Loss::tanh;
   table.choice<Loss>("loss", level.loss, {{"distance", Loss::distance}, {"tanh", Loss::tanh}});
   table.number("alpha", level.alpha, 1e-3, 1e6);
   table.number("band", level.band, 1e-6, 2);
@@ -126,6 +129,9 @@ Level read_level(const toml::table& toml, const std::string& file, double after)
     table.fail(toml,
                "'until' must rise from level to level; it is the share of the budget at "
                "which the level ends");
+  }
+  if (iterated && level.loss != Loss::tanh) {
+    table.fail(toml, "'iterations' above 1 need loss \"tanh\"");
   }
   if (level.relocated > 0 && level.loss != Loss::distance) {
     table.fail(toml, "'relocate' needs loss \"distance\"");
@@ -152,9 +158,15 @@ Schedule read_schedule(const std::string& text, const std::string& file) {
         fmt::format("{}: a schedule needs 'evaluations' and at least one [[level]]", file));
   }
   double after = 0;
+  int iterations = 1;
   for (const toml::node& level : *levels->as_array()) {
     schedule.levels.push_back(read_level(*level.as_table(), file, after));
-    after = schedule.levels.back().until;
+    const Level& last = schedule.levels.back();
+    after = last.until;
+    if (last.iterations < iterations) {
+      throw InputError(fmt::format("{}: 'iterations' may not fall from level to level", file));
+    }
+    iterations = last.iterations;
   }
   if (after != 1) throw InputError(fmt::format("{}: the last level must have until = 1", file));
   return schedule;
@@ -178,6 +190,21 @@ std::string schedule_text(const std::string& name) {
   std::string text{std::istreambuf_iterator<char>(file), {}};
   if (!file) throw InputError(fmt::format("--schedule: cannot read '{}'", name));
   return text;
+}
+
+Schedule with_polish(Schedule schedule, double detail) {
+  constexpr double kBefore = 0.6;
+  constexpr double kDiagonal = 4;  // of boxes whose longest side is 3: from 3 to 5.2
+  schedule.evaluations = static_cast<int>(schedule.evaluations / kBefore);
+  for (Level& level : schedule.levels) level.until *= kBefore;
+  Level polish;
+  polish.name = "polish";
+  polish.iterations = 2;
+  polish.loss = Loss::tanh;
+  polish.alpha = 1;
+  polish.band = detail * kDiagonal;
+  schedule.levels.push_back(polish);
+  return schedule;
 }
 
 Schedule find_schedule(const std::string& name) { return read_schedule(schedule_text(name), name); }

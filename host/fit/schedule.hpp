@@ -28,6 +28,7 @@ struct Level {
   std::string name;
   double until = 1;  ///< share of the budget at which the level ends; on a grid, or converged
   Points points = Points::surface;
+  int iterations = 1;   ///< n; above 1 the map has the wanted detail, below it is in distance units
   int samples = 20000;  ///< a stage's number of samples, or of cells along a grid's side
   Loss loss = Loss::distance;
   double alpha = 10;       ///< sharpness of the tanh loss
@@ -49,5 +50,9 @@ struct Schedule {
 /// A built-in schedule by its name, or that of a file whose name ends in .toml.
 /// @throws InputError for an unknown name, listing those there are, or naming file, line and key.
 Schedule find_schedule(const std::string& name);
+
+/// `schedule` in the first three fifths of the budget, then stages that climb −Σ w s tanh(F_2 − L)
+/// at the wanted detail δ, over samples within a shell's thickness of the surface.
+Schedule with_polish(Schedule schedule, double detail);
 
 }  // namespace qjulia

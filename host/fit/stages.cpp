@@ -34,8 +34,9 @@ bool converged(const Level& level, const MinimizeResult& result) {
          result.energy_before - result.energy_after < kLeastGain * std::abs(result.energy_before);
 }
 
-/// Weights times 1 + r e / mean e, e = 1 − s tanh(αF) or |F − target|. Means are taken over either
-/// side for the tanh loss, whose balance of inside and outside is kept: sums stay as they were.
+/// Weights times 1 + r e / mean e, e = 1 − s tanh(α (F − target)) or |F − target|. Means are taken
+/// over either side for the tanh loss, whose balance of inside and outside is kept: sums stay as
+/// they were.
 void reweight(Samples& samples, const std::vector<double>& field, const Level& level) {
   std::vector<double> error(samples.size());
   std::array<double, 2> errors{};
@@ -46,7 +47,7 @@ void reweight(Samples& samples, const std::vector<double>& field, const Level& l
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const double residual = field[i] - samples.target[i];
     if (level.loss == Loss::tanh) {
-      error[i] = 1 - samples.side[i] * std::tanh(level.alpha * field[i]);
+      error[i] = 1 - samples.side[i] * std::tanh(level.alpha * residual);
     } else if (samples.side[i] * residual <= 0) {
       error[i] = std::abs(residual);
     }
@@ -74,13 +75,12 @@ Preconditioner preconditioner(Evaluator& evaluator, const RationalMap& map,
 
 }  // namespace
 
-Stages::Stages(RationalMap start, Draw draw, EvaluatorFactory make_evaluator,
-               std::function<double(const RationalMap&)> overlap, const FitOptions& options,
-               const Schedule& schedule, Budget& budget, Checkpoint& checkpoint, const Watch& watch)
+Stages::Stages(RationalMap start, Target target, EvaluatorFactory make_evaluator,
+               const FitOptions& options, const Schedule& schedule, Budget& budget,
+               Checkpoint& checkpoint, const Watch& watch)
     : map_(std::move(start)),
-      draw_(std::move(draw)),
+      target_(std::move(target)),
       make_evaluator_(std::move(make_evaluator)),
-      overlap_(std::move(overlap)),
       options_(options),
       schedule_(schedule),
       budget_(budget),
@@ -100,9 +100,15 @@ FitState Stages::state(int level) const {
   return {map_, random_.state(), level, budget_.evaluations(), budget_.seconds(), reports_, {}};
 }
 
+RationalMap Stages::map() const {
+  return target_.with_detail(map_, reports_.empty() ? 0 : reports_.back().iou);
+}
+
 StopReason Stages::run() {
   for (;;) {
     if (const auto reason = budget_.spent()) return *reason;
+    // A stage that could not take a step would only overrun the limit.
+    if (budget_.time_left() < preparation_) return StopReason::time_limit;
     if (const auto reason = run_stage()) return *reason;
   }
 }
@@ -121,8 +127,11 @@ std::optional<StopReason> Stages::run_stage() {
     const TraceStage traced(watch_.trace, name);
     return work();
   };
-  Samples samples = part("draw samples", [&] { return draw_(level, random_); });
+  if (level.iterations > 1) map_ = map();
+  Samples samples = part("draw samples", [&] { return target_.draw(level, random_); });
+  if (level.loss == Loss::tanh) std::ranges::fill(samples.target, map_.surface_level);
   EnergyOptions energy;
+  energy.iterations = level.iterations;
   energy.loss = level.loss;
   energy.alpha = level.alpha;
   auto evaluator = part("send samples", [&] { return make_evaluator_(samples, energy); });
@@ -147,14 +156,15 @@ std::optional<StopReason> Stages::run_stage() {
   const Preconditioner scaling = part("preconditioner", [&] {
     return preconditioner(*evaluator, map_, subspace, schedule_.damping);
   });
+  preparation_ = budget_.seconds() - start;
   RecordingEvaluator recorded(*evaluator, before, checkpoint_);
   auto result = part("minimise", [&] {
     return minimize(recorded, map_, subspace, scaling, level.steps, budget_);
   });
   map_ = std::move(result.map);
-  const double overlap = part("overlap", [&] { return overlap_(map_); });
+  const double overlap = part("overlap", [&] { return target_.overlap(map_, level.iterations); });
   reports_.push_back({level.name, budget_.evaluations() - evaluations, result.energy_before,
-                      result.energy_after, budget_.seconds() - start, overlap});
+                      result.energy_after, budget_.seconds() - start, overlap, level.iterations});
   watch_.report({"fitting", budget_.fraction(), budget_.seconds_left(),
                  fmt::format("energy {:.3e}, IoU {:.4f}, {}, {} evaluations", result.energy_after,
                              reports_.back().iou, level.name, budget_.evaluations())});

@@ -15,13 +15,19 @@ namespace qjulia {
 
 class Stages {
  public:
-  /// A stage's samples.
-  using Draw = std::function<Samples(const Level&, Random&)>;
+  /// What stages ask about the shape.
+  struct Target {
+    /// A stage's samples.
+    std::function<Samples(const Level&, Random&)> draw;
+    /// IoU of a map's n-th iterate with the shape, for reports.
+    std::function<double(const RationalMap&, int)> overlap;
+    /// A map, with its IoU, given the wanted detail: in distance units, or polished since.
+    std::function<RationalMap(const RationalMap&, double)> with_detail;
+  };
 
-  /// @param overlap IoU of a map with the shape, for reports.
-  Stages(RationalMap start, Draw draw, EvaluatorFactory make_evaluator,
-         std::function<double(const RationalMap&)> overlap, const FitOptions& options,
-         const Schedule& schedule, Budget& budget, Checkpoint& checkpoint, const Watch& watch);
+  Stages(RationalMap start, Target target, EvaluatorFactory make_evaluator,
+         const FitOptions& options, const Schedule& schedule, Budget& budget,
+         Checkpoint& checkpoint, const Watch& watch);
 
   /// Goes on where an earlier process stood.
   void resume(FitState state);
@@ -29,7 +35,8 @@ class Stages {
   /// Runs stages until the budget is spent.
   StopReason run();
 
-  const RationalMap& map() const { return map_; }
+  /// With the wanted detail.
+  RationalMap map() const;
   const std::vector<StageReport>& reports() const { return reports_; }
 
  private:
@@ -38,9 +45,8 @@ class Stages {
   FitState state(int level) const;
 
   RationalMap map_;
-  Draw draw_;
+  Target target_;
   EvaluatorFactory make_evaluator_;
-  std::function<double(const RationalMap&)> overlap_;
   const FitOptions& options_;
   const Schedule& schedule_;
   Budget& budget_;
@@ -48,6 +54,7 @@ class Stages {
   const Watch& watch_;
   Random random_;
   std::vector<StageReport> reports_;
+  double preparation_ = 0;           ///< seconds of the last stage before its first step
   int level_ = 0;                    ///< no stage belongs to an earlier one any more
   std::optional<FitState> resumed_;  ///< the stage that was under way, until it is run
 };

@@ -176,13 +176,16 @@ void draw(cairo_t* context, const Plot& plot) {
   double row = kTop + 1.5 * kFont;
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
     if (plot.series[k].label.empty()) continue;
+    const double reach = 28 + text_width(context, plot.series[k].label, kFont);
+    cairo_set_source_rgba(context, 1, 1, 1, 0.8);  // lines that pass behind grow faint
+    cairo_rectangle(context, kLeft + wide - reach - 4, row - kFont, reach - 1, 1.4 * kFont);
+    cairo_fill(context);
     const auto& color = kColors[k % kColors.size()];
     cairo_set_source_rgb(context, color[0], color[1], color[2]);
     cairo_rectangle(context, kLeft + wide - 22, row - 0.5 * kFont, 14, 4);
     cairo_fill(context);
     cairo_set_source_rgb(context, 0.15, 0.15, 0.15);
     draw_text(context, plot.series[k].label, kLeft + wide - 28, row, kFont, Anchor::right);
-    const double reach = 28 + text_width(context, plot.series[k].label, kFont);
     for (const double y_of : {row, row - 0.8 * kFont}) {
       names.keep_clear(kLeft + wide - reach, y_of, kLeft + wide, y_of);
     }
@@ -260,7 +263,8 @@ std::vector<double> plot_ticks(double low, double high, bool logarithmic) {
     step = unit * part;
     if ((high - low) / step <= kMostTicks) break;
   }
-  for (double k = std::ceil(low / step); k * step <= high; ++k) ticks.push_back(k * step);
+  // Adding 0 makes -0 positive.
+  for (double k = std::ceil(low / step); k * step <= high; ++k) ticks.push_back(k * step + 0.0);
   return ticks;
 }
 

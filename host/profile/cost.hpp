@@ -8,8 +8,8 @@ namespace qjulia::cost {
 constexpr double kDistance2 = 4;  // |d|²
 constexpr double kLog2 = 8;
 constexpr double kTerm = 1;          // a ln N, added up
-constexpr double kRoot = 3;          // 1/ρ and ρ
-constexpr double kAngle = 10;        // one division, one odd polynomial
+constexpr double kRoot = 6;          // one reciprocal root; 1/ρ, ρ and the tangent from it
+constexpr double kAngle = 9;         // one odd polynomial
 constexpr double kSineCosine = 14;   // of a θ: reduction and two polynomials
 constexpr double kProduct = 16 + 4;  // Hamilton's product, and the versor from sine and cosine
 

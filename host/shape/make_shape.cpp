@@ -1,4 +1,5 @@
 #include <cmath>
+#include <utility>
 
 #include "qjulia/error.hpp"
 #include "qjulia/shape.hpp"
@@ -13,11 +14,17 @@ Shape make_shape(const Device& device, const TriangleMesh& mesh) {
   if (std::abs(signed_volume(mesh)) <= kLeastVolume * std::pow(shape.box.size().maxCoeff(), 3)) {
     throw InputError("the mesh encloses no volume: it is flat; give a mesh with an inside");
   }
-  const DeepestPoint deepest = deepest_interior_point(SignedDistance(device, mesh), shape.box);
+  SignedDistance distance(device, mesh);
+  shape.mesh = turned_outward(mesh);
+  if (auto outer = outer_surface(shape.mesh, distance)) {
+    shape.mesh = std::move(*outer);
+    shape.has_hidden_parts = true;
+    distance = SignedDistance(device, shape.mesh);
+  }
+  const DeepestPoint deepest = deepest_interior_point(distance, shape.box);
   const double scale = kLongestSide / shape.box.size().maxCoeff();
   shape.shape_to_map = {scale, -scale * deepest.position};
   shape.inradius = scale * deepest.inradius;
-  shape.mesh = turned_outward(mesh);
   for (auto& x : shape.mesh.vertices) x = shape.shape_to_map.to_map(x);
   return shape;
 }

@@ -129,9 +129,10 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
   const auto report = [&](double done) { watch.report({"comparing", done / steps, -1, ""}); };
 
   report(0);
-  const CubeSamples cube =
-      sample_cube(device, mesh, map.shape_to_map, options.resolution, options.box, watch);
-  const SampledMesh sampled(device, mesh, options.box);
+  const TriangleMesh outer = outer_surface(mesh, SignedDistance(device, mesh)).value_or(mesh);
+  const CubeSamples cube = sample_cube(device, outer, mesh.box(), map.shape_to_map,
+                                       options.resolution, options.box, watch);
+  const SampledMesh sampled(device, outer, options.box);
   if (sampled.points.empty()) {
     throw InputError("--box holds nothing of the mesh's surface; give a part that it runs through");
   }

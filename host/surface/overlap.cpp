@@ -23,10 +23,9 @@ struct Side {
 
 }  // namespace
 
-CubeSamples sample_cube(const Device& device, const TriangleMesh& mesh,
+CubeSamples sample_cube(const Device& device, const TriangleMesh& mesh, const Box& about,
                         const ShapeToMap& shape_to_map, int resolution,
                         const std::optional<Box>& part, const Watch& watch) {
-  const Box about = mesh.box();
   const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * kCubeSide * about.size().maxCoeff());
   const Box box = part.value_or(Box{about.center() - half, about.center() + half});
   CubeSamples samples;

@@ -18,8 +18,8 @@ struct CubeSamples {
 };
 
 /// `resolution` cells along the longest side of `part`, or where there is none, `resolution`³ of a
-/// cube centred on the mesh's box, side 1.15 × its longest side. @param part the mesh's units.
-CubeSamples sample_cube(const Device& device, const TriangleMesh& mesh,
+/// cube centred on the box `about`, side 1.15 × its longest side. @param part the mesh's units.
+CubeSamples sample_cube(const Device& device, const TriangleMesh& mesh, const Box& about,
                         const ShapeToMap& shape_to_map, int resolution,
                         const std::optional<Box>& part, const Watch& watch);
 

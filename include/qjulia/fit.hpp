@@ -33,6 +33,8 @@ struct FitOptions {
   Placement placement = Placement::depth;
   Precision precision = Precision::single;
   std::string schedule = "tight";  ///< a built-in schedule's name, or a .toml file's
+  /// Spends the last two fifths of the budget on the second iterate's set, at the wanted detail.
+  bool polish = false;
   /// The energy is summed over the samples in this many equal parts, which ranks share. Sums are
   /// the same bits for the same number.
   int sample_parts = 1;
@@ -57,7 +59,8 @@ struct StageReport {
   double energy_before = 0;
   double energy_after = 0;
   double seconds = 0;
-  double iou = 0;  ///< at n = 1, on a coarse grid
+  double iou = 0;      ///< on a coarse grid
+  int iterations = 1;  ///< n of energies and IoU
 };
 
 struct FitResult {

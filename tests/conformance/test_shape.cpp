@@ -1,3 +1,4 @@
+#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <limits>
 
@@ -134,4 +135,58 @@ TEST_CASE("a shape has longest side 3 and its deepest point at the origin") {
       SignedDistance(cpu(), shape.mesh).at(std::vector{Eigen::Vector3d(0, 0, 0)})[0];
   CHECK(shape.inradius == Approx(-at_origin).epsilon(1e-4));
   CHECK(shape.inradius == Approx(20 * shape.shape_to_map.scale).epsilon(0.01));
+}
+
+namespace {
+
+double area(const TriangleMesh& mesh) {
+  double sum = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Eigen::Vector3d& origin = mesh.vertices[a];
+    sum += 0.5 * (mesh.vertices[b] - origin).cross(mesh.vertices[c] - origin).norm();
+  }
+  return sum;
+}
+
+std::optional<TriangleMesh> outer(const TriangleMesh& mesh) {
+  return outer_surface(mesh, SignedDistance(cpu(), mesh));
+}
+
+}  // namespace
+
+TEST_CASE("what bodies hide of one another is left out of the outer surface") {
+  const auto small = shapes::moved(shapes::sphere(3), 0.5, Eigen::Vector3d::Zero());
+  const auto nested = outer(shapes::joined(shapes::sphere(3), small));
+  REQUIRE(nested);
+  CHECK(area(*nested) == Approx(area(shapes::sphere(3))).epsilon(1e-12));
+
+  // Two boxes of side 2 that share a unit cube at a corner: coarse triangles are cut.
+  const auto corner =
+      shapes::joined(shapes::box({-1, -1, -1}, {1, 1, 1}), shapes::box({0, 0, 0}, {2, 2, 2}));
+  const auto joined = outer(corner);
+  REQUIRE(joined);
+  CHECK(area(*joined) == Approx(48 - 6).epsilon(0.02));
+  const SignedDistance distance(cpu(), *joined);
+  const auto distances = distance.at(std::vector<Eigen::Vector3d>{
+      {0.5, 0.5, 0.5}, {0.9, 0.9, 0.9}, {-0.5, 0, 0}, {1.5, 1.5, -0.5}, {3, 1, 1}});
+  CHECK(distances[0] == Approx(-std::sqrt(0.5)).margin(0.05));
+  CHECK(distances[1] == Approx(-std::sqrt(0.82)).margin(0.05));
+  CHECK(distances[2] == Approx(-0.5).margin(0.01));
+  CHECK(distances[3] == Approx(0.5).margin(0.01));
+  CHECK(distances[4] == Approx(1).margin(0.01));
+
+  // An inside-out box that sticks out of the one it is taken from.
+  const auto tunnel =
+      outer(shapes::joined(shapes::box({-1, -1, -1}, {1, 1, 1}),
+                           shapes::inside_out(shapes::box({-0.5, -0.5, -1.2}, {0.5, 0.5, 1.2}))));
+  REQUIRE(tunnel);
+  CHECK(tunnel->box().high.z() == Approx(1).margin(0.08));
+}
+
+TEST_CASE("meshes that hide nothing are their own outer surface") {
+  const auto hollow = shapes::joined(shapes::sphere(3), shapes::inside_out(shapes::sphere(3, 0.7)));
+  for (const auto& mesh : {shapes::sphere(3), shapes::inside_out(shapes::torus()),
+                           shapes::open_box(), shapes::soup(shapes::torus(), 0.01), hollow}) {
+    CHECK_FALSE(outer(mesh));
+  }
 }

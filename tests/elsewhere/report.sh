@@ -5,7 +5,7 @@ set -euo pipefail
 qjulia=$1 mesh=$2 folder=$3
 
 chromium=$(command -v chromium || command -v chromium-browser || command -v google-chrome) || {
-  echo "SKIPPED: no chromium here; 'apt-get install chromium' adds it (about 300 MB)"
+  echo "SKIPPED: no chromium here; 'tools/install-dependencies --all' adds it (about 300 MB)"
   exit 77
 }
 rm -rf "$folder"

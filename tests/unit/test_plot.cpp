@@ -2,6 +2,7 @@
 
 #include <array>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <limits>
 
 #include "picture/plot.hpp"
@@ -38,6 +39,7 @@ Plot one_point(double x, double y) {
 TEST_CASE("ticks are round and few") {
   CHECK(plot_ticks(0.1, 1.05, false).size() <= 8);
   const auto linear = plot_ticks(-1, 9, false);
+  CHECK_FALSE(std::signbit(plot_ticks(-0.1, 5, false).front()));
   CHECK(linear.front() == Approx(0).margin(1e-12));
   CHECK(linear[1] - linear[0] == Approx(2));
   CHECK(plot_ticks(1, 1000, true) == std::vector<double>{1, 2, 5, 10, 20, 50, 100, 200, 500, 1000});

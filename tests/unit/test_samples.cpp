@@ -47,12 +47,17 @@ TEST_CASE("a stage's samples have the shares, targets and sides it asks for") {
   const auto sided = pool.draw(level, random);
   double inside = 0;
   double outside = 0;
+  band = 0;
   for (std::size_t i = 0; i < sided.size(); ++i) {
-    CHECK(sided.side[i] * (sided.position[i].norm() - 1) > 0);
+    const double d = sided.position[i].norm() - 1;
+    CHECK(sided.side[i] * d > 0);
+    CHECK(sided.target[i] == 0);
+    band += std::abs(d) < 0.1 ? 1 : 0;
     (sided.side[i] < 0 ? inside : outside) += sided.weight[i];
   }
   CHECK(inside == Approx(0.5));
   CHECK(outside == Approx(0.5));
+  CHECK(band == 875);
 }
 
 TEST_CASE("monopoles on a sphere make its electrostatic field") {

@@ -23,6 +23,21 @@ TEST_CASE("built-in schedules cover the whole budget and end finer than they beg
   CHECK_THROWS_WITH(find_schedule("nonesuch"), Catch::Contains("tight"));
 }
 
+TEST_CASE("polishing takes the last two fifths of a schedule") {
+  const Schedule plain = find_schedule("tight");
+  const Schedule polished = with_polish(plain, 0.03);
+  REQUIRE(polished.levels.size() == plain.levels.size() + 1);
+  CHECK(polished.evaluations == Approx(plain.evaluations / 0.6).margin(1));
+  for (std::size_t i = 0; i < plain.levels.size(); ++i) {
+    CHECK(polished.levels[i].until == Approx(0.6 * plain.levels[i].until));
+    CHECK(polished.levels[i].iterations == 1);
+  }
+  CHECK(polished.levels.back().until == 1);
+  CHECK(polished.levels.back().iterations == 2);
+  CHECK(polished.levels.back().loss == Loss::tanh);
+  CHECK(polished.levels.back().band == Approx(0.12));
+}
+
 TEST_CASE("a schedule's file is read, and what is wrong with it is told by line") {
   const test::TemporaryFolder folder;
   const std::string path = folder / "own.toml";
@@ -57,5 +72,8 @@ TEST_CASE("a schedule's file is read, and what is wrong with it is told by line"
   refused(head + "until = 0.4\n", "until = 1");
   refused(head + "until = 0.4\n[[level]]\nuntil = 0.4\n", "must rise");
   refused(head + "loss = \"tanh\"\nrelocate = 1\n", "needs loss");
+  refused(head + "iterations = 17\n", ":3: 'iterations' must be a number between 1 and 16");
+  refused(head + "iterations = 2\nloss = \"distance\"\n", "need loss \"tanh\"");
+  refused(head + "until = 0.5\niterations = 3\n[[level]]\niterations = 2\n", "may not fall");
   CHECK_THROWS_WITH(find_schedule(folder / "none.toml"), Catch::Contains("cannot read"));
 }

@@ -1,11 +1,16 @@
 // Stages of a fit, with the reference evaluator alone: what they reach, and how they go on.
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <thread>
+#include <utility>
 
 #include "fit/placement.hpp"
 #include "fit/stages.hpp"
+#include "qjulia/detail.hpp"
 #include "sphere_pool.hpp"
 #include "temporary_folder.hpp"
 
@@ -44,6 +49,33 @@ class MortalEvaluator : public Evaluator {
   int& left_;
 };
 
+/// Samples by `draw`; no overlap is measured, and maps stay as they are.
+Stages::Target unscaled(std::function<Samples(const Level&, Random&)> draw) {
+  return {std::move(draw), [](const RationalMap&, int) { return 0.5; },
+          [](const RationalMap& map, double) { return map; }};
+}
+
+/// The same where the wanted detail is a shell of half the thickness.
+Stages::Target steepening(std::function<Samples(const Level&, Random&)> draw) {
+  Stages::Target target = unscaled(std::move(draw));
+  target.with_detail = [](const RationalMap& map, double) {
+    if (map.detail) return map;
+    RationalMap scaled = steepened(map, 2);
+    scaled.detail = 0.1;
+    return scaled;
+  };
+  return target;
+}
+
+Level polishing_level() {
+  Level level = small_level();
+  level.relocated = 0;
+  level.iterations = 2;
+  level.loss = Loss::tanh;
+  level.alpha = 1;
+  return level;
+}
+
 }  // namespace
 
 TEST_CASE("a fit that died and was resumed ends as one that did not") {
@@ -51,7 +83,12 @@ TEST_CASE("a fit that died and was resumed ends as one that did not") {
   const auto draw = [&](const Level& level, Random& random) { return pool.draw(level, random); };
   FitOptions options;
   options.factors = 8;
-  const Schedule schedule{40, 1e-3, {small_level()}};
+  Schedule schedule{40, 1e-3, {small_level()}};
+  // The second stage, in which it dies, may be the second iterate's.
+  if (GENERATE(false, true)) {
+    schedule.levels.front().until = 0.2;
+    schedule.levels.push_back(polishing_level());
+  }
   const test::TemporaryFolder folder;
   const std::filesystem::path path = folder / "fit.checkpoint";
   int left = -1;  // evaluations with gradients until death; negative: none
@@ -61,11 +98,11 @@ TEST_CASE("a fit that died and was resumed ends as one that did not") {
   const auto start = place_factors(mortal, pool, options.factors, 1);
   const auto unknowns_of_a_run = [&](Checkpoint& checkpoint, bool resume) {
     auto budget = budget_of(schedule.evaluations);
-    Stages stages(start, draw, mortal, [](const RationalMap&) { return 0.5; }, options, schedule,
-                  budget, checkpoint, {});
+    Stages stages(start, steepening(draw), mortal, options, schedule, budget, checkpoint, {});
     if (resume) stages.resume(checkpoint.load().value());
     stages.run();
     CHECK(budget.evaluations() == 40);
+    CHECK(stages.reports().back().iterations == schedule.levels.back().iterations);
     return to_unknowns(stages.map());
   };
   Checkpoint none({}, "");
@@ -102,9 +139,7 @@ TEST_CASE("stages fit a sphere with the reference evaluator alone") {
   const Watch watch{[&](const Progress&) { ++reports; }, {}};
   const auto start = place_factors(reference, pool, options.factors, 1);
   Checkpoint unkept({}, "");
-  Stages stages(
-      start, draw, reference, [](const RationalMap&) { return 0.5; }, options, schedule, budget,
-      unkept, watch);
+  Stages stages(start, unscaled(draw), reference, options, schedule, budget, unkept, watch);
   CHECK(stages.run() == StopReason::schedule_done);
   CHECK(budget.evaluations() == 40);
   REQUIRE(stages.reports().size() >= 3);
@@ -117,6 +152,74 @@ TEST_CASE("stages fit a sphere with the reference evaluator alone") {
   CHECK(field[0] == Approx(-0.1).margin(0.03));
   CHECK(field[1] == Approx(0).margin(0.03));
   CHECK(field[2] == Approx(0.1).margin(0.03));
+}
+
+TEST_CASE(
+    "stages of the second iterate begin with a map of the wanted detail, and lower its energy") {
+  const auto pool = sphere_pool(4000);
+  const auto draw = [&](const Level& level, Random& random) { return pool.draw(level, random); };
+  std::vector<std::pair<EnergyOptions, Samples>> asked;
+  const EvaluatorFactory keeping = [&](const Samples& samples, const EnergyOptions& energy) {
+    asked.emplace_back(energy, samples);
+    return make_reference_evaluator(samples, energy);
+  };
+  FitOptions options;
+  options.factors = 8;
+  Level first = small_level();
+  first.until = 0.5;
+  const Schedule schedule{40, 1e-3, {first, polishing_level()}};
+  auto target = steepening(draw);
+  int scaled = 0;
+  target.with_detail = [&scaled, steepen = target.with_detail](RationalMap map, double iou) {
+    if (map.detail) return map;
+    ++scaled;
+    map = steepen(map, iou);
+    map.surface_level = 0.25;
+    map.log_scale += 0.25;
+    return map;
+  };
+  auto budget = budget_of(schedule.evaluations);
+  Checkpoint unkept({}, "");
+  const auto start = place_factors(keeping, pool, options.factors, 1);
+  asked.clear();
+  Stages stages(start, target, keeping, options, schedule, budget, unkept, {});
+  CHECK(stages.run() == StopReason::schedule_done);
+  CHECK(stages.map().detail == 0.1);
+  CHECK(scaled == 1);
+  CHECK(asked.front().first.iterations == 1);
+  CHECK(asked.back().first.iterations == 2);
+  CHECK(asked.back().first.loss == Loss::tanh);
+  CHECK(std::ranges::count(asked.back().second.target, 0.25) == 200);
+  CHECK(stages.reports().back().iterations == 2);
+  CHECK(stages.reports().back().energy_after < stages.reports().back().energy_before);
+}
+
+TEST_CASE("no stage is begun that the time limit would end before its first step") {
+  const auto pool = sphere_pool(1000);
+  const auto draw = [&](const Level& level, Random& random) { return pool.draw(level, random); };
+  constexpr std::chrono::milliseconds kPreparation(300);
+  const EvaluatorFactory slow = [&](const Samples& samples, const EnergyOptions& energy) {
+    std::this_thread::sleep_for(kPreparation);
+    return make_reference_evaluator(samples, energy);
+  };
+  FitOptions options;
+  options.factors = 8;
+  options.time_limit = 0.8;
+  Level level = small_level();
+  level.relocated = 0;
+  level.steps = 1;
+  const Schedule schedule{10'000, 1e-3, {level}};
+  const auto start = place_factors(
+      [](const Samples& samples, const EnergyOptions& energy) {
+        return make_reference_evaluator(samples, energy);
+      },
+      pool, options.factors, 1);
+  auto budget = budget_of(schedule.evaluations, options);
+  Checkpoint unkept({}, "");
+  Stages stages(start, unscaled(draw), slow, options, schedule, budget, unkept, {});
+  CHECK(stages.run() == StopReason::time_limit);
+  CHECK(!stages.reports().empty());
+  CHECK(budget.time_left() > 0);
 }
 
 TEST_CASE("a level on a grid ends when it has converged, and so does the fit at the last") {
@@ -141,8 +244,8 @@ TEST_CASE("a level on a grid ends when it has converged, and so does the fit at 
   };
   auto budget = budget_of(schedule.evaluations);
   Checkpoint unkept({}, "");
-  Stages stages(place_factors(reference, pool, options.factors, 1), draw, reference,
-                [](const RationalMap&) { return 0.5; }, options, schedule, budget, unkept, {});
+  Stages stages(place_factors(reference, pool, options.factors, 1), unscaled(draw), reference,
+                options, schedule, budget, unkept, {});
   CHECK(stages.run() == StopReason::converged);
   CHECK(budget.fraction() < 0.5);
   CHECK(stages.reports().front().name == "coarse");
@@ -168,9 +271,8 @@ TEST_CASE("reweighting moves weight to what is badly captured and keeps its sums
   const Schedule schedule{5, 1e-3, {level}};
   auto budget = budget_of(schedule.evaluations);
   Checkpoint unkept({}, "");
-  Stages stages(
-      start, [&](const Level& l, Random& random) { return pool.draw(l, random); }, keeping,
-      [](const RationalMap&) { return 0.5; }, options, schedule, budget, unkept, {});
+  const auto draw = [&](const Level& l, Random& random) { return pool.draw(l, random); };
+  Stages stages(start, unscaled(draw), keeping, options, schedule, budget, unkept, {});
   stages.run();
   REQUIRE(given.size() == 2);
   const auto field = make_reference_evaluator(given[0], {})->field(start);

@@ -1,7 +1,7 @@
 #pragma once
 /* What the energy sums over samples. Compiled by host and device. */
 
-#define QJ_LOSS_TANH 0     /* E = - sum w s tanh(alpha F): Kim 2015, Eq. 8; s = side */
+#define QJ_LOSS_TANH 0     /* E = - sum w s tanh(alpha (F - t)): Kim 2015, Eq. 8 */
 #define QJ_LOSS_DISTANCE 1 /* E = 1/2 sum w r^2: regression of F_1 to signed distance */
 
 /* Arrays in a sample buffer, each of `stride` reals. */

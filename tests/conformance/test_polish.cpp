@@ -1,0 +1,40 @@
+// Polishing: fitting the second iterate's set brings the iterated set to the shape.
+
+#include <catch2/catch.hpp>
+
+#include "qjulia/compare.hpp"
+#include "qjulia/fit.hpp"
+#include "shapes.hpp"
+#include "test_device.hpp"
+
+using namespace qjulia;
+
+TEST_CASE("polishing brings the iterated set closer to the shape at the same detail") {
+  const Device& device = test::device();
+  const TriangleMesh mesh = shapes::torus(1, 0.4);
+  FitOptions options;
+  options.factors = 48;
+  options.schedule = "fast";
+  options.max_evaluations = 150;
+  const FitResult plain = fit(device, mesh, options);
+  options.polish = true;
+  options.max_evaluations = 250;  // two fifths of them for polishing
+  const FitResult polished = fit(device, mesh, options);
+
+  CHECK(polished.stages.front().iterations == 1);
+  CHECK(polished.stages.back().iterations == 2);
+  CHECK(polished.stages.back().energy_after <= polished.stages.back().energy_before);
+  CHECK(*plain.map.detail == Approx(options.detail));
+  CHECK(*polished.map.detail == Approx(options.detail));
+
+  CompareOptions comparing;
+  comparing.resolution = 48;
+  const auto of = [&](const FitResult& result) {
+    return compare(device, result.map, mesh, comparing).back();
+  };
+  const FitMetrics before = of(plain);
+  const FitMetrics after = of(polished);
+  CAPTURE(before.iou, after.iou, before.roughness, after.roughness, *polished.map.detail);
+  CHECK(after.iou > before.iou + 0.02);
+  CHECK(after.roughness < before.roughness);
+}
