@@ -1,10 +1,12 @@
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 #include <map>
 
 #include "batch/manifest_paths.hpp"
+#include "files/toml.hpp"
 #include "qjulia/batch.hpp"
 #include "qjulia/error.hpp"
 
@@ -86,17 +88,13 @@ class Reader {
 
  private:
   toml::table parse() const {
-    try {
-      return toml::parse_file(manifest_.file.string());
-    } catch (const toml::parse_error& error) {
-      const std::size_t line = line_of(error.source());
-      if (line == 0) {
-        throw InputError(fmt::format("cannot read manifest '{}': {}", manifest_.file.string(),
-                                     error.description()));
-      }
-      throw InputError(
-          fmt::format("{}:{}: not TOML: {}", manifest_.file.string(), line, error.description()));
+    std::ifstream file(manifest_.file, std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    if (!file) {
+      throw InputError(fmt::format("cannot read manifest '{}'; check the name and its permissions",
+                                   manifest_.file.string()));
     }
+    return parse_toml(text, manifest_.file.string());
   }
 
   /// @param base what holds unless the table says otherwise.

@@ -1,7 +1,6 @@
 #include "fit/schedule.hpp"
 
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 #include <cmath>
 #include <filesystem>
@@ -11,6 +10,7 @@
 #include <optional>
 #include <string_view>
 
+#include "files/toml.hpp"
 #include "fit/embedded_schedules.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/fit.hpp"
@@ -140,13 +140,7 @@ Level read_level(const toml::table& toml, const std::string& file, double after)
 }
 
 Schedule read_schedule(const std::string& text, const std::string& file) {
-  toml::table root;
-  try {
-    root = toml::parse(text, file);
-  } catch (const toml::parse_error& error) {
-    throw InputError(
-        fmt::format("{}:{}: not TOML: {}", file, error.source().begin.line, error.description()));
-  }
+  const toml::table root = parse_toml(text, file);
   Schedule schedule;
   Table table(root, file);
   table.number("evaluations", schedule.evaluations, 1, 1e9);

@@ -62,6 +62,16 @@ TEST_CASE("a schedule's file is read, and what is wrong with it is told by line"
     CHECK_THROWS_WITH(read(text), Catch::Contains(why) && Catch::Contains("own.toml"));
   };
   refused("[[level]", "not TOML");
+  refused(head + "[;level]]\n", ":3: not TOML");
+  refused(head + "n\u00e4me = 1\n", ":3: not TOML: a character outside double quotes");
+  const auto name_of = [&](const std::string& toml) {
+    return read("# \u00e4\n" + head + "name = " + toml + " # \u00e4\n").levels.front().name;
+  };
+  CHECK(name_of("\"\u00e4 \\\" '\u00e4\"") == "\u00e4 \" '\u00e4");
+  CHECK(name_of("\"# \\\\\"") == "# \\");
+  CHECK(name_of("'a \\ # b'") == "a \\ # b");
+  CHECK_THROWS_WITH(name_of("'\u00e4'"), Catch::Contains("outside double quotes"));
+  CHECK_THROWS_WITH(name_of("\"\xff\""), Catch::Contains("not UTF-8"));
   refused("evaluations = 7\n", "at least one [[level]]");
   refused("[[level]]\n", "needs 'evaluations'");
   refused(head + "bend = 1\n", ":3: 'bend' is not known");
