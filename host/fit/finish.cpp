@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fit/even_sides.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/field.hpp"
 
@@ -65,7 +66,7 @@ RationalMap finished(const Device& device, RationalMap map, double iou, const Sh
                     above));
     return map;
   }
-  map = calibrated(device, map);
+  map = calibrated(device, with_even_sides(calibrated(device, map)));
   if (const double depth = at_origin(); depth > kDeepEnough) {
     warnings.push_back(
         fmt::format("the field at the origin is {:.2f}, above {}: the iterated set is near "

@@ -1,0 +1,18 @@
+#pragma once
+/// Which side of the slice each centre lies on: what F₁ on the slice leaves open.
+
+#include "qjulia/rational_map.hpp"
+
+namespace qjulia {
+
+/// How much the fate of an image depends on its direction: the mean over directions of the 4-D
+/// space of |F₁ − its median|, at most 1 each, on the sphere of radius e^L about the origin.
+double unevenness(const RationalMap& map);
+
+/// Moves centres to the other side of the slice, W to 2 slice − W, where that makes the map less
+/// uneven. F₁ on the slice knows only their distance from it and stays the same; the iterated set
+/// comes closer to the shape. Sweeps over the factors, greedily, from all W ≥ the slice.
+/// @param map calibrated, so that e^L is about how far the set reaches.
+RationalMap with_even_sides(RationalMap map);
+
+}  // namespace qjulia
