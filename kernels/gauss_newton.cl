@@ -36,19 +36,17 @@ kernel void jacobian_panels(global const real* samples, int stride, int step, in
   global real* out = panels + tile * panel + v * QJ_WIDTH % QJ_PANEL_TILE;
   int end = min(begin + block, chunk);
   for (int s = begin; s < end; ++s) {
-    int i = min((first + s) * step, stride - 1);
+    int number = (first + s) * step;
+    int i = min(number, stride - 1);
     real w = curvature_at(samples, stride, i, loss, field, alpha);
-    real root = (first + s) * step < stride ? sqrt(w) : (real)0;
-    lane dx = samples[QJ_SAMPLE_X * stride + i] - centers.cx;
-    lane dy = samples[QJ_SAMPLE_Y * stride + i] - centers.cy;
-    lane dz = samples[QJ_SAMPLE_Z * stride + i] - centers.cz;
-    lane n = fma(dx, dx, fma(dy, dy, fma(dz, dz, centers.dw2)));
-    lane r = -a * root / n;
+    real root = number < stride ? sqrt(w) : (real)0;
+    center_offset d = offset_from(centers, samples, stride, i);
+    lane r = -a * root / d.norm2;
     global real* at = out + s * QJ_PANEL_TILE;
-    lane_store(lane_log2(n) * (root * (real)0.5 * QJ_LN2), at, 0);
-    lane_store(r * dx, at + QJ_MAP_CENTER_X * component_tiles * panel, 0);
-    lane_store(r * dy, at + QJ_MAP_CENTER_Y * component_tiles * panel, 0);
-    lane_store(r * dz, at + QJ_MAP_CENTER_Z * component_tiles * panel, 0);
+    lane_store(lane_log2(d.norm2) * (root * (real)0.5 * QJ_LN2), at, 0);
+    lane_store(r * d.x, at + QJ_MAP_CENTER_X * component_tiles * panel, 0);
+    lane_store(r * d.y, at + QJ_MAP_CENTER_Y * component_tiles * panel, 0);
+    lane_store(r * d.z, at + QJ_MAP_CENTER_Z * component_tiles * panel, 0);
     lane_store(r * centers.dw, at + QJ_MAP_CENTER_W * component_tiles * panel, 0);
     if (v == 0) {
       // The log scale's tile, and the tile that makes their number even.
@@ -75,14 +73,12 @@ kernel void pursuit_panels(global const real* samples, int stride, int step, int
   global real* out = panels + v * QJ_WIDTH / QJ_PANEL_TILE * panel + v * QJ_WIDTH % QJ_PANEL_TILE;
   int end = min(begin + block, chunk);
   for (int s = begin; s < end; ++s) {
-    int i = min((first + s) * step, stride - 1);
+    int number = (first + s) * step;
+    int i = min(number, stride - 1);
     real w = curvature_at(samples, stride, i, loss, field, alpha);
-    real root = (first + s) * step < stride ? sqrt(w) : (real)0;
-    lane dx = samples[QJ_SAMPLE_X * stride + i] - centers.cx;
-    lane dy = samples[QJ_SAMPLE_Y * stride + i] - centers.cy;
-    lane dz = samples[QJ_SAMPLE_Z * stride + i] - centers.cz;
-    lane n = fma(dx, dx, fma(dy, dy, fma(dz, dz, centers.dw2)));
-    lane_store(lane_log2(n) * (root * (real)0.5 * QJ_LN2), out + s * QJ_PANEL_TILE, 0);
+    real root = number < stride ? sqrt(w) : (real)0;
+    center_offset d = offset_from(centers, samples, stride, i);
+    lane_store(lane_log2(d.norm2) * (root * (real)0.5 * QJ_LN2), out + s * QJ_PANEL_TILE, 0);
     if (v == 0) {
       for (int t = center_stride / QJ_PANEL_TILE; t < QJ_PURSUIT_TILES(count); ++t) {
         for (int j = 0; j < QJ_PANEL_TILE; ++j) panels[t * panel + s * QJ_PANEL_TILE + j] = 0;
@@ -112,17 +108,14 @@ kernel void jacobian_squares(global const real* samples, int stride, int chunk,
   int end = min((c + 1) * chunk, stride);
   for (int i = c * chunk; i < end; ++i) {
     real w = curvature_at(samples, stride, i, loss, field, alpha);
-    lane dx = samples[QJ_SAMPLE_X * stride + i] - centers.cx;
-    lane dy = samples[QJ_SAMPLE_Y * stride + i] - centers.cy;
-    lane dz = samples[QJ_SAMPLE_Z * stride + i] - centers.cz;
-    lane n = fma(dx, dx, fma(dy, dy, fma(dz, dz, centers.dw2)));
-    lane inverse = 1 / n;
+    center_offset d = offset_from(centers, samples, stride, i);
+    lane inverse = 1 / d.norm2;
     lane weight = w * inverse * inverse;
-    lane logarithm = lane_log2(n);
+    lane logarithm = lane_log2(d.norm2);
     log_sum = fma(w * logarithm, logarithm, log_sum);
-    x_sum = fma(weight, dx * dx, x_sum);
-    y_sum = fma(weight, dy * dy, y_sum);
-    z_sum = fma(weight, dz * dz, z_sum);
+    x_sum = fma(weight, d.x * d.x, x_sum);
+    y_sum = fma(weight, d.y * d.y, y_sum);
+    z_sum = fma(weight, d.z * d.z, z_sum);
     w_sum += weight;
     scale_sum += w;
   }

@@ -10,8 +10,8 @@
 #define QJ_ITERATIONS QJ_MOST_ITERATIONS  // n, set by the build
 #endif
 
-// An orbit as the forward pass leaves it. Where other orbits of a group are longer, it stays at its
-// start, with no turn.
+// An orbit as the forward pass leaves it. One that has escaped keeps its last point inside. Where
+// other orbits of a group are longer, it stays at its start, with no turn.
 typedef struct {
   qlane point[QJ_ITERATIONS];    // q_j
   qlane versor[QJ_ITERATIONS];   // U_j, but for the n-th
@@ -32,7 +32,8 @@ inline void run_orbit(qlane q, global const real* map, int factors, orbit* o) {
     lane next;
     if (i + 1 < QJ_ITERATIONS) {
       next = map_step(q, map, factors, &o->versor[i]);
-      q = q_where(live, q_scale(lane_exp(lane_min(next, lane_of((real)40))), o->versor[i]), q);
+      lane norm = lane_exp(lane_min(next, lane_of((real)40)));
+      q = q_where(live & isless(next, escape), q_scale(norm, o->versor[i]), q);
     } else {
       next = map_log_norm(q, map, factors);
     }

@@ -25,15 +25,12 @@ kernel void gradient_potential(global const real* samples, int stride, int chunk
   for (int i = c * chunk; i < end; ++i) {
     real l = cotangent[i];
     if (l == 0) continue;  // saturated, or one-sided and far enough: the same for all work-items
-    lane dx = samples[QJ_SAMPLE_X * stride + i] - centers.cx;
-    lane dy = samples[QJ_SAMPLE_Y * stride + i] - centers.cy;
-    lane dz = samples[QJ_SAMPLE_Z * stride + i] - centers.cz;
-    lane n = fma(dx, dx, fma(dy, dy, fma(dz, dz, centers.dw2)));
-    lane r = l / n;
-    log_sum = fma(lane_of(l), lane_log2(n), log_sum);
-    x_sum = fma(r, dx, x_sum);
-    y_sum = fma(r, dy, y_sum);
-    z_sum = fma(r, dz, z_sum);
+    center_offset d = offset_from(centers, samples, stride, i);
+    lane r = l / d.norm2;
+    log_sum = fma(lane_of(l), lane_log2(d.norm2), log_sum);
+    x_sum = fma(r, d.x, x_sum);
+    y_sum = fma(r, d.y, y_sum);
+    z_sum = fma(r, d.z, z_sum);
     w_sum += r;
     scale_sum += l;
   }

@@ -10,7 +10,7 @@ namespace qjulia {
 namespace {
 
 constexpr int kMostSweeps = 4;
-/// Factors times directions: half a second a sweep at most.
+/// Factors times directions: half a second at most, for all sweeps.
 constexpr std::size_t kPairs = std::size_t{5} << 20;
 constexpr std::size_t kMostDirections = 4096;
 constexpr std::size_t kLeastDirections = 256;
@@ -24,10 +24,8 @@ std::vector<Quaternion> sphere(const RationalMap& map) {
 }
 
 double log_distance(const Quaternion& q, const Quaternion& center) {
-  constexpr double kTiny = 1e-30;
-  const double x = q.x - center.x, y = q.y - center.y;
-  const double z = q.z - center.z, w = q.w - center.w;
-  return 0.5 * std::log(x * x + y * y + z * z + w * w + kTiny);
+  constexpr double kTiny = 1e-15;
+  return std::log(norm(q - center) + kTiny);
 }
 
 double unevenness(const std::vector<double>& field, std::vector<double>& scratch) {
@@ -58,7 +56,8 @@ double unevenness(const RationalMap& map) {
   return unevenness(field_of(map, sphere(map)), scratch);
 }
 
-RationalMap with_even_sides(RationalMap map) {
+RationalMap with_even_sides(const RationalMap& given) {
+  RationalMap map = given;
   const std::vector<Quaternion> points = sphere(map);
   const auto mirrored = [&map](Quaternion center) {
     center.w = 2 * map.slice - center.w;
@@ -88,7 +87,7 @@ RationalMap with_even_sides(RationalMap map) {
     }
     if (!moved) break;
   }
-  return map;
+  return least < unevenness(field_of(given, points), scratch) ? map : given;
 }
 
 }  // namespace qjulia

@@ -11,8 +11,9 @@ double unevenness(const RationalMap& map);
 
 /// Moves centres to the other side of the slice, W to 2 slice − W, where that makes the map less
 /// uneven. F₁ on the slice knows only their distance from it and stays the same; the iterated set
-/// comes closer to the shape. Sweeps over the factors, greedily, from all W ≥ the slice.
-/// @param map calibrated, so that e^L is about how far the set reaches.
-RationalMap with_even_sides(RationalMap map);
+/// comes closer to the shape. Sweeps over the factors, greedily, from all W ≥ the slice; a map that
+/// was more even before stays as it is.
+/// @param given calibrated, so that e^L is about how far the set reaches.
+RationalMap with_even_sides(const RationalMap& given);
 
 }  // namespace qjulia

@@ -137,6 +137,10 @@ StopRadii find_stop_radii(const Device& device, const RationalMap& map,
         "more than that",
         *escape, std::exp(map.surface_level)));
   }
+  if (escape && *escape > kLargestEscape) {
+    throw InputError(fmt::format("--escape {} is too large: give {} or less, map units", *escape,
+                                 kLargestEscape));
+  }
   // F_1 itself, however far out: no escape radius.
   const Field field(device, map, Precision::single,
                     {0, 0, std::numeric_limits<double>::infinity()});
@@ -145,7 +149,7 @@ StopRadii find_stop_radii(const Device& device, const RationalMap& map,
   const bool bounded = map.degree() > 1;
   stops.outer =
       bounded ? outer_radius(field, map, directions) : std::numeric_limits<double>::infinity();
-  if (bounded) stops.escape = 1.25 * stops.outer;
+  if (bounded) stops.escape = std::min(1.25 * stops.outer, kLargestEscape);
   stops.inner = inner_radius(field, map, directions, bounded ? stops.outer : 2 * reach(map));
   if (escape) {
     stops.escape = *escape;

@@ -40,17 +40,16 @@ double rounded_up(double value) {
   return 10 * power;
 }
 
-/// Signed distances of the seen points from the mesh, its units, pixel by pixel; not a number where
+/// Signed distances of the seen points from a mesh, its units, pixel by pixel; not a number where
 /// nothing is seen.
-std::vector<double> distances_of(const Device& device, const TriangleMesh& mesh,
-                                 const PictureLayers& layers) {
+std::vector<double> distances_of(const SignedDistance& distance, const PictureLayers& layers) {
   std::vector<Eigen::Vector3d> points;
   for (std::size_t i = 0; i < layers.depth.size(); ++i) {
     if (!std::isfinite(layers.depth[i])) continue;
     points.emplace_back(layers.position[3 * i], layers.position[3 * i + 1],
                         layers.position[3 * i + 2]);
   }
-  const std::vector<double> found = SignedDistance(device, mesh).at(points);
+  const std::vector<double> found = distance.at(points);
   std::vector<double> distances(layers.depth.size(), NAN);
   std::size_t next = 0;
   for (std::size_t i = 0; i < distances.size(); ++i) {
@@ -136,7 +135,7 @@ Image comparison(const Device& device, const RationalMap& map, const TriangleMes
   const Image fitted = render(device, map, potential, watch);
   const Image set = render(device, map, options, watch, &seen);
   if (original.pixels.empty() || fitted.pixels.empty() || set.pixels.empty()) return {};
-  const std::vector<double> distances = distances_of(device, mesh, seen);
+  const std::vector<double> distances = distances_of(outer_surface(device, mesh).distance, seen);
   const double diagonal = mesh.box().diagonal();
   const double full = scale_of(distances, 0.01 * diagonal);
   const std::array<Image, 4> pictures{

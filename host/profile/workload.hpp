@@ -2,6 +2,7 @@
 /// The fixed work that kernels are timed with.
 
 #include "fit/samples.hpp"
+#include "qjulia/field.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/profile.hpp"
 #include "qjulia/rational_map.hpp"
@@ -18,6 +19,6 @@ Workload make_workload(const ProfileOptions& options);
 TriangleMesh make_sphere(int rings);
 
 /// An escape radius that no orbit of the workload reaches.
-constexpr double kNoEscape = 1e15;
+constexpr double kNoEscape = kLargestEscape;
 
 }  // namespace qjulia

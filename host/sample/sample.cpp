@@ -52,8 +52,9 @@ void SampleOptions::validate() const {
     throw InputError(fmt::format("--iterations {} is out of range; give 1 … {}", iterations,
                                  QJ_MOST_ITERATIONS));
   }
-  if (!(escape > 0) || !std::isfinite(escape)) {
-    throw InputError(fmt::format("--escape {} is no radius; give a positive number", escape));
+  if (!(escape > 0) || escape > kLargestEscape) {
+    throw InputError(fmt::format("--escape {} is no radius; give a positive number up to {}",
+                                 escape, kLargestEscape));
   }
   expect_box(box);
 }

@@ -14,14 +14,10 @@ Shape make_shape(const Device& device, const TriangleMesh& mesh) {
   if (std::abs(signed_volume(mesh)) <= kLeastVolume * std::pow(shape.box.size().maxCoeff(), 3)) {
     throw InputError("the mesh encloses no volume: it is flat; give a mesh with an inside");
   }
-  SignedDistance distance(device, mesh);
-  shape.mesh = turned_outward(mesh);
-  if (auto outer = outer_surface(shape.mesh, distance)) {
-    shape.mesh = std::move(*outer);
-    shape.has_hidden_parts = true;
-    distance = SignedDistance(device, shape.mesh);
-  }
-  const DeepestPoint deepest = deepest_interior_point(distance, shape.box);
+  OuterSurface outer = outer_surface(device, turned_outward(mesh));
+  shape.mesh = std::move(outer.mesh);
+  shape.has_hidden_parts = outer.leaves_out;
+  const DeepestPoint deepest = deepest_interior_point(outer.distance, shape.box);
   const double scale = kLongestSide / shape.box.size().maxCoeff();
   shape.shape_to_map = {scale, -scale * deepest.position};
   shape.inradius = scale * deepest.inradius;

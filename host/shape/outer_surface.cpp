@@ -73,14 +73,13 @@ void cut(const Piece& p, std::vector<Piece>& pieces) {
   }
 }
 
-}  // namespace
-
-std::optional<TriangleMesh> outer_surface(const TriangleMesh& mesh,
-                                          const SignedDistance& distance) {
-  const double offset = kOffset * mesh.box().size().maxCoeff();
+bool hides_parts(const TriangleMesh& mesh, const SignedDistance& distance, double offset) {
   const auto probes = are_hidden(sample_surface(mesh, kProbes, kSeed), distance, offset);
-  if (static_cast<double>(std::ranges::count(probes, true)) < kLeastHidden * kProbes) return {};
+  return static_cast<double>(std::ranges::count(probes, true)) >= kLeastHidden * kProbes;
+}
 
+TriangleMesh without_hidden(const TriangleMesh& mesh, const SignedDistance& distance,
+                            double offset) {
   std::vector<Piece> waiting;
   for (const auto& [a, b, c] : mesh.triangles) {
     waiting.push_back({{mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]}});
@@ -103,6 +102,16 @@ std::optional<TriangleMesh> outer_surface(const TriangleMesh& mesh,
     }
   }
   return outer;
+}
+
+}  // namespace
+
+OuterSurface outer_surface(const Device& device, const TriangleMesh& mesh) {
+  const double offset = kOffset * mesh.box().size().maxCoeff();
+  const SignedDistance distance(device, mesh);
+  if (!hides_parts(mesh, distance, offset)) return {mesh, distance, false};
+  const TriangleMesh outer = without_hidden(mesh, distance, offset);
+  return {outer, SignedDistance(device, outer), true};
 }
 
 }  // namespace qjulia

@@ -62,8 +62,9 @@ struct SampledMesh {
   std::vector<Eigen::Vector3d> points;
   double area;
 
-  SampledMesh(const Device& device, const TriangleMesh& mesh, const std::optional<Box>& part)
-      : distance(device, mesh), area(qjulia::area(mesh, part)) {
+  SampledMesh(const TriangleMesh& mesh, const SignedDistance& to_mesh,
+              const std::optional<Box>& part)
+      : distance(to_mesh), area(qjulia::area(mesh, part)) {
     for (const SurfacePoint& point : sample_surface(mesh, kSurfaceSamples, kSeed)) {
       if (holds(part, point.position)) points.push_back(point.position);
     }
@@ -74,7 +75,7 @@ struct SampledMesh {
 void compare_surfaces(const Device& device, const TriangleMesh& set, const SampledMesh& mesh,
                       const std::optional<Box>& part, double diagonal, FitMetrics& metrics) {
   std::optional<SampledMesh> sampled;
-  if (!set.triangles.empty()) sampled.emplace(device, set, part);
+  if (!set.triangles.empty()) sampled.emplace(set, SignedDistance(device, set), part);
   if (!sampled || sampled->points.empty()) {
     metrics.mean_distance = metrics.distance_95 = metrics.hausdorff_distance =
         std::numeric_limits<double>::quiet_NaN();
@@ -129,10 +130,10 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
   const auto report = [&](double done) { watch.report({"comparing", done / steps, -1, ""}); };
 
   report(0);
-  const TriangleMesh outer = outer_surface(mesh, SignedDistance(device, mesh)).value_or(mesh);
-  const CubeSamples cube = sample_cube(device, outer, mesh.box(), map.shape_to_map,
+  const OuterSurface outer = outer_surface(device, mesh);
+  const CubeSamples cube = sample_cube(outer.distance, mesh.box(), map.shape_to_map,
                                        options.resolution, options.box, watch);
-  const SampledMesh sampled(device, outer, options.box);
+  const SampledMesh sampled(outer.mesh, outer.distance, options.box);
   if (sampled.points.empty()) {
     throw InputError("--box holds nothing of the mesh's surface; give a part that it runs through");
   }

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "qjulia/error.hpp"
-#include "qjulia/shape.hpp"
 
 namespace qjulia {
 namespace {
@@ -23,7 +22,7 @@ struct Side {
 
 }  // namespace
 
-CubeSamples sample_cube(const Device& device, const TriangleMesh& mesh, const Box& about,
+CubeSamples sample_cube(const SignedDistance& distance, const Box& about,
                         const ShapeToMap& shape_to_map, int resolution,
                         const std::optional<Box>& part, const Watch& watch) {
   const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * kCubeSide * about.size().maxCoeff());
@@ -40,7 +39,6 @@ CubeSamples sample_cube(const Device& device, const TriangleMesh& mesh, const Bo
   samples.grid.origin = shape_to_map.to_map(first);
   samples.grid.step = shape_to_map.scale * samples.cell;
 
-  const SignedDistance distance(device, mesh);
   std::vector<Eigen::Vector3d> slice;
   for (int z = 0; z < points[2]; ++z) {
     if (watch.stop.stop_requested()) throw Interrupted();

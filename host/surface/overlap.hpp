@@ -6,6 +6,7 @@
 
 #include "qjulia/mesh.hpp"
 #include "qjulia/progress.hpp"
+#include "qjulia/shape.hpp"
 #include "surface/level_set.hpp"
 
 namespace qjulia {
@@ -18,8 +19,10 @@ struct CubeSamples {
 };
 
 /// `resolution` cells along the longest side of `part`, or where there is none, `resolution`³ of a
-/// cube centred on the box `about`, side 1.15 × its longest side. @param part the mesh's units.
-CubeSamples sample_cube(const Device& device, const TriangleMesh& mesh, const Box& about,
+/// cube centred on the box `about`, side 1.15 × its longest side.
+/// @param distance of the mesh.
+/// @param part the mesh's units.
+CubeSamples sample_cube(const SignedDistance& distance, const Box& about,
                         const ShapeToMap& shape_to_map, int resolution,
                         const std::optional<Box>& part, const Watch& watch);
 

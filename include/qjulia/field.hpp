@@ -12,6 +12,10 @@
 
 namespace qjulia {
 
+/// The most an escape radius may be, map units: fourth powers of distances up to twice this are
+/// finite in single precision, as versors need.
+constexpr double kLargestEscape = 1e9;
+
 /// Radii about the origin that settle an orbit, map units.
 struct StopRadii {
   double inner = 0;    ///< below it an iterate never leaves; 0 when there is none
@@ -57,7 +61,8 @@ RationalMap calibrated(const Device& device, const RationalMap& map);
 /// F_1 > ln |q|; infinity unless Σ a_k > 1. Both sampled, with a margin of 2 %, but no r_out is
 /// beyond the bound that holds for every direction. The escape radius is `escape`, where given,
 /// else 1.25 r_out or, without r_out, 20.
-/// @throws InputError when orbits of inner points would escape: `escape` not above e^L.
+/// @throws InputError when orbits of inner points would escape, `escape` not above e^L, or when it
+///   is above the largest.
 StopRadii find_stop_radii(const Device& device, const RationalMap& map,
                           std::optional<double> escape = {});
 

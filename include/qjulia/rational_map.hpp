@@ -54,9 +54,9 @@ struct RationalMap {
   /// Σ a_k, or 2 of a quadratic map; the set is bounded when it exceeds 1.
   double degree() const;
   /// @throws InputError naming what is wrong: no factors, factors and c, a number that is not
-  /// finite or beyond
-  ///   ±1e15 (single precision squares it), a phase that is not a unit quaternion, a scale that is
-  ///   not positive.
+  ///   finite or beyond ±1e15, in map coordinates ±1e9 (single precision squares the one and takes
+  ///   fourth powers of the other), a phase that is not a unit quaternion, a scale that is not
+  ///   positive.
   void validate() const;
 };
 

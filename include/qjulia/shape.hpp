@@ -2,7 +2,6 @@
 /// A mesh made ready to fit: signed distance, the deepest interior point, map coordinates.
 
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -43,12 +42,18 @@ struct SurfacePoint {
 std::vector<SurfacePoint> sample_surface(const TriangleMesh& mesh, std::size_t count,
                                          std::uint64_t seed);
 
-/// The part of a mesh that bounds its inside. Triangles with the inside on both sides, as where
-/// bodies overlap or lie in one another, are left out, and so are those of inside-out bodies with
-/// the outside on both sides; triangles that are so in part are cut. Nothing where less than 0.2 %
-/// of the mesh's area is hidden so: it is its own outer surface.
-/// @param distance of the mesh.
-std::optional<TriangleMesh> outer_surface(const TriangleMesh& mesh, const SignedDistance& distance);
+/// The part of a mesh that bounds its inside, and the distance to it.
+struct OuterSurface {
+  TriangleMesh mesh;
+  SignedDistance distance;
+  bool leaves_out = false;  ///< parts of the mesh given; else it is that mesh
+};
+
+/// Triangles with the inside on both sides, as where bodies overlap or lie in one another, are left
+/// out, and so are those of inside-out bodies with the outside on both sides; triangles that are so
+/// in part are cut. A mesh less than 0.2 % of whose area is hidden so is its own outer surface.
+/// @throws InputError when the mesh has no extent.
+OuterSurface outer_surface(const Device& device, const TriangleMesh& mesh);
 
 /// A mesh in map coordinates: longest side 3, the deepest interior point at the origin.
 struct Shape {

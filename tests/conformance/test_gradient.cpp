@@ -7,6 +7,7 @@
 #include "fit/evaluator.hpp"
 #include "random_maps.hpp"
 #include "test_device.hpp"
+#include "worse.hpp"
 
 using namespace qjulia;
 
@@ -26,7 +27,7 @@ double gradient_error(Evaluator& evaluator, const RationalMap& map, double step)
     const double difference = (evaluator.evaluate(with_unknowns(map, up), false).energy -
                                evaluator.evaluate(with_unknowns(map, down), false).energy) /
                               (2 * step);
-    worst = std::max(worst, std::abs(difference - gradient[i]));
+    worst = test::worse(worst, std::abs(difference - gradient[i]));
     largest = std::max(largest, std::abs(difference));
   }
   return worst / largest;

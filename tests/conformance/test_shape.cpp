@@ -6,6 +6,7 @@
 #include "qjulia/shape.hpp"
 #include "shapes.hpp"
 #include "test_device.hpp"
+#include "worse.hpp"
 
 using namespace qjulia;
 
@@ -31,7 +32,7 @@ TEST_CASE("signed distance of a fine sphere is the distance to the centre less t
   const auto distances = distance.at(points);
   double worst = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    worst = std::max(worst, std::abs(distances[i] - (points[i].norm() - 2)));
+    worst = test::worse(worst, std::abs(distances[i] - (points[i].norm() - 2)));
   }
   CHECK(worst < 1e-3);
 }
@@ -148,26 +149,21 @@ double area(const TriangleMesh& mesh) {
   return sum;
 }
 
-std::optional<TriangleMesh> outer(const TriangleMesh& mesh) {
-  return outer_surface(mesh, SignedDistance(cpu(), mesh));
-}
-
 }  // namespace
 
 TEST_CASE("what bodies hide of one another is left out of the outer surface") {
   const auto small = shapes::moved(shapes::sphere(3), 0.5, Eigen::Vector3d::Zero());
-  const auto nested = outer(shapes::joined(shapes::sphere(3), small));
-  REQUIRE(nested);
-  CHECK(area(*nested) == Approx(area(shapes::sphere(3))).epsilon(1e-12));
+  const auto nested = outer_surface(cpu(), shapes::joined(shapes::sphere(3), small));
+  REQUIRE(nested.leaves_out);
+  CHECK(area(nested.mesh) == Approx(area(shapes::sphere(3))).epsilon(1e-12));
 
   // Two boxes of side 2 that share a unit cube at a corner: coarse triangles are cut.
   const auto corner =
       shapes::joined(shapes::box({-1, -1, -1}, {1, 1, 1}), shapes::box({0, 0, 0}, {2, 2, 2}));
-  const auto joined = outer(corner);
-  REQUIRE(joined);
-  CHECK(area(*joined) == Approx(48 - 6).epsilon(0.02));
-  const SignedDistance distance(cpu(), *joined);
-  const auto distances = distance.at(std::vector<Eigen::Vector3d>{
+  const auto joined = outer_surface(cpu(), corner);
+  REQUIRE(joined.leaves_out);
+  CHECK(area(joined.mesh) == Approx(48 - 6).epsilon(0.02));
+  const auto distances = joined.distance.at(std::vector<Eigen::Vector3d>{
       {0.5, 0.5, 0.5}, {0.9, 0.9, 0.9}, {-0.5, 0, 0}, {1.5, 1.5, -0.5}, {3, 1, 1}});
   CHECK(distances[0] == Approx(-std::sqrt(0.5)).margin(0.05));
   CHECK(distances[1] == Approx(-std::sqrt(0.82)).margin(0.05));
@@ -176,17 +172,17 @@ TEST_CASE("what bodies hide of one another is left out of the outer surface") {
   CHECK(distances[4] == Approx(1).margin(0.01));
 
   // An inside-out box that sticks out of the one it is taken from.
-  const auto tunnel =
-      outer(shapes::joined(shapes::box({-1, -1, -1}, {1, 1, 1}),
-                           shapes::inside_out(shapes::box({-0.5, -0.5, -1.2}, {0.5, 0.5, 1.2}))));
-  REQUIRE(tunnel);
-  CHECK(tunnel->box().high.z() == Approx(1).margin(0.08));
+  const auto tunnel = outer_surface(
+      cpu(), shapes::joined(shapes::box({-1, -1, -1}, {1, 1, 1}),
+                            shapes::inside_out(shapes::box({-0.5, -0.5, -1.2}, {0.5, 0.5, 1.2}))));
+  REQUIRE(tunnel.leaves_out);
+  CHECK(tunnel.mesh.box().high.z() == Approx(1).margin(0.08));
 }
 
 TEST_CASE("meshes that hide nothing are their own outer surface") {
   const auto hollow = shapes::joined(shapes::sphere(3), shapes::inside_out(shapes::sphere(3, 0.7)));
   for (const auto& mesh : {shapes::sphere(3), shapes::inside_out(shapes::torus()),
                            shapes::open_box(), shapes::soup(shapes::torus(), 0.01), hollow}) {
-    CHECK_FALSE(outer(mesh));
+    CHECK_FALSE(outer_surface(cpu(), mesh).leaves_out);
   }
 }

@@ -203,7 +203,8 @@ TEST_CASE("bad option values are refused") {
                   option.substr(2));
   };
   for (const char* value : {"0", "-4", "1e99", "9000"}) sample("--resolution", value);
-  for (const char* value : {"0", "-4", "nan", "inf"}) sample("--escape", value);
+  for (const char* value : {"0", "-4", "nan", "inf", "1e10"}) sample("--escape", value);
+  surface("--escape", {"1e10"});
   sample("--precision", "half");
   sample("--iterations", "17");
 

@@ -50,6 +50,9 @@ TEST_CASE("two equal roots are evenest on opposite sides") {
 
 TEST_CASE("a map as even as sides can make it stays as it is") {
   const auto even = with_even_sides(test::random_map(20, 0.2, 3, 8));
-  const auto again = with_even_sides(even);
-  CHECK(unevenness(again) <= unevenness(even) * (1 + 1e-12));
+  CHECK(unevenness(with_even_sides(even)) <= unevenness(even));
+  // Many strong factors, whose sides were drawn: what begins with all on one side ends above them.
+  auto drawn = test::random_map(5000, 0.1, 0.6, 1);
+  for (Factor& factor : drawn.factors) factor.center.w *= 10;
+  CHECK(unevenness(with_even_sides(drawn)) <= unevenness(drawn));
 }

@@ -4,6 +4,7 @@
 #include "qjulia/error.hpp"
 #include "qjulia/shape.hpp"
 #include "shapes.hpp"
+#include "worse.hpp"
 
 using namespace qjulia;
 
@@ -18,9 +19,9 @@ TEST_CASE("surface samples are uniform by area, on the surface, with outward nor
   double worst = 0;
   for (const auto& [x, n] : points) {
     Eigen::Index axis = 0;
-    worst = std::max(worst, std::abs(n.cwiseAbs().maxCoeff(&axis) - 1));
+    worst = test::worse(worst, std::abs(n.cwiseAbs().maxCoeff(&axis) - 1));
     const bool high = n[axis] > 0;
-    worst = std::max(worst, std::abs(x[axis] - (high ? mesh.box().high : mesh.box().low)[axis]));
+    worst = test::worse(worst, std::abs(x[axis] - (high ? mesh.box().high : mesh.box().low)[axis]));
     ++on_side[static_cast<std::size_t>(2 * axis) + (high ? 1 : 0)];
     sum += x;
   }
