@@ -66,12 +66,13 @@ inline qlane pull_back(qlane q, qlane u, lane f_bar, qlane u_bar, global const r
   qlane q_bar = q_make(lane_of(0), lane_of(0), lane_of(0), lane_of(0));
   qlane t = q_conj_mul(u, u_bar);
   int first = factors - 1 - (factors - 1) % tile;
+  factor_walk walk = walk_from(q, map, factors, factors - 1, max(factors - 2, 0));
   for (int k = factors - 1; k >= 0; --k) {
     real a = components[QJ_MAP_EXPONENT * stride + k];
-    factor_polar f = map_factor(
-        q, a, components[QJ_MAP_CENTER_X * stride + k], components[QJ_MAP_CENTER_Y * stride + k],
-        components[QJ_MAP_CENTER_Z * stride + k], components[QJ_MAP_CENTER_W * stride + k]);
-    lane ny = f.d.y * f.inv_rho, nz = f.d.z * f.inv_rho, nw = f.d.w * f.inv_rho;
+    factor_polar f = walk_take(&walk, k, max(k - 2, 0));
+    qlane d = f.offset.d;
+    lane inv_rho = f.offset.inv_rho;
+    lane ny = d.y * inv_rho, nz = d.z * inv_rho, nw = d.w * inv_rho;
     lane phi = fma(ny, t.y, fma(nz, t.z, nw * t.w));  // cotangent of a t_k
     // t across n, the same turned by a right angle, and both turned by a t_k.
     lane ty = fma(-phi, ny, t.y), tz = fma(-phi, nz, t.z), tw = fma(-phi, nw, t.w);
@@ -82,15 +83,15 @@ inline qlane pull_back(qlane q, qlane u, lane f_bar, qlane u_bar, global const r
     t.y = fma(twice, fma(f.cosine, hy, -f.sine * ty), t.y);
     t.z = fma(twice, fma(f.cosine, hz, -f.sine * tz), t.z);
     t.w = fma(twice, fma(f.cosine, hw, -f.sine * tw), t.w);
-    lane inv_norm2 = a / f.norm2;
+    lane inv_norm2 = a / f.offset.norm2;
     lane radial = f_bar * inv_norm2;
     lane turning = phi * inv_norm2;
-    lane across = f.sine * f.inv_rho;
-    lane outward = fma(turning * f.d.x, f.inv_rho, radial);
-    qlane d_bar = q_make(fma(radial, f.d.x, -turning * f.rho), fma(outward, f.d.y, across * my),
-                         fma(outward, f.d.z, across * mz), fma(outward, f.d.w, across * mw));
+    lane across = f.sine * inv_rho;
+    lane outward = fma(turning * d.x, inv_rho, radial);
+    qlane d_bar = q_make(fma(radial, d.x, -turning * f.offset.rho), fma(outward, d.y, across * my),
+                         fma(outward, d.z, across * mz), fma(outward, d.w, across * mw));
     q_bar = q_add(q_bar, d_bar);
-    lane log_norm = lane_log2(f.norm2) * ((real)0.5 * QJ_LN2);
+    lane log_norm = lane_log2(f.offset.norm2) * ((real)0.5 * QJ_LN2);
     sums_add(sums, QJ_MAP_EXPONENT, k, fma(f_bar, log_norm, phi * f.angle));
     sums_add(sums, QJ_MAP_CENTER_X, k, -d_bar.x);
     sums_add(sums, QJ_MAP_CENTER_Y, k, -d_bar.y);
