@@ -96,7 +96,7 @@ double outer_radius(const Field& field, const RationalMap& map,
 /// The largest radius r ≤ limit such that F_1 ≤ ln((1 − margin) r) in the whole ball, or 0.
 double inner_radius(const Field& field, const RationalMap& map,
                     const std::vector<Quaternion>& directions, double limit) {
-  constexpr int kSteps = 96;
+  constexpr int kSteps = 96, kHalvings = 4;
   const auto allowed = [](double radius) { return std::log((1 - kMargin) * radius); };
   // Close to a pole F_1 is high in a neighbourhood that no direction need meet.
   std::vector<Quaternion> near_poles;
@@ -117,14 +117,24 @@ double inner_radius(const Field& field, const RationalMap& map,
     }
     if (highest <= allowed(radius)) radii.push_back(radius);
   }
-  // From the largest down, the first that stands a local search.
+  // From the largest down, the first that stands a local search; then up again by part of a step.
   SphereSearch search(field, Extreme::highest);
-  for (; !radii.empty(); radii.pop_back()) {
-    const double radius = radii.back();
+  const auto stands = [&](double radius) {
+    for (std::size_t k = 0; k < near_poles.size(); ++k) {
+      if (norm(near_poles[k]) <= radius && pole_values[k] > allowed(radius)) return false;
+    }
     search.seed(directions, field_on_sphere(field, directions, radius));
-    if (search.refine(radius) <= allowed(radius)) return radius;
+    return search.refine(radius) <= allowed(radius);
+  };
+  while (!radii.empty() && !stands(radii.back())) radii.pop_back();
+  if (radii.empty()) return 0;
+  double radius = radii.back();
+  double step = limit / kSteps;
+  for (int halving = 0; halving < kHalvings; ++halving) {
+    step /= 2;
+    if (radius + step <= limit && stands(radius + step)) radius += step;
   }
-  return 0;
+  return radius;
 }
 
 }  // namespace

@@ -103,6 +103,15 @@ TEST_CASE("the stop radii of a square are just within and beyond 1") {
   CHECK(stops.escape == Approx(1.25 * stops.outer));
 }
 
+TEST_CASE("r_in of a power is the radius that its margin leaves") {
+  // a ln r = ln(0.98 r).
+  const double exponent = GENERATE(1.3, 1.7, 2.0, 3.0, 5.0);
+  const double expected = std::pow(0.98, 1 / (exponent - 1));
+  const double inner = find_stop_radii(cpu(), one_root({}, exponent, 0)).inner;
+  CHECK(inner <= 1.0001 * expected);
+  CHECK(inner > 0.999 * expected);
+}
+
 TEST_CASE("r_out is found where the certain bound lies far beyond the default escape radius") {
   // A dipole: ± 60 ln |q| all but cancel, which a bound that knows only |c_k| cannot see.
   RationalMap map = one_root({}, 1.3, 0.1);
