@@ -14,6 +14,8 @@ namespace {
 
 // Squares of numbers up to this are finite in single precision.
 constexpr double kLargest = 1e15;
+// Map coordinates: fourth powers of distances between them are, as those of orbits' points.
+constexpr double kLargestCoordinate = kLargestEscape;
 
 void check_number(double value, const std::string& name, double most = kLargest) {
   if (std::abs(value) <= most) return;
@@ -21,13 +23,8 @@ void check_number(double value, const std::string& name, double most = kLargest)
       fmt::format("the map's {} is {}: it must be a finite number within ±{}", name, value, most));
 }
 
-// Where distances are measured from, or to: their fourth powers must be finite too.
-void check_coordinate(double value, const std::string& name) {
-  check_number(value, name, kLargestEscape);
-}
-
-void check_position(const Quaternion& q, const std::string& name) {
-  for (const double value : {q.x, q.y, q.z, q.w}) check_coordinate(value, name);
+void check_quaternion(const Quaternion& q, const std::string& name, double most = kLargest) {
+  for (const double value : {q.x, q.y, q.z, q.w}) check_number(value, name, most);
 }
 
 void check_vector(const Eigen::Vector3d& v, const std::string& name) {
@@ -55,11 +52,11 @@ void RationalMap::validate() const {
   if (!factors.empty() && quadratic) {
     throw InputError("the map has both factors and c: a quadratic map has no factors");
   }
-  if (quadratic) check_position(*quadratic, "c");
-  check_coordinate(slice, "slice");
+  if (quadratic) check_quaternion(*quadratic, "c", kLargestCoordinate);
+  check_number(slice, "slice", kLargestCoordinate);
   check_number(log_scale, "log_scale");
   check_number(surface_level, "surface_level");
-  check_position(phase, "phase");
+  check_quaternion(phase, "phase");
   constexpr double kUnitTolerance = 1e-6;
   if (std::abs(norm(phase) - 1) > kUnitTolerance) {
     throw InputError(fmt::format(
@@ -67,7 +64,7 @@ void RationalMap::validate() const {
         norm(phase)));
   }
   for (std::size_t k = 0; k < factors.size(); ++k) {
-    check_position(factors[k].center, fmt::format("factors[{}].center", k));
+    check_quaternion(factors[k].center, fmt::format("factors[{}].center", k), kLargestCoordinate);
     check_number(factors[k].exponent, fmt::format("factors[{}].exponent", k));
   }
   check_positive(shape_to_map.scale, "shape_to_map.scale");

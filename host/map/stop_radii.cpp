@@ -104,6 +104,13 @@ double inner_radius(const Field& field, const RationalMap& map,
     if (exponent < 0) near_poles.push_back(center + Quaternion{1e-3, 0, 0, 0});
   }
   const std::vector<double> pole_values = field.at(near_poles);
+  const auto highest_by_poles = [&](double radius) {
+    double highest = -std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < near_poles.size(); ++k) {
+      if (norm(near_poles[k]) <= radius) highest = std::max(highest, pole_values[k]);
+    }
+    return highest;
+  };
 
   // Highest F_1 in the ball of each radius, until none larger could be allowed.
   std::vector<double> radii;
@@ -111,18 +118,13 @@ double inner_radius(const Field& field, const RationalMap& map,
   for (int step = 1; step <= kSteps && highest <= allowed(limit); ++step) {
     const double radius = limit * step / kSteps;
     const std::vector<double> values = field_on_sphere(field, directions, radius);
-    highest = std::max(highest, *std::ranges::max_element(values));
-    for (std::size_t k = 0; k < near_poles.size(); ++k) {
-      if (norm(near_poles[k]) <= radius) highest = std::max(highest, pole_values[k]);
-    }
+    highest = std::max({highest, *std::ranges::max_element(values), highest_by_poles(radius)});
     if (highest <= allowed(radius)) radii.push_back(radius);
   }
   // From the largest down, the first that stands a local search; then up again by part of a step.
   SphereSearch search(field, Extreme::highest);
   const auto stands = [&](double radius) {
-    for (std::size_t k = 0; k < near_poles.size(); ++k) {
-      if (norm(near_poles[k]) <= radius && pole_values[k] > allowed(radius)) return false;
-    }
+    if (highest_by_poles(radius) > allowed(radius)) return false;
     search.seed(directions, field_on_sphere(field, directions, radius));
     return search.refine(radius) <= allowed(radius);
   };
