@@ -1,21 +1,8 @@
 // F_n at the points of a regular grid, coordinates made on the device. F_n here is the decided one:
 // orbits also end at the map's r_in and r_out, where it has them (map_iterate).
 
+#include "block_points.clh"
 #include "map_step.clh"
-
-// The points numbered `index` (x fastest, then y) of the block of nx * ny * ... grid points that
-// begins at grid point (ix, iy, iz). Grid point (i, j, k) is origin + step (i, j, k).
-inline qlane block_point(ilane index, int nx, int ny, int ix, int iy, int iz, real origin_x,
-                         real origin_y, real origin_z, real step, real slice) {
-  ilane row = index / nx;
-  ilane layer = row / ny;
-  lane i = to_lane(index - row * nx + ix);
-  lane j = to_lane(row - layer * ny + iy);
-  lane k = to_lane(layer + iz);
-  lane h = lane_of(step);
-  return q_make(fma(i, h, lane_of(origin_x)), fma(j, h, lane_of(origin_y)),
-                fma(k, h, lane_of(origin_z)), lane_of(slice));
-}
 
 // Points number g * QJ_WIDTH and on of four arrays X, Y, Z, W of `stride` reals.
 inline void store_point(qlane q, global real* points, int stride, int g) {
@@ -39,8 +26,8 @@ kernel void level_set_dense(int nx, int ny, int ix, int iy, int iz, real origin_
   real escape = map[QJ_MAP_LOG_ESCAPE];
   real above = fmin(escape, map[QJ_MAP_LOG_OUTER]), below = map[QJ_MAP_LOG_INNER];
   ilane index = LANE_NUMBERS + (ilane)(first_group + g) * QJ_WIDTH;
-  qlane q =
-      block_point(index, nx, ny, ix, iy, iz, origin_x, origin_y, origin_z, step, map[QJ_MAP_SLICE]);
+  qlane q = block_point(index, nx, ny, 1, ix, iy, iz, origin_x, origin_y, origin_z, step,
+                        map[QJ_MAP_SLICE]);
   lane end = map_log_radius(q);
   lane decided = end;
   ilane live = isless(end, lane_of(escape));
@@ -67,10 +54,8 @@ kernel void level_set_numbered(global const int* numbers, int nx, int ny, int ix
                                global real* field) {
   int g = (int)get_global_id(0);
   if (g >= groups) return;
-  QJ_INT wide[QJ_WIDTH];
-  for (int i = 0; i < QJ_WIDTH; ++i) wide[i] = numbers[g * QJ_WIDTH + i];
-  qlane q = block_point(lane_load(wide, 0), nx, ny, ix, iy, iz, origin_x, origin_y, origin_z, step,
-                        map[QJ_MAP_SLICE]);
+  qlane q = block_point(point_numbers(numbers, g), nx, ny, 1, ix, iy, iz, origin_x, origin_y,
+                        origin_z, step, map[QJ_MAP_SLICE]);
   store_point(q, points, stride, g);
   lane_store(map_iterate(q, map, factors, 1, true, 0), field, g);
 }

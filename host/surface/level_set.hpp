@@ -1,42 +1,16 @@
 #pragma once
 /// F_n at the points of a regular grid, block by block.
 
-#include <Eigen/Core>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "device/context.hpp"
 #include "qjulia/field.hpp"
+#include "surface/device_map.hpp"
+#include "surface/grid.hpp"
 
 namespace qjulia {
-
-/// Point (i, j, k) lies at origin + step (i, j, k), map coordinates.
-struct Grid {
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
-  double step = 1;
-  std::array<int, 3> points{0, 0, 0};
-
-  Eigen::Vector3d at(const Eigen::Vector3d& index) const { return origin + step * index; }
-  /// Coordinate of the points number `index` along `axis`, as kernels of this precision compute it.
-  double coordinate(int axis, int index, Precision precision) const;
-};
-
-/// The points first … first + count − 1 of a grid along each axis. Fewer than 2³¹ of them.
-struct GridBlock {
-  std::array<int, 3> first{0, 0, 0};
-  std::array<int, 3> count{0, 0, 0};
-
-  std::size_t size() const;
-};
-
-/// The grid's slices `z` … `z + count − 1`.
-GridBlock slices(const Grid& grid, int z, int count);
-
-/// Slices to ask for at a time: about a million points, bounded memory and launches worth making.
-int slices_at_once(const Grid& grid);
 
 /// Points of the map's slice, map coordinates.
 struct PointList {
@@ -58,9 +32,17 @@ struct FieldBounds {
   std::vector<float> low, high;
 };
 
+/// Values farther than `reach` from `level` are as good as any of that side.
+struct Clamp {
+  double level = 0;
+  double reach = 0;
+};
+
 /// How many points were asked for what.
 struct LevelSetCounts {
   std::uint64_t potentials = 0;  ///< F_1 evaluated
+  std::uint64_t settled = 0;     ///< points whose orbits were interpolated, and settled by that
+  std::uint64_t nodes = 0;       ///< points they were interpolated from
   std::uint64_t iterated = 0;    ///< points left undecided by F_1, and iterated
   std::uint64_t iterates = 0;    ///< second and further iterates of these, all together
   std::uint64_t cubes = 0;       ///< cubes bounded
@@ -75,7 +57,7 @@ class LevelSet {
   LevelSet(const Device& device, const RationalMap& map, const StopRadii& stops, int iterations,
            Precision precision = Precision::single);
 
-  Precision precision() const { return precision_; }
+  Precision precision() const { return map_.precision(); }
 
   /// One value a point, x fastest, then y. Launches are kept near 100 ms.
   std::vector<float> over(const Grid& grid, const GridBlock& block) const;
@@ -89,6 +71,12 @@ class LevelSet {
   /// `values`.
   void at(const Grid& grid, const GridBlock& block, std::span<const std::int32_t> numbers,
           std::span<float> values) const;
+
+  /// The same for use clamped: where F_n is farther than `reach` from `level` it may be any number
+  /// that is, on the same side. Most points that one iterate or two decide are settled by
+  /// `InterpolatedOrbits`, at a fraction of the cost.
+  void clamped_at(const Grid& grid, const GridBlock& block, std::span<const std::int32_t> numbers,
+                  const Clamp& clamp, std::span<float> values) const;
 
   /// F_n at points anywhere on the slice.
   std::vector<float> at(const PointList& points) const;
@@ -112,6 +100,10 @@ class LevelSet {
   void at_in(const Grid& grid, const GridBlock& block, std::span<const std::int32_t> numbers,
              std::span<float> values) const;
   template <class Real>
+  void clamped_at_in(const Grid& grid, const GridBlock& block,
+                     std::span<const std::int32_t> numbers, const Clamp& clamp,
+                     std::span<float> values) const;
+  template <class Real>
   std::vector<float> at_in(const PointList& points) const;
   template <class Real>
   FieldBounds bounds_in(const PointList& centers, double half_side) const;
@@ -124,16 +116,10 @@ class LevelSet {
   bool undecided(Real value) const {
     return value > below_ && value < above_;
   }
-  device::Kernel kernel(const char* name) const;
-  device::Argument real(double value) const;
-  std::size_t lanes() const;
-  std::size_t groups_per_launch(std::size_t pairs) const;
+  device::Kernel kernel(const char* name) const { return map_.kernel("level_set.cl", name); }
 
-  Device device_;
-  int factors_;
+  DeviceMap map_;
   int iterations_;
-  Precision precision_;
-  device::RealBuffer map_;
   float below_;  ///< an iterate of this log radius or less never leaves
   float above_;  ///< an iterate of this log radius or more never returns
   mutable LevelSetCounts counts_;

@@ -129,7 +129,7 @@ SurfaceReport march(const LevelSet& set, double level, double reach, const Grid&
         values = set.densely_over(grid, block, level);
       } else {
         values.resize(block.size());
-        set.at(grid, block, unknown_points(grid, layer), values);
+        set.clamped_at(grid, block, unknown_points(grid, layer), {level, reach}, values);
       }
       mesher.add(layer, values);
       z += layer.slices;

@@ -33,7 +33,9 @@ struct SurfaceReport {
                                      ///< two triangles
   std::uint64_t grid_points = 0;     ///< of the grid
   std::uint64_t potentials = 0;      ///< points where F_1 was evaluated
-  std::uint64_t iterated = 0;        ///< points of the band, that F_1 leaves undecided
+  std::uint64_t settled = 0;         ///< points settled by interpolated F_1 and images
+  std::uint64_t nodes = 0;           ///< points these were interpolated from
+  std::uint64_t iterated = 0;        ///< points of the band, that F_1 leaves undecided, iterated
   std::uint64_t iterates = 0;        ///< further iterates of these, all together
   std::uint64_t bounded_blocks = 0;  ///< blocks of points that F_1 was bounded over
 };

@@ -116,8 +116,8 @@ TEST_CASE("iterated sets are closed and manifold too, over several slabs") {
 
 TEST_CASE("looking at the shell alone gives the mesh of looking everywhere") {
   const auto device = test::device();
-  const auto [resolution, iterations, detail] =
-      GENERATE(table<int, int, double>({{64, 1, 0.05}, {96, 6, 0.05}, {70, 6, 0.2}, {64, 2, 0.3}}));
+  const auto [resolution, iterations, detail] = GENERATE(table<int, int, double>(
+      {{64, 1, 0.05}, {96, 6, 0.05}, {70, 6, 0.2}, {64, 2, 0.3}, {160, 4, 0.2}}));
   RationalMap map = test::armed_ball_map(60);
   for (Factor& factor : map.factors) factor.exponent /= detail;
   map.log_scale /= detail;
@@ -131,10 +131,12 @@ TEST_CASE("looking at the shell alone gives the mesh of looking everywhere") {
   CHECK(mesh.triangles == same.triangles);
   CHECK(mesh.vertices == same.vertices);
   CHECK(mesh.normals == same.normals);
-  CAPTURE(sparse.grid_points, sparse.potentials, sparse.iterated, dense.iterated);
+  CAPTURE(sparse.grid_points, sparse.potentials, sparse.settled, sparse.iterated, dense.iterated);
   CHECK(sparse.grid_points == dense.grid_points);
   CHECK(dense.potentials == dense.grid_points);
   CHECK(sparse.potentials < sparse.grid_points);
+  CHECK((resolution < 160 || sparse.settled > sparse.potentials));
+  CHECK(dense.settled == 0);
   CHECK(sparse.iterated <= sparse.potentials);
   CHECK((iterations == 1 || sparse.iterated > 0));
   CHECK(sparse.vertices == mesh.vertices.size());

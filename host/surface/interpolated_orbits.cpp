@@ -1,0 +1,231 @@
+#include "surface/interpolated_orbits.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <numeric>
+
+namespace qjulia {
+namespace {
+
+/// Fewer points than this are iterated at once.
+constexpr std::size_t kFewest = 1024;
+/// Points that the lattice's spacing is chosen by.
+constexpr std::size_t kProbes = 128;
+/// Angle that the versor may turn from one node to the next, radians, as the median. With more,
+/// more points are left to iterate; with less there are more nodes: from 0.3 to 0.5 the sum is
+/// level.
+constexpr double kTurn = 0.4;
+constexpr int kWidestSpacing = 32;
+constexpr double kClearance = 1.5;
+
+/// Fills the last work-item's lanes with its last number.
+void fill_lanes(std::vector<std::int32_t>& numbers, std::size_t lanes) {
+  numbers.resize((numbers.size() + lanes - 1) / lanes * lanes, numbers.back());
+}
+
+}  // namespace
+
+/// F and U of points, on the device.
+template <class Real>
+struct InterpolatedOrbits<Real>::Images {
+  device::Buffer<Real> field;
+  device::Buffer<Real> versors;  ///< four reals each
+  device::Buffer<Real> change;   ///< by how much fewer nodes give others; interpolated ones only
+};
+
+template <class Real>
+InterpolatedOrbits<Real>::InterpolatedOrbits(const DeviceMap& map, const Grid& grid,
+                                             const GridBlock& block, double below, double level,
+                                             double above)
+    : map_(map),
+      grid_(grid),
+      block_(block),
+      below_(static_cast<Real>(below)),
+      level_(static_cast<Real>(level)),
+      above_(static_cast<Real>(above)) {}
+
+/// Of the points of these numbers in the block of every `spacing`-th point; point i in slot
+/// slots[i] of `size`.
+template <class Real>
+auto InterpolatedOrbits<Real>::images(const GridBlock& block, int spacing,
+                                      std::vector<std::int32_t> numbers,
+                                      std::vector<std::int32_t> slots, std::size_t size) const
+    -> Images {
+  auto& context = map_.context();
+  const auto kernel = map_.kernel("interpolated_orbit.cl", "block_images");
+  fill_lanes(numbers, map_.lanes());
+  fill_lanes(slots, map_.lanes());
+  const auto from = context.upload<std::int32_t>(numbers);
+  const auto to = context.upload<std::int32_t>(slots);
+  Images made{context.allocate<Real>(size), context.allocate<Real>(4 * size), {}};
+  const std::size_t all = map_.groups(numbers.size());
+  const std::size_t most = map_.groups_per_launch(DeviceMap::kVersorsPerLaunch);
+  for (std::size_t first = 0; first < all; first += most) {
+    const std::size_t part = std::min(most, all - first);
+    context.launch(
+        kernel, {{part, 1, 1}},
+        {from, to, block.count[0], block.count[1], spacing, block.first[0], block.first[1],
+         block.first[2], map_.real(grid_.origin.x()), map_.real(grid_.origin.y()),
+         map_.real(grid_.origin.z()), map_.real(grid_.step), narrow(first), narrow(part),
+         map_.buffer(), map_.factors(), made.field, made.versors});
+  }
+  return made;
+}
+
+/// Where the lattice's columns meet the block's rows.
+template <class Real>
+auto InterpolatedOrbits<Real>::in_rows(const NodeLattice& lattice) const -> Images {
+  auto& context = map_.context();
+  const Images nodes = images(lattice.nodes, lattice.spacing, lattice.needed_nodes,
+                              lattice.needed_nodes, lattice.nodes.size());
+  std::vector<std::int32_t> numbers = lattice.needed_meetings;
+  fill_lanes(numbers, map_.lanes());
+  const auto sent = context.upload<std::int32_t>(numbers);
+  const std::size_t size = lattice.meetings();
+  Images made{context.allocate<Real>(size), context.allocate<Real>(4 * size),
+              context.allocate<Real>(size)};
+  const std::size_t groups = map_.groups(numbers.size());
+  context.launch(
+      map_.kernel("interpolated_orbit.cl", "interpolate_rows"), {{groups, 1, 1}},
+      {sent, lattice.nodes.count[0], lattice.nodes.count[1], lattice.rows, lattice.spacing,
+       nodes.field, nodes.versors, narrow(groups), made.field, made.versors, made.change});
+  return made;
+}
+
+template <class Real>
+std::vector<Real> InterpolatedOrbits<Real>::settled(const NodeLattice& lattice,
+                                                    std::vector<std::int32_t> numbers) const {
+  auto& context = map_.context();
+  const Images rows = in_rows(lattice);
+  std::vector<Real> found(numbers.size());
+  fill_lanes(numbers, map_.lanes());
+  const auto sent = context.upload<std::int32_t>(numbers);
+  const auto values = context.allocate<Real>(numbers.size());
+  const auto kernel = map_.kernel("interpolated_orbit.cl", "settle_points");
+  const std::size_t all = map_.groups(numbers.size());
+  const std::size_t most = map_.groups_per_launch(DeviceMap::kPairsPerLaunch);
+  for (std::size_t first = 0; first < all; first += most) {
+    const std::size_t part = std::min(most, all - first);
+    context.launch(kernel, {{part, 1, 1}},
+                   {sent,
+                    block_.count[0],
+                    block_.count[1],
+                    block_.first[0],
+                    block_.first[1],
+                    block_.first[2],
+                    map_.real(grid_.origin.x()),
+                    map_.real(grid_.origin.y()),
+                    map_.real(grid_.origin.z()),
+                    map_.real(grid_.step),
+                    lattice.nodes.count[0],
+                    lattice.spacing,
+                    rows.field,
+                    rows.versors,
+                    rows.change,
+                    narrow(first),
+                    narrow(part),
+                    map_.buffer(),
+                    map_.factors(),
+                    map_.real(below_),
+                    map_.real(level_),
+                    map_.real(above_),
+                    values});
+  }
+  context.read<Real>(values, found);
+  return found;
+}
+
+/// As many grid steps as turn the versor by about kTurn along x or y, by a sample of the points and
+/// their neighbours.
+template <class Real>
+int InterpolatedOrbits<Real>::spacing(std::span<const std::int32_t> numbers) const {
+  const std::int32_t row = block_.count[0];
+  const std::int32_t slice = row * block_.count[1];
+  std::vector<std::int32_t> points;
+  for (std::size_t i = 0; i < kProbes; ++i) {
+    const std::int32_t number = numbers[i * numbers.size() / kProbes];
+    points.push_back(number);
+    points.push_back(number % row + 1 < row ? number + 1 : number - 1);
+    points.push_back(number % slice + row < slice ? number + row : number - row);
+  }
+  std::vector<std::int32_t> slots(points.size());
+  std::iota(slots.begin(), slots.end(), 0);
+  std::vector<Real> u(4 * points.size());
+  map_.context().template read<Real>(images(block_, 1, points, slots, points.size()).versors, u);
+  double widest = 0;
+  for (const std::size_t neighbour : {4, 8}) {
+    std::array<double, kProbes> turns{};
+    for (std::size_t i = 0; i < kProbes; ++i) {
+      double dot = 0;
+      for (std::size_t c = 12 * i; c < 12 * i + 4; ++c) {
+        dot += static_cast<double>(u[c] * u[c + neighbour]);
+      }
+      turns[i] = std::acos(std::clamp(std::abs(dot), 0.0, 1.0));
+    }
+    std::ranges::nth_element(turns, turns.begin() + kProbes / 2);
+    widest = std::max(widest, turns[kProbes / 2]);
+  }
+  return static_cast<int>(std::min<double>(kWidestSpacing, kTurn / std::max(widest, 1e-6)));
+}
+
+/// Of these numbers those of points within kClearance node distances of a factor's centre, along
+/// each axis.
+template <class Real>
+std::vector<std::int32_t> InterpolatedOrbits<Real>::near_factors(
+    std::span<const std::int32_t> numbers, int spacing) const {
+  const double reach = kClearance * spacing;
+  std::vector<Eigen::Vector3d> centers;  // steps from the block's first point
+  const Eigen::Vector3d first(block_.first[0], block_.first[1], block_.first[2]);
+  for (const Quaternion& c : map_.centers()) {
+    const Eigen::Vector3d at = (Eigen::Vector3d(c.x, c.y, c.z) - grid_.origin) / grid_.step - first;
+    const bool in_slices = at.z() > -reach && at.z() < block_.count[2] - 1 + reach;
+    if (in_slices && std::abs(c.w - map_.slice()) < reach * grid_.step) centers.push_back(at);
+  }
+  std::vector<std::int32_t> near;
+  if (centers.empty()) return near;
+  for (const std::int32_t number : numbers) {
+    const std::int32_t row = number / block_.count[0];
+    const Eigen::Vector3d x(number % block_.count[0], row % block_.count[1], row / block_.count[1]);
+    if (std::ranges::any_of(centers, [&](const Eigen::Vector3d& center) {
+          return (x - center).cwiseAbs().maxCoeff() < reach;
+        })) {
+      near.push_back(number);
+    }
+  }
+  return near;
+}
+
+template <class Real>
+std::vector<std::int32_t> InterpolatedOrbits<Real>::settle(std::span<const std::int32_t> numbers,
+                                                           std::span<float> values) {
+  const std::vector<std::int32_t> all(numbers.begin(), numbers.end());
+  if (numbers.size() < kFewest || block_.count[0] < 2 || block_.count[1] < 2) return all;
+  const int step = spacing(numbers);
+  if (step < 2) return all;
+  const std::vector<std::int32_t> near = near_factors(numbers, step);
+  std::vector<std::int32_t> asking;
+  std::ranges::set_difference(all, near, std::back_inserter(asking));
+  if (asking.empty()) return all;
+  const NodeLattice lattice = node_lattice(block_, step, asking);
+  nodes_ += lattice.needed_nodes.size();
+  const std::vector<Real> found = settled(lattice, asking);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (found[i] < below_ || found[i] > above_) {
+      values[static_cast<std::size_t>(asking[i])] = static_cast<float>(found[i]);
+    } else {
+      asking[kept++] = asking[i];
+    }
+  }
+  asking.resize(kept);
+  std::vector<std::int32_t> others;
+  std::ranges::merge(asking, near, std::back_inserter(others));
+  return others;
+}
+
+template class InterpolatedOrbits<float>;
+template class InterpolatedOrbits<double>;
+
+}  // namespace qjulia

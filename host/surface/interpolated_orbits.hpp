@@ -1,0 +1,50 @@
+#pragma once
+/// Settling points without iterating them, by where they and their images lie on interpolation.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "surface/device_map.hpp"
+#include "surface/grid.hpp"
+#include "surface/node_lattice.hpp"
+
+namespace qjulia {
+
+/// F_1 and the versor U of the image e^{F_1} U change smoothly from point to point, and U costs
+/// several times as much as F. So both are computed on a lattice and interpolated, and only F of
+/// the image is evaluated point by point. The difference to interpolants of lower order says how
+/// far off F may be, with a margin that was measured, not proved (kernels/interpolated_orbit.cl). A
+/// point is settled when F_1 or F of its image is beyond `below` or `above` by more than that.
+template <class Real>
+class InterpolatedOrbits {
+ public:
+  /// @param below, above where sides are certain, about `level`.
+  InterpolatedOrbits(const DeviceMap& map, const Grid& grid, const GridBlock& block, double below,
+                     double level, double above);
+
+  /// @param numbers of some of the block's points, rising.
+  /// @param values by number; takes F, short of what it may be off, of the points that are settled.
+  /// @return the numbers of the others, rising.
+  std::vector<std::int32_t> settle(std::span<const std::int32_t> numbers, std::span<float> values);
+
+  /// Nodes computed.
+  std::uint64_t nodes() const { return nodes_; }
+
+ private:
+  struct Images;
+  Images images(const GridBlock& block, int spacing, std::vector<std::int32_t> numbers,
+                std::vector<std::int32_t> slots, std::size_t size) const;
+  Images in_rows(const NodeLattice& lattice) const;
+  std::vector<Real> settled(const NodeLattice& lattice, std::vector<std::int32_t> numbers) const;
+  int spacing(std::span<const std::int32_t> numbers) const;
+  std::vector<std::int32_t> near_factors(std::span<const std::int32_t> numbers, int spacing) const;
+
+  const DeviceMap& map_;
+  Grid grid_;
+  GridBlock block_;
+  Real below_, level_, above_;
+  std::uint64_t nodes_ = 0;
+};
+
+}  // namespace qjulia

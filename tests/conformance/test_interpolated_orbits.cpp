@@ -1,0 +1,182 @@
+// Points settled by interpolation, against their orbits in double precision.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "map/reference_iteration.hpp"
+#include "random_maps.hpp"
+#include "surface/interpolated_orbits.hpp"
+#include "test_device.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+const StopRadii kStops{0.4, 1.9, 2.4};
+constexpr double kLevel = -0.1;
+/// Where sides are certain.
+struct Bounds {
+  double below, above;
+  bool beyond(double f) const { return f < below || f > above; }
+};
+/// Within the stop radii on one side, beyond them on the other.
+constexpr Bounds kBounds{-0.7, 1.1};
+
+/// Three slices of a fine grid.
+Grid fine_grid() {
+  Grid grid;
+  grid.origin = {-0.6, -0.5, 0.1};
+  grid.step = 0.0078125;
+  grid.points = {131, 117, 3};
+  return grid;
+}
+
+/// Versors turn about the lines that lead from centres towards negative x. Of half the factors
+/// these lines lie in the slice, and 0.3 steps off the middle one of the grid's.
+RationalMap map_with_lines(const Grid& grid) {
+  RationalMap map = test::random_map(14, 0.4, 1.4, 5);
+  map.slice = 0.0625;
+  map.log_scale = 0.3;
+  for (std::size_t i = 0; i < map.factors.size(); i += 2) {
+    map.factors[i].center.w = map.slice;
+    map.factors[i].center.z = grid.origin.z() + 1.3 * grid.step;
+  }
+  return map;
+}
+
+std::vector<Quaternion> points_of(const Grid& grid, double slice) {
+  std::vector<Quaternion> points;
+  for (int k = 0; k < grid.points[2]; ++k) {
+    for (int j = 0; j < grid.points[1]; ++j) {
+      for (int i = 0; i < grid.points[0]; ++i) {
+        const Eigen::Vector3d x = grid.at(Eigen::Vector3d(i, j, k));
+        points.push_back({x.x(), x.y(), x.z(), slice});
+      }
+    }
+  }
+  return points;
+}
+
+/// Points of the grid by what settled them.
+struct Settled {
+  std::size_t by_point = 0, by_image = 0, nodes = 0;
+};
+
+/// Settles a grid's points, and checks that they are where their orbits have them.
+template <class Real>
+Settled check_settled(const Device& device, Precision precision, const Grid& grid,
+                      const RationalMap& map, const Bounds& bounds) {
+  const GridBlock block = slices(grid, 0, grid.points[2]);
+  const auto points = points_of(grid, map.slice);
+  const auto first = reference::field(map, points, 1, kStops.escape);
+  const auto second = reference::field(map, points, 2, kStops.escape);
+
+  const DeviceMap on_device(device, map, kStops, precision);
+  InterpolatedOrbits<Real> orbits(on_device, grid, block, bounds.below, kLevel, bounds.above);
+  std::vector<std::int32_t> numbers(points.size());
+  std::iota(numbers.begin(), numbers.end(), 0);
+  std::vector<float> values(points.size(), NAN);
+  const auto others = orbits.settle(numbers, values);
+
+  Settled settled;
+  settled.nodes = orbits.nodes();
+  std::size_t missed = 0, wrong = 0, too_far = 0, close = 0;
+  for (const std::int32_t other : others) {
+    if (!std::isnan(values[static_cast<std::size_t>(other)])) ++missed;
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const auto value = static_cast<double>(values[i]);
+    if (std::isnan(value)) continue;
+    const bool at_point = bounds.beyond(first[i]);
+    const bool goes_on = first[i] > std::log(kStops.inner) && first[i] < std::log(kStops.outer);
+    (at_point ? settled.by_point : settled.by_image) += 1;
+    const double exact = at_point ? first[i] : second[i];
+    // On its side of the level, and no farther from it than the true one.
+    if ((!at_point && !goes_on) || !bounds.beyond(value) || (value < kLevel) != (exact < kLevel))
+      ++wrong;
+    if (std::abs(value - kLevel) > std::abs(exact - kLevel) + 1e-4) ++too_far;
+    if (std::abs(value - exact) < 0.5) ++close;
+  }
+  const std::size_t all_settled = settled.by_point + settled.by_image;
+  CAPTURE(settled.nodes, settled.by_point, settled.by_image, wrong, too_far, close);
+  CHECK(missed == 0);
+  CHECK(others.size() + all_settled == points.size());
+  CHECK(wrong == 0);
+  CHECK(too_far == 0);
+  // Little was taken off.
+  CHECK(close > all_settled / 2);
+  return settled;
+}
+
+/// In both precisions, as far as the device has them.
+Settled check_settled(const Device& device, const Grid& grid, const RationalMap& map,
+                      const Bounds& bounds) {
+  if (test::can_check(device, Precision::dbl)) {
+    check_settled<double>(device, Precision::dbl, grid, map, bounds);
+  }
+  return check_settled<float>(device, Precision::single, grid, map, bounds);
+}
+
+}  // namespace
+
+TEST_CASE("settled points are on their side, by no more than their orbits have it") {
+  const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
+  const Grid grid = fine_grid();
+  const Settled settled = check_settled(device, grid, map_with_lines(grid), kBounds);
+  // Worth having.
+  const std::size_t all = points_of(grid, 0).size();
+  CHECK(settled.by_point > all / 20);
+  CHECK(settled.by_image > all / 10);
+  CHECK(settled.nodes > 0);
+  CHECK(settled.nodes < all / 4);
+}
+
+TEST_CASE("points of a tiny grid are settled too") {
+  Grid grid = fine_grid();
+  grid.origin = {-0.6, 0.1, 0.15};
+  grid.points = {37, 31, 1};
+  RationalMap map = map_with_lines(fine_grid());
+  map.factors.resize(8);
+  const Settled settled =
+      check_settled<float>(test::device(), Precision::single, grid, map, kBounds);
+  CHECK(settled.by_image > 0);
+}
+
+TEST_CASE("a versor that jumps half way between nodes is not taken for a smooth one") {
+  const Device device = test::device();
+  const Grid grid = fine_grid();
+  // Wherever nodes are, for some of these rows one factor's line is half way between two.
+  std::size_t by_image = 0;
+  for (int row = 50; row < 60; ++row) {
+    RationalMap map = map_with_lines(grid);
+    for (std::size_t i = 0; i < map.factors.size(); i += 2) map.factors[i].center.z += 0.4;
+    const Eigen::Vector3d end = grid.at(Eigen::Vector3d(125, row, 1.3));
+    map.factors[0] = {{end.x(), end.y(), end.z(), map.slice}, -0.5};
+    by_image += check_settled<float>(device, Precision::single, grid, map, kBounds).by_image;
+  }
+  CHECK(by_image > 10 * points_of(grid, 0).size() / 25);
+}
+
+TEST_CASE("points beyond the escape radius, few points and steep maps are left alone") {
+  const Device device = test::device();
+  const Grid grid = fine_grid();
+  RationalMap map = map_with_lines(grid);
+  const auto settled = [&](const StopRadii& stops, std::size_t count) {
+    const DeviceMap on_device(device, map, stops, Precision::single);
+    InterpolatedOrbits<float> orbits(on_device, grid, slices(grid, 0, grid.points[2]),
+                                     kBounds.below, kLevel, kBounds.above);
+    std::vector<std::int32_t> numbers(count);
+    std::iota(numbers.begin(), numbers.end(), 0);
+    std::vector<float> values(GridBlock{{0, 0, 0}, grid.points}.size());
+    return count - orbits.settle(numbers, values).size();
+  };
+  const std::size_t all = GridBlock{{0, 0, 0}, grid.points}.size();
+  CHECK(settled(kStops, all) > 0);
+  CHECK(settled(kStops, 100) == 0);
+  // All points are farther out than this.
+  CHECK(settled({0.04, 0.06, 0.05}, all) == 0);
+  for (Factor& factor : map.factors) factor.exponent *= 60;
+  CHECK(settled(kStops, all) == 0);
+}
