@@ -36,7 +36,7 @@ Marks meetings_at(const GridBlock& block, const NodeLattice& lattice,
     const std::int32_t row = number / row_points;
     const std::int32_t node = number % row_points / lattice.spacing;
     end = std::min(row * row_points + (node + 1) * lattice.spacing, (row + 1) * row_points);
-    const auto first = marks.begin() + row * lattice.nodes.count[0] + node;
+    const auto first = marks.begin() + std::ptrdiff_t{row} * lattice.nodes.count[0] + node;
     std::fill(first, first + kBefore + 1 + kAfter, std::uint8_t{1});
   }
   return marks;
@@ -76,7 +76,7 @@ NodeLattice node_lattice(const GridBlock& block, int spacing,
   lattice.spacing = spacing;
   lattice.rows = block.count[1];
   lattice.nodes = block;
-  for (const std::size_t axis : {0, 1}) {
+  for (const std::size_t axis : {std::size_t{0}, std::size_t{1}}) {
     lattice.nodes.first[axis] -= kBefore * spacing;
     lattice.nodes.count[axis] = nodes_along(block.count[axis], spacing);
   }
