@@ -72,6 +72,7 @@ struct Context::Impl {
   /// Whether events carry times: known after the first launch.
   std::optional<bool> events_have_times;
   std::shared_ptr<Trace> trace;
+  Trace::Row row = Trace::Row::device;
   DeviceClock clock;
 
   void expect(cl_int code, const std::string& call) const { check(code, info.name, call); }
@@ -286,7 +287,7 @@ void Context::launch(const Kernel& kernel, const Range& range,
   }
   impl_->add_time(handle.name, length);
   if (impl_->trace) {
-    impl_->trace->add(handle.name, Trace::Row::device, Trace::Timer::wall, before, length);
+    impl_->trace->add(handle.name, impl_->row, Trace::Timer::wall, before, length);
   }
 }
 
@@ -303,7 +304,7 @@ void Context::Impl::collect_time(const Pending& launch) {
   const auto length = device_times.end - device_times.start;
   add_time(launch.kernel, length);
   if (!trace) return;
-  trace->add(launch.kernel, Trace::Row::device, Trace::Timer::device,
+  trace->add(launch.kernel, row, Trace::Timer::device,
              clock.on_host(device_times, launch.before, launch.after), length);
 }
 
@@ -320,10 +321,13 @@ std::map<std::string, KernelTime> Context::kernel_times() {
   return impl_->times;
 }
 
-void Context::record(std::shared_ptr<Trace> trace) {
+void Context::record(std::shared_ptr<Trace> trace, Trace::Row row) {
   impl_->collect_times();
   impl_->trace = std::move(trace);
+  impl_->row = row;
 }
+
+const std::shared_ptr<Trace>& Context::trace() const { return impl_->trace; }
 
 void Context::reset_kernel_times() {
   impl_->collect_times();

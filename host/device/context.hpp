@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "qjulia/device.hpp"
+#include "qjulia/trace.hpp"
 
 namespace qjulia::device {
 
@@ -170,8 +171,9 @@ class Context {
   std::map<std::string, KernelTime> kernel_times();
   void reset_kernel_times();
 
-  /// Launches and builds are added to `trace` from now on; empty: no longer.
-  void record(std::shared_ptr<Trace> trace);
+  /// Launches, on `row`, and builds are added to `trace` from now on; empty: no longer.
+  void record(std::shared_ptr<Trace> trace, Trace::Row row = Trace::Row::device);
+  const std::shared_ptr<Trace>& trace() const;
 
  private:
   struct Impl;

@@ -128,6 +128,13 @@ bool Device::is_tuned(Precision precision) const {
   return tuning(precision) != device::default_tuning(info(), precision);
 }
 
+Device Device::sibling() const {
+  Device other(std::make_shared<device::Context>(info()));
+  other.tuning_ = tuning_;
+  other.context_->record(context_->trace(), Trace::Row::second_queue);
+  return other;
+}
+
 void Device::record(std::shared_ptr<Trace> trace) const { context_->record(std::move(trace)); }
 
 }  // namespace qjulia

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <new>
 #include <nlohmann/json.hpp>
 
@@ -11,15 +12,16 @@
 namespace qjulia {
 namespace {
 
-constexpr int kHostRow = 1, kDeviceRow = 2;
+/// A row's number in the file.
+int number_of(Trace::Row row) { return 1 + static_cast<int>(row); }
 
 std::string json_text(std::string_view text) {
   return nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
 }
 
-std::string row_name(int row, std::string_view name) {
+std::string row_name(Trace::Row row, std::string_view name) {
   return fmt::format(R"({{"ph":"M","name":"thread_name","pid":1,"tid":{},"args":{{"name":{}}}}})",
-                     row, json_text(name));
+                     number_of(row), json_text(name));
 }
 
 double microseconds(std::int64_t nanoseconds) { return 1e-3 * static_cast<double>(nanoseconds); }
@@ -28,6 +30,7 @@ double microseconds(std::int64_t nanoseconds) { return 1e-3 * static_cast<double
 
 void Trace::add(std::string_view name, Row row, Timer timer, Clock::time_point start,
                 std::chrono::nanoseconds length) {
+  const std::scoped_lock lock(adding_);
   auto kept = names_.find(name);
   if (kept == names_.end()) kept = names_.emplace(name).first;
   const auto since = std::chrono::duration_cast<std::chrono::nanoseconds>(start - begin_);
@@ -40,15 +43,18 @@ void Trace::write(const std::filesystem::path& path, const std::string& device_n
   out << fmt::format(R"({{"displayTimeUnit":"ms","otherData":{{"program":{},"device":{}}},)",
                      json_text(std::string("qjulia ") + version()), json_text(device_name))
       << "\"traceEvents\":[\n"
-      << row_name(kHostRow, "host") << ",\n"
-      << row_name(kDeviceRow, "device: " + device_name);
+      << row_name(Row::host, "host") << ",\n"
+      << row_name(Row::device, "device: " + device_name);
+  if (std::ranges::find(events_, Row::second_queue, &Event::row) != events_.end()) {
+    out << ",\n" << row_name(Row::second_queue, "second queue: " + device_name);
+  }
   for (const Event& event : events_) {
     out << fmt::format(
         R"({}{{"ph":"X","name":{},"cat":"{}","pid":1,"tid":{},"ts":{:.3f},"dur":{:.3f},)"
         R"("args":{{"clock":"{}"}}}})",
         ",\n", json_text(event.name), event.row == Row::host ? "stage" : "kernel",
-        event.row == Row::host ? kHostRow : kDeviceRow, microseconds(event.start),
-        microseconds(event.length), event.timer == Timer::device ? "device" : "wall");
+        number_of(event.row), microseconds(event.start), microseconds(event.length),
+        event.timer == Timer::device ? "device" : "wall");
   }
   out << "\n]}\n";
   file.commit();

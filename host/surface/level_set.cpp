@@ -41,6 +41,16 @@ void PointList::copy(std::size_t begin, std::size_t count, std::size_t stride,
   }
 }
 
+LevelSetCounts& LevelSetCounts::operator+=(const LevelSetCounts& other) {
+  potentials += other.potentials;
+  settled += other.settled;
+  nodes += other.nodes;
+  iterated += other.iterated;
+  iterates += other.iterates;
+  cubes += other.cubes;
+  return *this;
+}
+
 LevelSet::LevelSet(const Device& device, const RationalMap& map, const StopRadii& stops,
                    int iterations, Precision precision)
     : map_(device, map, stops, precision), iterations_(iterations) {

@@ -46,6 +46,8 @@ struct LevelSetCounts {
   std::uint64_t iterated = 0;    ///< points left undecided by F_1, and iterated
   std::uint64_t iterates = 0;    ///< second and further iterates of these, all together
   std::uint64_t cubes = 0;       ///< cubes bounded
+
+  LevelSetCounts& operator+=(const LevelSetCounts& other);
 };
 
 /// F_n with orbits ended at the stop radii; orbits run in the precision given, and values are
@@ -91,6 +93,7 @@ class LevelSet {
   double certainly_outside_above(double level) const;
 
   const LevelSetCounts& counts() const { return counts_; }
+  void reset_counts() { counts_ = {}; }
 
  private:
   // Each computes in `Real`, the type of the precision.

@@ -109,33 +109,57 @@ class Mesher {
   std::future<void> meshing_;  ///< last: it ends before what it works on
 };
 
+/// A layer's values, being evaluated.
+struct Evaluation {
+  Layer layer;
+  std::future<std::vector<float>> values;
+};
+
 }  // namespace
 
-SurfaceReport march(const LevelSet& set, double level, double reach, const Grid& grid,
-                    const SurfaceOptions& options, Assembly& assembly, const Watch& watch) {
+SurfaceReport march(const LevelSet& set, const LevelSet& second, double level, double reach,
+                    const Grid& grid, const SurfaceOptions& options, Assembly& assembly,
+                    const Watch& watch) {
   const int slices = grid.points[2];
   const Shell shell(set, grid, level);
   const Pace pace(slices, watch);
   Mesher mesher(set, level, reach, grid, options.refine, assembly);
-  std::vector<float> values;
+  const auto evaluate = [&](const LevelSet& on, const Layer& layer, int z) {
+    const GridBlock block = qjulia::slices(grid, z, layer.slices);
+    if (options.dense) return on.densely_over(grid, block, level);
+    std::vector<float> values(block.size());
+    on.clamped_at(grid, block, unknown_points(grid, layer), {level, reach}, values);
+    return values;
+  };
+  std::deque<Evaluation> under_way;
+  int meshed = 0;
+  const auto mesh_first = [&] {
+    std::vector<float> values = under_way.front().values.get();
+    mesher.add(under_way.front().layer, values);
+    meshed += under_way.front().layer.slices;
+    under_way.pop_front();
+    pace.report(meshed, mesher.triangles());
+  };
+  // Refined vertices are looked at on the first queue, and so are blocks: neither beside a layer.
+  const std::size_t at_once = options.refine > 0 ? 1 : 2;
+  bool on_second = false;
   for (int z = 0; z < slices;) {
+    while (!under_way.empty()) mesh_first();
     const std::vector<Layer> layers =
         options.dense ? std::vector{unknown_layer(grid, std::min(slices_at_once(grid), slices - z))}
                       : shell.layers(z);
     for (const Layer& layer : layers) {
       if (watch.stop.stop_requested()) throw Interrupted();
-      const GridBlock block = qjulia::slices(grid, z, layer.slices);
-      if (options.dense) {
-        values = set.densely_over(grid, block, level);
-      } else {
-        values.resize(block.size());
-        set.clamped_at(grid, block, unknown_points(grid, layer), {level, reach}, values);
-      }
-      mesher.add(layer, values);
+      if (under_way.size() == at_once) mesh_first();
+      const LevelSet& on = on_second ? second : set;
+      under_way.push_back({layer, std::async(std::launch::async, [&evaluate, &on, layer, z] {
+                             return evaluate(on, layer, z);
+                           })});
+      if (at_once > 1) on_second = !on_second;
       z += layer.slices;
-      pace.report(z, mesher.triangles());
     }
   }
+  while (!under_way.empty()) mesh_first();
   mesher.wait();
   SurfaceReport report;
   report.vertices = assembly.vertices();

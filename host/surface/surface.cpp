@@ -70,7 +70,7 @@ void SurfaceOptions::validate() const {
 
 SurfaceReport set_surface(const Device& device, const RationalMap& map, const StopRadii& stops,
                           const SurfaceOptions& options, SurfaceSink& sink, const Watch& watch) {
-  const LevelSet set(device, map, stops, options.iterations, options.precision);
+  LevelSet set(device, map, stops, options.iterations, options.precision);
   Box box;
   if (options.box) {
     box = {map.shape_to_map.to_map(options.box->low), map.shape_to_map.to_map(options.box->high)};
@@ -81,15 +81,21 @@ SurfaceReport set_surface(const Device& device, const RationalMap& map, const St
   const Grid grid = grid_over(box, options.resolution);
   const double reach = reach_about(map.surface_level, stops, options.iterations);
   Assembly assembly(grid, map.shape_to_map, sink);
-  const LevelSetCounts before = set.counts();
-  SurfaceReport report = march(set, map.surface_level, reach, grid, options, assembly, watch);
+  const Device sibling = device.sibling();
+  const LevelSet second(sibling, map, stops, options.iterations, options.precision);
+  set.reset_counts();
+  SurfaceReport report =
+      march(set, second, map.surface_level, reach, grid, options, assembly, watch);
+  sibling.record(nullptr);
+  LevelSetCounts counts = set.counts();
+  counts += second.counts();
   report.grid_points = GridBlock{{0, 0, 0}, grid.points}.size();
-  report.potentials = set.counts().potentials - before.potentials;
-  report.settled = set.counts().settled - before.settled;
-  report.nodes = set.counts().nodes - before.nodes;
-  report.iterated = set.counts().iterated - before.iterated;
-  report.iterates = set.counts().iterates - before.iterates;
-  report.bounded_blocks = set.counts().cubes - before.cubes;
+  report.potentials = counts.potentials;
+  report.settled = counts.settled;
+  report.nodes = counts.nodes;
+  report.iterated = counts.iterated;
+  report.iterates = counts.iterates;
+  report.bounded_blocks = counts.cubes;
   return report;
 }
 

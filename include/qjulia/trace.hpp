@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <set>
 #include <string>
 #include <string_view>
@@ -13,11 +14,12 @@
 namespace qjulia {
 
 /// Records where time goes. Hand it to `Device::record` for kernels and to `Watch` for stages; what
-/// has none of it pays nothing. Not for use by several threads at a time.
+/// has none of it pays nothing. Several threads may add; reading is for when they are done.
 class Trace {
  public:
   using Clock = std::chrono::steady_clock;
-  enum class Row : std::uint8_t { host, device };
+  /// A device has a second queue where two threads use it (`Device::sibling`).
+  enum class Row : std::uint8_t { host, device, second_queue };
   /// Whose clock told the length: kernels of devices whose events carry no times have the wall's.
   enum class Timer : std::uint8_t { wall, device };
 
@@ -40,14 +42,15 @@ class Trace {
   const std::vector<Event>& events() const { return events_; }
 
   /// Writes the trace-event format's JSON, which Perfetto and Chrome's about:tracing open: complete
-  /// events ("X"), microseconds, stages on one row and kernels on another, `args.clock` saying
-  /// whose clock it was.
-  /// @param device_name names the kernels' row.
+  /// events ("X"), microseconds, stages on one row and kernels on others, one a queue; `args.clock`
+  /// says whose clock it was.
+  /// @param device_name names the kernels' rows.
   /// @throws OutputError when it cannot be written; `path` then is as it was.
   void write(const std::filesystem::path& path, const std::string& device_name) const;
 
  private:
   Clock::time_point begin_;
+  std::mutex adding_;
   std::set<std::string, std::less<>> names_;
   std::vector<Event> events_;
 };

@@ -16,10 +16,7 @@ using namespace qjulia;
 
 namespace {
 
-const Device& cpu() {
-  static const Device device = test::device();
-  return device;
-}
+const Device& cpu() { return test::shared_device(); }
 
 RationalMap some_map() {
   RationalMap map = test::random_map(24, 0.1, 0.6, 4);

@@ -14,10 +14,7 @@ using namespace qjulia;
 
 namespace {
 
-const Device& cpu() {
-  static const Device device = test::device();
-  return device;
-}
+const Device& cpu() { return test::shared_device(); }
 
 RationalMap fitted(double detail) {
   static const RationalMap plain = test::armed_ball_map(160);

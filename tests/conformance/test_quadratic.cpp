@@ -41,10 +41,7 @@ std::vector<Quaternion> some_points() {
   return points;
 }
 
-const Device& cpu() {
-  static const Device device = test::device();
-  return device;
-}
+const Device& cpu() { return test::shared_device(); }
 
 }  // namespace
 

@@ -19,10 +19,7 @@ using namespace qjulia;
 
 namespace {
 
-const Device& cpu() {
-  static const Device device = test::device();
-  return device;
-}
+const Device& cpu() { return test::shared_device(); }
 
 std::vector<double> sampled(const RationalMap& map, const SampleOptions& options, CellOrder order) {
   std::vector<double> values;

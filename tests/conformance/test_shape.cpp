@@ -12,10 +12,7 @@ using namespace qjulia;
 
 namespace {
 
-const Device& cpu() {
-  static const Device device = test::device();
-  return device;
-}
+const Device& cpu() { return test::shared_device(); }
 
 DeepestPoint deepest(const TriangleMesh& mesh) {
   return deepest_interior_point(SignedDistance(cpu(), mesh), mesh.box());
