@@ -19,6 +19,7 @@ constexpr std::size_t kProbes = 128;
 constexpr double kTurn = 0.65;
 constexpr double kTurnPower = 0.7;
 constexpr int kWidestSpacing = 32;
+/// Points this near a factor's centre along each axis, in distances of nodes, are left out.
 constexpr double kClearance = 1.5;
 
 /// Fills the last work-item's lanes with its last number.

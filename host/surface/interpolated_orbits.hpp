@@ -14,8 +14,10 @@ namespace qjulia {
 /// F_1 and the versor U of the image e^{F_1} U change smoothly from point to point, and U costs
 /// several times as much as F. So both are computed on a lattice and interpolated, and only F of
 /// the image is evaluated point by point. The difference to interpolants of lower order says how
-/// far off F may be, with a margin that was measured, not proved (kernels/interpolated_orbit.cl). A
-/// point is settled when F_1 or F of its image is beyond `below` or `above` by more than that.
+/// far off F may be, with a margin that was measured, not proved (kernels/interpolated_orbit.cl).
+/// What nodes may be too far apart to see lies about factors' centres: points near one, as nodes
+/// are near each other, are left out. A point is settled when F_1 or F of its image is beyond
+/// `below` or `above` by more than that.
 template <class Real>
 class InterpolatedOrbits {
  public:

@@ -65,13 +65,13 @@ class Device {
   /// The same device with these settings at this precision. @throws InputError
   Device with_tuning(Precision precision, const Tuning& tuning) const;
 
-  const Tuning& tuning(Precision precision) const {
-    return tuning_[static_cast<std::size_t>(precision)];
-  }
   /// The same device and settings with a queue and programs of its own, for another thread to use
   /// at the same time. It is recorded as this one is, on a row of its own.
   Device sibling() const;
 
+  const Tuning& tuning(Precision precision) const {
+    return tuning_[static_cast<std::size_t>(precision)];
+  }
   /// Whether the settings differ from those the device is chosen with.
   bool is_tuned(Precision precision) const;
 
