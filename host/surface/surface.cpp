@@ -22,9 +22,8 @@ constexpr int kMostCells = 8192;
 constexpr int kMostHalvings = 20;
 /// F_1 is smooth and is interpolated as it is. Further iterates jump where orbits part: there a
 /// difference from the level is as good as any larger one when orbits that far off have ended, at
-/// r_in or r_out. Against bisected vertices, larger ones put vertices farther off (0.29 steps rms
-/// rather than 0.35 with 2, bunny, n = 6, 384 cells); less than a quarter flattens where iterates
-/// are smooth.
+/// r_in or r_out. Larger ones put vertices farther from bisected ones (with 2 they are a fifth
+/// farther off; bunny, n = 6, 384 cells); less than a quarter flattens where iterates are smooth.
 constexpr double kLeastReach = 0.25, kMostReach = 1;
 /// The shape's box is widened by this on each side to begin with.
 constexpr double kMargin = 0.05;
