@@ -145,8 +145,8 @@ kernel void interpolate_rows(global const int* numbers, int node_columns, int no
 }
 
 // F_1 interpolated, and F of an interpolated image, can be off by these times the changes of the
-// interpolations. Measured along x, six fitted shapes at 512 cells and a detail of 2 %, nodes as far
-// apart as the host puts them, 1,200 to 4,300 points each: U is within 6 times its change, F of
+// interpolations. Measured along x, six fitted shapes at 512 cells and a detail of 2 %, nodes as
+// far apart as the host puts them, 1,200 to 4,300 points each: U is within 6 times its change, F of
 // images within 17 times at 99.9 % of points and within 20 times at all.
 #define QJ_POINT_MARGIN ((real)8)
 #define QJ_IMAGE_MARGIN ((real)40)
