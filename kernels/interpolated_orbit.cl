@@ -100,7 +100,7 @@ inline void lagrange_weights(lane s, lane* six, lane* difference) {
 
 // F and U where the lattice's columns meet all rows of a block of `rows` rows a slice, from those
 // at its nodes, of which it has `node_rows` rows a slice and `node_columns` columns. numbers: of
-// the meetings to make, column fastest, then row. row_field, row_versors, change: by number.
+// the meetings to make, column fastest, then row. row_field, row_versors, row_change: by number.
 kernel void interpolate_rows(global const int* numbers, int node_columns, int node_rows, int rows,
                              int spacing, global const real* field, global const real* versors,
                              int groups, global real* row_field, global real* row_versors,

@@ -11,7 +11,7 @@ namespace qjulia {
 
 /// Nodes at every `spacing`-th point of a block along x and y, in each of its slices; they go on
 /// beyond the block's sides. Interpolation takes three of them before a point and three after,
-/// first along y, which gives versors where columns of nodes meet the block's rows, then along x.
+/// first along y, to where columns of nodes meet the block's rows, then along x.
 struct NodeLattice {
   int spacing = 1;
   GridBlock nodes;  ///< grid point of the first node; nodes along x and y, slices

@@ -32,7 +32,7 @@ struct SurfaceReport {
   std::size_t open_edges = 0;        ///< where the set was cut by the box; all others are shared by
                                      ///< two triangles
   std::uint64_t grid_points = 0;     ///< of the grid
-  std::uint64_t potentials = 0;      ///< points where F_1 was evaluated
+  std::uint64_t potentials = 0;      ///< points where F_1 was evaluated, not interpolated
   std::uint64_t settled = 0;         ///< points settled by interpolated F_1 and images
   std::uint64_t nodes = 0;           ///< points these were interpolated from
   std::uint64_t iterated = 0;        ///< points of the band, that F_1 leaves undecided, iterated
