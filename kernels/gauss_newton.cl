@@ -1,17 +1,17 @@
 // The Gauss-Newton matrix H = J^T W J of F_1 by all unknowns, over samples. J is packed in panels
-// (shared/panel_layout.h), a chunk of samples at a time, and H gathers the chunks' products.
+// (layout/panel_layout.h), a chunk of samples at a time, and H gathers the chunks' products.
 
 #include "factor_vector.clh"
 #include "lane_math.clh"
+#include "layout/panel_layout.h"
 #include "loss.clh"
-#include "qjulia/shared/panel_layout.h"
 
 #define PANEL_ROWS 8     // rows of a register tile of H
 #define PANEL_VECTORS 2  // vectors of QJ_WIDTH columns of a register tile
 
 // W of sample i, whose F_1 is field[i].
-inline real curvature_at(global const real* samples, int stride, int i, int loss,
-                         global const real* field, real alpha) {
+static inline real curvature_at(global const real* samples, int stride, int i, int loss,
+                                global const real* field, real alpha) {
   return loss_curvature(loss, field[i], samples[QJ_SAMPLE_WEIGHT * stride + i],
                         samples[QJ_SAMPLE_TARGET * stride + i],
                         samples[QJ_SAMPLE_SIDE * stride + i], alpha);
@@ -20,25 +20,24 @@ inline real curvature_at(global const real* samples, int stride, int i, int loss
 // Writes sqrt(W) J of every `step`-th sample, from the first-th such one, into panels of `chunk`
 // samples. Samples past the end count as weight 0. Work-item (v, b): factors v QJ_WIDTH …, samples
 // b block … of the chunk. field: F_1 at the samples.
-kernel void jacobian_panels(global const real* samples, int stride, int step, int first, int chunk,
-                            int block, global const real* map, int factors, int loss, real alpha,
-                            global const real* field, global real* panels) {
+kernel void jacobian_panels(qj_panel_arguments with, global const real* samples,
+                            global const real* map, global const real* field, global real* panels) {
   int v = (int)get_global_id(0);
-  int begin = (int)get_global_id(1) * block;
-  int map_stride = QJ_MAP_STRIDE(factors);
+  int begin = (int)get_global_id(1) * with.block;
+  int stride = with.stride, chunk = with.chunk;
+  int map_stride = QJ_MAP_STRIDE(with.count);
   if (v * QJ_WIDTH >= map_stride) return;
   lane a = lane_load(MAP_EXPONENTS(map, map_stride), v);
-  center_vector centers =
-      load_centers(MAP_CENTERS(map, map_stride), map_stride, v, map[QJ_MAP_SLICE]);
+  center_vector centers = load_centers(MAP_CENTERS(map, map_stride), map_stride, v, with.slice);
   int tile = v * QJ_WIDTH / QJ_PANEL_TILE;
   int component_tiles = map_stride / QJ_PANEL_TILE;
   size_t panel = (size_t)chunk * QJ_PANEL_TILE;
   global real* out = panels + tile * panel + v * QJ_WIDTH % QJ_PANEL_TILE;
-  int end = min(begin + block, chunk);
+  int end = min(begin + with.block, chunk);
   for (int s = begin; s < end; ++s) {
-    int number = (first + s) * step;
+    int number = (with.first + s) * with.step;
     int i = min(number, stride - 1);
-    real w = curvature_at(samples, stride, i, loss, field, alpha);
+    real w = curvature_at(samples, stride, i, with.loss, field, with.alpha);
     real root = number < stride ? sqrt(w) : (real)0;
     center_offset d = offset_from(centers, samples, stride, i);
     lane r = -a * root / d.norm2;
@@ -50,7 +49,7 @@ kernel void jacobian_panels(global const real* samples, int stride, int step, in
     lane_store(r * centers.dw, at + QJ_MAP_CENTER_W * component_tiles * panel, 0);
     if (v == 0) {
       // The log scale's tile, and the tile that makes their number even.
-      for (int t = QJ_MAP_COMPONENTS * component_tiles; t < QJ_PANEL_TILES(factors); ++t) {
+      for (int t = QJ_MAP_COMPONENTS * component_tiles; t < QJ_PANEL_TILES(with.count); ++t) {
         for (int j = 0; j < QJ_PANEL_TILE; ++j) panels[t * panel + s * QJ_PANEL_TILE + j] = 0;
       }
       panels[QJ_MAP_COMPONENTS * component_tiles * panel + s * QJ_PANEL_TILE] = root;
@@ -58,29 +57,30 @@ kernel void jacobian_panels(global const real* samples, int stride, int step, in
   }
 }
 
-// The panels of matching pursuit (shared/panel_layout.h), for F linear in exponents: sqrt(W) times
+// The panels of matching pursuit (layout/panel_layout.h), for F linear in exponents: sqrt(W) times
 // ln |x - c| for every centre, 1, and F - target. Samples and work-items as in jacobian_panels.
 // center_arrays: X, Y, Z, W of QJ_MAP_STRIDE(count) each.
-kernel void pursuit_panels(global const real* samples, int stride, int step, int first, int chunk,
-                           int block, real slice, global const real* center_arrays, int count,
-                           int loss, real alpha, global const real* field, global real* panels) {
+kernel void pursuit_panels(qj_panel_arguments with, global const real* samples,
+                           global const real* center_arrays, global const real* field,
+                           global real* panels) {
   int v = (int)get_global_id(0);
-  int begin = (int)get_global_id(1) * block;
-  int center_stride = QJ_MAP_STRIDE(count);
+  int begin = (int)get_global_id(1) * with.block;
+  int stride = with.stride, chunk = with.chunk;
+  int center_stride = QJ_MAP_STRIDE(with.count);
   if (v * QJ_WIDTH >= center_stride) return;
-  center_vector centers = load_centers(center_arrays, center_stride, v, slice);
+  center_vector centers = load_centers(center_arrays, center_stride, v, with.slice);
   size_t panel = (size_t)chunk * QJ_PANEL_TILE;
   global real* out = panels + v * QJ_WIDTH / QJ_PANEL_TILE * panel + v * QJ_WIDTH % QJ_PANEL_TILE;
-  int end = min(begin + block, chunk);
+  int end = min(begin + with.block, chunk);
   for (int s = begin; s < end; ++s) {
-    int number = (first + s) * step;
+    int number = (with.first + s) * with.step;
     int i = min(number, stride - 1);
-    real w = curvature_at(samples, stride, i, loss, field, alpha);
+    real w = curvature_at(samples, stride, i, with.loss, field, with.alpha);
     real root = number < stride ? sqrt(w) : (real)0;
     center_offset d = offset_from(centers, samples, stride, i);
     lane_store(lane_log2(d.norm2) * (root * (real)0.5 * QJ_LN2), out + s * QJ_PANEL_TILE, 0);
     if (v == 0) {
-      for (int t = center_stride / QJ_PANEL_TILE; t < QJ_PURSUIT_TILES(count); ++t) {
+      for (int t = center_stride / QJ_PANEL_TILE; t < QJ_PURSUIT_TILES(with.count); ++t) {
         for (int j = 0; j < QJ_PANEL_TILE; ++j) panels[t * panel + s * QJ_PANEL_TILE + j] = 0;
       }
       global real* more = panels + center_stride / QJ_PANEL_TILE * panel + s * QJ_PANEL_TILE;
@@ -144,6 +144,7 @@ kernel void panel_products(global const real* panels, int chunk, int order, int 
   global const real* q0 = panels + column / QJ_PANEL_TILE * panel + column % QJ_PANEL_TILE;
   global const real* q1 = panels + second / QJ_PANEL_TILE * panel + second % QJ_PANEL_TILE;
   lane sum[PANEL_ROWS][PANEL_VECTORS];
+#pragma unroll
   for (int r = 0; r < PANEL_ROWS; ++r) sum[r][0] = sum[r][1] = lane_of(0);
   for (int s = 0; s < chunk; ++s) {
     lane b0 = lane_load(q0 + s * QJ_PANEL_TILE, 0);
@@ -155,6 +156,7 @@ kernel void panel_products(global const real* panels, int chunk, int order, int 
       sum[r][1] = fma(a, b1, sum[r][1]);
     }
   }
+#pragma unroll
   for (int r = 0; r < PANEL_ROWS; ++r) {
     global real* out = matrix + (size_t)(row + r) * order + column;
     if (add) {
@@ -175,8 +177,8 @@ kernel void panel_products(global const real* panels, int chunk, int order, int 
 #define PRODUCT_EACH (PRODUCT_TILE / PRODUCT_SIDE)
 
 // Copies columns `first` … of the panels' samples s … into local memory; 0 past the order.
-inline void load_panel_tile(global const real* panels, int chunk, int order, int first, int s,
-                            local real* tile) {
+static inline void load_panel_tile(global const real* panels, int chunk, int order, int first,
+                                   int s, local real* tile) {
   int member = (int)(get_local_id(1) * PRODUCT_SIDE + get_local_id(0));
   for (int e = member; e < PRODUCT_DEPTH * PRODUCT_TILE; e += PRODUCT_SIDE * PRODUCT_SIDE) {
     int column = first + e % PRODUCT_TILE;
@@ -194,7 +196,9 @@ kernel void panel_products_shared(global const real* panels, int chunk, int orde
   int first_row = (int)get_group_id(1) * PRODUCT_TILE;
   if (first_row > first_column) return;
   real sum[PRODUCT_EACH][PRODUCT_EACH];
+#pragma unroll
   for (int i = 0; i < PRODUCT_EACH; ++i) {
+#pragma unroll
     for (int j = 0; j < PRODUCT_EACH; ++j) sum[i][j] = 0;
   }
   for (int s = 0; s < chunk; s += PRODUCT_DEPTH) {
@@ -202,8 +206,10 @@ kernel void panel_products_shared(global const real* panels, int chunk, int orde
     load_panel_tile(panels, chunk, order, first_column, s, columns);
     barrier(CLK_LOCAL_MEM_FENCE);
     for (int d = 0; d < PRODUCT_DEPTH; ++d) {
+#pragma unroll
       for (int i = 0; i < PRODUCT_EACH; ++i) {
         real a = rows[d * PRODUCT_TILE + i * PRODUCT_SIDE + y];
+#pragma unroll
         for (int j = 0; j < PRODUCT_EACH; ++j) {
           sum[i][j] = fma(a, columns[d * PRODUCT_TILE + j * PRODUCT_SIDE + x], sum[i][j]);
         }
@@ -211,13 +217,16 @@ kernel void panel_products_shared(global const real* panels, int chunk, int orde
     }
     barrier(CLK_LOCAL_MEM_FENCE);
   }
+#pragma unroll
   for (int i = 0; i < PRODUCT_EACH; ++i) {
     int row = first_row + i * PRODUCT_SIDE + y;
+#pragma unroll
     for (int j = 0; j < PRODUCT_EACH; ++j) {
       int column = first_column + j * PRODUCT_SIDE + x;
-      if (row >= order || column >= order) continue;
-      global real* out = matrix + (size_t)row * order + column;
-      *out = add ? *out + sum[i][j] : sum[i][j];
+      if (row < order && column < order) {
+        global real* out = matrix + (size_t)row * order + column;
+        *out = add ? *out + sum[i][j] : sum[i][j];
+      }
     }
   }
 }

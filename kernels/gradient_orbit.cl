@@ -4,52 +4,61 @@
 
 #include "factor_sums.clh"
 #include "loss.clh"
-#include "map_step.clh"
+#include "map.clh"
 
-#ifndef QJ_ITERATIONS
-#define QJ_ITERATIONS QJ_MOST_ITERATIONS  // n, set by the build
-#endif
+// What a work-item keeps of an orbit for the way back: U_j and F_j of all iterates but the n-th, in
+// global memory, the work-items of a group side by side. Private arrays would grow with n.
+static inline void orbit_keep(global lane* kept, int j, qlane versor, lane log_norm) {
+  global lane* at = kept + (size_t)j * QJ_ORBIT_LANES * QJ_GROUP;
+  uint member = SUMS_MEMBER;
+  at[member] = versor.x;
+  at[member + QJ_GROUP] = versor.y;
+  at[member + 2 * QJ_GROUP] = versor.z;
+  at[member + 3 * QJ_GROUP] = versor.w;
+  at[member + 4 * QJ_GROUP] = log_norm;
+}
 
-// An orbit as the forward pass leaves it. One that has escaped keeps its last point inside. Where
-// other orbits of a group are longer, it stays at its start, with no turn.
+// |q_{j+1}| and U_j.
+static inline lane orbit_kept(global const lane* kept, int j, qlane* versor) {
+  global const lane* at = kept + (size_t)j * QJ_ORBIT_LANES * QJ_GROUP;
+  uint member = SUMS_MEMBER;
+  *versor = q_make(at[member], at[member + QJ_GROUP], at[member + 2 * QJ_GROUP],
+                   at[member + 3 * QJ_GROUP]);
+  return lane_exp(lane_min(at[member + 4 * QJ_GROUP], lane_of((real)40)));
+}
+
+// An orbit's end. One that has escaped keeps its last point inside.
 typedef struct {
-  qlane point[QJ_ITERATIONS];    // q_j
-  qlane versor[QJ_ITERATIONS];   // U_j, but for the n-th
-  lane log_norm[QJ_ITERATIONS];  // F_j
-  lane last;                     // F of the last executed iterate, ln |q| where there is none
-  ilane executed;                // iterates per lane
-  int longest;                   // the most of any lane
+  lane last;       // F of the last executed iterate, ln |q| where there is none
+  ilane executed;  // iterates per lane
+  int longest;     // the most of any lane
 } orbit;
 
-inline void run_orbit(qlane q, global const real* map, int factors, orbit* o) {
+static inline orbit run_orbit(qlane q, global const real* map, int factors, int n,
+                              global lane* kept) {
   lane escape = lane_of(map[QJ_MAP_LOG_ESCAPE]);
-  o->last = map_log_radius(q);
-  ilane live = isless(o->last, escape);
-  o->executed = (ilane)0;
+  orbit o;
+  o.last = map_log_radius(q);
+  ilane live = isless(o.last, escape);
+  o.executed = (ilane)0;
   int i = 0;
-  for (; i < QJ_ITERATIONS && lane_any(live); ++i) {
-    o->point[i] = q;
+  for (; i < n && lane_any(live); ++i) {
     lane next;
-    if (i + 1 < QJ_ITERATIONS) {
-      next = map_step(q, map, factors, &o->versor[i]);
+    if (i + 1 < n) {
+      qlane versor;
+      next = map_step(q, map, factors, &versor);
+      orbit_keep(kept, i, versor, next);
       lane norm = lane_exp(lane_min(next, lane_of((real)40)));
-      q = q_where(live & isless(next, escape), q_scale(norm, o->versor[i]), q);
+      q = q_where(live & isless(next, escape), q_scale(norm, versor), q);
     } else {
-      next = map_log_norm(q, map, factors);
+      next = map_modulus(q, map, factors);
     }
-    o->log_norm[i] = next;
-    o->last = lane_where(live, next, o->last);
-    o->executed += ilane_where(live, (ilane)1, (ilane)0);
+    o.last = lane_where(live, next, o.last);
+    o.executed += ilane_where(live, (ilane)1, (ilane)0);
     live &= isless(next, escape);
   }
-  o->longest = i;
-#if QJ_GROUP > 1
-  for (; i < QJ_ITERATIONS; ++i) {
-    o->point[i] = q;
-    o->versor[i] = q_make(lane_of(1), lane_of(0), lane_of(0), lane_of(0));
-    o->log_norm[i] = lane_of(0);
-  }
-#endif
+  o.longest = i;
+  return o;
 }
 
 // Adds one iterate's share to the sums and returns the cotangent of its point q. f_bar: cotangent
@@ -58,8 +67,8 @@ inline void run_orbit(qlane q, global const real* map, int factors, orbit* o) {
 // With P_k the product of the versors up to the k-th and C_k the cotangent of P_k, all that is
 // asked of them is t = vec(P_k* C_k). To strip the k-th versor is to turn t about its axis n_k by
 // 2 a_k t_k. Of t, the part along n_k is the cotangent of a_k t_k, the part across turns the axis.
-inline qlane pull_back(qlane q, qlane u, lane f_bar, qlane u_bar, global const real* map,
-                       int factors, factor_sums sums) {
+static inline qlane pull_back(qlane q, qlane u, lane f_bar, qlane u_bar, global const real* map,
+                              int factors, factor_sums sums) {
   int stride = QJ_MAP_STRIDE(factors);
   int tile = sums_tile(factors);
   global const real* components = map + QJ_MAP_HEADER;
@@ -106,8 +115,8 @@ inline qlane pull_back(qlane q, qlane u, lane f_bar, qlane u_bar, global const r
 }
 
 // The same where no lane has an iterate after this one: F alone matters, and no versor.
-inline qlane pull_back_last(qlane q, lane f_bar, global const real* map, int factors,
-                            factor_sums sums) {
+static inline qlane pull_back_last(qlane q, lane f_bar, global const real* map, int factors,
+                                   factor_sums sums) {
   int stride = QJ_MAP_STRIDE(factors);
   int tile = sums_tile(factors);
   global const real* components = map + QJ_MAP_HEADER;
@@ -136,15 +145,29 @@ inline qlane pull_back_last(qlane q, lane f_bar, global const real* map, int fac
   return q_bar;
 }
 
-// samples, stride, map, loss, alpha: as energy_terms takes them. A group of QJ_GROUP work-items
-// (factor_sums.clh) takes `vectors` vectors of samples an item, side by side; there are `groups` of
-// them. lane_sums: 5 QJ_MAP_STRIDE(factors) lanes a group to add in, where QJ_GROUP is 1. energies:
-// one real a group. rows: one gradient row a group.
-kernel void gradient_orbit(global const real* samples, int stride, int vectors, int groups,
-                           global const real* map, int factors, int loss, real alpha,
-                           global real* lane_sums, global real* energies, global real* rows) {
+static inline qlane sample_point(global const real* samples, int stride, uint i,
+                                 global const real* map) {
+  return q_make(lane_load(samples + QJ_SAMPLE_X * stride, i),
+                lane_load(samples + QJ_SAMPLE_Y * stride, i),
+                lane_load(samples + QJ_SAMPLE_Z * stride, i), lane_of(map[QJ_MAP_SLICE]));
+}
+
+// samples, map and the scalars: as energy_terms takes them, but a group of QJ_GROUP work-items
+// (factor_sums.clh) takes `vectors` vectors of samples an item, side by side; `items` counts
+// groups. orbits: (iterations - 1) QJ_ORBIT_LANES lanes a work-item. lane_sums: 5
+// QJ_MAP_STRIDE(factors) lanes a group to add in, where QJ_GROUP is 1. energies: one real a group.
+// rows: one gradient row a group.
+SUMS_KERNEL kernel void gradient_orbit(qj_energy_arguments with,
+                                       global const real* restrict samples,
+                                       global const real* restrict map,
+                                       global real* restrict orbits,
+                                       global real* restrict lane_sums,
+                                       global real* restrict energies, global real* restrict rows) {
   int group = SUMS_GROUP, member = SUMS_MEMBER;
-  if (group >= groups) return;
+  if (group >= with.items) return;
+  int stride = with.stride, factors = with.factors, n = with.iterations;
+  global lane* kept =
+      (global lane*)orbits + (size_t)group * (size_t)(n - 1) * QJ_ORBIT_LANES * QJ_GROUP;
   int columns = QJ_GRADIENT_LOG_SCALE(factors);
   global real* row = rows + (size_t)group * QJ_GRADIENT_COLUMNS(factors);
 #if QJ_GROUP == 1
@@ -160,20 +183,20 @@ kernel void gradient_orbit(global const real* samples, int stride, int vectors, 
 #endif
   lane energy = lane_of(0), scale_sum = lane_of(0);
   int all = stride / QJ_WIDTH;
-  int left = (all - group * vectors * QJ_GROUP + QJ_GROUP - 1) / QJ_GROUP;
-  for (int v = 0; v < min(vectors, left); ++v) {
-    int i = (group * vectors + v) * QJ_GROUP + member;
-    bool is_one = i < all;  // work-items past the end keep step with their group
-    i = min(i, all - 1);
-    qlane q = q_make(lane_load(samples + QJ_SAMPLE_X * stride, i),
-                     lane_load(samples + QJ_SAMPLE_Y * stride, i),
-                     lane_load(samples + QJ_SAMPLE_Z * stride, i), lane_of(map[QJ_MAP_SLICE]));
-    orbit o;
-    run_orbit(q, map, factors, &o);
-    lane weight = is_one ? lane_load(samples + QJ_SAMPLE_WEIGHT * stride, i) : lane_of(0);
+  int left = (all - group * with.vectors * QJ_GROUP + QJ_GROUP - 1) / QJ_GROUP;
+  for (int v = 0; v < min(with.vectors, left); ++v) {
+    // The group's vectors of samples, and of them this work-item's: an offset that is the same for
+    // all and a small one of its own take fewer registers than an address. Work-items past the end
+    // keep step with their group.
+    int begin = (group * with.vectors + v) * QJ_GROUP;
+    global const real* some = samples + (size_t)begin * QJ_WIDTH;
+    uint i = min((uint)member, (uint)(all - 1 - begin));
+    bool is_one = i == (uint)member;
+    orbit o = run_orbit(sample_point(some, stride, i, map), map, factors, n, kept);
+    lane weight = is_one ? lane_load(some + QJ_SAMPLE_WEIGHT * stride, i) : lane_of(0);
     lane dedf;
-    energy += loss_term(loss, o.last, weight, lane_load(samples + QJ_SAMPLE_TARGET * stride, i),
-                        lane_load(samples + QJ_SAMPLE_SIDE * stride, i), alpha, &dedf);
+    energy += loss_term(with.loss, o.last, weight, lane_load(some + QJ_SAMPLE_TARGET * stride, i),
+                        lane_load(some + QJ_SAMPLE_SIDE * stride, i), with.alpha, &dedf);
     int longest = lane_any(isnotequal(dedf, lane_of(0))) ? o.longest : 0;
 #if QJ_GROUP > 1
     if (member == 0) group_longest = 0;
@@ -187,16 +210,27 @@ kernel void gradient_orbit(global const real* samples, int stride, int vectors, 
     for (int j = longest - 1; j >= 0; --j) {
       ilane last = o.executed == (ilane)(j + 1);
       ilane passed = o.executed > (ilane)(j + 1);
+      // Lanes without this iterate take part with no share, from the origin.
+      qlane q;
+      if (j > 0) {
+        qlane u;
+        lane norm = orbit_kept(kept, j - 1, &u);
+        q = q_where(last | passed, q_scale(norm, u), zero);
+      } else {
+        q = sample_point(some, stride, i, map);
+      }
       if (j + 1 < longest) {
-        lane norm = lane_exp(lane_min(o.log_norm[j], lane_of((real)40)));
+        qlane u;
+        lane norm = orbit_kept(kept, j, &u);
+        u = q_where(passed, u, q_make(lane_of(1), lane_of(0), lane_of(0), lane_of(0)));
         qlane u_bar = q_where(passed, q_scale(norm, q_bar), zero);
-        lane f_bar = lane_where(last, dedf, q_dot(u_bar, o.versor[j]));
+        lane f_bar = lane_where(last, dedf, q_dot(u_bar, u));
         scale_sum += f_bar;
-        q_bar = pull_back(o.point[j], o.versor[j], f_bar, u_bar, map, factors, sums);
+        q_bar = pull_back(q, u, f_bar, u_bar, map, factors, sums);
       } else {
         lane f_bar = lane_where(last, dedf, lane_of(0));
         scale_sum += f_bar;
-        q_bar = pull_back_last(o.point[j], f_bar, map, factors, sums);
+        q_bar = pull_back_last(q, f_bar, map, factors, sums);
       }
     }
   }

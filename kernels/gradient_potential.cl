@@ -3,8 +3,8 @@
 
 #include "factor_vector.clh"
 #include "lane_math.clh"
-#include "qjulia/shared/gradient_layout.h"
-#include "qjulia/shared/loss.h"
+#include "layout/gradient_layout.h"
+#include "layout/loss.h"
 
 // Lanes run across factors and samples come one by one, so nothing is summed across lanes.
 // Work-item (v, c): factors v QJ_WIDTH … and samples c chunk …; rows: one gradient row a chunk.

@@ -7,20 +7,18 @@
 // of the slice, so that every point has two nodes before that at or before it, and three after.
 
 #include "block_points.clh"
-#include "map_step.clh"
+#include "layout/settling.h"
+#include "map.clh"
 
 // F and U at the points of these numbers in a block of grid points (block_point), as numbers
 // slots[i] among `field`, and four reals each among `versors`.
-kernel void block_images(global const int* numbers, global const int* slots, int nx, int ny,
-                         int spacing, int ix, int iy, int iz, real origin_x, real origin_y,
-                         real origin_z, real step, int first_group, int groups,
-                         global const real* map, int factors, global real* field,
-                         global real* versors) {
+kernel void block_images(global const int* numbers, global const int* slots, qj_grid_block block,
+                         int spacing, int first_group, int groups, global const real* map,
+                         int factors, global real* field, global real* versors) {
   int item = (int)get_global_id(0);
   if (item >= groups) return;
   int g = first_group + item;
-  qlane q = block_point(point_numbers(numbers, g), nx, ny, spacing, ix, iy, iz, origin_x, origin_y,
-                        origin_z, step, map[QJ_MAP_SLICE]);
+  qlane q = block_point(point_numbers(numbers, g), block, spacing, map[QJ_MAP_SLICE]);
   qlane u;
   real f[QJ_WIDTH], x[QJ_WIDTH], y[QJ_WIDTH], z[QJ_WIDTH], w[QJ_WIDTH];
   lane_store(map_step(q, map, factors, &u), f, 0);
@@ -42,8 +40,8 @@ typedef struct {
 } log_image;
 
 // Nodes -2 ... 3; node m is number nodes[i] + m * stride.
-inline void load_nodes(global const real* field, global const real* versors, const int* nodes,
-                       int stride, log_image* images) {
+static inline void load_nodes(global const real* field, global const real* versors,
+                              const int* nodes, int stride, log_image* images) {
   for (int m = 0; m < 6; ++m) {
     real f[QJ_WIDTH], x[QJ_WIDTH], y[QJ_WIDTH], z[QJ_WIDTH], w[QJ_WIDTH];
     for (int i = 0; i < QJ_WIDTH; ++i) {
@@ -60,9 +58,9 @@ inline void load_nodes(global const real* field, global const real* versors, con
   }
 }
 
-inline lane log_image_size(log_image of) { return fabs(of.f) + sqrt(q_dot(of.u, of.u)); }
+static inline lane log_image_size(log_image of) { return fabs(of.f) + sqrt(q_dot(of.u, of.u)); }
 
-inline log_image weighted(const log_image* images, const lane* weights) {
+static inline log_image weighted(const log_image* images, const lane* weights) {
   log_image sum;
   sum.f = weights[0] * images[0].f;
   sum.u = q_scale(weights[0], images[0].u);
@@ -78,7 +76,7 @@ inline log_image weighted(const log_image* images, const lane* weights) {
 // Weights of Lagrange's polynomial through six nodes m = -2 ... 3, at s in [0, 1], and what they
 // differ by from those of the polynomial through m = -1 ... 2. Of the four: products of s - j over
 // (m - j), j from -1 to 2 but m; of the six, these times (s + 2) (s - 3) / ((m + 2) (m - 3)).
-inline void lagrange_weights(lane s, lane* six, lane* difference) {
+static inline void lagrange_weights(lane s, lane* six, lane* difference) {
   lane a = s + 1, b = s - 1, c = s - 2;
   lane outer = (s + 2) * (s - 3);
   lane ends = a * s * b * c * (real)(1.0f / 120);
@@ -155,31 +153,29 @@ kernel void interpolate_rows(global const int* numbers, int node_columns, int no
 
 // `f` moved towards `level` by what it can be off, but not past it; `level` itself where anything
 // is not a number.
-inline lane short_of(lane f, lane off, lane level) {
+static inline lane short_of(lane f, lane off, lane level) {
   return lane_where(isgreater(f, level), lane_max(f - off, level), lane_min(f + off, level));
 }
 
-// F_1 of points where it is beyond `below` or `above` for sure; F of their images where F_1 is
-// between the stop radii for sure; each moved towards `level` by what it can be off. `level` of
-// other points, and of those beyond the escape radius. numbers: of the points in a block of grid
-// points (block_point). row_field, row_versors, row_change: as interpolate_rows makes them.
-// settled: as many reals as numbers.
-kernel void settle_points(global const int* numbers, int nx, int ny, int ix, int iy, int iz,
-                          real origin_x, real origin_y, real origin_z, real step, int node_columns,
-                          int spacing, global const real* row_field, global const real* row_versors,
+// F_1 of points where it is below settling.below or above settling.above for sure; F of their
+// images where F_1 is between the stop radii for sure; each moved towards settling.level by what it
+// can be off. That level for other points, and for those beyond the escape radius. numbers: of the
+// points in the block. row_field, row_versors, row_change: as interpolate_rows makes them. settled:
+// as many reals as numbers.
+kernel void settle_points(global const int* numbers, qj_grid_block block, qj_settling settling,
+                          global const real* row_field, global const real* row_versors,
                           global const real* row_change, int first_group, int groups,
-                          global const real* map, int factors, real below, real level, real above,
-                          global real* settled) {
+                          global const real* map, int factors, global real* settled) {
   int item = (int)get_global_id(0);
   if (item >= groups) return;
   int g = first_group + item;
   real ways[QJ_WIDTH], changes[QJ_WIDTH];
   int nodes[QJ_WIDTH];
   for (int i = 0; i < QJ_WIDTH; ++i) {
-    int row = numbers[g * QJ_WIDTH + i] / nx;
-    int x = numbers[g * QJ_WIDTH + i] - row * nx;
-    nodes[i] = row * node_columns + x / spacing + 2;
-    ways[i] = (real)(x % spacing) / (real)spacing;
+    int row = numbers[g * QJ_WIDTH + i] / block.nx;
+    int x = numbers[g * QJ_WIDTH + i] - row * block.nx;
+    nodes[i] = row * settling.node_columns + x / settling.spacing + 2;
+    ways[i] = (real)(x % settling.spacing) / (real)settling.spacing;
   }
   lane six[6], difference[6];
   lagrange_weights(lane_load(ways, 0), six, difference);
@@ -191,20 +187,19 @@ kernel void settle_points(global const int* numbers, int nx, int ny, int ix, int
     for (int i = 0; i < QJ_WIDTH; ++i) changes[i] = row_change[nodes[i] + m - 2];
     change = fma(fabs(six[m]), lane_load(changes, 0), change);
   }
-  lane l = lane_of(level);
+  lane l = lane_of(settling.level);
   lane off = QJ_POINT_MARGIN * change;
   lane result = short_of(r.f, off, l);
-  ilane sure = isless(result, lane_of(below)) | isgreater(result, lane_of(above));
+  ilane sure = isless(result, lane_of(settling.below)) | isgreater(result, lane_of(settling.above));
   result = lane_where(sure, result, l);
   lane outer = lane_of(fmin(map[QJ_MAP_LOG_ESCAPE], map[QJ_MAP_LOG_OUTER]));
   ilane goes_on = isgreater(r.f - off, lane_of(map[QJ_MAP_LOG_INNER])) & isless(r.f + off, outer);
   if (lane_any(goes_on)) {
     qlane image = q_scale(lane_exp(r.f) * lane_rsqrt(fmax(q_dot(r.u, r.u), lane_of(QJ_TINY))), r.u);
-    lane found = short_of(map_log_norm(image, map, factors), QJ_IMAGE_MARGIN * change, l);
+    lane found = short_of(map_modulus(image, map, factors), QJ_IMAGE_MARGIN * change, l);
     result = lane_where(goes_on & lane_not(sure), found, result);
   }
-  qlane q = block_point(point_numbers(numbers, g), nx, ny, 1, ix, iy, iz, origin_x, origin_y,
-                        origin_z, step, map[QJ_MAP_SLICE]);
+  qlane q = block_point(point_numbers(numbers, g), block, 1, map[QJ_MAP_SLICE]);
   ilane escapes = isgreater(map_log_radius(q), lane_of(map[QJ_MAP_LOG_ESCAPE] - (real)1e-4f));
   lane_store(lane_where(escapes, l, result), settled, g);
 }

@@ -1,6 +1,6 @@
 // What colours a point of the set by its orbit.
 
-#include "map_step.clh"
+#include "map.clh"
 
 // For each point, 0 ... 1: with `trap` 0 how late its orbit is decided, (m - 1) / (n - 1) for the
 // m-th of n iterates; else how close its first two iterates come to the plane X = 0, the least
@@ -17,7 +17,7 @@ kernel void orbit_trait(global const real* points, int stride, int groups, globa
   ilane live = isless(map_log_radius(q), lane_of(map[QJ_MAP_LOG_ESCAPE]));
   lane later = lane_of(0), closest = lane_of(1);
   for (int i = 0; i < iterations && lane_any(live); ++i) {
-    lane next = map_log_norm(q, map, factors);
+    lane next = map_modulus(q, map, factors);
     if (i > 0) later += lane_where(live, lane_of(1), lane_of(0));
     q = q_where(live, map_image(q, next, map, factors), q);
     lane angle = fabs(q.x) * lane_rsqrt(fmax(q_dot(q, q), lane_of(QJ_TINY)));

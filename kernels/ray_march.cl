@@ -7,16 +7,17 @@
 // about |grad F_1|, so that it is about (F_m - ln r_out) / |grad F_1|^m.
 
 #include "grid.clh"
-#include "map_step.clh"
+#include "layout/march.h"
+#include "map.clh"
 #include "view.clh"
 
-inline qlane point_on(lane_ray r, lane t, real slice) {
+static inline qlane point_on(lane_ray r, lane t, real slice) {
   return q_make(fma(t, r.dx, r.ox), fma(t, r.dy, r.oy), fma(t, r.dz, r.oz), lane_of(slice));
 }
 
 // Narrows start … end to the ray's part inside the box that is seen; start = end where that is
 // none.
-inline void clip_to_seen(global const real* grid, lane_ray r, lane* start, lane* end) {
+static inline void clip_to_seen(global const real* grid, lane_ray r, lane* start, lane* end) {
   lane o[3] = {r.ox, r.oy, r.oz}, d[3] = {r.dx, r.dy, r.dz};
   for (int i = 0; i < 3; ++i) {
     // A ray along a face of the box runs inside or outside of it: neither bound is NaN.
@@ -31,8 +32,8 @@ inline void clip_to_seen(global const real* grid, lane_ray r, lane* start, lane*
 
 // How far the band {F_1 < far_level} is from each point of a grid, at least; not above 0 in it.
 // Near a pole outside the shape F_1 is high without the band being far, so that no step is longer
-// than the distance to the nearest factor. One work-item per QJ_WIDTH points, from `first_group`
-// on; safe: groups * QJ_WIDTH elements.
+// than the distance to where F_1 is not smooth. One work-item per QJ_WIDTH points, from
+// `first_group` on; safe: groups * QJ_WIDTH elements.
 kernel void safe_steps(global const real* grid, int first_group, int groups, global const real* map,
                        int factors, real far_level, real steepest, global real* safe) {
   int g = (int)get_global_id(0);
@@ -44,48 +45,30 @@ kernel void safe_steps(global const real* grid, int first_group, int groups, glo
   lane x = fma(to_lane(index % nx), lane_of(step), lane_of(grid[QJ_GRID_ORIGIN]));
   lane y = fma(to_lane(row % ny), lane_of(step), lane_of(grid[QJ_GRID_ORIGIN + 1]));
   lane z = fma(to_lane(row / ny), lane_of(step), lane_of(grid[QJ_GRID_ORIGIN + 2]));
-  real slice = map[QJ_MAP_SLICE];
-
-  global const real* a = MAP_COMPONENT(map, factors, QJ_MAP_EXPONENT);
-  global const real* cx = MAP_COMPONENT(map, factors, QJ_MAP_CENTER_X);
-  global const real* cy = MAP_COMPONENT(map, factors, QJ_MAP_CENTER_Y);
-  global const real* cz = MAP_COMPONENT(map, factors, QJ_MAP_CENTER_Z);
-  global const real* cw = MAP_COMPONENT(map, factors, QJ_MAP_CENTER_W);
-  lane sum = lane_of(0), nearest2 = lane_of((real)1e30f);
-  for (int k = 0; k < factors; ++k) {
-    lane dx = x - cx[k], dy = y - cy[k], dz = z - cz[k];
-    real dw = slice - cw[k];
-    lane n = fma(dx, dx, fma(dy, dy, fma(dz, dz, lane_of(fma(dw, dw, QJ_TINY)))));
-    sum = fma(lane_of(a[k]), lane_log2(n), sum);
-    nearest2 = fmin(nearest2, n);
-  }
-  lane f = fma(sum, lane_of((real)0.5 * QJ_LN2), lane_of(map[QJ_MAP_LOG_SCALE]));
-  if (map[QJ_MAP_KIND] != 0) f = map_log_norm(q_make(x, y, z, lane_of(slice)), map, factors);
-  lane_store(fmin((f - far_level) / steepest, sqrt(nearest2)), safe, g);
+  lane nearest;
+  lane f = map_modulus_near(q_make(x, y, z, lane_of(map[QJ_MAP_SLICE])), map, factors, &nearest);
+  lane_store(fmin((f - far_level) / steepest, nearest), safe, g);
 }
 
-// Depths along rays of a view. rays: three arrays of `stride` reals, the pixel coordinates x and y
-// of each ray and a hint: a depth close before its hit, or 0. grid, safe: of `safe_steps`. radius:
-// of a ball about the origin that holds the set. steepest: greatest |grad F_1| about the band.
-// shortest: the least step. Hits are bisected to `tolerance`.
+// Depths along rays of a view. rays: three arrays of march.stride reals, the pixel coordinates x
+// and y of each ray and a hint: a depth close before its hit, or 0. grid, safe: of `safe_steps`.
 //
-// A work-item has the rays item * share ... of `count`. Its lanes go each its own way: a turn of
-// the loop is one iterate for every lane, and a lane whose ray has ended takes the next one. What
-// a ray finds does not depend on its companions.
-kernel void march_depth(global const real* map, int factors, int iterations,
-                        global const real* view, global const real* rays, int stride, int count,
-                        int share, global const real* grid, global const real* safe, real radius,
-                        real steepest, real shortest, real tolerance, global real* depth) {
-  int next_ray = (int)get_global_id(0) * share;
-  if (next_ray >= count) return;
-  int last_ray = min(next_ray + share, count);
+// A work-item has the rays item * march.share ... of march.count. Its lanes go each its own way: a
+// turn of the loop is one iterate for every lane, and a lane whose ray has ended takes the next
+// one. What a ray finds does not depend on its companions.
+kernel void march_depth(global const real* map, int factors, qj_march march,
+                        global const real* view, global const real* rays, global const real* grid,
+                        global const real* safe, global real* depth) {
+  int next_ray = (int)get_global_id(0) * march.share;
+  if (next_ray >= march.count) return;
+  int last_ray = min(next_ray + march.share, march.count);
   real slice = map[QJ_MAP_SLICE];
   real level = map[QJ_MAP_SURFACE_LEVEL];
   real above = fmin(map[QJ_MAP_LOG_ESCAPE], map[QJ_MAP_LOG_OUTER]);
   real below = map[QJ_MAP_LOG_INNER];
   // One iterate decides every point by itself.
-  real far_level = iterations == 1 ? level : above;
-  real log_shell = -log(steepest);
+  real far_level = march.iterations == 1 ? level : above;
+  real log_shell = -log(march.steepest);
   // Nearer than this to the band, orbits tell what the grid is too coarse for.
   real near = (real)0.25 * grid[QJ_GRID_STEP];
 
@@ -116,8 +99,8 @@ kernel void march_depth(global const real* map, int factors, int iterations,
           if (idle) {
             id[i] = next_ray++;
             pixel_x[i] = rays[id[i]];
-            pixel_y[i] = rays[stride + id[i]];
-            hints[i] = rays[2 * stride + id[i]];
+            pixel_y[i] = rays[march.stride + id[i]];
+            hints[i] = rays[2 * march.stride + id[i]];
           }
           flags[i] = -idle;
         }
@@ -126,7 +109,7 @@ kernel void march_depth(global const real* map, int factors, int iterations,
         // The part of the ray inside the ball.
         lane middle = -fma(ray.ox, ray.dx, fma(ray.oy, ray.dy, ray.oz * ray.dz));
         lane o2 = fma(ray.ox, ray.ox, fma(ray.oy, ray.oy, ray.oz * ray.oz));
-        lane half2 = fma(middle, middle, radius * radius - o2);
+        lane half2 = fma(middle, middle, march.radius * march.radius - o2);
         lane half_chord = sqrt(fmax(half2, lane_of(0)));
         start = fmax(middle - half_chord, lane_of(0));
         end = lane_where(isgreater(half2, lane_of(0)), middle + half_chord, start);
@@ -135,7 +118,7 @@ kernel void march_depth(global const real* map, int factors, int iterations,
         t = lane_where(fresh, first, t);
         outside =
             lane_where(fresh, lane_where(isgreater(first, start), lane_of(-1), start), outside);
-        back = lane_where(fresh, lane_of(4 * shortest), back);
+        back = lane_where(fresh, lane_of(4 * march.shortest), back);
         done = ilane_where(fresh, (ilane)0, done);
         hit &= lane_not(fresh);
         live |= fresh;
@@ -173,10 +156,10 @@ kernel void march_depth(global const real* map, int factors, int iterations,
     qlane p = point_on(ray, probe, slice);
     q = q_where(begin, p, q);
     qlane u = q;
-    lane f = iterations == 1 ? map_log_norm(q, map, factors) : map_step(q, map, factors, &u);
+    lane f = march.iterations == 1 ? map_modulus(q, map, factors) : map_step(q, map, factors, &u);
     done += 1;
     q = q_scale(lane_exp(fmin(f, lane_of((real)40))), u);
-    ilane ended = live & ((ilane)(done >= iterations) | islessequal(f, lane_of(below)) |
+    ilane ended = live & ((ilane)(done >= march.iterations) | islessequal(f, lane_of(below)) |
                           isgreaterequal(f, lane_of(above)));
 
     // What orbits that ended tell.
@@ -190,13 +173,13 @@ kernel void march_depth(global const real* map, int factors, int iterations,
     hit |= marched & inside & lane_not(too_far);
     lane away =
         fmin((f - far_level) * lane_exp(to_lane(done) * log_shell), lane_of(grid[QJ_GRID_STEP]));
-    t = lane_where(marched & lane_not(inside), t + fmax(away, lane_of(shortest)), t);
+    t = lane_where(marched & lane_not(inside), t + fmax(away, lane_of(march.shortest)), t);
     t = lane_where(too_far, fmax(t - back, start), t);
     outside = lane_where(too_far & islessequal(t, start), start, outside);
     back = lane_where(too_far, 2 * back, back);
     done = ilane_where(ended, (ilane)0, done);
 
-    ilane found = hit & live & islessequal(t - outside, lane_of(tolerance));
+    ilane found = hit & live & islessequal(t - outside, lane_of(march.tolerance));
     if (lane_any(found)) {
       lane_store(found, flags, 0);
       lane_store((real)0.5 * (outside + t), values, 0);

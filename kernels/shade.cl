@@ -1,5 +1,6 @@
-// From depths to colours. The sky is many lights, each with a depth map of the shape seen along it;
-// the key light is one of them, with a penumbra. One work-item per pixel, whatever the lane width.
+// From depths to colours, in passes: normals, what receives light, the light it receives, colours.
+// The sky is many lights, each with a depth map of the shape seen along it; the key light is one of
+// them, with a penumbra. Work-items are scalar, whatever the lane width.
 
 #include "view.clh"
 
@@ -47,14 +48,14 @@ kernel void normals_of_depth(global const real* view, int columns, int first_row
 }
 
 // How far (column, row) of a light's depth map lies before `depth`: above 0 where it is a blocker.
-inline real before(global const real* map, int size, int column, int row, real depth) {
+static inline real before(global const real* map, int size, int column, int row, real depth) {
   if (column < 0 || row < 0 || column >= size || row >= size) return -1;
   real d = map[row * size + column];
   return d < 0 ? (real)-1 : depth - d;
 }
 
 // The light's share that reaches a point, filtered over the four texels around.
-inline real seen_hard(global const real* map, int size, real2 texel, real depth) {
+static inline real seen_hard(global const real* map, int size, real2 texel, real depth) {
   real2 corner = floor(texel - (real)0.5), f = texel - (real)0.5 - corner;
   int x = (int)corner.x, y = (int)corner.y;
   real a = before(map, size, x, y, depth) > 0, b = before(map, size, x + 1, y, depth) > 0;
@@ -66,8 +67,8 @@ inline real seen_hard(global const real* map, int size, real2 texel, real depth)
 
 // The same with a penumbra as wide as the blockers' mean distance makes it. `shift` in [0, 1)^2
 // moves the taps within their cells, so that the samples of a pixel complement each other.
-inline real seen_soft(global const real* map, int size, real2 texel, real depth, real softness,
-                      real2 shift) {
+static inline real seen_soft(global const real* map, int size, real2 texel, real depth,
+                             real softness, real2 shift) {
   const int taps = 7;
   real sum = 0, blockers = 0;
   for (int j = 0; j < taps; ++j) {
@@ -94,6 +95,142 @@ inline real seen_soft(global const real* map, int size, real2 texel, real depth,
   return lit / weight;
 }
 
+// Whether and where light falls on a point, as a light's depth map sees it.
+typedef struct {
+  real cosine;
+  real2 texel;
+  real depth;
+} light_sight;
+
+static inline light_sight sight_of(real3 p, real3 n, global const real* restrict light) {
+  light_sight s;
+  real3 l = real3_at(light + QJ_LIGHT_DIRECTION);
+  s.cosine = dot(n, l);
+  // Off the surface and towards the light by as much as the depth map is coarse, so that it does
+  // not shade itself; but not far off, into the other wall of a groove.
+  real bias = light[QJ_LIGHT_TEXEL];
+  real slope = fmin(sqrt(1 - fmin(s.cosine * s.cosine, (real)1)) / s.cosine, (real)2);
+  real3 q = p + ((real)0.5 * bias) * n + (((real)0.5 + slope) * bias) * l;
+  s.texel = (real2)(dot(q, real3_at(light + QJ_LIGHT_U)) + light[QJ_LIGHT_U + 3],
+                    dot(q, real3_at(light + QJ_LIGHT_V)) + light[QJ_LIGHT_V + 3]);
+  s.depth = dot(q, real3_at(light + QJ_LIGHT_DEPTH)) + light[QJ_LIGHT_DEPTH + 3];
+  return s;
+}
+
+// Light falls on receivers: first the samples of a strip, row by row, then one point of the ground
+// for each pixel. Each has QJ_RECEIVER_SIZE reals; a normal of zero receives nothing.
+
+static inline void put_real3(global real* at, real3 v) {
+  at[0] = v.x;
+  at[1] = v.y;
+  at[2] = v.z;
+}
+
+// The point of the ground that the ray of a pixel meets, where it is near enough to the shape for
+// its shadow.
+static inline bool ground_point(real3 origin, real3 direction, global const real* restrict scene,
+                                real3* p, real* away) {
+  real3 up = real3_at(scene + QJ_SCENE_UP);
+  real height = dot(origin, up) - scene[QJ_SCENE_GROUND];
+  real fall = -dot(direction, up);
+  if (height <= 0 || fall <= (real)1e-3f) return false;
+  *p = origin + (height / fall) * direction;
+  *away = length(*p - real3_at(scene + QJ_SCENE_CENTER)) / scene[QJ_SCENE_RADIUS];
+  return *away <= 6;
+}
+
+// Work-item (i, j): sample i of row j of the strip's.
+kernel void sample_receivers(qj_strip_arguments strip, global const real* restrict view,
+                             global const real* restrict depth, global const real* restrict normal,
+                             global real* restrict receivers) {
+  int i = (int)get_global_id(0), j = (int)get_global_id(1);
+  int wide = strip.columns * strip.samples;
+  if (i >= wide || j >= strip.rows * strip.samples) return;
+  int index = (j + strip.halo) * wide + i;
+  real t = depth[index];
+  real3 direction;
+  real3 p = view_point(view, (real)i + (real)0.5,
+                       (real)(j + strip.first_row * strip.samples) + (real)0.5, t, &direction);
+  real3 n = t >= 0 ? real3_at(normal + 3 * index) : (real3)(0);
+  global real* receiver = receivers + (size_t)(j * wide + i) * QJ_RECEIVER_SIZE;
+  put_real3(receiver + QJ_RECEIVER_POINT, p);
+  put_real3(receiver + QJ_RECEIVER_NORMAL, n);
+}
+
+// Work-item (column, row): a pixel. Its ground is smooth: one point will do, where any sample of
+// the pixel misses the shape.
+kernel void ground_receivers(qj_strip_arguments strip, global const real* restrict view,
+                             global const real* restrict depth, global const real* restrict scene,
+                             global real* restrict receivers) {
+  int column = (int)get_global_id(0), row = (int)get_global_id(1);
+  if (column >= strip.columns || row >= strip.rows) return;
+  int wide = strip.columns * strip.samples;
+  bool missed = false;
+  for (int s = 0; s < strip.samples * strip.samples; ++s) {
+    int i = column * strip.samples + s % strip.samples;
+    int j = row * strip.samples + s / strip.samples + strip.halo;
+    missed |= depth[j * wide + i] < 0;
+  }
+  real3 origin, direction, p;
+  real away;
+  origin =
+      view_point(view, ((real)column + (real)0.5) * (real)strip.samples,
+                 ((real)(row + strip.first_row) + (real)0.5) * (real)strip.samples, 0, &direction);
+  bool lit = missed && ground_point(origin, direction, scene, &p, &away);
+  int number = wide * strip.rows * strip.samples + row * strip.columns + column;
+  global real* receiver = receivers + (size_t)number * QJ_RECEIVER_SIZE;
+  put_real3(receiver + QJ_RECEIVER_POINT, lit ? p : origin);
+  put_real3(receiver + QJ_RECEIVER_NORMAL, lit ? real3_at(scene + QJ_SCENE_UP) : (real3)(0));
+}
+
+// What the sky, all but the key light, sends to each receiver, and what it would send with nothing
+// in the way. Receivers from `ground` on get no rim light, which is last.
+kernel void sky_light(qj_light_arguments with, global const real* restrict receivers,
+                      global const real* restrict lights, global const real* restrict maps,
+                      global real* restrict light) {
+  int r = (int)get_global_id(0);
+  if (r >= with.receivers) return;
+  real3 p = real3_at(receivers + (size_t)r * QJ_RECEIVER_SIZE + QJ_RECEIVER_POINT);
+  real3 n = real3_at(receivers + (size_t)r * QJ_RECEIVER_SIZE + QJ_RECEIVER_NORMAL);
+  int count = r < with.ground ? with.lights : with.lights - 1;
+  if (dot(n, n) == 0) count = 0;
+  real3 sky = (real3)(0), open_sky = (real3)(0);
+  for (int i = 0; i < count; ++i) {
+    global const real* from = lights + i * QJ_LIGHT_SIZE;
+    if (i == with.key || dot(n, real3_at(from + QJ_LIGHT_DIRECTION)) <= 0) continue;
+    light_sight s = sight_of(p, n, from);
+    real3 open = s.cosine * real3_at(from + QJ_LIGHT_COLOR);
+    sky += seen_hard(maps + (int)from[QJ_LIGHT_MAP_FIRST], (int)from[QJ_LIGHT_MAP_SIZE], s.texel,
+                     s.depth) *
+           open;
+    open_sky += open;
+  }
+  put_real3(light + (size_t)r * QJ_RECEIVED_SIZE + QJ_RECEIVED_SKY, sky);
+  put_real3(light + (size_t)r * QJ_RECEIVED_SIZE + QJ_RECEIVED_OPEN_SKY, open_sky);
+}
+
+// The share of the key light that reaches each receiver. Samples of a pixel take their taps at
+// different places.
+kernel void key_light(qj_light_arguments with, global const real* restrict receivers,
+                      global const real* restrict lights, global const real* restrict maps,
+                      global real* restrict light) {
+  int r = (int)get_global_id(0);
+  if (r >= with.receivers) return;
+  real3 p = real3_at(receivers + (size_t)r * QJ_RECEIVER_SIZE + QJ_RECEIVER_POINT);
+  real3 n = real3_at(receivers + (size_t)r * QJ_RECEIVER_SIZE + QJ_RECEIVER_NORMAL);
+  global const real* from = lights + with.key * QJ_LIGHT_SIZE;
+  real seen = 0;
+  if (dot(n, real3_at(from + QJ_LIGHT_DIRECTION)) > 0) {
+    light_sight s = sight_of(p, n, from);
+    int i = r % with.wide % with.samples, j = r / with.wide % with.samples;
+    real2 shift = (real2)((real)0.5);
+    if (r < with.ground) shift = ((real2)((real)i, (real)j) + (real)0.5) / (real)with.samples;
+    seen = seen_soft(maps + (int)from[QJ_LIGHT_MAP_FIRST], (int)from[QJ_LIGHT_MAP_SIZE], s.texel,
+                     s.depth, from[QJ_LIGHT_SOFTNESS] / from[QJ_LIGHT_TEXEL], shift);
+  }
+  light[(size_t)r * QJ_RECEIVED_SIZE + QJ_RECEIVED_KEY] = seen;
+}
+
 // What light a point receives.
 typedef struct {
   real3 sky, open_sky;  // irradiance from all but the key light; the same with nothing in the way
@@ -101,47 +238,25 @@ typedef struct {
   real highlight;  // of the key light, 0 ... 1
 } irradiance;
 
-inline irradiance light_at(real3 p, real3 n, real3 view_direction, real2 shift,
-                           global const real* lights, int count, global const real* maps, int key) {
+static inline irradiance received_by(real3 n, real3 view_direction,
+                                     global const real* restrict key_light,
+                                     global const real* restrict light) {
   irradiance e;
-  e.sky = e.open_sky = e.key = e.open_key = (real3)(0);
-  e.highlight = 0;
-  for (int i = 0; i < count; ++i) {
-    global const real* light = lights + i * QJ_LIGHT_SIZE;
-    real3 l = real3_at(light + QJ_LIGHT_DIRECTION);
-    real cosine = dot(n, l);
-    if (cosine <= 0) continue;
-    real3 open = cosine * real3_at(light + QJ_LIGHT_COLOR);
-    // Off the surface and towards the light by as much as the depth map is coarse, so that it does
-    // not shade itself; but not far off, into the other wall of a groove.
-    real bias = light[QJ_LIGHT_TEXEL];
-    real slope = fmin(sqrt(1 - fmin(cosine * cosine, (real)1)) / cosine, (real)2);
-    real3 q = p + ((real)0.5 * bias) * n + (((real)0.5 + slope) * bias) * l;
-    real2 texel = (real2)(dot(q, real3_at(light + QJ_LIGHT_U)) + light[QJ_LIGHT_U + 3],
-                          dot(q, real3_at(light + QJ_LIGHT_V)) + light[QJ_LIGHT_V + 3]);
-    real depth = dot(q, real3_at(light + QJ_LIGHT_DEPTH)) + light[QJ_LIGHT_DEPTH + 3];
-    int size = (int)light[QJ_LIGHT_MAP_SIZE];
-    global const real* map = maps + (int)light[QJ_LIGHT_MAP_FIRST];
-    real softness = light[QJ_LIGHT_SOFTNESS] / bias;
-    real seen = softness > 0 ? seen_soft(map, size, texel, depth, softness, shift)
-                             : seen_hard(map, size, texel, depth);
-    if (i == key) {
-      e.key = seen * open;
-      e.open_key = open;
-      e.highlight = seen * powr(fmax(dot(n, normalize(l - view_direction)), (real)0), (real)28);
-    } else {
-      e.sky += seen * open;
-      e.open_sky += open;
-    }
-  }
+  e.sky = real3_at(light + QJ_RECEIVED_SKY);
+  e.open_sky = real3_at(light + QJ_RECEIVED_OPEN_SKY);
+  real3 l = real3_at(key_light + QJ_LIGHT_DIRECTION);
+  real seen = light[QJ_RECEIVED_KEY];
+  e.open_key = fmax(dot(n, l), (real)0) * real3_at(key_light + QJ_LIGHT_COLOR);
+  e.key = seen * e.open_key;
+  e.highlight = seen * powr(fmax(dot(n, normalize(l - view_direction)), (real)0), (real)28);
   return e;
 }
 
-inline real luminance(real3 c) { return dot(c, (real3)(0.2126f, 0.7152f, 0.0722f)); }
+static inline real luminance(real3 c) { return dot(c, (real3)(0.2126f, 0.7152f, 0.0722f)); }
 
 // Ambient visibility with light bounced between surfaces of this albedo. Jimenez et al. 2016,
 // "Practical real-time strategies for accurate indirect occlusion", Eq. 10.
-inline real3 with_bounces(real v, real3 albedo) {
+static inline real3 with_bounces(real v, real3 albedo) {
   real3 a = (real)2.0404 * albedo - (real)0.3324;
   real3 b = (real)-4.7951 * albedo + (real)0.6417;
   real3 c = (real)2.7552 * albedo + (real)0.6903;
@@ -151,7 +266,7 @@ inline real3 with_bounces(real v, real3 albedo) {
 #define CLAY ((real3)(0.66f, 0.45f, 0.32f))
 
 // Colours of traits 0 … 1: indigo, teal, sand, rust.
-inline real3 trait_albedo(real t) {
+static inline real3 trait_albedo(real t) {
   real3 low = (real3)(0.13f, 0.15f, 0.36f), second = (real3)(0.13f, 0.42f, 0.46f);
   real3 third = (real3)(0.80f, 0.68f, 0.42f), high = (real3)(0.62f, 0.20f, 0.10f);
   t *= 3;
@@ -160,7 +275,7 @@ inline real3 trait_albedo(real t) {
   return mix(c, high, clamp(t - 2, (real)0, (real)1));
 }
 
-inline real3 lit(real3 albedo, irradiance e) {
+static inline real3 lit(real3 albedo, irradiance e) {
   real v = luminance(e.sky) / fmax(luminance(e.open_sky), (real)1e-6f);
   // What comes through gaps that depth maps are too coarse to see.
   v = mix((real)0.06, (real)1, v);
@@ -169,89 +284,82 @@ inline real3 lit(real3 albedo, irradiance e) {
 }
 
 // Film-like: contrast in the middle, soft shoulder. Narkowicz 2015's fit of the ACES curve.
-inline real3 film(real3 c) {
+static inline real3 film(real3 c) {
   c = fmax((real)0.62 * c, (real3)(0));
   return clamp(
       (c * ((real)2.51 * c + (real)0.03)) / (c * ((real)2.43 * c + (real)0.59) + (real)0.14),
       (real3)(0), (real3)(1));
 }
 
-inline real srgb_encode(real c) {
+static inline real srgb_encode(real c) {
   return c <= (real)0.0031308 ? (real)12.92 * c
                               : (real)1.055 * powr(c, (real)(1 / 2.4)) - (real)0.055;
 }
 
 // Light backdrop, brightest behind the shape. `from_center`: pixel's place, 1 at the nearer edge.
-inline real3 backdrop(real2 from_center) {
+static inline real3 backdrop(real2 from_center) {
   real r2 = dot(from_center, from_center);
   return mix((real3)(0.92f, 0.93f, 0.95f), (real3)(0.40f, 0.42f, 0.46f),
              (real)1 - (real)1 / (1 + (real)0.45 * r2));
 }
 
-// What a ray that misses the shape shows: the backdrop, which also is the ground and catches the
-// shape's shadow.
-inline real3 ground(real3 origin, real3 direction, real2 shift, global const real* scene,
-                    global const real* lights, int count, global const real* maps, real3 color) {
-  real3 up = real3_at(scene + QJ_SCENE_UP);
-  real height = dot(origin, up) - scene[QJ_SCENE_GROUND];
-  real fall = -dot(direction, up);
-  if (height <= 0 || fall <= (real)1e-3f) return color;
-  real3 p = origin + (height / fall) * direction;
-  real away = length(p - real3_at(scene + QJ_SCENE_CENTER)) / scene[QJ_SCENE_RADIUS];
-  if (away > 6) return color;
-  // All but the rim light, which is last.
-  irradiance e =
-      light_at(p, up, direction, shift, lights, count - 1, maps, (int)scene[QJ_SCENE_KEY]);
+// What a ray that misses the shape shows: the backdrop `color`, which also is the ground and
+// catches the shape's shadow.
+static inline real3 ground(real3 origin, real3 direction, global const real* restrict scene,
+                           global const real* restrict key_light, global const real* restrict light,
+                           real3 color) {
+  real3 p;
+  real away;
+  if (!ground_point(origin, direction, scene, &p, &away)) return color;
+  irradiance e = received_by(real3_at(scene + QJ_SCENE_UP), direction, key_light, light);
   real3 share = (e.sky + e.key) / (e.open_sky + e.open_key);
   return color * mix(share, (real3)(1), smoothstep((real)4, (real)6, away));
 }
 
-// sRGB bytes of `rows` rows of pixels from `first_row` on; rgb holds these rows. depth, normal:
-// `samples` x `samples` samples a pixel, of the view whose pixels are samples; they begin `halo`
-// rows of samples before first_row. trait: as many, where has_traits.
-kernel void shade_pixels(global const real* view, int columns, int rows_in_all, int first_row,
-                         int rows, int samples, int halo, global const real* depth,
-                         global const real* normal, int has_traits, global const real* trait,
-                         global const real* lights, int count, global const real* maps,
-                         global const real* scene, global uchar* rgb) {
+// sRGB bytes of the strip's pixels. depth, normal: its samples and more; trait: as many, where
+// there are any. received: the light of the strip's receivers.
+kernel void shade_pixels(qj_strip_arguments strip, global const real* restrict view,
+                         global const real* restrict depth, global const real* restrict normal,
+                         global const real* restrict trait, global const real* restrict key_light,
+                         global const real* restrict scene, global const real* restrict received,
+                         global uchar* restrict rgb) {
   int column = (int)get_global_id(0), row = (int)get_global_id(1);
-  if (column >= columns || row >= rows) return;
-  int wide = columns * samples;
-  real2 middle = (real2)((real)columns, (real)rows_in_all) / 2;
-  real2 place = (real2)((real)column + (real)0.5, (real)(row + first_row) + (real)0.5);
-  real3 behind = backdrop((place - middle) / fmin(middle.x, middle.y));
-  // The ground is smooth: one sample a pixel will do.
-  real3 sum = (real3)(0), ground_color;
-  bool ground_known = false;
+  if (column >= strip.columns || row >= strip.rows) return;
+  int samples = strip.samples;
+  int wide = strip.columns * samples;
+  real2 middle = (real2)((real)strip.columns, (real)strip.rows_in_all) / 2;
+  real2 place = (real2)((real)column + (real)0.5, (real)(row + strip.first_row) + (real)0.5);
+  real3 sum = (real3)(0);
+  int misses = 0;
   for (int s = 0; s < samples * samples; ++s) {
     int i = column * samples + s % samples;
     int j = row * samples + s / samples;
-    int index = (j + halo) * wide + i;
-    real2 shift = ((real2)((real)(s % samples), (real)(s / samples)) + (real)0.5) / (real)samples;
-    real3 direction;
-    real t = depth[index];
-    if (t >= 0) {
-      real3 p = view_point(view, (real)i + (real)0.5, (real)(j + first_row * samples) + (real)0.5,
-                           t, &direction);
-      irradiance e = light_at(p, real3_at(normal + 3 * index), direction, shift, lights, count,
-                              maps, (int)scene[QJ_SCENE_KEY]);
-      sum += film(lit(has_traits ? trait_albedo(trait[index]) : CLAY, e));
-    } else {
-      if (!ground_known) {
-        real3 o = view_point(view, place.x * (real)samples, place.y * (real)samples, 0, &direction);
-        ground_color =
-            film(ground(o, direction, (real2)((real)0.5), scene, lights, count, maps, behind));
-        ground_known = true;
-      }
-      sum += ground_color;
+    int index = (j + strip.halo) * wide + i;
+    if (depth[index] < 0) {
+      ++misses;
+      continue;
     }
+    real3 direction;
+    view_point(view, (real)i + (real)0.5, (real)(j + strip.first_row * samples) + (real)0.5, 0,
+               &direction);
+    irradiance e = received_by(real3_at(normal + 3 * index), direction, key_light,
+                               received + (size_t)(j * wide + i) * QJ_RECEIVED_SIZE);
+    sum += film(lit(strip.has_traits ? trait_albedo(trait[index]) : CLAY, e));
+  }
+  if (misses > 0) {
+    real3 direction;
+    real3 o = view_point(view, place.x * (real)samples, place.y * (real)samples, 0, &direction);
+    int number = wide * strip.rows * samples + row * strip.columns + column;
+    sum += (real)misses *
+           film(ground(o, direction, scene, key_light, received + (size_t)number * QJ_RECEIVED_SIZE,
+                       backdrop((place - middle) / fmin(middle.x, middle.y))));
   }
   sum /= (real)(samples * samples);
   // Rounding by a fixed pattern hides steps in the backdrop.
-  uint h = (uint)column * 1973u + (uint)(row + first_row) * 9277u;
+  uint h = (uint)column * 1973u + (uint)(row + strip.first_row) * 9277u;
   h = (h ^ (h >> 13)) * 1274126177u;
   real dither = (real)((h ^ (h >> 16)) & 0xffffu) / (real)65536;
-  size_t at = 3 * ((size_t)row * (size_t)columns + (size_t)column);
+  size_t at = 3 * ((size_t)row * (size_t)strip.columns + (size_t)column);
   rgb[at] = (uchar)(srgb_encode(sum.x) * 255 + dither);
   rgb[at + 1] = (uchar)(srgb_encode(sum.y) * 255 + dither);
   rgb[at + 2] = (uchar)(srgb_encode(sum.z) * 255 + dither);

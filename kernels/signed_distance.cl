@@ -3,7 +3,7 @@
 // when any of them needs it.
 
 #include "lane_math.clh"
-#include "qjulia/shared/bvh.h"
+#include "layout/bvh.h"
 
 typedef QJ_JOIN(QJ_REAL, 3) real3;
 
@@ -12,27 +12,27 @@ typedef struct {
   lane x, y, z;
 } lane3;
 
-inline lane3 l3_minus(lane3 p, global const real* v) {
+static inline lane3 l3_minus(lane3 p, global const real* v) {
   lane3 d = {p.x - v[0], p.y - v[1], p.z - v[2]};
   return d;
 }
-inline lane3 l3_from(global const real* v, lane3 p) {
+static inline lane3 l3_from(global const real* v, lane3 p) {
   lane3 d = {v[0] - p.x, v[1] - p.y, v[2] - p.z};
   return d;
 }
-inline lane l3_dot(lane3 a, lane3 b) { return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z)); }
-inline lane l3_dot_real(lane3 a, real x, real y, real z) {
+static inline lane l3_dot(lane3 a, lane3 b) { return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z)); }
+static inline lane l3_dot_real(lane3 a, real x, real y, real z) {
   return fma(a.x, lane_of(x), fma(a.y, lane_of(y), a.z * z));
 }
 
-inline lane3 load_point(global const real* points, int stride, int g) {
+static inline lane3 load_point(global const real* points, int stride, int g) {
   lane3 p = {lane_load(points, g), lane_load(points + stride, g),
              lane_load(points + 2 * stride, g)};
   return p;
 }
 
 // Squared distance to a box; 0 inside.
-inline lane squared_box_distance(lane3 p, global const real* node) {
+static inline lane squared_box_distance(lane3 p, global const real* node) {
   global const real* low = node + QJ_NODE_LOW;
   global const real* high = node + QJ_NODE_HIGH;
   lane3 d = {fmax(fmax(low[0] - p.x, p.x - high[0]), lane_of(0)),
@@ -42,7 +42,7 @@ inline lane squared_box_distance(lane3 p, global const real* node) {
 }
 
 // Squared distance of v to the segment from the origin to e, where inverse = 1 / |e|^2.
-inline lane squared_segment_distance(lane3 v, real ex, real ey, real ez, real inverse) {
+static inline lane squared_segment_distance(lane3 v, real ex, real ey, real ez, real inverse) {
   lane t = clamp(l3_dot_real(v, ex, ey, ez) * inverse, lane_of(0), lane_of(1));
   lane3 d = {fma(-t, lane_of(ex), v.x), fma(-t, lane_of(ey), v.y), fma(-t, lane_of(ez), v.z)};
   return l3_dot(d, d);
@@ -50,7 +50,7 @@ inline lane squared_segment_distance(lane3 v, real ex, real ey, real ez, real in
 
 // Squared distance to a triangle: to its plane where the point lies over its interior, else to the
 // nearest edge.
-inline lane squared_triangle_distance(lane3 p, global const real* t) {
+static inline lane squared_triangle_distance(lane3 p, global const real* t) {
   lane3 v = l3_minus(p, t + QJ_TRIANGLE_A);
   real3 ab = vload3(0, t + QJ_TRIANGLE_AB);
   real3 ac = vload3(0, t + QJ_TRIANGLE_AC);
@@ -73,6 +73,10 @@ inline lane squared_triangle_distance(lane3 p, global const real* t) {
 
 // points: three arrays X, Y, Z of `stride` reals each (a multiple of QJ_WIDTH), neighbours in
 // space side by side; one work-item per QJ_WIDTH points. distance: `stride` reals.
+//
+// Of two children that may hold the nearest triangle, the one nearer to the points on average is
+// opened first. The other waits as a bit of `trail`, which has one for each level from the node up;
+// parents' numbers lead back to it (Laine 2010, "Restart trail for stackless BVH traversal").
 kernel void nearest_distance(global const real* points, int stride, int groups,
                              global const real* nodes, global const int* links,
                              global const real* triangles, global real* distance) {
@@ -80,35 +84,45 @@ kernel void nearest_distance(global const real* points, int stride, int groups,
   if (g >= groups) return;
   lane3 p = load_point(points, stride, g);
   lane best = lane_of(INFINITY);
-  int stack[QJ_BVH_STACK];
-  lane bounds[QJ_BVH_STACK];  // squared distances to the boxes of the nodes waiting
-  int waiting = 1;
-  stack[0] = 0;
-  bounds[0] = lane_of(0);
-  while (waiting > 0) {
-    --waiting;
-    if (!lane_any(isless(bounds[waiting], best))) continue;
-    int n = stack[waiting];
-    int first = links[n * QJ_NODE_INTS + QJ_NODE_FIRST];
-    int count = links[n * QJ_NODE_INTS + QJ_NODE_COUNT];
+  int n = 0;
+  ulong trail = 0;
+  for (;;) {
+    global const int* link = links + n * QJ_NODE_INTS;
+    int first = link[QJ_NODE_FIRST];
+    int count = link[QJ_NODE_COUNT];
     for (int t = first; t < first + count; ++t) {
       best = fmin(best, squared_triangle_distance(p, triangles + t * QJ_TRIANGLE_REALS));
     }
-    if (count > 0) continue;
-    lane left = squared_box_distance(p, nodes + first * QJ_NODE_REALS);
-    lane right = squared_box_distance(p, nodes + (first + 1) * QJ_NODE_REALS);
-    // The child nearer to the points on average is opened first.
-    int left_first = lane_sum(left) < lane_sum(right);
-    stack[waiting] = first + left_first;
-    bounds[waiting++] = left_first ? right : left;
-    stack[waiting] = first + 1 - left_first;
-    bounds[waiting++] = left_first ? left : right;
+    if (count == 0) {
+      lane left = squared_box_distance(p, nodes + first * QJ_NODE_REALS);
+      lane right = squared_box_distance(p, nodes + (first + 1) * QJ_NODE_REALS);
+      int left_opens = lane_any(isless(left, best));
+      int right_opens = lane_any(isless(right, best));
+      if (left_opens | right_opens) {
+        int left_first = left_opens && !(right_opens && lane_sum(right) <= lane_sum(left));
+        n = first + 1 - left_first;
+        trail = trail << 1 | (ulong)(left_opens & right_opens);
+        continue;
+      }
+    }
+    // On to the nearest node that waits and still may hold a nearer triangle.
+    bool found = false;
+    while (trail != 0 && !found) {
+      while ((trail & 1) == 0) {
+        n = links[n * QJ_NODE_INTS + QJ_NODE_PARENT];
+        trail >>= 1;
+      }
+      trail ^= 1;
+      n = QJ_NODE_SIBLING(n);
+      found = lane_any(isless(squared_box_distance(p, nodes + n * QJ_NODE_REALS), best));
+    }
+    if (!found) break;
   }
   lane_store(sqrt(best), distance, g);
 }
 
 // Solid angle of a triangle seen from p, over 2 (van Oosterom and Strackee 1983).
-inline lane half_solid_angle(lane3 p, global const real* t) {
+static inline lane half_solid_angle(lane3 p, global const real* t) {
   lane3 a = l3_from(t + QJ_TRIANGLE_A, p);
   lane3 b = {a.x + t[QJ_TRIANGLE_AB], a.y + t[QJ_TRIANGLE_AB + 1], a.z + t[QJ_TRIANGLE_AB + 2]};
   lane3 c = {a.x + t[QJ_TRIANGLE_AC], a.y + t[QJ_TRIANGLE_AC + 1], a.z + t[QJ_TRIANGLE_AC + 2]};
@@ -130,29 +144,25 @@ kernel void winding_number(global const real* points, int stride, int groups,
   if (g >= groups) return;
   lane3 p = load_point(points, stride, g);
   lane sum = lane_of(0);  // solid angle over 2
-  int stack[QJ_BVH_STACK];
-  int waiting = 0;
-  stack[waiting++] = 0;
-  while (waiting > 0) {
-    int n = stack[--waiting];
+  int n = 0;
+  while (n != QJ_NODE_NONE) {
     global const real* node = nodes + n * QJ_NODE_REALS;
+    global const int* link = links + n * QJ_NODE_INTS;
     lane3 d = l3_from(node + QJ_NODE_CENTROID, p);
     lane square = l3_dot(d, d);
     if (lane_all(isgreater(square, lane_of(node[QJ_NODE_FAR])))) {
       global const real* normal = node + QJ_NODE_NORMAL;
       lane r = lane_rsqrt(square);
       sum += (real)0.5 * l3_dot_real(d, normal[0], normal[1], normal[2]) * r * r * r;
+      n = link[QJ_NODE_NEXT];
       continue;
     }
-    int first = links[n * QJ_NODE_INTS + QJ_NODE_FIRST];
-    int count = links[n * QJ_NODE_INTS + QJ_NODE_COUNT];
+    int first = link[QJ_NODE_FIRST];
+    int count = link[QJ_NODE_COUNT];
     for (int t = first; t < first + count; ++t) {
       sum += half_solid_angle(p, triangles + t * QJ_TRIANGLE_REALS);
     }
-    if (count == 0) {
-      stack[waiting++] = first + 1;
-      stack[waiting++] = first;
-    }
+    n = count == 0 ? first : link[QJ_NODE_NEXT];
   }
   lane_store(sum / (2 * QJ_PI), winding, g);
 }

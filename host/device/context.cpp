@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cstring>
 #include <optional>
 
 #include "device/device_clock.hpp"
+#include "device/launch_pace.hpp"
 #include "device/opencl.hpp"
 #include "device/program_source.hpp"
 #include "device/quirks.hpp"
@@ -49,6 +51,8 @@ struct Kernel::Handle {
   cl::Kernel kernel;
   std::string name;
   cl_uint argument_count = 0;
+  std::size_t group = 1;  ///< work-items of a group where a launch does not say
+  LaunchPace pace;
 };
 
 struct Context::Impl {
@@ -63,7 +67,8 @@ struct Context::Impl {
   std::map<std::string, Kernel> kernels;
 
   struct Pending {
-    std::string kernel;
+    std::shared_ptr<Kernel::Handle> kernel;
+    double work;
     cl::Event event;
     Trace::Clock::time_point before, after;  ///< of the call that launched it
   };
@@ -78,23 +83,16 @@ struct Context::Impl {
   void expect(cl_int code, const std::string& call) const { check(code, info.name, call); }
   void collect_times();
   void collect_time(const Pending& launch);
-  void add_time(const std::string& kernel, std::chrono::nanoseconds length);
+  void add_time(const Pending& launch, std::chrono::nanoseconds length);
 };
 
-Argument::Argument(std::int32_t value) : size_(sizeof value) {
-  std::memcpy(value_.data(), &value, size_);
+Argument::Argument(const void* value, std::size_t size) : size_(size) {
+  std::memcpy(value_.data(), value, size);
 }
-Argument::Argument(std::uint32_t value) : size_(sizeof value) {
-  std::memcpy(value_.data(), &value, size_);
-}
+Argument::Argument(std::int32_t value) : Argument(&value, sizeof value) {}
+Argument::Argument(std::uint32_t value) : Argument(&value, sizeof value) {}
 Argument Argument::real(double value, Precision precision) {
-  Argument argument;
-  const auto narrow = static_cast<float>(value);
-  const bool wide = precision == Precision::dbl;
-  argument.size_ = wide ? sizeof value : sizeof narrow;
-  std::memcpy(argument.value_.data(), wide ? static_cast<const void*>(&value) : &narrow,
-              argument.size_);
-  return argument;
+  return precision == Precision::dbl ? of(value) : of(static_cast<float>(value));
 }
 Argument Argument::local(std::size_t bytes) {
   Argument argument;
@@ -185,6 +183,7 @@ void Context::read_bytes(const Memory& memory, std::span<std::byte> bytes) {
   impl_->expect(impl_->queue.enqueueReadBuffer(memory.handle_->buffer, CL_TRUE, 0, bytes.size(),
                                                bytes.data()),
                 "clEnqueueReadBuffer");
+  impl_->collect_times();
 }
 
 namespace {
@@ -201,17 +200,18 @@ std::string option_line(const BuildOptions& options) {
 Kernel Context::kernel(const std::string& file, const std::string& name,
                        const BuildOptions& options) {
   const std::string line = option_line(options);
-  const std::string key = fmt::format("{}\n{}\n{}", name, file, line);
+  std::string key = fmt::format("{}\n{}\n{}", name, file, line);
+  for (const auto& [unused, included] : options.files) key += '\n' + included;
   if (const auto found = impl_->kernels.find(key); found != impl_->kernels.end()) {
     return found->second;
   }
   if (options.precision == Precision::dbl && !impl_->info.has_double) {
     throw InputError(
-        fmt::format("device '{}' has no double precision (cl_khr_fp64); use --precision "
-                    "single or another --device",
+        fmt::format("device '{}' has no double precision (cl_khr_fp64); use single "
+                    "precision or another device",
                     impl_->info.name));
   }
-  const std::string source = expand_kernel_source(file);
+  const std::string source = expand_kernel_source(file, options.files);
   const std::string program_key = line + '\n' + source;
   auto program = impl_->programs.find(program_key);
   if (program == impl_->programs.end()) {
@@ -230,13 +230,29 @@ Kernel Context::kernel(const std::string& file, const std::string& name,
   kernel.handle_->kernel = cl::Kernel(program->second, name.c_str(), &code);
   impl_->expect(code, fmt::format("creating kernel {} of {}", name, file));
   kernel.handle_->name = name;
+  kernel.handle_->pace = LaunchPace(impl_->info);
   kernel.handle_->argument_count = kernel.handle_->kernel.getInfo<CL_KERNEL_NUM_ARGS>();
+  kernel.handle_->group =
+      std::clamp<std::size_t>(std::bit_floor(largest_group(kernel)), 1,
+                              preferred_group_size(impl_->info, options.lane_width));
   impl_->kernels.emplace(key, kernel);
   return kernel;
 }
 
-void Context::launch(const Kernel& kernel, const Range& range,
-                     std::initializer_list<Argument> arguments) {
+std::size_t Context::largest_group(const Kernel& kernel) const {
+  const cl::Kernel& built = kernel.handle_->kernel;
+  cl_int code = CL_SUCCESS;
+  const std::string call = fmt::format("asking about kernel {}", kernel.handle_->name);
+  const auto local = built.getWorkGroupInfo<CL_KERNEL_LOCAL_MEM_SIZE>(impl_->device, &code);
+  impl_->expect(code, call);
+  if (local > impl_->info.local_memory) return 0;
+  const auto group = built.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(impl_->device, &code);
+  impl_->expect(code, call);
+  return std::min<std::size_t>(group, impl_->info.largest_work_group);
+}
+
+void Context::launch(const Kernel& kernel, const Range& range, std::span<const Argument> arguments,
+                     double work) {
   auto& handle = *kernel.handle_;
   if (arguments.size() != handle.argument_count) {
     throw std::logic_error(fmt::format("kernel {} takes {} arguments, not {}", handle.name,
@@ -257,19 +273,27 @@ void Context::launch(const Kernel& kernel, const Range& range,
   }
   if (std::ranges::any_of(range.global, [](std::size_t n) { return n == 0; })) return;
 
-  auto g = range.global;
-  auto l = range.local;
-  if (l[0] == 0) {
-    l = {preferred_group_size(impl_->info), 1, 1};
-    g[0] = (g[0] + l[0] - 1) / l[0] * l[0];
-  }
   const auto before = Trace::Clock::now();
   cl::Event event;
-  impl_->expect(
-      impl_->queue.enqueueNDRangeKernel(handle.kernel, cl::NullRange, cl::NDRange(g[0], g[1], g[2]),
-                                        cl::NDRange(l[0], l[1], l[2]), nullptr, &event),
-      fmt::format("launching kernel {}", handle.name));
-  const Impl::Pending launched{handle.name, event, before, Trace::Clock::now()};
+  const auto enqueue = [&] {
+    auto g = range.global;
+    auto l = range.local;
+    if (l[0] == 0) {
+      l = {handle.group, 1, 1};
+      g[0] = (g[0] + l[0] - 1) / l[0] * l[0];
+    }
+    return impl_->queue.enqueueNDRangeKernel(handle.kernel, cl::NullRange,
+                                             cl::NDRange(g[0], g[1], g[2]),
+                                             cl::NDRange(l[0], l[1], l[2]), nullptr, &event);
+  };
+  cl_int code = enqueue();
+  // Some drivers refuse groups that they said they would take.
+  while (means_refused_group(code) && range.local[0] == 0 && handle.group > 1) {
+    handle.group /= 2;
+    code = enqueue();
+  }
+  impl_->expect(code, fmt::format("launching kernel {}", handle.name));
+  const Impl::Pending launched{kernel.handle_, work, event, before, Trace::Clock::now()};
   if (impl_->events_have_times.value_or(false)) {
     impl_->pending.push_back(launched);
     constexpr std::size_t kMostPending = 1024;
@@ -285,26 +309,32 @@ void Context::launch(const Kernel& kernel, const Range& range,
     impl_->collect_time(launched);
     return;
   }
-  impl_->add_time(handle.name, length);
+  impl_->add_time(launched, length);
   if (impl_->trace) {
     impl_->trace->add(handle.name, impl_->row, Trace::Timer::wall, before, length);
   }
 }
 
-void Context::Impl::add_time(const std::string& kernel, std::chrono::nanoseconds length) {
-  auto& time = times[kernel];
+std::size_t Context::items_per_launch(const Kernel& kernel, double cost) const {
+  return static_cast<std::size_t>(std::max(1.0, kernel.handle_->pace.work() / cost));
+}
+
+void Context::Impl::add_time(const Pending& launch, std::chrono::nanoseconds length) {
+  const double seconds = 1e-9 * static_cast<double>(length.count());
+  auto& time = times[launch.kernel->name];
   ++time.launches;
-  time.seconds += 1e-9 * static_cast<double>(length.count());
+  time.seconds += seconds;
+  if (launch.work > 0) launch.kernel->pace.learn(launch.work, seconds);
 }
 
 void Context::Impl::collect_time(const Pending& launch) {
   const auto status = launch.event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>();
-  expect(status < 0 ? status : CL_SUCCESS, fmt::format("running kernel {}", launch.kernel));
+  expect(status < 0 ? status : CL_SUCCESS, fmt::format("running kernel {}", launch.kernel->name));
   const DeviceTimes device_times = times_of(launch.event);
   const auto length = device_times.end - device_times.start;
-  add_time(launch.kernel, length);
+  add_time(launch, length);
   if (!trace) return;
-  trace->add(launch.kernel, row, Trace::Timer::device,
+  trace->add(launch.kernel->name, row, Trace::Timer::device,
              clock.on_host(device_times, launch.before, launch.after), length);
 }
 

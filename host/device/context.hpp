@@ -10,6 +10,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "qjulia/device.hpp"
@@ -64,6 +65,8 @@ struct BuildOptions {
   int lane_width = 1;                       ///< QJ_WIDTH
   Precision precision = Precision::single;  ///< QJ_DOUBLE
   std::map<std::string, int> defines;       ///< further -D names, sorted
+  /// The files that `#include NAME` in the source stands for, by NAME.
+  std::map<std::string, std::string> files{};
 };
 
 /// A compiled kernel. It keeps the program it came from alive.
@@ -77,9 +80,15 @@ class Kernel {
   std::shared_ptr<Handle> handle_;
 };
 
-/// One kernel argument: a buffer, a scalar, or a piece of local memory.
+/// One kernel argument: a buffer, a scalar, a struct of scalars, or a piece of local memory.
 class Argument {
  public:
+  /// A struct of layout/arguments.h, or another that host and device lay out alike.
+  template <class Struct>
+  static Argument of(const Struct& arguments) {
+    static_assert(std::is_trivially_copyable_v<Struct> && sizeof arguments <= kLargest);
+    return {&arguments, sizeof arguments};
+  }
   Argument(const Memory& memory) : memory_(&memory) {}  // NOLINT(google-explicit-constructor)
   Argument(std::int32_t value);                         // NOLINT(google-explicit-constructor)
   Argument(std::uint32_t value);                        // NOLINT(google-explicit-constructor)
@@ -89,25 +98,29 @@ class Argument {
 
  private:
   friend class Context;
+  static constexpr std::size_t kLargest = 128;
   Argument() = default;
+  Argument(const void* value, std::size_t size);
   const Memory* memory_ = nullptr;
-  std::array<std::byte, 8> value_{};
+  std::array<std::byte, kLargest> value_{};
   bool is_local_ = false;
   std::size_t size_ = 0;
 };
 
-/// The work-items of a launch, in one to three dimensions. `local` of zeros takes the device's
-/// group size along the first dimension, and pads that dimension to a multiple of it: kernels
-/// return at once in work-items past their count. Otherwise `local` must divide `global`.
+/// A launch's struct of scalars: `make` gives it, with the kernel's precision as the type of what
+/// it is called with: `[&](auto r) { using real = decltype(r); return qj_x<real>{.a = real(a)}; }`.
+template <class Make>
+Argument arguments(Precision precision, const Make& make) {
+  return precision == Precision::dbl ? Argument::of(make(double{})) : Argument::of(make(float{}));
+}
+
+/// The work-items of a launch, in one to three dimensions. `local` of zeros takes groups as large
+/// as suits the device and the kernel along the first dimension, and pads that dimension to a
+/// multiple of them: kernels return at once in work-items past their count. Otherwise `local` must
+/// divide `global`, and a device that refuses such groups is an error (device/refused.hpp).
 struct Range {
   std::array<std::size_t, 3> global{1, 1, 1};
   std::array<std::size_t, 3> local{0, 0, 0};
-};
-
-/// How often a kernel ran and how long it took on the device.
-struct KernelTime {
-  std::uint64_t launches = 0;
-  double seconds = 0;
 };
 
 /// An OpenCL context with one in-order queue and a cache of built programs. Not for use by several
@@ -159,15 +172,28 @@ class Context {
   /// @throws KernelBuildError with the compiler's log.
   Kernel kernel(const std::string& file, const std::string& name, const BuildOptions& options);
 
+  /// Work-items of the largest group the device takes for this kernel; 0 where its local memory
+  /// does not suffice.
+  std::size_t largest_group(const Kernel& kernel) const;
+
   /// Puts a kernel in the queue. Checks the number and kind of arguments and the range first.
+  /// @param work what it has to do, in a unit of the kernel's own; 0: not said.
   /// @throws DeviceError, with the kernel's name, when the device refuses.
-  void launch(const Kernel& kernel, const Range& range, std::initializer_list<Argument> arguments);
+  void launch(const Kernel& kernel, const Range& range, std::span<const Argument> arguments,
+              double work = 0);
+  void launch(const Kernel& kernel, const Range& range, std::initializer_list<Argument> arguments,
+              double work = 0) {
+    launch(kernel, range, std::span(arguments.begin(), arguments.size()), work);
+  }
+
+  /// So many work-items of `cost` each make a launch that takes about 80 ms; at least one. What the
+  /// device does in that time is learned from the launches whose work was said.
+  std::size_t items_per_launch(const Kernel& kernel, double cost) const;
 
   /// Waits until everything queued has run.
   void finish();
 
-  /// Device time by kernel since the last reset; waits for the queue. Where the device's events
-  /// carry no times, launches are waited for one by one and timed by the wall clock.
+  /// As `Device::kernel_times` says.
   std::map<std::string, KernelTime> kernel_times();
   void reset_kernel_times();
 

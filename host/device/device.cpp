@@ -39,6 +39,16 @@ bool matches(const DeviceInfo& info, const std::string& wanted) {
   return lower(info.name).find(wanted) != std::string::npos;
 }
 
+/// The environment's QJULIA_LAYOUT; none where the device decides.
+std::optional<Layout> wanted_layout() {
+  const char* wanted = std::getenv("QJULIA_LAYOUT");
+  const std::string name = lower(wanted == nullptr ? "" : wanted);
+  if (name.empty() || name == "auto") return std::nullopt;
+  if (name == "cpu") return Layout::cpu;
+  if (name == "gpu") return Layout::gpu;
+  throw InputError(fmt::format("QJULIA_LAYOUT is '{}'; give cpu, gpu or auto", name));
+}
+
 constexpr const char* kInstallHint =
     "install an OpenCL driver: 'apt-get install pocl-opencl-icd' runs on any CPU; a GPU needs its "
     "vendor's OpenCL package";
@@ -77,6 +87,35 @@ std::string to_string(DeviceKind kind) {
   return "other";
 }
 
+std::string to_string(Layout layout) {
+  switch (layout) {
+    case Layout::cpu:
+      return "cpu";
+    case Layout::gpu:
+      return "gpu";
+  }
+  return {};
+}
+
+nlohmann::json to_json(const DeviceInfo& d) {
+  return {{"id", fmt::format("{}:{}", d.platform, d.index)},
+          {"kind", to_string(d.kind)},
+          {"name", d.name},
+          {"vendor", d.vendor},
+          {"platform", d.platform_name},
+          {"driver", d.driver_version},
+          {"opencl", d.opencl_version},
+          {"compute_units", d.compute_units},
+          {"clock_mhz", d.clock_mhz},
+          {"native_float_lanes", d.native_float_lanes},
+          {"global_memory", d.global_memory},
+          {"largest_allocation", d.largest_allocation},
+          {"local_memory", d.local_memory},
+          {"largest_work_group", d.largest_work_group},
+          {"double_precision", d.has_double},
+          {"layout", to_string(device::suited_layout(d))}};
+}
+
 std::vector<DeviceInfo> list_devices() {
   std::vector<DeviceInfo> found;
   const auto platforms = device::platforms();
@@ -94,7 +133,9 @@ Device Device::choose(const std::string& wanted) {
   if (name.empty()) {
     if (const char* environment = std::getenv("QJULIA_DEVICE")) name = environment;
   }
-  return Device(std::make_shared<device::Context>(find_device(name)));
+  const auto layout = wanted_layout();
+  const Device device(std::make_shared<device::Context>(find_device(name)));
+  return layout ? device.with_layout(*layout) : device;
 }
 
 const DeviceInfo& Device::info() const { return context_->info(); }
@@ -103,16 +144,24 @@ namespace {
 constexpr std::array kPrecisions{Precision::single, Precision::dbl};
 }  // namespace
 
-Device::Device(std::shared_ptr<device::Context> context) : context_(std::move(context)) {
+Device::Device(std::shared_ptr<device::Context> context)
+    : context_(std::move(context)), layout_(device::suited_layout(info())) {
+  *this = with_layout(layout_);
+}
+
+Device Device::with_layout(Layout layout) const {
+  Device copy = *this;
+  copy.layout_ = layout;
   for (const Precision p : kPrecisions) {
-    tuning_[static_cast<std::size_t>(p)] = device::default_tuning(info(), p);
+    copy.tuning_[static_cast<std::size_t>(p)] = device::default_tuning(info(), p, layout);
   }
+  return copy;
 }
 
 Device Device::with_lane_width(int width) const {
   Device copy = *this;
   for (const Precision p : kPrecisions) {
-    copy = copy.with_tuning(p, device::default_tuning(info(), p, width));
+    copy = copy.with_tuning(p, device::default_tuning(info(), p, layout_, width));
   }
   return copy;
 }
@@ -124,16 +173,23 @@ Device Device::with_tuning(Precision precision, const Tuning& tuning) const {
   return copy;
 }
 
+bool Device::has_own_layout() const { return layout_ == device::suited_layout(info()); }
+
 bool Device::is_tuned(Precision precision) const {
-  return tuning(precision) != device::default_tuning(info(), precision);
+  return tuning(precision) != device::default_tuning(info(), precision, layout_);
 }
 
 Device Device::sibling() const {
   Device other(std::make_shared<device::Context>(info()));
+  other.layout_ = layout_;
   other.tuning_ = tuning_;
   other.context_->record(context_->trace(), Trace::Row::second_queue);
   return other;
 }
+
+std::map<std::string, KernelTime> Device::kernel_times() const { return context_->kernel_times(); }
+
+void Device::reset_kernel_times() const { context_->reset_kernel_times(); }
 
 void Device::record(std::shared_ptr<Trace> trace) const { context_->record(std::move(trace)); }
 

@@ -11,44 +11,61 @@
 namespace qjulia::device {
 namespace {
 
-/// Where an include's name is looked for, in this order.
-constexpr const char* kFolders[] = {"kernels/", "include/"};
-
 std::string find_path(const std::string& name) {
-  for (const char* folder : kFolders) {
-    std::string path = folder + name;
-    if (embedded_kernels().contains(path)) return path;
-  }
+  std::string path = "kernels/" + name;
+  if (embedded_kernels().contains(path)) return path;
   throw KernelBuildError(fmt::format("no kernel file named '{}' is part of this build", name));
 }
 
-void append_file(const std::string& path, std::set<std::string>& seen, std::string& out) {
-  if (!seen.insert(path).second) return;
-  out += fmt::format("#line 1 \"{}\"\n", path);
-  std::istringstream lines{std::string(embedded_kernels().find(path)->second)};
-  int number = 0;
-  for (std::string line; std::getline(lines, line);) {
-    ++number;
-    constexpr std::string_view kInclude = "#include \"";
-    if (line.starts_with(kInclude)) {
-      const auto end = line.find('"', kInclude.size());
-      append_file(find_path(line.substr(kInclude.size(), end - kInclude.size())), seen, out);
-      out += fmt::format("#line {} \"{}\"\n", number + 1, path);
-    } else if (line != "#pragma once") {
-      out += line + '\n';
-    } else {
-      out += '\n';
+class Expansion {
+ public:
+  explicit Expansion(std::map<std::string, std::string> files) : files_(std::move(files)) {}
+
+  void append(const std::string& path) {
+    if (!seen_.insert(path).second) return;
+    text_ += fmt::format("#line 1 \"{}\"\n", path);
+    std::istringstream lines{std::string(embedded_kernels().find(path)->second)};
+    int number = 0;
+    for (std::string line; std::getline(lines, line);) {
+      ++number;
+      std::istringstream words(line);
+      std::string directive, name, file;
+      words >> directive >> name >> file;
+      if (directive == "#include") {
+        append(find_path(named(name)));
+        text_ += fmt::format("#line {} \"{}\"\n", number + 1, path);
+        continue;
+      }
+      if (directive == "#define" && is_quoted(file)) files_.emplace(name, unquoted(file));
+      text_ += (line == "#pragma once" ? "" : line) + '\n';
     }
   }
-}
+
+  const std::string& text() const { return text_; }
+
+ private:
+  static bool is_quoted(const std::string& word) { return word.starts_with('"'); }
+  static std::string unquoted(const std::string& word) { return word.substr(1, word.size() - 2); }
+
+  /// The file that an include's word stands for.
+  std::string named(const std::string& word) const {
+    if (is_quoted(word)) return unquoted(word);
+    const auto found = files_.find(word);
+    return found == files_.end() ? word : found->second;
+  }
+
+  std::map<std::string, std::string> files_;
+  std::set<std::string> seen_;
+  std::string text_;
+};
 
 }  // namespace
 
-std::string expand_kernel_source(const std::string& name) {
-  std::string out;
-  std::set<std::string> seen;
-  append_file(find_path(name), seen, out);
-  return out;
+std::string expand_kernel_source(const std::string& name,
+                                 const std::map<std::string, std::string>& files) {
+  Expansion expansion(files);
+  expansion.append(find_path(name));
+  return expansion.text();
 }
 
 }  // namespace qjulia::device

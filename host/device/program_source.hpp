@@ -1,11 +1,16 @@
 #pragma once
+#include <map>
 #include <string>
 
 namespace qjulia::device {
 
 /// The embedded kernel file `name` (say "energy.cl") with every `#include "…"` replaced by the file
-/// it names, once each, and `#line` marks so that a build log names the real file and line.
+/// it names, once each, and `#line` marks so that a build log names the real file and line. For an
+/// `#include NAME` the file is `files[NAME]`, or else the one that the source itself has set
+/// before:
+/// `#define NAME "…"`.
 /// @throws KernelBuildError when a file is missing.
-std::string expand_kernel_source(const std::string& name);
+std::string expand_kernel_source(const std::string& name,
+                                 const std::map<std::string, std::string>& files = {});
 
 }  // namespace qjulia::device

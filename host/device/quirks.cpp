@@ -1,42 +1,62 @@
 #include "device/quirks.hpp"
 
+#include <algorithm>
+#include <bit>
+
 namespace qjulia::device {
 
 namespace {
 
+/// Mesa's llvmpipe: a CPU whose compiler makes its vectors out of neighbouring work-items.
 bool is_llvmpipe(const DeviceInfo& info) { return info.name.find("llvmpipe") != std::string::npos; }
 
-/// GPUs, and llvmpipe, which makes its vectors out of neighbouring work-items.
-bool has_lanes_across_work_items(const DeviceInfo& info) {
-  return info.kind != DeviceKind::cpu || is_llvmpipe(info);
-}
-
-int preferred_lane_width(const DeviceInfo& info, Precision precision) {
-  if (has_lanes_across_work_items(info)) return 1;
+int preferred_lane_width(const DeviceInfo& info, Precision precision, Layout layout) {
+  if (layout == Layout::gpu || is_llvmpipe(info)) return 1;
   const bool wide_registers = info.native_float_lanes >= 16;
   return wide_registers && precision == Precision::single ? 16 : 8;
 }
 
+/// Work-items that sum together in local memory.
+constexpr std::size_t kOrbitGroup = 64;
+/// Side of the square of work-items that share tiles.
+constexpr std::size_t kProductSide = 16;
+
 }  // namespace
 
-Tuning default_tuning(const DeviceInfo& info, Precision precision, int lane_width) {
+Layout suited_layout(const DeviceInfo& info) {
+  // llvmpipe's groups are as slow as its memory, so that it sums privately.
+  return info.kind == DeviceKind::cpu || is_llvmpipe(info) ? Layout::cpu : Layout::gpu;
+}
+
+Tuning default_tuning(const DeviceInfo& info, Precision precision, Layout layout, int lane_width) {
   Tuning tuning;
-  tuning.lane_width = lane_width != 0 ? lane_width : preferred_lane_width(info, precision);
+  tuning.lane_width = lane_width != 0 ? lane_width : preferred_lane_width(info, precision, layout);
   tuning.energy_vectors = tuning.lane_width == 1 ? 1 : 4;
   tuning.gradient_rows = 64;
-  // Privately, gradient_orbit keeps 5 K lane sums an item: few items on wide lanes. On GPUs groups
-  // share theirs; llvmpipe's groups are as slow as its memory.
-  const bool is_gpu = info.kind == DeviceKind::gpu && !is_llvmpipe(info);
-  tuning.orbit_group = is_gpu && tuning.lane_width == 1 ? 64 : 1;
-  tuning.orbit_items = is_gpu ? 1024 : tuning.lane_width == 1 ? 8192 : 64;
-  tuning.product_side = tuning.orbit_group > 1 ? 16 : 1;
   tuning.panel_samples = 1024;  // two tiles of them fit a core's cache
   tuning.panel_block = 64;
+  // Privately, gradient_orbit keeps 5 K lane sums an item: few items on wide lanes.
+  switch (layout) {
+    case Layout::cpu:
+      tuning.orbit_items = tuning.lane_width == 1 ? 8192 : 64;
+      break;
+    case Layout::gpu:
+      tuning.orbit_items = 1024;
+      if (tuning.lane_width > 1) break;
+      tuning.orbit_group = static_cast<int>(
+          std::bit_floor(std::clamp<std::size_t>(info.largest_work_group, 1, kOrbitGroup)));
+      if (info.largest_work_group >= kProductSide * kProductSide) {
+        tuning.product_side = static_cast<int>(kProductSide);
+      }
+      break;
+  }
   return tuning;
 }
 
-std::size_t preferred_group_size(const DeviceInfo& info) {
-  return has_lanes_across_work_items(info) ? 64 : 4;
+std::size_t preferred_group_size(const DeviceInfo& info, int lane_width) {
+  const bool has_wide_lanes = lane_width > 1 && suited_layout(info) == Layout::cpu;
+  const std::size_t most = std::max<std::size_t>(info.largest_work_group, 1);
+  return std::min<std::size_t>(has_wide_lanes ? 4 : 64, std::bit_floor(most));
 }
 
 }  // namespace qjulia::device

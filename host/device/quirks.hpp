@@ -5,13 +5,17 @@
 
 namespace qjulia::device {
 
-/// The settings a device is chosen with. CPUs need explicit vectors: PoCL does not vectorise across
-/// work-items. Mesa's llvmpipe does, and GPUs are made of lanes: one each.
-/// @param lane_width settings for that width; 0: for the width that suits the device.
-Tuning default_tuning(const DeviceInfo& info, Precision precision, int lane_width = 0);
+/// The layout a device is chosen with. CPUs need explicit vectors: PoCL does not vectorise across
+/// work-items. GPUs are made of lanes: one to each work-item.
+Layout suited_layout(const DeviceInfo& info);
 
-/// Work-items of a work-group where a kernel has no wish of its own. It is fixed, since PoCL
-/// compiles a kernel anew for every group size it meets.
-std::size_t preferred_group_size(const DeviceInfo& info);
+/// The settings of a layout, as far as the device's groups are large enough for them.
+/// @param lane_width settings for that width; 0: for the width that suits the device.
+Tuning default_tuning(const DeviceInfo& info, Precision precision, Layout layout,
+                      int lane_width = 0);
+
+/// Work-items of a work-group where a kernel has no wish of its own. It is fixed for a width, since
+/// PoCL compiles a kernel anew for every group size it meets.
+std::size_t preferred_group_size(const DeviceInfo& info, int lane_width);
 
 }  // namespace qjulia::device

@@ -5,10 +5,11 @@
 #include <array>
 #include <cstdlib>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
+#include "base/fnv_hash.hpp"
+#include "base/output_file.hpp"
 #include "device/embedded_kernels.hpp"
-#include "files/atomic_file.hpp"
-#include "files/fnv_hash.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/version.hpp"
 
@@ -28,7 +29,7 @@ constexpr std::array<Entry, 2> kEntries{
     {{"single", Precision::single}, {"double", Precision::dbl}}};
 
 std::string kernels_hash() {
-  FnvHash hash;
+  base::FnvHash hash;
   for (const auto& [path, text] : device::embedded_kernels()) {
     hash.add(path);
     hash.add(text);
@@ -44,7 +45,7 @@ json owner(const DeviceInfo& info) {
 }
 
 std::string owner_hash(const DeviceInfo& info) {
-  FnvHash hash;
+  base::FnvHash hash;
   hash.add(owner(info).dump(-1, ' ', true, json::error_handler_t::replace));
   return hash.text();
 }
@@ -91,6 +92,8 @@ KeptTuning with_kept_tuning(const Device& device) {
   KeptTuning kept{device, {}};
   const char* wanted = std::getenv("QJULIA_TUNING");
   if (wanted != nullptr && std::string(wanted) == "off") return kept;
+  // What is kept goes with the device's own layout; another is asked for with its defaults.
+  if (!device.has_own_layout()) return kept;
   std::filesystem::path path;
   try {
     path = tuning_file(device.info());
@@ -107,8 +110,8 @@ KeptTuning with_kept_tuning(const Device& device) {
       }
     }
   } catch (const InputError& error) {
-    kept = {device, fmt::format("the tuned settings in '{}' are not used: {}; make them again with "
-                                "'qjulia profile --tune', or remove the file",
+    kept = {device, fmt::format("the tuned settings in '{}' are not used: {}; tune this device "
+                                "again, or remove the file",
                                 path.string(), error.what())};
   }
   return kept;
@@ -131,7 +134,7 @@ void keep_tuning(const Device& device, Precision precision) {
   for (const auto& entry : kEntries) {
     if (entry.precision == precision) file[entry.name] = to_json(device.tuning(precision));
   }
-  write_file(path, file.dump(2, ' ', true, json::error_handler_t::replace) + "\n");
+  base::write_file(path, file.dump(2, ' ', true, json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace qjulia

@@ -2,19 +2,25 @@
 
 #include <algorithm>
 
-namespace qjulia {
+namespace qjulia::fitting {
 
 Budget::Budget(const FitOptions& options, int schedule_evaluations, Clock::time_point start,
-               double reserve, std::stop_token stop)
+               double reserve, std::stop_token stop, Team& team)
     : start_(start),
-      time_limit_(options.time_limit - reserve),
+      time_limit_(team.broadcast({options.time_limit - reserve}).front()),
       most_evaluations_(options.max_evaluations > 0 ? options.max_evaluations
                                                     : schedule_evaluations),
       limited_by_caller_(options.max_evaluations > 0),
-      stop_(std::move(stop)) {}
+      stop_(std::move(stop)),
+      team_(team) {
+  update();
+}
 
-double Budget::seconds() const {
-  return carried_seconds_ + std::chrono::duration<double>(Clock::now() - start_).count();
+void Budget::update() {
+  const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+  const auto now = team_.broadcast({seconds, stop_.stop_requested() ? 1.0 : 0.0});
+  seconds_ = now[0];
+  stop_requested_ = now[1] != 0;
 }
 
 void Budget::carry(int evaluations, double seconds) {
@@ -34,7 +40,7 @@ double Budget::seconds_left() const {
 }
 
 std::optional<StopReason> Budget::spent() const {
-  if (stop_.stop_requested()) return StopReason::interrupted;
+  if (stop_requested_) return StopReason::interrupted;
   if (evaluations_ >= most_evaluations_) {
     return limited_by_caller_ ? StopReason::evaluations : StopReason::schedule_done;
   }
@@ -42,4 +48,4 @@ std::optional<StopReason> Budget::spent() const {
   return std::nullopt;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

@@ -9,13 +9,13 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "files/atomic_file.hpp"
-#include "files/fnv_hash.hpp"
+#include "base/fnv_hash.hpp"
+#include "base/output_file.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/version.hpp"
 
-namespace qjulia {
+namespace qjulia::fitting {
 namespace {
 
 using nlohmann::json;
@@ -34,14 +34,14 @@ StageReport report_from(const json& j) {
 }  // namespace
 
 std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const Device& device) {
-  FnvHash hash;
+  base::FnvHash hash;
   for (const auto& v : mesh.vertices) {
     for (int i = 0; i < 3; ++i) hash.add(v[i]);
   }
   for (const auto& triangle : mesh.triangles) {
     for (const auto vertex : triangle) hash.add(vertex);
   }
-  FnvHash schedule_hash;
+  base::FnvHash schedule_hash;
   schedule_hash.add(schedule_text(options.schedule));
   // Not the time limit: what is left of it differs from run to run.
   return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", version(), hash.text(),
@@ -55,17 +55,22 @@ std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const D
 Checkpoint::Checkpoint(std::filesystem::path path, std::string key, double interval)
     : path_(std::move(path)), key_(std::move(key)), interval_(interval) {}
 
-std::optional<FitState> Checkpoint::load() const {
+std::string Checkpoint::bytes() const {
   std::ifstream file(path_, std::ios::binary);
-  if (path_.empty() || !file) return std::nullopt;
+  if (path_.empty() || !file) return {};
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::optional<FitState> Checkpoint::load(Team& team) const {
+  const std::string bytes = team.broadcast_text(this->bytes());
+  if (bytes.empty()) return std::nullopt;
   const auto fail = [&](const char* what) {
     return InputError(
         fmt::format("checkpoint '{}' {}; remove it to start afresh", path_.string(), what));
   };
-  const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), {}};
   const json j = json::from_cbor(bytes, true, false);
   if (!j.is_object() || j.value("format", "") != kFormat) throw fail("is damaged");
-  if (j.value("key", "") != key_) {
+  if (team.rank() == 0 && j.value("key", "") != key_) {
     throw fail("belongs to a fit with another mesh, other options, or another device");
   }
   FitState state;
@@ -101,7 +106,12 @@ void Checkpoint::save(const FitState& state) {
                                     {"seconds", state.seconds},
                                     {"reports", std::move(reports)},
                                     {"evaluated", std::move(evaluated)}});
-  write_file(path_, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  try {
+    base::write_file(path_,
+                     std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  } catch (const OutputError& error) {
+    if (problem_.empty()) problem_ = error.what();
+  }
   saved_ = Clock::now();
 }
 
@@ -112,11 +122,11 @@ bool Checkpoint::due() const {
 
 Evaluation RecordingEvaluator::evaluate(const RationalMap& map, bool with_gradient) {
   if (given_ < state_.evaluated.size()) return state_.evaluated[given_++];
-  Evaluation evaluation = evaluator_.evaluate(map, with_gradient);
+  Evaluation evaluation = ForwardingEvaluator::evaluate(map, with_gradient);
   state_.evaluated.push_back(evaluation);
   ++given_;
   if (checkpoint_.due()) checkpoint_.save(state_);
   return evaluation;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

@@ -8,9 +8,10 @@
 #include <vector>
 
 #include "fit/evaluator.hpp"
+#include "fit/team.hpp"
 #include "qjulia/fit.hpp"
 
-namespace qjulia {
+namespace qjulia::fitting {
 
 /// Where a fit stands at the start of a stage. From it the stage goes the same way again, bit for
 /// bit; `evaluated` spares it the evaluations it has made already.
@@ -35,48 +36,41 @@ class Checkpoint {
   /// @param interval seconds between saves within a stage.
   Checkpoint(std::filesystem::path path, std::string key, double interval = 10);
 
-  /// The state that was kept, if there is one. @throws InputError naming the file when it belongs
-  /// to another fit or is damaged.
-  std::optional<FitState> load() const;
+  /// The state that rank 0 has kept, if there is one. @throws InputError naming the file when it
+  /// belongs to another fit or is damaged.
+  std::optional<FitState> load(Team& team) const;
 
-  /// At the end of a stage.
+  /// At the end of a stage. One that cannot be written does not end the fit: `problem` says why.
   void save(const FitState& state);
+  /// What went wrong with the first state that could not be written; empty: nothing.
+  const std::string& problem() const { return problem_; }
   /// During one: true when the last save is long ago.
   bool due() const;
 
  private:
   using Clock = std::chrono::steady_clock;
+  std::string bytes() const;
+
   std::filesystem::path path_;
   std::string key_;
   double interval_;
+  std::string problem_;
   Clock::time_point saved_ = Clock::now();
 };
 
 /// Gives the evaluations in `state.evaluated` first, then evaluates, adds to them, and saves the
 /// state whenever that is due.
-class RecordingEvaluator : public Evaluator {
+class RecordingEvaluator final : public ForwardingEvaluator {
  public:
   RecordingEvaluator(Evaluator& evaluator, FitState& state, Checkpoint& checkpoint)
-      : evaluator_(evaluator), state_(state), checkpoint_(checkpoint) {}
+      : ForwardingEvaluator(evaluator), state_(state), checkpoint_(checkpoint) {}
 
   Evaluation evaluate(const RationalMap& map, bool with_gradient) override;
-  std::vector<double> field(const RationalMap& map) override { return evaluator_.field(map); }
-  Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
-    return evaluator_.gauss_newton(map);
-  }
-  Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
-    return evaluator_.gauss_newton_diagonal(map);
-  }
-  Eigen::MatrixXd pursuit_products(const RationalMap& map,
-                                   const std::vector<Quaternion>& centers) override {
-    return evaluator_.pursuit_products(map, centers);
-  }
 
  private:
-  Evaluator& evaluator_;
   FitState& state_;
   Checkpoint& checkpoint_;
   std::size_t given_ = 0;
 };
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

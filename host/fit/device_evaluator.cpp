@@ -4,15 +4,15 @@
 #include <stdexcept>
 
 #include "device/context.hpp"
-#include "device/out_of_memory.hpp"
+#include "device/refused.hpp"
 #include "fit/evaluator.hpp"
-#include "map/map_buffer.hpp"
+#include "layout/gradient_layout.h"
+#include "layout/loss.h"
+#include "layout/panel_layout.h"
+#include "map/device_map.hpp"
 #include "qjulia/error.hpp"
-#include "qjulia/shared/gradient_layout.h"
-#include "qjulia/shared/loss.h"
-#include "qjulia/shared/panel_layout.h"
 
-namespace qjulia {
+namespace qjulia::fitting {
 namespace {
 
 using device::Context;
@@ -27,15 +27,17 @@ struct Division {
   std::size_t stride;          ///< samples, padded
   std::size_t energy_vectors;  ///< vectors per work-item of energy_terms
   std::size_t gradient_chunk;  ///< samples per row of gradient_potential
-  std::size_t orbit_group;     ///< work-items of a group of gradient_orbit
-  std::size_t orbit_vectors;   ///< vectors per work-item of gradient_orbit
+  std::size_t orbit_items;     ///< most groups of gradient_orbit
+  std::size_t orbit_group;     ///< work-items of such a group
   std::size_t panel_samples;   ///< samples in the panels at a time
   std::size_t panel_block;     ///< samples per work-item of jacobian_panels
   std::size_t product_side;    ///< side of the square of work-items that share panels; 1: none do
   std::size_t energy_items() const { return divide_up(stride / width, energy_vectors); }
   std::size_t gradient_chunks() const { return divide_up(stride, gradient_chunk); }
+  /// Vectors per work-item of gradient_orbit.
+  std::size_t orbit_vectors() const { return divide_up(stride / width, orbit_items * orbit_group); }
   std::size_t orbit_groups() const {
-    return divide_up(stride / width, orbit_vectors * orbit_group);
+    return divide_up(stride / width, orbit_vectors() * orbit_group);
   }
 };
 
@@ -46,8 +48,8 @@ Division divide(std::size_t samples, const Tuning& tuning) {
   d.stride = divide_up(std::max<std::size_t>(samples, 1), d.width) * d.width;
   d.energy_vectors = count(tuning.energy_vectors);
   d.gradient_chunk = std::clamp<std::size_t>(d.stride / count(tuning.gradient_rows), 128, 2048);
+  d.orbit_items = count(tuning.orbit_items);
   d.orbit_group = count(tuning.orbit_group);
-  d.orbit_vectors = divide_up(d.stride / d.width, count(tuning.orbit_items) * d.orbit_group);
   d.panel_samples = count(tuning.panel_samples);
   d.panel_block = count(tuning.panel_block);
   d.product_side = count(tuning.product_side);
@@ -85,7 +87,6 @@ class DeviceEvaluator final : public Evaluator {
   Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
     Evaluation result;
     if (with_gradient && options_.iterations > 1) {
-      upload(map);
       result.gradient = orbit_gradient(map);
       result.energy = sum_of(orbit_energies_);
       return result;
@@ -112,8 +113,7 @@ class DeviceEvaluator final : public Evaluator {
     const auto rows = panel_products(order, [&](std::size_t step, std::size_t first) {
       device_.context().launch(
           jacobian, {{vectors, division_.panel_samples / division_.panel_block, 1}},
-          {samples_, i32(division_.stride), i32(step), i32(first), i32(division_.panel_samples),
-           i32(division_.panel_block), map_, i32(factors_), loss(), alpha(), field_, panels_});
+          {panel_arguments(map.slice, factors_, step, first), samples_, map_, field_, panels_});
     });
     const std::size_t k = map.factors.size();
     std::vector<std::size_t> place(1 + QJ_MAP_COMPONENTS * k);
@@ -142,9 +142,7 @@ class DeviceEvaluator final : public Evaluator {
     const auto rows = panel_products(order, [&](std::size_t step, std::size_t first) {
       device_.context().launch(
           pursuit, {{stride / division_.width, division_.panel_samples / division_.panel_block, 1}},
-          {samples_, i32(division_.stride), i32(step), i32(first), i32(division_.panel_samples),
-           i32(division_.panel_block), device::Argument::real(map.slice, precision_), sent,
-           i32(count), loss(), alpha(), field_, panels_});
+          {panel_arguments(map.slice, count, step, first), samples_, sent, field_, panels_});
     });
     std::vector<std::size_t> place{QJ_PURSUIT_ONES(count), QJ_PURSUIT_RESIDUALS(count)};
     for (std::size_t i = 0; i < count; ++i) place.push_back(i);
@@ -163,11 +161,41 @@ class DeviceEvaluator final : public Evaluator {
   }
 
  private:
-  std::int32_t loss() const {
-    return options_.loss == Loss::tanh ? QJ_LOSS_TANH : QJ_LOSS_DISTANCE;
-  }
+  std::int32_t loss() const { return static_cast<std::int32_t>(options_.loss); }
 
   device::Argument alpha() const { return device::Argument::real(options_.alpha, precision_); }
+
+  /// @param vectors of samples that each of `items` work-items, or groups of them, takes.
+  device::Argument energy_arguments(std::size_t vectors, std::size_t items) const {
+    return device::arguments(precision_, [&](auto r) {
+      using real = decltype(r);
+      return qj_energy_arguments<real>{.alpha = real(options_.alpha),
+                                       .loss = loss(),
+                                       .stride = i32(division_.stride),
+                                       .vectors = i32(vectors),
+                                       .items = i32(items),
+                                       .factors = i32(factors_),
+                                       .iterations = options_.iterations};
+    });
+  }
+
+  /// @param count of factors or centres.
+  /// @param step,first every step-th sample is taken, from the first-th such one.
+  device::Argument panel_arguments(double slice, std::size_t count, std::size_t step,
+                                   std::size_t first) const {
+    return device::arguments(precision_, [&](auto r) {
+      using real = decltype(r);
+      return qj_panel_arguments<real>{.alpha = real(options_.alpha),
+                                      .slice = real(slice),
+                                      .loss = loss(),
+                                      .stride = i32(division_.stride),
+                                      .step = i32(step),
+                                      .first = i32(first),
+                                      .chunk = i32(division_.panel_samples),
+                                      .block = i32(division_.panel_block),
+                                      .count = i32(count)};
+    });
+  }
 
   /// PᵀP over an evenly spaced part of the samples, as rows of an order × order matrix of which
   /// only the upper triangle is there. `fill` puts every step-th sample from the first-th such one
@@ -176,28 +204,43 @@ class DeviceEvaluator final : public Evaluator {
   std::vector<double> panel_products(std::size_t order, const Fill& fill) {
     Context& context = device_.context();
     if (matrix_.size() < order * order) allocate_panels(order);
-    const bool shared = division_.product_side > 1;
-    const auto products =
-        kernel("gauss_newton.cl", shared ? "panel_products_shared" : "panel_products");
-    device::Range range{{order / 8, order / (2 * division_.width), 1}, {}};
-    if (shared) {
-      constexpr std::size_t kTile = 64;  // entries of the matrix along a group's side
-      const std::size_t side = division_.product_side;
-      const std::size_t items = divide_up(order, kTile) * side;
-      range = {{items, items, 1}, {side, side, 1}};
-    }
     const std::size_t step = divide_up(division_.stride, kMostCurvatureSamples);
     const std::size_t taken = divide_up(division_.stride, step);
     for (std::size_t first = 0; first < taken; first += division_.panel_samples) {
       fill(step, first);
-      context.launch(
-          products, range,
-          {panels_, i32(division_.panel_samples), i32(order), first == 0 ? 0 : 1, matrix_});
+      add_products(order, first == 0);
     }
     std::vector<double> rows(order * order);
     context.read(matrix_, rows);
     for (double& entry : rows) entry *= static_cast<double>(step);
     return rows;
+  }
+
+  /// The matrix plus the panels' product, or that alone at the first panels. Work-items share tiles
+  /// as the settings say, unless the device takes no groups of as many.
+  void add_products(std::size_t order, bool is_first) {
+    Context& context = device_.context();
+    const auto launch = [&](const device::Kernel& products, const device::Range& range) {
+      context.launch(
+          products, range,
+          {panels_, i32(division_.panel_samples), i32(order), is_first ? 0 : 1, matrix_});
+    };
+    if (const std::size_t side = division_.product_side; side > 1) {
+      constexpr std::size_t kTile = 64;  // entries of the matrix along a group's side
+      const std::size_t items = divide_up(order, kTile) * side;
+      const auto products = kernel("gauss_newton.cl", "panel_products_shared");
+      try {
+        if (context.largest_group(products) >= side * side) {
+          launch(products, {{items, items, 1}, {side, side, 1}});
+          return;
+        }
+      } catch (const DeviceError& error) {
+        if (!device::is_refused_group(error)) throw;
+      }
+      division_.product_side = 1;
+    }
+    launch(kernel("gauss_newton.cl", "panel_products"),
+           {{order / 8, order / (2 * division_.width), 1}, {}});
   }
 
   /// Panels of fewer samples where the device has no memory for as many as asked for.
@@ -240,16 +283,15 @@ class DeviceEvaluator final : public Evaluator {
 
   void upload(const RationalMap& map) {
     if (map.factors.size() != factors_) prepare(map.factors.size());
-    device_.context().write(map_, pack_map(map, {0, 0, options_.escape}));
+    device_.context().write(map_, map::pack_map(map, {0, 0, options_.escape}));
   }
 
   void run_energy(const RationalMap& map) {
     upload(map);
     const auto items = division_.energy_items();
-    device_.context().launch(
-        kernel("energy.cl", "energy_terms"), {{items, 1, 1}},
-        {samples_, i32(division_.stride), i32(division_.energy_vectors), i32(items), map_,
-         i32(factors_), options_.iterations, loss(), alpha(), field_, cotangent_, energies_});
+    device_.context().launch(kernel("energy.cl", "energy_terms"), {{items, 1, 1}},
+                             {energy_arguments(division_.energy_vectors, items), samples_, map_,
+                              field_, cotangent_, energies_});
   }
 
   /// Everything that depends on the number of factors, once for all steps.
@@ -258,15 +300,13 @@ class DeviceEvaluator final : public Evaluator {
     factors_ = factors;
     map_ = context.allocate_real(QJ_MAP_SIZE(factors), precision_);
     const std::size_t columns = QJ_GRADIENT_COLUMNS(factors);
-    const std::size_t rows =
-        options_.iterations == 1 ? division_.gradient_chunks() : division_.orbit_groups();
-    rows_ = context.allocate_real(rows * columns, precision_);
     if (options_.iterations > 1) {
-      orbit_energies_ = context.allocate_real(rows, precision_);
-      // Groups that sum in local memory leave them alone.
-      const std::size_t lanes = QJ_GRADIENT_LOG_SCALE(factors) * division_.width;
-      lane_sums_ = context.allocate_real(division_.orbit_group == 1 ? rows * lanes : 1, precision_);
+      shrink_orbit_group();
+      allocate_orbit_sums();
+    } else {
+      rows_ = context.allocate_real(division_.gradient_chunks() * columns, precision_);
     }
+    const std::size_t rows = rows_.size() / columns;
     panels_ = {};
     matrix_ = {};
     block_sums_ = context.allocate_real(divide_up(rows, kRowBlock) * columns, precision_);
@@ -283,19 +323,64 @@ class DeviceEvaluator final : public Evaluator {
     return sum_rows(map, rows);
   }
 
+  device::Kernel orbit_kernel() const {
+    return kernel("gradient_orbit.cl", "gradient_orbit",
+                  {{"QJ_GROUP", i32(division_.orbit_group)}});
+  }
+
+  /// Groups of fewer work-items where the device cannot take as many as asked for.
+  void shrink_orbit_group() {
+    while (division_.orbit_group > 1 &&
+           device_.context().largest_group(orbit_kernel()) < division_.orbit_group) {
+      division_.orbit_group /= 2;
+    }
+  }
+
+  /// Sums of fewer groups where the device has no memory for as many as asked for.
+  void allocate_orbit_sums() {
+    Context& context = device_.context();
+    for (;;) {
+      try {
+        const std::size_t rows = division_.orbit_groups();
+        rows_ = context.allocate_real(rows * QJ_GRADIENT_COLUMNS(factors_), precision_);
+        orbit_energies_ = context.allocate_real(rows, precision_);
+        const std::size_t items = rows * division_.orbit_group * division_.width;
+        const auto kept = static_cast<std::size_t>(options_.iterations - 1) * QJ_ORBIT_LANES;
+        orbits_ = context.allocate_real(items * kept, precision_);
+        // Groups that sum in local memory leave them alone.
+        const std::size_t lanes = QJ_GRADIENT_LOG_SCALE(factors_) * division_.width;
+        lane_sums_ =
+            context.allocate_real(division_.orbit_group == 1 ? rows * lanes : 1, precision_);
+        return;
+      } catch (const DeviceError& error) {
+        if (!device::is_out_of_memory(error) || division_.orbit_items == 1) throw;
+        division_.orbit_items /= 2;
+      }
+    }
+  }
+
   /// Runs orbits forward and back: leaves the energies too.
   std::vector<double> orbit_gradient(const RationalMap& map) {
+    upload(map);
+    try {
+      launch_orbits();
+    } catch (const DeviceError& error) {
+      if (!device::is_refused_group(error) || division_.orbit_group == 1) throw;
+      division_.orbit_group /= 2;
+      factors_ = 0;  // other groups, other buffers
+      return orbit_gradient(map);
+    }
+    return sum_rows(map, division_.orbit_groups());
+  }
+
+  void launch_orbits() {
     const std::size_t rows = division_.orbit_groups();
     const std::size_t group = division_.orbit_group;
     device::Range range{{rows * group, 1, 1}, {}};
     if (group > 1) range.local = {group, 1, 1};
-    device_.context().launch(
-        kernel("gradient_orbit.cl", "gradient_orbit",
-               {{"QJ_ITERATIONS", options_.iterations}, {"QJ_GROUP", i32(group)}}),
-        range,
-        {samples_, i32(division_.stride), i32(division_.orbit_vectors), i32(rows), map_,
-         i32(factors_), loss(), alpha(), lane_sums_, orbit_energies_, rows_});
-    return sum_rows(map, rows);
+    device_.context().launch(orbit_kernel(), range,
+                             {energy_arguments(division_.orbit_vectors(), rows), samples_, map_,
+                              orbits_, lane_sums_, orbit_energies_, rows_});
   }
 
   std::vector<double> sum_rows(const RationalMap& map, std::size_t rows) {
@@ -345,7 +430,7 @@ class DeviceEvaluator final : public Evaluator {
   Division division_;
   RealBuffer samples_, field_, cotangent_, energies_, orbit_energies_;
   std::size_t factors_ = 0;
-  RealBuffer map_, rows_, lane_sums_, block_sums_, panels_, matrix_;
+  RealBuffer map_, rows_, orbits_, lane_sums_, block_sums_, panels_, matrix_;
 };
 
 }  // namespace
@@ -357,4 +442,4 @@ std::unique_ptr<Evaluator> make_device_evaluator(const Device& device, const Sam
   return std::make_unique<DeviceEvaluator>(device, samples, options, precision);
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

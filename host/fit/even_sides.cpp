@@ -6,7 +6,7 @@
 
 #include "map/sphere_directions.hpp"
 
-namespace qjulia {
+namespace qjulia::fitting {
 namespace {
 
 constexpr int kMostSweeps = 4;
@@ -18,7 +18,7 @@ constexpr std::size_t kLeastDirections = 256;
 std::vector<Quaternion> sphere(const RationalMap& map) {
   const std::size_t count = std::clamp(kPairs / std::max<std::size_t>(1, map.factors.size()),
                                        kLeastDirections, kMostDirections);
-  std::vector<Quaternion> points = sphere_directions(count);
+  std::vector<Quaternion> points = map::sphere_directions(count);
   for (Quaternion& q : points) q = std::exp(map.surface_level) * q;
   return points;
 }
@@ -90,4 +90,4 @@ RationalMap with_even_sides(const RationalMap& given) {
   return least < unevenness(field_of(given, points), scratch) ? map : given;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

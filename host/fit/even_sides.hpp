@@ -3,7 +3,7 @@
 
 #include "qjulia/rational_map.hpp"
 
-namespace qjulia {
+namespace qjulia::fitting {
 
 /// How much the fate of an image depends on its direction: the mean over directions of the 4-D
 /// space of |F₁ − its median|, at most 1 each, on the sphere of radius e^L about the origin.
@@ -16,4 +16,4 @@ double unevenness(const RationalMap& map);
 /// @param given calibrated, so that e^L is about how far the set reaches.
 RationalMap with_even_sides(const RationalMap& given);
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

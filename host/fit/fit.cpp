@@ -5,40 +5,65 @@
 #include <algorithm>
 #include <optional>
 
+#include "base/range_check.hpp"
 #include "fit/budget.hpp"
 #include "fit/checkpoint.hpp"
-#include "fit/finish.hpp"
+#include "fit/finish_map.hpp"
 #include "fit/monopoles.hpp"
-#include "fit/overlap.hpp"
 #include "fit/placement.hpp"
-#include "fit/ranked_evaluator.hpp"
 #include "fit/sample_pool.hpp"
 #include "fit/schedule.hpp"
 #include "fit/stages.hpp"
+#include "fit/team.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/field.hpp"
+#include "shape/overlap.hpp"
 
 namespace qjulia {
+
+using namespace fitting;
 namespace {
 
 /// Seconds kept from a time limit for scaling, calibration and writing.
 constexpr double kReserve = 1.0;
 
-class OneRank final : public Ranks {
+/// The cells of a coarse cube about a shape, for the IoU that reports give.
+class CoarseCube {
  public:
-  int rank() const override { return 0; }
-  int size() const override { return 1; }
-  std::vector<int> all(int value) override { return {value}; }
-  void broadcast(Numbers&) override {}
-  Numbers scatter(const std::vector<Numbers>& parts) override { return parts.front(); }
-  std::vector<Numbers> gather(const Numbers& mine) override { return {mine}; }
-};
+  CoarseCube(const Device& device, const Shape& shape, const SignedDistance& distance)
+      : device_(device) {
+    constexpr int kCells = 48;
+    constexpr double kMargin = 1.1;
+    const Box box = shape.mesh.box();
+    const double side = kMargin * box.size().maxCoeff();
+    const Eigen::Vector3d corner = box.center() - Eigen::Vector3d::Constant(side / 2);
+    std::vector<Eigen::Vector3d> points;
+    for (int x = 0; x < kCells; ++x) {
+      for (int y = 0; y < kCells; ++y) {
+        for (int z = 0; z < kCells; ++z) {
+          points.emplace_back(corner + side / kCells * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5));
+        }
+      }
+    }
+    for (const double d : distance.at(points)) inside_.push_back(d < 0);
+    points_ = on_slice(points, 0);
+  }
 
-template <class Number>
-void expect_between(const char* option, Number value, Number low, Number high, const char* what) {
-  if (value >= low && value <= high) return;  // false for NaN
-  throw InputError(
-      fmt::format("{} {}: {} must lie between {} and {}", option, value, what, low, high));
-}
+  /// IoU of {F_n < map.surface_level} and the inside of the shape, 0 … 1.
+  double iou(const RationalMap& map, int iterations) const {
+    const auto field = Field(device_, map).at(points_, iterations);
+    shape::Overlap overlap;
+    for (std::size_t i = 0; i < field.size(); ++i) {
+      overlap.add(field[i] < map.surface_level, inside_[i]);
+    }
+    return overlap.iou();
+  }
+
+ private:
+  Device device_;
+  std::vector<Quaternion> points_;
+  std::vector<bool> inside_;
+};
 
 /// Samples of the largest stage that draws them from the pool.
 int largest_draw(const Schedule& schedule) {
@@ -52,16 +77,13 @@ int largest_draw(const Schedule& schedule) {
 }  // namespace
 
 void FitOptions::validate() const {
-  expect_between("--factors", factors, 8, 20'000, "the number of factors");
-  expect_between("--detail", detail, 0.001, 0.1, "the shell's thickness over the box's diagonal");
+  base::expect_between("factors", factors, 8, 20'000);
+  base::expect_between("detail", detail, 0.001, 0.1, "of the box's diagonal");
   if (!(time_limit > 0)) {
-    throw InputError(fmt::format("--time-limit {}: seconds must be positive", time_limit));
+    throw OptionError("time_limit", fmt::format("{} is out of range; give seconds", time_limit));
   }
-  if (max_evaluations < 0) {
-    throw InputError(
-        fmt::format("--max-evaluations {}: the number must be positive", max_evaluations));
-  }
-  expect_between("--sample-parts", sample_parts, 1, 100'000, "the number of parts");
+  base::expect_between("max_evaluations", max_evaluations, 0, std::numeric_limits<int>::max());
+  base::expect_between("sample_parts", sample_parts, 1, 100'000);
   find_schedule(schedule);
 }
 
@@ -81,81 +103,117 @@ std::string to_string(StopReason reason) {
   return "it converged";
 }
 
-FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& options,
-              const Watch& watch) {
-  OneRank alone;
-  return fit(device, mesh, options, watch, alone);
+std::string brief_summary(const FitResult& result) {
+  std::string text;
+  if (!result.stages.empty()) {
+    const StageReport& last = result.stages.back();
+    text = fmt::format("energy {:.4g}, IoU {:.3f} at n = {} on a coarse grid\n", last.energy_after,
+                       last.iou, last.iterations);
+  }
+  return text + fmt::format("{} factors, {} evaluations in {:.1f} s; ended: {}",
+                            result.map.factors.size(), result.evaluations, result.seconds,
+                            to_string(result.stopped));
 }
 
-FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& options,
-              const Watch& watch, Ranks& ranks) {
-  std::optional<RankedEvaluators> ranked;
+std::string full_summary(const FitResult& result) {
+  std::string text;
+  for (const StageReport& stage : result.stages) {
+    text += fmt::format(
+        "stage {:16} {:5} evaluations {:8.1f} s  energy {:10.4g} -> {:10.4g}  IoU {:.4f} at n = "
+        "{}\n",
+        stage.name, stage.evaluations, stage.seconds, stage.energy_before, stage.energy_after,
+        stage.iou, stage.iterations);
+  }
+  return text + brief_summary(result);
+}
+
+namespace {
+
+FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
+                 const FitOptions& options, const Watch& watch) {
+  options.validate();
+  const auto start = Budget::Clock::now();
   EvaluatorFactory make_evaluator = [&](const Samples& samples, const EnergyOptions& energy) {
     return make_device_evaluator(device, samples, energy, options.precision);
   };
-  if (ranks.size() > 1 || options.sample_parts > 1) {
-    ranked.emplace(ranks, make_evaluator, options.sample_parts);
-    make_evaluator = ranked->factory();
+  if (team.size() > 1 || options.sample_parts > 1) {
+    make_evaluator = distributed(team, std::move(make_evaluator), options.sample_parts);
   }
-  options.validate();
-  const auto start = Budget::Clock::now();
   Schedule schedule = find_schedule(options.schedule);
   if (options.polish) schedule = with_polish(std::move(schedule), options.detail);
-  Budget budget(options, schedule.evaluations, start, kReserve, watch.stop);
+  Budget budget(options, schedule.evaluations, start, kReserve, watch.stop, team);
 
   watch.report({"measuring the mesh", 0, -1, ""});
   const auto in_stage = [&](const char* name, const auto& work) {
     const TraceStage stage(watch.trace, name);
     return work();
   };
-  const Shape shape = in_stage("measure the mesh", [&] { return make_shape(device, mesh); });
+  const Shape shape =
+      in_stage("measure the mesh", [&] { return make_shape(device, mesh, watch.stop); });
   FitResult result;
   if (shape.has_hidden_parts) {
     result.warnings.emplace_back(
         "parts of the mesh overlap or lie within one another; it is fitted as their union");
   }
-  const SignedDistance distance =
-      in_stage("signed distance", [&] { return SignedDistance(device, shape.mesh); });
-  const SamplePool pool = in_stage("sample pool", [&] {
+  const SignedDistance distance = in_stage("signed distance", [&] {
+    return SignedDistance(device, shape.mesh, Precision::single, watch.stop);
+  });
+  SamplePool pool = in_stage("sample pool", [&] {
     return make_sample_pool(
         shape, distance, options.seed,
         options.max_evaluations > 0 ? options.max_evaluations : schedule.evaluations,
         largest_draw(schedule));
   });
-  const Overlap overlap =
-      in_stage("overlap points", [&] { return Overlap(device, shape, distance); });
-  Checkpoint checkpoint(options.checkpoint, fit_key(mesh, options, device));
-  auto kept = options.resume ? checkpoint.load() : std::nullopt;
-  const RationalMap placed = kept ? kept->map : in_stage("placement", [&] {
+  team.adopt(pool.surface);
+  team.adopt(pool.near);
+  team.adopt(pool.around);
+  const CoarseCube cube =
+      in_stage("overlap points", [&] { return CoarseCube(device, shape, distance); });
+  Checkpoint checkpoint(team.rank() == 0 ? options.checkpoint : "", fit_key(mesh, options, device));
+  auto kept = options.resume ? checkpoint.load(team) : std::nullopt;
+  RationalMap placed = kept ? kept->map : in_stage("placement", [&] {
     return options.placement == Placement::paper
                ? place_monopoles(pool, options.factors, options.seed)
                : place_factors(make_evaluator, pool, options.factors, options.seed);
   });
-  const auto draw = [&](const Level& level, Random& random) {
+  const auto draw = [&](const Level& level, base::Random& random) {
     return level.points == Points::grid ? grid_samples(shape, distance, level)
                                         : pool.draw(level, random);
   };
+  const auto overlap = [&](const RationalMap& map, int n) { return cube.iou(map, n); };
   const auto with_detail = [&](const RationalMap& map, double iou) {
-    return finished(device, map, iou, shape, pool, options.detail, result.warnings);
+    return finish_map(device, map, iou, shape, pool, options.detail, result.warnings);
   };
-  Stages stages(placed, {draw, overlap, with_detail}, make_evaluator, options, schedule, budget,
-                checkpoint, watch);
+  Stages stages(std::move(placed), {draw, overlap, with_detail}, make_evaluator, options, schedule,
+                budget, checkpoint, watch, team);
   if (kept) stages.resume(std::move(*kept));
 
   result.stopped = stages.run();
   result.stages = stages.reports();
   result.map = in_stage("calibration", [&] { return stages.map(); });
+  budget.update();
   result.evaluations = budget.evaluations();
   result.seconds = budget.seconds();
+  if (!checkpoint.problem().empty()) {
+    result.warnings.push_back("the fit could not be kept while it was under way: " +
+                              checkpoint.problem());
+  }
   return result;
 }
 
-void serve_fit(Ranks& ranks, const std::function<Device()>& open, Precision precision) {
-  std::optional<Device> device;
-  serve_evaluations(ranks, [&](const Samples& samples, const EnergyOptions& energy) {
-    if (!device) device = open();
-    return make_device_evaluator(*device, samples, energy, precision);
-  });
+}  // namespace
+
+FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& options,
+              const Watch& watch) {
+  Team alone;
+  return fit_in(alone, device, mesh, options, watch);
+}
+
+FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& options,
+              const Watch& watch, Ranks& ranks) {
+  Team team(ranks);
+  const Watch mine = team.rank() == 0 ? watch : Watch{{}, {}, watch.trace};
+  return team.run([&] { return fit_in(team, device, mesh, options, mine); });
 }
 
 }  // namespace qjulia

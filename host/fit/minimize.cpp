@@ -3,14 +3,13 @@
 #include <LBFGS.h>
 
 #include <limits>
-#include <stdexcept>
 
-#include "qjulia/error.hpp"
+#include "fit/lbfgs.hpp"
 
-namespace qjulia {
+namespace qjulia::fitting {
 namespace {
 
-/// Ends a run of the library's solver from inside the function it minimises.
+/// Ends a run of the solver from inside the function it minimises.
 struct BudgetSpent {
   StopReason reason;
 };
@@ -30,6 +29,7 @@ class ScaledEnergy {
 
   double operator()(const Eigen::VectorXd& step, Eigen::VectorXd& gradient) {
     if (best_energy_ < std::numeric_limits<double>::infinity()) {
+      budget_.update();
       if (const auto reason = budget_.spent()) throw BudgetSpent{*reason};
     }
     const Eigen::VectorXd move = subspace_.prolonged(scaling_.move(step / stretch_));
@@ -91,17 +91,11 @@ MinimizeResult minimize(Evaluator& evaluator, const RationalMap& start, const Su
   Eigen::VectorXd step = Eigen::VectorXd::Zero(subspace.size());
   double value = 0;
   try {
-    solver.minimize(energy, step, value);
+    run_lbfgs(energy, [&](auto& objective) { solver.minimize(objective, step, value); });
   } catch (const BudgetSpent& spent) {
     return energy.result(spent.reason);
-  } catch (const std::runtime_error& failure) {
-    // The line search found no lower point in this precision: the best so far stands. Errors of
-    // ours are not the solver's.
-    if (dynamic_cast<const Error*>(&failure) != nullptr) throw;
-  } catch (const std::logic_error&) {
-    // The solver's direction rose: rounding again.
   }
   return energy.result(std::nullopt);
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

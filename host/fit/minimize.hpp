@@ -8,7 +8,7 @@
 #include "fit/preconditioner.hpp"
 #include "fit/subspace.hpp"
 
-namespace qjulia {
+namespace qjulia::fitting {
 
 struct MinimizeResult {
   RationalMap map;  ///< the best met
@@ -22,4 +22,4 @@ struct MinimizeResult {
 MinimizeResult minimize(Evaluator& evaluator, const RationalMap& start, const Subspace& subspace,
                         const Preconditioner& scaling, int iterations, Budget& budget);
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

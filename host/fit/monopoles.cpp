@@ -8,7 +8,7 @@
 
 #include "qjulia/error.hpp"
 
-namespace qjulia {
+namespace qjulia::fitting {
 namespace {
 
 using Eigen::Index;
@@ -17,11 +17,11 @@ using Points3 = std::vector<Eigen::Vector3d>;
 constexpr std::size_t kSources = 1000;
 constexpr std::size_t kCollocations = 2500;  // surface points where the potential is to be 1
 constexpr std::size_t kProbes = 4000;        // outside points where the charges are to match it
-constexpr std::size_t kCandidates = 2000;
+constexpr std::size_t kMonopoleCandidates = 2000;
 constexpr std::size_t kCandidatesPerFactor = 3;
 constexpr double kDepth = 0.08;  // map units: sources nearer to the surface need more points there
-constexpr double kReach = 1.0;   // map units: probes are no farther out
-constexpr double kRidge = 1e-8;  // of the normal matrix, relative to its trace's mean
+constexpr double kProbeReach = 1.0;  // map units: probes are no farther out
+constexpr double kRidge = 1e-8;      // of the normal matrix, relative to its trace's mean
 
 /// Up to `count` of the pool's points whose distance lies in (low, high), evenly over its order.
 Points3 between(const SamplePool& pool, double low, double high, std::size_t count) {
@@ -37,7 +37,7 @@ Points3 between(const SamplePool& pool, double low, double high, std::size_t cou
   return taken;
 }
 
-Points3 on_surface(const SamplePool& pool, std::size_t count, Random& random) {
+Points3 on_surface(const SamplePool& pool, std::size_t count, base::Random& random) {
   Points3 points;
   for (std::size_t i = 0; i < count; ++i) {
     points.push_back(pool.surface[random.index(pool.surface.size())].position);
@@ -134,19 +134,20 @@ void regress_to_distance(RationalMap& map, const SamplePool& pool) {
 }  // namespace
 
 RationalMap place_monopoles(const SamplePool& pool, int factors, std::uint64_t seed) {
-  Random random(seed);
+  base::Random random(seed);
   Points3 sources = between(pool, -1e9, -kDepth, kSources);
   // Thin shapes have nothing that deep.
   if (sources.size() < kSources / 4) sources = between(pool, -1e9, 0, kSources);
-  const Points3 probes = between(pool, 0.01, kReach, kProbes);
+  const Points3 probes = between(pool, 0.01, kProbeReach, kProbes);
   if (sources.empty() || probes.size() < static_cast<std::size_t>(factors)) {
     throw InputError(
-        fmt::format("--placement paper: too little inside or around the mesh to place {} factors "
-                    "by; use fewer --factors, or --placement depth",
+        fmt::format("there is too little inside or around the mesh to place {} factors as the "
+                    "paper does; use fewer factors, or placement by depth",
                     factors));
   }
   const Points3 surface = on_surface(pool, kCollocations, random);
-  const auto many = std::max(kCandidates, kCandidatesPerFactor * static_cast<std::size_t>(factors));
+  const auto many =
+      std::max(kMonopoleCandidates, kCandidatesPerFactor * static_cast<std::size_t>(factors));
   const Points3 candidates = on_surface(pool, many, random);
   const Charges charges =
       pursue(monopole_fields(probes, candidates), potential(sources, surface, probes), factors);
@@ -163,4 +164,4 @@ RationalMap place_monopoles(const SamplePool& pool, int factors, std::uint64_t s
   return map;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

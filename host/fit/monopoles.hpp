@@ -4,7 +4,7 @@
 #include "fit/sample_pool.hpp"
 #include "qjulia/rational_map.hpp"
 
-namespace qjulia {
+namespace qjulia::fitting {
 
 /// Centres on the surface, chosen one by one: of candidates there, the one whose field 1 / r
 /// correlates best with what is left of a conductor's potential (1 on the surface, harmonic
@@ -15,4 +15,4 @@ namespace qjulia {
 /// @throws InputError when the pool has too few points inside or outside.
 RationalMap place_monopoles(const SamplePool& pool, int factors, std::uint64_t seed);
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

@@ -8,15 +8,17 @@
 #include <functional>
 #include <limits>
 
-#include "device/out_of_memory.hpp"
+#include "device/refused.hpp"
+#include "fit/farthest_points.hpp"
+#include "fit/lbfgs.hpp"
 #include "qjulia/error.hpp"
 
-namespace qjulia {
+namespace qjulia::fitting {
 namespace {
 
 constexpr double kCell = 4.0 / 97;  // map units
 constexpr double kInsideShare = 0.6;
-constexpr std::size_t kCandidates = 15'000;  // of either side
+constexpr std::size_t kPlacementCandidates = 15'000;  // of either side
 constexpr double kOutsideReach = 6 * kCell;
 constexpr double kOutsideSpacing = 1.5;  // against the inside's at the same distance
 
@@ -26,7 +28,7 @@ std::vector<DistancePoint> candidates(const SamplePool& pool, double side, doubl
   for (const auto* points : {&pool.around, &pool.near}) {
     for (const DistancePoint& p : *points) {
       const double d = side * p.distance;
-      if (d > nearest && (side < 0 || d < kOutsideReach) && found.size() < kCandidates) {
+      if (d > nearest && (side < 0 || d < kOutsideReach) && found.size() < kPlacementCandidates) {
         found.push_back(p);
       }
     }
@@ -34,26 +36,21 @@ std::vector<DistancePoint> candidates(const SamplePool& pool, double side, doubl
   return found;
 }
 
-/// Farthest-point sampling with a radius at each candidate: the next point is the one farthest
-/// from those chosen, counted in its own radii.
-std::vector<DistancePoint> farthest_points(const std::vector<DistancePoint>& from,
-                                           std::size_t count, double spacing) {
+/// Points spaced in proportion to their distance from the surface: each lies farthest from those
+/// before it, counted in its own radii.
+std::vector<DistancePoint> spread(const std::vector<DistancePoint>& from, std::size_t count,
+                                  double spacing) {
   std::vector<double> squared_radius(from.size());
   std::ranges::transform(from, squared_radius.begin(), [spacing](const DistancePoint& p) {
     return std::pow(spacing * std::max(std::abs(p.distance), kCell), 2);
   });
-  std::vector<double> gap(from.size(), std::numeric_limits<double>::infinity());
-  auto next =
-      static_cast<std::size_t>(std::ranges::max_element(squared_radius) - squared_radius.begin());
+  const auto widest = std::ranges::max_element(squared_radius) - squared_radius.begin();
+  const auto found = farthest_points(
+      from.size(), count, static_cast<std::size_t>(widest), [&](std::size_t i, std::size_t j) {
+        return (from[i].position - from[j].position).squaredNorm() / squared_radius[i];
+      });
   std::vector<DistancePoint> chosen;
-  while (chosen.size() < count) {
-    chosen.push_back(from[next]);
-    for (std::size_t i = 0; i < from.size(); ++i) {
-      gap[i] = std::min(gap[i],
-                        (from[i].position - from[next].position).squaredNorm() / squared_radius[i]);
-    }
-    next = static_cast<std::size_t>(std::ranges::max_element(gap) - gap.begin());
-  }
+  for (const std::size_t i : found.chosen) chosen.push_back(from[i]);
   return chosen;
 }
 
@@ -121,14 +118,7 @@ void fit_exponents(Evaluator& evaluator, RationalMap& map, std::size_t inside) {
   parameters.epsilon_rel = 0;
   LBFGSpp::LBFGSBSolver<double> solver(parameters);
   double value = 0;
-  try {
-    solver.minimize(scaled, x, value, low, high);
-  } catch (const std::runtime_error& failure) {
-    // The line search ended for rounding: x is the lowest point found. Errors of ours are not its.
-    if (dynamic_cast<const Error*>(&failure) != nullptr) throw;
-  } catch (const std::logic_error&) {
-    // So does it where rounding turns the direction uphill.
-  }
+  run_lbfgs(scaled, [&](auto& objective) { solver.minimize(objective, x, value, low, high); });
   x = scale.cwiseProduct(x);
   map.log_scale = x[0];
   for (Eigen::Index i = 1; i < n; ++i) map.factors[static_cast<std::size_t>(i - 1)].exponent = x[i];
@@ -148,10 +138,10 @@ RationalMap place_factors(const EvaluatorFactory& make_evaluator, const SamplePo
     if (found.size() < count) {
       throw InputError(
           fmt::format("too little {} of the mesh to place {} factors in; use fewer "
-                      "--factors or check that the mesh encloses a volume",
+                      "factors or check that the mesh encloses a volume",
                       side < 0 ? "inside" : "around", count));
     }
-    for (const DistancePoint& p : farthest_points(found, count, spacing)) {
+    for (const DistancePoint& p : spread(found, count, spacing)) {
       map.factors.push_back(
           {{p.position.x(), p.position.y(), p.position.z(), 0.02 + 0.5 * std::abs(p.distance)}, 0});
     }
@@ -160,7 +150,7 @@ RationalMap place_factors(const EvaluatorFactory& make_evaluator, const SamplePo
   add(+1, outside, kOutsideSpacing);
 
   Samples samples;
-  Random random(seed);
+  base::Random random(seed);
   constexpr int kNear = 16'000;
   constexpr int kAround = 4'000;
   const auto add_sample = [&](const DistancePoint& p) {
@@ -176,4 +166,4 @@ RationalMap place_factors(const EvaluatorFactory& make_evaluator, const SamplePo
   return map;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

@@ -5,7 +5,7 @@
 #include "fit/sample_pool.hpp"
 #include "qjulia/rational_map.hpp"
 
-namespace qjulia {
+namespace qjulia::fitting {
 
 /// Farthest-point placement: 60 % of the factors inside (roots), the rest outside (poles), spaced
 /// in proportion to their distance to the surface, W = 0.02 + ½ distance. Exponents by least
@@ -14,4 +14,4 @@ namespace qjulia {
 RationalMap place_factors(const EvaluatorFactory& make_evaluator, const SamplePool& pool,
                           int factors, std::uint64_t seed);
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
-namespace qjulia {
+namespace qjulia::fitting {
 
 Preconditioner::Preconditioner(const Eigen::VectorXd& diagonal, double damping) {
   // A variable without effect on any sample (a centre of exponent 0, say) keeps a small share.
@@ -48,4 +48,4 @@ Eigen::VectorXd Preconditioner::gradient(const Eigen::VectorXd& g) const {
   return factor_.triangularView<Eigen::Lower>().solve(scaled).cast<double>();
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-namespace qjulia {
+namespace qjulia::fitting {
 
 /// RᵀR = H + λ diag H by Cholesky's method, for H the Gauss-Newton matrix by the variables a stage
 /// moves. A step u stands for the move R⁻¹ u of those variables. By u the energy's second
@@ -26,4 +26,4 @@ class Preconditioner {
   Eigen::MatrixXf factor_;
 };
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

@@ -5,17 +5,17 @@
 #include <cmath>
 #include <numeric>
 
-namespace qjulia {
+namespace qjulia::fitting {
 namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kCandidates = 600;
+constexpr int kRelocationCandidates = 600;
 constexpr double kDamping = 1e-3;  // of the normal matrices, relative to their diagonals
 
-using Columns = std::vector<Index>;  // numbers of rows and columns of the products
+using Indices = std::vector<Index>;  // numbers of rows and columns of the products
 
 MatrixXd damped(const MatrixXd& normal) {
   MatrixXd h = normal;
@@ -52,7 +52,7 @@ double distance_to_nearest(const RationalMap& map, const Eigen::Vector3d& x) {
 /// Centres near samples drawn in proportion to |residual|^1.5, as wide as the space between the
 /// factors there.
 std::vector<Quaternion> draw_candidates(const RationalMap& map, const Samples& samples,
-                                        const std::vector<double>& field, Random& random) {
+                                        const std::vector<double>& field, base::Random& random) {
   std::vector<double> cumulative;
   double total = 0;
   for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -61,7 +61,7 @@ std::vector<Quaternion> draw_candidates(const RationalMap& map, const Samples& s
     cumulative.push_back(total += asks ? std::pow(std::abs(residual), 1.5) : 0);
   }
   std::vector<Quaternion> centers;
-  for (int i = 0; i < kCandidates; ++i) {
+  for (int i = 0; i < kRelocationCandidates; ++i) {
     const auto at = std::ranges::lower_bound(cumulative, random.uniform(0, total));
     const auto& base = samples.position[static_cast<std::size_t>(std::min<std::ptrdiff_t>(
         at - cumulative.begin(), static_cast<std::ptrdiff_t>(samples.size()) - 1))];
@@ -98,7 +98,7 @@ std::vector<std::size_t> pick_apart(const std::vector<Quaternion>& centers, cons
 }  // namespace
 
 RationalMap relocate_factors(Evaluator& evaluator, const Samples& samples, const RationalMap& map,
-                             int count, Random& random) {
+                             int count, base::Random& random) {
   const auto factors = static_cast<Index>(map.factors.size());
   const auto candidates = draw_candidates(map, samples, evaluator.field(map), random);
   std::vector<Quaternion> centers;
@@ -107,9 +107,9 @@ RationalMap relocate_factors(Evaluator& evaluator, const Samples& samples, const
   // Scalar products of all columns: 0 the log scale's, 1 the residual, then factors, candidates.
   const MatrixXd products = evaluator.pursuit_products(map, centers);
   constexpr Index kResidual = 1;
-  Columns own{0};
+  Indices own{0};
   for (Index k = 0; k < factors; ++k) own.push_back(2 + k);
-  Columns trial;
+  Indices trial;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     trial.push_back(2 + factors + static_cast<Index>(i));
   }
@@ -118,7 +118,7 @@ RationalMap relocate_factors(Evaluator& evaluator, const Samples& samples, const
   const MatrixXd inverse =
       damped(products(own, own)).llt().solve(MatrixXd::Identity(1 + factors, 1 + factors));
   const auto removed = least_missed(map, inverse, count);
-  Columns gone;
+  Indices gone;
   VectorXd exponents(static_cast<Index>(removed.size()));
   for (const std::size_t k : removed) {
     exponents[static_cast<Index>(gone.size())] = map.factors[k].exponent;
@@ -126,12 +126,12 @@ RationalMap relocate_factors(Evaluator& evaluator, const Samples& samples, const
   }
   VectorXd move = -inverse(Eigen::all, gone) * MatrixXd(inverse(gone, gone)).llt().solve(exponents);
   // The residual after that move, with any columns.
-  const auto with_residual = [&](const Columns& columns) -> VectorXd {
+  const auto with_residual = [&](const Indices& columns) -> VectorXd {
     return products(columns, kResidual) + products(columns, own) * move;
   };
 
   // Insert: what each candidate could gain once the others have adapted to it.
-  Columns kept;
+  Indices kept;
   for (Index i = 0; i <= factors; ++i) {
     if (std::ranges::find(gone, i) == gone.end()) kept.push_back(own[static_cast<std::size_t>(i)]);
   }
@@ -146,7 +146,7 @@ RationalMap relocate_factors(Evaluator& evaluator, const Samples& samples, const
   // The new ones take the places of those removed, and all exponents are refitted.
   RationalMap result = map;
   for (const std::size_t k : removed) result.factors[k].exponent = 0;
-  Columns now = own;
+  Indices now = own;
   const auto picked = pick_apart(candidates, gain, removed.size());
   for (std::size_t j = 0; j < picked.size(); ++j) {
     result.factors[removed[j]].center = candidates[picked[j]];
@@ -162,4 +162,4 @@ RationalMap relocate_factors(Evaluator& evaluator, const Samples& samples, const
   return result;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

@@ -1,10 +1,10 @@
 #pragma once
 /// Moving factors that matter little to where the fit is worst.
 
+#include "base/random.hpp"
 #include "fit/evaluator.hpp"
-#include "fit/random.hpp"
 
-namespace qjulia {
+namespace qjulia::fitting {
 
 /// Removes the `count` factors whose loss costs least (a² over the diagonal of the inverse normal
 /// matrix of the exponents: optimal brain surgeon, Hassibi and Stork 1993) and puts as many new
@@ -13,6 +13,6 @@ namespace qjulia {
 /// half. New factors take the places of those removed; the rest keep theirs.
 /// @param samples those of `evaluator`, for the distance loss.
 RationalMap relocate_factors(Evaluator& evaluator, const Samples& samples, const RationalMap& map,
-                             int count, Random& random);
+                             int count, base::Random& random);
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace qjulia {
+namespace qjulia::fitting {
 namespace {
 
 // Points for a fit of kEvaluations or more whose stages draw up to kSamples of them.
@@ -47,7 +47,7 @@ SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance, 
   const auto points_of = [share](double all) { return static_cast<std::size_t>(share * all); };
   SamplePool pool;
   pool.surface = sample_surface(shape.mesh, points_of(kSurfacePoints), seed);
-  Random random(seed);
+  base::Random random(seed);
   std::vector<Eigen::Vector3d> points(points_of(kNearPoints));
   for (auto& x : points) {
     const auto& [position, normal] = pool.surface[random.index(pool.surface.size())];
@@ -65,7 +65,7 @@ SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance, 
   return pool;
 }
 
-Samples SamplePool::draw(const Level& level, Random& random) const {
+Samples SamplePool::draw(const Level& level, base::Random& random) const {
   const auto total = static_cast<std::size_t>(level.samples);
   const double b = level.band;
   Samples samples;
@@ -129,4 +129,4 @@ Samples grid_samples(const Shape& shape, const SignedDistance& distance, const L
   return samples;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

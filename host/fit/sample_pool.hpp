@@ -3,12 +3,12 @@
 
 #include <vector>
 
-#include "fit/random.hpp"
+#include "base/random.hpp"
 #include "fit/samples.hpp"
 #include "fit/schedule.hpp"
 #include "qjulia/shape.hpp"
 
-namespace qjulia {
+namespace qjulia::fitting {
 
 /// A point and its signed distance to the surface, map units.
 struct DistancePoint {
@@ -25,7 +25,7 @@ struct SamplePool {
   /// band (target: the distance), the rest beyond it, one-sided at ± band; weights sum to 1. For
   /// the tanh loss seven eighths within the band, the rest beyond it, with their sides and target
   /// 0; either side's weights sum to ½.
-  Samples draw(const Level& level, Random& random) const;
+  Samples draw(const Level& level, base::Random& random) const;
 };
 
 /// Distances are taken on the device, once for a fit. The same for the same seed, numbers of
@@ -38,4 +38,4 @@ SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance, 
 /// that fall off as 1 / distance, either side's summing to ½ (Kim 2015).
 Samples grid_samples(const Shape& shape, const SignedDistance& distance, const Level& level);
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

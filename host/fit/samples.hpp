@@ -2,19 +2,27 @@
 /// Points the energy is summed over.
 
 #include <Eigen/Core>
+#include <map>
+#include <string>
 #include <vector>
 
-namespace qjulia {
+#include "layout/loss.h"
 
-/// How F at a sample becomes a term of the energy.
+namespace qjulia::fitting {
+
+/// How F at a sample becomes a term of the energy; kernels know it by the same number.
 enum class Loss {
   /// E = −Σ w s tanh(α (F_n − target)), with s = ±1 the side (Kim 2015). −1 is a perfect fit when
   /// the weights of either side sum to ½.
-  tanh,
+  tanh = QJ_LOSS_TANH,
   /// E = ½ Σ w r². r = F − target; where side ≠ 0 the sample asks only for "at least that far":
   /// r = 0 where side · (F − target) > 0.
-  distance,
+  distance = QJ_LOSS_DISTANCE,
 };
+
+/// All of them, by their names in schedules.
+inline const std::map<std::string, Loss> kLosses{{"distance", Loss::distance},
+                                                 {"tanh", Loss::tanh}};
 
 /// Sample points in map coordinates, on the map's slice. All vectors have one length.
 struct Samples {
@@ -32,4 +40,4 @@ struct Samples {
   }
 };
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

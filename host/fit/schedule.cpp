@@ -4,19 +4,18 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <optional>
 #include <string_view>
 
-#include "files/toml.hpp"
+#include "base/input_file.hpp"
+#include "base/toml.hpp"
 #include "fit/embedded_schedules.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/field.hpp"
 #include "qjulia/fit.hpp"
-#include "qjulia/shared/map_layout.h"
 
-namespace qjulia {
+namespace qjulia::fitting {
 namespace {
 
 constexpr double kMostSamples = 1e9;
@@ -107,11 +106,11 @@ Level read_level(const toml::table& toml, const std::string& file, double after)
                        {{"surface", Points::surface}, {"grid", Points::grid}});
   const bool on_grid = level.points == Points::grid;
   if (on_grid) level.samples = 50;
-  table.number("iterations", level.iterations, 1, QJ_MOST_ITERATIONS);
+  table.number("iterations", level.iterations, 1, kMostIterations);
   const bool iterated = level.iterations > 1;
   table.number("samples", level.samples, on_grid ? 4 : 100, on_grid ? kLargestGrid : kMostSamples);
   if (on_grid || iterated) level.loss = Loss::tanh;
-  table.choice<Loss>("loss", level.loss, {{"distance", Loss::distance}, {"tanh", Loss::tanh}});
+  table.choice<Loss>("loss", level.loss, kLosses);
   table.number("alpha", level.alpha, 1e-3, 1e6);
   table.number("band", level.band, 1e-6, 2);
   table.number("band_weight", level.band_weight, 0, 1e6);
@@ -140,7 +139,7 @@ Level read_level(const toml::table& toml, const std::string& file, double after)
 }
 
 Schedule read_schedule(const std::string& text, const std::string& file) {
-  const toml::table root = parse_toml(text, file);
+  const toml::table root = base::parse_toml(text, file);
   Schedule schedule;
   Table table(root, file);
   table.number("evaluations", schedule.evaluations, 1, 1e9);
@@ -168,23 +167,30 @@ Schedule read_schedule(const std::string& text, const std::string& file) {
 
 }  // namespace
 
+}  // namespace qjulia::fitting
+
+namespace qjulia {
+
 std::string schedule_text(const std::string& name) {
-  if (!is_file(name)) {
-    const auto& all = embedded_schedules();
-    const auto found = all.find(path_of(name));
+  if (!fitting::is_file(name)) {
+    const auto& all = fitting::embedded_schedules();
+    const auto found = all.find(fitting::path_of(name));
     if (found != all.end()) return std::string(found->second);
     std::string names;
     for (const auto& [path, text] : all) {
       names += ' ' + std::filesystem::path(path).stem().string();
     }
-    throw InputError(fmt::format(
-        "--schedule: there is none named '{}'; choose from:{}, or give a .toml file", name, names));
+    throw OptionError("schedule", fmt::format("there is none named '{}'; choose from:{}, or give "
+                                              "a .toml file",
+                                              name, names));
   }
-  std::ifstream file(name, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(file), {}};
-  if (!file) throw InputError(fmt::format("--schedule: cannot read '{}'", name));
-  return text;
+  constexpr std::uint64_t kLargestFile = std::uint64_t{1} << 20;
+  return base::read_text_file(name, "schedule", kLargestFile);
 }
+
+}  // namespace qjulia
+
+namespace qjulia::fitting {
 
 Schedule with_polish(Schedule schedule, double detail) {
   constexpr double kBefore = 0.6;
@@ -203,4 +209,4 @@ Schedule with_polish(Schedule schedule, double detail) {
 
 Schedule find_schedule(const std::string& name) { return read_schedule(schedule_text(name), name); }
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

@@ -6,7 +6,7 @@
 
 #include "fit/samples.hpp"
 
-namespace qjulia {
+namespace qjulia::fitting {
 
 /// Where a level's samples lie.
 enum class Points {
@@ -55,4 +55,4 @@ Schedule find_schedule(const std::string& name);
 /// at the wanted detail δ, over samples within a shell's thickness of the surface.
 Schedule with_polish(Schedule schedule, double detail);
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

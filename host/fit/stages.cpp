@@ -6,13 +6,13 @@
 #include <array>
 #include <cmath>
 
-#include "device/out_of_memory.hpp"
+#include "device/refused.hpp"
 #include "fit/minimize.hpp"
 #include "fit/relocate.hpp"
 #include "fit/subspace.hpp"
 #include "qjulia/error.hpp"
 
-namespace qjulia {
+namespace qjulia::fitting {
 namespace {
 
 /// With more factors, or where the device has no memory for the matrices, the preconditioner is
@@ -77,7 +77,7 @@ Preconditioner preconditioner(Evaluator& evaluator, const RationalMap& map,
 
 Stages::Stages(RationalMap start, Target target, EvaluatorFactory make_evaluator,
                const FitOptions& options, const Schedule& schedule, Budget& budget,
-               Checkpoint& checkpoint, const Watch& watch)
+               Checkpoint& checkpoint, const Watch& watch, Team& team)
     : map_(std::move(start)),
       target_(std::move(target)),
       make_evaluator_(std::move(make_evaluator)),
@@ -86,6 +86,7 @@ Stages::Stages(RationalMap start, Target target, EvaluatorFactory make_evaluator
       budget_(budget),
       checkpoint_(checkpoint),
       watch_(watch),
+      team_(team),
       random_(options.seed) {}
 
 void Stages::resume(FitState state) {
@@ -106,6 +107,7 @@ RationalMap Stages::map() const {
 
 StopReason Stages::run() {
   for (;;) {
+    budget_.update();
     if (const auto reason = budget_.spent()) return *reason;
     // A stage that could not take a step would only overrun the limit.
     if (budget_.time_left() < preparation_) return StopReason::time_limit;
@@ -129,6 +131,10 @@ std::optional<StopReason> Stages::run_stage() {
   };
   if (level.iterations > 1) map_ = map();
   Samples samples = part("draw samples", [&] { return target_.draw(level, random_); });
+  team_.adopt(samples.position);
+  team_.adopt(samples.weight);
+  team_.adopt(samples.target);
+  team_.adopt(samples.side);
   if (level.loss == Loss::tanh) std::ranges::fill(samples.target, map_.surface_level);
   EnergyOptions energy;
   energy.iterations = level.iterations;
@@ -152,10 +158,12 @@ std::optional<StopReason> Stages::run_stage() {
       }
     });
   }
+  team_.adopt(map_);
   const Subspace subspace(map_, level, options_.unknowns);
   const Preconditioner scaling = part("preconditioner", [&] {
     return preconditioner(*evaluator, map_, subspace, schedule_.damping);
   });
+  budget_.update();
   preparation_ = budget_.seconds() - start;
   RecordingEvaluator recorded(*evaluator, before, checkpoint_);
   auto result = part("minimise", [&] {
@@ -163,6 +171,7 @@ std::optional<StopReason> Stages::run_stage() {
   });
   map_ = std::move(result.map);
   const double overlap = part("overlap", [&] { return target_.overlap(map_, level.iterations); });
+  budget_.update();
   reports_.push_back({level.name, budget_.evaluations() - evaluations, result.energy_before,
                       result.energy_after, budget_.seconds() - start, overlap, level.iterations});
   watch_.report({"fitting", budget_.fraction(), budget_.seconds_left(),
@@ -173,4 +182,4 @@ std::optional<StopReason> Stages::run_stage() {
   return std::nullopt;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

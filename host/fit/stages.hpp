@@ -5,20 +5,21 @@
 #include <optional>
 #include <vector>
 
+#include "base/random.hpp"
 #include "fit/budget.hpp"
 #include "fit/checkpoint.hpp"
 #include "fit/evaluator.hpp"
-#include "fit/random.hpp"
 #include "fit/schedule.hpp"
+#include "fit/team.hpp"
 
-namespace qjulia {
+namespace qjulia::fitting {
 
 class Stages {
  public:
   /// What stages ask about the shape.
   struct Target {
     /// A stage's samples.
-    std::function<Samples(const Level&, Random&)> draw;
+    std::function<Samples(const Level&, base::Random&)> draw;
     /// IoU of a map's n-th iterate with the shape, for reports.
     std::function<double(const RationalMap&, int)> overlap;
     /// A map, with its IoU, given the wanted detail: in distance units, or polished since.
@@ -27,7 +28,7 @@ class Stages {
 
   Stages(RationalMap start, Target target, EvaluatorFactory make_evaluator,
          const FitOptions& options, const Schedule& schedule, Budget& budget,
-         Checkpoint& checkpoint, const Watch& watch);
+         Checkpoint& checkpoint, const Watch& watch, Team& team);
 
   /// Goes on where an earlier process stood.
   void resume(FitState state);
@@ -52,11 +53,12 @@ class Stages {
   Budget& budget_;
   Checkpoint& checkpoint_;
   const Watch& watch_;
-  Random random_;
+  Team& team_;
+  base::Random random_;
   std::vector<StageReport> reports_;
   double preparation_ = 0;           ///< seconds of the last stage before its first step
   int level_ = 0;                    ///< no stage belongs to an earlier one any more
   std::optional<FitState> resumed_;  ///< the stage that was under way, until it is run
 };
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

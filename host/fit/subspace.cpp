@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <limits>
 #include <vector>
 
-namespace qjulia {
+#include "fit/farthest_points.hpp"
+
+namespace qjulia::fitting {
 namespace {
 
 using Eigen::Index;
@@ -57,19 +58,10 @@ double squared_gap(const RationalMap& map, std::size_t j, std::size_t k) {
 /// those before it.
 std::vector<Group> clusters(const RationalMap& map, const Group& group, std::size_t count) {
   std::vector<Group> cut(std::min(count, group.size()));
-  std::vector<double> gap(group.size(), std::numeric_limits<double>::infinity());
-  std::vector<std::size_t> nearest(group.size(), 0);
-  std::size_t seed = 0;
-  for (std::size_t c = 0; c < cut.size(); ++c) {
-    for (std::size_t i = 0; i < group.size(); ++i) {
-      const double d = squared_gap(map, group[i], group[seed]);
-      if (d >= gap[i]) continue;
-      gap[i] = d;
-      nearest[i] = c;
-    }
-    seed = static_cast<std::size_t>(std::ranges::max_element(gap) - gap.begin());
-  }
-  for (std::size_t i = 0; i < group.size(); ++i) cut[nearest[i]].push_back(group[i]);
+  const auto seeds = farthest_points(
+      group.size(), cut.size(), 0,
+      [&](std::size_t i, std::size_t j) { return squared_gap(map, group[i], group[j]); });
+  for (std::size_t i = 0; i < group.size(); ++i) cut[seeds.nearest[i]].push_back(group[i]);
   // Twins of a seed leave nothing for a later one.
   std::erase_if(cut, [](const Group& members) { return members.empty(); });
   return cut;
@@ -125,4 +117,4 @@ Eigen::MatrixXd Subspace::restricted_matrix(Eigen::MatrixXd h) const {
   return prolongation_.transpose() * across;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

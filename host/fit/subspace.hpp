@@ -8,7 +8,7 @@
 #include "qjulia/fit.hpp"
 #include "qjulia/rational_map.hpp"
 
-namespace qjulia {
+namespace qjulia::fitting {
 
 /// Coarse variables y stand for the move P y of the unknowns (S, exponents, centres' X, Y, Z, W;
 /// 1 + 5K of them). P is made at one map: by its exponents' signs and its centres' places.
@@ -37,4 +37,4 @@ class Subspace {
   Eigen::SparseMatrix<double> prolongation_;
 };
 
-}  // namespace qjulia
+}  // namespace qjulia::fitting

@@ -4,9 +4,9 @@
 
 #include "qjulia/rational_map.hpp"
 
-namespace qjulia {
+namespace qjulia::map {
 
-/// @throws InputError naming --box unless it is left out, or finite with a volume.
+/// @throws OptionError unless it is left out, or finite with a volume.
 void expect_box(const std::optional<Box>& box);
 
-}  // namespace qjulia
+}  // namespace qjulia::map

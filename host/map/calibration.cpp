@@ -6,6 +6,8 @@
 #include "qjulia/field.hpp"
 
 namespace qjulia {
+
+using namespace map;
 namespace {
 
 constexpr std::size_t kDirections = 4096;

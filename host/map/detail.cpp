@@ -13,9 +13,9 @@ namespace {
 
 void check_detail(double detail) {
   if (std::isfinite(detail) && detail > 0) return;
-  throw InputError(fmt::format(
-      "--detail {} cannot be used: it is a positive fraction of the box's diagonal, such as 0.02",
-      detail));
+  throw OptionError("detail", fmt::format("{} is out of range; give a positive fraction of the "
+                                          "box's diagonal, such as 0.02",
+                                          detail));
 }
 
 /// `map`, whose detail is set, with the detail `wanted`.
@@ -27,10 +27,10 @@ RationalMap change_detail(const RationalMap& map, double wanted) {
     throw InputError(fmt::format(
         "the map's exponents sum to {}: no detail bounds its set; fit it again", map.degree()));
   }
-  throw InputError(
-      fmt::format("--detail {} is too large for this map: its exponents would sum to {}, and they "
-                  "must exceed 1; use less than {}",
-                  wanted, result.degree(), *map.detail * map.degree()));
+  throw OptionError(
+      "detail", fmt::format("{} is too large for this map: its exponents would sum to {}, and they "
+                            "must exceed 1; use less than {}",
+                            wanted, result.degree(), *map.detail * map.degree()));
 }
 
 }  // namespace
@@ -46,9 +46,9 @@ RationalMap steepened(const RationalMap& map, double t) {
 RationalMap with_detail(const RationalMap& map, double detail) {
   check_detail(detail);
   if (!map.detail) {
-    throw InputError(
-        "--detail cannot be used: the map does not say its own \"detail\"; fit it again, or add "
-        "that key to the file");
+    throw OptionError("detail",
+                      "the map does not say its own \"detail\"; fit it again, or add that key to "
+                      "the file");
   }
   return change_detail(map, detail);
 }

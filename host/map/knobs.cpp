@@ -5,8 +5,9 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
-#include <random>
 
+#include "base/random.hpp"
+#include "base/range_check.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
@@ -14,30 +15,25 @@
 namespace qjulia {
 namespace {
 
-void expect_finite(const char* option, double value) {
-  if (!std::isfinite(value)) throw InputError(fmt::format("{} {}: not a number", option, value));
-}
-
-void expect_no_knobs_of_factors(const MapKnobs& knobs) {
-  const auto refuse = [](bool given, const char* option) {
-    if (given)
-      throw InputError(fmt::format("{} turns factors, and a quadratic map has none", option));
+/// @throws OptionError for knobs that turn factors alone, where the map has a kind of another.
+void expect_no_knobs_of_factors(const RationalMap& map, const MapKnobs& knobs) {
+  const auto refuse = [&](bool given, const char* field) {
+    if (!given) return;
+    throw OptionError(field, fmt::format("it changes factors, and a {} map has {}", map.kind(),
+                                         map.factors.empty() ? "none" : "more than these"));
   };
-  refuse(knobs.detail.has_value(), "--detail");
-  refuse(knobs.order_seed.has_value(), "--order-seed");
-  refuse(knobs.rotate.has_value(), "--rotate");
-  refuse(knobs.drift.has_value(), "--drift");
-  refuse(knobs.translate.has_value(), "--translate");
+  refuse(knobs.detail.has_value(), "detail");
+  refuse(knobs.order_seed.has_value(), "order_seed");
+  refuse(knobs.rotate.has_value(), "rotate");
+  refuse(knobs.drift.has_value(), "drift");
+  refuse(knobs.translate.has_value(), "translate");
 }
 
-/// Fisher and Yates, from the generator's bits alone.
+/// Fisher and Yates.
 void shuffle(std::vector<Factor>& factors, std::uint64_t seed) {
-  std::mt19937_64 bits(seed);
-  for (std::size_t i = factors.size(); i > 1; --i) {
-    const auto j = static_cast<std::size_t>(static_cast<double>(bits() >> 11) * 0x1p-53 *
-                                            static_cast<double>(i));
-    std::swap(factors[i - 1], factors[j]);
-  }
+  base::Random random(seed);
+  for (std::size_t i = factors.size(); i > 1; --i)
+    std::swap(factors[i - 1], factors[random.index(i)]);
 }
 
 /// @throws InputError naming the options that moved the origin out of the shape.
@@ -46,8 +42,8 @@ RationalMap calibrated_inside(const Device& device, const RationalMap& map) {
     return calibrated(device, map);
   } catch (const InputError&) {
     throw InputError(
-        "--drift and --translate move the origin of iteration out of the shape: nothing would be "
-        "drawn in; use less");
+        "drift and translate move the origin of iteration out of the shape, so that nothing would "
+        "be drawn in; use less");
   }
 }
 
@@ -86,25 +82,25 @@ RationalMap moved(RationalMap map, const Eigen::Vector3d& offset) {
 }  // namespace
 
 void MapKnobs::validate() const {
-  if (detail) expect_finite("--detail", *detail);
+  if (detail) base::expect_finite("detail", *detail);
   if (phase && !(std::isfinite(norm(*phase)) && norm(*phase) > 0)) {
-    throw InputError("--phase: four numbers, not all zero, such as 0.8 0.6 0 0");
+    throw OptionError("phase", "give four numbers, not all zero, such as 0.8 0.6 0 0");
   }
-  if (slice) expect_finite("--slice", *slice);
+  if (slice) base::expect_finite("slice", *slice);
   if (rotate &&
       !(rotate->axis.allFinite() && rotate->axis.norm() > 0 && std::isfinite(rotate->degrees))) {
-    throw InputError("--rotate: an axis, not all zero, and degrees, such as 0 1 0 90");
+    throw OptionError("rotate", "give an axis, not all zero, and degrees, such as 0 1 0 90");
   }
-  if (drift) expect_finite("--drift", *drift);
-  if (translate && !translate->allFinite()) throw InputError("--translate: not numbers");
-  if (scale && !(std::isfinite(*scale) && *scale > 0)) {
-    throw InputError(fmt::format("--scale {}: must be positive; 1 changes nothing", *scale));
+  if (drift) base::expect_finite("drift", *drift);
+  if (translate && !translate->allFinite()) {
+    throw OptionError("translate", "give three numbers");
   }
+  if (scale) base::expect_positive("scale", *scale);
 }
 
 RationalMap turned(const Device& device, const RationalMap& map, const MapKnobs& knobs) {
   knobs.validate();
-  if (map.quadratic) expect_no_knobs_of_factors(knobs);
+  if (!map.is_rational()) expect_no_knobs_of_factors(map, knobs);
   RationalMap result = knobs.detail ? with_detail(map, *knobs.detail) : map;
   if (knobs.order_seed) shuffle(result.factors, *knobs.order_seed);
   if (knobs.phase) result.phase = (1 / norm(*knobs.phase)) * *knobs.phase;
@@ -113,7 +109,7 @@ RationalMap turned(const Device& device, const RationalMap& map, const MapKnobs&
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();
   if (knobs.drift) {
     if (!map.inradius) {
-      throw InputError("--drift cannot be used: the map does not say its \"inradius\"");
+      throw OptionError("drift", "the map does not say its \"inradius\"");
     }
     offset.z() += *knobs.drift * *map.inradius * map.shape_to_map.scale;
   }

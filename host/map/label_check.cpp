@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 #include <vector>
 
+#include "base/random.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 
@@ -17,9 +17,9 @@ constexpr std::size_t kPoints = 20000;
 /// gradient, each to a value of its own.
 std::vector<Quaternion> points_near_surface(const Field& field, const RationalMap& map,
                                             const Box& box) {
-  std::mt19937_64 bits(1);
-  const auto uniform = [&bits](double low, double high) {
-    return std::lerp(low, high, static_cast<double>(bits() >> 11U) * 0x1p-53);
+  base::Random random(1);
+  const auto uniform = [&](double low, double high) {
+    return std::lerp(low, high, random.uniform());
   };
   std::vector<Quaternion> points(kPoints);
   std::vector<double> wanted(kPoints);

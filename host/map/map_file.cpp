@@ -4,12 +4,15 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <initializer_list>
+#include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <string_view>
 
-#include "files/atomic_file.hpp"
+#include "base/input_file.hpp"
+#include "base/output_file.hpp"
+#include "map/kinds.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia {
@@ -81,7 +84,7 @@ class Object {
   Object object(const char* key) const { return {at(key), source_, path(key)}; }
 
   /// Refuses members with other names: a misspelt one would be ignored in silence.
-  void expect_only(std::initializer_list<std::string_view> keys) const {
+  void expect_only(std::span<const std::string_view> keys) const {
     for (const auto& [key, unused] : value_.items()) {
       if (std::ranges::find(keys, std::string_view(key)) == keys.end()) {
         fail(source_,
@@ -138,13 +141,32 @@ void check_header(const Object& map, const std::string& source) {
   }
 }
 
-/// Whether the map is quadratic. @throws InputError for a kind that is not known.
-bool is_quadratic(const Object& map, const std::string& source) {
-  const std::string kind = map.text("kind");
-  if (kind == "quadratic") return true;
-  if (kind == "rational") return false;
+/// Sets the map's modulus and versor to the kinds that the file's "kind" names.
+/// @throws InputError for kinds that are not known.
+void read_kinds(const Object& top, const std::string& source, RationalMap& map) {
+  const std::string kind = top.text("kind");
+  const std::string names = kind == "rational" ? "factors" : kind;
+  const auto slash = names.find('/');
+  const auto modulus = map::kind_named<Modulus>(names.substr(0, slash));
+  const auto versor =
+      map::kind_named<Versor>(slash == std::string::npos ? names : names.substr(slash + 1));
+  if (modulus && versor) {
+    map.modulus = *modulus;
+    map.versor = *versor;
+  }
+  // One kind of map has one name.
+  if (kind == map.kind()) return;
   fail(source, fmt::format("unknown \"kind\" {}: it must be \"rational\" or \"quadratic\"",
                            json(kind).dump()));
+}
+
+/// The keys of what the map's kinds keep, each once, modulus first.
+std::vector<std::string_view> keys_of_kinds(const RationalMap& map) {
+  std::vector<std::string_view> keys;
+  map::visit_map_members(map, [&](const char* name, const auto&) {
+    if (std::ranges::find(keys, std::string_view(name)) == keys.end()) keys.emplace_back(name);
+  });
+  return keys;
 }
 
 /// The factors in their order.
@@ -154,7 +176,7 @@ std::vector<Factor> read_factors(const Object& top, const std::string& source) {
   result.reserve(factors.size());
   for (std::size_t k = 0; k < factors.size(); ++k) {
     const Object factor(factors[k], source, fmt::format("factors[{}]", k));
-    factor.expect_only({"center", "exponent"});
+    factor.expect_only(std::array<std::string_view, 2>{"center", "exponent"});
     result.push_back({factor.quaternion("center"), factor.number("exponent")});
   }
   return result;
@@ -169,24 +191,6 @@ std::string factor_lines(const json& factors) {
   return text + "  ],\n";
 }
 
-std::string read_text(const std::filesystem::path& path) {
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error)) fail(path.string(), "is a folder, not a file");
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) fail(path.string(), "cannot be opened; check the name and its permissions");
-  // Read in pieces up to the limit, so that neither a huge file nor a device file fills the memory.
-  std::string text;
-  std::array<char, 1U << 16U> piece{};
-  while (stream.read(piece.data(), piece.size()) || stream.gcount() > 0) {
-    text.append(piece.data(), static_cast<std::size_t>(stream.gcount()));
-    if (text.size() > kLargestFile) {
-      fail(path.string(),
-           fmt::format("is larger than {} MiB: no map file is", kLargestFile >> 20U));
-    }
-  }
-  return text;
-}
-
 }  // namespace
 
 json to_json(const RationalMap& map) {
@@ -195,19 +199,17 @@ json to_json(const RationalMap& map) {
   json result = {
       {"format", kFormat},
       {"version", kVersion},
-      {"kind", map.quadratic ? "quadratic" : "rational"},
+      {"kind", map.kind()},
       {"slice", map.slice},
       {"log_scale", map.log_scale},
       {"surface_level", map.surface_level},
       {"phase", to_json(map.phase)},
       {"shape_to_map",
        {{"scale", map.shape_to_map.scale}, {"translation", to_json(map.shape_to_map.translation)}}},
-      {"provenance", map.provenance}};
-  if (map.quadratic) {
-    result["c"] = to_json(*map.quadratic);
-  } else {
-    result["factors"] = factors;
-  }
+      {"provenance", map.provenance.json()}};
+  map::visit_map_members(
+      map, [&](const char* name, const Quaternion& value) { result[name] = to_json(value); });
+  if (map::takes_factors(map)) result["factors"] = factors;
   if (map.detail) result["detail"] = *map.detail;
   if (map.inradius) result["inradius"] = *map.inradius;
   if (map.box) result["box"] = json::array({to_json(map.box->low), to_json(map.box->high)});
@@ -217,22 +219,22 @@ json to_json(const RationalMap& map) {
 RationalMap map_from_json(const json& value, const std::string& source) {
   const Object top(value, source, "");
   check_header(top, source);
-  const bool quadratic = is_quadratic(top, source);
-  top.expect_only({"format", "version", "kind", "slice", "log_scale", "surface_level", "phase",
-                   quadratic ? "c" : "factors", "shape_to_map", "detail", "inradius", "box",
-                   "provenance"});
   RationalMap map;
+  read_kinds(top, source, map);
+  std::vector<std::string_view> keys = keys_of_kinds(map);
+  if (map::takes_factors(map)) keys.emplace_back("factors");
+  keys.insert(keys.end(), {"format", "version", "kind", "slice", "log_scale", "surface_level",
+                           "phase", "shape_to_map", "detail", "inradius", "box", "provenance"});
+  top.expect_only(keys);
   map.slice = top.number("slice");
   map.log_scale = top.number("log_scale");
   if (top.has("surface_level")) map.surface_level = top.number("surface_level");
   if (top.has("phase")) map.phase = top.quaternion("phase");
-  if (quadratic) {
-    map.quadratic = top.quaternion("c");
-  } else {
-    map.factors = read_factors(top, source);
-  }
+  map::visit_map_members(
+      map, [&](const char* name, Quaternion& member) { member = top.quaternion(name); });
+  if (map::takes_factors(map)) map.factors = read_factors(top, source);
   const Object shape_to_map = top.object("shape_to_map");
-  shape_to_map.expect_only({"scale", "translation"});
+  shape_to_map.expect_only(std::array<std::string_view, 2>{"scale", "translation"});
   map.shape_to_map = {shape_to_map.number("scale"), shape_to_map.vector("translation")};
   if (top.has("detail")) map.detail = top.number("detail");
   if (top.has("inradius")) map.inradius = top.number("inradius");
@@ -250,7 +252,7 @@ RationalMap map_from_json(const json& value, const std::string& source) {
 }
 
 RationalMap read_map(const std::filesystem::path& path) {
-  const std::string text = read_text(path);
+  const std::string text = base::read_text_file(path, "map", kLargestFile);
   json value;
   try {
     value = json::parse(text, [&](int depth, json::parse_event_t, json&) {
@@ -272,15 +274,20 @@ void write_map(const RationalMap& map, const std::filesystem::path& path) {
   map.validate();
   const json value = to_json(map);
   std::string text = "{\n";
-  for (const char* key : {"format", "version", "kind", "slice", "log_scale", "surface_level",
-                          "phase", "c", "shape_to_map", "detail", "inradius", "box"}) {
-    if (value.contains(key)) text += fmt::format("  \"{}\": {},\n", key, value[key].dump());
+  std::vector<std::string_view> keys{"format",    "version",       "kind", "slice",
+                                     "log_scale", "surface_level", "phase"};
+  const std::vector<std::string_view> of_kinds = keys_of_kinds(map);
+  keys.insert(keys.end(), of_kinds.begin(), of_kinds.end());
+  keys.insert(keys.end(), {"shape_to_map", "detail", "inradius", "box"});
+  for (const std::string_view key : keys) {
+    const auto member = value.find(key);
+    if (member != value.end()) text += fmt::format("  \"{}\": {},\n", key, member->dump());
   }
-  if (!map.quadratic) text += factor_lines(value["factors"]);
+  if (value.contains("factors")) text += factor_lines(value["factors"]);
   // File names in it may hold any bytes.
   text += fmt::format("  \"provenance\": {}\n}}\n",
                       value["provenance"].dump(-1, ' ', false, json::error_handler_t::replace));
-  write_file(path, text);
+  base::write_file(path, text);
 }
 
 }  // namespace qjulia

@@ -7,9 +7,11 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
 #include <vector>
 
+#include "base/input_file.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia {
@@ -153,8 +155,8 @@ RationalMap original_from_stream(std::istream& stream, const std::string& source
     }
     if (file.left() > 0) file.fail(fmt::format("has {} bytes after its end", file.left()));
   }
-  map.provenance = {
-      {"original", {{"resolution", resolution}, {"center", center}, {"lengths", lengths}}}};
+  map.provenance.set("original",
+                     {{"resolution", resolution}, {"center", center}, {"lengths", lengths}});
   try {
     map.validate();
   } catch (const InputError& error) {
@@ -164,11 +166,10 @@ RationalMap original_from_stream(std::istream& stream, const std::string& source
 }
 
 RationalMap read_original(const std::filesystem::path& path) {
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error)) {
-    throw InputError(fmt::format("original map '{}': is a folder, not a file", path.string()));
-  }
-  std::ifstream stream(path, std::ios::binary);
+  constexpr std::uint64_t kLargestOriginalFile = std::uint64_t{1} << 30;
+  std::string bytes;
+  base::InputFile(path, "original map", kLargestOriginalFile).read_all(bytes);
+  std::istringstream stream(bytes);
   return original_from_stream(stream, path.string());
 }
 

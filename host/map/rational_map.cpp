@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
-#include <numeric>
+#include <map>
+#include <nlohmann/json.hpp>
 
+#include "map/kinds.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 
@@ -37,22 +38,48 @@ void check_positive(double value, const std::string& name) {
   throw InputError(fmt::format("the map's {} is {}: it must be positive", name, value));
 }
 
+/// A file holds one number of each name.
+void check_members(const RationalMap& map) {
+  std::map<std::string, Quaternion> seen;
+  map::visit_map_members(map, [&](const char* name, const Quaternion& value) {
+    check_quaternion(value, name, kLargestCoordinate);
+    if (seen.emplace(name, value).first->second == value) return;
+    throw InputError(fmt::format("the map's {} differs between its modulus and its versor", name));
+  });
+}
+
 }  // namespace
 
 double RationalMap::degree() const {
-  if (quadratic) return 2;
-  return std::accumulate(factors.begin(), factors.end(), 0.0,
-                         [](double sum, const Factor& factor) { return sum + factor.exponent; });
+  return std::visit([this](const auto& kind) { return kind.degree(*this); }, modulus);
+}
+
+bool RationalMap::is_rational() const {
+  return std::holds_alternative<FactorsModulus>(modulus) &&
+         std::holds_alternative<FactorsVersor>(versor);
+}
+
+std::string RationalMap::kind() const {
+  if (is_rational()) return "rational";
+  const std::string of_modulus = map::name_of(modulus), of_versor = map::name_of(versor);
+  return of_modulus == of_versor ? of_modulus : of_modulus + '/' + of_versor;
+}
+
+RationalMap quadratic_map(const Quaternion& c) {
+  RationalMap map;
+  map.modulus = QuadraticModulus{c};
+  map.versor = QuadraticVersor{c};
+  return map;
 }
 
 void RationalMap::validate() const {
-  if (factors.empty() && !quadratic) {
+  if (factors.empty() && map::takes_factors(*this)) {
     throw InputError("the map has no factors: it needs at least one");
   }
-  if (!factors.empty() && quadratic) {
-    throw InputError("the map has both factors and c: a quadratic map has no factors");
+  if (!factors.empty() && !map::takes_factors(*this)) {
+    throw InputError(fmt::format("the map has factors: a {} map has none", kind()));
   }
-  if (quadratic) check_quaternion(*quadratic, "c", kLargestCoordinate);
+  check_members(*this);
   check_number(slice, "slice", kLargestCoordinate);
   check_number(log_scale, "log_scale");
   check_number(surface_level, "surface_level");
@@ -71,7 +98,8 @@ void RationalMap::validate() const {
   check_vector(shape_to_map.translation, "shape_to_map.translation");
   if (detail) check_positive(*detail, "detail");
   if (inradius) check_positive(*inradius, "inradius");
-  if (!provenance.is_object()) throw InputError("the map's provenance must be a JSON object");
+  if (!provenance.json().is_object())
+    throw InputError("the map's provenance must be a JSON object");
   if (box) {
     check_vector(box->low, "box[0]");
     check_vector(box->high, "box[1]");

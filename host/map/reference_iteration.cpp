@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <stdexcept>
 #include <unsupported/Eigen/AutoDiff>
 
 namespace qjulia::reference {
@@ -32,7 +33,7 @@ struct MapOf {
   T log_scale;
   QuaternionOf<T> phase;
   std::vector<FactorOf<T>> factors;
-  std::optional<QuaternionOf<T>> quadratic;
+  std::optional<QuaternionOf<T>> modulus_c, versor_c;  ///< c where it is quadratic
 };
 
 template <class T>
@@ -48,8 +49,17 @@ QuaternionOf<T> convert(const Quaternion& q) {
 
 template <class T>
 MapOf<T> convert(const RationalMap& map) {
-  MapOf<T> result{T(map.log_scale), convert<T>(map.phase), {}, {}};
-  if (map.quadratic) result.quadratic = convert<T>(*map.quadratic);
+  MapOf<T> result{T(map.log_scale), convert<T>(map.phase), {}, {}, {}};
+  if (const auto* kind = std::get_if<QuadraticModulus>(&map.modulus)) {
+    result.modulus_c = convert<T>(kind->c);
+  } else if (!std::holds_alternative<FactorsModulus>(map.modulus)) {
+    throw std::logic_error("the reference does not know this kind of modulus");
+  }
+  if (const auto* kind = std::get_if<QuadraticVersor>(&map.versor)) {
+    result.versor_c = convert<T>(kind->c);
+  } else if (!std::holds_alternative<FactorsVersor>(map.versor)) {
+    throw std::logic_error("the reference does not know this kind of versor");
+  }
   for (const auto& [center, exponent] : map.factors) {
     result.factors.push_back({convert<T>(center), T(exponent)});
   }
@@ -87,21 +97,23 @@ StepOf<T> power(const QuaternionOf<T>& d, const T& a) {
   return {log_norm, {cos(angle), s * d.y, s * d.z, s * d.w}};
 }
 
+/// ln |q² + c|, and q² + c over its norm.
+template <class T>
+StepOf<T> quadratic(const QuaternionOf<T>& q, const QuaternionOf<T>& c) {
+  const QuaternionOf<T> square = product(q, q);
+  return power<T>({square.x + c.x, square.y + c.y, square.z + c.z, square.w + c.w}, T(1));
+}
+
 template <class T>
 StepOf<T> step_of(const MapOf<T>& map, const QuaternionOf<T>& q) {
   StepOf<T> result{map.log_scale, map.phase};
-  if (map.quadratic) {
-    const QuaternionOf<T> square = product(q, q);
-    const QuaternionOf<T>& c = *map.quadratic;
-    const StepOf<T> one =
-        power<T>({square.x + c.x, square.y + c.y, square.z + c.z, square.w + c.w}, T(1));
-    return {result.log_norm + one.log_norm, product(result.versor, one.versor)};
-  }
   for (const auto& [c, a] : map.factors) {
     const StepOf<T> one = power<T>({q.x - c.x, q.y - c.y, q.z - c.z, q.w - c.w}, a);
-    result.log_norm += one.log_norm;
-    result.versor = product(result.versor, one.versor);
+    if (!map.modulus_c) result.log_norm += one.log_norm;
+    if (!map.versor_c) result.versor = product(result.versor, one.versor);
   }
+  if (map.modulus_c) result.log_norm += quadratic(q, *map.modulus_c).log_norm;
+  if (map.versor_c) result.versor = product(result.versor, quadratic(q, *map.versor_c).versor);
   return result;
 }
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace qjulia {
+namespace qjulia::map {
 
 std::vector<Quaternion> sphere_directions(std::size_t count) {
   // The additive recurrence of Roberts ("The unreasonable effectiveness of quasirandom sequences",
@@ -25,4 +25,4 @@ std::vector<Quaternion> sphere_directions(std::size_t count) {
   return directions;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::map

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace qjulia {
+namespace qjulia::map {
 
 void SphereSearch::seed(const std::vector<Quaternion>& directions,
                         const std::vector<double>& values) {
@@ -41,8 +41,7 @@ double SphereSearch::refine(double radius) {
 }
 
 Quaternion SphereSearch::perturbed(const Quaternion& direction, double size) {
-  // Raw bits to [-size, size): the standard distributions differ between libraries.
-  const auto offset = [&] { return size * (static_cast<double>(random_() >> 11U) * 0x1p-52 - 1); };
+  const auto offset = [&] { return size * random_.uniform(-1, 1); };
   const double x = offset();
   const double y = offset();
   const double z = offset();
@@ -59,4 +58,4 @@ std::vector<double> SphereSearch::values_at(const std::vector<Quaternion>& direc
   return field_.at(points);
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::map

@@ -3,12 +3,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <random>
 #include <vector>
 
+#include "base/random.hpp"
 #include "qjulia/field.hpp"
 
-namespace qjulia {
+namespace qjulia::map {
 
 enum class Extreme { lowest, highest };
 
@@ -30,7 +30,7 @@ class SphereSearch {
   const Field& field_;
   Extreme wanted_;
   std::vector<Quaternion> seeds_;
-  std::mt19937_64 random_{1};
+  base::Random random_{1};
 };
 
-}  // namespace qjulia
+}  // namespace qjulia::map

@@ -10,9 +10,12 @@
 #include "qjulia/field.hpp"
 
 namespace qjulia {
+
+using namespace map;
+
 namespace {
 
-constexpr double kMargin = 0.02;  // of radii, and of F against ln r
+constexpr double kRadiusMargin = 0.02;  // of radii, and of F against ln r
 
 /// Even directions over the 4-D sphere and over the slice's own sphere, and those of all centres:
 /// the shape's tips are thin, and centres sit in them.
@@ -37,34 +40,6 @@ double reach(const RationalMap& map) {
   return longest;
 }
 
-/// A radius beyond which F_1 > ln |q| for certain. With |q| = R > |c_k|, a root has
-/// ln |q − c| ≥ ln(R − |c|) and a pole ln |q − c| ≤ ln(R + |c|); the sum of these bounds less ln R
-/// grows with R when Σ a_k > 1, so its zero is found by bisection in ln R.
-double certain_outer_radius(const RationalMap& map) {
-  if (const auto& c = map.quadratic) {
-    // e^S (r² − |c|) = r.
-    const double scale = std::exp(map.log_scale);
-    return (1 + std::sqrt(1 + 4 * scale * scale * norm(*c))) / (2 * scale);
-  }
-  const auto excess = [&](double log_radius) {
-    double sum = map.log_scale - log_radius;
-    for (const auto& [center, exponent] : map.factors) {
-      const double c = exponent > 0 ? -norm(center) : norm(center);
-      sum += exponent * (log_radius + std::log1p(c * std::exp(-log_radius)));
-    }
-    return sum;
-  };
-  constexpr double kLargestLog = 30;
-  double low = std::log(std::max(reach(map), 1e-6)) + 1e-9;
-  double high = low + 1;
-  while (excess(high) <= 0 && high < kLargestLog) high += 1;
-  for (int step = 0; step < 50; ++step) {
-    const double middle = 0.5 * (low + high);
-    (excess(middle) > 0 ? high : low) = middle;
-  }
-  return std::exp(high);
-}
-
 std::vector<double> field_on_sphere(const Field& field, const std::vector<Quaternion>& directions,
                                     double radius) {
   std::vector<Quaternion> points(directions.size());
@@ -77,8 +52,9 @@ std::vector<double> field_on_sphere(const Field& field, const std::vector<Quater
 /// about the worst directions of that sphere and goes up again as far as any is left.
 double outer_radius(const Field& field, const RationalMap& map,
                     const std::vector<Quaternion>& directions) {
-  const double certain = certain_outer_radius(map);
-  if (map.quadratic) return certain;
+  const auto [certain, is_sharp] =
+      std::visit([&](const auto& modulus) { return modulus.outer_bound(map); }, map.modulus);
+  if (is_sharp) return certain;
   const double far = 2 * reach(map);
   const double least = 1e-3 * certain;
   SphereSearch search(field, Extreme::lowest);
@@ -86,18 +62,19 @@ double outer_radius(const Field& field, const RationalMap& map,
   while (radius > least) {
     const std::vector<double> values = field_on_sphere(field, directions, radius);
     search.seed(directions, values);
-    if (*std::ranges::min_element(values) <= std::log(radius) + kMargin) break;
+    if (*std::ranges::min_element(values) <= std::log(radius) + kRadiusMargin) break;
     radius /= radius > far ? 1.1 : 1.02;
   }
-  while (radius < certain && search.refine(radius) <= std::log(radius) + kMargin) radius *= 1.005;
-  return std::min(certain, (1 + kMargin) * radius);
+  while (radius < certain && search.refine(radius) <= std::log(radius) + kRadiusMargin)
+    radius *= 1.005;
+  return std::min(certain, (1 + kRadiusMargin) * radius);
 }
 
 /// The largest radius r ≤ limit such that F_1 ≤ ln((1 − margin) r) in the whole ball, or 0.
 double inner_radius(const Field& field, const RationalMap& map,
                     const std::vector<Quaternion>& directions, double limit) {
   constexpr int kSteps = 96, kHalvings = 4;
-  const auto allowed = [](double radius) { return std::log((1 - kMargin) * radius); };
+  const auto allowed = [](double radius) { return std::log((1 - kRadiusMargin) * radius); };
   // Close to a pole F_1 is high in a neighbourhood that no direction need meet.
   std::vector<Quaternion> near_poles;
   for (const auto& [center, exponent] : map.factors) {
@@ -144,14 +121,13 @@ double inner_radius(const Field& field, const RationalMap& map,
 StopRadii find_stop_radii(const Device& device, const RationalMap& map,
                           std::optional<double> escape) {
   if (escape && !(*escape > std::exp(map.surface_level))) {
-    throw InputError(fmt::format(
-        "--escape {} is too small: orbits that come to rest reach radius {:.3g}, map units; give "
-        "more than that",
-        *escape, std::exp(map.surface_level)));
+    throw OptionError("escape", fmt::format("{} is too small: orbits that come to rest reach "
+                                            "radius {:.3g}, map units; give more than that",
+                                            *escape, std::exp(map.surface_level)));
   }
   if (escape && *escape > kLargestEscape) {
-    throw InputError(fmt::format("--escape {} is too large: give {} or less, map units", *escape,
-                                 kLargestEscape));
+    throw OptionError("escape", fmt::format("{} is too large; give {} or less, map units", *escape,
+                                            kLargestEscape));
   }
   // F_1 itself, however far out: no escape radius.
   const Field field(device, map, Precision::single,

@@ -3,27 +3,28 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <random>
+#include <optional>
 
-#include "map/map_buffer.hpp"
-#include "qjulia/shared/picture_layout.h"
+#include "base/random.hpp"
+#include "device/point_batch.hpp"
+#include "layout/picture_layout.h"
 
-namespace qjulia {
+namespace qjulia::picture {
 namespace {
 
 constexpr int kFirstCells = 64;  ///< along the ball, to find the band's box
 constexpr int kCells = 144;      ///< along the band's longest side
 
 /// Nearly the greatest ‖∇F₁‖ where F₁ = level: the 95th percentile over points scattered in the
-/// box and led there by Newton's steps along the gradient.
-double steepest_slope(const Field& field, double slice, double level, const Box& box) {
-  std::mt19937_64 random(1);
-  const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
+/// box and led there by Newton's steps along the gradient. Nothing where none of them gets there.
+std::optional<double> steepest_slope(const Field& field, double slice, double level,
+                                     const Box& box) {
+  base::Random random(1);
   std::vector<Quaternion> points(4096);
   for (Quaternion& q : points) {
-    q = {std::lerp(box.low.x(), box.high.x(), uniform()),
-         std::lerp(box.low.y(), box.high.y(), uniform()),
-         std::lerp(box.low.z(), box.high.z(), uniform()), slice};
+    q = {std::lerp(box.low.x(), box.high.x(), random.uniform()),
+         std::lerp(box.low.y(), box.high.y(), random.uniform()),
+         std::lerp(box.low.z(), box.high.z(), random.uniform()), slice};
   }
   std::vector<double> slopes;
   for (int step = 0; step < 5; ++step) {
@@ -38,7 +39,7 @@ double steepest_slope(const Field& field, double slice, double level, const Box&
       if (slope > 0) points[i] = points[i] - (std::clamp(above / slope, -0.5, 0.5) / slope) * g;
     }
   }
-  if (slopes.empty()) return 20 / box.diagonal();
+  if (slopes.empty()) return std::nullopt;
   const auto at =
       slopes.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(slopes.size()));
   std::ranges::nth_element(slopes, at);
@@ -46,8 +47,8 @@ double steepest_slope(const Field& field, double slice, double level, const Box&
 }
 
 /// A grid over the box, `cells` along its longest side.
-Grid grid_over(const Box& box, int cells) {
-  Grid grid;
+surface::Grid grid_over(const Box& box, int cells) {
+  surface::Grid grid;
   grid.step = box.size().maxCoeff() / cells;
   grid.origin = box.low;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -58,27 +59,17 @@ Grid grid_over(const Box& box, int cells) {
 }
 
 /// The box of the points whose safe step is shorter than a cell, and a cell around.
-Box close_box(const Grid& grid, const std::vector<double>& safe) {
-  Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::max());
-  Eigen::Vector3d high = -low;
-  std::size_t at = 0;
-  for (int k = 0; k < grid.points[2]; ++k) {
-    for (int j = 0; j < grid.points[1]; ++j) {
-      for (int i = 0; i < grid.points[0]; ++i, ++at) {
-        if (safe[at] >= grid.step) continue;
-        const Eigen::Vector3d p = grid.at({double(i), double(j), double(k)});
-        low = low.cwiseMin(p);
-        high = high.cwiseMax(p);
-      }
-    }
-  }
+Box close_box(const surface::Grid& grid, const std::vector<double>& safe) {
   const Eigen::Vector3d cell = Eigen::Vector3d::Constant(grid.step);
-  if (low.x() > high.x()) return {-cell, cell};
-  return {low - cell, high + cell};
+  const auto close =
+      surface::marked_indices(grid, [&](std::size_t i) { return safe[i] < grid.step; });
+  if (!close) return {-cell, cell};
+  return {grid.at(close->first.cast<double>()) - cell,
+          grid.at(close->second.cast<double>()) + cell};
 }
 
 /// @param seen the part of space that rays go through.
-std::vector<double> packed(const Grid& grid, const Box& seen) {
+std::vector<double> packed(const surface::Grid& grid, const Box& seen) {
   std::vector<double> reals(QJ_GRID_SIZE);
   for (std::size_t i = 0; i < 3; ++i) {
     reals[QJ_GRID_ORIGIN + i] = grid.origin[static_cast<Eigen::Index>(i)];
@@ -90,12 +81,11 @@ std::vector<double> packed(const Grid& grid, const Box& seen) {
   return reals;
 }
 
-/// The box in both; a point of `b` where they have nothing in common.
-Box common(const Box& a, const Box& b) {
-  Box both{a.low.cwiseMax(b.low), a.high.cwiseMin(b.high)};
+/// The box in both; nothing where they have nothing in common.
+std::optional<Box> common(const Box& a, const Box& b) {
+  const Box both{a.low.cwiseMax(b.low), a.high.cwiseMin(b.high)};
   if ((both.size().array() > 0).all()) return both;
-  const Eigen::Vector3d least = Eigen::Vector3d::Constant(1e-6 * b.diagonal());
-  return {b.center() - least, b.center() + least};
+  return std::nullopt;
 }
 
 }  // namespace
@@ -109,8 +99,11 @@ Band find_band(const Device& device, const MarchedSet& set, const Box& shape) {
                                    : std::log(std::min(band.stops.outer, band.stops.escape));
   const Eigen::Vector3d corner = Eigen::Vector3d::Constant(band.radius);
   const Box within{shape.low.cwiseMax(-corner), shape.high.cwiseMin(corner)};
-  band.steepest = steepest_slope(Field(device, map, Precision::single, band.stops), map.slice,
-                                 band.level, within);
+  const Field field(device, map, Precision::single, band.stops);
+  const Box ball{-corner, corner};
+  std::optional<double> steepest = steepest_slope(field, map.slice, band.level, within);
+  if (!steepest) steepest = steepest_slope(field, map.slice, band.level, ball);
+  band.steepest = steepest.value_or(20 / ball.diagonal());
   return band;
 }
 
@@ -120,38 +113,39 @@ BandGrid::BandGrid(const Device& device, const MarchedSet& set, const Band& band
       iterations_(set.iterations),
       precision_(set.precision),
       band_(band),
-      map_buffer_(upload_map(device.context(), set.map, band.stops, set.precision)) {
+      device_map_(device, set.map, band.stops, set.precision) {
   device::Context& context = device_.context();
   const Eigen::Vector3d corner = Eigen::Vector3d::Constant(band.radius);
-  const Grid first = grid_over({-corner, corner}, kFirstCells);
+  const surface::Grid first = grid_over({-corner, corner}, kFirstCells);
   bounds_ = close_box(first, safe_steps(first));
-  if (set.part) bounds_ = common(bounds_, *set.part);
+  if (set.part) {
+    const std::optional<Box> seen = common(bounds_, *set.part);
+    is_empty_ = !seen;
+    bounds_ = seen.value_or(*set.part);
+  }
   grid_ = grid_over(bounds_, kCells);
   layout_ = context.upload_real(packed(grid_, bounds_), precision_);
   safe_ = context.upload_real(safe_steps(grid_), precision_);
 }
 
-std::vector<double> BandGrid::safe_steps(const Grid& grid) const {
-  device::Context& context = device_.context();
-  const int lanes = device_.lane_width(precision_);
-  const auto kernel = context.kernel("ray_march.cl", "safe_steps", {lanes, precision_, {}});
-  const auto layout = context.upload_real(packed(grid, {}), precision_);
-  std::vector<double> safe(GridBlock{{0, 0, 0}, grid.points}.size());
-  const auto wide = static_cast<std::size_t>(lanes);
-  const std::size_t all = (safe.size() + wide - 1) / wide;
-  // About 30 ms of potentials on two cores.
-  const std::size_t most = std::max<std::size_t>(1, (1U << 27U) / (wide * packed_factors(map_)));
-  const auto out = context.allocate_real(std::min(all, most) * wide, precision_);
-  for (std::size_t done = 0; done < all; done += most) {
-    const std::size_t groups = std::min(most, all - done);
-    context.launch(kernel, {{groups, 1, 1}},
-                   {layout, static_cast<std::int32_t>(done), static_cast<std::int32_t>(groups),
-                    map_buffer_, static_cast<std::int32_t>(packed_factors(map_)),
-                    device::Argument::real(band_.level, precision_),
-                    device::Argument::real(band_.steepest, precision_), out});
-    const std::size_t begin = done * wide;
-    context.read(out, std::span(safe).subspan(begin, std::min(groups * wide, safe.size() - begin)));
-  }
+std::vector<double> BandGrid::safe_steps(const surface::Grid& grid) const {
+  const auto layout = device_.context().upload_real(packed(grid, {}), precision_);
+  device::PointBatch batch(device_.context(), device_map_.kernel("ray_march.cl", "safe_steps"),
+                           precision_, device_map_.lanes(), device_map_.modulus_cost());
+  std::vector<double> safe(surface::whole(grid).size());
+  batch.run<0, 1>(
+      safe.size(), device::PointBatch::NoInputs{},
+      [&](const device::PointBatch::Part& part) {
+        return std::vector<device::Argument>{layout,
+                                             device::narrow(part.first / device_map_.lanes()),
+                                             device::narrow(part.items),
+                                             device_map_.buffer(),
+                                             device_map_.factors(),
+                                             device_map_.real(band_.level),
+                                             device_map_.real(band_.steepest),
+                                             part.out};
+      },
+      [&](std::size_t i, const std::array<double, 1>& step) { safe[i] = step[0]; });
   return safe;
 }
 
@@ -159,11 +153,11 @@ std::vector<float> BandGrid::depths(const View& view, int first_row, int rows) {
   device::Context& context = device_.context();
   if (values_.size() == 0) {
     std::vector<double> values;
-    const int slices_a_part = slices_at_once(grid_);
-    const LevelSet set(device_, map_, band_.stops, iterations_, precision_);
+    const int slices_a_part = surface::slices_at_once(grid_);
+    const surface::LevelSet set(device_, map_, band_.stops, iterations_, precision_);
     for (int z = 0; z < grid_.points[2]; z += slices_a_part) {
       const auto part =
-          set.over(grid_, slices(grid_, z, std::min(slices_a_part, grid_.points[2] - z)));
+          set.over(grid_, surface::slices(grid_, z, std::min(slices_a_part, grid_.points[2] - z)));
       values.insert(values.end(), part.begin(), part.end());
     }
     // Far values say nothing about where between two points the surface lies.
@@ -182,4 +176,4 @@ std::vector<float> BandGrid::depths(const View& view, int first_row, int rows) {
   return {depths.begin(), depths.end()};
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::picture

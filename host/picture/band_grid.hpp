@@ -3,13 +3,14 @@
 /// the set roughly is.
 
 #include "device/context.hpp"
+#include "map/device_map.hpp"
 #include "picture/depth_source.hpp"
 #include "picture/view.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/rational_map.hpp"
 #include "surface/level_set.hpp"
 
-namespace qjulia {
+namespace qjulia::picture {
 
 /// What rays need to know of the band of undecided points.
 struct Band {
@@ -35,21 +36,24 @@ class BandGrid {
   std::vector<float> depths(const View& view, int first_row, int rows);
 
   const Box& bounds() const { return bounds_; }
+  /// Whether nothing of the set lies in the part that is seen.
+  bool is_empty() const { return is_empty_; }
   double step() const { return grid_.step; }
 
  private:
-  std::vector<double> safe_steps(const Grid& grid) const;
+  std::vector<double> safe_steps(const surface::Grid& grid) const;
 
   Device device_;
   RationalMap map_;
   int iterations_;
   Precision precision_;
   Band band_;
-  device::RealBuffer map_buffer_;
-  Grid grid_;
+  map::DeviceMap device_map_;
+  surface::Grid grid_;
   Box bounds_;
+  bool is_empty_ = false;
   device::RealBuffer layout_, safe_, values_;
   device::Kernel grid_depth_;
 };
 
-}  // namespace qjulia
+}  // namespace qjulia::picture

@@ -5,7 +5,7 @@
 
 #include "qjulia/error.hpp"
 
-namespace qjulia {
+namespace qjulia::picture {
 
 void check(cairo_status_t status, const char* what) {
   if (status == CAIRO_STATUS_SUCCESS) return;
@@ -77,4 +77,4 @@ void draw_text(cairo_t* context, const std::string& text, double x, double y, do
   cairo_show_text(context, text.c_str());
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::picture

@@ -8,7 +8,7 @@
 
 #include "qjulia/picture.hpp"
 
-namespace qjulia {
+namespace qjulia::picture {
 
 struct CairoDeleter {
   void operator()(cairo_t* context) const { cairo_destroy(context); }
@@ -43,4 +43,4 @@ enum class Anchor { left, middle, right };
 void draw_text(cairo_t* context, const std::string& text, double x, double y, double size,
                Anchor anchor = Anchor::left);
 
-}  // namespace qjulia
+}  // namespace qjulia::picture

@@ -9,6 +9,8 @@
 #include "qjulia/shape.hpp"
 
 namespace qjulia {
+
+using namespace picture;
 namespace {
 
 using Color = std::array<double, 3>;  ///< sRGB, 0 … 1
@@ -142,7 +144,9 @@ Image comparison(const Device& device, const RationalMap& map, const TriangleMes
       captioned(original, "the mesh"), captioned(fitted, "the potential, n = 1"),
       captioned(set, fmt::format("the set, n = {}", options.iterations)),
       captioned(colored(set, distances, full), "distance from the mesh")};
-  return with_scale(contact_sheet(pictures, 2, kGap), full, diagonal);
+  Image sheet = with_scale(contact_sheet(pictures, 2, kGap), full, diagonal);
+  sheet.covered = set.covered;
+  return sheet;
 }
 
 }  // namespace qjulia

@@ -1,13 +1,16 @@
 #include <algorithm>
 
+#include "picture/cairo_canvas.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/picture.hpp"
 
 namespace qjulia {
 
+using namespace picture;
+
 Image contact_sheet(std::span<const Image> images, int columns, int gap) {
   if (images.empty() || columns < 1 || gap < 0) {
-    throw InputError("a contact sheet needs pictures, at least one column and no negative gap");
+    throw InputError("a contact sheet needs pictures, at least one column and a gap of 0 or more");
   }
   int cell_width = 0, cell_height = 0;
   for (const Image& image : images) {
@@ -32,6 +35,17 @@ Image contact_sheet(std::span<const Image> images, int columns, int gap) {
     }
   }
   return sheet;
+}
+
+Image captioned(const Image& image, const std::string& text) {
+  if (image.pixels.empty()) throw InputError("a picture without pixels cannot be captioned");
+  const double size = std::max(11.0, image.width / 24.0);
+  CairoCanvas canvas(image.width, image.height + static_cast<int>(2 * size));
+  canvas.put(image, 0, 0);
+  cairo_set_source_rgb(canvas.context(), 0.15, 0.15, 0.15);
+  draw_text(canvas.context(), text, 0.5 * image.width, image.height + 1.35 * size, size,
+            Anchor::middle);
+  return canvas.image();
 }
 
 }  // namespace qjulia

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace qjulia {
+namespace qjulia::picture {
 namespace {
 
 /// How far, in pixels, depth may bend over three pixels of a smooth place.
@@ -64,4 +64,4 @@ float DepthGrid::interpolated(double x, double y) const {
   return static_cast<float>(std::lerp(above, below, v));
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::picture

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-namespace qjulia {
+namespace qjulia::picture {
 
 inline std::size_t index(int column, int row, int columns) {
   return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
@@ -29,4 +29,4 @@ struct DepthGrid {
   float interpolated(double x, double y) const;
 };
 
-}  // namespace qjulia
+}  // namespace qjulia::picture

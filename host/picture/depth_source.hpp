@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <vector>
 
 #include "picture/view.hpp"
@@ -10,7 +11,7 @@
 #include "qjulia/mesh.hpp"
 #include "qjulia/rational_map.hpp"
 
-namespace qjulia {
+namespace qjulia::picture {
 
 class DepthSource {
  public:
@@ -39,6 +40,7 @@ struct MarchedSet {
   std::optional<Box> part;                  ///< map units: what lies outside it is cut away
   Precision precision = Precision::single;  ///< of rays and orbits
   Material material = Material::clay;       ///< what `traits` are of
+  std::stop_token stop{};                   ///< ends `depths` early: they are then of no use
 };
 
 /// A map's iterated set, in map coordinates, ray-marched on the device.
@@ -47,4 +49,4 @@ std::unique_ptr<DepthSource> march_source(const Device& device, const MarchedSet
 /// A mesh, in its own coordinates, rasterised on the host. `mesh` must outlive the source.
 std::unique_ptr<DepthSource> mesh_source(const TriangleMesh& mesh);
 
-}  // namespace qjulia
+}  // namespace qjulia::picture

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "qjulia/shared/picture_layout.h"
+#include "layout/picture_layout.h"
 
-namespace qjulia {
+namespace qjulia::picture {
 namespace {
 
 using Eigen::Vector3d;
@@ -76,4 +76,4 @@ std::vector<Light> studio_lights(const Camera& camera, const Box& held) {
   return lights;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::picture

@@ -6,7 +6,7 @@
 
 #include "picture/view.hpp"
 
-namespace qjulia {
+namespace qjulia::picture {
 
 /// Light from one direction, with the view its depth map is taken in.
 struct Light {
@@ -24,4 +24,4 @@ struct Light {
 /// holds the shape.
 std::vector<Light> studio_lights(const Camera& camera, const Box& held);
 
-}  // namespace qjulia
+}  // namespace qjulia::picture

@@ -1,24 +1,22 @@
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
-#include "device/context.hpp"
-#include "map/map_buffer.hpp"
+#include "device/point_batch.hpp"
+#include "layout/march.h"
+#include "layout/picture_layout.h"
+#include "map/device_map.hpp"
 #include "picture/band_grid.hpp"
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
-#include "qjulia/shared/picture_layout.h"
+#include "qjulia/error.hpp"
 
-namespace qjulia {
+namespace qjulia::picture {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-/// Seconds a launch should take: work is cut into launches by how long the last one took.
-constexpr double kLaunchSeconds = 0.08;
-
-/// Factors of first iterates in a launch that colours points: about 50 ms on two cores.
-constexpr std::size_t kFactorsALaunch = std::size_t{1} << 24;
+/// What a ray costs, in iterates.
+constexpr double kIteratesARay = 30;
 
 /// Rays that each lane takes in turn, so that lanes whose rays end early are not idle.
 constexpr std::size_t kRaysALane = 16;
@@ -45,19 +43,6 @@ std::vector<Ray> all_rays(int columns, int first_row, int rows) {
   return rays;
 }
 
-/// x, y and hint arrays.
-std::vector<double> component_arrays(std::span<const Ray> rays) {
-  const std::size_t stride = rays.size();
-  std::vector<double> reals(3 * stride);
-  for (std::size_t i = 0; i < stride; ++i) {
-    const Ray& ray = rays[i];
-    reals[i] = ray.column + 0.5;
-    reals[stride + i] = ray.row + 0.5;
-    reals[2 * stride + i] = ray.hint;
-  }
-  return reals;
-}
-
 /// A map's box in map coordinates, or where it knows none, one that holds most of its factors.
 Box shape_box(const RationalMap& map) {
   if (map.box)
@@ -70,19 +55,21 @@ class MarchSource : public DepthSource {
  public:
   MarchSource(const Device& device, const MarchedSet& set)
       : device_(device),
-        map_(set.map),
         iterations_(set.iterations),
         precision_(set.precision),
         material_(set.material),
+        stop_(set.stop),
         band_(find_band(device, set, shape_box(set.map))),
-        grid_(device, set, band_) {
-    device::Context& context = device.context();
-    buffer_ = upload_map(context, map_, band_.stops, precision_);
-    kernel_ = context.kernel("ray_march.cl", "march_depth",
-                             {device.lane_width(precision_), precision_, {}});
-  }
+        grid_(device, set, band_),
+        device_map_(device, set.map, band_.stops, set.precision),
+        kernel_(device_map_.kernel("ray_march.cl", "march_depth")) {}
 
   std::vector<float> depths(const View& view, int first_row, int rows) override {
+    if (grid_.is_empty()) {
+      return std::vector<float>(
+          static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(rows),
+          static_cast<float>(QJ_NO_HIT));
+    }
     if (view.coarse_will_do) return grid_.depths(view, first_row, rows);
     if (view.samples == 1) return march_rows(view, first_row, rows);
     // One ray a pixel tells where a pixel's samples need rays of their own.
@@ -96,31 +83,29 @@ class MarchSource : public DepthSource {
   std::vector<float> traits(const std::vector<double>& points) override {
     if (material_ == Material::clay) return {};
     const std::size_t all = points.size() / 3;
-    device::Context& context = device_.context();
-    const int width = device_.lane_width(precision_);
-    const auto lanes = static_cast<std::size_t>(width);
-    const auto kernel = context.kernel("orbit_trait.cl", "orbit_trait", {width, precision_, {}});
-    const std::size_t most =
-        std::max<std::size_t>(1, kFactorsALaunch / packed_factors(map_) / lanes) * lanes;
-    std::vector<float> traits;
-    for (std::size_t begin = 0; begin < all; begin += most) {
-      const std::size_t count = std::min(most, all - begin);
-      const std::size_t groups = (count + lanes - 1) / lanes;
-      const std::size_t stride = groups * lanes;
-      std::vector<double> sent(3 * stride);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        std::copy_n(points.begin() + static_cast<std::ptrdiff_t>(axis * all + begin), count,
-                    sent.begin() + static_cast<std::ptrdiff_t>(axis * stride));
-      }
-      const auto out = context.allocate_real(stride, precision_);
-      context.launch(
-          kernel, {{groups, 1, 1}},
-          {context.upload_real(sent, precision_), narrow(stride), narrow(groups), buffer_,
-           narrow(packed_factors(map_)), iterations_, material_ == Material::trap ? 1 : 0, out});
-      std::vector<double> found(count);
-      context.read(out, found);
-      for (const double trait : found) traits.push_back(static_cast<float>(trait));
-    }
+    device::PointBatch batch(device_.context(), device_map_.kernel("orbit_trait.cl", "orbit_trait"),
+                             precision_, device_map_.lanes(),
+                             device_map_.step_cost() * iterations_);
+    std::vector<float> traits(all);
+    batch.run<3, 1>(
+        all,
+        [&](std::size_t i) {
+          return std::array{points[i], points[all + i], points[2 * all + i]};
+        },
+        [&](const device::PointBatch::Part& part) {
+          return std::vector<device::Argument>{part.in,
+                                               device::narrow(part.stride),
+                                               device::narrow(part.items),
+                                               device_map_.buffer(),
+                                               device_map_.factors(),
+                                               iterations_,
+                                               material_ == Material::trap ? 1 : 0,
+                                               part.out};
+        },
+        [&](std::size_t i, const std::array<double, 1>& trait) {
+          traits[i] = static_cast<float>(trait[0]);
+        },
+        0, stop_);
     return traits;
   }
 
@@ -133,33 +118,53 @@ class MarchSource : public DepthSource {
     const auto packed = context.upload_real(view.packed(), precision_);
     // Fine enough for what a pixel can show, and for the shell's own grain.
     const double shell = 1 / band_.steepest;
-    const double step = std::clamp(view.footprint, shell / 40, shell / 6);
-    const auto lanes = static_cast<std::size_t>(device_.lane_width(precision_));
-    const std::size_t share = kRaysALane * lanes;
-    std::vector<float> depths(rays.size());
-    for (std::size_t done = 0; done < rays.size();) {
-      const auto part = std::span(rays).subspan(
-          done, std::min(static_cast<std::size_t>(rays_a_launch_), rays.size() - done));
-      const std::size_t stride = part.size();
-      const auto in = context.upload_real(component_arrays(part), precision_);
-      const auto out = context.allocate_real(stride, precision_);
-      const auto start = Clock::now();
-      const std::size_t items = (part.size() + share - 1) / share;
-      context.launch(
-          kernel_, work_groups(items, lanes),
-          {buffer_, narrow(packed_factors(map_)), iterations_, packed, in, narrow(stride),
-           narrow(part.size()), narrow(share), grid_.layout(), grid_.safe(), real(band_.radius),
-           real(band_.steepest), real(step), real(view.tolerance), out});
-      std::vector<double> found(part.size());
-      context.read(out, found);
-      std::ranges::transform(found, depths.begin() + static_cast<std::ptrdiff_t>(done),
-                             [](double depth) { return static_cast<float>(depth); });
-      const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-      rays_a_launch_ = std::clamp(rays_a_launch_ * std::clamp(kLaunchSeconds / seconds, 0.5, 2.0),
-                                  1024.0, 1048576.0);
-      done += part.size();
+    const double finest = finest_step(view);
+    const double step = std::max(finest, std::clamp(view.footprint, shell / 40, shell / 6));
+    const double tolerance = std::max(finest, view.tolerance);
+    if (grid_.step() < 4 * finest) {
+      throw Error(fmt::format(
+          "the set is too small for its distance of {:.2g} from the eye or the map's origin to be "
+          "drawn in {} precision",
+          view.eye.norm() + band_.radius, precision_ == Precision::dbl ? "double" : "single"));
     }
+    const std::size_t share = kRaysALane * device_map_.lanes();
+    device::PointBatch batch(context, kernel_, precision_, share,
+                             device_map_.step_cost() * kIteratesARay);
+    std::vector<float> depths(rays.size());
+    batch.run<3, 1>(
+        rays.size(),
+        [&](std::size_t i) {
+          const Ray& ray = rays[i];
+          return std::array{ray.column + 0.5, ray.row + 0.5, double{ray.hint}};
+        },
+        [&](const device::PointBatch::Part& part) {
+          const auto march = device::arguments(precision_, [&](auto r) {
+            using real = decltype(r);
+            return qj_march<real>{.radius = real(band_.radius),
+                                  .steepest = real(band_.steepest),
+                                  .shortest = real(step),
+                                  .tolerance = real(tolerance),
+                                  .iterations = iterations_,
+                                  .stride = device::narrow(part.stride),
+                                  .count = device::narrow(part.count),
+                                  .share = device::narrow(share)};
+          });
+          return std::vector<device::Argument>{
+              device_map_.buffer(), device_map_.factors(), march,   packed, part.in,
+              grid_.layout(),       grid_.safe(),          part.out};
+        },
+        [&](std::size_t i, const std::array<double, 1>& depth) {
+          depths[i] = static_cast<float>(depth[0]);
+        },
+        device_map_.lanes() == 1 ? 64 : 1, stop_);
     return depths;
+  }
+
+  /// The least difference between depths that rounding leaves, with a margin: rays that took
+  /// shorter steps, or were bisected further, would never end.
+  double finest_step(const View& view) const {
+    const double farthest = view.eye.norm() + band_.radius;
+    return farthest * (precision_ == Precision::dbl ? 0x1p-50 : 0x1p-21);
   }
 
   /// Every ray of these rows.
@@ -200,26 +205,15 @@ class MarchSource : public DepthSource {
     return depths;
   }
 
-  /// Work-groups of a fixed size: a device may compile anew for each size it meets.
-  static device::Range work_groups(std::size_t groups, std::size_t lanes) {
-    const std::size_t size = lanes == 1 ? 64 : 1;
-    return {{(groups + size - 1) / size * size, 1, 1}, {size, 1, 1}};
-  }
-
-  static std::int32_t narrow(std::size_t count) { return static_cast<std::int32_t>(count); }
-
-  device::Argument real(double value) const { return device::Argument::real(value, precision_); }
-
   Device device_;
-  RationalMap map_;
   int iterations_;
   Precision precision_;
   Material material_;
+  std::stop_token stop_;
   Band band_;
   BandGrid grid_;
-  device::RealBuffer buffer_;
+  map::DeviceMap device_map_;
   device::Kernel kernel_;
-  double rays_a_launch_ = 4096;
 };
 
 }  // namespace
@@ -228,4 +222,4 @@ std::unique_ptr<DepthSource> march_source(const Device& device, const MarchedSet
   return std::make_unique<MarchSource>(device, set);
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::picture

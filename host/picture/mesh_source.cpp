@@ -2,10 +2,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "layout/picture_layout.h"
 #include "picture/depth_source.hpp"
-#include "qjulia/shared/picture_layout.h"
 
-namespace qjulia {
+namespace qjulia::picture {
 namespace {
 
 using Eigen::Vector3d;
@@ -92,4 +92,4 @@ std::unique_ptr<DepthSource> mesh_source(const TriangleMesh& mesh) {
   return std::make_unique<MeshSource>(mesh);
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::picture

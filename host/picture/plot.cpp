@@ -1,4 +1,4 @@
-#include "picture/plot.hpp"
+#include "qjulia/plot.hpp"
 
 #include <cairo-svg.h>
 #include <fmt/format.h>
@@ -13,6 +13,8 @@
 #include "qjulia/error.hpp"
 
 namespace qjulia {
+
+using namespace picture;
 namespace {
 
 constexpr double kFont = 13, kLeft = 74, kRight = 18, kTop = 34, kBottom = 50;

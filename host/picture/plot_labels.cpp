@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-namespace qjulia {
+namespace qjulia::picture {
 
 bool PlotLabels::is_free(const LabelBox& box) const {
   constexpr double kRoom = 2;
@@ -41,4 +41,4 @@ LabelBox PlotLabels::place(double x, double y, double width, double height) {
   return found;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::picture

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-namespace qjulia {
+namespace qjulia::picture {
 
 /// Pixels; y runs down.
 struct LabelBox {
@@ -35,4 +35,4 @@ class PlotLabels {
   std::vector<LabelBox> placed_;
 };
 
-}  // namespace qjulia
+}  // namespace qjulia::picture

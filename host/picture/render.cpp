@@ -4,15 +4,18 @@
 #include <cmath>
 #include <limits>
 
+#include "base/range_check.hpp"
+#include "layout/picture_layout.h"
 #include "map/box_option.hpp"
 #include "picture/depth_grid.hpp"
 #include "picture/shading.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/field.hpp"
 #include "qjulia/picture.hpp"
-#include "qjulia/shared/map_layout.h"
-#include "qjulia/shared/picture_layout.h"
 
 namespace qjulia {
+
+using namespace picture;
 namespace {
 
 using Eigen::Vector3d;
@@ -20,10 +23,6 @@ using Eigen::Vector3d;
 constexpr int kHalo = 2;               ///< rows of samples that normals look beyond a strip
 constexpr int kStripSamples = 400000;  ///< keeps memory small and launches short
 constexpr int kFloorMap = 256;
-
-void require(bool holds, const char* option, double value, const char* need) {
-  if (!holds) throw InputError(fmt::format("{} is {}: {}", option, value, need));
-}
 
 /// The lowest point of the shape along `up`.
 double lowest(DepthSource& source, const Vector3d& up) {
@@ -35,22 +34,6 @@ double lowest(DepthSource& source, const Vector3d& up) {
   }
   return view.eye.dot(up) + nearest;
 }
-
-/// Where a rendering stands: depth maps of the lights first, then the picture's rows.
-class Steps {
- public:
-  Steps(const Watch& watch, double all) : watch_(watch), all_(all) {}
-  void add(double rays) {
-    done_ += rays;
-    watch_.report({"rendering", done_ / all_, -1, {}});
-  }
-  bool stopped() const { return watch_.stop.stop_requested(); }
-
- private:
-  const Watch& watch_;
-  double all_;
-  double done_ = 0;
-};
 
 /// What colours the strip's samples: none where all is clay. A pixel behind the surface: on it,
 /// orbits part, and neighbours have nothing in common.
@@ -107,6 +90,20 @@ void add_layers(const View& view, const Strip& strip, const std::vector<float>& 
   }
 }
 
+/// Pixels of the strip that have a sample on the surface.
+std::size_t covered_pixels(const View& view, const Strip& strip) {
+  const int columns = view.columns / strip.samples;
+  std::vector<bool> covered(static_cast<std::size_t>(columns) *
+                            static_cast<std::size_t>(strip.rows));
+  for (int j = 0; j < strip.rows * strip.samples; ++j) {
+    for (int i = 0; i < columns * strip.samples; ++i) {
+      if (strip.depths[index(i, j + strip.halo, view.columns)] < 0) continue;
+      covered[index(i / strip.samples, j / strip.samples, columns)] = true;
+    }
+  }
+  return static_cast<std::size_t>(std::ranges::count(covered, true));
+}
+
 /// @param to_scene from the shape's coordinates to those of source and frame.
 Image render_source(const Device& device, DepthSource& source, const Box& framed,
                     const ShapeToMap& to_scene, const PictureOptions& options, const Watch& watch,
@@ -117,13 +114,17 @@ Image render_source(const Device& device, DepthSource& source, const Box& framed
   const auto rays = [](const View& v) { return double(v.columns) * double(v.rows); };
   double all = rays(view);
   for (const Light& light : lights) all += rays(light.view);
-  Steps steps(watch, all);
+  double done = 0;
+  const auto report = [&](double more) {
+    done += more;
+    watch.report({"rendering", done / all, -1, {}});
+  };
 
   std::vector<std::vector<float>> maps;
   for (const Light& light : lights) {
-    if (steps.stopped()) return {};
     maps.push_back(source.depths(light.view, 0, light.view.rows));
-    steps.add(rays(light.view));
+    if (watch.stop.stop_requested()) return {};
+    report(rays(light.view));
   }
   const Vector3d up = axis(options.camera.up);
   const Scene scene{up, lowest(source, up), framed.center(), 0.5 * framed.diagonal()};
@@ -135,7 +136,6 @@ Image render_source(const Device& device, DepthSource& source, const Box& framed
                        static_cast<std::size_t>(image.height));
   const int strip_rows = std::max(1, kStripSamples / (view.columns * samples));
   for (int row = 0; row < options.height; row += strip_rows) {
-    if (steps.stopped()) return {};
     Strip strip;
     strip.first_row = row;
     strip.rows = std::min(strip_rows, options.height - row);
@@ -145,10 +145,12 @@ Image render_source(const Device& device, DepthSource& source, const Box& framed
     strip.halo = row * samples - from;
     strip.depths = source.depths(view, from, to - from);
     if (options.material != Material::clay) strip.traits = traits_of(view, strip, source);
+    if (watch.stop.stop_requested()) return {};
     const Shaded shaded = shading.shade(view, strip, layers != nullptr);
     image.pixels.insert(image.pixels.end(), shaded.pixels.begin(), shaded.pixels.end());
+    image.covered += covered_pixels(view, strip);
     if (layers != nullptr) add_layers(view, strip, shaded.normals, to_scene, *layers);
-    steps.add(double(view.columns) * strip.rows * samples);
+    report(double(view.columns) * strip.rows * samples);
   }
   return image;
 }
@@ -164,26 +166,29 @@ Box framed_box(const RationalMap& map, const std::optional<Box>& part, const Dep
 }  // namespace
 
 const char* to_string(Material material) {
-  if (material == Material::clay) return "clay";
-  return material == Material::trap ? "trap" : "iterations";
+  switch (material) {
+    case Material::clay:
+      return "clay";
+    case Material::iterations:
+      return "iterations";
+    case Material::trap:
+      return "trap";
+  }
+  return "";
 }
 
 void PictureOptions::validate() const {
-  require(width >= 1 && width <= 16384, "picture width", width, "give 1 to 16384 pixels");
-  require(height >= 1 && height <= 16384, "picture height", height, "give 1 to 16384 pixels");
-  require(iterations >= 1 && iterations <= QJ_MOST_ITERATIONS, "iterations", iterations,
-          "give 1 to 16");
-  require(samples_per_axis >= 1 && samples_per_axis <= 8, "samples per axis", samples_per_axis,
-          "give 1 to 8");
-  require(std::isfinite(camera.azimuth), "azimuth", camera.azimuth, "give degrees");
-  require(std::abs(camera.elevation) <= 90, "elevation", camera.elevation,
-          "give −90 to 90 degrees");
-  require(camera.zoom >= 0.01 && camera.zoom <= 1000, "zoom", camera.zoom, "give 0.01 to 1000");
-  require(camera.field_of_view >= 1 && camera.field_of_view <= 120, "field of view",
-          camera.field_of_view, "give 1 to 120 degrees");
-  expect_box(box);
+  base::expect_between("width", width, 1, 16384, "pixels");
+  base::expect_between("height", height, 1, 16384, "pixels");
+  base::expect_between("iterations", iterations, 1, kMostIterations);
+  base::expect_between("samples_per_axis", samples_per_axis, 1, 8);
+  base::expect_finite("azimuth", camera.azimuth);
+  base::expect_between("elevation", camera.elevation, -90.0, 90.0, "degrees");
+  base::expect_between("zoom", camera.zoom, 0.01, 1000.0);
+  base::expect_between("field_of_view", camera.field_of_view, 1.0, 120.0, "degrees");
+  map::expect_box(box);
   if (camera.up < 'x' || camera.up > 'z') {
-    throw InputError(fmt::format("up axis is '{}': give x, y or z", camera.up));
+    throw OptionError("up", fmt::format("'{}' is not an axis; give x, y or z", camera.up));
   }
 }
 
@@ -191,7 +196,8 @@ Image render(const Device& device, const RationalMap& map, const PictureOptions&
              const Watch& watch, PictureLayers* layers) {
   options.validate();
   map.validate();
-  MarchedSet set{map, options.iterations, options.escape, {}, options.precision, options.material};
+  MarchedSet set{
+      map, options.iterations, options.escape, {}, options.precision, options.material, watch.stop};
   if (options.box) {
     set.part =
         Box{map.shape_to_map.to_map(options.box->low), map.shape_to_map.to_map(options.box->high)};

@@ -1,12 +1,15 @@
 #include "picture/shading.hpp"
 
-#include "qjulia/shared/picture_layout.h"
+#include "layout/picture_layout.h"
 
-namespace qjulia {
+namespace qjulia::picture {
 namespace {
 
 /// Depth differences, in footprints, at which a sample counts half for its neighbour's normal.
 constexpr double kNormalSoftness = 5;
+
+/// Number of the light with highlights and a penumbra.
+constexpr int kKey = 0;
 
 /// Work-groups of a fixed shape: a device may compile anew for each shape it meets.
 device::Range tiles(std::size_t columns, std::size_t rows) {
@@ -21,7 +24,6 @@ std::vector<float> packed(const Scene& scene) {
   }
   reals[QJ_SCENE_GROUND] = static_cast<float>(scene.ground);
   reals[QJ_SCENE_RADIUS] = static_cast<float>(scene.radius);
-  reals[QJ_SCENE_KEY] = 0;
   return reals;
 }
 
@@ -38,10 +40,16 @@ Shading::Shading(const Device& device, const Scene& scene, const std::vector<Lig
     atlas.insert(atlas.end(), maps[i].begin(), maps[i].end());
   }
   lights_ = context.upload<float>(light_reals);
+  key_ = context.upload<float>(
+      std::span(light_reals).subspan(std::size_t{kKey} * QJ_LIGHT_SIZE, QJ_LIGHT_SIZE));
   maps_ = context.upload<float>(atlas);
   scene_ = context.upload<float>(packed(scene));
   const device::BuildOptions options{1, Precision::single, {}};
   normals_ = context.kernel("shade.cl", "normals_of_depth", options);
+  sample_receivers_ = context.kernel("shade.cl", "sample_receivers", options);
+  ground_receivers_ = context.kernel("shade.cl", "ground_receivers", options);
+  sky_light_ = context.kernel("shade.cl", "sky_light", options);
+  key_light_ = context.kernel("shade.cl", "key_light", options);
   pixels_ = context.kernel("shade.cl", "shade_pixels", options);
 }
 
@@ -59,13 +67,38 @@ Shaded Shading::shade(const View& view, const Strip& strip, bool with_normals) c
       {view_reals, view.columns, strip.first_row * strip.samples - strip.halo,
        static_cast<std::int32_t>(deep), depths,
        device::Argument::real(kNormalSoftness * view.footprint, Precision::single), normals});
-  const bool has_traits = !strip.traits.empty();
+  const std::size_t rows_of_samples = rows * static_cast<std::size_t>(strip.samples);
+  const auto ground = static_cast<std::int32_t>(wide * rows_of_samples);
+  const qj_strip_arguments<float> strip_arguments{.columns = static_cast<std::int32_t>(columns),
+                                                  .rows_in_all = view.rows / strip.samples,
+                                                  .first_row = strip.first_row,
+                                                  .rows = strip.rows,
+                                                  .samples = strip.samples,
+                                                  .halo = strip.halo,
+                                                  .has_traits = strip.traits.empty() ? 0 : 1};
+  const qj_light_arguments<float> light_arguments{
+      .receivers = ground + static_cast<std::int32_t>(columns * rows),
+      .ground = ground,
+      .wide = view.columns,
+      .samples = strip.samples,
+      .lights = lights_count_,
+      .key = kKey};
+  const auto of_strip = device::Argument::of(strip_arguments);
+  const auto of_light = device::Argument::of(light_arguments);
+  const auto count = static_cast<std::size_t>(light_arguments.receivers);
+  const auto receivers = context.allocate<float>(QJ_RECEIVER_SIZE * count);
+  const auto received = context.allocate<float>(QJ_RECEIVED_SIZE * count);
+  context.launch(sample_receivers_, tiles(wide, rows_of_samples),
+                 {of_strip, view_reals, depths, normals, receivers});
+  context.launch(ground_receivers_, tiles(columns, rows),
+                 {of_strip, view_reals, depths, scene_, receivers});
+  for (const auto& kernel : {sky_light_, key_light_}) {
+    context.launch(kernel, {{count, 1, 1}, {}}, {of_light, receivers, lights_, maps_, received});
+  }
   const auto traits = context.upload<float>(strip.traits);
   const auto bytes = context.allocate<std::uint8_t>(3 * columns * rows);
   context.launch(pixels_, tiles(columns, rows),
-                 {view_reals, static_cast<std::int32_t>(columns), view.rows / strip.samples,
-                  strip.first_row, strip.rows, strip.samples, strip.halo, depths, normals,
-                  has_traits ? 1 : 0, traits, lights_, lights_count_, maps_, scene_, bytes});
+                 {of_strip, view_reals, depths, normals, traits, key_, scene_, received, bytes});
   Shaded shaded;
   shaded.pixels.resize(bytes.size());
   context.read(bytes, std::span(shaded.pixels));
@@ -76,4 +109,4 @@ Shaded Shading::shade(const View& view, const Strip& strip, bool with_normals) c
   return shaded;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::picture

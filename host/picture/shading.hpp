@@ -8,7 +8,7 @@
 #include "picture/depth_source.hpp"
 #include "picture/lights.hpp"
 
-namespace qjulia {
+namespace qjulia::picture {
 
 /// What is around the shape.
 struct Scene {
@@ -46,8 +46,8 @@ class Shading {
  private:
   Device device_;
   int lights_count_;
-  device::Buffer<float> lights_, maps_, scene_;
-  device::Kernel normals_, pixels_;
+  device::Buffer<float> lights_, key_, maps_, scene_;
+  device::Kernel normals_, sample_receivers_, ground_receivers_, sky_light_, key_light_, pixels_;
 };
 
-}  // namespace qjulia
+}  // namespace qjulia::picture

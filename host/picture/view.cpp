@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "qjulia/shared/picture_layout.h"
+#include "layout/picture_layout.h"
 
-namespace qjulia {
+namespace qjulia::picture {
 namespace {
 
 using Eigen::Vector3d;
@@ -120,4 +120,4 @@ View parallel_view(const Vector3d& towards, const Box& box, int size) {
   return view;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::picture

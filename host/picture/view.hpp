@@ -6,7 +6,7 @@
 
 #include "qjulia/picture.hpp"
 
-namespace qjulia {
+namespace qjulia::picture {
 
 /// `columns` × `rows` rays. The ray of pixel coordinates (x, y), pixel centres at halves, y
 /// downward, starts at eye + x eye_dx + y eye_dy and runs along dir + x dir_dx + y dir_dy; depth
@@ -51,4 +51,4 @@ View camera_view(const Camera& camera, const Box& framed, int width, int height,
 /// Parallel rays along −`towards` over the box, `size` × `size`.
 View parallel_view(const Eigen::Vector3d& towards, const Box& box, int size);
 
-}  // namespace qjulia
+}  // namespace qjulia::picture

@@ -8,7 +8,7 @@
 #include "device/context.hpp"
 #include "profile/stopwatch.hpp"
 
-namespace qjulia {
+namespace qjulia::profiling {
 namespace {
 
 constexpr double kChains = 16;                            // QJ_CHAINS of limits.cl
@@ -71,4 +71,4 @@ DeviceLimits measure_limits(const Device& device, Precision precision, int repea
   return limits;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::profiling

@@ -3,9 +3,9 @@
 
 #include "qjulia/profile.hpp"
 
-namespace qjulia {
+namespace qjulia::profiling {
 
 /// The best of `repeats` runs: a limit is what was reached at least once.
 DeviceLimits measure_limits(const Device& device, Precision precision, int repeats);
 
-}  // namespace qjulia
+}  // namespace qjulia::profiling

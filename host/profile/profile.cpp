@@ -6,8 +6,10 @@
 #include <cmath>
 #include <functional>
 
+#include "base/range_check.hpp"
 #include "fit/evaluator.hpp"
 #include "profile/cost.hpp"
+#include "profile/instruction_counts.hpp"
 #include "profile/limits.hpp"
 #include "profile/stopwatch.hpp"
 #include "profile/workload.hpp"
@@ -18,6 +20,8 @@
 #include "surface/level_set.hpp"
 
 namespace qjulia {
+
+using namespace profiling;
 namespace {
 
 double median(std::vector<double> values) {
@@ -76,12 +80,32 @@ class Bench {
       f.limit = by_memory < limits_.fma_per_second ? "memory" : "fma";
       f.share_of_limit = *f.slots / f.median_seconds / std::min(by_memory, limits_.fma_per_second);
     }
+    f.predicted_seconds = predicted_seconds(f);
     figures_.push_back(std::move(f));
   }
 
   std::vector<KernelFigures> figures() && { return std::move(figures_); }
 
  private:
+  std::optional<double> predicted_seconds(const KernelFigures& f) const {
+    if (f.precision == Precision::dbl) return std::nullopt;
+    const int before = f.iterations - 1;
+    int slots_a_pair = 0;
+    if (f.kernel == "energy") {
+      slots_a_pair = before * slots(kStep) + slots(kLogNorm);
+    } else if (f.kernel == "gradient" && f.iterations == 1) {
+      slots_a_pair = slots(kLogNorm) + slots(kPotentialGradient);
+    } else if (f.kernel == "gradient") {
+      slots_a_pair =
+          before * (slots(kStep) + slots(kPullBack)) + slots(kLogNorm) + slots(kPullBackLast);
+    } else {
+      return std::nullopt;
+    }
+    const double pairs = static_cast<double>(f.samples) * static_cast<double>(f.factors);
+    return std::max(pairs * slots_a_pair / limits_.fma_per_second,
+                    f.memory_bytes.value_or(0) / limits_.bytes_per_second);
+  }
+
   Device device_;
   const ProfileOptions& options_;
   const DeviceLimits& limits_;
@@ -104,10 +128,10 @@ double executed_iterates(const Device& device, const Workload& work, int n, Prec
 
 void time_evaluator(Bench& bench, const Device& device, const Workload& work, int n,
                     Precision precision) {
-  EnergyOptions energy;
+  fitting::EnergyOptions energy;
   energy.iterations = n;
   energy.escape = kNoEscape;
-  const auto evaluator = make_device_evaluator(device, work.samples, energy, precision);
+  const auto evaluator = fitting::make_device_evaluator(device, work.samples, energy, precision);
   const double iterates = executed_iterates(device, work, n, precision);
   const std::size_t samples = work.samples.size();
   const auto count = static_cast<double>(samples);
@@ -121,12 +145,13 @@ void time_evaluator(Bench& bench, const Device& device, const Workload& work, in
 
 /// H = JᵀWJ, in multiply-adds of its upper triangle.
 void time_gauss_newton(Bench& bench, const Device& device, Workload work, Precision precision) {
-  const std::size_t samples = std::min<std::size_t>(work.samples.size(), kMostCurvatureSamples);
-  Samples part;
+  const std::size_t samples =
+      std::min<std::size_t>(work.samples.size(), fitting::kMostCurvatureSamples);
+  fitting::Samples part;
   for (std::size_t i = 0; i < samples; ++i) {
     part.add(work.samples.position[i], work.samples.weight[i], 0, 0);
   }
-  const auto evaluator = make_device_evaluator(device, part, {}, precision);
+  const auto evaluator = fitting::make_device_evaluator(device, part, {}, precision);
   const double order = 1 + 5 * static_cast<double>(work.map.factors.size());
   const double slots = 0.5 * order * (order + 1) / static_cast<double>(work.map.factors.size());
   const double reals = cost::gauss_newton_reals(static_cast<double>(samples), order,
@@ -139,10 +164,10 @@ void time_surface_and_picture(Bench& bench, const Device& device, const Workload
                               Precision precision) {
   const int side =
       static_cast<int>(std::lround(std::cbrt(static_cast<double>(work.samples.size()))));
-  Grid grid{Eigen::Vector3d::Constant(-1.5), 3.0 / side, {side, side, side}};
+  surface::Grid grid{Eigen::Vector3d::Constant(-1.5), 3.0 / side, {side, side, side}};
   const auto points = static_cast<std::size_t>(side) * static_cast<std::size_t>(side) *
                       static_cast<std::size_t>(side);
-  const LevelSet level_set(device, work.map, {0, 0, kNoEscape}, 4, precision);
+  const surface::LevelSet level_set(device, work.map, {0, 0, kNoEscape}, 4, precision);
   const Cost cost{cost::energy(4), cost::level_set_reals(4) * static_cast<double>(points)};
   bench.time("level_set", 4, points, 4, cost, [&] {
     level_set.over(grid, {{0, 0, 0}, grid.points});
@@ -163,14 +188,12 @@ void time_surface_and_picture(Bench& bench, const Device& device, const Workload
 }  // namespace
 
 void ProfileOptions::validate() const {
-  const auto expect = [](bool holds, const char* option, auto value, const char* need) {
-    if (!holds) throw InputError(fmt::format("{} {}: {}", option, value, need));
-  };
-  expect(samples >= 64 && samples <= 100'000'000, "--samples", samples, "give 64 to 100000000");
-  expect(factors >= 8 && factors <= 20'000, "--factors", factors, "give 8 to 20000");
-  expect(repeats >= 1 && repeats <= 1000, "--repeats", repeats, "give 1 to 1000");
-  expect(lane_width == 0 || lane_width == 1 || lane_width == 8 || lane_width == 16, "--width",
-         lane_width, "give 1, 8 or 16");
+  base::expect_between("samples", samples, 64, 100'000'000);
+  base::expect_between("factors", factors, 8, 20'000);
+  base::expect_between("repeats", repeats, 1, 1000);
+  if (lane_width != 0 && lane_width != 1 && lane_width != 8 && lane_width != 16) {
+    throw OptionError("lane_width", fmt::format("{} is out of range; give 1, 8 or 16", lane_width));
+  }
 }
 
 ProfileReport profile(const Device& chosen, const ProfileOptions& options, const Watch& watch) {

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "qjulia/error.hpp"
 #include "qjulia/profile.hpp"
 
@@ -10,6 +12,11 @@ const char* name(Precision precision) { return precision == Precision::dbl ? "do
 
 nlohmann::json or_null(const std::optional<double>& value) {
   return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
+}
+
+std::optional<double> measured_over_predicted(const KernelFigures& f) {
+  if (!f.predicted_seconds) return std::nullopt;
+  return f.median_seconds / *f.predicted_seconds;
 }
 
 nlohmann::json to_json(const KernelFigures& f) {
@@ -27,6 +34,8 @@ nlohmann::json to_json(const KernelFigures& f) {
           {"slots", or_null(f.slots)},
           {"memory_bytes", or_null(f.memory_bytes)},
           {"share_of_limit", or_null(f.share_of_limit)},
+          {"predicted_seconds", or_null(f.predicted_seconds)},
+          {"measured_over_predicted", or_null(measured_over_predicted(f))},
           {"limit", f.limit.empty() ? nlohmann::json(nullptr) : nlohmann::json(f.limit)}};
 }
 
@@ -72,7 +81,7 @@ std::vector<std::string> regressions(const ProfileReport& report, const nlohmann
       }
     }
   } catch (const nlohmann::json::exception&) {
-    throw InputError("the baseline is not what 'qjulia profile --json' writes; make it again");
+    throw InputError("the baseline is not the JSON of a profile; make it again");
   }
   if (compared == 0) {
     throw InputError(

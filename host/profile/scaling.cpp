@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "device/context.hpp"
 #include "fit/evaluator.hpp"
@@ -15,6 +16,8 @@
 #include "qjulia/error.hpp"
 
 namespace qjulia {
+
+using namespace profiling;
 namespace {
 
 /// Runs go on for this long, but are two at least and not many.
@@ -24,10 +27,10 @@ constexpr int kMostRuns = 10;
 ScalingPoint measure(const Device& device, const Workload& work, int iterations,
                      Precision precision, const Watch& watch) {
   device.context().reset_peak_allocated_bytes();
-  EnergyOptions energy;
+  fitting::EnergyOptions energy;
   energy.iterations = iterations;
   energy.escape = kNoEscape;
-  const auto evaluator = make_device_evaluator(device, work.samples, energy, precision);
+  const auto evaluator = fitting::make_device_evaluator(device, work.samples, energy, precision);
   double least = std::numeric_limits<double>::infinity(), spent = 0;
   for (int run = 0; run < 2 || (run < kMostRuns && spent < kSecondsEach); ++run) {
     if (watch.stop.stop_requested()) throw Interrupted();

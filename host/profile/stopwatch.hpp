@@ -7,7 +7,7 @@
 #include "device/context.hpp"
 #include "qjulia/device.hpp"
 
-namespace qjulia {
+namespace qjulia::profiling {
 
 struct KernelSeconds {
   double device = 0;  ///< sum over all kernels that ran
@@ -27,4 +27,4 @@ inline KernelSeconds timed(const Device& device, const std::function<void()>& wo
   return seconds;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::profiling

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 
@@ -15,16 +16,17 @@
 #include "qjulia/error.hpp"
 
 namespace qjulia {
-namespace {
 
-using enum TuneJob;
+using namespace profiling;
+namespace {
 
 /// Less is noise.
 constexpr double kFaster = 0.97;
 /// Settings this much slower at the first try are not tried again.
 constexpr double kHopeless = 1.3;
 
-constexpr std::array kAllJobs{energy, gradient, orbit_energy, orbit_gradient, gauss_newton};
+constexpr std::array kAllJobs{TuneJob::energy, TuneJob::gradient, TuneJob::orbit_energy,
+                              TuneJob::orbit_gradient, TuneJob::gauss_newton};
 
 struct Setting {
   const char* name;
@@ -34,6 +36,7 @@ struct Setting {
 };
 
 const std::vector<Setting>& settings() {
+  using enum TuneJob;
   static const std::vector<Setting> all{
       {"energy_vectors", &Tuning::energy_vectors, {energy, orbit_energy}},
       {"gradient_rows", &Tuning::gradient_rows, {gradient}},
@@ -64,7 +67,7 @@ class Tuner {
     report_.device = device.info();
     report_.precision = options.precision;
     report_.tolerance = options.precision == Precision::dbl ? 1e-10 : 1e-4;
-    default_ = device::default_tuning(device.info(), options.precision);
+    default_ = device::default_tuning(device.info(), options.precision, device.layout());
     TuneBench bench(with(default_), works_.back(), options_.precision);
     for (const TuneJob job : kAllJobs) expected_.push_back(bench.run(job));
   }
@@ -73,7 +76,8 @@ class Tuner {
     Tuning best = default_;
     for (const int width : {1, 8, 16}) {
       if (width == default_.lane_width) continue;
-      const Tuning tuning = device::default_tuning(device_.info(), options_.precision, width);
+      const Tuning tuning =
+          device::default_tuning(device_.info(), options_.precision, device_.layout(), width);
       consider("lane_width", width, tuning, kAllJobs, default_, best);
     }
     best = settle(best);

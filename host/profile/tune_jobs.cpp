@@ -6,28 +6,28 @@
 
 #include "profile/stopwatch.hpp"
 
-namespace qjulia {
+namespace qjulia::profiling {
 namespace {
 
 constexpr int kOrbitIterations = 4;
 
-std::unique_ptr<Evaluator> make(const Device& device, const Workload& work, int iterations,
-                                Precision precision) {
-  EnergyOptions options;
+std::unique_ptr<fitting::Evaluator> make(const Device& device, const Workload& work, int iterations,
+                                         Precision precision) {
+  fitting::EnergyOptions options;
   options.iterations = iterations;
   options.escape = kNoEscape;
-  return make_device_evaluator(device, work.samples, options, precision);
+  return fitting::make_device_evaluator(device, work.samples, options, precision);
 }
 
 }  // namespace
 
-std::vector<double> results_of(TuneJob job, Evaluator& evaluator, const RationalMap& map) {
+std::vector<double> results_of(TuneJob job, fitting::Evaluator& evaluator, const RationalMap& map) {
   if (job == TuneJob::gauss_newton) {
     const Eigen::MatrixXd h = evaluator.gauss_newton(map);
     return {h.data(), h.data() + h.size()};
   }
   const bool with_gradient = job == TuneJob::gradient || job == TuneJob::orbit_gradient;
-  Evaluation evaluation = evaluator.evaluate(map, with_gradient);
+  fitting::Evaluation evaluation = evaluator.evaluate(map, with_gradient);
   if (!with_gradient) return {evaluation.energy};
   return std::move(evaluation.gradient);
 }
@@ -56,4 +56,4 @@ double TuneBench::time(TuneJob job) {
   return timed(device_, [&] { run(job); }).device;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::profiling

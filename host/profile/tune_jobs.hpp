@@ -8,13 +8,13 @@
 #include "profile/workload.hpp"
 #include "qjulia/device.hpp"
 
-namespace qjulia {
+namespace qjulia::profiling {
 
 enum class TuneJob { energy, gradient, orbit_energy, orbit_gradient, gauss_newton };
 
 /// What a job computes, as numbers to compare: the energy; the energy, then the gradient; the
 /// matrix.
-std::vector<double> results_of(TuneJob job, Evaluator& evaluator, const RationalMap& map);
+std::vector<double> results_of(TuneJob job, fitting::Evaluator& evaluator, const RationalMap& map);
 
 /// Largest difference over the largest number. NaN differs infinitely.
 double largest_difference(const std::vector<double>& a, const std::vector<double>& b);
@@ -29,13 +29,13 @@ class TuneBench {
   double time(TuneJob job);
 
  private:
-  Evaluator& evaluator(TuneJob job) {
+  fitting::Evaluator& evaluator(TuneJob job) {
     return job == TuneJob::orbit_energy || job == TuneJob::orbit_gradient ? *orbit_ : *potential_;
   }
 
   Device device_;
   const RationalMap& map_;
-  std::unique_ptr<Evaluator> potential_, orbit_;
+  std::unique_ptr<fitting::Evaluator> potential_, orbit_;
 };
 
-}  // namespace qjulia
+}  // namespace qjulia::profiling

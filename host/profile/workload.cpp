@@ -3,12 +3,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "fit/random.hpp"
+#include "base/random.hpp"
 
-namespace qjulia {
+namespace qjulia::profiling {
 
 Workload make_workload(const ProfileOptions& options) {
-  Random random(options.seed);
+  base::Random random(options.seed);
   Workload work;
   const auto point = [&](double reach) {
     const double x = random.uniform(-reach, reach), y = random.uniform(-reach, reach);
@@ -58,4 +58,4 @@ TriangleMesh make_sphere(int rings) {
   return mesh;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::profiling

@@ -7,10 +7,10 @@
 #include "qjulia/profile.hpp"
 #include "qjulia/rational_map.hpp"
 
-namespace qjulia {
+namespace qjulia::profiling {
 
 struct Workload {
-  Samples samples;
+  fitting::Samples samples;
   RationalMap map;
 };
 Workload make_workload(const ProfileOptions& options);
@@ -21,4 +21,4 @@ TriangleMesh make_sphere(int rings);
 /// An escape radius that no orbit of the workload reaches.
 constexpr double kNoEscape = kLargestEscape;
 
-}  // namespace qjulia
+}  // namespace qjulia::profiling

@@ -6,9 +6,10 @@
 #include <limits>
 #include <numeric>
 
-#include "qjulia/shared/bvh.h"
+#include "layout/bvh.h"
+#include "qjulia/error.hpp"
 
-namespace qjulia {
+namespace qjulia::shape {
 namespace {
 
 using Bounds = Eigen::AlignedBox3d;
@@ -17,7 +18,7 @@ constexpr std::size_t kLeafTriangles = 4;
 constexpr int kBins = 16;
 /// Splits by the heuristic end here; halving takes at most 27 more levels for 2^29 triangles.
 constexpr int kHeuristicDepth = 32;
-static_assert(kHeuristicDepth + 27 < QJ_BVH_STACK);
+static_assert(kHeuristicDepth + 27 < QJ_BVH_LEVELS);
 
 double half_area(const Bounds& box) {
   if (box.isEmpty()) return 0;
@@ -27,8 +28,12 @@ double half_area(const Bounds& box) {
 
 class Builder {
  public:
-  Builder(const TriangleMesh& mesh, double accuracy, Bvh& bvh)
-      : mesh_(mesh), accuracy_(accuracy), bvh_(bvh), order_(mesh.triangles.size()) {
+  Builder(const TriangleMesh& mesh, double accuracy, std::stop_token stop, Bvh& bvh)
+      : mesh_(mesh),
+        accuracy_(accuracy),
+        stop_(std::move(stop)),
+        bvh_(bvh),
+        order_(mesh.triangles.size()) {
     std::iota(order_.begin(), order_.end(), 0U);
     for (const auto& triangle : mesh.triangles) {
       Bounds box;
@@ -39,12 +44,16 @@ class Builder {
 
   void build() {
     add_nodes(1);
+    link(0, QJ_NODE_NEXT) = QJ_NODE_NONE;
     split(0, 0, order_.size(), 0);
     for (const auto t : order_) add_triangle(mesh_.triangles[t]);
   }
 
  private:
   std::size_t add_nodes(std::size_t count);
+  std::int32_t& link(std::size_t node, std::size_t which) {
+    return bvh_.links[node * QJ_NODE_INTS + which];
+  }
   void split(std::size_t node, std::size_t first, std::size_t last, int depth);
   std::size_t partition(std::size_t first, std::size_t last, int depth);
   void add_triangle(const Triangle& triangle);
@@ -52,6 +61,7 @@ class Builder {
 
   const TriangleMesh& mesh_;
   double accuracy_;
+  std::stop_token stop_;
   Bvh& bvh_;
   std::vector<std::uint32_t> order_;  ///< triangles, as the leaves will have them
   std::vector<Bounds> boxes_;         ///< of each triangle
@@ -65,14 +75,20 @@ std::size_t Builder::add_nodes(std::size_t count) {
 }
 
 void Builder::split(std::size_t node, std::size_t first, std::size_t last, int depth) {
+  constexpr std::size_t kPolled = std::size_t{1} << 14;  // smaller parts take no time to speak of
+  if (last - first > kPolled && stop_.stop_requested()) throw Interrupted();
   set_node(node, first, last);
   const std::size_t middle = last - first <= kLeafTriangles ? first : partition(first, last, depth);
   const bool is_leaf = middle == first;
   const std::size_t children = is_leaf ? first : add_nodes(2);
-  bvh_.links[node * QJ_NODE_INTS + QJ_NODE_FIRST] = static_cast<std::int32_t>(children);
-  bvh_.links[node * QJ_NODE_INTS + QJ_NODE_COUNT] =
-      static_cast<std::int32_t>(is_leaf ? last - first : 0);
+  link(node, QJ_NODE_FIRST) = static_cast<std::int32_t>(children);
+  link(node, QJ_NODE_COUNT) = static_cast<std::int32_t>(is_leaf ? last - first : 0);
   if (is_leaf) return;
+  for (const auto child : {children, children + 1}) {
+    link(child, QJ_NODE_PARENT) = static_cast<std::int32_t>(node);
+  }
+  link(children, QJ_NODE_NEXT) = static_cast<std::int32_t>(children + 1);
+  link(children + 1, QJ_NODE_NEXT) = link(node, QJ_NODE_NEXT);
   split(children, first, middle, depth + 1);
   split(children + 1, middle, last, depth + 1);
 }
@@ -182,6 +198,8 @@ void Builder::add_triangle(const Triangle& triangle) {
 
 }  // namespace
 
-Bvh::Bvh(const TriangleMesh& mesh, double accuracy) { Builder(mesh, accuracy, *this).build(); }
+Bvh::Bvh(const TriangleMesh& mesh, double accuracy, std::stop_token stop) {
+  Builder(mesh, accuracy, std::move(stop), *this).build();
+}
 
-}  // namespace qjulia
+}  // namespace qjulia::shape

@@ -1,12 +1,13 @@
 #pragma once
-/// A bounding volume hierarchy of triangles, flattened as qjulia/shared/bvh.h says.
+/// A bounding volume hierarchy of triangles, flattened as layout/bvh.h says.
 
 #include <cstdint>
+#include <stop_token>
 #include <vector>
 
 #include "qjulia/mesh.hpp"
 
-namespace qjulia {
+namespace qjulia::shape {
 
 struct Bvh {
   std::vector<double> nodes;        ///< QJ_NODE_REALS each
@@ -16,7 +17,8 @@ struct Bvh {
   /// Binned surface-area heuristic (Wald 2007) with median splits below a fixed depth; the same
   /// tree for the same mesh. Each node carries the dipole of its triangles (Barill et al. 2018),
   /// used beyond `accuracy` (their beta) times its radius.
-  Bvh(const TriangleMesh& mesh, double accuracy);
+  /// @param stop ends building. @throws Interrupted.
+  Bvh(const TriangleMesh& mesh, double accuracy, std::stop_token stop = {});
 };
 
-}  // namespace qjulia
+}  // namespace qjulia::shape

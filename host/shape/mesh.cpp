@@ -1,8 +1,89 @@
-#include "qjulia/mesh.hpp"
+#include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "base/union_find.hpp"
+#include "qjulia/error.hpp"
+#include "shape/mesh_report.hpp"
 
 namespace qjulia {
+namespace {
+
+constexpr std::size_t kElementsPolled = std::size_t{1}
+                                        << 16;  ///< triangles or vertices between two polls
+
+void poll(const std::stop_token& stop) {
+  if (stop.stop_requested()) throw Interrupted();
+}
+
+std::size_t count_components(const TriangleMesh& mesh, const std::stop_token& stop) {
+  base::UnionFind components(mesh.vertices.size());
+  std::vector<bool> used(mesh.vertices.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (t % kElementsPolled == 0) poll(stop);
+    const auto& [a, b, c] = mesh.triangles[t];
+    components.unite(a, b);
+    components.unite(b, c);
+    used[a] = used[b] = used[c] = true;
+  }
+  std::size_t count = 0;
+  for (std::uint32_t v = 0; v < used.size(); ++v) {
+    if (used[v] && components.root(v) == v) ++count;
+  }
+  return count;
+}
+
+/// Counts edges by their lower vertex first, so that only those at one vertex have to be sorted.
+void count_edges(const TriangleMesh& mesh, MeshReport& report, const std::stop_token& stop) {
+  struct Edge {
+    std::uint32_t high;  // vertex
+    bool upward;         // from the lower vertex to the higher
+  };
+  const auto for_edges = [&](const auto& use) {
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      if (t % kElementsPolled == 0) poll(stop);
+      const auto& [a, b, c] = mesh.triangles[t];
+      for (const auto& [from, to] : {std::pair(a, b), std::pair(b, c), std::pair(c, a)}) {
+        const auto [low, high] = std::minmax(from, to);
+        use(low, Edge{high, from < to});
+      }
+    }
+  };
+  std::vector<std::size_t> end(mesh.vertices.size() + 1);  // of the edges of each lower vertex
+  for_edges([&](std::uint32_t low, const Edge&) { ++end[low + 1]; });
+  std::partial_sum(end.begin(), end.end(), end.begin());
+  std::vector<Edge> edges(3 * mesh.triangles.size());
+  for_edges([&](std::uint32_t low, const Edge& edge) { edges[end[low]++] = edge; });
+  auto edge = edges.begin();
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (v % kElementsPolled == 0) poll(stop);
+    const auto last = edges.begin() + static_cast<std::ptrdiff_t>(end[v]);
+    std::sort(edge, last, [](const Edge& a, const Edge& b) { return a.high < b.high; });
+    while (edge != last) {
+      const auto next =
+          std::find_if(edge, last, [&](const Edge& other) { return other.high != edge->high; });
+      const auto uses = next - edge;
+      if (uses == 1) {
+        ++report.open_edges;
+      } else if (uses > 2 || edge->upward == (edge + 1)->upward) {
+        ++report.non_manifold_edges;
+      }
+      edge = next;
+    }
+  }
+}
+
+/// Single precision's step at the coordinates' size, over the size of the mesh.
+double rounding_of(const TriangleMesh& mesh) {
+  const Box box = mesh.box();
+  const double largest = box.low.cwiseAbs().cwiseMax(box.high.cwiseAbs()).maxCoeff();
+  const double side = box.size().maxCoeff();
+  return side > 0 ? largest / side * 0x1p-24 : 0;
+}
+
+}  // namespace
 
 Box TriangleMesh::box() const {
   if (vertices.empty()) return {};
@@ -38,6 +119,83 @@ TriangleMesh turned_outward(TriangleMesh mesh) {
     for (auto& [a, b, c] : mesh.triangles) std::swap(b, c);
   }
   return mesh;
+}
+
+void shape::inspect(const TriangleMesh& mesh, MeshReport& report, const std::stop_token& stop) {
+  report.vertices = mesh.vertices.size();
+  report.triangles = mesh.triangles.size();
+  report.components = count_components(mesh, stop);
+  report.is_inside_out = signed_volume(mesh) < 0;
+  report.rounding = rounding_of(mesh);
+  count_edges(mesh, report, stop);
+}
+
+MeshReport inspect(const TriangleMesh& mesh) {
+  MeshReport report;
+  shape::inspect(mesh, report, {});
+  return report;
+}
+
+std::string shape::size_problem(const Box& box) {
+  // Squares and cubes of these, and their inverses, are finite in single precision.
+  constexpr double kLargest = 1e12;
+  constexpr double kLeastSide = 1e-12;
+  const double largest = box.low.cwiseAbs().cwiseMax(box.high.cwiseAbs()).maxCoeff();
+  const double side = box.size().maxCoeff();
+  if (!(largest <= kLargest)) {
+    return fmt::format("it has coordinates up to {:.3g}; scale the mesh so that none exceeds {:g}",
+                       largest, kLargest);
+  }
+  if (!(side >= kLeastSide)) {
+    return fmt::format("its longest side is {:.3g}; scale the mesh so that it is at least {:g}",
+                       side, kLeastSide);
+  }
+  return {};
+}
+
+std::vector<std::string> MeshReport::warnings() const {
+  std::vector<std::string> warnings;
+  if (open_edges > 0) {
+    warnings.push_back(fmt::format(
+        "the mesh has {} open edges: where it has holes, the inside is an estimate", open_edges));
+  }
+  if (non_manifold_edges > 0) {
+    warnings.push_back(
+        fmt::format("the mesh has {} edges where more than two triangles meet or two meet with "
+                    "opposite sides out",
+                    non_manifold_edges));
+  }
+  if (is_inside_out) warnings.emplace_back("the mesh is inside out: its triangles are turned");
+  if (dropped_triangles > 0) {
+    warnings.push_back(fmt::format("{} triangles without area are left out", dropped_triangles));
+  }
+  if (bad_polygons > 0) {
+    warnings.push_back(
+        fmt::format("{} polygons cross themselves or have no area: they are cut into triangles as "
+                    "well as they can be",
+                    bad_polygons));
+  }
+  if (duplicate_triangles > 0) {
+    warnings.push_back(
+        fmt::format("{} triangles repeat others and are left out", duplicate_triangles));
+  }
+  if (is_two_sided) {
+    warnings.emplace_back(
+        "each triangle is there with both windings: of each pair, the first is used");
+  } else if (two_sided_triangles > 0) {
+    warnings.push_back(
+        fmt::format("{} triangles are there with both windings: they are sheets without an inside",
+                    two_sided_triangles));
+  }
+  constexpr double kVisible = 1e-4;
+  if (rounding > kVisible) {
+    warnings.push_back(
+        fmt::format("the mesh is far from the origin: vertices are rounded by up to {:.2g} of its "
+                    "size; move it "
+                    "near the origin and export it again",
+                    rounding));
+  }
+  return warnings;
 }
 
 }  // namespace qjulia

@@ -1,6 +1,6 @@
 #include "shape/morton.hpp"
 
-namespace qjulia {
+namespace qjulia::shape {
 namespace {
 
 /// Spreads 21 bits to every third bit.
@@ -25,4 +25,4 @@ std::uint64_t morton_code(const Eigen::Vector3d& x) {
   return spread(cell(x.x())) | spread(cell(x.y())) << 1 | spread(cell(x.z())) << 2;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::shape

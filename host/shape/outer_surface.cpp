@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 
+#include "qjulia/error.hpp"
 #include "qjulia/shape.hpp"
 
 namespace qjulia {
@@ -13,7 +14,7 @@ constexpr std::size_t kProbes = 4096;
 constexpr std::uint64_t kSeed = 1;
 constexpr double kLeastHidden = 2e-3;  ///< share of the probes; below it the mesh stays as it is
 constexpr int kMostCuts = 5;
-constexpr std::size_t kBlock = std::size_t{1} << 16;  ///< pieces looked at together
+constexpr std::size_t kPiecesAtOnce = std::size_t{1} << 16;  ///< pieces looked at together
 
 /// A triangle, or what is left of one that was cut in four.
 struct Piece {
@@ -78,16 +79,17 @@ bool hides_parts(const TriangleMesh& mesh, const SignedDistance& distance, doubl
   return static_cast<double>(std::ranges::count(probes, true)) >= kLeastHidden * kProbes;
 }
 
-TriangleMesh without_hidden(const TriangleMesh& mesh, const SignedDistance& distance,
-                            double offset) {
+TriangleMesh without_hidden(const TriangleMesh& mesh, const SignedDistance& distance, double offset,
+                            const std::stop_token& stop) {
   std::vector<Piece> waiting;
   for (const auto& [a, b, c] : mesh.triangles) {
     waiting.push_back({{mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]}});
   }
   TriangleMesh outer;
   while (!waiting.empty()) {
+    if (stop.stop_requested()) throw Interrupted();
     const auto first =
-        waiting.end() - static_cast<std::ptrdiff_t>(std::min(kBlock, waiting.size()));
+        waiting.end() - static_cast<std::ptrdiff_t>(std::min(kPiecesAtOnce, waiting.size()));
     const std::vector<Piece> pieces(first, waiting.end());
     waiting.erase(first, waiting.end());
     const auto hidden = are_hidden(points_of(pieces), distance, offset);
@@ -106,12 +108,12 @@ TriangleMesh without_hidden(const TriangleMesh& mesh, const SignedDistance& dist
 
 }  // namespace
 
-OuterSurface outer_surface(const Device& device, const TriangleMesh& mesh) {
+OuterSurface outer_surface(const Device& device, const TriangleMesh& mesh, std::stop_token stop) {
   const double offset = kOffset * mesh.box().size().maxCoeff();
-  const SignedDistance distance(device, mesh);
+  const SignedDistance distance(device, mesh, Precision::single, stop);
   if (!hides_parts(mesh, distance, offset)) return {mesh, distance, false};
-  const TriangleMesh outer = without_hidden(mesh, distance, offset);
-  return {outer, SignedDistance(device, outer), true};
+  const TriangleMesh outer = without_hidden(mesh, distance, offset, stop);
+  return {outer, SignedDistance(device, outer, Precision::single, stop), true};
 }
 
 }  // namespace qjulia

@@ -3,41 +3,65 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <bit>
-#include <unordered_map>
 
 #include "qjulia/error.hpp"
-#include "qjulia/mesh.hpp"
-#include "shape/mesh_extension.hpp"
-#include "shape/openmesh_io.hpp"
+#include "qjulia/file_types.hpp"
+#include "shape/mesh_file.hpp"
+#include "shape/mesh_report.hpp"
+#include "shape/triangulate.hpp"
 
 namespace qjulia {
+
+using namespace shape;
 namespace {
 
-CheckedMesh check(const RawMeshFile& file, const std::string& extension) {
-  if (extension == ".obj") return check_obj(file);
-  if (extension == ".off") return check_off(file);
-  if (extension == ".ply") return check_ply(file);
-  return check_stl(file);
+constexpr std::size_t kPolled = std::size_t{1} << 16;  ///< vertices or triangles between two polls
+
+FaceList read_faces(const MeshFile& file, const std::string& extension) {
+  if (extension == ".obj") return read_obj(file);
+  if (extension == ".off") return read_off(file);
+  if (extension == ".ply") return read_ply(file);
+  return read_stl(file);
 }
 
-/// Equal bits, and so a strict and repeatable equality; zeros have one sign.
-struct PointKey {
-  std::array<std::uint64_t, 3> bits;
-  explicit PointKey(const Eigen::Vector3d& x) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      bits[i] = std::bit_cast<std::uint64_t>(x[static_cast<Eigen::Index>(i)] + 0.0);
+std::uint64_t mixed(std::uint64_t hash, std::uint64_t value) {
+  return (std::rotl(hash, 21) ^ value) * 0x9e3779b97f4a7c15U;
+}
+
+/// Finds the first of equal items, which are known by their places in a list.
+class FirstEqual {
+ public:
+  explicit FirstEqual(std::size_t items) : slots_(std::bit_ceil(2 * items + 1), kEmpty) {}
+
+  /// The first item added that equals `item`, or `item` itself, which is then added.
+  template <class Equals>
+  std::uint32_t find_or_add(std::uint32_t item, std::uint64_t hash, const Equals& equals) {
+    const std::size_t mask = slots_.size() - 1;
+    for (std::size_t slot = (hash ^ hash >> 32) & mask;; slot = (slot + 1) & mask) {
+      if (slots_[slot] == kEmpty) return slots_[slot] = item;
+      if (equals(slots_[slot], item)) return slots_[slot];
     }
   }
-  bool operator==(const PointKey&) const = default;
+
+ private:
+  static constexpr std::uint32_t kEmpty = ~0U;
+  std::vector<std::uint32_t> slots_;
 };
 
-struct PointHash {
-  std::size_t operator()(const PointKey& key) const {
+/// For each vertex the first one at the same place. Zeros have one sign.
+std::vector<std::uint32_t> first_at_same_place(const MeshFile& file,
+                                               const std::vector<Eigen::Vector3d>& x) {
+  FirstEqual places(x.size());
+  std::vector<std::uint32_t> first(x.size());
+  for (std::uint32_t v = 0; v < x.size(); ++v) {
+    if (v % kPolled == 0) file.poll();
     std::uint64_t hash = 0;
-    for (const auto b : key.bits) hash = (std::rotl(hash, 21) ^ b) * 0x9e3779b97f4a7c15U;
-    return static_cast<std::size_t>(hash ^ (hash >> 32));
+    for (const double c : x[v]) hash = mixed(hash, std::bit_cast<std::uint64_t>(c + 0.0));
+    first[v] =
+        places.find_or_add(v, hash, [&](std::uint32_t a, std::uint32_t b) { return x[a] == x[b]; });
   }
-};
+  return first;
+}
 
 /// A triangle whose height is below rounding error of its longest side.
 bool has_no_area(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
@@ -47,28 +71,28 @@ bool has_no_area(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen
   return (b - a).cross(c - a).norm() <= kRounding * side;
 }
 
-/// Gives equal vertices one index and leaves out triangles without area and vertices no triangle
-/// uses.
-TriangleMesh clean(const TriangleMesh& raw, MeshReport& report) {
-  TriangleMesh mesh;
-  std::unordered_map<PointKey, std::uint32_t, PointHash> places;
-  std::vector<std::uint32_t> first_equal(raw.vertices.size());
-  for (std::uint32_t v = 0; v < raw.vertices.size(); ++v) {
-    const auto [place, added] = places.try_emplace(PointKey(raw.vertices[v]), v);
-    first_equal[v] = place->second;
-    if (!added) ++report.welded_vertices;
+/// Gives equal vertices one index and leaves out triangles without area and vertices that no
+/// triangle uses.
+TriangleMesh weld(const MeshFile& file, const FaceList& raw, MeshReport& report) {
+  const std::vector<std::uint32_t> first = first_at_same_place(file, raw.vertices);
+  if (!raw.is_soup) {
+    for (std::uint32_t v = 0; v < first.size(); ++v) report.welded_vertices += first[v] != v;
   }
+  TriangleMesh mesh;
+  mesh.triangles.reserve(raw.triangles.size());
   constexpr std::uint32_t kUnused = ~0U;
   std::vector<std::uint32_t> index(raw.vertices.size(), kUnused);
-  for (const auto& triangle : raw.triangles) {
+  for (std::size_t t = 0; t < raw.triangles.size(); ++t) {
+    if (t % kPolled == 0) file.poll();
     const auto& x = raw.vertices;
+    const Triangle& triangle = raw.triangles[t];
     if (has_no_area(x[triangle[0]], x[triangle[1]], x[triangle[2]])) {
       ++report.dropped_triangles;
       continue;
     }
     Triangle welded;
     std::ranges::transform(triangle, welded.begin(), [&](std::uint32_t v) {
-      auto& place = index[first_equal[v]];
+      auto& place = index[first[v]];
       if (place == kUnused) {
         place = static_cast<std::uint32_t>(mesh.vertices.size());
         mesh.vertices.push_back(x[v]);
@@ -80,27 +104,85 @@ TriangleMesh clean(const TriangleMesh& raw, MeshReport& report) {
   return mesh;
 }
 
+/// Leaves one of equal triangles. Two with opposite windings are a sheet without an inside and
+/// stay, as they cancel out in winding numbers; but where all triangles are in such pairs the mesh
+/// was meant to be seen from both sides, and the first of each pair stays.
+void drop_duplicates(const MeshFile& file, TriangleMesh& mesh, MeshReport& report) {
+  const auto& triangles = mesh.triangles;
+  const auto sorted = [&](std::uint32_t t) {
+    Triangle corners = triangles[t];
+    std::ranges::sort(corners);
+    return corners;
+  };
+  const auto winding = [&](std::uint32_t t) {
+    const auto& [a, b, c] = triangles[t];
+    return (a < b) + (b < c) + (c < a) == 2 ? 1 : 2;
+  };
+  FirstEqual places(triangles.size());
+  std::vector<std::uint8_t> seen(triangles.size());  // windings, of the first equal triangle
+  std::vector<std::uint32_t> kept;                   // not seen before in this winding
+  std::vector<std::uint32_t> turned;                 // those of `kept` seen in the other one
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    if (t % kPolled == 0) file.poll();
+    std::uint64_t hash = 0;
+    for (const auto v : sorted(t)) hash = mixed(hash, v);
+    const std::uint32_t first = places.find_or_add(
+        t, hash, [&](std::uint32_t a, std::uint32_t b) { return sorted(a) == sorted(b); });
+    if ((seen[first] & winding(t)) != 0) {
+      ++report.duplicate_triangles;
+      continue;
+    }
+    if (seen[first] != 0) turned.push_back(t);
+    seen[first] = static_cast<std::uint8_t>(seen[first] | winding(t));
+    kept.push_back(t);
+  }
+  if (kept.size() == triangles.size() && turned.empty()) return;
+  report.two_sided_triangles = turned.size();
+  if (2 * turned.size() == kept.size()) {
+    report.is_two_sided = true;
+    std::vector<std::uint32_t> fronts;
+    std::ranges::set_difference(kept, turned, std::back_inserter(fronts));
+    kept = std::move(fronts);
+  }
+  std::vector<Triangle> rest;
+  rest.reserve(kept.size());
+  for (const auto t : kept) rest.push_back(triangles[t]);
+  mesh.triangles = std::move(rest);
+}
+
 }  // namespace
 
-TriangleMesh read_mesh(const std::filesystem::path& path, MeshReport* report) {
-  const std::string extension = mesh_extension(path, "read");
-  const RawMeshFile file = load_mesh_file(path);
-  const CheckedMesh checked = check(file, extension);
-  TriangleMesh raw;
-  if (!read_with_openmesh(checked, extension, raw)) {
-    file.refuse("OpenMesh does not understand it; export it again, for example as binary .ply");
+TriangleMesh read_mesh(const std::filesystem::path& path, MeshReport* report,
+                       std::stop_token stop) {
+  const std::string extension = expect_type(path, FileContent::mesh, FileUse::read);
+  try {
+    MeshReport found;
+    const MeshFile file(path, extension, stop);
+    FaceList faces = read_faces(file, extension);
+    for (const auto& [first, count] : faces.polygons) {
+      if (!triangulate(faces.vertices, std::span(faces.triangles).subspan(first, count),
+                       [&] { file.poll(); })) {
+        ++found.bad_polygons;
+      }
+    }
+    TriangleMesh mesh = weld(file, faces, found);
+    if (mesh.triangles.empty()) {
+      file.refuse("none of its triangles has an area (are all vertices equal or in one line?)");
+    }
+    if (const std::string problem = size_problem(mesh.box()); !problem.empty()) {
+      file.refuse(problem);
+    }
+    drop_duplicates(file, mesh, found);
+    if (report != nullptr) {
+      found.dropped_triangles += faces.dropped_faces;
+      inspect(mesh, found, stop);
+      *report = found;
+    }
+    return mesh;
+  } catch (const std::bad_alloc&) {
+    throw InputError(
+        fmt::format("cannot read mesh '{}': there is not enough memory for it", path.string()));
   }
-  MeshReport reading;
-  TriangleMesh mesh = clean(raw, reading);
-  if (mesh.triangles.empty()) {
-    file.refuse("none of its triangles has an area (are all vertices equal or in one line?)");
-  }
-  if (report != nullptr) {
-    *report = inspect(mesh);
-    report->welded_vertices = reading.welded_vertices;
-    report->dropped_triangles = reading.dropped_triangles + checked.dropped_faces;
-  }
-  return mesh;
 }
 
 }  // namespace qjulia

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "device/context.hpp"
+#include "device/point_batch.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/shape.hpp"
 #include "shape/bvh.hpp"
@@ -10,16 +10,16 @@
 
 namespace qjulia {
 
+using namespace shape;
+
 using device::Context;
 
 namespace {
 
 /// beta of Barill et al.: a dipole stands for triangles seen from this many radii away.
 constexpr double kDipoleAccuracy = 2;
-/// Points per launch: keeps a launch near 100 ms.
-constexpr std::size_t kBlock = std::size_t{1} << 16;
-/// Points per work-group. Fixed, since some compilers build a kernel anew for each group size.
-constexpr std::size_t kWorkGroupPoints = 64;
+/// What a point costs: about so many triangles and boxes are looked at for it.
+constexpr double kPointCost = 1024;
 
 /// Moves the box of the mesh to about [-1, 1]^3, where single precision is at its best.
 ShapeToMap unit_frame(const TriangleMesh& mesh) {
@@ -47,9 +47,9 @@ struct SignedDistance::Impl {
   device::Buffer<std::int32_t> links;
   device::RealBuffer triangles;
 
-  Impl(const Device& on, const TriangleMesh& mesh, Precision at)
+  Impl(const Device& on, const TriangleMesh& mesh, Precision at, std::stop_token stop)
       : device(on), precision(at), frame(unit_frame(mesh)) {
-    const Bvh bvh(in_frame(mesh, frame), kDipoleAccuracy);
+    const Bvh bvh(in_frame(mesh, frame), kDipoleAccuracy, std::move(stop));
     Context& context = device.context();
     nodes = context.upload_real(bvh.nodes, precision);
     links = context.upload(std::span(bvh.links));
@@ -79,37 +79,33 @@ std::vector<std::uint32_t> SignedDistance::Impl::spatial_order(
 std::vector<double> SignedDistance::Impl::run(const char* name,
                                               std::span<const Eigen::Vector3d> points,
                                               std::span<const std::uint32_t> order) const {
-  Context& context = device.context();
   const int width = device.lane_width(precision);
-  const auto lanes = static_cast<std::size_t>(width);
-  const auto kernel = context.kernel("signed_distance.cl", name, {width, precision, {}});
+  device::PointBatch batch(
+      device.context(), device.context().kernel("signed_distance.cl", name, {width, precision, {}}),
+      precision, static_cast<std::size_t>(width), kPointCost);
   std::vector<double> results(points.size());
-  for (std::size_t first = 0; first < order.size(); first += kBlock) {
-    const auto block = order.subspan(first, std::min(kBlock, order.size() - first));
-    const std::size_t groups = (block.size() + lanes - 1) / lanes;
-    const std::size_t stride = groups * lanes;
-    std::vector<double> coordinates(3 * stride);
-    for (std::size_t i = 0; i < stride; ++i) {
-      const Eigen::Vector3d x = frame.to_map(points[block[std::min(i, block.size() - 1)]]);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        coordinates[axis * stride + i] = x[static_cast<Eigen::Index>(axis)];
-      }
-    }
-    const auto out = context.allocate_real(stride, precision);
-    const std::size_t local = std::max<std::size_t>(kWorkGroupPoints / lanes, 1);
-    const std::size_t global = (groups + local - 1) / local * local;
-    context.launch(kernel, {{global, 1, 1}, {local, 1, 1}},
-                   {context.upload_real(coordinates, precision), static_cast<std::int32_t>(stride),
-                    static_cast<std::int32_t>(groups), nodes, links, triangles, out});
-    std::vector<double> values(block.size());
-    context.read(out, values);
-    for (std::size_t i = 0; i < block.size(); ++i) results[block[i]] = values[i];
-  }
+  batch.run<3, 1>(
+      order.size(),
+      [&](std::size_t i) {
+        const Eigen::Vector3d x = frame.to_map(points[order[i]]);
+        return std::array{x.x(), x.y(), x.z()};
+      },
+      [&](const device::PointBatch::Part& part) {
+        return std::vector<device::Argument>{part.in,
+                                             device::narrow(part.stride),
+                                             device::narrow(part.items),
+                                             nodes,
+                                             links,
+                                             triangles,
+                                             part.out};
+      },
+      [&](std::size_t i, const std::array<double, 1>& value) { results[order[i]] = value[0]; });
   return results;
 }
 
-SignedDistance::SignedDistance(const Device& device, const TriangleMesh& mesh, Precision precision)
-    : impl_(std::make_shared<Impl>(device, mesh, precision)) {}
+SignedDistance::SignedDistance(const Device& device, const TriangleMesh& mesh, Precision precision,
+                               std::stop_token stop)
+    : impl_(std::make_shared<Impl>(device, mesh, precision, std::move(stop))) {}
 
 std::vector<double> SignedDistance::at(std::span<const Eigen::Vector3d> points) const {
   const auto order = impl_->spatial_order(points);

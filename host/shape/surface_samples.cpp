@@ -1,19 +1,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <random>
 
+#include "base/random.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/shape.hpp"
 
 namespace qjulia {
-namespace {
-
-/// Uniform in [0, 1), 53 bits: the engine's sequence is fixed by the standard, the standard
-/// distributions are not.
-double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
-
-}  // namespace
 
 std::vector<SurfacePoint> sample_surface(const TriangleMesh& mesh, std::size_t count,
                                          std::uint64_t seed) {
@@ -29,17 +22,17 @@ std::vector<SurfacePoint> sample_surface(const TriangleMesh& mesh, std::size_t c
   }
   if (!(area > 0)) throw InputError("the mesh has no area to sample; give a mesh with triangles");
 
-  std::mt19937_64 random(seed);
+  base::Random random(seed);
   std::vector<SurfacePoint> points;
   points.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
-    const auto found = std::ranges::upper_bound(area_up_to, uniform(random) * area);
+    const auto found = std::ranges::upper_bound(area_up_to, random.uniform() * area);
     const auto t =
         static_cast<std::size_t>(std::min(found, area_up_to.end() - 1) - area_up_to.begin());
     const auto& [a, b, c] = mesh.triangles[t];
     // Uniform barycentric coordinates (Osada et al. 2002).
-    const double r = std::sqrt(uniform(random));
-    const double s = uniform(random);
+    const double r = std::sqrt(random.uniform());
+    const double s = random.uniform();
     points.push_back({(1 - r) * x[a] + r * (1 - s) * x[b] + r * s * x[c], normals[t]});
   }
   return points;

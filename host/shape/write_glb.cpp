@@ -8,7 +8,7 @@
 
 #include "qjulia/error.hpp"
 
-namespace qjulia {
+namespace qjulia::shape {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "the format's byte order");
@@ -110,4 +110,4 @@ void write_glb(const TriangleMesh& mesh, const std::string& note, std::ostream& 
   flush(0);
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::shape

@@ -4,7 +4,7 @@
 
 #include "qjulia/mesh.hpp"
 
-namespace qjulia {
+namespace qjulia::shape {
 
 /// Binary glTF 2.0: one mesh of one primitive, Y up as viewers expect (the mesh's own Z by a node
 /// turned a quarter). https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html
@@ -12,4 +12,4 @@ namespace qjulia {
 /// @throws OutputError beyond 4 GiB, which the format cannot hold.
 void write_glb(const TriangleMesh& mesh, const std::string& note, std::ostream& out);
 
-}  // namespace qjulia
+}  // namespace qjulia::shape

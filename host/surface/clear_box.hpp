@@ -1,24 +1,32 @@
 #pragma once
-/// The box a set is meshed in.
+/// The box in which a set is meshed.
+
+#include <functional>
+#include <optional>
+#include <vector>
 
 #include "qjulia/progress.hpp"
-#include "surface/level_set.hpp"
+#include "qjulia/rational_map.hpp"
+#include "surface/grid.hpp"
 
-namespace qjulia {
+namespace qjulia::surface {
 
 /// The grid with `resolution` cells along the box's longest side, centred on the box and covering
 /// it. Map units.
 Grid grid_over(const Box& box, int resolution);
 
-/// `box` with the sides moved outward that the set {F_n < level} touches on the grid of
-/// `resolution` cells, until it touches none. Map units.
+/// A field's values at a block of a grid's points, x fastest, then y.
+using GridField = std::function<std::vector<float>(const Grid&, const GridBlock&)>;
+
+/// Moves those sides of `box` outward that the set {field < level} touches on the grid of
+/// `resolution` cells, until it touches none. Map units. Nothing when a stop was requested.
 /// @param limit half the side of the cube about the origin that the box may grow to.
 /// @throws Error when the set touches the sides of that cube.
-Box grown_clear(const LevelSet& set, double level, Box box, int resolution, double limit,
-                const Watch& watch);
+std::optional<Box> enlarged_until_clear(const GridField& field, double level, Box box,
+                                        int resolution, double limit, const Watch& watch);
 
 /// The box of the inside points of a coarse grid over `box`, with two cells of margin; `box` itself
 /// when no point is inside.
-Box tightened(const LevelSet& set, double level, const Box& box);
+Box shrunk_to_inside(const GridField& field, double level, const Box& box);
 
-}  // namespace qjulia
+}  // namespace qjulia::surface

@@ -4,23 +4,109 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "base/range_check.hpp"
 #include "map/box_option.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/field.hpp"
 #include "qjulia/shape.hpp"
-#include "qjulia/shared/map_layout.h"
-#include "surface/overlap.hpp"
-#include "surface/set_surface.hpp"
+#include "shape/overlap.hpp"
+#include "surface/level_set.hpp"
+#include "surface/level_set_surface.hpp"
 
 namespace qjulia {
+
+using namespace surface;
 namespace {
 
-constexpr int kMostCells = 1024;
+constexpr int kMostComparedCells = 1024;
 constexpr std::size_t kSurfaceSamples = 30000;
 constexpr std::uint64_t kSeed = 1;
+constexpr double kCubeSide = 1.15;  // in longest sides of the mesh's box
+constexpr double kSharpness = 10;   // α
+
+/// Cell centres of a cube about a mesh, and the mesh's signed distance there.
+struct CubeSamples {
+  Grid grid;                     ///< the centres, map units
+  std::vector<double> distance;  ///< of the mesh, negative inside, its own units; x fastest
+  double cell = 0;               ///< side of a cell, the mesh's units
+};
+
+/// `resolution` cells along the longest side of `part`, or where there is none, `resolution`³ of a
+/// cube centred on the box `about`, side 1.15 × its longest side. Nothing when a stop was
+/// requested.
+/// @param distance of the mesh.
+/// @param part the mesh's units.
+std::optional<CubeSamples> sample_cube(const SignedDistance& distance, const Box& about,
+                                       const ShapeToMap& shape_to_map, int resolution,
+                                       const std::optional<Box>& part, const Watch& watch) {
+  const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * kCubeSide * about.size().maxCoeff());
+  const Box box = part.value_or(Box{about.center() - half, about.center() + half});
+  CubeSamples samples;
+  samples.cell = box.size().maxCoeff() / resolution;
+  std::array<int, 3>& points = samples.grid.points;
+  Eigen::Vector3d first;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int cells = std::max(1, static_cast<int>(std::lround(box.size()[axis] / samples.cell)));
+    points[static_cast<std::size_t>(axis)] = cells;
+    first[axis] = box.center()[axis] - 0.5 * samples.cell * (cells - 1);
+  }
+  samples.grid.origin = shape_to_map.to_map(first);
+  samples.grid.step = shape_to_map.scale * samples.cell;
+
+  std::vector<Eigen::Vector3d> slice;
+  for (int z = 0; z < points[2]; ++z) {
+    if (watch.stop.stop_requested()) return std::nullopt;
+    slice.clear();
+    for (int y = 0; y < points[1]; ++y) {
+      for (int x = 0; x < points[0]; ++x) {
+        slice.push_back(first + samples.cell * Eigen::Vector3d(x, y, z));
+      }
+    }
+    const auto values = distance.at(slice);
+    samples.distance.insert(samples.distance.end(), values.begin(), values.end());
+  }
+  return samples;
+}
+
+/// Sums over the cells on one side of the mesh.
+struct EnergySum {
+  double weight = 0;
+  double agreement = 0;  ///< Σ w s tanh(α (F_n − L))
+
+  double mean() const { return weight > 0 ? agreement / weight : 0; }
+};
+
+/// Fills IoU and energy of the set F_n < `level` against the mesh. False when a stop was requested.
+bool compare_volumes(const LevelSet& set, double level, const CubeSamples& samples,
+                     const Watch& watch, FitMetrics& metrics) {
+  shape::Overlap overlap;
+  EnergySum outside, inside;
+  std::size_t index = 0;
+  const int at_once = slices_at_once(samples.grid);
+  for (int z = 0; z < samples.grid.points[2]; z += at_once) {
+    if (watch.stop.stop_requested()) return false;
+    const int count = std::min(at_once, samples.grid.points[2] - z);
+    for (const float value : set.over(samples.grid, slices(samples.grid, z, count))) {
+      const double distance = samples.distance[index++];
+      const double field = static_cast<double>(value) - level;
+      const bool in_mesh = distance < 0;
+      overlap.add(in_mesh, field < 0);
+      const double weight = 1 / std::max(std::abs(distance), 0.5 * samples.cell);
+      EnergySum& side = in_mesh ? inside : outside;
+      side.weight += weight;
+      side.agreement += (in_mesh ? -weight : weight) * std::tanh(kSharpness * field);
+    }
+  }
+  metrics.iou = overlap.iou();
+  metrics.energy = -0.5 * (outside.mean() + inside.mean());
+  return true;
+}
 
 bool holds(const std::optional<Box>& part, const Eigen::Vector3d& x) {
   return !part ||
@@ -107,15 +193,9 @@ double slope_variation(const Device& device, const RationalMap& map,
 }  // namespace
 
 void CompareOptions::validate() const {
-  if (resolution < 8 || resolution > kMostCells) {
-    throw InputError(
-        fmt::format("--resolution {} is out of range; give 8 … {} cells", resolution, kMostCells));
-  }
-  if (iterations < 1 || iterations > QJ_MOST_ITERATIONS) {
-    throw InputError(fmt::format("--iterations {} is out of range; give 1 … {}", iterations,
-                                 QJ_MOST_ITERATIONS));
-  }
-  expect_box(box);
+  base::expect_between("resolution", resolution, 8, kMostComparedCells, "cells");
+  base::expect_between("iterations", iterations, 1, kMostIterations);
+  map::expect_box(box);
 }
 
 std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
@@ -131,11 +211,13 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
 
   report(0);
   const OuterSurface outer = outer_surface(device, mesh);
-  const CubeSamples cube = sample_cube(outer.distance, mesh.box(), map.shape_to_map,
-                                       options.resolution, options.box, watch);
+  const std::optional<CubeSamples> cube = sample_cube(outer.distance, mesh.box(), map.shape_to_map,
+                                                      options.resolution, options.box, watch);
+  if (!cube) return {};
   const SampledMesh sampled(outer.mesh, outer.distance, options.box);
   if (sampled.points.empty()) {
-    throw InputError("--box holds nothing of the mesh's surface; give a part that it runs through");
+    throw OptionError(
+        "box", "it holds no part of the mesh's surface; give a box that the surface runs through");
   }
   const double variation = slope_variation(device, map, sampled.points);
   const Watch quiet{{}, watch.stop};
@@ -145,16 +227,14 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
     FitMetrics metrics;
     metrics.iterations = n;
     metrics.slope_variation = variation;
-    const auto shared =
-        overlap({device, map, stops, n, options.precision}, map.surface_level, cube, watch);
-    metrics.iou = shared.iou;
-    metrics.energy = shared.energy;
+    const LevelSet level_set(device, map, stops, n, options.precision);
+    if (!compare_volumes(level_set, map.surface_level, *cube, watch, metrics)) return all;
     SurfaceOptions surface;
     surface.resolution = options.resolution;
     surface.iterations = n;
     surface.precision = options.precision;
     MeshSink set;
-    set_surface(device, map, stops, surface, set, quiet);
+    if (level_set_surface(device, map, stops, surface, set, quiet).stopped) return all;
     compare_surfaces(device, set.mesh, sampled, options.box, mesh.box().diagonal(), metrics);
     all.push_back(metrics);
   }

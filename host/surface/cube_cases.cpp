@@ -4,7 +4,7 @@
 #include <optional>
 #include <utility>
 
-namespace qjulia {
+namespace qjulia::surface {
 namespace {
 
 constexpr std::array<std::pair<int, int>, 3> kOtherAxes{{{1, 2}, {0, 2}, {0, 1}}};
@@ -76,14 +76,6 @@ std::optional<Triangles> cut(const std::vector<std::uint8_t>& loop, std::size_t 
   return std::nullopt;
 }
 
-Triangles fan(const std::vector<std::uint8_t>& loop) {
-  Triangles triangles;
-  for (std::size_t i = 0; i < loop.size(); ++i) {
-    triangles.insert(triangles.end(), {loop[i], loop[(i + 1) % loop.size()], kLoopCenter});
-  }
-  return triangles;
-}
-
 std::vector<CubeLoop> make_case(unsigned inside) {
   // Each crossed edge begins one segment and ends one, on its two faces.
   std::array<int, 12> next;
@@ -100,7 +92,8 @@ std::vector<CubeLoop> make_case(unsigned inside) {
       loop.edges.push_back(edge);
       edge = static_cast<std::uint8_t>(std::exchange(next[edge], -1));
     }
-    loop.triangles = cut(loop.edges, 0, loop.edges.size() - 1).value_or(fan(loop.edges));
+    loop.triangles =
+        cut(loop.edges, 0, loop.edges.size() - 1).value();  // there is a way in every case
     loops.push_back(std::move(loop));
   }
   return loops;
@@ -138,4 +131,4 @@ const std::array<std::vector<CubeLoop>, 256>& cube_cases() {
   return cases;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::surface

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace qjulia {
+namespace qjulia::surface {
 
 /// Corner c of a cell lies at (c & 1, c >> 1 & 1, c >> 2 & 1). Edge 4 a + b runs along axis a from
 /// the corner whose other two coordinates, in rising order of axis, are (b & 1, b >> 1).
@@ -16,14 +16,10 @@ struct CubeEdge {
 };
 const std::array<CubeEdge, 12>& cube_edges();
 
-/// The vertex in place of an edge that stands for the mean of a loop's vertices.
-constexpr std::uint8_t kLoopCenter = 12;
-
 /// One closed loop of crossed edges, counter-clockwise from outside, cut into triangles.
 struct CubeLoop {
   std::vector<std::uint8_t> edges;
-  /// Edges, or kLoopCenter, three a triangle.
-  std::vector<std::uint8_t> triangles;
+  std::vector<std::uint8_t> triangles;  ///< of the edges, three a triangle
 };
 
 /// Loops by case: bit c is set when corner c is inside.
@@ -32,10 +28,10 @@ struct CubeLoop {
 /// segment. The rule sees only the face, so both cells at a face agree on its segments, every
 /// segment bounds exactly one triangle of either cell, and the surface is closed. No triangle has
 /// an inner edge between two points of one face, so no inner edge can meet another one of the
-/// neighbour: the surface is 2-manifold. A loop that cannot be cut that way gets a centre.
+/// neighbour: the surface is 2-manifold.
 const std::array<std::vector<CubeLoop>, 256>& cube_cases();
 
 /// The segments that a case leaves on face 2 · axis + side, as pairs (from edge, to edge).
 std::vector<std::array<std::uint8_t, 2>> face_segments(unsigned inside, int face);
 
-}  // namespace qjulia
+}  // namespace qjulia::surface

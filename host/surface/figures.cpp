@@ -3,13 +3,47 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <cstdint>
+#include <limits>
+#include <nlohmann/json.hpp>
 
+#include "base/union_find.hpp"
 #include "qjulia/shape.hpp"
-#include "surface/box_dimension.hpp"
 
 namespace qjulia {
 namespace {
+
+constexpr int kCoarsest = 3;  // 2³ boxes along the longest side
+constexpr int kFinest = 9;
+
+/// Boxes of a cube, 2^`level` along each side, and which of them hold a point.
+class Boxes {
+ public:
+  explicit Boxes(int level) : level_(level), held_(std::size_t{1} << 3 * level) {}
+
+  void hold(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+    held_[(std::size_t{z} << 2 * level_) + (std::size_t{y} << level_) + x] = true;
+  }
+  std::size_t count() const {
+    return static_cast<std::size_t>(std::count(held_.begin(), held_.end(), true));
+  }
+  /// Boxes twice as wide.
+  Boxes coarser() const {
+    Boxes wide(level_ - 1);
+    const std::uint32_t mask = (1U << level_) - 1;
+    for (std::size_t i = 0; i < held_.size(); ++i) {
+      if (!held_[i]) continue;
+      wide.hold((static_cast<std::uint32_t>(i) & mask) / 2,
+                (static_cast<std::uint32_t>(i >> level_) & mask) / 2,
+                static_cast<std::uint32_t>(i >> 2 * level_) / 2);
+    }
+    return wide;
+  }
+
+ private:
+  int level_;
+  std::vector<bool> held_;
+};
 
 constexpr double kEdgesPerBox = 4;
 /// Points on triangles are this much closer than the boxes of a coarse mesh are wide.
@@ -35,59 +69,118 @@ void fill_in(const TriangleMesh& mesh, double spacing, std::vector<Eigen::Vector
 
 }  // namespace
 
+BoxDimension box_dimension(std::span<const Eigen::Vector3f> points, double finest) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  if (points.empty()) return {kNone, kNone, 0};
+  Eigen::Vector3f low = points.front();
+  Eigen::Vector3f high = low;
+  for (const Eigen::Vector3f& p : points) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  const float side = (high - low).maxCoeff();
+  int level = kFinest;
+  while (level >= kCoarsest && static_cast<double>(side) / (1 << level) < finest) --level;
+  const int sizes = level - kCoarsest + 1;
+  if (sizes < 3) return {kNone, kNone, std::max(0, sizes)};
+
+  Boxes boxes(level);
+  const auto most = static_cast<float>((1 << level) - 1);
+  const float scale = static_cast<float>(1 << level) / side;
+  for (const Eigen::Vector3f& p : points) {
+    const Eigen::Vector3f at = (scale * (p - low)).cwiseMin(most);
+    boxes.hold(static_cast<std::uint32_t>(at.x()), static_cast<std::uint32_t>(at.y()),
+               static_cast<std::uint32_t>(at.z()));
+  }
+  // Least squares for ln N over ln 1/s, in units of ln 2.
+  std::vector<double> counts;
+  for (; level >= kCoarsest; --level) {
+    counts.push_back(std::log2(static_cast<double>(boxes.count())));
+    if (level > kCoarsest) boxes = boxes.coarser();
+  }
+  double mean = 0;
+  for (const double c : counts) mean += c / sizes;
+  double slope = 0;
+  double spread = 0;
+  const auto abscissa = [&](int i) { return 0.5 * (sizes - 1) - i; };
+  for (int i = 0; i < sizes; ++i) {
+    slope += abscissa(i) * counts[static_cast<std::size_t>(i)];
+    spread += abscissa(i) * abscissa(i);
+  }
+  slope /= spread;
+  double residual = 0;
+  for (int i = 0; i < sizes; ++i) {
+    const double r = counts[static_cast<std::size_t>(i)] - mean - slope * abscissa(i);
+    residual += r * r;
+  }
+  return {slope, std::sqrt(residual / (sizes - 2) / spread), sizes};
+}
+
+struct FigureSink::Impl {
+  SurfaceSink* next;
+  std::vector<Eigen::Vector3f> positions;
+  base::UnionFind components;
+  std::vector<Triangle> waiting;  ///< for their vertices
+  double area = 0;
+  double volume = 0;
+  double edges = 0;  ///< sum of the lengths of triangles' edges
+  std::size_t triangles = 0;
+
+  explicit Impl(SurfaceSink* sink) : next(sink) {}
+
+  /// Measures the triangles whose vertices have all come.
+  void measure_complete() {
+    const auto left = std::partition(waiting.begin(), waiting.end(), [this](const Triangle& t) {
+      return std::ranges::max(t) >= positions.size();
+    });
+    if (positions.empty()) return;
+    // Volumes are taken from a point of the surface: far from the origin, they would cancel.
+    const Eigen::Vector3d apex = positions.front().cast<double>();
+    for (auto t = left; t != waiting.end(); ++t) {
+      const auto& [a, b, c] = *t;
+      const Eigen::Vector3d p = positions[a].cast<double>();
+      const Eigen::Vector3d u = positions[b].cast<double>() - p;
+      const Eigen::Vector3d v = positions[c].cast<double>() - p;
+      const Eigen::Vector3d normal = u.cross(v);
+      area += 0.5 * normal.norm();
+      volume += (p - apex).dot(normal) / 6;
+      edges += u.norm() + v.norm() + (u - v).norm();
+      ++triangles;
+      components.unite(a, b);
+      components.unite(b, c);
+    }
+    waiting.erase(left, waiting.end());
+  }
+};
+
+FigureSink::FigureSink(SurfaceSink* next) : impl_(std::make_unique<Impl>(next)) {}
+
+FigureSink::~FigureSink() = default;
+
 void FigureSink::vertices(std::span<const Eigen::Vector3d> positions,
                           std::span<const Eigen::Vector3d> normals) {
   for (const Eigen::Vector3d& x : positions) {
-    parent_.push_back(static_cast<std::uint32_t>(positions_.size()));
-    positions_.push_back(x.cast<float>());
+    impl_->components.add();
+    impl_->positions.push_back(x.cast<float>());
   }
-  take_complete();
-  if (next_ != nullptr) next_->vertices(positions, normals);
+  impl_->measure_complete();
+  if (impl_->next != nullptr) impl_->next->vertices(positions, normals);
 }
 
 void FigureSink::triangles(std::span<const Triangle> triangles) {
-  waiting_.insert(waiting_.end(), triangles.begin(), triangles.end());
-  take_complete();
-  if (next_ != nullptr) next_->triangles(triangles);
-}
-
-std::uint32_t FigureSink::root(std::uint32_t vertex) {
-  while (parent_[vertex] != vertex) vertex = parent_[vertex] = parent_[parent_[vertex]];
-  return vertex;
-}
-
-void FigureSink::take_complete() {
-  const auto left = std::partition(waiting_.begin(), waiting_.end(), [this](const Triangle& t) {
-    return std::ranges::max(t) >= positions_.size();
-  });
-  if (positions_.empty()) return;
-  // Volumes are taken from a point of the surface: far from the origin, they would cancel.
-  const Eigen::Vector3d apex = positions_.front().cast<double>();
-  for (auto t = left; t != waiting_.end(); ++t) {
-    const auto& [a, b, c] = *t;
-    const Eigen::Vector3d p = positions_[a].cast<double>();
-    const Eigen::Vector3d u = positions_[b].cast<double>() - p;
-    const Eigen::Vector3d v = positions_[c].cast<double>() - p;
-    const Eigen::Vector3d normal = u.cross(v);
-    area_ += 0.5 * normal.norm();
-    volume_ += (p - apex).dot(normal) / 6;
-    edges_ += u.norm() + v.norm() + (u - v).norm();
-    ++triangles_;
-    parent_[root(a)] = root(b);
-    parent_[root(b)] = root(c);
-  }
-  waiting_.erase(left, waiting_.end());
+  impl_->waiting.insert(impl_->waiting.end(), triangles.begin(), triangles.end());
+  impl_->measure_complete();
+  if (impl_->next != nullptr) impl_->next->triangles(triangles);
 }
 
 SurfaceFigures FigureSink::figures() {
   SurfaceFigures figures;
-  figures.area = area_;
-  figures.volume = volume_;
-  for (std::uint32_t v = 0; v < parent_.size(); ++v) {
-    if (root(v) == v) ++figures.components;
-  }
-  const double edge = triangles_ > 0 ? edges_ / (3 * static_cast<double>(triangles_)) : 0;
-  const BoxDimension box = box_dimension(positions_, kEdgesPerBox * edge);
+  figures.area = impl_->area;
+  figures.volume = impl_->volume;
+  figures.components = impl_->components.sets();
+  const double edge =
+      impl_->triangles > 0 ? impl_->edges / (3 * static_cast<double>(impl_->triangles)) : 0;
+  const BoxDimension box = box_dimension(impl_->positions, kEdgesPerBox * edge);
   figures.dimension = box.dimension;
   figures.dimension_error = box.error;
   figures.box_sizes = box.sizes;
@@ -123,24 +216,19 @@ nlohmann::json to_json(const SurfaceFigures& figures) {
 }
 
 TriangleMesh large_components(const TriangleMesh& mesh, double least) {
-  std::vector<std::uint32_t> parent(mesh.vertices.size());
-  std::iota(parent.begin(), parent.end(), 0U);
-  const auto root = [&parent](std::uint32_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
+  base::UnionFind components(mesh.vertices.size());
   for (const auto& [a, b, c] : mesh.triangles) {
-    parent[root(a)] = root(b);
-    parent[root(b)] = root(c);
+    components.unite(a, b);
+    components.unite(b, c);
   }
   std::vector<double> area(mesh.vertices.size());
   for (const auto& [a, b, c] : mesh.triangles) {
     const Eigen::Vector3d& p = mesh.vertices[a];
-    area[root(a)] += 0.5 * (mesh.vertices[b] - p).cross(mesh.vertices[c] - p).norm();
+    area[components.root(a)] += 0.5 * (mesh.vertices[b] - p).cross(mesh.vertices[c] - p).norm();
   }
   const auto largest = std::ranges::max_element(area);
   const auto keeps = [&](std::uint32_t v) {
-    const std::uint32_t r = root(v);
+    const std::uint32_t r = components.root(v);
     if (least >= 1) return area.begin() + r == largest;
     return area[r] >= least * *largest;
   };
@@ -160,13 +248,13 @@ TriangleMesh large_components(const TriangleMesh& mesh, double least) {
 
 WallThickness wall_thickness(const Device& device, const TriangleMesh& mesh) {
   constexpr std::size_t kSamples = 4000;
-  constexpr std::uint64_t kSeed = 1;
+  constexpr std::uint64_t kWallSeed = 1;
   constexpr int kHalvings = 14;
   // A ball that touches at the sample alone has its centre this close to its radius inside; the
   // rest is for the edges between flat triangles.
   constexpr double kTouch = 0.9;
   const SignedDistance distance(device, mesh);
-  const auto samples = sample_surface(mesh, kSamples, kSeed);
+  const auto samples = sample_surface(mesh, kSamples, kWallSeed);
   std::vector<double> low(samples.size(), 0);
   std::vector<double> high(samples.size(), 0.5 * mesh.box().diagonal());
   std::vector<Eigen::Vector3d> centers(samples.size());

@@ -6,7 +6,11 @@
 #include <iterator>
 #include <numeric>
 
-namespace qjulia {
+#include "device/point_batch.hpp"
+#include "layout/settling.h"
+#include "surface/grid_block.hpp"
+
+namespace qjulia::surface {
 namespace {
 
 /// Fewer points than this are iterated at once.
@@ -47,7 +51,7 @@ struct InterpolatedOrbits<Real>::Images {
 };
 
 template <class Real>
-InterpolatedOrbits<Real>::InterpolatedOrbits(const DeviceMap& map, const Grid& grid,
+InterpolatedOrbits<Real>::InterpolatedOrbits(const map::DeviceMap& map, const Grid& grid,
                                              const GridBlock& block, double below, double level,
                                              double above)
     : map_(map),
@@ -71,17 +75,21 @@ auto InterpolatedOrbits<Real>::images(const GridBlock& block, int spacing,
   const auto from = context.upload<std::int32_t>(numbers);
   const auto to = context.upload<std::int32_t>(slots);
   Images made{context.allocate<Real>(size), context.allocate<Real>(4 * size), {}};
-  const std::size_t all = map_.groups(numbers.size());
-  const std::size_t most = map_.groups_per_launch(DeviceMap::kVersorsPerLaunch);
-  for (std::size_t first = 0; first < all; first += most) {
-    const std::size_t part = std::min(most, all - first);
-    context.launch(
-        kernel, {{part, 1, 1}},
-        {from, to, block.count[0], block.count[1], spacing, block.first[0], block.first[1],
-         block.first[2], map_.real(grid_.origin.x()), map_.real(grid_.origin.y()),
-         map_.real(grid_.origin.z()), map_.real(grid_.step), narrow(first), narrow(part),
-         map_.buffer(), map_.factors(), made.field, made.versors});
-  }
+  const device::Argument points = grid_block(grid_, block, map_.precision());
+  device::launch_in_parts(context, kernel, map_.groups(numbers.size()),
+                          map_.step_cost() * map_.points_per_item(),
+                          [&](std::size_t first, std::size_t count) {
+                            return std::vector<device::Argument>{from,
+                                                                 to,
+                                                                 points,
+                                                                 spacing,
+                                                                 device::narrow(first),
+                                                                 device::narrow(count),
+                                                                 map_.buffer(),
+                                                                 map_.factors(),
+                                                                 made.field,
+                                                                 made.versors};
+                          });
   return made;
 }
 
@@ -101,7 +109,7 @@ auto InterpolatedOrbits<Real>::in_rows(const NodeLattice& lattice) const -> Imag
   context.launch(
       map_.kernel("interpolated_orbit.cl", "interpolate_rows"), {{groups, 1, 1}},
       {sent, lattice.nodes.count[0], lattice.nodes.count[1], lattice.rows, lattice.spacing,
-       nodes.field, nodes.versors, narrow(groups), made.field, made.versors, made.change});
+       nodes.field, nodes.versors, device::narrow(groups), made.field, made.versors, made.change});
   return made;
 }
 
@@ -115,35 +123,30 @@ std::vector<Real> InterpolatedOrbits<Real>::settled(const NodeLattice& lattice,
   const auto sent = context.upload<std::int32_t>(numbers);
   const auto values = context.allocate<Real>(numbers.size());
   const auto kernel = map_.kernel("interpolated_orbit.cl", "settle_points");
-  const std::size_t all = map_.groups(numbers.size());
-  const std::size_t most = map_.groups_per_launch(DeviceMap::kPairsPerLaunch);
-  for (std::size_t first = 0; first < all; first += most) {
-    const std::size_t part = std::min(most, all - first);
-    context.launch(kernel, {{part, 1, 1}},
-                   {sent,
-                    block_.count[0],
-                    block_.count[1],
-                    block_.first[0],
-                    block_.first[1],
-                    block_.first[2],
-                    map_.real(grid_.origin.x()),
-                    map_.real(grid_.origin.y()),
-                    map_.real(grid_.origin.z()),
-                    map_.real(grid_.step),
-                    lattice.nodes.count[0],
-                    lattice.spacing,
-                    rows.field,
-                    rows.versors,
-                    rows.change,
-                    narrow(first),
-                    narrow(part),
-                    map_.buffer(),
-                    map_.factors(),
-                    map_.real(below_),
-                    map_.real(level_),
-                    map_.real(above_),
-                    values});
-  }
+  const device::Argument points = grid_block(grid_, block_, map_.precision());
+  const device::Argument settling = device::arguments(map_.precision(), [&](auto r) {
+    using real = decltype(r);
+    return qj_settling<real>{.below = real(below_),
+                             .level = real(level_),
+                             .above = real(above_),
+                             .node_columns = lattice.nodes.count[0],
+                             .spacing = lattice.spacing};
+  });
+  device::launch_in_parts(context, kernel, map_.groups(numbers.size()),
+                          map_.modulus_cost() * map_.points_per_item(),
+                          [&](std::size_t first, std::size_t count) {
+                            return std::vector<device::Argument>{sent,
+                                                                 points,
+                                                                 settling,
+                                                                 rows.field,
+                                                                 rows.versors,
+                                                                 rows.change,
+                                                                 device::narrow(first),
+                                                                 device::narrow(count),
+                                                                 map_.buffer(),
+                                                                 map_.factors(),
+                                                                 values};
+                          });
   context.read<Real>(values, found);
   return found;
 }
@@ -253,4 +256,4 @@ std::vector<std::int32_t> InterpolatedOrbits<Real>::settle(std::span<const std::
 template class InterpolatedOrbits<float>;
 template class InterpolatedOrbits<double>;
 
-}  // namespace qjulia
+}  // namespace qjulia::surface

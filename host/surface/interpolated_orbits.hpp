@@ -5,11 +5,11 @@
 #include <span>
 #include <vector>
 
-#include "surface/device_map.hpp"
+#include "map/device_map.hpp"
 #include "surface/grid.hpp"
 #include "surface/node_lattice.hpp"
 
-namespace qjulia {
+namespace qjulia::surface {
 
 /// F_1 and the versor U of the image e^{F_1} U change smoothly from point to point, and U costs
 /// several times as much as F. So both are computed on a lattice and interpolated, and only F of
@@ -22,8 +22,8 @@ template <class Real>
 class InterpolatedOrbits {
  public:
   /// @param below, above where sides are certain, about `level`.
-  InterpolatedOrbits(const DeviceMap& map, const Grid& grid, const GridBlock& block, double below,
-                     double level, double above);
+  InterpolatedOrbits(const map::DeviceMap& map, const Grid& grid, const GridBlock& block,
+                     double below, double level, double above);
 
   /// @param numbers of some of the block's points, rising.
   /// @param values by number; takes F, short of what it may be off, of the points that are settled.
@@ -42,11 +42,11 @@ class InterpolatedOrbits {
   int spacing(std::span<const std::int32_t> numbers) const;
   std::vector<std::int32_t> near_factors(std::span<const std::int32_t> numbers, int spacing) const;
 
-  const DeviceMap& map_;
+  const map::DeviceMap& map_;
   Grid grid_;
   GridBlock block_;
   Real below_, level_, above_;
   std::uint64_t nodes_ = 0;
 };
 
-}  // namespace qjulia
+}  // namespace qjulia::surface

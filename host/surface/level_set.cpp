@@ -6,10 +6,15 @@
 #include <numeric>
 #include <utility>
 
+#include "device/point_batch.hpp"
+#include "surface/grid_block.hpp"
 #include "surface/interpolated_orbits.hpp"
 
-namespace qjulia {
+namespace qjulia::surface {
 namespace {
+
+/// Points on the device at a time, for memory's sake.
+constexpr std::size_t kMostPoints = std::size_t{1} << 20;
 
 /// Points on the device with their F.
 template <class Real>
@@ -18,14 +23,6 @@ struct Orbits {
   device::Buffer<Real> points;  ///< arrays X, Y, Z, W of `stride`
   device::Buffer<Real> field;   ///< `stride`
 };
-
-std::vector<float> rounded(std::vector<float> values) { return values; }
-
-std::vector<float> rounded(const std::vector<double>& values) {
-  std::vector<float> floats(values.size());
-  std::ranges::transform(values, floats.begin(), [](double x) { return static_cast<float>(x); });
-  return floats;
-}
 
 }  // namespace
 
@@ -77,8 +74,25 @@ std::vector<float> LevelSet::over(const Grid& grid, const GridBlock& block) cons
 std::vector<float> LevelSet::densely_over(const Grid& grid, const GridBlock& block,
                                           double level) const {
   if (iterations_ > 1) counts_.iterated += block.size();
-  return precision() == Precision::dbl ? densely_over_in<double>(grid, block, level)
-                                       : densely_over_in<float>(grid, block, level);
+  counts_.potentials += block.size();
+  const device::Argument points = grid_block(grid, block, precision());
+  device::PointBatch batch(map_.context(), kernel("level_set_dense"), precision(), map_.lanes(),
+                           map_.step_cost() * iterations_);
+  std::vector<float> values(block.size());
+  batch.run<0, 1>(
+      values.size(), device::PointBatch::NoInputs{},
+      [&](const device::PointBatch::Part& part) {
+        return std::vector<device::Argument>{points,
+                                             device::narrow(part.first / map_.lanes()),
+                                             device::narrow(part.items),
+                                             map_.buffer(),
+                                             map_.factors(),
+                                             iterations_,
+                                             map_.real(level),
+                                             part.out};
+      },
+      [&](std::size_t i, const std::array<double, 1>& f) { values[i] = static_cast<float>(f[0]); });
+  return values;
 }
 
 void LevelSet::at(const Grid& grid, const GridBlock& block, std::span<const std::int32_t> numbers,
@@ -99,32 +113,29 @@ std::vector<float> LevelSet::at(const PointList& points) const {
 }
 
 FieldBounds LevelSet::bounds(const PointList& centers, double half_side) const {
-  return precision() == Precision::dbl ? bounds_in<double>(centers, half_side)
-                                       : bounds_in<float>(centers, half_side);
-}
-
-template <class Real>
-std::vector<float> LevelSet::densely_over_in(const Grid& grid, const GridBlock& block,
-                                             double level) const {
-  auto& context = map_.context();
-  std::vector<Real> values(block.size());
-  const auto dense_kernel = kernel("level_set_dense");
-  const std::size_t all = map_.groups(values.size());
-  const std::size_t most = std::min(all, map_.groups_per_launch(DeviceMap::kVersorsPerLaunch));
-  const auto field = context.allocate<Real>(most * map_.lanes());
-  for (std::size_t first = 0; first < all; first += most) {
-    const std::size_t groups = std::min(most, all - first);
-    context.launch(dense_kernel, {{groups, 1, 1}},
-                   {block.count[0], block.count[1], block.first[0], block.first[1], block.first[2],
-                    map_.real(grid.origin.x()), map_.real(grid.origin.y()),
-                    map_.real(grid.origin.z()), map_.real(grid.step), narrow(first), narrow(groups),
-                    map_.buffer(), map_.factors(), iterations_, map_.real(level), field});
-    const std::size_t begin = first * map_.lanes();
-    context.read<Real>(field, std::span(values).subspan(
-                                  begin, std::min(groups * map_.lanes(), values.size() - begin)));
-  }
-  counts_.potentials += values.size();
-  return rounded(std::move(values));
+  counts_.cubes += centers.size();
+  device::PointBatch batch(map_.context(), kernel("level_set_bounds"), precision(), map_.lanes(),
+                           map_.step_cost());
+  FieldBounds bounds{std::vector<float>(centers.size()), std::vector<float>(centers.size())};
+  batch.run<3, 2>(
+      centers.size(),
+      [&](std::size_t i) {
+        return std::array{centers.x[i], centers.y[i], centers.z[i]};
+      },
+      [&](const device::PointBatch::Part& part) {
+        return std::vector<device::Argument>{part.in,
+                                             device::narrow(part.stride),
+                                             device::narrow(part.items),
+                                             map_.real(half_side),
+                                             map_.buffer(),
+                                             map_.factors(),
+                                             part.out};
+      },
+      [&](std::size_t i, const std::array<double, 2>& f) {
+        bounds.low[i] = static_cast<float>(f[0]);
+        bounds.high[i] = static_cast<float>(f[1]);
+      });
+  return bounds;
 }
 
 template <class Real>
@@ -132,22 +143,23 @@ void LevelSet::at_in(const Grid& grid, const GridBlock& block,
                      std::span<const std::int32_t> numbers, std::span<float> values) const {
   auto& context = map_.context();
   const auto numbered_kernel = kernel("level_set_numbered");
+  const device::Argument points = grid_block(grid, block, precision());
   device::Buffer<std::int32_t> sent;
   const auto start = [&](std::size_t begin, std::size_t count, const Orbits<Real>& orbits) {
     if (sent.size() == 0) sent = context.allocate<std::int32_t>(orbits.stride);
     context.write<std::int32_t>(sent, numbers.subspan(begin, count));
     const std::size_t groups = map_.groups(count);
     context.launch(numbered_kernel, {{groups, 1, 1}},
-                   {sent, block.count[0], block.count[1], block.first[0], block.first[1],
-                    block.first[2], map_.real(grid.origin.x()), map_.real(grid.origin.y()),
-                    map_.real(grid.origin.z()), map_.real(grid.step), narrow(orbits.stride),
-                    narrow(groups), map_.buffer(), map_.factors(), orbits.points, orbits.field});
+                   {sent, points, device::narrow(orbits.stride), device::narrow(groups),
+                    map_.buffer(), map_.factors(), orbits.points, orbits.field},
+                   work(groups));
   };
-  iterate<Real>(numbers.size(), start, [&](std::size_t begin, std::span<const Real> found) {
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      values[static_cast<std::size_t>(numbers[begin + i])] = static_cast<float>(found[i]);
-    }
-  });
+  iterate<Real>(
+      numbers.size(), numbered_kernel, start, [&](std::size_t begin, std::span<const Real> found) {
+        for (std::size_t i = 0; i < found.size(); ++i) {
+          values[static_cast<std::size_t>(numbers[begin + i])] = static_cast<float>(found[i]);
+        }
+      });
 }
 
 template <class Real>
@@ -178,26 +190,28 @@ std::vector<float> LevelSet::at_in(const PointList& points) const {
     context.write<Real>(orbits.points, sent);
     const std::size_t groups = map_.groups(count);
     context.launch(points_kernel, {{groups, 1, 1}},
-                   {orbits.points, narrow(orbits.stride), narrow(groups), map_.buffer(),
-                    map_.factors(), orbits.field});
+                   {orbits.points, device::narrow(orbits.stride), device::narrow(groups),
+                    map_.buffer(), map_.factors(), orbits.field},
+                   work(groups));
   };
   std::vector<float> values(points.size());
-  iterate<Real>(points.size(), start, [&](std::size_t begin, std::span<const Real> found) {
-    std::ranges::transform(found, values.begin() + static_cast<std::ptrdiff_t>(begin),
-                           [](Real f) { return static_cast<float>(f); });
-  });
+  iterate<Real>(points.size(), points_kernel, start,
+                [&](std::size_t begin, std::span<const Real> found) {
+                  std::ranges::transform(found, values.begin() + static_cast<std::ptrdiff_t>(begin),
+                                         [](Real f) { return static_cast<float>(f); });
+                });
   return values;
 }
 
 template <class Real, class Start, class Take>
-void LevelSet::iterate(std::size_t count, Start start, Take take) const {
+void LevelSet::iterate(std::size_t count, const device::Kernel& first_kernel, Start start,
+                       Take take) const {
   if (count == 0) return;
   auto& context = map_.context();
   const auto advance = kernel("level_set_advance");
-  const std::size_t stride =
-      std::min(map_.groups(count), map_.groups_per_launch(DeviceMap::kPairsPerLaunch)) *
-      map_.lanes();
-  const std::size_t most = map_.groups_per_launch(DeviceMap::kVersorsPerLaunch);
+  const std::size_t most = std::min(context.items_per_launch(first_kernel, work(1)),
+                                    std::max<std::size_t>(1, kMostPoints / map_.lanes()));
+  const std::size_t stride = std::min(map_.groups(count), most) * map_.lanes();
   // Orbits, and their images: they change places.
   std::array<Orbits<Real>, 2> orbits;
   for (auto& side : orbits) {
@@ -215,7 +229,7 @@ void LevelSet::iterate(std::size_t count, Start start, Take take) const {
     context.read<Real>(orbits[0].field, std::span(values).first(points));
     live.clear();
     for (std::size_t i = 0; i < points && iterations_ > 1; ++i) {
-      if (undecided(values[i])) live.push_back(narrow(i));
+      if (undecided(values[i])) live.push_back(device::narrow(i));
     }
     place = live;
     counts_.iterated += live.size();
@@ -224,13 +238,14 @@ void LevelSet::iterate(std::size_t count, Start start, Take take) const {
       const std::size_t groups = map_.groups(place.size());
       live.resize(groups * map_.lanes(), live.back());
       context.write<std::int32_t>(live_numbers, live);
-      for (std::size_t first = 0; first < groups; first += most) {
-        const std::size_t part = std::min(most, groups - first);
-        context.launch(
-            advance, {{part, 1, 1}},
-            {orbits[0].points, orbits[0].field, narrow(stride), live_numbers, narrow(first),
-             narrow(part), map_.buffer(), map_.factors(), orbits[1].points, orbits[1].field});
-      }
+      device::launch_in_parts(context, advance, groups, map_.step_cost() * map_.points_per_item(),
+                              [&](std::size_t first, std::size_t part) {
+                                return std::vector<device::Argument>{
+                                    orbits[0].points, orbits[0].field,       device::narrow(stride),
+                                    live_numbers,     device::narrow(first), device::narrow(part),
+                                    map_.buffer(),    map_.factors(),        orbits[1].points,
+                                    orbits[1].field};
+                              });
       context.read<Real>(orbits[1].field, std::span(reached).first(place.size()));
       std::swap(orbits[0], orbits[1]);
       counts_.iterates += place.size();
@@ -238,7 +253,7 @@ void LevelSet::iterate(std::size_t count, Start start, Take take) const {
       for (std::size_t i = 0; i < place.size(); ++i) {
         values[static_cast<std::size_t>(place[i])] = reached[i];
         if (!undecided(reached[i])) continue;
-        live[kept] = narrow(i);
+        live[kept] = device::narrow(i);
         place[kept++] = place[i];
       }
       live.resize(kept);
@@ -249,32 +264,4 @@ void LevelSet::iterate(std::size_t count, Start start, Take take) const {
   counts_.potentials += count;
 }
 
-template <class Real>
-FieldBounds LevelSet::bounds_in(const PointList& centers, double half_side) const {
-  if (centers.size() == 0) return {};
-  auto& context = map_.context();
-  const auto bounds_kernel = kernel("level_set_bounds");
-  std::vector<Real> lows(centers.size()), highs(centers.size());
-  const std::size_t all = map_.groups(centers.size());
-  const std::size_t stride =
-      std::min(all, map_.groups_per_launch(DeviceMap::kVersorsPerLaunch)) * map_.lanes();
-  const auto positions = context.allocate<Real>(3 * stride);
-  const auto low = context.allocate<Real>(stride);
-  const auto high = context.allocate<Real>(stride);
-  std::vector<Real> sent(3 * stride);
-  for (std::size_t begin = 0; begin < centers.size(); begin += stride) {
-    const std::size_t count = std::min(stride, centers.size() - begin);
-    centers.copy<Real>(begin, count, stride, sent);
-    context.write<Real>(positions, sent);
-    const std::size_t groups = map_.groups(count);
-    context.launch(bounds_kernel, {{groups, 1, 1}},
-                   {positions, narrow(stride), narrow(groups), map_.real(half_side), map_.buffer(),
-                    map_.factors(), low, high});
-    context.read<Real>(low, std::span(lows).subspan(begin, count));
-    context.read<Real>(high, std::span(highs).subspan(begin, count));
-  }
-  counts_.cubes += centers.size();
-  return {rounded(std::move(lows)), rounded(std::move(highs))};
-}
-
-}  // namespace qjulia
+}  // namespace qjulia::surface

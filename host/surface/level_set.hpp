@@ -6,11 +6,11 @@
 #include <span>
 #include <vector>
 
+#include "map/device_map.hpp"
 #include "qjulia/field.hpp"
-#include "surface/device_map.hpp"
 #include "surface/grid.hpp"
 
-namespace qjulia {
+namespace qjulia::surface {
 
 /// Points of the map's slice, map coordinates.
 struct PointList {
@@ -98,8 +98,6 @@ class LevelSet {
  private:
   // Each computes in `Real`, the type of the precision.
   template <class Real>
-  std::vector<float> densely_over_in(const Grid& grid, const GridBlock& block, double level) const;
-  template <class Real>
   void at_in(const Grid& grid, const GridBlock& block, std::span<const std::int32_t> numbers,
              std::span<float> values) const;
   template <class Real>
@@ -108,12 +106,14 @@ class LevelSet {
                      std::span<float> values) const;
   template <class Real>
   std::vector<float> at_in(const PointList& points) const;
-  template <class Real>
-  FieldBounds bounds_in(const PointList& centers, double half_side) const;
-  /// F_n of `count` points, chunk by chunk: `start(begin, count, orbits)` launches the first
-  /// iterate of some, `take(begin, values)` gets what they end with.
+  /// F_n of `count` points, chunk by chunk: `start(begin, count, orbits)` launches
+  /// `first_kernel`, the first iterate of some, `take(begin, values)` gets what they end with.
   template <class Real, class Start, class Take>
-  void iterate(std::size_t count, Start start, Take take) const;
+  void iterate(std::size_t count, const device::Kernel& first_kernel, Start start, Take take) const;
+  /// What the first iterates of so many work-items cost.
+  double work(std::size_t groups) const {
+    return static_cast<double>(groups) * map_.points_per_item() * map_.modulus_cost();
+  }
 
   template <class Real>
   bool undecided(Real value) const {
@@ -121,11 +121,11 @@ class LevelSet {
   }
   device::Kernel kernel(const char* name) const { return map_.kernel("level_set.cl", name); }
 
-  DeviceMap map_;
+  map::DeviceMap map_;
   int iterations_;
   float below_;  ///< an iterate of this log radius or less never leaves
   float above_;  ///< an iterate of this log radius or more never returns
   mutable LevelSetCounts counts_;
 };
 
-}  // namespace qjulia
+}  // namespace qjulia::surface

@@ -1,12 +1,14 @@
 #include "surface/marching_cubes.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "qjulia/error.hpp"
 #include "surface/cube_cases.hpp"
 
-namespace qjulia {
+namespace qjulia::surface {
 MarchingCubes::MarchingCubes(const std::array<int, 3>& points, double level, double reach)
     : points_(points),
       nx_(static_cast<std::size_t>(points[0])),
@@ -25,7 +27,7 @@ MarchingCubes::MarchingCubes(const std::array<int, 3>& points, double level, dou
 template <class F>
 void MarchingCubes::each_unknown(const Slice& slice, F f) const {
   for (std::size_t y = 0; y < ny_; ++y) {
-    for (const Run& run : slice.layer->row(static_cast<int>(y))) {
+    for (const PointRun& run : slice.slab->row(static_cast<int>(y))) {
       if (run.side != Side::unknown) continue;
       f(y * nx_ + static_cast<std::size_t>(run.begin),
         static_cast<std::size_t>(run.end - run.begin));
@@ -33,10 +35,10 @@ void MarchingCubes::each_unknown(const Slice& slice, F f) const {
   }
 }
 
-void MarchingCubes::add(std::span<const float> slice, const Layer& layer) {
+void MarchingCubes::add(std::span<const float> slice, const Slab& slab) {
   std::swap(lower_, upper_);
   ++slices_;
-  upper_.layer = &layer;
+  upper_.slab = &slab;
   classify(slice, upper_);
   part_.complete = part_.first + static_cast<std::uint32_t>(part_.vertices.size());
   cross_slice(upper_);
@@ -56,7 +58,7 @@ MeshPart MarchingCubes::take() {
 
 void MarchingCubes::classify(std::span<const float> values, Slice& slice) const {
   for (std::size_t y = 0; y < ny_; ++y) {
-    for (const Run& run : slice.layer->row(static_cast<int>(y))) {
+    for (const PointRun& run : slice.slab->row(static_cast<int>(y))) {
       const std::size_t end = y * nx_ + static_cast<std::size_t>(run.end);
       std::size_t i = y * nx_ + static_cast<std::size_t>(run.begin);
       if (run.side != Side::unknown) {
@@ -147,19 +149,9 @@ void MarchingCubes::mesh_cell(unsigned inside, std::size_t corner) {
       &lower_.on_y[i], &lower_.on_y[i + 1],   &upper_.on_y[i], &upper_.on_y[i + 1],
       &on_z_[i],       &on_z_[i + 1],         &on_z_[i + nx_], &on_z_[i + nx_ + 1]};
   for (const CubeLoop& loop : cube_cases()[inside]) {
-    std::uint32_t center = 0;
-    if (std::ranges::find(loop.triangles, kLoopCenter) != loop.triangles.end()) {
-      center = add_vertex({{}, EdgeVertex::kNoEdge, 0, false});
-      MeanVertex mean{center, {}};
-      for (const auto edge : loop.edges) mean.of.push_back(*on_edge[edge]);
-      part_.means.push_back(std::move(mean));
-    }
-    const auto vertex = [&](std::uint8_t edge) {
-      return edge == kLoopCenter ? center : *on_edge[edge];
-    };
     for (std::size_t t = 0; t < loop.triangles.size(); t += 3) {
-      part_.triangles.push_back({vertex(loop.triangles[t]), vertex(loop.triangles[t + 1]),
-                                 vertex(loop.triangles[t + 2])});
+      part_.triangles.push_back({*on_edge[loop.triangles[t]], *on_edge[loop.triangles[t + 1]],
+                                 *on_edge[loop.triangles[t + 2]]});
     }
   }
   count_open_edges(inside, corner);
@@ -176,4 +168,36 @@ void MarchingCubes::count_open_edges(unsigned inside, std::size_t corner) {
   }
 }
 
-}  // namespace qjulia
+void MeshBuilder::add(const MeshPart& part) {
+  place(part);
+  add_normals(part.triangles);
+  triangles_ += part.triangles.size();
+  sink_.triangles(part.triangles);
+
+  const std::size_t done = part.complete - first_;
+  for (std::size_t i = 0; i < done; ++i) normals_[i].normalize();
+  sink_.vertices(std::span(positions_).first(done), std::span(normals_).first(done));
+  const auto kept = static_cast<std::ptrdiff_t>(done);
+  positions_.erase(positions_.begin(), positions_.begin() + kept);
+  normals_.erase(normals_.begin(), normals_.begin() + kept);
+  first_ = part.complete;
+}
+
+void MeshBuilder::place(const MeshPart& part) {
+  for (const EdgeVertex& vertex : part.vertices) {
+    Eigen::Vector3d index(vertex.point[0], vertex.point[1], vertex.point[2]);
+    index[vertex.axis] += static_cast<double>(vertex.at);
+    positions_.push_back(shape_to_map_.to_shape(grid_.at(index)));
+  }
+  normals_.resize(positions_.size(), Eigen::Vector3d::Zero());
+}
+
+void MeshBuilder::add_normals(const std::vector<Triangle>& triangles) {
+  for (const auto& [a, b, c] : triangles) {
+    const Eigen::Vector3d& origin = position(a);
+    const Eigen::Vector3d area = (position(b) - origin).cross(position(c) - origin);
+    for (const auto number : {a, b, c}) normals_[number - first_] += area;
+  }
+}
+
+}  // namespace qjulia::surface

@@ -1,16 +1,17 @@
 #pragma once
-/// Marching cubes over slices that arrive one after the other.
+/// Marching cubes over slices that arrive one after the other, and the mesh they make.
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "qjulia/mesh.hpp"
-#include "surface/shell.hpp"
+#include "qjulia/surface.hpp"
+#include "surface/narrow_band.hpp"
 
-namespace qjulia {
+namespace qjulia::surface {
 
 /// Vertices keep this far from grid points, in steps: no two of them coincide.
 constexpr float kVertexMargin = 0.01F;
@@ -18,44 +19,35 @@ constexpr float kVertexMargin = 0.01F;
 /// A vertex on the grid edge that leads from a point one step along an axis.
 struct EdgeVertex {
   std::array<int, 3> point{};
-  int axis = 0;               ///< kNoEdge: it stands for the mean of other vertices
+  int axis = 0;
   float at = 0;               ///< 0 at `point`, 1 at the edge's other end
   bool leads_inside = false;  ///< `point` is outside
-
-  static constexpr int kNoEdge = 3;
-};
-
-/// A vertex at the mean of others.
-struct MeanVertex {
-  std::uint32_t number = 0;
-  std::vector<std::uint32_t> of;
 };
 
 /// What some slices have added to a mesh.
 struct MeshPart {
   std::uint32_t first = 0;  ///< number of the first of `vertices`
   std::vector<EdgeVertex> vertices;
-  std::vector<MeanVertex> means;    ///< rising numbers
   std::vector<Triangle> triangles;  ///< by vertex numbers, also of earlier parts
   std::size_t open_edges = 0;       ///< on the grid's boundary
   std::uint32_t complete = 0;       ///< vertices before this one have all their triangles
 };
 
 /// Meshes the level set of a field given on the points of a grid, slice by slice (rising z). Keeps
-/// two slices of the field and of vertex numbers, and looks only where a layer's sides are unknown.
+/// two slices of the field and of vertex numbers, and visits only points whose sides are unknown.
 /// Inside is where the value is below the level (a value that is not a number is outside). The mesh
 /// is closed and 2-manifold but where it meets the grid's boundary, oriented outward, without
-/// coincident vertices; the same whatever the layers, and however the parts are taken.
+/// coincident vertices; the same whatever the slabs, and however the parts are taken.
 class MarchingCubes {
  public:
   /// @param reach differences from the level are clamped to it before interpolation; for fields
   ///   that jump.
   MarchingCubes(const std::array<int, 3>& points, double level, double reach);
 
-  /// The next slice, x fastest; of values where a side is known no notice is taken. `layer` must
+  /// The next slice, x fastest; values of points whose sides are known are ignored. `slab` must
   /// live until the slice after this one was added.
   /// @throws Error beyond 2³² vertices.
-  void add(std::span<const float> slice, const Layer& layer);
+  void add(std::span<const float> slice, const Slab& slab);
 
   /// What was added since the last call.
   MeshPart take();
@@ -64,7 +56,7 @@ class MarchingCubes {
   /// What is known of one slice: the field relative to the level, which points are inside, and the
   /// vertices on its edges along x and y (set only where an edge is crossed).
   struct Slice {
-    const Layer* layer = nullptr;
+    const Slab* slab = nullptr;
     std::vector<float> difference;
     std::vector<std::uint8_t> inside;
     std::vector<std::uint32_t> on_x, on_y;
@@ -91,4 +83,30 @@ class MarchingCubes {
   MeshPart part_;
 };
 
-}  // namespace qjulia
+/// Places the parts' vertices, computes their normals and hands both on to a sink. Keeps only those
+/// vertices that further triangles can still use.
+class MeshBuilder {
+ public:
+  MeshBuilder(const Grid& grid, const ShapeToMap& shape_to_map, SurfaceSink& sink)
+      : grid_(grid), shape_to_map_(shape_to_map), sink_(sink) {}
+
+  void add(const MeshPart& part);
+
+  std::size_t vertices() const { return first_ + positions_.size(); }
+  std::size_t triangles() const { return triangles_; }
+
+ private:
+  Eigen::Vector3d& position(std::uint32_t number) { return positions_[number - first_]; }
+  void place(const MeshPart& part);
+  void add_normals(const std::vector<Triangle>& triangles);
+
+  Grid grid_;
+  ShapeToMap shape_to_map_;
+  SurfaceSink& sink_;
+  std::uint32_t first_ = 0;                 ///< number of the first vertex kept
+  std::vector<Eigen::Vector3d> positions_;  ///< shape units
+  std::vector<Eigen::Vector3d> normals_;    ///< sums of triangles' area vectors, twice
+  std::size_t triangles_ = 0;
+};
+
+}  // namespace qjulia::surface

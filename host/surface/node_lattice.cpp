@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
-namespace qjulia {
+namespace qjulia::surface {
 namespace {
 
 /// Nodes that interpolation takes before the one at or before a point, and after it.
@@ -86,4 +86,4 @@ NodeLattice node_lattice(const GridBlock& block, int spacing,
   return lattice;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::surface

@@ -7,7 +7,7 @@
 
 #include "surface/grid.hpp"
 
-namespace qjulia {
+namespace qjulia::surface {
 
 /// Nodes at every `spacing`-th point of a block along x and y, in each of its slices; they go on
 /// beyond the block's sides. Interpolation takes three of them before a point and three after,
@@ -29,4 +29,4 @@ struct NodeLattice {
 /// @param asking numbers of points in `block` (x fastest, then y), rising.
 NodeLattice node_lattice(const GridBlock& block, int spacing, std::span<const std::int32_t> asking);
 
-}  // namespace qjulia
+}  // namespace qjulia::surface

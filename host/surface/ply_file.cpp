@@ -2,11 +2,11 @@
 
 #include <array>
 #include <bit>
-#include <fstream>
+#include <iostream>
 #include <string>
 #include <vector>
 
-#include "files/atomic_file.hpp"
+#include "base/output_file.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/surface_file.hpp"
 
@@ -42,14 +42,14 @@ std::string header(std::size_t vertices, std::size_t triangles, const std::strin
 struct PlyFile::Impl {
   std::filesystem::path path;
   std::string note;
-  AtomicFile file;   ///< header and vertices
-  AtomicFile faces;  ///< never committed
+  base::OutputFile file;    ///< header and vertices
+  base::ScratchFile faces;  ///< come last in the file
   std::size_t vertices = 0;
   std::size_t triangles = 0;
   std::string bytes;
 
   Impl(const std::filesystem::path& path_, const std::string& note_)
-      : path(path_), note(note_), file(path_), faces(path_.string() + ".faces") {}
+      : path(path_), note(note_), file(path_), faces(path_) {}
 
   template <class T>
   void append(const T& value) {
@@ -94,12 +94,9 @@ void PlyFile::triangles(std::span<const Triangle> triangles) {
 
 void PlyFile::commit() {
   std::ostream& out = impl_->file.stream();
-  impl_->faces.stream().flush();
-  if (!impl_->faces.stream()) impl_->fail();
-  if (impl_->triangles > 0) {
-    std::ifstream faces(impl_->faces.temporary_path(), std::ios::binary);
-    if (!(out << faces.rdbuf())) impl_->fail();
-  }
+  std::iostream& faces = impl_->faces.stream();
+  if (!faces.seekg(0)) impl_->fail();
+  if (impl_->triangles > 0 && !(out << faces.rdbuf())) impl_->fail();
   out.seekp(0);
   out << header(impl_->vertices, impl_->triangles, impl_->note);
   impl_->file.commit();

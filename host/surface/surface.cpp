@@ -3,19 +3,26 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <deque>
+#include <future>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <utility>
 
+#include "base/range_check.hpp"
 #include "map/box_option.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/shared/map_layout.h"
+#include "qjulia/field.hpp"
 #include "surface/clear_box.hpp"
 #include "surface/level_set.hpp"
-#include "surface/march.hpp"
-#include "surface/set_surface.hpp"
+#include "surface/level_set_surface.hpp"
+#include "surface/marching_cubes.hpp"
+#include "surface/narrow_band.hpp"
 
 namespace qjulia {
+
+using namespace surface;
 namespace {
 
 constexpr int kMostCells = 8192;
@@ -33,62 +40,239 @@ double farthest_inside(const StopRadii& stops) {
   return std::isfinite(stops.outer) && stops.outer > 0 ? stops.outer : stops.escape;
 }
 
+/// Differences from the level are clamped to it.
 double reach_about(double level, const StopRadii& stops, int iterations) {
   if (iterations == 1) return std::numeric_limits<double>::infinity();
   const double nearer = std::min(level - std::log(stops.inner), std::log(stops.outer) - level);
   return std::clamp(nearer, kLeastReach, kMostReach);
 }
 
-Box starting_box(const LevelSet& set, const RationalMap& map, const StopRadii& stops) {
+/// The box asked for, or one that is clear of the set; map units. Nothing when a stop was
+/// requested.
+std::optional<Box> box_to_mesh(const LevelSet& set, const RationalMap& map, const StopRadii& stops,
+                               const SurfaceOptions& options, const Watch& watch) {
+  const ShapeToMap& to_map = map.shape_to_map;
+  if (options.box) return Box{to_map.to_map(options.box->low), to_map.to_map(options.box->high)};
+  const GridField field = [&set](const Grid& grid, const GridBlock& block) {
+    return set.over(grid, block);
+  };
+  Box box;
   if (map.box) {
     const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kMargin * map.box->size().maxCoeff());
-    return {map.shape_to_map.to_map(map.box->low - margin),
-            map.shape_to_map.to_map(map.box->high + margin)};
+    box = {to_map.to_map(map.box->low - margin), to_map.to_map(map.box->high + margin)};
+  } else {
+    const Eigen::Vector3d reach = Eigen::Vector3d::Constant(farthest_inside(stops));
+    box = shrunk_to_inside(field, map.surface_level, {-reach, reach});
   }
-  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(farthest_inside(stops));
-  return tightened(set, map.surface_level, {-reach, reach});
+  return enlarged_until_clear(field, map.surface_level, box, options.resolution,
+                              2 * farthest_inside(stops), watch);
+}
+
+/// Halves each vertex's edge `halvings` times, keeping the half whose ends lie on different sides
+/// of the level, and puts the vertex in the middle of what is left. Interpolation of F_n, which
+/// jumps where orbits part, leaves ripples; sides do not.
+void refine(const LevelSet& set, double level, const Grid& grid, int halvings,
+            std::vector<EdgeVertex>& vertices) {
+  if (halvings == 0) return;
+  std::vector<float> near(vertices.size(), 0.0F);
+  std::vector<float> far(vertices.size(), 1.0F);
+  const auto inside_below = static_cast<float>(level);
+  for (int halving = 0; halving < halvings; ++halving) {
+    PointList points;
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      const EdgeVertex& vertex = vertices[i];
+      Eigen::Vector3d index(vertex.point[0], vertex.point[1], vertex.point[2]);
+      index[vertex.axis] += static_cast<double>(0.5F * (near[i] + far[i]));
+      const Eigen::Vector3d x = grid.at(index);
+      points.add(x.x(), x.y(), x.z());
+    }
+    const std::vector<float> values = set.at(points);
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      const bool inside = values[i] < inside_below;
+      (inside == vertices[i].leads_inside ? far : near)[i] = 0.5F * (near[i] + far[i]);
+    }
+  }
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    vertices[i].at = std::clamp(0.5F * (near[i] + far[i]), kVertexMargin, 1 - kVertexMargin);
+  }
+}
+
+/// Points of the slab whose sides are unknown, numbered in its slices, x fastest, then y.
+std::vector<std::int32_t> unknown_points(const Grid& grid, const Slab& slab) {
+  std::vector<std::int32_t> numbers;
+  std::int32_t row = 0;
+  for (int k = 0; k < slab.slices; ++k) {
+    for (int j = 0; j < grid.points[1]; ++j, row += grid.points[0]) {
+      for (const PointRun& run : slab.row(j)) {
+        if (run.side != Side::unknown) continue;
+        for (int i = run.begin; i < run.end; ++i) numbers.push_back(row + i);
+      }
+    }
+  }
+  return numbers;
+}
+
+/// From slabs to triangles, on a thread of its own: one slab is meshed while the next is evaluated.
+class Mesher {
+ public:
+  Mesher(const LevelSet& set, double level, double reach, const Grid& grid, int halvings,
+         const ShapeToMap& shape_to_map, SurfaceSink& sink)
+      : set_(set),
+        level_(level),
+        grid_(grid),
+        halvings_(halvings),
+        cubes_(grid.points, level, reach),
+        builder_(grid, shape_to_map, sink) {}
+
+  /// Meshes the next slab, after the one before is done; takes `values` and leaves a buffer of
+  /// unspecified values. @throws what meshing the slab before threw.
+  void add(const Slab& slab, std::vector<float>& values) {
+    wait();
+    std::swap(values_, values);
+    slabs_.push_back(slab);
+    // The first slice of a slab is joined to the last one of the slab before.
+    if (slabs_.size() > 2) slabs_.pop_front();
+    meshing_ = std::async(std::launch::async, [this] { mesh(); });
+    // Vertices are refined on the device, which serves one thread at a time.
+    if (halvings_ > 0) wait();
+  }
+
+  /// Until all slabs are meshed.
+  void wait() {
+    if (!meshing_.valid()) return;
+    meshing_.get();
+    counts_.vertices = builder_.vertices();
+    counts_.triangles = builder_.triangles();
+    counts_.open_edges = open_edges_;
+  }
+
+  /// Vertices, triangles and open edges of the slabs that were waited for.
+  const SurfaceReport& counts() const { return counts_; }
+
+ private:
+  void mesh() {
+    const Slab& slab = slabs_.back();
+    const std::size_t slice = slices(grid_, 0, 1).size();
+    for (int k = 0; k < slab.slices; ++k) {
+      cubes_.add(std::span(values_).subspan(static_cast<std::size_t>(k) * slice, slice), slab);
+    }
+    MeshPart part = cubes_.take();
+    refine(set_, level_, grid_, halvings_, part.vertices);
+    builder_.add(part);
+    open_edges_ += part.open_edges;
+  }
+
+  const LevelSet& set_;
+  double level_;
+  Grid grid_;
+  int halvings_;
+  MarchingCubes cubes_;
+  MeshBuilder builder_;
+  std::size_t open_edges_ = 0;
+  SurfaceReport counts_;
+  std::vector<float> values_;
+  std::deque<Slab> slabs_;
+  std::future<void> meshing_;  ///< last: it ends before what it works on
+};
+
+/// A slab whose values are being evaluated.
+struct Evaluation {
+  Slab slab;
+  std::future<std::vector<float>> values;
+};
+
+/// Marching cubes of {F_n = level} over the grid, slab by slab.
+/// @param set, second the same set on a device and on its sibling: two slabs are evaluated at a
+///   time, so that the device is busy while the host looks through what came back.
+/// @return vertices, triangles, open edges and whether it was stopped.
+SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, double level,
+                             double reach, const Grid& grid, const SurfaceOptions& options,
+                             const ShapeToMap& shape_to_map, SurfaceSink& sink,
+                             const Watch& watch) {
+  const int slices = grid.points[2];
+  const NarrowBand band(set, grid, level);
+  Mesher mesher(set, level, reach, grid, options.refine, shape_to_map, sink);
+  const auto evaluate = [&](const LevelSet& on, const Slab& slab, int z) {
+    const GridBlock block = surface::slices(grid, z, slab.slices);
+    if (options.dense) return on.densely_over(grid, block, level);
+    std::vector<float> values(block.size());
+    on.clamped_at(grid, block, unknown_points(grid, slab), {level, reach}, values);
+    return values;
+  };
+  const auto start = std::chrono::steady_clock::now();
+  std::deque<Evaluation> under_way;
+  int meshed = 0;
+  const auto mesh_first = [&] {
+    std::vector<float> values = under_way.front().values.get();
+    mesher.add(under_way.front().slab, values);
+    meshed += under_way.front().slab.slices;
+    under_way.pop_front();
+    const double fraction = static_cast<double>(meshed) / slices;
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    watch.report({"extracting the surface", fraction, taken.count() * (1 - fraction) / fraction,
+                  fmt::format("{} triangles", mesher.counts().triangles)});
+  };
+  // Refinement and bounds of blocks use the first queue: neither runs beside a slab's evaluation.
+  const std::size_t at_once = options.refine > 0 ? 1 : 2;
+  bool on_second = false;
+  bool stopped = false;
+  for (int z = 0; z < slices && !stopped;) {
+    while (!under_way.empty()) mesh_first();
+    const std::vector<Slab> slabs =
+        options.dense
+            ? std::vector{unclassified_slab(grid, std::min(slices_at_once(grid), slices - z))}
+            : band.slabs(z);
+    for (const Slab& slab : slabs) {
+      stopped = watch.stop.stop_requested();
+      if (stopped) break;
+      if (under_way.size() == at_once) mesh_first();
+      const LevelSet& on = on_second ? second : set;
+      under_way.push_back({slab, std::async(std::launch::async, [&evaluate, &on, slab, z] {
+                             return evaluate(on, slab, z);
+                           })});
+      if (at_once > 1) on_second = !on_second;
+      z += slab.slices;
+    }
+  }
+  while (!under_way.empty()) mesh_first();
+  mesher.wait();
+  SurfaceReport report = mesher.counts();
+  report.stopped = stopped;
+  return report;
 }
 
 }  // namespace
 
 void SurfaceOptions::validate() const {
-  if (resolution < 2 || resolution > kMostCells) {
-    throw InputError(
-        fmt::format("--resolution {} is out of range; give 2 … {} cells", resolution, kMostCells));
-  }
-  if (iterations < 1 || iterations > QJ_MOST_ITERATIONS) {
-    throw InputError(fmt::format("--iterations {} is out of range; give 1 … {}", iterations,
-                                 QJ_MOST_ITERATIONS));
-  }
-  if (refine < 0 || refine > kMostHalvings) {
-    throw InputError(
-        fmt::format("--refine {} is out of range; give 0 … {} halvings", refine, kMostHalvings));
-  }
-  expect_box(box);
+  base::expect_between("resolution", resolution, 2, kMostCells, "cells");
+  base::expect_between("iterations", iterations, 1, kMostIterations);
+  base::expect_between("refine", refine, 0, kMostHalvings, "halvings");
+  map::expect_box(box);
 }
 
-SurfaceReport set_surface(const Device& device, const RationalMap& map, const StopRadii& stops,
-                          const SurfaceOptions& options, SurfaceSink& sink, const Watch& watch) {
+namespace surface {
+
+SurfaceReport level_set_surface(const Device& device, const RationalMap& map,
+                                const StopRadii& stops, const SurfaceOptions& options,
+                                SurfaceSink& sink, const Watch& watch) {
   LevelSet set(device, map, stops, options.iterations, options.precision);
-  Box box;
-  if (options.box) {
-    box = {map.shape_to_map.to_map(options.box->low), map.shape_to_map.to_map(options.box->high)};
-  } else {
-    box = grown_clear(set, map.surface_level, starting_box(set, map, stops), options.resolution,
-                      2 * farthest_inside(stops), watch);
+  const std::optional<Box> box = box_to_mesh(set, map, stops, options, watch);
+  SurfaceReport report;
+  if (!box) {
+    report.stopped = true;
+    return report;
   }
-  const Grid grid = grid_over(box, options.resolution);
+  const Grid grid = grid_over(*box, options.resolution);
   const double reach = reach_about(map.surface_level, stops, options.iterations);
-  Assembly assembly(grid, map.shape_to_map, sink);
   const Device sibling = device.sibling();
   const LevelSet second(sibling, map, stops, options.iterations, options.precision);
   set.reset_counts();
-  SurfaceReport report =
-      march(set, second, map.surface_level, reach, grid, options, assembly, watch);
+  report = mesh_level_set(set, second, map.surface_level, reach, grid, options, map.shape_to_map,
+                          sink, watch);
   sibling.record(nullptr);
   LevelSetCounts counts = set.counts();
   counts += second.counts();
-  report.grid_points = GridBlock{{0, 0, 0}, grid.points}.size();
+  report.grid_points = whole(grid).size();
   report.potentials = counts.potentials;
   report.settled = counts.settled;
   report.nodes = counts.nodes;
@@ -97,6 +281,8 @@ SurfaceReport set_surface(const Device& device, const RationalMap& map, const St
   report.bounded_blocks = counts.cubes;
   return report;
 }
+
+}  // namespace surface
 
 void MeshSink::vertices(std::span<const Eigen::Vector3d> positions,
                         std::span<const Eigen::Vector3d> normals) {
@@ -113,8 +299,8 @@ SurfaceReport extract_surface(const Device& device, const RationalMap& map,
                               const Watch& watch) {
   options.validate();
   map.validate();
-  return set_surface(device, map, find_stop_radii(device, map, options.escape), options, sink,
-                     watch);
+  return level_set_surface(device, map, find_stop_radii(device, map, options.escape), options, sink,
+                           watch);
 }
 
 TriangleMesh extract_surface(const Device& device, const RationalMap& map,
@@ -123,6 +309,7 @@ TriangleMesh extract_surface(const Device& device, const RationalMap& map,
   MeshSink sink;
   const SurfaceReport made = extract_surface(device, map, options, sink, watch);
   if (report != nullptr) *report = made;
+  if (made.stopped) return {};
   return std::move(sink.mesh);
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 /// How well a map fits a mesh.
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <vector>
 
@@ -14,7 +14,7 @@ namespace qjulia {
 struct CompareOptions {
   int resolution = 128;  ///< cells along each side of the cube the IoU is taken over
   int iterations = 6;
-  /// Shape units: only what lies in it is compared. By default a cube about the mesh.
+  /// Shape units: only what lies in it is compared; by default, a cube about the mesh.
   std::optional<Box> box = std::nullopt;
   Precision precision = Precision::single;  ///< of the orbits; double where the device has it
   /// Radius beyond which orbits end, map units; by default where none returns from.
@@ -29,15 +29,19 @@ struct FitMetrics {
   double mean_distance = 0;       ///< between the surfaces, mean of both directions
   double distance_95 = 0;         ///< that 95 % of the samples of either surface stay within
   double hausdorff_distance = 0;  ///< of the surface samples
-  double energy = 0;              ///< −1 is perfect; the paper's weights, α = 10
-  double roughness = 0;           ///< area of the set over the mesh's
+  /// −Σ w s tanh(α (F_n − L)) over the cells: −1 is perfect. α = 10, w ∝ 1 / max(distance, half a
+  /// cell), weights inside and outside of sum ½ each (Kim 2015, Eq. 10, normalised).
+  double energy = 0;
+  double roughness = 0;  ///< area of the set over the mesh's
   /// Coefficient of variation of ‖∇F_1‖ (3-D) over the mesh's surface, the same for every n: how
   /// uneven the shell's thickness is.
   double slope_variation = 0;
 };
 
 /// Metrics at n = 1 and at `options.iterations`. The IoU is taken at cell centres of a cube centred
-/// on the mesh's box, side 1.15 × its longest side; or of `options.box`.
+/// on the mesh's box, side 1.15 × its longest side; or of `options.box`. A stop request ends it
+/// with the metrics that are complete: fewer than asked for.
+/// @throws InputError naming the option or what is wrong with the map or mesh.
 std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
                                 const TriangleMesh& mesh, const CompareOptions& options,
                                 const Watch& watch = {});

@@ -3,7 +3,9 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -19,6 +21,12 @@ class Context;
 enum class Precision { single, dbl };
 
 enum class DeviceKind { cpu, gpu, accelerator, other };
+
+/// How kernels are cut into work-items.
+enum class Layout {
+  cpu,  ///< wide lanes in each of few work-items, which sum privately
+  gpu,  ///< one lane in each of many work-items; groups of them sum and share tiles in local memory
+};
 
 /// What OpenCL says of one device, as numbers of the whole device.
 struct DeviceInfo {
@@ -41,9 +49,19 @@ struct DeviceInfo {
 };
 
 std::string to_string(DeviceKind kind);
+std::string to_string(Layout layout);
+
+/// All of it, with the layout that suits the device and "P:D" as its "id".
+nlohmann::json to_json(const DeviceInfo& info);
 
 /// Every usable device of every platform. A platform that is empty or broken is passed over.
 std::vector<DeviceInfo> list_devices();
+
+/// How often a kernel ran and how long it took on the device.
+struct KernelTime {
+  std::uint64_t launches = 0;
+  double seconds = 0;
+};
 
 /// One device, ready to run kernels; copies share it.
 class Device {
@@ -51,15 +69,24 @@ class Device {
   /// Chooses a device.
   /// @param wanted `gpu`, `cpu`, `P:D` (platform and device number as `list_devices` gives them) or
   ///   part of a name, in any case; empty: the environment's QJULIA_DEVICE, else the first GPU,
-  ///   else the first device of any kind.
+  ///   else the first device of any kind. Its layout is the environment's QJULIA_LAYOUT (`cpu`,
+  ///   `gpu` or `auto`), else the one that suits it.
   /// @throws NoDeviceError when nothing matches: there is never a silent fallback.
+  /// @throws InputError when QJULIA_LAYOUT is something else.
   static Device choose(const std::string& wanted = {});
 
   const DeviceInfo& info() const;
 
+  /// The same device with the defaults of this layout, whatever its kind. Results differ in
+  /// rounding only; a layout that does not suit the device is slow.
+  Device with_layout(Layout layout) const;
+  Layout layout() const { return layout_; }
+  /// Whether that is the layout that suits the device.
+  bool has_own_layout() const;
+
   /// The same device with kernels compiled for `width` lanes (1, 8 or 16) in place of its own
-  /// width, and the defaults for that width. Fewer lanes than the default run slower; results
-  /// differ in rounding only.
+  /// width, and its layout's defaults for that width. Fewer lanes than the default run slower;
+  /// results differ in rounding only.
   Device with_lane_width(int width) const;
 
   /// The same device with these settings at this precision. @throws InputError
@@ -72,7 +99,7 @@ class Device {
   const Tuning& tuning(Precision precision) const {
     return tuning_[static_cast<std::size_t>(precision)];
   }
-  /// Whether the settings differ from those the device is chosen with.
+  /// Whether the settings differ from the defaults of its layout.
   bool is_tuned(Precision precision) const;
 
   /// Lanes one work-item computes side by side at this precision.
@@ -82,12 +109,18 @@ class Device {
   /// that, and waits for what is under way.
   void record(std::shared_ptr<Trace> trace) const;
 
-  /// For the library's own rooms: launches, buffers, programs.
+  /// Device time by kernel since the last reset; waits for the queue. Where the device's events
+  /// carry no times, launches are waited for one by one and timed by the wall clock.
+  std::map<std::string, KernelTime> kernel_times() const;
+  void reset_kernel_times() const;
+
+  /// Internal: launches, buffers, programs.
   device::Context& context() const { return *context_; }
 
  private:
   explicit Device(std::shared_ptr<device::Context> context);
   std::shared_ptr<device::Context> context_;
+  Layout layout_;
   std::array<Tuning, 2> tuning_;  ///< by precision
 };
 

@@ -3,6 +3,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace qjulia {
 
@@ -16,6 +17,23 @@ class Error : public std::runtime_error {
 class InputError : public Error {
  public:
   using Error::Error;
+};
+
+/// A field of an options struct has a value that cannot be used.
+class OptionError : public InputError {
+ public:
+  /// @param field by its name in the struct, such as "max_evaluations".
+  /// @param problem what is wrong with it, and what to give.
+  OptionError(std::string field, std::string problem)
+      : InputError(field + ": " + problem),
+        field_(std::move(field)),
+        problem_(std::move(problem)) {}
+  const std::string& field() const noexcept { return field_; }
+  const std::string& problem() const noexcept { return problem_; }
+
+ private:
+  std::string field_;
+  std::string problem_;
 };
 
 /// A result could not be written; nothing was left under its final name.

@@ -16,6 +16,9 @@ namespace qjulia {
 /// finite in single precision, as versors need.
 constexpr double kLargestEscape = 1e9;
 
+/// The largest n.
+constexpr int kMostIterations = 16;
+
 /// Radii about the origin that settle an orbit, map units.
 struct StopRadii {
   double inner = 0;    ///< below it an iterate never leaves; 0 when there is none

@@ -1,7 +1,9 @@
 #pragma once
-/// Figures of a surface, and its parts.
+/// Figures of a surface: area, volume, dimension, components and thickness of walls.
 
-#include <nlohmann/json.hpp>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <vector>
 
 #include "qjulia/device.hpp"
@@ -9,51 +11,57 @@
 
 namespace qjulia {
 
+/// The slope of ln N(s) over ln 1/s, where N(s) is the number of boxes of side s that hold a point.
+struct BoxDimension {
+  double dimension;  ///< not a number where fewer than three sizes of boxes fit
+  double error;      ///< standard error of the slope
+  int sizes;         ///< sizes counted, each half the one before
+};
+
+/// The box-counting dimension of a set of points, by boxes from 1/8 of the longest side down to the
+/// last half that is at least `finest` wide, and 1/512.
+BoxDimension box_dimension(std::span<const Eigen::Vector3f> points, double finest);
+
 /// Units of the mesh.
 struct SurfaceFigures {
   std::size_t components = 0;
   double area = 0;
   double volume = 0;           ///< enclosed, by the divergence theorem
-  double dimension = 0;        ///< by counting boxes; not a number where fewer than three sizes fit
-  double dimension_error = 0;  ///< standard error of the slope it is
-  int box_sizes = 0;           ///< sizes counted, each half the one before
+  double dimension = 0;        ///< box-counting dimension; not a number on too coarse a mesh
+  double dimension_error = 0;  ///< its standard error
+  int box_sizes = 0;           ///< sizes of boxes that were counted
 };
-/// Area, volume, area per volume, dimension and its error.
+/// Area, volume, area per volume, dimension, its error and the sizes of boxes.
 nlohmann::json to_json(const SurfaceFigures& figures);
 
-/// Takes a mesh's figures as it passes by. Keeps 16 bytes a vertex.
-///
-/// Box-counting dimension: the slope of ln N(s) by ln 1/s, N(s) the number of boxes of side s that
-/// hold a point of the surface, for s from 1/8 of the longest side, halved while boxes are at least
-/// four mean edges wide and 1/512 of that side.
+/// Measures a mesh as it passes by. Keeps 16 bytes a vertex. Boxes are counted down to four mean
+/// edges.
 class FigureSink : public SurfaceSink {
  public:
-  explicit FigureSink(SurfaceSink* next = nullptr) : next_(next) {}
+  /// @param next gets all that comes, unless it is null.
+  explicit FigureSink(SurfaceSink* next = nullptr);
+  ~FigureSink() override;
+  FigureSink(const FigureSink&) = delete;
+  FigureSink& operator=(const FigureSink&) = delete;
+
   void vertices(std::span<const Eigen::Vector3d> positions,
                 std::span<const Eigen::Vector3d> normals) override;
   void triangles(std::span<const Triangle> triangles) override;
 
-  /// Of all that came.
+  /// Of all triangles that have come with their vertices.
   SurfaceFigures figures();
 
  private:
-  void take_complete();
-  std::uint32_t root(std::uint32_t vertex);
-
-  SurfaceSink* next_;
-  std::vector<Eigen::Vector3f> positions_;
-  std::vector<std::uint32_t> parent_;  ///< sets of joined vertices
-  std::vector<Triangle> waiting_;      ///< for their vertices
-  double area_ = 0;
-  double volume_ = 0;
-  double edges_ = 0;  ///< sum of the lengths of triangles' edges
-  std::size_t triangles_ = 0;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
+/// Figures of a whole mesh. Boxes that are too small for a coarse mesh's vertices are counted over
+/// points on its triangles.
 SurfaceFigures measure(const TriangleMesh& mesh);
 
-/// The connected parts with at least `least` times the area of the largest; 1 leaves the largest
-/// alone (the first of several).
+/// The connected parts with at least `least` times the area of the largest, 0 … 1; 1 keeps only the
+/// largest (the first of several).
 TriangleMesh large_components(const TriangleMesh& mesh, double least);
 
 /// How thick the walls of a closed mesh are: diameters of the largest balls inside that touch the
@@ -63,6 +71,7 @@ struct WallThickness {
   double tenth = 0;     ///< a tenth of the surface is thinner
   double median = 0;
 };
+/// @throws InputError when the mesh has no area.
 WallThickness wall_thickness(const Device& device, const TriangleMesh& mesh);
 
 }  // namespace qjulia

@@ -15,6 +15,7 @@
 
 namespace qjulia {
 
+/// What a fit may change.
 enum class Unknowns { exponents, all };
 
 /// Where factors start.
@@ -23,54 +24,96 @@ enum class Placement {
   paper   ///< on the surface, as point charges (Kim 2015)
 };
 
+/// Every field has a value that suits most shapes; each says when another is better.
 struct FitOptions {
-  int factors = 331;     ///< 8 … 20000
-  double detail = 0.02;  ///< δ, fraction of the box's diagonal, 0.001 … 0.1
+  /// 8 … 20000. More factors follow finer features, and cost time in proportion (above 1,600 the
+  /// preconditioner is diagonal, and each evaluation gains less). Raise them where the IoU stays
+  /// below what you want though the energy no longer falls; lower them for quick trials.
+  int factors = 331;
+  /// δ, the thickness of the fractal shell as a fraction of the box's diagonal, 0.001 … 0.1. Below
+  /// 0.01 the set is smooth, from 0.05 it is heavily grooved. Lower it where the fit warns that the
+  /// set is near dissolving. `with_detail` changes it afterwards without another fit; a polished
+  /// map was polished for this one.
+  double detail = 0.02;
+  /// Change it to see how much of a result is chance: samples and relocated factors are drawn with
+  /// it.
   std::uint64_t seed = 1;
-  double time_limit = std::numeric_limits<double>::infinity();  ///< seconds of the whole fit
-  int max_evaluations = 0;  ///< of energy and gradient; 0: the schedule's own number
+  /// Seconds of the whole fit. Set it where a deadline matters more than the result: the levels of
+  /// the schedule then share the time, and results differ from run to run. For results that repeat,
+  /// limit evaluations.
+  double time_limit = std::numeric_limits<double>::infinity();
+  /// Of energy and gradient; 0: the schedule's own number. The levels share whatever it is, so that
+  /// a hundred give a rough map of the same kind.
+  int max_evaluations = 0;
+  /// `exponents` keeps centres where they were placed: for comparison with Kim 2015, or where
+  /// centres carry a meaning of their own. It fits less closely.
   Unknowns unknowns = Unknowns::all;
+  /// `paper` is for comparison with Kim 2015.
   Placement placement = Placement::depth;
+  /// `dbl` shows whether rounding matters, at twice the time on a CPU and up to 64 times on a GPU
+  /// made for pictures.
   Precision precision = Precision::single;
-  std::string schedule = "tight";  ///< a built-in schedule's name, or a .toml file's
+  /// A built-in schedule's name (`tight`; `fast` for a fifth of the evaluations with half of the
+  /// samples; `paper`, the course of Kim 2015), or the path of a .toml file. Write your own where a
+  /// shape is much thinner than the bands of `tight`, or to fit with another loss.
+  std::string schedule = "tight";
   /// Spends the last two fifths of the budget on the second iterate's set, at the wanted detail.
+  /// Set it where the set itself is to follow the shape closely: it has fewer grooves afterwards.
   bool polish = false;
   /// The energy is summed over the samples in this many equal parts, which ranks share. Sums are
-  /// the same bits for the same number.
+  /// the same bits for the same number: set it to the largest number of ranks that a result is to
+  /// be repeated on. Each part has its own rounding and its own launches, so that more than the
+  /// number of ranks only cost time.
   int sample_parts = 1;
   /// A file to keep the fit in while it is under way, rewritten at each stage's end and every 10 s:
-  /// the caller removes it once the result is safe. Empty: none.
+  /// the caller removes it once the result is safe. Set it for fits that take minutes. Empty: none.
   std::filesystem::path checkpoint;
-  bool resume = false;    ///< go on from the checkpoint, where there is one
-  void validate() const;  ///< @throws InputError naming the option
+  /// Goes on from the checkpoint, where there is one. The other options, the mesh and the device
+  /// must be those it was written with; the time limit may differ.
+  bool resume = false;
+
+  void validate() const;  ///< @throws OptionError naming the field
 };
 
 /// The TOML text of a schedule, by a built-in one's name or a file's ending in .toml.
 /// @throws InputError when there is none.
 std::string schedule_text(const std::string& name);
 
-enum class StopReason { schedule_done, evaluations, time_limit, interrupted, converged };
+/// Why a fit ended. Each leaves a map that can be used.
+enum class StopReason {
+  schedule_done,  ///< the schedule's own number of evaluations
+  evaluations,    ///< FitOptions::max_evaluations
+  time_limit,
+  interrupted,  ///< a stop request
+  converged     ///< the last level gained next to nothing (on grids alone)
+};
 std::string to_string(StopReason reason);
 
-/// One stage of a fit, as it went.
+/// One stage of a fit, as it went. Energies of different stages are over different samples, and
+/// compare only within a level.
 struct StageReport {
-  std::string name;
+  std::string name;  ///< its level's
   int evaluations = 0;
   double energy_before = 0;
   double energy_after = 0;
   double seconds = 0;
-  double iou = 0;      ///< on a coarse grid
+  double iou = 0;      ///< of the set and the shape, on a coarse grid
   int iterations = 1;  ///< n of energies and IoU
 };
 
 struct FitResult {
   RationalMap map;  ///< calibrated, in the shape's own coordinates by its shape_to_map
   StopReason stopped = StopReason::schedule_done;
-  int evaluations = 0;
-  double seconds = 0;
+  int evaluations = 0;  ///< of energy and gradient, a resumed fit's earlier ones included
+  double seconds = 0;   ///< the same for wall time
   std::vector<StageReport> stages;
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings;  ///< what a user should know about the map, a sentence each
 };
+
+/// Two lines: energy and IoU reached, evaluations, time, and why the fit ended.
+std::string brief_summary(const FitResult& result);
+/// A line for each stage, then the brief summary.
+std::string full_summary(const FitResult& result);
 
 /// Fits a map to a mesh. A stop request ends the fit with what was reached. A resumed fit gives the
 /// same map as one that was never interrupted, bit for bit (without a time limit).
@@ -78,13 +121,11 @@ struct FitResult {
 FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& options,
               const Watch& watch = {});
 
-/// The same with the samples divided over ranks, on each rank's own device. Rank 0 calls this, the
-/// others `serve_fit`.
+/// The same with the samples divided over ranks, each with its own device. Every rank calls this
+/// with the same mesh and options and gets the same result; rank 0's alone reports progress, keeps
+/// the checkpoint, and decides about time and stop requests. An error of one rank ends all: there
+/// it is thrown as it is, elsewhere as an Error that names the rank.
 FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& options,
               const Watch& watch, Ranks& ranks);
-
-/// Evaluates what rank 0's fit asks for, until that ends. Errors are rank 0's to throw.
-/// @param open gives this rank's device, at the first use.
-void serve_fit(Ranks& ranks, const std::function<Device()>& open, Precision precision);
 
 }  // namespace qjulia

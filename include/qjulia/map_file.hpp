@@ -2,6 +2,8 @@
 /// The map file: JSON, extension .qjulia.json; docs/map-format.md.
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
 
 #include "qjulia/rational_map.hpp"
 

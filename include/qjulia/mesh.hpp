@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -32,7 +33,11 @@ struct MeshReport {
   std::size_t non_manifold_edges = 0;  ///< edges with more than two triangles, or badly oriented
   std::size_t welded_vertices = 0;     ///< duplicates merged while reading
   std::size_t dropped_triangles = 0;   ///< without area, removed while reading
-  bool is_inside_out = false;          ///< its signed volume is negative
+  std::size_t bad_polygons = 0;  ///< crossing themselves or without area, cut up while reading
+  std::size_t duplicate_triangles = 0;  ///< with the corners and winding of another, removed
+  std::size_t two_sided_triangles = 0;  ///< pairs with the same corners and opposite windings
+  bool is_two_sided = false;            ///< all were in such pairs; the first of each is left
+  bool is_inside_out = false;           ///< its signed volume is negative
   double rounding = 0;  ///< of coordinates in single precision, as mesh files are read and written,
                         ///< over the longest side
   bool closed() const { return open_edges == 0 && non_manifold_edges == 0; }
@@ -40,13 +45,16 @@ struct MeshReport {
   std::vector<std::string> warnings() const;
 };
 
-/// Reads .obj, .off, .ply or .stl by its extension, through OpenMesh and so with coordinates in
-/// single precision; polygons are cut into triangles, equal vertices welded, and triangles without
-/// area and vertices without triangles left out. Nothing else is lost: open, non-manifold and
+/// Reads .obj, .off, .ply or .stl by its extension, with coordinates in single precision. Polygons
+/// are cut into triangles, equal vertices welded, and triangles without area, triangles that repeat
+/// another and vertices without triangles left out. Nothing else is lost: open, non-manifold and
 /// inside-out meshes and triangle soups come as they are.
+/// @param report what was found, unless null. @param stop ends reading.
 /// @throws InputError naming the file: missing, empty, of another type, truncated, an index out of
-///   range, a coordinate that is not finite, no triangle with area.
-TriangleMesh read_mesh(const std::filesystem::path& path, MeshReport* report = nullptr);
+///   range, a coordinate that is not finite or beyond ±1e12, no triangle with area, a longest side
+///   below 1e-12. Interrupted when a stop is requested.
+TriangleMesh read_mesh(const std::filesystem::path& path, MeshReport* report = nullptr,
+                       std::stop_token stop = {});
 
 /// Writes by extension (.ply and .stl binary, .obj, .off), coordinates in single precision, under a
 /// temporary name that is renamed. Also .glb, turned so that Z points up in viewers.

@@ -20,6 +20,7 @@ struct Image {
   int width = 0;
   int height = 0;
   std::vector<std::uint8_t> pixels;  ///< 3 · width · height
+  std::size_t covered = 0;           ///< of a rendered set or mesh: the pixels that show any of it
 };
 
 /// A pin-hole camera that turns about the shape.
@@ -65,10 +66,11 @@ struct PictureLayers {
   std::vector<float> position;  ///< 3 a pixel; not a number where nothing is
 };
 
-/// Pictures of {F_n < L}. Lights stay with the camera's azimuth; the ground lies under the set's
-/// lowest point. The same options, map and device give the same bytes. An empty image when a stop
-/// was requested.
-/// @param layers gets what the pixels show, if given.
+/// A picture of {F_n < L}. Lights stay with the camera's azimuth; the ground lies under the set's
+/// lowest point. The same options, map and device give the same bytes. The image is empty when a
+/// stop was requested.
+/// @param layers gets what the pixels show, unless it is null.
+/// @throws InputError naming the option or what is wrong with the map.
 Image render(const Device& device, const RationalMap& map, const PictureOptions& options,
              const Watch& watch = {}, PictureLayers* layers = nullptr);
 
@@ -77,6 +79,9 @@ Image render(const Device& device, const RationalMap& map, const PictureOptions&
 Image render_mesh(const Device& device, const TriangleMesh& mesh, const Box& framed,
                   const PictureOptions& options, const Watch& watch = {},
                   PictureLayers* layers = nullptr);
+
+/// The names of the files that `write_layers` writes.
+std::vector<std::filesystem::path> layer_files(const std::filesystem::path& prefix);
 
 /// The layers of a picture `width` pixels wide as files: PREFIX.depth.npy (float32 [row][column]),
 /// PREFIX.normal.npy and PREFIX.position.npy (float32 [row][column][3]), units as in
@@ -87,7 +92,7 @@ std::vector<std::filesystem::path> write_layers(const PictureLayers& layers, int
 
 /// The mesh, the map's potential (n = 1) and its set in one view; and the distance of what is seen
 /// of the set from the mesh as colour, with a scale: percent of the mesh's box diagonal, and units
-/// of the mesh. Each as large as the options say. An empty image when a stop was requested.
+/// of the mesh. Each is as large as the options say. The image is empty when a stop was requested.
 Image comparison(const Device& device, const RationalMap& map, const TriangleMesh& mesh,
                  const PictureOptions& options, const Watch& watch = {});
 

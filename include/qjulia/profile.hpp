@@ -2,7 +2,7 @@
 /// How fast the kernels run on a device, against what the device can do.
 
 #include <cstdint>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -51,6 +51,9 @@ struct KernelFigures {
   /// Of what the device can do at this work per byte, by the median second.
   std::optional<double> share_of_limit;
   std::string limit;  ///< "fma" or "memory", whichever is lower there; empty where not known
+  /// What the instructions of the compiled kernel and its memory traffic take at the device's
+  /// limits, where they were counted: single precision only.
+  std::optional<double> predicted_seconds;
 };
 
 struct ProfileReport {

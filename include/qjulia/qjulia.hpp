@@ -1,13 +1,13 @@
 #pragma once
 /// All of the library.
 
-#include "qjulia/batch.hpp"
 #include "qjulia/compare.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/figures.hpp"
+#include "qjulia/file_types.hpp"
 #include "qjulia/fit.hpp"
 #include "qjulia/knobs.hpp"
 #include "qjulia/label_check.hpp"
@@ -15,10 +15,12 @@
 #include "qjulia/mesh.hpp"
 #include "qjulia/original_file.hpp"
 #include "qjulia/picture.hpp"
+#include "qjulia/plot.hpp"
 #include "qjulia/ranks.hpp"
 #include "qjulia/rational_map.hpp"
 #include "qjulia/sample.hpp"
 #include "qjulia/scaling.hpp"
+#include "qjulia/self_test.hpp"
 #include "qjulia/shape.hpp"
 #include "qjulia/surface.hpp"
 #include "qjulia/surface_file.hpp"

@@ -1,14 +1,19 @@
 #pragma once
-/// The rational map R(q) = e^S · p · Π_k (q − c_k)^{a_k} and what is known of the shape it fits;
-/// also the quadratic map R(q) = e^S · p · (q² + c), which is iterated and looked at in the same
-/// way.
+/// The map R(q) = e^F(q) U(q), a modulus and a versor, and what is known of the shape it fits.
+///
+/// A fitted map is R(q) = e^S · p · Π_k (q − c_k)^{a_k}: both its modulus and its versor are of
+/// factors, and take them from one list. A map with other kinds is iterated and looked at alike.
 
 #include <Eigen/Core>
-#include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "qjulia/box.hpp"
+#include "qjulia/modulus.hpp"
+#include "qjulia/provenance.hpp"
 #include "qjulia/quaternion.hpp"
+#include "qjulia/versor.hpp"
 
 namespace qjulia {
 
@@ -27,37 +32,40 @@ struct ShapeToMap {
   Eigen::Vector3d to_shape(const Eigen::Vector3d& x) const { return (x - translation) / scale; }
 };
 
-/// An axis-aligned box.
-struct Box {
-  Eigen::Vector3d low = Eigen::Vector3d::Zero();
-  Eigen::Vector3d high = Eigen::Vector3d::Zero();
-
-  Eigen::Vector3d size() const { return high - low; }
-  Eigen::Vector3d center() const { return 0.5 * (low + high); }
-  double diagonal() const { return size().norm(); }
-};
-
 /// A map as the map file holds it (docs/map-format.md).
 struct RationalMap {
-  double slice = 0;          ///< W of the points that 3-D coordinates stand for
-  double log_scale = 0;      ///< S
-  double surface_level = 0;  ///< L: a point is inside at n when F_n < L
-  Quaternion phase{1, 0, 0, 0};
-  std::vector<Factor> factors;          ///< product order, left to right; none in a quadratic map
-  std::optional<Quaternion> quadratic;  ///< c: the map is quadratic
+  double slice = 0;              ///< W of the points that 3-D coordinates stand for
+  double log_scale = 0;          ///< S, added to every kind of F
+  double surface_level = 0;      ///< L: a point is inside at n when F_n < L
+  Quaternion phase{1, 0, 0, 0};  ///< p, in front of every kind of U
+  Modulus modulus;
+  Versor versor;
+  /// Product order, left to right; what a modulus and a versor of factors are made of. Empty where
+  /// neither is.
+  std::vector<Factor> factors;
   ShapeToMap shape_to_map;
   std::optional<double> detail;    ///< δ as a fraction of the box's diagonal
   std::optional<double> inradius;  ///< of the shape, shape units
   std::optional<Box> box;          ///< of the shape, shape units
-  nlohmann::json provenance = nlohmann::json::object();
+  Provenance provenance;
 
-  /// Σ a_k, or 2 of a quadratic map; the set is bounded when it exceeds 1.
+  /// What F grows with, far out: F ≈ degree · ln |q|. Σ a_k of factors, 2 of a quadratic map; the
+  /// set is bounded when it exceeds 1.
   double degree() const;
-  /// @throws InputError naming what is wrong: no factors, factors and c, a number that is not
-  ///   finite or beyond ±1e15, in map coordinates ±1e9 (single precision squares the one and takes
-  ///   fourth powers of the other), a phase that is not a unit quaternion, a scale that is not
-  ///   positive.
+  /// "rational" where modulus and versor are of factors, "quadratic" where both are quadratic, else
+  /// their names with a slash between.
+  std::string kind() const;
+  /// Whether the modulus and the versor are of factors, as `fit` makes them.
+  bool is_rational() const;
+  /// @throws InputError naming what is wrong: no factors where they are needed, or some where they
+  ///   are not; a number that is not finite or beyond ±1e15, in map coordinates ±1e9 (single
+  ///   precision squares the one and takes fourth powers of the other), a phase that is not a unit
+  ///   quaternion, a scale that is not positive, different numbers of one name in the modulus and
+  ///   the versor.
   void validate() const;
 };
+
+/// R(q) = q² + c.
+RationalMap quadratic_map(const Quaternion& c);
 
 }  // namespace qjulia

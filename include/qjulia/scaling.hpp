@@ -1,7 +1,7 @@
 #pragma once
 /// How the cost of an evaluation grows with its size.
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <vector>
 
 #include "qjulia/profile.hpp"

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include "qjulia/device.hpp"
@@ -15,9 +16,10 @@ namespace qjulia {
 /// holes and triangle soups have a sensible inside. A mesh that is inside out is turned.
 class SignedDistance {
  public:
-  /// @throws InputError when the mesh has no extent.
+  /// @param stop ends the preparation, which takes seconds for millions of triangles.
+  /// @throws InputError when the mesh has no extent, Interrupted.
   SignedDistance(const Device& device, const TriangleMesh& mesh,
-                 Precision precision = Precision::single);
+                 Precision precision = Precision::single, std::stop_token stop = {});
 
   /// Distances of the points, in the mesh's units; any number of points. Points that are not finite
   /// are infinitely far.
@@ -52,8 +54,9 @@ struct OuterSurface {
 /// Triangles with the inside on both sides, as where bodies overlap or lie in one another, are left
 /// out, and so are those of inside-out bodies with the outside on both sides; triangles that are so
 /// in part are cut. A mesh less than 0.2 % of whose area is hidden so is its own outer surface.
-/// @throws InputError when the mesh has no extent.
-OuterSurface outer_surface(const Device& device, const TriangleMesh& mesh);
+/// @param stop ends the search. @throws InputError when the mesh has no extent, Interrupted.
+OuterSurface outer_surface(const Device& device, const TriangleMesh& mesh,
+                           std::stop_token stop = {});
 
 /// A mesh in map coordinates: longest side 3, the deepest interior point at the origin.
 struct Shape {
@@ -71,11 +74,14 @@ struct DeepestPoint {
   Eigen::Vector3d position;
   double inradius;
 };
-/// @throws InputError when the mesh has no interior.
-DeepestPoint deepest_interior_point(const SignedDistance& distance, const Box& box);
+/// @param stop ends the search. @throws InputError when the mesh has no interior, Interrupted.
+DeepestPoint deepest_interior_point(const SignedDistance& distance, const Box& box,
+                                    std::stop_token stop = {});
 
 /// Normalises a mesh: scale so that the longest side is 3, origin at the deepest interior point.
-/// @throws InputError when the mesh is flat or has no interior.
-Shape make_shape(const Device& device, const TriangleMesh& mesh);
+/// @param stop ends the preparation.
+/// @throws InputError when the mesh is flat, has no interior, or is too large or too small (as for
+///   `read_mesh`); Interrupted.
+Shape make_shape(const Device& device, const TriangleMesh& mesh, std::stop_token stop = {});
 
 }  // namespace qjulia

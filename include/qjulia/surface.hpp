@@ -2,7 +2,7 @@
 /// The set as a triangle mesh.
 
 #include <cstdint>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 
@@ -25,46 +25,58 @@ struct SurfaceOptions {
   void validate() const;  ///< @throws InputError
 };
 
-/// What an extraction came to.
+/// Counts of an extraction.
 struct SurfaceReport {
   std::size_t vertices = 0;
   std::size_t triangles = 0;
-  std::size_t open_edges = 0;        ///< where the set was cut by the box; all others are shared by
-                                     ///< two triangles
+  std::size_t open_edges = 0;        ///< where the box cuts the set; two triangles share any other
+  bool stopped = false;              ///< a stop was requested: the mesh is a part, and not closed
   std::uint64_t grid_points = 0;     ///< of the grid
   std::uint64_t potentials = 0;      ///< points where F_1 was evaluated, not interpolated
   std::uint64_t settled = 0;         ///< points settled by interpolated F_1 and images
-  std::uint64_t nodes = 0;           ///< points these were interpolated from
-  std::uint64_t iterated = 0;        ///< points of the band, that F_1 leaves undecided, iterated
-  std::uint64_t iterates = 0;        ///< further iterates of these, all together
-  std::uint64_t bounded_blocks = 0;  ///< blocks of points that F_1 was bounded over
+  std::uint64_t nodes = 0;           ///< points from which these were interpolated
+  std::uint64_t iterated = 0;        ///< points whose orbits were iterated beyond F_1
+  std::uint64_t iterates = 0;        ///< second and further iterates of these, all together
+  std::uint64_t bounded_blocks = 0;  ///< blocks of points over which F_1 was bounded
 };
+/// The counts of evaluations: grid, potentials, settled, nodes, iterated, iterates, bounded_blocks.
 nlohmann::json to_json(const SurfaceReport& report);
 
 /// Takes a mesh piece by piece, as it is made.
 class SurfaceSink {
  public:
   virtual ~SurfaceSink() = default;
-  /// The next vertices, shape units; numbers run from 0 in the order they come in. Normals are of
-  /// length 1, outward: the mean of the triangles around, by area.
+  /// The next vertices, shape units, numbered from 0 in the order in which they come. Normals are
+  /// unit vectors, outward: the area-weighted mean of the triangles around the vertex.
   virtual void vertices(std::span<const Eigen::Vector3d> positions,
                         std::span<const Eigen::Vector3d> normals) = 0;
   /// The next triangles. Their vertices come before or after them.
   virtual void triangles(std::span<const Triangle> triangles) = 0;
 };
 
-/// Marching cubes of F_n = L, evaluated on the device in slabs. Shared vertices; closed and
-/// 2-manifold where the set stays clear of the box, oriented outward. Without triangles when the
-/// box holds no surface. F_1 is bounded over blocks of points, evaluated where these bounds do not
-/// settle the side, and iterated where F_1 does not: cost grows with the band about the surface.
-/// Memory is that of a few slabs.
+/// Keeps a mesh in memory.
+class MeshSink : public SurfaceSink {
+ public:
+  void vertices(std::span<const Eigen::Vector3d> positions,
+                std::span<const Eigen::Vector3d> normals) override;
+  void triangles(std::span<const Triangle> triangles) override;
+
+  TriangleMesh mesh;
+};
+
+/// Marching cubes of F_n = L, evaluated on the device slab by slab. Vertices are shared; the mesh
+/// is closed and 2-manifold where the set stays clear of the box, and oriented outward. It has no
+/// triangles when the box holds no surface. F_1 is bounded over blocks of points, evaluated where
+/// these bounds do not settle the side, and iterated where F_1 does not: the cost grows with the
+/// band about the surface. Memory is that of a few slabs. A stop request ends the extraction
+/// (`SurfaceReport::stopped`).
 /// @throws InputError naming the option or what is wrong with the map; Error when no box is clear
-///   of the set, or beyond 2³² vertices; Interrupted when a stop is requested.
+///   of the set, or beyond 2³² vertices.
 SurfaceReport extract_surface(const Device& device, const RationalMap& map,
                               const SurfaceOptions& options, SurfaceSink& sink,
                               const Watch& watch = {});
 
-/// The same, in memory.
+/// The same, in memory. The mesh is empty when a stop was requested.
 TriangleMesh extract_surface(const Device& device, const RationalMap& map,
                              const SurfaceOptions& options, const Watch& watch = {},
                              SurfaceReport* report = nullptr);

@@ -1,7 +1,7 @@
 #pragma once
 /// Finds the settings with which a device runs the kernels of a fit fastest.
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 

@@ -1,7 +1,7 @@
 #pragma once
 /// How a device's work is cut into work-items.
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 namespace qjulia {
 

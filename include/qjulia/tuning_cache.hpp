@@ -19,7 +19,8 @@ struct KeptTuning {
   std::string warning;  ///< why the settings kept for it are not used; empty where nothing is wrong
 };
 
-/// Looks for settings kept for the device. The environment's QJULIA_TUNING=off says not to look.
+/// Looks for settings kept for the device. The environment's QJULIA_TUNING=off says not to look; a
+/// layout other than the device's own keeps its defaults.
 KeptTuning with_kept_tuning(const Device& device);
 
 /// Keeps the device's settings of this precision, and those of the other as they were.

@@ -22,8 +22,8 @@ RationalMap map_off_slice() {
 }
 
 /// Random samples, and some beside a factor and beside its branch cut.
-Samples hard_samples(const RationalMap& map) {
-  Samples samples = test::random_samples(150, 62);
+fitting::Samples hard_samples(const RationalMap& map) {
+  fitting::Samples samples = test::random_samples(150, 62);
   const Quaternion& c = map.factors[2].center;
   for (const double step : {1e-3, 1e-2}) {
     samples.add({c.x + step, c.y, c.z + step}, 0.01, 0.1, 0);  // near the factor
@@ -48,24 +48,25 @@ double relative_difference(const std::vector<double>& a, const std::vector<doubl
 
 TEST_CASE("energy, field and gradient on the device are the reference's") {
   const int iterations = GENERATE(1, 2, 3, 4);
-  const auto loss = GENERATE(Loss::tanh, Loss::distance);
+  const auto [name, loss] = GENERATE(from_range(fitting::kLosses.begin(), fitting::kLosses.end()));
   const RationalMap map = map_off_slice();
-  const Samples samples = hard_samples(map);
-  const EnergyOptions options{loss, iterations, 1.3, 20};
-  const auto reference = make_reference_evaluator(samples, options);
+  const fitting::Samples samples = hard_samples(map);
+  const fitting::EnergyOptions options{loss, iterations, 1.3, 20};
+  const auto reference = fitting::make_reference_evaluator(samples, options);
   const auto expected = reference->evaluate(map, true);
   const auto expected_field = reference->field(map);
-  for (const int width : test::lane_widths()) {
-    const auto device = test::device().with_lane_width(width);
-    CAPTURE(width, iterations, loss == Loss::tanh);
+  for (const test::Variant& variant : test::variants()) {
+    const auto device = variant.of(test::device());
+    CAPTURE(variant, iterations, name);
     if (test::can_check(device, Precision::dbl)) {
-      const auto in_double = make_device_evaluator(device, samples, options, Precision::dbl);
+      const auto in_double =
+          fitting::make_device_evaluator(device, samples, options, Precision::dbl);
       const auto two = in_double->evaluate(map, true);
       CHECK(two.energy == Approx(expected.energy).epsilon(1e-10));
       CHECK(relative_difference(two.gradient, expected.gradient) < 1e-10);
       CHECK(relative_difference(in_double->field(map), expected_field) < 1e-10);
     }
-    const auto one = make_device_evaluator(device, samples, options)->evaluate(map, true);
+    const auto one = fitting::make_device_evaluator(device, samples, options)->evaluate(map, true);
     CHECK(one.energy == Approx(expected.energy).epsilon(1e-5));
     CHECK(relative_difference(one.gradient, expected.gradient) < 1e-4);
   }
@@ -78,74 +79,76 @@ TEST_CASE("orbits that leap far out beside others that stay leave the gradient f
   map.log_scale = 0;
   for (Factor& factor : map.factors) factor.center = 1e-3 * factor.center;
   map.factors.push_back({{0, 0, 0, 1e-3}, 60 - map.degree()});
-  Samples samples;
+  fitting::Samples samples;
   for (int i = 0; i < 64; ++i) {
     const double radius = i % 2 == 0 ? 0.995 : 1.6;
     const Eigen::Vector3d x(std::cos(i), std::sin(i) * std::cos(2 * i),
                             std::sin(i) * std::sin(2 * i));
     samples.add(radius * x, 1.0 / 64, 0.1, 0);
   }
-  const EnergyOptions options{Loss::distance, 3, 1, 20};
-  const auto expected = make_reference_evaluator(samples, options)->evaluate(map, true);
-  for (const int width : test::lane_widths()) {
-    CAPTURE(width);
-    const auto device = test::device().with_lane_width(width);
-    const auto found =
-        make_device_evaluator(device, samples, options, Precision::single)->evaluate(map, true);
+  const fitting::EnergyOptions options{fitting::Loss::distance, 3, 1, 20};
+  const auto expected = fitting::make_reference_evaluator(samples, options)->evaluate(map, true);
+  for (const test::Variant& variant : test::variants()) {
+    CAPTURE(variant);
+    const auto device = variant.of(test::device());
+    const auto found = fitting::make_device_evaluator(device, samples, options, Precision::single)
+                           ->evaluate(map, true);
     CHECK(found.energy == Approx(expected.energy).epsilon(1e-4));
     CHECK(relative_difference(found.gradient, expected.gradient) < 1e-3);
   }
 }
 
 TEST_CASE("the Gauss-Newton matrix on the device is the reference's") {
-  const auto loss = GENERATE(Loss::tanh, Loss::distance);
+  const auto [name, loss] = GENERATE(from_range(fitting::kLosses.begin(), fitting::kLosses.end()));
   const RationalMap map = map_off_slice();
-  const Samples samples = hard_samples(map);
-  const EnergyOptions options{loss, 1, 1.3, 20};
-  const auto expected = make_reference_evaluator(samples, options)->gauss_newton(map);
+  const fitting::Samples samples = hard_samples(map);
+  const fitting::EnergyOptions options{loss, 1, 1.3, 20};
+  const auto expected = fitting::make_reference_evaluator(samples, options)->gauss_newton(map);
   const double size = expected.cwiseAbs().maxCoeff();
-  for (const int width : test::lane_widths()) {
-    const auto device = test::device().with_lane_width(width);
-    CAPTURE(width, loss == Loss::tanh);
+  for (const test::Variant& variant : test::variants()) {
+    const auto device = variant.of(test::device());
+    CAPTURE(variant, name);
     if (test::can_check(device, Precision::dbl)) {
-      const auto two =
-          make_device_evaluator(device, samples, options, Precision::dbl)->gauss_newton(map);
+      const auto two = fitting::make_device_evaluator(device, samples, options, Precision::dbl)
+                           ->gauss_newton(map);
       CHECK((two - expected).cwiseAbs().maxCoeff() < 1e-10 * size);
     }
-    const auto one = make_device_evaluator(device, samples, options)->gauss_newton(map);
+    const auto one = fitting::make_device_evaluator(device, samples, options)->gauss_newton(map);
     CHECK((one - expected).cwiseAbs().maxCoeff() < 1e-4 * size);
   }
 }
 
 TEST_CASE("the Gauss-Newton diagonal on the device is the reference's") {
-  const auto loss = GENERATE(Loss::tanh, Loss::distance);
+  const auto [name, loss] = GENERATE(from_range(fitting::kLosses.begin(), fitting::kLosses.end()));
   const RationalMap map = map_off_slice();
-  const Samples samples = hard_samples(map);
-  const EnergyOptions options{loss, 1, 1.3, 20};
-  const auto expected = make_reference_evaluator(samples, options)->gauss_newton_diagonal(map);
+  const fitting::Samples samples = hard_samples(map);
+  const fitting::EnergyOptions options{loss, 1, 1.3, 20};
+  const auto expected =
+      fitting::make_reference_evaluator(samples, options)->gauss_newton_diagonal(map);
   const auto difference = [&](const Eigen::VectorXd& diagonal) {
     return ((diagonal - expected).cwiseAbs().array() / (expected.array() + 1e-300)).maxCoeff();
   };
-  for (const int width : test::lane_widths()) {
-    const auto device = test::device().with_lane_width(width);
-    CAPTURE(width, loss == Loss::tanh);
+  for (const test::Variant& variant : test::variants()) {
+    const auto device = variant.of(test::device());
+    CAPTURE(variant, name);
     if (test::can_check(device, Precision::dbl)) {
-      CHECK(difference(make_device_evaluator(device, samples, options, Precision::dbl)
+      CHECK(difference(fitting::make_device_evaluator(device, samples, options, Precision::dbl)
                            ->gauss_newton_diagonal(map)) < 1e-10);
     }
-    CHECK(difference(make_device_evaluator(device, samples, options)->gauss_newton_diagonal(map)) <
-          1e-4);
+    CHECK(difference(fitting::make_device_evaluator(device, samples, options)
+                         ->gauss_newton_diagonal(map)) < 1e-4);
   }
 }
 
 TEST_CASE("work-items that sum in local memory give the reference's sums, the same every time") {
   const int iterations = GENERATE(2, 4);
   const RationalMap map = map_off_slice();
-  const Samples samples = hard_samples(map);
-  const EnergyOptions options{Loss::tanh, iterations, 1.3, 20};
-  const auto expected = make_reference_evaluator(samples, options)->evaluate(map, true);
+  const fitting::Samples samples = hard_samples(map);
+  const fitting::EnergyOptions options{fitting::Loss::tanh, iterations, 1.3, 20};
+  const auto expected = fitting::make_reference_evaluator(samples, options)->evaluate(map, true);
   const auto expected_matrix =
-      make_reference_evaluator(samples, {Loss::distance, 1, 1.3, 20})->gauss_newton(map);
+      fitting::make_reference_evaluator(samples, {fitting::Loss::distance, 1, 1.3, 20})
+          ->gauss_newton(map);
   const double size = expected_matrix.cwiseAbs().maxCoeff();
   for (const int width : test::lane_widths()) {
     // GPUs have one lane and 32 KiB of local memory: wide lanes get a small group.
@@ -160,12 +163,13 @@ TEST_CASE("work-items that sum in local memory give the reference's sums, the sa
       tuning.product_side = 16;
       device = device.with_tuning(precision, tuning);
       CAPTURE(width, group, iterations, precision == Precision::dbl);
-      const auto evaluator = make_device_evaluator(device, samples, options, precision);
+      const auto evaluator = fitting::make_device_evaluator(device, samples, options, precision);
       const auto found = evaluator->evaluate(map, true);
       CHECK(found.energy == Approx(expected.energy).epsilon(energy));
       CHECK(relative_difference(found.gradient, expected.gradient) < gradient);
       CHECK(evaluator->evaluate(map, true).gradient == found.gradient);
-      const auto h = make_device_evaluator(device, samples, {Loss::distance, 1, 1.3, 20}, precision)
+      const auto h = fitting::make_device_evaluator(
+                         device, samples, {fitting::Loss::distance, 1, 1.3, 20}, precision)
                          ->gauss_newton(map);
       CHECK((h - expected_matrix).cwiseAbs().maxCoeff() < matrix * size);
     };
@@ -175,22 +179,23 @@ TEST_CASE("work-items that sum in local memory give the reference's sums, the sa
 }
 
 TEST_CASE("the products of matching pursuit on the device are the reference's") {
-  const auto loss = GENERATE(Loss::tanh, Loss::distance);
+  const auto [name, loss] = GENERATE(from_range(fitting::kLosses.begin(), fitting::kLosses.end()));
   const RationalMap map = map_off_slice();
-  const Samples samples = hard_samples(map);
-  const EnergyOptions options{loss, 1, 1.3, 20};
+  const fitting::Samples samples = hard_samples(map);
+  const fitting::EnergyOptions options{loss, 1, 1.3, 20};
   std::vector<Quaternion> centers;
   for (const auto& factor : test::random_map(37, 0.1, 0.6, 9).factors) {
     centers.push_back(factor.center);
   }
-  const auto expected = make_reference_evaluator(samples, options)->pursuit_products(map, centers);
+  const auto expected =
+      fitting::make_reference_evaluator(samples, options)->pursuit_products(map, centers);
   REQUIRE(expected.rows() == 39);
   const double size = expected.cwiseAbs().maxCoeff();
-  for (const int width : test::lane_widths()) {
-    const auto device = test::device().with_lane_width(width);
-    CAPTURE(width, loss == Loss::tanh);
+  for (const test::Variant& variant : test::variants()) {
+    const auto device = variant.of(test::device());
+    CAPTURE(variant, name);
     const auto difference = [&](Precision precision) {
-      const auto evaluator = make_device_evaluator(device, samples, options, precision);
+      const auto evaluator = fitting::make_device_evaluator(device, samples, options, precision);
       // Between two matrices of another order, whose buffers it may share.
       evaluator->gauss_newton(map);
       const auto found = evaluator->pursuit_products(map, centers);

@@ -14,9 +14,9 @@ using namespace qjulia;
 namespace {
 
 /// Largest difference between the gradient and central differences, over the largest component.
-double gradient_error(Evaluator& evaluator, const RationalMap& map, double step) {
+double gradient_error(fitting::Evaluator& evaluator, const RationalMap& map, double step) {
   const auto gradient = evaluator.evaluate(map, true).gradient;
-  const auto at = to_unknowns(map);
+  const auto at = fitting::to_unknowns(map);
   double worst = 0;
   double largest = 0;
   for (std::size_t i = 0; i < at.size(); ++i) {
@@ -24,9 +24,10 @@ double gradient_error(Evaluator& evaluator, const RationalMap& map, double step)
     auto down = at;
     up[i] += step;
     down[i] -= step;
-    const double difference = (evaluator.evaluate(with_unknowns(map, up), false).energy -
-                               evaluator.evaluate(with_unknowns(map, down), false).energy) /
-                              (2 * step);
+    const double difference =
+        (evaluator.evaluate(fitting::with_unknowns(map, up), false).energy -
+         evaluator.evaluate(fitting::with_unknowns(map, down), false).energy) /
+        (2 * step);
     worst = test::worse(worst, std::abs(difference - gradient[i]));
     largest = std::max(largest, std::abs(difference));
   }
@@ -35,8 +36,8 @@ double gradient_error(Evaluator& evaluator, const RationalMap& map, double step)
 
 /// Samples with some in hard places: 1e-3 from a factor's centre, and 1e-3 from the half-line
 /// behind a centre on the slice, where the angle nears pi and the versor has its branch cut.
-Samples hard_samples(const RationalMap& map, std::size_t count, std::uint64_t seed) {
-  Samples samples = test::random_samples(count, seed);
+fitting::Samples hard_samples(const RationalMap& map, std::size_t count, std::uint64_t seed) {
+  fitting::Samples samples = test::random_samples(count, seed);
   for (std::size_t i = 0; i < 8; ++i) {
     const Quaternion& c = map.factors[i].center;
     samples.position[2 * i] = {c.x + 6e-4, c.y - 6e-4, c.z + 5e-4};
@@ -55,15 +56,15 @@ RationalMap map_on_slice(std::size_t factors, std::uint64_t seed) {
 }  // namespace
 
 TEST_CASE("gradients agree with central differences in double") {
-  const int width = GENERATE(from_range(test::lane_widths()));
+  const test::Variant variant = GENERATE(from_range(test::variants()));
   const int iterations = GENERATE(1, 2, 3, 4);
-  const auto loss = GENERATE(Loss::tanh, Loss::distance);
-  const auto device = test::device().with_lane_width(width);
+  const auto loss = GENERATE(fitting::Loss::tanh, fitting::Loss::distance);
+  const auto device = variant.of(test::device());
   if (!test::can_check(device, Precision::dbl)) return;
   const auto map = map_on_slice(14, 7);
   const auto samples = hard_samples(map, 61, 8);
-  const EnergyOptions options{loss, iterations, 1.0, 20};
-  const auto evaluator = make_device_evaluator(device, samples, options, Precision::dbl);
-  INFO("width " << width << " n " << iterations);
+  const fitting::EnergyOptions options{loss, iterations, 1.0, 20};
+  const auto evaluator = fitting::make_device_evaluator(device, samples, options, Precision::dbl);
+  INFO("variant " << variant << " n " << iterations);
   CHECK(gradient_error(*evaluator, map, 2e-7) < 1e-6);
 }

@@ -25,8 +25,8 @@ struct Bounds {
 constexpr Bounds kBounds{-0.7, 1.1};
 
 /// Three slices of a fine grid.
-Grid fine_grid() {
-  Grid grid;
+surface::Grid fine_grid() {
+  surface::Grid grid;
   grid.origin = {-0.6, -0.5, 0.1};
   grid.step = 0.0078125;
   grid.points = {131, 117, 3};
@@ -35,7 +35,7 @@ Grid fine_grid() {
 
 /// Versors turn about the lines that lead from centres towards negative x. Of half the factors
 /// these lines lie in the slice, and 0.3 steps off the middle one of the grid's.
-RationalMap map_with_lines(const Grid& grid) {
+RationalMap map_with_lines(const surface::Grid& grid) {
   RationalMap map = test::random_map(14, 0.4, 1.4, 5);
   map.slice = 0.0625;
   map.log_scale = 0.3;
@@ -46,7 +46,7 @@ RationalMap map_with_lines(const Grid& grid) {
   return map;
 }
 
-std::vector<Quaternion> points_of(const Grid& grid, double slice) {
+std::vector<Quaternion> points_of(const surface::Grid& grid, double slice) {
   std::vector<Quaternion> points;
   for (int k = 0; k < grid.points[2]; ++k) {
     for (int j = 0; j < grid.points[1]; ++j) {
@@ -67,15 +67,16 @@ struct Settled {
 
 /// Settles a grid's points, and checks that they are where their orbits have them.
 template <class Real>
-Settled check_settled(const Device& device, Precision precision, const Grid& grid,
+Settled check_settled(const Device& device, Precision precision, const surface::Grid& grid,
                       const RationalMap& map, const Bounds& bounds) {
-  const GridBlock block = slices(grid, 0, grid.points[2]);
+  const surface::GridBlock block = surface::slices(grid, 0, grid.points[2]);
   const auto points = points_of(grid, map.slice);
   const auto first = reference::field(map, points, 1, kStops.escape);
   const auto second = reference::field(map, points, 2, kStops.escape);
 
-  const DeviceMap on_device(device, map, kStops, precision);
-  InterpolatedOrbits<Real> orbits(on_device, grid, block, bounds.below, kLevel, bounds.above);
+  const map::DeviceMap on_device(device, map, kStops, precision);
+  surface::InterpolatedOrbits<Real> orbits(on_device, grid, block, bounds.below, kLevel,
+                                           bounds.above);
   std::vector<std::int32_t> numbers(points.size());
   std::iota(numbers.begin(), numbers.end(), 0);
   std::vector<float> values(points.size(), NAN);
@@ -110,7 +111,7 @@ Settled check_settled(const Device& device, Precision precision, const Grid& gri
 }
 
 /// In both precisions, as far as the device has them.
-Settled check_settled(const Device& device, const Grid& grid, const RationalMap& map,
+Settled check_settled(const Device& device, const surface::Grid& grid, const RationalMap& map,
                       const Bounds& bounds) {
   if (test::can_check(device, Precision::dbl)) {
     check_settled<double>(device, Precision::dbl, grid, map, bounds);
@@ -122,7 +123,7 @@ Settled check_settled(const Device& device, const Grid& grid, const RationalMap&
 
 TEST_CASE("settled points are on their side, by no more than their orbits have it") {
   const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
-  const Grid grid = fine_grid();
+  const surface::Grid grid = fine_grid();
   const Settled settled = check_settled(device, grid, map_with_lines(grid), kBounds);
   // Worth having.
   const std::size_t all = points_of(grid, 0).size();
@@ -134,7 +135,7 @@ TEST_CASE("settled points are on their side, by no more than their orbits have i
 }
 
 TEST_CASE("points of a tiny grid are settled too") {
-  Grid grid = fine_grid();
+  surface::Grid grid = fine_grid();
   grid.origin = {-0.6, 0.1, 0.15};
   grid.points = {37, 31, 1};
   RationalMap map = map_with_lines(fine_grid());
@@ -146,7 +147,7 @@ TEST_CASE("points of a tiny grid are settled too") {
 
 TEST_CASE("a versor that jumps half way between nodes is not taken for a smooth one") {
   const Device device = test::device();
-  const Grid grid = fine_grid();
+  const surface::Grid grid = fine_grid();
   // Wherever nodes are, for some of these rows one factor's line is half way between two.
   std::size_t by_image = 0;
   for (int row = 50; row < 60; ++row) {
@@ -161,18 +162,19 @@ TEST_CASE("a versor that jumps half way between nodes is not taken for a smooth 
 
 TEST_CASE("points beyond the escape radius, few points and steep maps are left alone") {
   const Device device = test::device();
-  const Grid grid = fine_grid();
+  const surface::Grid grid = fine_grid();
   RationalMap map = map_with_lines(grid);
   const auto settled = [&](const StopRadii& stops, std::size_t count) {
-    const DeviceMap on_device(device, map, stops, Precision::single);
-    InterpolatedOrbits<float> orbits(on_device, grid, slices(grid, 0, grid.points[2]),
-                                     kBounds.below, kLevel, kBounds.above);
+    const map::DeviceMap on_device(device, map, stops, Precision::single);
+    surface::InterpolatedOrbits<float> orbits(on_device, grid,
+                                              surface::slices(grid, 0, grid.points[2]),
+                                              kBounds.below, kLevel, kBounds.above);
     std::vector<std::int32_t> numbers(count);
     std::iota(numbers.begin(), numbers.end(), 0);
-    std::vector<float> values(GridBlock{{0, 0, 0}, grid.points}.size());
+    std::vector<float> values(surface::GridBlock{{0, 0, 0}, grid.points}.size());
     return count - orbits.settle(numbers, values).size();
   };
-  const std::size_t all = GridBlock{{0, 0, 0}, grid.points}.size();
+  const std::size_t all = surface::GridBlock{{0, 0, 0}, grid.points}.size();
   CHECK(settled(kStops, all) > 0);
   CHECK(settled(kStops, 100) == 0);
   // All points are farther out than this.

@@ -155,11 +155,11 @@ TEST_CASE("knobs that make no sense are refused by name") {
                       Catch::Contains(option));
   };
   const double nan = std::nan("");
-  refused([&](MapKnobs& k) { k.detail = nan; }, "--detail");
-  refused([](MapKnobs& k) { k.detail = 0.01; }, "--detail");  // the map does not say its own
-  refused([](MapKnobs& k) { k.phase = Quaternion{}; }, "--phase");
-  refused([&](MapKnobs& k) { k.slice = nan; }, "--slice");
-  refused([](MapKnobs& k) { k.drift = 0.5; }, "--drift");  // nor the inradius
-  refused([](MapKnobs& k) { k.scale = 0; }, "--scale");
-  refused([&](MapKnobs& k) { k.translate = Eigen::Vector3d(0, nan, 0); }, "--translate");
+  refused([&](MapKnobs& k) { k.detail = nan; }, "detail");
+  refused([](MapKnobs& k) { k.detail = 0.01; }, "detail");  // the map does not say its own
+  refused([](MapKnobs& k) { k.phase = Quaternion{}; }, "phase");
+  refused([&](MapKnobs& k) { k.slice = nan; }, "slice");
+  refused([](MapKnobs& k) { k.drift = 0.5; }, "drift");  // nor the inradius
+  refused([](MapKnobs& k) { k.scale = 0; }, "scale");
+  refused([&](MapKnobs& k) { k.translate = Eigen::Vector3d(0, nan, 0); }, "translate");
 }

@@ -85,15 +85,15 @@ double relative(double v) { return std::abs(v); }
 /// Absolute below 1, relative above.
 double mixed(double v) { return std::max(1.0, std::abs(v)); }
 
-struct Bounds {
+struct ErrorBounds {
   double log2_near_one, log2_mixed, exp_moderate, exp_full, tanh_absolute, angle, sincos, rsqrt;
 };
 
 /// float: as lane_math.clh states; double: OpenCL's own functions, a few units in the last place.
-Bounds bounds(Precision precision) {
+ErrorBounds bounds(Precision precision) {
   return precision == Precision::single
-             ? Bounds{3.5e-7, 1.3e-7, 1.2e-7, 1.2e-7, 2e-7, 4e-7, 8e-8, 2.4e-7}
-             : Bounds{2e-15, 2e-15, 2e-15, 2e-15, 1e-15, 2e-15, 1e-15, 2e-15};
+             ? ErrorBounds{3.5e-7, 1.3e-7, 1.2e-7, 1.2e-7, 2e-7, 4e-7, 8e-8, 2.4e-7}
+             : ErrorBounds{2e-15, 2e-15, 2e-15, 2e-15, 1e-15, 2e-15, 1e-15, 2e-15};
 }
 
 }  // namespace
@@ -103,7 +103,7 @@ TEST_CASE("elementary functions keep their stated bounds") {
   const auto precision = GENERATE(Precision::single, Precision::dbl);
   if (!test::can_check(test::device(), precision)) return;
   const Probe probe(width, precision);
-  const Bounds bound = bounds(precision);
+  const ErrorBounds bound = bounds(precision);
   CAPTURE(width, precision == Precision::dbl);
 
   const auto log2 = [](double x, double) { return std::log2(x); };

@@ -15,15 +15,16 @@ using namespace qjulia;
 namespace {
 
 /// Origin and step of few bits: coordinates are exact wherever they are computed.
-Grid exact_grid() {
-  Grid grid;
+surface::Grid exact_grid() {
+  surface::Grid grid;
   grid.origin = {-1.5, -1.25, -1.75};
   grid.step = 0.0625;
   grid.points = {47, 41, 53};
   return grid;
 }
 
-std::vector<Quaternion> points_of(const Grid& grid, const GridBlock& block, double slice) {
+std::vector<Quaternion> points_of(const surface::Grid& grid, const surface::GridBlock& block,
+                                  double slice) {
   std::vector<Eigen::Vector3d> points;
   for (int k = 0; k < block.count[2]; ++k) {
     for (int j = 0; j < block.count[1]; ++j) {
@@ -59,9 +60,9 @@ RationalMap sliced_map() {
 TEST_CASE("one iterate on a grid is the potential, and ln |q| beyond the escape radius") {
   const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   const RationalMap map = sliced_map();
-  const Grid grid = exact_grid();
-  const GridBlock block = slices(grid, 0, 5);
-  const auto values = LevelSet(device, map, kStops, 1).over(grid, block);
+  const surface::Grid grid = exact_grid();
+  const surface::GridBlock block = surface::slices(grid, 0, 5);
+  const auto values = surface::LevelSet(device, map, kStops, 1).over(grid, block);
   const auto points = points_of(grid, block, map.slice);
   REQUIRE(values.size() == points.size());
   double worst = 0;
@@ -81,10 +82,10 @@ TEST_CASE("iterating only what is undecided gives the values of iterating everyt
   const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   const int iterations = GENERATE(2, 6);
   const RationalMap map = sliced_map();
-  const Grid grid = exact_grid();
+  const surface::Grid grid = exact_grid();
   // Neither the block's size nor the number of undecided points is a multiple of the lanes.
-  const GridBlock block{{3, 2, 1}, {41, 37, 45}};
-  const auto values = LevelSet(device, map, kStops, iterations).over(grid, block);
+  const surface::GridBlock block{{3, 2, 1}, {41, 37, 45}};
+  const auto values = surface::LevelSet(device, map, kStops, iterations).over(grid, block);
   const Field field(device, map, Precision::single, kStops);
   const auto points = points_of(grid, block, map.slice);
   const auto dense = field.decided_at(points, iterations);
@@ -107,8 +108,8 @@ TEST_CASE(
   const auto precision = GENERATE(Precision::single, Precision::dbl);
   if (!test::can_check(device, precision)) return;
   const RationalMap map = sliced_map();
-  const Grid grid = exact_grid();
-  const GridBlock block{{3, 2, 1}, {41, 37, 45}};
+  const surface::Grid grid = exact_grid();
+  const surface::GridBlock block{{3, 2, 1}, {41, 37, 45}};
   const auto points = points_of(grid, block, map.slice);
   const int iterations = 6;
   const auto ends = Field(device, map, precision, {0, 0, kStops.escape}).at(points, iterations);
@@ -116,7 +117,7 @@ TEST_CASE(
   const StopRadii stops{1.4, 1.5, kStops.escape};
   const auto stopped = Field(device, map, precision, stops).decided_at(points, iterations);
   const double level = 0.125;
-  const LevelSet set(device, map, stops, iterations, precision);
+  const surface::LevelSet set(device, map, stops, iterations, precision);
   const auto values = set.densely_over(grid, block, level);
   REQUIRE(values.size() == ends.size());
   std::size_t wrong = 0, kept = 0, mended = 0;
@@ -135,13 +136,13 @@ TEST_CASE("in double precision the values are those of double orbits, rounded at
   const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   if (!test::can_check(device, Precision::dbl)) return;
   const RationalMap map = sliced_map();
-  const Grid grid = exact_grid();
-  const GridBlock block{{3, 2, 1}, {41, 37, 45}};
-  const LevelSet set(device, map, kStops, 4, Precision::dbl);
+  const surface::Grid grid = exact_grid();
+  const surface::GridBlock block{{3, 2, 1}, {41, 37, 45}};
+  const surface::LevelSet set(device, map, kStops, 4, Precision::dbl);
   const auto values = set.over(grid, block);
   const auto points = points_of(grid, block, map.slice);
   const auto expected = Field(device, map, Precision::dbl, kStops).decided_at(points, 4);
-  const auto single = LevelSet(device, map, kStops, 4).over(grid, block);
+  const auto single = surface::LevelSet(device, map, kStops, 4).over(grid, block);
   std::size_t wrong = 0, finer = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (values[i] != static_cast<float>(expected[i])) ++wrong;
@@ -154,12 +155,12 @@ TEST_CASE("in double precision the values are those of double orbits, rounded at
 TEST_CASE("a block has the values that the whole grid has there") {
   const auto device = test::device();
   const RationalMap map = sliced_map();
-  Grid grid = exact_grid();
+  surface::Grid grid = exact_grid();
   grid.origin = {-1.4999, -1.2345, -1.77777};
   grid.step = 0.061;
-  const LevelSet set(device, map, kStops, 4);
-  const auto whole = set.over(grid, slices(grid, 0, grid.points[2]));
-  const GridBlock block{{46, 3, 7}, {1, 30, 40}};
+  const surface::LevelSet set(device, map, kStops, 4);
+  const auto whole = set.over(grid, surface::slices(grid, 0, grid.points[2]));
+  const surface::GridBlock block{{46, 3, 7}, {1, 30, 40}};
   const auto part = set.over(grid, block);
   std::size_t index = 0;
   for (int k = 0; k < 40; ++k) {
@@ -174,9 +175,9 @@ TEST_CASE("maps without stop radii are iterated to the end") {
   const auto device = test::device();
   const RationalMap map = sliced_map();
   const StopRadii none{0, std::numeric_limits<double>::infinity(), 20};
-  const Grid grid = exact_grid();
-  const GridBlock block = slices(grid, 20, 3);
-  const auto values = LevelSet(device, map, none, 3).over(grid, block);
+  const surface::Grid grid = exact_grid();
+  const surface::GridBlock block = surface::slices(grid, 20, 3);
+  const auto values = surface::LevelSet(device, map, none, 3).over(grid, block);
   const auto expected = Field(device, map).at(points_of(grid, block, map.slice), 3);
   for (std::size_t i = 0; i < values.size(); ++i) {
     REQUIRE(static_cast<double>(values[i]) == expected[i]);
@@ -190,19 +191,19 @@ TEST_CASE("bounds of F_1 over a cube hold at every point in it") {
   RationalMap map = sliced_map();
   for (Factor& factor : map.factors) factor.exponent *= scale;
   map.factors[2].center.w = map.slice;
-  const LevelSet set(device, map, kStops, 1);
+  const surface::LevelSet set(device, map, kStops, 1);
   std::mt19937_64 bits(4);
   for (const double half : {0.5, 0.1, 0.01, 0.001}) {
-    PointList centers;
+    surface::PointList centers;
     for (int i = 0; i < 300; ++i) {
       const auto at = [&bits] { return static_cast<float>(test::uniform(bits, -1.8, 1.8)); };
       centers.add(at(), at(), at());
     }
-    const FieldBounds bounds = set.bounds(centers, half);
+    const surface::FieldBounds bounds = set.bounds(centers, half);
     REQUIRE(bounds.low.size() == centers.size());
     // Corners first, then anywhere.
     constexpr std::size_t kTrials = 40;
-    PointList points;
+    surface::PointList points;
     for (std::size_t i = 0; i < centers.size(); ++i) {
       for (std::size_t trial = 0; trial < kTrials; ++trial) {
         const auto offset = [&](unsigned axis) {

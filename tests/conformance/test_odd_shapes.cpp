@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <functional>
+#include <optional>
 
 #include "qjulia/compare.hpp"
 #include "qjulia/fit.hpp"
@@ -16,7 +17,9 @@ namespace {
 struct OddShape {
   std::string name;
   std::function<TriangleMesh()> make;
-  double least_iou;  ///< with 64 factors and 80 evaluations; what was reached less a margin
+  /// What 64 factors and 120 evaluations reach, less a margin. None: the shape is thinner than the
+  /// comparison's cells, and no such fit follows it; then a warning has to say so.
+  std::optional<double> least_iou;
 };
 
 TriangleMesh turned(TriangleMesh mesh, const Eigen::Vector3d& axis, double angle) {
@@ -64,25 +67,25 @@ TriangleMesh tetrahedron() {
 
 const std::vector<OddShape>& odd_shapes() {
   static const std::vector<OddShape> all = {
-      {"sphere", [] { return shapes::sphere(3); }, 0.98},
+      {"sphere", [] { return shapes::sphere(3); }, 0.99},
       {"two spheres",
        [] {
          return shapes::joined(shapes::sphere(3),
                                shapes::moved(shapes::sphere(3), 0.5, {2, 0, 0.95}));
        },
-       0},
+       0.95},
       {"two spheres far apart",
        [] {
          return shapes::joined(shapes::sphere(3),
                                shapes::moved(shapes::sphere(3), 1, {20, 0, 0.97}));
        },
-       0},
+       0.93},
       {"spheres one in the other",
        [] {
          return shapes::joined(shapes::sphere(3),
                                shapes::moved(shapes::sphere(3), 0.5, Eigen::Vector3d::Zero()));
        },
-       0.97},
+       0.98},
       {"two spheres that overlap",
        [] {
          return shapes::joined(shapes::sphere(3),
@@ -91,34 +94,34 @@ const std::vector<OddShape>& odd_shapes() {
        0.95},
       {"shell of two spheres",
        [] { return shapes::joined(shapes::sphere(3), shapes::inside_out(shapes::sphere(3, 0.7))); },
-       0.6},
-      {"linked tori", linked_tori, 0.5},
-      {"thin torus", [] { return shapes::torus(1, 0.05); }, 0.5},
+       0.8},
+      {"linked tori", linked_tori, 0.6},
+      {"thin torus", [] { return shapes::torus(1, 0.05); }, 0.6},
       {"thin plate",
        [] {
          return shapes::box({-1, -1, -0.01}, {1, 1, 0.01});
        },
-       0},
+       std::nullopt},
       {"needle",
        [] {
          return shapes::box({-1, -0.01, -0.01}, {1, 0.01, 0.01});
        },
-       0},
-      {"cube of 12 triangles", [] { return shapes::box(); }, 0.85},
-      {"tetrahedron", tetrahedron, 0.8},
-      {"open box", shapes::open_box, 0.8},
-      {"box with a tunnel", box_with_tunnel, 0.65},
-      {"holes", [] { return shapes::with_holes(shapes::sphere(3), 7); }, 0.97},
-      {"soup", [] { return shapes::soup(shapes::torus(), 0.01); }, 0.8},
-      {"cloud of triangles", [] { return cloud(200); }, 0},
-      {"inside out", [] { return shapes::inside_out(shapes::torus()); }, 0.8},
-      {"tiny", [] { return shapes::moved(shapes::torus(), 1e-9, Eigen::Vector3d::Zero()); }, 0.8},
-      {"huge", [] { return shapes::moved(shapes::torus(), 1e9, Eigen::Vector3d::Zero()); }, 0.8},
+       std::nullopt},
+      {"cube of 12 triangles", [] { return shapes::box(); }, 0.91},
+      {"tetrahedron", tetrahedron, 0.86},
+      {"open box", shapes::open_box, 0.88},
+      {"box with a tunnel", box_with_tunnel, 0.66},
+      {"holes", [] { return shapes::with_holes(shapes::sphere(3), 7); }, 0.98},
+      {"soup", [] { return shapes::soup(shapes::torus(), 0.01); }, 0.89},
+      {"cloud of triangles", [] { return cloud(200); }, std::nullopt},
+      {"inside out", [] { return shapes::inside_out(shapes::torus()); }, 0.94},
+      {"tiny", [] { return shapes::moved(shapes::torus(), 1e-9, Eigen::Vector3d::Zero()); }, 0.94},
+      {"huge", [] { return shapes::moved(shapes::torus(), 1e9, Eigen::Vector3d::Zero()); }, 0.94},
       {"a million away",
        [] {
          return shapes::moved(shapes::torus(), 1, {1e6, -1e6, 1e6});
        },
-       0.8},
+       0.94},
       {"300k triangles", [] { return shapes::sphere(7); }, 0.98},
   };
   return all;
@@ -144,9 +147,10 @@ TEST_CASE("odd shapes end with a finite map and an honest report") {
     comparison.resolution = 64;
     comparison.iterations = 1;
     const FitMetrics metrics = compare(device, result.map, mesh, comparison).front();
-    CHECK(metrics.iou >= shape.least_iou);
+    if (shape.least_iou) CHECK(metrics.iou >= *shape.least_iou);
     // The coarse grid of the report takes the surface where the fit left it, before calibration.
     CHECK(result.stages.back().iou == Approx(metrics.iou).margin(0.15));
+    if (!shape.least_iou) CHECK(result.stages.back().iou < 0.9);
     if (result.stages.back().iou < 0.9) {
       std::string warnings;
       for (const std::string& warning : result.warnings) warnings += warning + '\n';

@@ -33,7 +33,7 @@ RationalMap one_root(const Quaternion& center, double exponent, double log_scale
 }  // namespace
 
 TEST_CASE("directions are unit and evenly spread") {
-  const auto directions = sphere_directions(4096);
+  const auto directions = map::sphere_directions(4096);
   Quaternion mean;
   Quaternion squares;
   for (const Quaternion& u : directions) {
@@ -84,7 +84,7 @@ TEST_CASE("the shell is as thick as asked") {
   }
   // |∇F_1| of 2 ln |q| on the unit sphere is 2.
   std::vector<Eigen::Vector3d> sphere;
-  for (const Quaternion& u : sphere_directions(100)) {
+  for (const Quaternion& u : map::sphere_directions(100)) {
     sphere.push_back(Eigen::Vector3d(u.x, u.y, u.z).normalized());
   }
   CHECK(shell_thickness(Field(cpu(), one_root({}, 2, 0)), sphere, 0) == Approx(0.5));
@@ -116,7 +116,7 @@ TEST_CASE("r_out is found where the certain bound lies far beyond the default es
   map.factors.push_back({{1, 0.01, 0, 0}, -60});
   const StopRadii stops = find_stop_radii(cpu(), map);
   CHECK(stops.outer < 4);
-  for (const Quaternion& u : sphere_directions(500)) {
+  for (const Quaternion& u : map::sphere_directions(500)) {
     const std::vector<Quaternion> beyond{1.001 * stops.outer * u};
     CHECK(std::exp(reference::field(map, beyond, 1, 1e9)[0]) > 1.001 * stops.outer);
   }
@@ -129,7 +129,7 @@ TEST_CASE("no orbit leaves r_in or returns from r_out") {
   CAPTURE(detail, stops.inner, stops.outer);
   CHECK(stops.inner > 0.3);
   CHECK(stops.outer < 2.2);  // the farthest tip is at 1.64
-  const auto directions = sphere_directions(3001);
+  const auto directions = map::sphere_directions(3001);
   // Inside, one image is enough: the ball maps into itself.
   for (const double part : {1.0, 0.97, 0.8, 0.3}) {
     std::vector<Quaternion> ball;

@@ -1,5 +1,6 @@
 // Polishing: fitting the second iterate's set brings the iterated set to the shape.
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 
 #include "qjulia/compare.hpp"
@@ -23,7 +24,10 @@ TEST_CASE("polishing brings the iterated set closer to the shape at the same det
 
   CHECK(polished.stages.front().iterations == 1);
   CHECK(polished.stages.back().iterations == 2);
-  CHECK(polished.stages.back().energy_after <= polished.stages.back().energy_before);
+  // The last stage may have an evaluation or two left; the first of polishing has a whole stage's.
+  const auto first = std::ranges::find(polished.stages, 2, &StageReport::iterations);
+  CHECK(first->evaluations > 10);
+  CHECK(first->energy_after < first->energy_before - 1e-3);
   CHECK(*plain.map.detail == Approx(options.detail));
   CHECK(*polished.map.detail == Approx(options.detail));
 

@@ -16,15 +16,9 @@ using namespace qjulia;
 
 namespace {
 
-RationalMap quadratic(const Quaternion& c) {
-  RationalMap map;
-  map.quadratic = c;
-  return map;
-}
-
 /// Not symmetric in any way.
 RationalMap some_map() {
-  RationalMap map = quadratic({0.285, 0.485, -0.1, 0.07});
+  RationalMap map = quadratic_map({0.285, 0.485, -0.1, 0.07});
   map.log_scale = 0.1;
   map.slice = 0.05;
   map.phase = {0.8, 0, 0.6, 0};
@@ -41,7 +35,7 @@ std::vector<Quaternion> some_points() {
   return points;
 }
 
-const Device& cpu() { return test::shared_device(); }
+const Device& quadratic_device() { return test::shared_device(); }
 
 }  // namespace
 
@@ -50,7 +44,7 @@ TEST_CASE("the reference iterates q² + c") {
   const Quaternion q{0.3, -0.4, 0.5, 0.2};
   const Quaternion once = q * q + c;
   const Quaternion twice = once * once + c;
-  const RationalMap map = quadratic(c);
+  const RationalMap map = quadratic_map(c);
   CHECK(reference::field(map, std::vector{q}, 1, 20)[0] == Approx(std::log(norm(once))));
   CHECK(reference::field(map, std::vector{q}, 2, 20)[0] == Approx(std::log(norm(twice))));
   // e^S and the phase stand in front.
@@ -76,10 +70,31 @@ TEST_CASE("kernels iterate it as the reference does") {
   }
 }
 
+TEST_CASE("kernels iterate a modulus of one kind with a versor of another as the reference does") {
+  const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
+  RationalMap map = test::random_map(20, 0.1, 0.6, 5);
+  map.phase = {0.8, 0, 0.6, 0};
+  const bool quadratic_modulus = GENERATE(false, true);
+  if (quadratic_modulus) {
+    map.modulus = QuadraticModulus{{0.285, 0.485, -0.1, 0.07}};
+  } else {
+    map.versor = QuadraticVersor{{0.285, 0.485, -0.1, 0.07}};
+  }
+  const auto points = some_points();
+  const Field field(device, map);
+  for (const int n : {1, 2, 3}) {
+    const auto expected = reference::field(map, points, n, 20);
+    const auto values = field.at(points, n);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      CHECK(values[i] == Approx(expected[i]).margin(1e-4 * std::pow(10, n)));
+    }
+  }
+}
+
 TEST_CASE("its gradient is that of ln |q² + c|") {
   const RationalMap map = some_map();
   const auto points = some_points();
-  const auto gradients = Field(cpu(), map).gradient_at(points);
+  const auto gradients = Field(quadratic_device(), map).gradient_at(points);
   constexpr double kStep = 1e-5;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto slope = [&](const Quaternion& along) {
@@ -97,13 +112,14 @@ TEST_CASE("its gradient is that of ln |q² + c|") {
 
 TEST_CASE("its radii decide no orbit wrongly") {
   const RationalMap map = some_map();
-  const StopRadii stops = find_stop_radii(cpu(), map);
+  const StopRadii stops = find_stop_radii(quadratic_device(), map);
   // e^S (r² − |c|) = r.
   const double r = stops.outer;
-  CHECK(std::exp(map.log_scale) * (r * r - norm(*map.quadratic)) == Approx(r));
+  CHECK(std::exp(map.log_scale) * (r * r - norm(std::get<QuadraticModulus>(map.modulus).c)) ==
+        Approx(r));
   CHECK(stops.escape == Approx(1.25 * r));
   const auto points = some_points();
-  const Field field(cpu(), map, Precision::single, stops);
+  const Field field(quadratic_device(), map, Precision::single, stops);
   const auto plain = reference::field(map, points, 12, 20);
   const auto decided = field.decided_at(points, 12);
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -112,12 +128,12 @@ TEST_CASE("its radii decide no orbit wrongly") {
 }
 
 TEST_CASE("q² has the unit ball for its set, in surfaces and pictures") {
-  RationalMap map = quadratic({});
+  RationalMap map = quadratic_map({});
   map.shape_to_map = {2, {0.5, 0, 0}};
   SurfaceOptions options;
   options.resolution = 32;
   options.iterations = 8;
-  const TriangleMesh mesh = extract_surface(cpu(), map, options);
+  const TriangleMesh mesh = extract_surface(quadratic_device(), map, options);
   REQUIRE(mesh.triangles.size() > 500);
   for (const Eigen::Vector3d& vertex : mesh.vertices) {
     CHECK((vertex - Eigen::Vector3d(-0.25, 0, 0)).norm() == Approx(0.5).margin(0.02));
@@ -126,12 +142,12 @@ TEST_CASE("q² has the unit ball for its set, in surfaces and pictures") {
   picture.width = picture.height = 32;
   picture.samples_per_axis = 1;
   map.box = Box{{-0.75, -0.5, -0.5}, {0.25, 0.5, 0.5}};
-  const Image ball = render(cpu(), map, picture);
+  const Image ball = render(quadratic_device(), map, picture);
   RationalMap same;
   same.factors = {{{}, 2}};  // q² as a rational map
   same.shape_to_map = map.shape_to_map;
   same.box = map.box;
-  const Image expected = render(cpu(), same, picture);
+  const Image expected = render(quadratic_device(), same, picture);
   REQUIRE(ball.pixels.size() == expected.pixels.size());
   int different = 0;
   for (std::size_t i = 0; i < ball.pixels.size(); ++i) {
@@ -145,16 +161,16 @@ TEST_CASE("knobs of factors are refused, the others turn it") {
   const auto refused = [&](auto change, const std::string& option) {
     MapKnobs knobs;
     change(knobs);
-    CHECK_THROWS_WITH(turned(cpu(), map, knobs), Catch::Contains(option));
+    CHECK_THROWS_WITH(turned(quadratic_device(), map, knobs), Catch::Contains(option));
   };
-  refused([](MapKnobs& k) { k.detail = 0.01; }, "--detail");
-  refused([](MapKnobs& k) { k.order_seed = 1; }, "--order-seed");
-  refused([](MapKnobs& k) { k.drift = 0.1; }, "--drift");
-  refused([](MapKnobs& k) { k.translate = Eigen::Vector3d(1, 0, 0); }, "--translate");
+  refused([](MapKnobs& k) { k.detail = 0.01; }, "detail");
+  refused([](MapKnobs& k) { k.order_seed = 1; }, "order_seed");
+  refused([](MapKnobs& k) { k.drift = 0.1; }, "drift");
+  refused([](MapKnobs& k) { k.translate = Eigen::Vector3d(1, 0, 0); }, "translate");
   MapKnobs knobs;
   knobs.scale = 2;
   knobs.slice = 0.3;
-  const RationalMap other = turned(cpu(), map, knobs);
+  const RationalMap other = turned(quadratic_device(), map, knobs);
   CHECK(other.log_scale == Approx(map.log_scale - std::log(2)));
   CHECK(other.slice == 0.3);
 }

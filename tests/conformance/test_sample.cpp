@@ -19,11 +19,11 @@ using namespace qjulia;
 
 namespace {
 
-const Device& cpu() { return test::shared_device(); }
+const Device& sampling_device() { return test::shared_device(); }
 
 std::vector<double> sampled(const RationalMap& map, const SampleOptions& options, CellOrder order) {
   std::vector<double> values;
-  sample_field(cpu(), map, options, sample_grid(cpu(), map, options), order,
+  sample_field(sampling_device(), map, options, sample_grid(sampling_device(), map, options), order,
                [&](std::span<const double> piece) {
                  values.insert(values.end(), piece.begin(), piece.end());
                });
@@ -31,7 +31,7 @@ std::vector<double> sampled(const RationalMap& map, const SampleOptions& options
 }
 
 /// Not symmetric in any way, and with a window of its own.
-RationalMap some_map() {
+RationalMap sampled_map() {
   RationalMap map = test::random_map(9, 0.2, 0.9, 8);
   map.slice = 0.05;
   map.shape_to_map = {1.5, {0.2, -0.1, 0.3}};
@@ -82,7 +82,7 @@ TEST_CASE("the field is the original program's") {
   options.escape = original.number("escape");
   options.box = Box{middle - half, middle + half};
   for (const Precision precision : {Precision::single, Precision::dbl}) {
-    if (!test::can_check(cpu(), precision)) continue;
+    if (!test::can_check(sampling_device(), precision)) continue;
     options.precision = precision;
     for (int n = 1; n <= 3; ++n) {
       options.iterations = n;
@@ -104,31 +104,31 @@ TEST_CASE("the field is the original program's") {
 
 TEST_CASE("cells are nearly cubes that fill the box") {
   SampleOptions options = small_options(Precision::single);
-  const CellGrid grid = sample_grid(cpu(), some_map(), options);
+  const CellGrid grid = sample_grid(sampling_device(), sampled_map(), options);
   CHECK(grid.cells == std::array{5, 10, 3});
   CHECK((grid.center(0, 0, 0) - Eigen::Vector3d(-0.4, -0.9, 0.1)).norm() < 1e-12);
   CHECK((grid.center(4, 9, 2) - Eigen::Vector3d(0.4, 0.9, 0.5)).norm() < 1e-12);
   options.box.reset();
-  CHECK(
-      (sample_grid(cpu(), some_map(), options).box.low - Eigen::Vector3d(-1.1, -0.9, -0.7)).norm() <
-      1e-12);
+  CHECK((sample_grid(sampling_device(), sampled_map(), options).box.low -
+         Eigen::Vector3d(-1.1, -0.9, -0.7))
+            .norm() < 1e-12);
   // Without a box in the map, all of the set.
   RationalMap bare;
   bare.factors = {{{}, 2}};
   bare.shape_to_map = {2, {1, 0, 0}};
-  const Box whole = sample_grid(cpu(), bare, options).box;
+  const Box whole = sample_grid(sampling_device(), bare, options).box;
   CHECK(whole.low.x() < -1);
   CHECK(whole.high.x() > 0);
 }
 
 TEST_CASE("an .npy file holds [x][y][z]") {
-  const RationalMap map = some_map();
+  const RationalMap map = sampled_map();
   const test::TemporaryFolder folder;
   const auto path = folder.path() / "field.npy";
   for (const Precision precision : {Precision::single, Precision::dbl}) {
-    if (!test::can_check(cpu(), precision)) continue;
+    if (!test::can_check(sampling_device(), precision)) continue;
     const bool twice = precision == Precision::dbl;
-    write_field(cpu(), map, small_options(precision), path);
+    write_field(sampling_device(), map, small_options(precision), path);
     const std::string bytes = bytes_of(path);
     REQUIRE(bytes.substr(0, 8) == std::string("\x93NUMPY\x01\x00", 8));
     const std::size_t header = 10 + static_cast<unsigned char>(bytes[8]) +
@@ -151,10 +151,10 @@ TEST_CASE("an .npy file holds [x][y][z]") {
 }
 
 TEST_CASE("a .vti file holds x fastest, at the cells' centres") {
-  const RationalMap map = some_map();
+  const RationalMap map = sampled_map();
   const test::TemporaryFolder folder;
   const auto path = folder.path() / "field.vti";
-  write_field(cpu(), map, small_options(Precision::single), path, "a --comment-x");
+  write_field(sampling_device(), map, small_options(Precision::single), path, "a --comment-x");
   const std::string bytes = bytes_of(path);
   const std::string head = bytes.substr(0, bytes.find("\n_"));
   for (const char* part : {"<!-- a - -comment-x -->", "WholeExtent=\"0 4 0 9 0 2\"", "Float32",
@@ -180,18 +180,20 @@ TEST_CASE("what cannot be sampled is refused, and a stop leaves no file") {
   const auto refused = [&](auto change, const char* word) {
     SampleOptions options;
     change(options);
-    CHECK_THROWS_WITH(write_field(cpu(), some_map(), options, folder.path() / "a.npy"),
-                      Catch::Contains(word));
+    CHECK_THROWS_WITH(
+        write_field(sampling_device(), sampled_map(), options, folder.path() / "a.npy"),
+        Catch::Contains(word));
   };
-  refused([](SampleOptions& o) { o.resolution = 0; }, "--resolution");
-  refused([](SampleOptions& o) { o.iterations = 17; }, "--iterations");
-  refused([](SampleOptions& o) { o.escape = std::nan(""); }, "--escape");
-  refused([](SampleOptions& o) { o.box = Box{{0, 0, 0}, {1, 0, 1}}; }, "--box");
-  CHECK_THROWS_AS(write_field(cpu(), some_map(), {}, folder.path() / "a.txt"), InputError);
+  refused([](SampleOptions& o) { o.resolution = 0; }, "resolution");
+  refused([](SampleOptions& o) { o.iterations = 17; }, "iterations");
+  refused([](SampleOptions& o) { o.escape = std::nan(""); }, "escape");
+  refused([](SampleOptions& o) { o.box = Box{{0, 0, 0}, {1, 0, 1}}; }, "box");
+  CHECK_THROWS_AS(write_field(sampling_device(), sampled_map(), {}, folder.path() / "a.txt"),
+                  InputError);
   std::stop_source stop;
   stop.request_stop();
-  CHECK_THROWS_AS(
-      write_field(cpu(), some_map(), {}, folder.path() / "a.npy", {}, {{}, stop.get_token()}),
-      Interrupted);
+  CHECK_THROWS_AS(write_field(sampling_device(), sampled_map(), {}, folder.path() / "a.npy", {},
+                              {{}, stop.get_token()}),
+                  Interrupted);
   CHECK(folder.names().empty());
 }

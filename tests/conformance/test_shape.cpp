@@ -1,14 +1,18 @@
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <limits>
+#include <stop_token>
 
+#include "obj_text.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/shape.hpp"
 #include "shapes.hpp"
+#include "temporary_folder.hpp"
 #include "test_device.hpp"
 #include "worse.hpp"
 
 using namespace qjulia;
+using Catch::Matchers::Contains;
 
 namespace {
 
@@ -114,6 +118,48 @@ TEST_CASE("a flat mesh makes no shape") {
   TriangleMesh sheet = shapes::sphere(4);
   for (auto& x : sheet.vertices) x.z() = 0;
   CHECK_THROWS_AS(make_shape(cpu(), sheet), InputError);
+}
+
+TEST_CASE("a mesh beyond the sizes that can be computed with makes no shape") {
+  for (const double size : {1e15, 1e-15}) {
+    CHECK_THROWS_WITH(make_shape(cpu(), shapes::sphere(2, size)), Contains("cannot be fitted"));
+  }
+  const double expected = make_shape(cpu(), shapes::sphere(3)).inradius;
+  for (const double size : {5e11, 1e-12}) {
+    CHECK(make_shape(cpu(), shapes::sphere(3, size)).inradius == Approx(expected).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("a stop request ends the preparation of a shape") {
+  std::stop_source source;
+  source.request_stop();
+  const auto stop = source.get_token();
+  const TriangleMesh mesh = shapes::sphere(5);
+  CHECK_THROWS_AS(SignedDistance(cpu(), mesh, Precision::single, stop), Interrupted);
+  CHECK_THROWS_AS(outer_surface(cpu(), mesh, stop), Interrupted);
+  const SignedDistance distance(cpu(), mesh);
+  CHECK_THROWS_AS(deepest_interior_point(distance, mesh.box(), stop), Interrupted);
+  CHECK_THROWS_AS(make_shape(cpu(), mesh, stop), Interrupted);
+  // Parts that are hidden are looked for in blocks, with a look at the request before each.
+  const TriangleMesh two = shapes::joined(shapes::sphere(2), shapes::sphere(2, 0.5));
+  CHECK_THROWS_AS(outer_surface(cpu(), two, stop), Interrupted);
+}
+
+TEST_CASE("repeated triangles do not change the inside once they are read") {
+  const test::TemporaryFolder folder;
+  TriangleMesh mesh = shapes::sphere(2);
+  const std::vector<Triangle> once = mesh.triangles;
+  for (int i = 1; i < 312; ++i) {
+    mesh.triangles.insert(mesh.triangles.end(), once.begin(), once.end());
+  }
+  const auto path = folder.file("repeated.obj", test::obj_text(mesh));
+  const SignedDistance distance(cpu(), read_mesh(path));
+  const std::vector<Eigen::Vector3d> points = {{0, 0, 0}, {0.5, 0.3, 0.2}, {1.5, 0, 0}};
+  const auto windings = distance.winding_numbers(points);
+  CHECK(windings[0] == Approx(1).margin(0.05));
+  CHECK(windings[1] == Approx(1).margin(0.05));
+  CHECK(windings[2] == Approx(0).margin(0.05));
+  CHECK(SignedDistance(cpu(), mesh).winding_numbers(points)[0] > 300);
 }
 
 TEST_CASE("a shape has longest side 3 and its deepest point at the origin") {

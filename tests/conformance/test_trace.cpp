@@ -17,14 +17,14 @@ using namespace qjulia;
 
 namespace {
 
-Workload small_work() {
+profiling::Workload small_work() {
   ProfileOptions options;
   options.samples = 20'000;
   options.factors = 40;
-  return make_workload(options);
+  return profiling::make_workload(options);
 }
 
-void run_kernels(const Device& device, const Workload& work, int times) {
+void run_kernels(const Device& device, const profiling::Workload& work, int times) {
   const Field field(device, work.map);
   const auto points = on_slice(work.samples.position, 0);
   for (int i = 0; i < times; ++i) field.at(points);
@@ -33,7 +33,7 @@ void run_kernels(const Device& device, const Workload& work, int times) {
 }  // namespace
 
 TEST_CASE("kernels lie in the trace in order, as long as their times, within the recording") {
-  const Workload work = small_work();
+  const profiling::Workload work = small_work();
   const Device device = test::device();
   run_kernels(device, work, 1);  // recorded by nobody
   const auto trace = std::make_shared<Trace>();
@@ -66,7 +66,7 @@ TEST_CASE("kernels lie in the trace in order, as long as their times, within the
 }
 
 TEST_CASE("kernels stand in the stage that launched them and waited") {
-  const Workload work = small_work();
+  const profiling::Workload work = small_work();
   const Device device = test::device();
   const auto trace = std::make_shared<Trace>();
   device.record(trace);

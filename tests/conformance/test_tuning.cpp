@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "profile/tune_jobs.hpp"
 #include "qjulia/error.hpp"
@@ -16,8 +17,9 @@ using namespace qjulia;
 
 namespace {
 
-constexpr std::array kJobs{TuneJob::energy, TuneJob::gradient, TuneJob::orbit_energy,
-                           TuneJob::orbit_gradient, TuneJob::gauss_newton};
+constexpr std::array kJobs{profiling::TuneJob::energy, profiling::TuneJob::gradient,
+                           profiling::TuneJob::orbit_energy, profiling::TuneJob::orbit_gradient,
+                           profiling::TuneJob::gauss_newton};
 
 ProfileOptions small() {
   ProfileOptions options;
@@ -45,18 +47,18 @@ Device tuned(const Device& device) {
 
 TEST_CASE("every setting gives the default's results but for rounding") {
   const Device device = test::device();
-  const Workload work = make_workload(small());
+  const profiling::Workload work = profiling::make_workload(small());
   for (const Precision precision : {Precision::single, Precision::dbl}) {
     if (precision == Precision::dbl && !test::can_check(device, precision)) continue;
-    TuneBench standard(device, work, precision);
+    profiling::TuneBench standard(device, work, precision);
     for (const int width : {1, 8, 16}) {
       for (const Tuning& tuning :
            {Tuning{width, 1, 1, 1, 1, 256, 256, 1}, Tuning{width, 7, 1000, 300, 5, 96, 3, 16},
             Tuning{width, 64, 17, 5, 1, 4096, 1, 1}}) {
-        TuneBench bench(device.with_tuning(precision, tuning), work, precision);
-        for (const TuneJob job : kJobs) {
+        profiling::TuneBench bench(device.with_tuning(precision, tuning), work, precision);
+        for (const profiling::TuneJob job : kJobs) {
           CAPTURE(to_json(tuning).dump(), static_cast<int>(job));
-          CHECK(largest_difference(bench.run(job), standard.run(job)) <
+          CHECK(profiling::largest_difference(bench.run(job), standard.run(job)) <
                 (precision == Precision::dbl ? 1e-10 : 1e-4));
         }
       }
@@ -126,7 +128,8 @@ TEST_CASE("corrupt and foreign settings are passed over with a warning, and repl
     put(text);
     CAPTURE(text);
     const KeptTuning kept = with_kept_tuning(device);
-    CHECK_THAT(kept.warning, Catch::Contains(file.string()) && Catch::Contains("--tune"));
+    CHECK_THAT(kept.warning,
+               Catch::Contains(file.string()) && Catch::Contains("tune this device again"));
     CHECK_FALSE(kept.device.is_tuned(Precision::single));
   }
   keep_tuning(tuned(device), Precision::single);

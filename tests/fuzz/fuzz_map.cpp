@@ -1,6 +1,7 @@
 // Map files: what is read is a valid map, and comes back from its own text.
 
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 
 #include "fuzz_file.hpp"
 #include "qjulia/map_file.hpp"

@@ -7,7 +7,7 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   return qjulia::test::fuzz_file(data, size, ".toml", [](const auto& file) {
-    const auto schedule = qjulia::find_schedule(file.string());
+    const auto schedule = qjulia::fitting::find_schedule(file.string());
     double after = 0;
     for (const auto& level : schedule.levels) {
       if (!(level.until > after) || level.samples <= 0 || level.steps <= 0) std::abort();

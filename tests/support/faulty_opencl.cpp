@@ -1,49 +1,144 @@
-/// A device with faults: loaded before the OpenCL loader (LD_PRELOAD), it refuses the launches
-/// numbered FIRST … FIRST + COUNT − 1 of a process, as QJULIA_TEST_FAULTS=FIRST:COUNT says; with
-/// QJULIA_TEST_NO_TIMES=1 its events carry times of zero; with QJULIA_TEST_WRONG_WIDTH=W programs
-/// compiled for W lanes run an iterate too few; with QJULIA_TEST_REFUSED_BYTES=N,M,… it has no
-/// memory for buffers of exactly so many bytes, and says so.
+/// A device with faults: loaded before the OpenCL loader (LD_PRELOAD). The environment says which:
+/// QJULIA_TEST_FAULTS=FIRST:COUNT    launches FIRST … FIRST + COUNT − 1 of a process are refused
+///                                   with CL_OUT_OF_RESOURCES
+/// QJULIA_TEST_NO_TIMES=1            events carry times of zero
+/// QJULIA_TEST_NO_DOUBLE=1           there is no double precision
+/// QJULIA_TEST_WRONG_WIDTH=W         programs compiled for W lanes run an iterate too few
+/// QJULIA_TEST_BROKEN_PROGRAM=NAME   programs whose source is kernels/NAME do not build
+/// QJULIA_TEST_REFUSED_BYTES=N,M,…   no memory for buffers of exactly so many bytes; it says so
+/// QJULIA_TEST_LARGEST_BUFFER=N      no buffer has more than N bytes, as the device tells
+/// QJULIA_TEST_LOCAL_BYTES=N         a group has N bytes of local memory, as the device tells
+/// QJULIA_TEST_GROUP=WHO:N           groups have at most N work-items: `device` tells so for all
+///                                   kernels, `kernel` for each, `nobody` until a launch is refused
 
 #include <dlfcn.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #define CL_TARGET_OPENCL_VERSION 120
 #include <CL/cl.h>
 
 namespace {
 
+/// The loader's function of this name.
+template <class Function>
+Function* loaders(Function* /*same type*/, const char* name) {
+  return reinterpret_cast<Function*>(::dlsym(RTLD_NEXT, name));
+}
+
+std::optional<size_t> number(const char* variable) {
+  const char* text = std::getenv(variable);
+  if (text == nullptr) return std::nullopt;
+  return std::strtoull(text, nullptr, 10);
+}
+
+/// The largest group, where `who` (or anybody: empty) tells it.
+std::optional<size_t> largest_group(std::string_view who) {
+  const char* text = std::getenv("QJULIA_TEST_GROUP");
+  if (text == nullptr) return std::nullopt;
+  const std::string_view all(text);
+  const size_t colon = all.find(':');
+  if (!who.empty() && all.substr(0, colon) != who) return std::nullopt;
+  return std::strtoull(text + colon + 1, nullptr, 10);
+}
+
 bool refused() {
   static std::atomic<unsigned long> launches = 0;
-  const unsigned long number = launches++;
+  const unsigned long launch = launches++;
   const char* faults = std::getenv("QJULIA_TEST_FAULTS");
   unsigned long first = 0;
   unsigned long count = 0;
   // NOLINTNEXTLINE(cert-err34-c): the tests write it
   if (faults == nullptr || std::sscanf(faults, "%lu:%lu", &first, &count) != 2) return false;
-  return number >= first && number - first < count;
+  return launch >= first && launch - first < count;
 }
 
 /// Whether `bytes` is among the numbers of QJULIA_TEST_REFUSED_BYTES.
-bool too_large(size_t bytes) {
+bool is_refused_size(size_t bytes) {
   const char* refused = std::getenv("QJULIA_TEST_REFUSED_BYTES");
   if (refused == nullptr) return false;
   return (',' + std::string(refused) + ',').find(',' + std::to_string(bytes) + ',') !=
          std::string::npos;
 }
 
+size_t group_items(cl_uint dimensions, const size_t* local) {
+  size_t items = 1;
+  for (cl_uint i = 0; local != nullptr && i < dimensions; ++i) items *= local[i];
+  return items;
+}
+
+/// Bytes of local memory a launch of the kernel takes.
+size_t local_bytes(cl_command_queue queue, cl_kernel kernel) {
+  static const auto info = loaders(&clGetKernelWorkGroupInfo, "clGetKernelWorkGroupInfo");
+  cl_device_id device = nullptr;
+  cl_ulong bytes = 0;
+  clGetCommandQueueInfo(queue, CL_QUEUE_DEVICE, sizeof device, &device, nullptr);
+  info(kernel, device, CL_KERNEL_LOCAL_MEM_SIZE, sizeof bytes, &bytes, nullptr);
+  return bytes;
+}
+
+std::string source_of(cl_program program) {
+  size_t size = 0;
+  clGetProgramInfo(program, CL_PROGRAM_SOURCE, 0, nullptr, &size);
+  std::string source(size, '\0');
+  clGetProgramInfo(program, CL_PROGRAM_SOURCE, size, source.data(), nullptr);
+  return source;
+}
+
+/// Replaces what was told, where anybody asked and something is to be told.
+template <class Number>
+void tell(const std::optional<size_t>& most, void* value) {
+  if (!most || value == nullptr) return;
+  auto& told = *static_cast<Number*>(value);
+  told = std::min(told, static_cast<Number>(*most));
+}
+
 }  // namespace
+
+extern "C" CL_API_ENTRY cl_int CL_API_CALL clGetDeviceInfo(cl_device_id device, cl_device_info name,
+                                                           size_t size, void* value,
+                                                           size_t* needed) {
+  static const auto real = loaders(&clGetDeviceInfo, "clGetDeviceInfo");
+  const cl_int code = real(device, name, size, value, needed);
+  if (name == CL_DEVICE_MAX_MEM_ALLOC_SIZE) {
+    tell<cl_ulong>(number("QJULIA_TEST_LARGEST_BUFFER"), value);
+  } else if (name == CL_DEVICE_LOCAL_MEM_SIZE) {
+    tell<cl_ulong>(number("QJULIA_TEST_LOCAL_BYTES"), value);
+  } else if (name == CL_DEVICE_MAX_WORK_GROUP_SIZE) {
+    tell<size_t>(largest_group("device"), value);
+  } else if (name == CL_DEVICE_DOUBLE_FP_CONFIG && number("QJULIA_TEST_NO_DOUBLE")) {
+    tell<cl_device_fp_config>(0, value);
+  }
+  return code;
+}
+
+extern "C" CL_API_ENTRY cl_int CL_API_CALL clGetKernelWorkGroupInfo(cl_kernel kernel,
+                                                                    cl_device_id device,
+                                                                    cl_kernel_work_group_info name,
+                                                                    size_t size, void* value,
+                                                                    size_t* needed) {
+  static const auto real = loaders(&clGetKernelWorkGroupInfo, "clGetKernelWorkGroupInfo");
+  const cl_int code = real(kernel, device, name, size, value, needed);
+  if (name == CL_KERNEL_WORK_GROUP_SIZE) tell<size_t>(largest_group("kernel"), value);
+  return code;
+}
 
 extern "C" CL_API_ENTRY cl_mem CL_API_CALL clCreateBuffer(cl_context context, cl_mem_flags flags,
                                                           size_t size, void* host, cl_int* code) {
-  static const auto real =
-      reinterpret_cast<decltype(&clCreateBuffer)>(::dlsym(RTLD_NEXT, "clCreateBuffer"));
-  if (!too_large(size)) return real(context, flags, size, host, code);
+  static const auto real = loaders(&clCreateBuffer, "clCreateBuffer");
+  const auto largest = number("QJULIA_TEST_LARGEST_BUFFER");
+  const bool is_too_large = largest && size > *largest;
+  if (!is_too_large && !is_refused_size(size)) return real(context, flags, size, host, code);
   std::fprintf(stderr, "refused %zu bytes\n", size);
-  if (code != nullptr) *code = CL_MEM_OBJECT_ALLOCATION_FAILURE;
+  if (code != nullptr) {
+    *code = is_too_large ? CL_INVALID_BUFFER_SIZE : CL_MEM_OBJECT_ALLOCATION_FAILURE;
+  }
   return nullptr;
 }
 
@@ -51,9 +146,18 @@ extern "C" CL_API_ENTRY cl_int CL_API_CALL
 clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensions,
                        const size_t* offset, const size_t* global, const size_t* local,
                        cl_uint waits, const cl_event* wait_list, cl_event* event) {
-  static const auto real = reinterpret_cast<decltype(&clEnqueueNDRangeKernel)>(
-      ::dlsym(RTLD_NEXT, "clEnqueueNDRangeKernel"));
+  static const auto real = loaders(&clEnqueueNDRangeKernel, "clEnqueueNDRangeKernel");
   if (refused()) return CL_OUT_OF_RESOURCES;
+  const auto largest = largest_group({});
+  if (largest && group_items(dimensions, local) > *largest) {
+    std::fprintf(stderr, "refused a group of %zu\n", group_items(dimensions, local));
+    return CL_INVALID_WORK_GROUP_SIZE;
+  }
+  const auto bytes = number("QJULIA_TEST_LOCAL_BYTES");
+  if (bytes && local_bytes(queue, kernel) > *bytes) {
+    std::fprintf(stderr, "refused %zu bytes of local memory\n", local_bytes(queue, kernel));
+    return CL_OUT_OF_RESOURCES;
+  }
   return real(queue, kernel, dimensions, offset, global, local, waits, wait_list, event);
 }
 
@@ -61,8 +165,7 @@ extern "C" CL_API_ENTRY cl_int CL_API_CALL clGetEventProfilingInfo(cl_event even
                                                                    cl_profiling_info name,
                                                                    size_t size, void* value,
                                                                    size_t* needed) {
-  static const auto real = reinterpret_cast<decltype(&clGetEventProfilingInfo)>(
-      ::dlsym(RTLD_NEXT, "clGetEventProfilingInfo"));
+  static const auto real = loaders(&clGetEventProfilingInfo, "clGetEventProfilingInfo");
   const cl_int code = real(event, name, size, value, needed);
   if (std::getenv("QJULIA_TEST_NO_TIMES") != nullptr && value != nullptr) {
     *static_cast<cl_ulong*>(value) = 0;
@@ -70,19 +173,38 @@ extern "C" CL_API_ENTRY cl_int CL_API_CALL clGetEventProfilingInfo(cl_event even
   return code;
 }
 
+/// In the source itself, which built-in headers do not see: what QJ_TEST_WRONG turns round.
+extern "C" CL_API_ENTRY cl_program CL_API_CALL clCreateProgramWithSource(
+    cl_context context, cl_uint count, const char** strings, const size_t* lengths, cl_int* code) {
+  static const auto real = loaders(&clCreateProgramWithSource, "clCreateProgramWithSource");
+  if (std::getenv("QJULIA_TEST_WRONG_WIDTH") == nullptr) {
+    return real(context, count, strings, lengths, code);
+  }
+  std::string source = "#ifdef QJ_TEST_WRONG\n#define isless(a, b) isgreater(a, b)\n#endif\n";
+  for (cl_uint i = 0; i < count; ++i) {
+    const bool is_counted = lengths != nullptr && lengths[i] != 0;
+    source += is_counted ? std::string(strings[i], lengths[i]) : std::string(strings[i]);
+  }
+  const char* text = source.c_str();
+  return real(context, 1, &text, nullptr, code);
+}
+
 extern "C" CL_API_ENTRY cl_int CL_API_CALL
 clBuildProgram(cl_program program, cl_uint count, const cl_device_id* devices, const char* options,
                void(CL_CALLBACK* notify)(cl_program, void*), void* user_data) {
-  static const auto real =
-      reinterpret_cast<decltype(&clBuildProgram)>(::dlsym(RTLD_NEXT, "clBuildProgram"));
+  static const auto real = loaders(&clBuildProgram, "clBuildProgram");
   std::string changed = options == nullptr ? "" : options;
-  const char* width = std::getenv("QJULIA_TEST_WRONG_WIDTH");
   const auto has = [&](const std::string& option) {
     return changed.find(option) != std::string::npos;
   };
-  if (width != nullptr && has(std::string("-DQJ_WIDTH=") + width + ' ') &&
-      has("-DQJ_ITERATIONS=4")) {
-    changed += " -DQJ_ITERATIONS=3";
+  const char* width = std::getenv("QJULIA_TEST_WRONG_WIDTH");
+  if (width != nullptr && has(std::string("-DQJ_WIDTH=") + width + ' ') && has("-DQJ_GROUP=")) {
+    changed += " -DQJ_TEST_WRONG";
   }
+  const char* broken = std::getenv("QJULIA_TEST_BROKEN_PROGRAM");
+  const bool is_broken = broken != nullptr && source_of(program).starts_with(
+                                                  std::string("#line 1 \"kernels/") + broken + '"');
+  const bool needs_double = number("QJULIA_TEST_NO_DOUBLE") && has("-DQJ_DOUBLE=1");
+  if (is_broken || needs_double) changed += " -Dkernel=broken";
   return real(program, count, devices, changed.c_str(), notify, user_data);
 }

@@ -9,13 +9,20 @@
 
 namespace qjulia::test {
 
-inline Budget budget_of(int evaluations, FitOptions options = {}) {
-  return Budget(options, evaluations, Budget::Clock::now(), 0, {});
+/// One process, without others.
+inline fitting::Team& alone() {
+  static fitting::Team team;
+  return team;
+}
+
+inline fitting::Budget budget_of(int evaluations, FitOptions options = {},
+                                 std::stop_token stop = {}) {
+  return {options, evaluations, fitting::Budget::Clock::now(), 0, std::move(stop), alone()};
 }
 
 /// 200 samples and 10 steps a stage, and a factor moved before each.
-inline Level small_level() {
-  Level level;
+inline fitting::Level small_level() {
+  fitting::Level level;
   level.samples = 200;
   level.band = 0.1;
   level.band_weight = 0.5;
@@ -25,7 +32,7 @@ inline Level small_level() {
 }
 
 /// Points about the unit sphere, where distances are known.
-inline SamplePool sphere_pool(std::size_t count) {
+inline fitting::SamplePool sphere_pool(std::size_t count) {
   std::mt19937_64 bits(5);
   const auto direction = [&] {
     for (;;) {
@@ -33,7 +40,7 @@ inline SamplePool sphere_pool(std::size_t count) {
       if (x.norm() > 0.1 && x.norm() < 1) return Eigen::Vector3d(x.normalized());
     }
   };
-  SamplePool pool;
+  fitting::SamplePool pool;
   for (std::size_t i = 0; i < count; ++i) {
     const Eigen::Vector3d n = direction();
     pool.surface.push_back({n, n});

@@ -1,10 +1,11 @@
 #pragma once
 /// The device that kernels are checked on, and what of it is checked. The environment chooses:
 /// QJULIA_TEST_DEVICE      as --device does; without it, the CPU
-/// QJULIA_TEST_WIDTHS      lane widths, "1,8"; without it, 1, 8 and 16 (wide kernels take some
-///                         compilers minutes)
+/// QJULIA_TEST_VARIANTS    lane widths, and `gpu` for the layout of GPUs: "1,gpu"; without it,
+///                         "1,8,16,gpu" (wide kernels take some compilers minutes)
 /// QJULIA_TEST_SINGLE_ONLY for devices without double precision, that they may pass
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <optional>
@@ -34,13 +35,38 @@ inline const Device& shared_device() {
   return *kept_device();
 }
 
+/// A way to cut work into work-items that kernels are checked in: a lane width in the device's own
+/// layout, or the layout of GPUs with its width.
+struct Variant {
+  std::string name;  ///< of the environment's list
+  bool is_gpu() const { return name == "gpu"; }
+  int width() const { return is_gpu() ? 1 : std::stoi(name); }
+  Device of(const Device& device) const {
+    return is_gpu() ? device.with_layout(Layout::gpu) : device.with_lane_width(width());
+  }
+};
+
+inline std::ostream& operator<<(std::ostream& out, const Variant& variant) {
+  return out << variant.name;
+}
+
+/// For kernels that the settings of a layout reach.
+inline std::vector<Variant> variants() {
+  const char* const chosen = std::getenv("QJULIA_TEST_VARIANTS");
+  std::istringstream list(chosen == nullptr ? "1,8,16,gpu" : chosen);
+  std::vector<Variant> found;
+  for (std::string name; std::getline(list, name, ',');) found.push_back({name});
+  if (found.empty()) throw std::runtime_error("QJULIA_TEST_VARIANTS is empty");
+  return found;
+}
+
+/// For kernels that know nothing of a layout but its lane width.
 inline std::vector<int> lane_widths() {
-  const char* const chosen = std::getenv("QJULIA_TEST_WIDTHS");
-  if (chosen == nullptr) return {1, 8, 16};
   std::vector<int> widths;
-  std::istringstream list(chosen);
-  for (std::string width; std::getline(list, width, ',');) widths.push_back(std::stoi(width));
-  if (widths.empty()) throw std::runtime_error("QJULIA_TEST_WIDTHS is empty");
+  for (const Variant& variant : variants()) {
+    const bool is_new = std::ranges::find(widths, variant.width()) == widths.end();
+    if (is_new) widths.push_back(variant.width());
+  }
   return widths;
 }
 

@@ -258,3 +258,32 @@ TEST_CASE("an unknown device is exit code 3 everywhere") {
   check({"compare", map, mesh});
   check({"info", map});
 }
+
+TEST_CASE("numbers are read to the last character, and none is replaced") {
+  const TemporaryFolder folder;
+  const std::string mesh =
+      folder.file("sphere.obj", qjulia::test::obj_text(qjulia::shapes::sphere(2)));
+  const auto fit = [&](const std::string& option, const std::string& value,
+                       const std::string& message) {
+    check_refused(folder, {"fit", mesh, "-o", folder / "out.qjulia.json", option, value},
+                  option + ": " + message);
+  };
+  fit("--seed", "18446744073709551616", "18446744073709551616 is out of range");
+  fit("--max-evaluations", "", "'' is not a whole number");
+  fit("--time-limit", "", "'' is not a number");
+  fit("--factors", "56x", "'56x' is not a whole number");
+  fit("--detail", "0,02", "'0,02' is not a number");
+}
+
+TEST_CASE("a negative number may begin with a point") {
+  const TemporaryFolder folder;
+  const std::string map = folder.file("map.qjulia.json", good_map().dump());
+  const auto result = qjulia::test::run_command({"render", map, "-o", folder / "out.png", "--size",
+                                                 "8x6", "--phase", ".9", "-.1", "0", "0", "--box",
+                                                 "-.9", "-.8", "-.7", ".9", ".8", ".7", "--json"});
+  CAPTURE(result.err);
+  REQUIRE(result.exit_code == 0);
+  const auto how = nlohmann::json::parse(result.out)["made_with"]["map_options"];
+  CHECK(how["phase"] == nlohmann::json({0.9, -0.1, 0, 0}));
+  CHECK(how["box"][0] == nlohmann::json({-0.9, -0.8, -0.7}));
+}

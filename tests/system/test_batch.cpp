@@ -74,7 +74,6 @@ TEST_CASE("a batch that is killed is resumed without touching what was done") {
   }
   for (const auto& file : std::filesystem::directory_iterator(out)) {
     const std::string name = file.path().filename().string();
-    CHECK_FALSE(name.ends_with(".claim"));
     CHECK_FALSE(name.ends_with(".tmp"));
   }
   CHECK(run_command({"batch", manifest, "-o", out, "--resume"}).exit_code == 1);
@@ -146,6 +145,42 @@ TEST_CASE("an interrupted batch says so and can be resumed") {
   check_five_and_one(folder / "out");
 }
 
+TEST_CASE("names that are not UTF-8 are written out, and such entries are done once") {
+  const TemporaryFolder folder;
+  folder.file("h\xFF.obj", qjulia::test::obj_text(qjulia::shapes::sphere(2)));
+  const std::string manifest = folder.file(
+      "m.toml", "[defaults]\nfactors = 24\nmax_evaluations = 40\n[[fit]]\nmesh = \"*.obj\"\n");
+  const std::string out = folder / "out";
+  CHECK(run_command({"batch", manifest, "-o", out}).exit_code == 0);
+  const auto map = std::filesystem::path(out) / "h\\xFF.qjulia.json";
+  REQUIRE(std::filesystem::exists(map));
+  const auto made = std::filesystem::last_write_time(map);
+  CHECK(run_command({"batch", manifest, "-o", out, "--resume"}).exit_code == 0);
+  CHECK(std::filesystem::last_write_time(map) == made);
+}
+
+TEST_CASE("a folder in use is refused, and the message says by whom") {
+  const TemporaryFolder folder;
+  const std::string manifest = make_manifest(folder);
+  const std::string out = folder / "out";
+  std::filesystem::create_directory(out);
+  // flock(1) holds the lock as another batch would.
+  const auto refused = [&](const std::string& more) {
+    return qjulia::test::run(
+        {"/usr/bin/flock", out + "/.lock", "/bin/bash", "-c",
+         "echo '{\"host\": \"h\", \"process\": 7, \"since\": \"now\"}' > \"$1\"/.lock; "
+         "\"$0\" batch \"$2\" -o \"$1\" " +
+             more,
+         QJULIA_COMMAND, out, manifest});
+  };
+  for (const char* more : {"", "--resume"}) {
+    const Finished result = refused(more);
+    CHECK(result.exit_code == 1);
+    CHECK_THAT(result.err, Contains("in use by process 7 on h since now"));
+  }
+  CHECK_FALSE(std::filesystem::exists(out + "/batch.json"));
+}
+
 TEST_CASE("a mesh that vanishes fails its own entry") {
   const TemporaryFolder folder;
   const std::string manifest = make_manifest(folder);
@@ -181,7 +216,7 @@ TEST_CASE("checks, status and refusals") {
   CHECK(refused.exit_code == 2);
   CHECK_THAT(refused.err,
              Contains("bad.toml:3: 'factorz' is not known") && Contains("max_evaluations"));
-  CHECK_THAT(refused.err, Contains("bad.toml:6: --factors 1"));
+  CHECK_THAT(refused.err, Contains("bad.toml:6: factors: 1 is out of range"));
   CHECK_FALSE(std::filesystem::exists(out));
 
   CHECK(run_command({"batch", manifest}).exit_code == 2);

@@ -44,11 +44,11 @@ TEST_CASE("bad usage is exit code 2 and names what was wrong") {
 TEST_CASE("devices are listed, and the chosen one is among them") {
   const auto result = run_command({"devices", "--json"});
   REQUIRE(result.exit_code == 0);
-  const auto json = nlohmann::json::parse(result.out);
+  const auto listed = nlohmann::json::parse(result.out);
   bool found = false;
-  for (const auto& device : json["devices"]) found = found || device["id"] == json["chosen"];
+  for (const auto& device : listed["devices"]) found = found || device["id"] == listed["chosen"];
   CHECK(found);
-  CHECK_THAT(run_command({"devices"}).out, Contains("* " + json["chosen"].get<std::string>()));
+  CHECK_THAT(run_command({"devices"}).out, Contains("* " + listed["chosen"].get<std::string>()));
   const auto verbose = run_command({"devices", "--verbose"});
   CHECK_THAT(verbose.out, Contains("local memory"));
 }
@@ -64,4 +64,16 @@ TEST_CASE("a device nobody has is exit code 3, never a fallback") {
   const auto none = run_command({"devices"}, {.environment = {{"OCL_ICD_VENDORS", folder / ""}}});
   CHECK(none.exit_code == 3);
   CHECK_THAT(none.err, Contains("pocl-opencl-icd"));
+}
+
+TEST_CASE("what hides the devices is named") {
+  const auto unwritable =
+      run_command({"devices"}, {.environment = {{"POCL_CACHE_DIR", "/proc/x"}}});
+  CHECK(unwritable.exit_code == 3);
+  CHECK_THAT(unwritable.err, Contains("/proc/x") && Contains("POCL_CACHE_DIR"));
+  CHECK_THAT(unwritable.err, !Contains("install"));
+  const auto memory = qjulia::test::run(
+      {"/bin/bash", "-c", "ulimit -v 100000; exec \"$0\" devices", QJULIA_COMMAND});
+  CHECK(memory.exit_code == 3);
+  CHECK_THAT(memory.err, Contains("97 MiB of address space"));
 }

@@ -139,7 +139,7 @@ TEST_CASE("convert reads the original's maps and turns maps") {
   CHECK(json::parse(result.out)["factors"] == 5);
   const auto read = qjulia::read_map(converted);
   CHECK(read.factors.size() == 5);
-  CHECK(read.provenance["converted"]["input"]["name"] == "small.o3d");
+  CHECK(read.provenance.json()["converted"]["input"]["name"] == "small.o3d");
 
   // Turned once in the file, or each time on the way: the same.
   const Arguments knobs = {"--drift", "0.3", "--scale", "1.1", "--phase", "1", "1", "0", "0"};
@@ -148,7 +148,7 @@ TEST_CASE("convert reads the original's maps and turns maps") {
   Arguments arguments = {"convert", map.file, other.file, "--device", "cpu"};
   arguments.insert(arguments.end(), knobs.begin(), knobs.end());
   REQUIRE(run_command(arguments).exit_code == 0);
-  CHECK(qjulia::read_map(other.file).provenance["turned"]["map_options"]["drift"] == 0.3);
+  CHECK(qjulia::read_map(other.file).provenance.json()["turned"]["map_options"]["drift"] == 0.3);
   CHECK(other.surface({}) == expected);
 }
 

@@ -56,6 +56,34 @@ TEST_CASE("render writes layers, and a preview that goes when the picture is don
   CHECK_THAT(clay.err, Contains("--material"));
 }
 
+TEST_CASE("a picture of nothing is drawn with a warning") {
+  const Ball ball;
+  const TemporaryFolder folder;
+  const auto drawn = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"render",    ball.map, "-o",       folder / "a.png",
+                                          "--size",    "40x30",  "--device", "cpu",
+                                          "--samples", "1",      "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_command(arguments);
+  };
+  for (const std::vector<std::string>& nothing :
+       {std::vector<std::string>{"--slice", "50"},
+        std::vector<std::string>{"--box", "3", "3", "3", "4", "4", "4"}}) {
+    const auto result = drawn(nothing);
+    INFO(result.err);
+    CHECK(result.exit_code == 0);
+    CHECK_THAT(result.err, Contains("shows nothing of"));
+    CHECK(json::parse(result.out)["covered_pixels"] == 0);
+  }
+  const auto result = drawn({});
+  CHECK(result.exit_code == 0);
+  CHECK_THAT(result.err, !Contains("shows nothing"));
+  // The ball is framed as its box is: it is about two thirds as high as the picture.
+  const int covered = json::parse(result.out)["covered_pixels"];
+  CHECK(covered > 270);
+  CHECK(covered < 350);
+}
+
 TEST_CASE("compare draws mesh, potential, set and distance") {
   const Ball ball;
   const TemporaryFolder folder;

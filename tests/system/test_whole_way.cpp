@@ -6,12 +6,12 @@
 #include <nlohmann/json.hpp>
 
 #include "obj_text.hpp"
+#include "png_file.hpp"
 #include "process.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 
 using Catch::Matchers::Contains;
-using Catch::Matchers::StartsWith;
 using nlohmann::json;
 using qjulia::test::read_text;
 using qjulia::test::run_command;
@@ -149,7 +149,13 @@ TEST_CASE("a map and a mesh become pictures") {
     INFO(result.err);
     REQUIRE(result.exit_code == 0);
     CHECK(json::parse(result.out)["width"] == 96);
-    CHECK_THAT(read_text(picture), StartsWith("\x89PNG"));
+    const qjulia::Image image = qjulia::test::read_png(picture);
+    CHECK(image.width == 96);
+    CHECK(image.height == 64);
+    // The torus seen from 15 degrees above covers a fourth to a half of its frame.
+    const double covered = json::parse(result.out)["covered_pixels"].get<double>() / (96 * 64);
+    CHECK(covered > 0.15);
+    CHECK(covered < 0.5);
     std::filesystem::remove(picture);
   }
 }
@@ -166,10 +172,14 @@ TEST_CASE("a sweep gives a sheet and a numbered picture for each value") {
   const json values = json::parse(result.out)["made_with"]["sweep"]["values"];
   REQUIRE(values.size() == 3);
   CHECK(values[1].get<double>() == Approx(0.015));
-  CHECK_THAT(read_text(sheet), StartsWith("\x89PNG"));
-  const std::string first = read_text(folder / "sheet_001.png");
-  CHECK_THAT(first, StartsWith("\x89PNG"));
-  CHECK(first != read_text(folder / "sheet_003.png"));
+  const qjulia::Image first = qjulia::test::read_png(folder / "sheet_001.png");
+  CHECK(first.width == 40);
+  CHECK(first.height == 30);
+  CHECK(qjulia::test::mean_difference(first, qjulia::test::read_png(folder / "sheet_003.png")) >
+        0.2);
+  // Three in a row, captions below.
+  CHECK(qjulia::test::read_png(sheet).width == 3 * 40);
+  CHECK(qjulia::test::read_png(sheet).height > 30);
   CHECK(!std::filesystem::exists(folder / "sheet_004.png"));
 
   // Once around a mesh.

@@ -5,14 +5,16 @@
 
 #include <algorithm>
 #include <atomic>
+#include <barrier>
 #include <catch2/catch.hpp>
-#include <mutex>
 #include <new>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <thread>
 
-#include "batch/claim.hpp"
-#include "qjulia/batch.hpp"
+#include "batch/batch.hpp"
+#include "batch/folder_lock.hpp"
 #include "qjulia/error.hpp"
 #include "temporary_folder.hpp"
 
@@ -20,16 +22,16 @@ using namespace qjulia;
 using Catch::Matchers::Contains;
 using qjulia::test::read_text;
 using qjulia::test::TemporaryFolder;
-using Work =
-    std::function<EntryResult(const BatchEntry&, const std::filesystem::path&, const Watch&)>;
+using Work = std::function<batch::EntryResult(const batch::BatchEntry&,
+                                              const std::filesystem::path&, const Watch&)>;
 
 namespace {
 
-class Pretender final : public BatchWorker {
+class Pretender final : public batch::BatchWorker {
  public:
   explicit Pretender(Work work) : work_(std::move(work)) {}
-  EntryResult run(const BatchEntry& entry, const std::filesystem::path& folder,
-                  const Watch& watch) override {
+  batch::EntryResult run(const batch::BatchEntry& entry, const std::filesystem::path& folder,
+                         const Watch& watch) override {
     return work_(entry, folder, watch);
   }
 
@@ -37,55 +39,56 @@ class Pretender final : public BatchWorker {
   Work work_;
 };
 
-BatchDevice device(const std::string& name, Work work) {
+batch::BatchDevice device(const std::string& name, Work work) {
   return {name, [work = std::move(work)] { return std::make_unique<Pretender>(work); }};
 }
 
-EntryResult write_map(const BatchEntry& entry, const std::filesystem::path& folder, const Watch&) {
+batch::EntryResult write_map(const batch::BatchEntry& entry, const std::filesystem::path& folder,
+                             const Watch&) {
   std::ofstream(folder / (entry.name + ".qjulia.json")) << "map of " << entry.name;
   return {{entry.name + ".qjulia.json"}, {{"energy", 0.5}}};
 }
 
-EntryResult broken(const BatchEntry&, const std::filesystem::path&, const Watch&) {
+batch::EntryResult broken(const batch::BatchEntry&, const std::filesystem::path&, const Watch&) {
   throw DeviceError("broken", "clFinish", -5);
 }
 
-Manifest manifest_of(const std::vector<std::string>& names) {
-  Manifest manifest;
+batch::Manifest manifest_of(const std::vector<std::string>& names) {
+  batch::Manifest manifest;
   for (const std::string& name : names) {
     manifest.entries.push_back({name, name + ".obj", {}, {}, 1});
   }
   return manifest;
 }
 
-BatchOptions options_for(const TemporaryFolder& folder, bool resume = false) {
-  return {folder.path(), resume, false, [](const BatchEntry& entry) {
-            return FitKey{"inputs of " + entry.name, "options"};
+batch::BatchOptions options_for(const TemporaryFolder& folder, bool resume = false) {
+  return {folder.path(), resume, false, [](const batch::BatchEntry& entry) {
+            return batch::FitKey{"inputs of " + entry.name, "options"};
           }};
 }
 
-EntryStatus status_of(const TemporaryFolder& folder, const std::string& name) {
-  const auto all = read_batch(folder.path());
-  return *std::ranges::find(all, name, &EntryStatus::name);
+batch::EntryStatus status_of(const TemporaryFolder& folder, const std::string& name) {
+  const auto all = batch::read_batch(folder.path(), false);
+  return *std::ranges::find(all, name, &batch::EntryStatus::name);
 }
 
 /// Runs with one device and returns the names of the entries that were worked on.
-std::vector<std::string> run(const Manifest& manifest, const BatchOptions& options,
+std::vector<std::string> run(const batch::Manifest& manifest, const batch::BatchOptions& options,
                              const Work& work = write_map) {
   std::vector<std::string> worked_on;
-  prepare_batch(manifest, options);
-  run_batch(manifest,
-            {device("one",
-                    [&](const auto& entry, const auto& folder, const auto& watch) {
-                      worked_on.push_back(entry.name);
-                      return work(entry, folder, watch);
-                    })},
-            options);
+  const auto lock = batch::prepare_batch(manifest, options);
+  batch::run_batch(manifest,
+                   {device("one",
+                           [&](const auto& entry, const auto& folder, const auto& watch) {
+                             worked_on.push_back(entry.name);
+                             return work(entry, folder, watch);
+                           })},
+                   options);
   return worked_on;
 }
 
-EntryResult all_but_b(const BatchEntry& entry, const std::filesystem::path& folder,
-                      const Watch& watch) {
+batch::EntryResult all_but_b(const batch::BatchEntry& entry, const std::filesystem::path& folder,
+                             const Watch& watch) {
   if (entry.name == "b") throw InputError("b cannot be read");
   return write_map(entry, folder, watch);
 }
@@ -95,48 +98,49 @@ EntryResult all_but_b(const BatchEntry& entry, const std::filesystem::path& fold
 TEST_CASE("an entry that fails leaves the others alone") {
   const TemporaryFolder folder;
   run(manifest_of({"a", "b", "c"}), options_for(folder), all_but_b);
-  CHECK(status_of(folder, "a").state == EntryState::done);
-  CHECK(status_of(folder, "b").state == EntryState::failed);
+  CHECK(status_of(folder, "a").state == batch::EntryState::done);
+  CHECK(status_of(folder, "b").state == batch::EntryState::failed);
   CHECK(status_of(folder, "b").error == "b cannot be read");
-  CHECK(status_of(folder, "c").state == EntryState::done);
+  CHECK(status_of(folder, "c").state == batch::EntryState::done);
   CHECK(status_of(folder, "c").figures["energy"] == 0.5);
-  for (const std::string& name : folder.names()) CHECK_FALSE(name.ends_with(".claim"));
 }
 
 TEST_CASE("resuming does what is not complete for the same inputs and options") {
   const TemporaryFolder folder;
-  const Manifest manifest = manifest_of({"a", "b", "c"});
+  const batch::Manifest manifest = manifest_of({"a", "b", "c"});
   run(manifest, options_for(folder), all_but_b);
-  const BatchOptions resumed = options_for(folder, true);
+  const batch::BatchOptions resumed = options_for(folder, true);
   CHECK(run(manifest, resumed).empty());
 
   SECTION("failed ones when asked") {
-    BatchOptions again = resumed;
+    batch::BatchOptions again = resumed;
     again.retry_failed = true;
     CHECK(run(manifest, again) == std::vector<std::string>{"b"});
-    CHECK(status_of(folder, "b").state == EntryState::done);
+    CHECK(status_of(folder, "b").state == batch::EntryState::done);
   }
   SECTION("one whose output is gone") {
     std::filesystem::remove(folder / "c.qjulia.json");
     CHECK(run(manifest, resumed) == std::vector<std::string>{"c"});
   }
   SECTION("one whose mesh has changed") {
-    BatchOptions changed = resumed;
-    changed.key = [](const BatchEntry& entry) {
-      return FitKey{(entry.name == "a" ? "other inputs of " : "inputs of ") + entry.name,
-                    "options"};
+    batch::BatchOptions changed = resumed;
+    changed.key = [](const batch::BatchEntry& entry) {
+      return batch::FitKey{(entry.name == "a" ? "other inputs of " : "inputs of ") + entry.name,
+                           "options"};
     };
     CHECK(run(manifest, changed) == std::vector<std::string>{"a"});
   }
   SECTION("all when options have changed") {
-    BatchOptions changed = resumed;
-    changed.key = [](const BatchEntry& e) { return FitKey{"inputs of " + e.name, "others"}; };
+    batch::BatchOptions changed = resumed;
+    changed.key = [](const batch::BatchEntry& e) {
+      return batch::FitKey{"inputs of " + e.name, "others"};
+    };
     CHECK(run(manifest, changed).size() == 3);
   }
   SECTION("not one whose mesh is gone") {
-    BatchOptions changed = resumed;
-    changed.key = [](const BatchEntry& entry) {
-      return FitKey{entry.name == "a" ? "" : "inputs of " + entry.name, "options"};
+    batch::BatchOptions changed = resumed;
+    changed.key = [](const batch::BatchEntry& entry) {
+      return batch::FitKey{entry.name == "a" ? "" : "inputs of " + entry.name, "options"};
     };
     CHECK(run(manifest, changed).empty());
   }
@@ -149,189 +153,233 @@ TEST_CASE("resuming does what is not complete for the same inputs and options") 
 
 TEST_CASE("a device that keeps failing is retired and its work done by another") {
   const TemporaryFolder folder;
-  const Manifest manifest = manifest_of({"a", "b", "c", "d", "e", "f"});
-  const BatchOptions options = options_for(folder);
-  prepare_batch(manifest, options);
+  const batch::Manifest manifest = manifest_of({"a", "b", "c", "d", "e", "f"});
+  const batch::BatchOptions options = options_for(folder);
+  const auto lock = batch::prepare_batch(manifest, options);
   int retired = 0;
   std::atomic<int> failures = 0;
   const auto unsaved =
-      run_batch(manifest,
-                {device("broken",
-                        [&](const auto& entry, const auto& path, const auto& watch) {
-                          ++failures;
-                          return broken(entry, path, watch);
-                        }),
-                 device("good",
-                        [&](const auto& entry, const auto& path, const auto& watch) {
-                          // Slow enough for the other to fail three.
-                          std::this_thread::sleep_for(std::chrono::milliseconds(40));
-                          return write_map(entry, path, watch);
-                        })},
-                options, [&](const BatchEvent& event) {
-                  if (event.kind == BatchEvent::Kind::retired) ++retired;
-                });
+      batch::run_batch(manifest,
+                       {device("broken",
+                               [&](const auto& entry, const auto& path, const auto& watch) {
+                                 ++failures;
+                                 return broken(entry, path, watch);
+                               }),
+                        device("good",
+                               [&](const auto& entry, const auto& path, const auto& watch) {
+                                 // Slow enough for the other to fail three.
+                                 std::this_thread::sleep_for(std::chrono::milliseconds(40));
+                                 return write_map(entry, path, watch);
+                               })},
+                       options, [&](const batch::BatchEvent& event) {
+                         if (event.kind == batch::BatchEvent::Kind::retired) ++retired;
+                       });
   CHECK(unsaved.empty());
   CHECK(retired == 1);
   CHECK(failures == 3);
-  for (const EntryStatus& status : read_batch(folder.path())) {
-    CHECK(status.state == EntryState::done);
+  for (const batch::EntryStatus& status : batch::read_batch(folder.path(), false)) {
+    CHECK(status.state == batch::EntryState::done);
     CHECK(status.device == "good");
   }
 }
 
 TEST_CASE("an entry that every device fails at has failed; the device goes on") {
   const TemporaryFolder folder;
-  const Manifest manifest = manifest_of({"huge", "a", "b"});
+  const batch::Manifest manifest = manifest_of({"huge", "a", "b"});
   const auto worked_on = run(
       manifest, options_for(folder), [](const auto& entry, const auto& path, const auto& watch) {
         return entry.name == "huge" ? broken(entry, path, watch) : write_map(entry, path, watch);
       });
-  CHECK(status_of(folder, "huge").state == EntryState::failed);
+  CHECK(status_of(folder, "huge").state == batch::EntryState::failed);
   CHECK(status_of(folder, "huge").failed_tries.size() == 3);
   CHECK_THAT(status_of(folder, "huge").error, Contains("CL_OUT_OF_RESOURCES"));
-  CHECK(status_of(folder, "a").state == EntryState::done);
-  CHECK(status_of(folder, "b").state == EntryState::done);
+  CHECK(status_of(folder, "a").state == batch::EntryState::done);
+  CHECK(status_of(folder, "b").state == batch::EntryState::done);
   // The others come before it is tried again.
   CHECK(worked_on == std::vector<std::string>{"huge", "a", "b", "huge", "huge"});
 }
 
 TEST_CASE("with no device left entries wait for another run") {
   const TemporaryFolder folder;
-  const Manifest manifest = manifest_of({"a", "b", "c", "d"});
+  const batch::Manifest manifest = manifest_of({"a", "b", "c", "d"});
   run(manifest, options_for(folder), broken);
-  for (const EntryStatus& status : read_batch(folder.path())) {
-    CHECK(status.state == EntryState::waiting);
+  for (const batch::EntryStatus& status : batch::read_batch(folder.path(), false)) {
+    CHECK(status.state == batch::EntryState::waiting);
   }
   CHECK(run(manifest, options_for(folder, true)).size() == 4);
 }
 
 TEST_CASE("a stop request ends the entry that runs and begins no other") {
   const TemporaryFolder folder;
-  const Manifest manifest = manifest_of({"a", "b"});
-  const BatchOptions options = options_for(folder);
-  prepare_batch(manifest, options);
+  const batch::Manifest manifest = manifest_of({"a", "b"});
+  const batch::BatchOptions options = options_for(folder);
+  batch::prepare_batch(manifest, options);
   std::stop_source stop;
-  run_batch(manifest,
-            {device("one",
-                    [&](const auto&, const auto&, const auto& watch) -> EntryResult {
-                      stop.request_stop();
-                      if (watch.stop.stop_requested()) throw Interrupted();
-                      return {};
-                    })},
-            options, {}, stop.get_token());
-  CHECK(status_of(folder, "a").state == EntryState::interrupted);
-  CHECK(status_of(folder, "b").state == EntryState::waiting);
+  batch::run_batch(manifest,
+                   {device("one",
+                           [&](const auto&, const auto&, const auto& watch) -> batch::EntryResult {
+                             stop.request_stop();
+                             if (watch.stop.stop_requested()) throw Interrupted();
+                             return {};
+                           })},
+                   options, {}, stop.get_token());
+  CHECK(status_of(folder, "a").state == batch::EntryState::interrupted);
+  CHECK(status_of(folder, "b").state == batch::EntryState::waiting);
   CHECK(run(manifest, options_for(folder, true)).size() == 2);
 }
 
 TEST_CASE("memory that does not suffice fails the entry") {
   const TemporaryFolder folder;
   run(manifest_of({"a"}), options_for(folder),
-      [](const auto&, const auto&, const auto&) -> EntryResult { throw std::bad_alloc(); });
+      [](const auto&, const auto&, const auto&) -> batch::EntryResult { throw std::bad_alloc(); });
   CHECK(status_of(folder, "a").error == "out of memory");
 }
 
 TEST_CASE("what cannot be written down is handed back") {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder / "b.status.json");
-  const Manifest manifest = manifest_of({"a", "b", "c"});
-  BatchOptions options = options_for(folder, true);
-  prepare_batch(manifest, options);
-  const auto unsaved = run_batch(manifest, {device("one", write_map)}, options);
+  const batch::Manifest manifest = manifest_of({"a", "b", "c"});
+  batch::BatchOptions options = options_for(folder, true);
+  const auto lock = batch::prepare_batch(manifest, options);
+  const auto unsaved = batch::run_batch(manifest, {device("one", write_map)}, options);
   REQUIRE(unsaved.size() == 1);
   CHECK(unsaved[0].name == "b");
-  CHECK(unsaved[0].state == EntryState::failed);
+  CHECK(unsaved[0].state == batch::EntryState::failed);
   CHECK_THAT(unsaved[0].error, Contains("b.status.json"));
-  CHECK(status_of(folder, "c").state == EntryState::done);
+  CHECK(status_of(folder, "c").state == batch::EntryState::done);
 }
 
-TEST_CASE("each entry is done once by processes that share a folder") {
+TEST_CASE("each entry is done once by ranks that share a folder") {
   const TemporaryFolder folder;
   std::vector<std::string> names;
   for (int i = 0; i < 60; ++i) names.push_back("entry" + std::to_string(i));
-  const Manifest manifest = manifest_of(names);
-  const BatchOptions options = options_for(folder);
-  prepare_batch(manifest, options);
+  const batch::Manifest manifest = manifest_of(names);
+  const batch::BatchOptions options = options_for(folder, true);
+  const auto lock = batch::prepare_batch(manifest, options);
+  // The device of one rank never works.
   const auto work = [&](const std::string& who) {
-    return device(who, [who](const BatchEntry& entry, const auto& path, const auto& watch) {
+    return device(who, [who](const batch::BatchEntry& entry, const auto& path, const auto& watch) {
       // Appended to: a second visit would show.
       std::ofstream(path / (entry.name + ".visits"), std::ios::app) << who << '\n';
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
       return write_map(entry, path, watch);
     });
   };
-  std::vector<pid_t> children;
-  for (const char* who : {"p", "q", "r"}) {
-    const pid_t child = ::fork();
-    if (child == 0) {
-      run_batch(manifest, {work(who), work(who)}, options);
-      ::_exit(0);
+  constexpr std::size_t kRanks = 3;
+  std::barrier meeting(kRanks);
+  std::vector<std::vector<double>> messages(kRanks);
+  std::atomic<int> settled = 0;
+  {
+    std::vector<std::jthread> ranks;
+    for (std::size_t rank = 0; rank < kRanks; ++rank) {
+      ranks.emplace_back([&, rank] {
+        const auto all_gather = [&, rank](const std::vector<double>& mine) {
+          messages[rank] = mine;
+          meeting.arrive_and_wait();
+          const auto all = messages;
+          meeting.arrive_and_wait();
+          return all;
+        };
+        const std::string who(1, static_cast<char>('p' + rank));
+        const std::vector<batch::BatchDevice> devices =
+            rank == 2 ? std::vector{device("broken", broken)} : std::vector{work(who), work(who)};
+        batch::run_batch(
+            manifest, devices, options,
+            [&](const batch::BatchEvent& event) {
+              if (event.kind == batch::BatchEvent::Kind::done && event.status != nullptr) ++settled;
+            },
+            {}, {rank, kRanks, all_gather});
+      });
     }
-    children.push_back(child);
   }
-  for (const pid_t child : children) ::waitpid(child, nullptr, 0);
+  CHECK(settled == 60 * kRanks);  // every rank is told of every entry
   std::set<std::string> workers;
   for (const std::string& name : names) {
     const std::string visits = read_text(folder.path() / (name + ".visits"));
     CHECK(visits.size() == 2);
     workers.insert(visits);
   }
-  CHECK(workers.size() == 3);
+  CHECK(workers == std::set<std::string>{"p\n", "q\n"});
 }
 
-TEST_CASE("what a killed process had claimed is done by the next") {
+TEST_CASE("what a killed process worked on is done by the next") {
   const TemporaryFolder folder;
-  const Manifest manifest = manifest_of({"a", "b"});
-  const BatchOptions options = options_for(folder);
-  prepare_batch(manifest, options);
+  const batch::Manifest manifest = manifest_of({"a", "b"});
+  const batch::BatchOptions options = options_for(folder);
   const pid_t child = ::fork();
   if (child == 0) {
-    run_batch(manifest,
-              {device("one",
-                      [](const auto& entry, const auto& path, const auto& watch) {
-                        if (entry.name == "b") ::raise(SIGKILL);
-                        return write_map(entry, path, watch);
-                      })},
-              options);
+    const auto lock = batch::prepare_batch(manifest, options);
+    batch::run_batch(manifest,
+                     {device("one",
+                             [](const auto& entry, const auto& path, const auto& watch) {
+                               if (entry.name == "b") ::raise(SIGKILL);
+                               return write_map(entry, path, watch);
+                             })},
+                     options);
     ::_exit(0);
   }
   ::waitpid(child, nullptr, 0);
-  folder.file("b.qjulia.json.12345.tmp", "half a m");
-  CHECK(std::filesystem::exists(folder / "b.claim"));
-  CHECK(status_of(folder, "a").state == EntryState::done);
-  CHECK(status_of(folder, "b").state == EntryState::lost);
+  const std::string left = "b.qjulia.json.qjulia-0123456789abcdef.tmp";
+  folder.file(left, "half a m");
+  folder.file("mine.12345.tmp", "somebody else's");
+  CHECK_FALSE(batch::is_locked(folder.path()));
+  CHECK(status_of(folder, "a").state == batch::EntryState::done);
+  CHECK(status_of(folder, "b").state == batch::EntryState::lost);
+  CHECK(batch::read_batch(folder.path(), true)[1].state == batch::EntryState::running);
   CHECK(run(manifest, options_for(folder, true)) == std::vector<std::string>{"b"});
-  CHECK(status_of(folder, "b").state == EntryState::done);
-  CHECK_FALSE(std::filesystem::exists(folder / "b.qjulia.json.12345.tmp"));
+  CHECK(status_of(folder, "b").state == batch::EntryState::done);
+  CHECK_FALSE(std::filesystem::exists(folder / left));
+  CHECK(std::filesystem::exists(folder / "mine.12345.tmp"));
 }
 
-TEST_CASE("a folder that a living process works in is not begun anew") {
+TEST_CASE("a folder has one owner, and others are told who it is") {
   const TemporaryFolder folder;
-  const Manifest manifest = manifest_of({"a"});
-  std::filesystem::create_directories(folder.path());
-  const auto claim = batch::Claim::take(folder / "a.claim");
-  REQUIRE(claim);
-  CHECK_FALSE(batch::Claim::take(folder / "a.claim"));
-  CHECK_THROWS_AS(prepare_batch(manifest, options_for(folder)), InputError);
-  CHECK_NOTHROW(prepare_batch(manifest, options_for(folder, true)));
+  const batch::Manifest manifest = manifest_of({"a"});
+  std::optional<batch::FolderLock> lock(batch::prepare_batch(manifest, options_for(folder)));
+  CHECK(batch::is_locked(folder.path()));
+  const std::string who =
+      "in use by process " + std::to_string(::getpid()) + " on " + batch::host_name() + " since 2";
+  for (const bool resume : {false, true}) {
+    CHECK_THROWS_WITH(batch::prepare_batch(manifest, options_for(folder, resume)), Contains(who));
+  }
+  lock.reset();
+  CHECK_FALSE(batch::is_locked(folder.path()));
+  CHECK_NOTHROW(batch::prepare_batch(manifest, options_for(folder)));
 }
 
-TEST_CASE("claims of other hosts die of age") {
+TEST_CASE("a batch that would overwrite an input is refused before anything is made") {
   const TemporaryFolder folder;
-  const auto path = folder.file("a.claim", R"({"host": "far", "process": 1, "process_start": 1})");
-  CHECK(batch::claim_state(path) == batch::ClaimState::living);
-  CHECK_FALSE(batch::break_dead_claim(path));
-  std::filesystem::last_write_time(
-      path, std::filesystem::file_time_type::clock::now() - std::chrono::seconds(300));
-  CHECK(batch::claim_state(path) == batch::ClaimState::dead);
-  CHECK(batch::break_dead_claim(path));
-  CHECK(batch::claim_state(path) == batch::ClaimState::none);
+  folder.file("a.obj", "v 0 0 0");
+  const batch::BatchOptions options = options_for(folder);
+  batch::Manifest manifest = manifest_of({"a"});
+  manifest.file = folder.file("m.toml", "");
+  manifest.entries[0].mesh = folder / "a.obj";
+  const auto count = folder.names().size();
+  SECTION("its mesh") {
+    manifest.entries[0].outputs.surface = ".obj";
+    CHECK_THROWS_WITH(batch::prepare_batch(manifest, options),
+                      Contains("m.toml:1") && Contains("would overwrite the input"));
+  }
+  SECTION("the mesh of another entry, by a link") {
+    std::filesystem::create_hard_link(folder / "a.obj", folder / "b.ply");
+    manifest.entries.push_back({"b", folder / "a.obj", {}, {}, 4});
+    manifest.entries[1].outputs.surface = ".ply";
+    CHECK_THROWS_AS(batch::prepare_batch(manifest, options), InputError);
+    std::filesystem::remove(folder / "b.ply");
+  }
+  SECTION("the manifest") {
+    manifest.file = folder.file("batch.json", "");
+    CHECK_THROWS_AS(batch::prepare_batch(manifest, options), InputError);
+    std::filesystem::remove(folder / "batch.json");
+  }
+  CHECK(folder.names().size() == count);
+  CHECK(read_text(folder.path() / "a.obj") == "v 0 0 0");
 }
 
 TEST_CASE("summaries hold every entry") {
   const TemporaryFolder folder;
   run(manifest_of({"a", "b", "c,\"d\""}), options_for(folder), all_but_b);
-  write_summary(folder.path(), read_batch(folder.path()));
+  batch::write_summary(folder.path(), batch::read_batch(folder.path(), false));
   const auto json = nlohmann::json::parse(read_text(folder.path() / "summary.json"));
   CHECK(json["counts"]["done"] == 2);
   CHECK(json["counts"]["failed"] == 1);
@@ -339,5 +387,5 @@ TEST_CASE("summaries hold every entry") {
   const std::string csv = read_text(folder.path() / "summary.csv");
   CHECK_THAT(csv, Contains("b,b.obj,failed,"));
   CHECK_THAT(csv, Contains("\"c,\"\"d\"\"\","));
-  CHECK_THROWS_AS(read_batch(folder / "nowhere"), InputError);
+  CHECK_THROWS_AS(batch::read_batch(folder / "nowhere", false), InputError);
 }

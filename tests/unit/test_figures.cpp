@@ -8,7 +8,6 @@
 #include "qjulia/figures.hpp"
 #include "qjulia/surface_file.hpp"
 #include "shapes.hpp"
-#include "surface/box_dimension.hpp"
 #include "temporary_folder.hpp"
 
 using namespace qjulia;

@@ -28,27 +28,33 @@ TEST_CASE("a budget is spent by evaluations, time or a stop request") {
   CHECK(budget_of(100, hurried).spent() == StopReason::time_limit);
 
   std::stop_source source;
-  const Budget interrupted({}, 100, Budget::Clock::now(), 0, source.get_token());
+  auto interrupted = budget_of(100, {}, source.get_token());
   CHECK_FALSE(interrupted.spent());
   source.request_stop();
+  CHECK_FALSE(interrupted.spent());
+  interrupted.update();
   CHECK(interrupted.spent() == StopReason::interrupted);
 }
 
 TEST_CASE("fit options that make no sense are refused by name") {
-  const auto refused = [](auto change, const std::string& option) {
+  const auto refused = [](auto change, const std::string& field) {
     FitOptions options;
     change(options);
-    CHECK_THROWS_WITH(options.validate(), Catch::Contains(option));
-    CHECK_THROWS_AS(options.validate(), InputError);
+    try {
+      options.validate();
+      FAIL("nothing was refused");
+    } catch (const OptionError& error) {
+      CHECK(error.field() == field);
+    }
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  refused([](FitOptions& o) { o.factors = 0; }, "--factors");
-  refused([](FitOptions& o) { o.factors = 1'000'000; }, "--factors");
-  refused([&](FitOptions& o) { o.detail = nan; }, "--detail");
-  refused([](FitOptions& o) { o.detail = -1; }, "--detail");
-  refused([](FitOptions& o) { o.time_limit = -5; }, "--time-limit");
-  refused([&](FitOptions& o) { o.time_limit = nan; }, "--time-limit");
-  refused([](FitOptions& o) { o.max_evaluations = -1; }, "--max-evaluations");
-  refused([](FitOptions& o) { o.schedule = "nonesuch"; }, "--schedule");
+  refused([](FitOptions& o) { o.factors = 0; }, "factors");
+  refused([](FitOptions& o) { o.factors = 1'000'000; }, "factors");
+  refused([&](FitOptions& o) { o.detail = nan; }, "detail");
+  refused([](FitOptions& o) { o.detail = -1; }, "detail");
+  refused([](FitOptions& o) { o.time_limit = -5; }, "time_limit");
+  refused([&](FitOptions& o) { o.time_limit = nan; }, "time_limit");
+  refused([](FitOptions& o) { o.max_evaluations = -1; }, "max_evaluations");
+  refused([](FitOptions& o) { o.schedule = "nonesuch"; }, "schedule");
   CHECK_NOTHROW(FitOptions{}.validate());
 }

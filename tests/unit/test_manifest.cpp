@@ -1,19 +1,19 @@
 #include <catch2/catch.hpp>
 
-#include "qjulia/batch.hpp"
+#include "batch/batch.hpp"
 #include "qjulia/error.hpp"
 #include "temporary_folder.hpp"
 
 using Catch::Matchers::Contains;
 using qjulia::InputError;
-using qjulia::Manifest;
-using qjulia::ManifestOption;
+
+using namespace qjulia;
 using qjulia::test::TemporaryFolder;
 
 namespace {
 
 /// Knows `factors`, `detail` and the flag `polish`; refuses 0 factors, and polish with detail.
-void check_options(const std::vector<ManifestOption>& options) {
+void check_options(const std::vector<batch::ManifestOption>& options) {
   bool polish = false;
   bool detail = false;
   for (const auto& [name, values, line] : options) {
@@ -27,8 +27,9 @@ void check_options(const std::vector<ManifestOption>& options) {
   if (polish && detail) throw InputError("either polish or detail");
 }
 
-Manifest read(const TemporaryFolder& folder, const std::string& text, bool may_miss = false) {
-  return qjulia::read_manifest(folder.file("m.toml", text), check_options, may_miss);
+batch::Manifest read(const TemporaryFolder& folder, const std::string& text,
+                     bool may_miss = false) {
+  return qjulia::batch::read_manifest(folder.file("m.toml", text), check_options, may_miss);
 }
 
 std::string problems(const TemporaryFolder& folder, const std::string& text) {
@@ -46,7 +47,7 @@ TEST_CASE("a manifest's entries have their own options and the defaults") {
   const TemporaryFolder folder;
   folder.file("a.obj", "");
   folder.file("b.obj", "");
-  const Manifest manifest = read(folder, R"([defaults]
+  const batch::Manifest manifest = read(folder, R"([defaults]
 factors = 24
 time_limit = 1.5
 picture = true
@@ -84,7 +85,7 @@ picture_size = [32, 24]
 TEST_CASE("an entry can take a default flag back") {
   const TemporaryFolder folder;
   folder.file("a.obj", "");
-  const Manifest manifest = read(folder, R"(defaults = { polish = true }
+  const batch::Manifest manifest = read(folder, R"(defaults = { polish = true }
 [[fit]]
 mesh = "a.obj"
 polish = false
@@ -102,7 +103,7 @@ name = "b"
 TEST_CASE("a glob stands for every mesh it matches") {
   const TemporaryFolder folder;
   for (const char* name : {"c.obj", "a.PLY", "b.stl", "notes.md"}) folder.file(name, "");
-  const Manifest manifest = read(folder, "[[fit]]\nmesh = \"*\"\nname = \"fine-*\"\n");
+  const batch::Manifest manifest = read(folder, "[[fit]]\nmesh = \"*\"\nname = \"fine-*\"\n");
   REQUIRE(manifest.entries.size() == 3);
   CHECK(manifest.entries[0].name == "fine-a");
   CHECK(manifest.entries[2].name == "fine-c");
@@ -155,12 +156,12 @@ TEST_CASE("what is no manifest is refused") {
   CHECK_THAT(problems(folder, ""), Contains("m.toml:1: there is nothing to fit"));
   CHECK_THAT(problems(folder, "fit = 3\n"), Contains("m.toml:1: 'fit' is not known here"));
   CHECK_THAT(problems(folder, "[output]\na = 1\n"), Contains("'output' is not known here"));
-  CHECK_THROWS_AS(qjulia::read_manifest(folder / "absent.toml", check_options), InputError);
+  CHECK_THROWS_AS(qjulia::batch::read_manifest(folder / "absent.toml", check_options), InputError);
 }
 
 TEST_CASE("a resumed batch may have lost meshes") {
   const TemporaryFolder folder;
-  const Manifest manifest = read(folder, "[[fit]]\nmesh = \"gone.obj\"\n", true);
+  const batch::Manifest manifest = read(folder, "[[fit]]\nmesh = \"gone.obj\"\n", true);
   REQUIRE(manifest.entries.size() == 1);
   CHECK(manifest.entries[0].name == "gone");
 }

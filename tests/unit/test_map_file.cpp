@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "qjulia/error.hpp"
@@ -55,7 +56,7 @@ RationalMap full_map() {
   map.detail = 0.02;
   map.inradius = 0.3;
   map.box = Box{{-1, -2, -3}, {1, 2, 3.3}};
-  map.provenance = {{"mesh", "b\xc3\xa4r.obj"}, {"seed", 7}};
+  map.provenance = json{{"mesh", "b\xc3\xa4r.obj"}, {"seed", 7}};
   return map;
 }
 
@@ -95,7 +96,7 @@ TEST_CASE("a map file gives back every bit") {
   CHECK(back.inradius == map.inradius);
   CHECK(back.box->low == map.box->low);
   CHECK(back.box->high == map.box->high);
-  CHECK(back.provenance == map.provenance);
+  CHECK(back.provenance.json() == map.provenance.json());
   // Written again, the same bytes; and nothing temporary is left.
   write_map(back, folder / "b.qjulia.json");
   std::stringstream a;
@@ -117,7 +118,44 @@ TEST_CASE("level, phase, detail, inradius, box and provenance may be left out") 
   CHECK_FALSE(map.detail);
   CHECK_FALSE(map.inradius);
   CHECK_FALSE(map.box);
-  CHECK(map.provenance == json::object());
+  CHECK(map.provenance.json() == json::object());
+}
+
+TEST_CASE("a modulus of one kind and a versor of another make the way to a file and back") {
+  const Folder folder;
+  RationalMap map = full_map();
+  map.modulus = QuadraticModulus{{0.1, 0.2, 0.3, 0.4}};
+  CHECK(map.kind() == "quadratic/factors");
+  write_map(map, folder / "a.json");
+  const RationalMap back = read_map(folder / "a.json");
+  CHECK(back.modulus == map.modulus);
+  CHECK(back.versor == map.versor);
+  CHECK(back.factors.size() == map.factors.size());
+}
+
+TEST_CASE(
+    "a modulus and a versor that need factors and have none, or have them in vain, are refused") {
+  RationalMap map = full_map();
+  map.modulus = QuadraticModulus{};
+  CHECK_NOTHROW(map.validate());
+  map.versor = QuadraticVersor{};
+  CHECK_THROWS_WITH(map.validate(), Catch::Contains("factors"));
+  map.factors.clear();
+  CHECK_NOTHROW(map.validate());
+  map.versor = QuadraticVersor{{1, 0, 0, 0}};
+  CHECK_THROWS_WITH(map.validate(), Catch::Contains("c differs"));
+  map.versor = FactorsVersor{};
+  CHECK_THROWS_WITH(map.validate(), Catch::Contains("no factors"));
+}
+
+TEST_CASE("a kind has one name") {
+  for (const char* name :
+       {"factors", "factors/factors", "quadratic/quadratic", "/", "quadratic/"}) {
+    const Folder folder;
+    json text = to_json(full_map());
+    text["kind"] = name;
+    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("kind"));
+  }
 }
 
 TEST_CASE("every key that is missing is named") {
@@ -211,8 +249,8 @@ TEST_CASE("files that cannot be maps are refused before they fill the memory") {
   CHECK_THROWS_AS(read_map(fs::temp_directory_path()), InputError);
   const auto huge = folder.with_text("huge.json", "{");
   fs::resize_file(huge, std::uintmax_t{1} << 40U);  // sparse
-  CHECK_THROWS_WITH(read_map(huge), Catch::Contains("larger"));
-  CHECK_THROWS_WITH(read_map("/dev/zero"), Catch::Contains("larger"));
+  CHECK_THROWS_WITH(read_map(huge), Catch::Contains("64 MiB at most"));
+  CHECK_THROWS_WITH(read_map("/dev/zero"), Catch::Contains("a device"));
 }
 
 TEST_CASE("a map that is not valid, or a folder that is not there, leaves no file") {
@@ -227,7 +265,7 @@ TEST_CASE("a map that is not valid, or a folder that is not there, leaves no fil
 TEST_CASE("any bytes may stand in a file name of the provenance") {
   const Folder folder;
   RationalMap map = full_map();
-  map.provenance["mesh"] = "\xff\xfe.obj";
+  map.provenance.set("mesh", "\xff\xfe.obj");
   write_map(map, folder / "a.json");
   CHECK_NOTHROW(read_map(folder / "a.json"));
 }

@@ -1,6 +1,10 @@
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <random>
+#include <stop_token>
 
 #include "qjulia/error.hpp"
 #include "qjulia/mesh.hpp"
@@ -125,6 +129,9 @@ TEST_CASE("off: comments, colours and counts on the first line") {
 TEST_CASE("off: what is wrong is refused") {
   check_refused("empty.off", "", "empty");
   check_refused("words.off", "hello", "OFF");
+  // Without a blank after the header, as in a well-known collection.
+  CHECK(read_text("glued.off", "OFF3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").triangles.size() == 1);
+  CHECK(read_text("lower.off", "off\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").triangles.size() == 1);
   check_refused("four.off", "4OFF\n3 1 0\n0 0 0 0\n1 0 0 0\n0 1 0 0\n3 0 1 2\n", "OFF");
   check_refused("binary.off", "OFF BINARY\n\1\2\3", "binary");
   check_refused("counts.off", "OFF\nmany few\n", "counts");
@@ -169,6 +176,9 @@ TEST_CASE("stl: binary") {
   std::string nan = bytes;
   std::memcpy(nan.data() + 84 + 50 + 12, "\0\0\xc0\x7f", 4);
   check_refused("nan.stl", nan, "triangle 2");
+  // A few bytes too many do no harm, a triangle too many would be lost.
+  CHECK(read_text("more.stl", bytes + "\n").triangles.size() == 12);
+  check_refused("most.stl", bytes + std::string(50, '\0'), "holds 13");
   // A binary file may begin with the word that marks text.
   std::string solid = bytes;
   std::memcpy(solid.data(), "solid", 5);
@@ -332,6 +342,170 @@ TEST_CASE("equal vertices are welded and triangles without area dropped") {
   CHECK(cleaned.box().high == Eigen::Vector3d(1, 1, 0));
   CHECK(report.dropped_triangles == 2);
   CHECK(report.welded_vertices == 1);
+}
+
+TEST_CASE("byte order marks: UTF-8 is read, UTF-16 is refused by name") {
+  const std::string mark = "\xEF\xBB\xBF";
+  const std::string obj = kTetrahedron;
+  CHECK(read_text("mark.obj", mark + obj).vertices == read_text("plain.obj", obj).vertices);
+  CHECK(read_text("mark.off", mark + "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").box().high ==
+        Eigen::Vector3d(1, 1, 0));
+  CHECK(read_text("mark.ply", mark + "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
+                                     "property float y\nproperty float z\nelement face 1\n"
+                                     "property list uchar int vertex_indices\nend_header\n"
+                                     "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+            .triangles.size() == 1);
+  CHECK(read_text("mark.stl", mark + "solid\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
+                                     "vertex 0 1 0\nendloop\nendsolid")
+            .triangles.size() == 1);
+  for (const std::string name : {"wide.obj", "wide.off", "wide.ply", "wide.stl"}) {
+    std::string wide = "\xFF\xFE";
+    for (const char c : obj) (wide += c) += '\0';
+    check_refused(name, wide, "UTF-16");
+  }
+}
+
+TEST_CASE("concave polygons keep their area") {
+  // A plus sign, extruded: its ends as polygons of twelve corners.
+  const std::vector<Eigen::Vector2i> plus = {{1, 0}, {2, 0}, {2, 1}, {3, 1}, {3, 2}, {2, 2},
+                                             {2, 3}, {1, 3}, {1, 2}, {0, 2}, {0, 1}, {1, 1}};
+  std::string text;
+  std::string top = "f";
+  std::string bottom = "f";
+  for (int z = 0; z < 2; ++z) {
+    for (const auto& p : plus) text += fmt::format("v {} {} {}\n", p.x(), p.y(), z);
+  }
+  for (int i = 0; i < 12; ++i) {
+    const int next = (i + 1) % 12;
+    text += fmt::format("f {} {} {} {}\n", i + 1, next + 1, next + 13, i + 13);
+    top += fmt::format(" {}", i + 13);
+    bottom += fmt::format(" {}", 12 - i);
+  }
+  MeshReport report;
+  const TriangleMesh mesh = read_text("plus.obj", text + top + "\n" + bottom + "\n", &report);
+  CHECK(signed_volume(mesh) == Approx(5));
+  CHECK(mesh.triangles.size() == 44);
+  CHECK(report.closed());
+  CHECK(report.warnings().empty());
+  double area = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const auto& x = mesh.vertices;
+    area += 0.5 * (x[b] - x[a]).cross(x[c] - x[a]).norm();
+  }
+  CHECK(area == Approx(22));
+  read_text("bow.obj", "v 0 0 0\nv 2 2 0\nv 2 0 0\nv 0 1 0\nf 1 2 3 4\n", &report);
+  CHECK(report.bad_polygons == 1);
+  CHECK_THAT(report.warnings().at(1), Contains("1 polygons cross themselves"));
+}
+
+TEST_CASE("repeated triangles are dropped and counted") {
+  const auto repeated = [](const TriangleMesh& mesh, std::size_t times) {
+    TriangleMesh result = mesh;
+    for (std::size_t i = 1; i < times; ++i) {
+      for (Triangle triangle : mesh.triangles) {
+        std::ranges::rotate(triangle, triangle.begin() + static_cast<std::ptrdiff_t>(i % 3));
+        result.triangles.push_back(triangle);
+      }
+    }
+    return result;
+  };
+  const TriangleMesh sphere = shapes::sphere(1);
+  const auto read_back = [&](const TriangleMesh& mesh, MeshReport& report) {
+    write_mesh(mesh, folder.path() / "repeated.obj");
+    return read_mesh(folder.path() / "repeated.obj", &report);
+  };
+  MeshReport once;
+  const TriangleMesh plain = read_back(sphere, once);
+  MeshReport report;
+  CHECK(read_back(repeated(sphere, 312), report).triangles == plain.triangles);
+  CHECK(report.duplicate_triangles == 311 * sphere.triangles.size());
+  CHECK(report.closed());
+  CHECK_THAT(report.warnings().at(0), Contains("repeat others"));
+
+  // Each triangle from both sides: of each pair the first is left.
+  CHECK(read_back(shapes::joined(sphere, shapes::inside_out(sphere)), report).triangles ==
+        plain.triangles);
+  CHECK(report.is_two_sided);
+  CHECK(report.two_sided_triangles == sphere.triangles.size());
+  CHECK_THAT(report.warnings().at(0), Contains("both windings"));
+
+  // A sheet beside a body: both its sides stay, so that they cancel out.
+  TriangleMesh sheet;
+  sheet.vertices = {{5, 0, 0}, {6, 0, 0}, {5, 1, 0}};
+  sheet.triangles = {{0, 1, 2}, {0, 2, 1}, {1, 2, 0}};
+  const TriangleMesh both = read_back(shapes::joined(sphere, sheet), report);
+  CHECK(both.triangles.size() == sphere.triangles.size() + 2);
+  CHECK(report.two_sided_triangles == 1);
+  CHECK(report.duplicate_triangles == 1);
+  CHECK_FALSE(report.is_two_sided);
+}
+
+TEST_CASE("meshes that are too large or too small to compute with are refused with the limit") {
+  const auto sized = [](double side) {
+    return fmt::format("v 0 0 0\nv {0:e} 0 0\nv 0 {0:e} 0\nv 0 0 {0:e}\nf 1 3 2\nf 1 2 4\n", side);
+  };
+  check_refused("large.obj", sized(1e15), "1e+12");
+  check_refused("small.obj", sized(1e-15), "1e-12");
+  CHECK(read_text("fine.obj", sized(9e11)).triangles.size() == 2);
+  CHECK(read_text("fine.obj", sized(2e-12)).triangles.size() == 2);
+  // What is too small for single precision is 0.
+  CHECK(read_text("tiny.obj", "v 1e-60 1e-400 -1e-50\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").box().low ==
+        Eigen::Vector3d::Zero());
+}
+
+TEST_CASE("text .stl files are known by their first word in any case") {
+  CHECK(read_text("capitals.stl",
+                  "SOLID PART\nFACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX 0 0 0\nVERTEX 1 0 0\n"
+                  "VERTEX 0 1 0\nENDLOOP\nENDFACET\nENDSOLID PART\n")
+            .triangles.size() == 1);
+  // Facets in one line each.
+  CHECK(
+      read_text("lines.stl",
+                "solid vertex\nfacet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 "
+                "0 endloop endfacet\nendsolid vertex\n")
+          .triangles.size() == 1);
+}
+
+TEST_CASE("a file of another type is refused with what it seems to be") {
+  using namespace std::string_view_literals;
+  for (const std::string name : {"seems.obj", "seems.off", "seems.ply", "seems.stl"}) {
+    check_refused(name, "\x89PNG\r\n\x1a\n\0\0\0\rIHDR"sv, "a PNG picture");
+    check_refused(name, "<!DOCTYPE html>\n<title>Not found</title>", "an HTML page");
+    check_refused(name, "<?xml version=\"1.0\"?><COLLADA/>", "an XML document");
+    check_refused(name, "PK\3\4 a 3MF scene", "a ZIP archive");
+    check_refused(name, "\x1f\x8b\x08", "gunzip");
+    check_refused(name, "{\"asset\": {}}", "a JSON document");
+    check_refused(name, "glTF\2\0\0\0"sv, "glTF");
+    check_refused(name, "version https://git-lfs.github.com/spec/v1\n", "git lfs pull");
+    check_refused(name, std::string(300, '\0'), "zero bytes");
+  }
+  check_refused("obj_inside.ply", kTetrahedron, "its name ends in .obj");
+  check_refused("ply_inside.obj", "ply\nformat ascii 1.0\n", "its name ends in .ply");
+  check_refused("stl_inside.off", "solid part\n facet normal 0 0 1\n", "its name ends in .stl");
+  check_refused("off_inside.stl", "OFF\n3 1 0\n0 0 0\n", "its name ends in .off");
+  // The count of a binary file is wrong.
+  write_mesh(shapes::box(), folder.path() / "count.stl");
+  std::string bytes = bytes_of(folder.path() / "count.stl");
+  bytes[80] = 13;
+  check_refused("count.stl", bytes,
+                "promises 13 triangles (734 bytes) and it holds 12 (684 bytes)");
+}
+
+TEST_CASE("lines that go on after a backslash, and lines that end as on old computers") {
+  CHECK(read_text("long.obj", "v 0 0 \\\n0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 \\\n 3 \\\n2\nf 1 2 4\n")
+            .triangles.size() == 2);
+  std::string text = kTetrahedron;
+  std::ranges::replace(text, '\n', '\r');
+  CHECK(read_text("old.obj", text).triangles.size() == 4);
+}
+
+TEST_CASE("a stop request ends reading") {
+  std::stop_source source;
+  source.request_stop();
+  for (const std::string name : {"stop.obj", "stop.off", "stop.ply", "stop.stl"}) {
+    write_mesh(shapes::sphere(1), folder.path() / name);
+    CHECK_THROWS_AS(read_mesh(folder.path() / name, nullptr, source.get_token()), Interrupted);
+  }
 }
 
 TEST_CASE("inspect counts components, edges and turned triangles") {

@@ -2,8 +2,11 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <functional>
+#include <stdexcept>
 
 #include "fit/minimize.hpp"
+#include "qjulia/error.hpp"
 #include "sphere_pool.hpp"
 
 using namespace qjulia;
@@ -12,13 +15,13 @@ using test::budget_of;
 namespace {
 
 /// E = ½ (v − goal)ᵀ A (v − goal) over the unknowns, A diagonal and badly scaled.
-class Quadratic final : public Evaluator {
+class Quadratic final : public fitting::Evaluator {
  public:
-  explicit Quadratic(const RationalMap& goal) : goal_(to_unknowns(goal)) {}
+  explicit Quadratic(const RationalMap& goal) : goal_(fitting::to_unknowns(goal)) {}
 
-  Evaluation evaluate(const RationalMap& map, bool) override {
-    const auto v = to_unknowns(map);
-    Evaluation result;
+  fitting::Evaluation evaluate(const RationalMap& map, bool) override {
+    const auto v = fitting::to_unknowns(map);
+    fitting::Evaluation result;
     for (std::size_t i = 0; i < v.size(); ++i) {
       const double d = v[i] - goal_[i];
       result.energy += 0.5 * weight(i) * d * d;
@@ -45,8 +48,8 @@ class Quadratic final : public Evaluator {
   std::vector<double> goal_;
 };
 
-Level level_of(Space space) {
-  Level level;
+fitting::Level level_of(fitting::Space space) {
+  fitting::Level level;
   level.space = space;
   return level;
 }
@@ -65,7 +68,7 @@ TEST_CASE("the preconditioner turns the Gauss-Newton matrix into the identity") 
   }
   const Eigen::MatrixXd h = b * b.transpose();
   constexpr double kDamping = 1e-3;
-  const Preconditioner scaling(h, kDamping);
+  const fitting::Preconditioner scaling(h, kDamping);
   Eigen::MatrixXd damped = h;
   damped.diagonal() *= 1 + kDamping;
   // R⁻ᵀ (H + λ diag H) R⁻¹ = I, tried on unit vectors.
@@ -80,17 +83,19 @@ TEST_CASE("the minimiser finds a badly scaled minimum and moves only what the sp
   const auto start = test::random_map(9, 0.1, 0.5, 1);
   const auto goal = test::random_map(9, 0.1, 0.5, 2);
   Quadratic energy(goal);
-  const auto minimized = [&](const Subspace& subspace, Budget budget) {
-    const Preconditioner scaling(subspace.restricted_matrix(energy.gauss_newton(start)), 1e-3);
-    return minimize(energy, start, subspace, scaling, 50, budget);
+  const auto minimized = [&](const fitting::Subspace& subspace, fitting::Budget budget) {
+    const fitting::Preconditioner scaling(subspace.restricted_matrix(energy.gauss_newton(start)),
+                                          1e-3);
+    return fitting::minimize(energy, start, subspace, scaling, 50, budget);
   };
-  const Subspace all(start, level_of(Space::all), Unknowns::all);
+  const fitting::Subspace all(start, level_of(fitting::Space::all), Unknowns::all);
   const auto found = minimized(all, budget_of(100));
   CHECK(found.energy_after < 1e-10 * found.energy_before);
   CHECK_FALSE(found.stopped);
 
-  for (const Subspace& exponents : {Subspace(start, level_of(Space::exponents), Unknowns::all),
-                                    Subspace(start, level_of(Space::all), Unknowns::exponents)}) {
+  for (const fitting::Subspace& exponents :
+       {fitting::Subspace(start, level_of(fitting::Space::exponents), Unknowns::all),
+        fitting::Subspace(start, level_of(fitting::Space::all), Unknowns::exponents)}) {
     const auto part = minimized(exponents, budget_of(100));
     for (std::size_t k = 0; k < 9; ++k) {
       CHECK(part.map.factors[k].center == start.factors[k].center);
@@ -100,26 +105,58 @@ TEST_CASE("the minimiser finds a badly scaled minimum and moves only what the sp
 
   // From its diagonal alone, which is the whole of this matrix.
   auto budget = budget_of(100);
-  const Preconditioner diagonal(all.restricted_diagonal(energy.gauss_newton_diagonal(start)), 1e-3);
-  CHECK(minimize(energy, start, all, diagonal, 50, budget).energy_after <
+  const fitting::Preconditioner diagonal(
+      all.restricted_diagonal(energy.gauss_newton_diagonal(start)), 1e-3);
+  CHECK(fitting::minimize(energy, start, all, diagonal, 50, budget).energy_after <
         1e-10 * found.energy_before);
 
   const auto ended = minimized(all, budget_of(1));
   CHECK(ended.stopped == StopReason::schedule_done);
-  CHECK(ended.energy_after <= ended.energy_before);
+  CHECK(ended.energy_after == energy.evaluate(start, false).energy);
+  CHECK(fitting::to_unknowns(ended.map) == fitting::to_unknowns(start));
+}
+
+TEST_CASE("errors of the evaluator are not taken for the end of a line search") {
+  const auto start = test::random_map(9, 0.1, 0.5, 1);
+  Quadratic energy(test::random_map(9, 0.1, 0.5, 2));
+  class Failing final : public fitting::ForwardingEvaluator {
+   public:
+    Failing(fitting::Evaluator& to, std::function<void()> fail)
+        : ForwardingEvaluator(to), fail_(std::move(fail)) {}
+    fitting::Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
+      if (++evaluations_ == 3) fail_();
+      return ForwardingEvaluator::evaluate(map, with_gradient);
+    }
+
+   private:
+    std::function<void()> fail_;
+    int evaluations_ = 0;
+  };
+  const fitting::Subspace all(start, level_of(fitting::Space::all), Unknowns::all);
+  // Not the matrix, so that three evaluations do not suffice.
+  const fitting::Preconditioner scaling(Eigen::VectorXd::Ones(all.size()).eval(), 1e-3);
+  const auto minimized_with = [&](std::function<void()> fail) {
+    Failing failing(energy, std::move(fail));
+    auto budget = budget_of(100);
+    return fitting::minimize(failing, start, all, scaling, 50, budget);
+  };
+  CHECK_THROWS_AS(minimized_with([] { throw std::logic_error("ours"); }), std::logic_error);
+  CHECK_THROWS_AS(minimized_with([] { throw std::runtime_error("ours"); }), std::runtime_error);
+  CHECK_THROWS_AS(minimized_with([] { throw DeviceError("toy", "clFinish", -5); }), DeviceError);
+  CHECK_NOTHROW(minimized_with([] {}));
 }
 
 TEST_CASE("coarse spaces scale exponents and move centres by groups") {
   auto map = test::random_map(40, 0.1, 0.5, 4);
-  const auto moved = [&](const Subspace& space, Eigen::Index variable) {
-    auto unknowns = to_unknowns(map);
+  const auto moved = [&](const fitting::Subspace& space, Eigen::Index variable) {
+    auto unknowns = fitting::to_unknowns(map);
     const Eigen::VectorXd move = space.prolonged(Eigen::VectorXd::Unit(space.size(), variable));
     for (std::size_t i = 0; i < unknowns.size(); ++i) {
       unknowns[i] += 0.1 * move[static_cast<Eigen::Index>(i)];
     }
-    return with_unknowns(map, unknowns);
+    return fitting::with_unknowns(map, unknowns);
   };
-  const Subspace scalars(map, level_of(Space::scalars), Unknowns::all);
+  const fitting::Subspace scalars(map, level_of(fitting::Space::scalars), Unknowns::all);
   REQUIRE(scalars.size() == 3);
   CHECK(moved(scalars, 0).log_scale == Approx(map.log_scale + 0.1));
   for (const bool roots : {true, false}) {
@@ -131,12 +168,12 @@ TEST_CASE("coarse spaces scale exponents and move centres by groups") {
     }
   }
 
-  Level level = level_of(Space::clusters);
+  fitting::Level level = level_of(fitting::Space::clusters);
   level.clusters = 10;
-  const Subspace clusters(map, level, Unknowns::all);
+  const fitting::Subspace clusters(map, level, Unknowns::all);
   CHECK(clusters.size() > 1 + 5 * 8);
   CHECK(clusters.size() <= 1 + 5 * 10);
-  CHECK(Subspace(map, level, Unknowns::exponents).size() == 1 + (clusters.size() - 1) / 5);
+  CHECK(fitting::Subspace(map, level, Unknowns::exponents).size() == 1 + (clusters.size() - 1) / 5);
   // Every factor's X is moved by one variable, as far as its whole cluster's.
   std::size_t movers = 0;
   for (Eigen::Index v = 2; v < clusters.size(); v += 5) {

@@ -13,13 +13,13 @@ using namespace qjulia;
 TEST_CASE("a lattice has what interpolation takes, and nothing else") {
   const int spacing = GENERATE(2, 3, 7, 32);
   const double share = GENERATE(0.002, 0.3, 1.0);
-  const GridBlock block{{5, 1, 2}, {23, 17, 3}};
+  const surface::GridBlock block{{5, 1, 2}, {23, 17, 3}};
   std::mt19937_64 bits(7);
   std::vector<std::int32_t> asking;
   for (std::int32_t i = 0; i < 23 * 17 * 3; ++i) {
     if (test::uniform(bits, 0, 1) < share) asking.push_back(i);
   }
-  const NodeLattice lattice = node_lattice(block, spacing, asking);
+  const surface::NodeLattice lattice = surface::node_lattice(block, spacing, asking);
   const int columns = lattice.nodes.count[0];
   const int node_rows = lattice.nodes.count[1];
   CHECK(lattice.nodes.first == std::array{5 - 2 * spacing, 1 - 2 * spacing, 2});
@@ -49,7 +49,7 @@ TEST_CASE("a lattice has what interpolation takes, and nothing else") {
 }
 
 TEST_CASE("a lattice that nobody asks for has no needed nodes") {
-  const NodeLattice lattice = node_lattice({{0, 0, 0}, {9, 9, 1}}, 4, {});
+  const surface::NodeLattice lattice = surface::node_lattice({{0, 0, 0}, {9, 9, 1}}, 4, {});
   CHECK(lattice.needed_meetings.empty());
   CHECK(lattice.needed_nodes.empty());
 }

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "original_bytes.hpp"
@@ -53,7 +54,7 @@ TEST_CASE("an .o3d file is read back exactly") {
   CHECK(map.factors[4].exponent == -0.5 * 0.4);
   CHECK(map.log_scale == std::log(1.7));
   CHECK(map.surface_level == 0);
-  CHECK(map.provenance["original"]["resolution"] == nlohmann::json({2, 3, 4}));
+  CHECK(map.provenance.json()["original"]["resolution"] == nlohmann::json({2, 3, 4}));
 }
 
 TEST_CASE("every truncation and every tail is refused") {

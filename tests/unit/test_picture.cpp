@@ -11,6 +11,7 @@
 
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
+#include "png_file.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/picture.hpp"
 #include "temporary_folder.hpp"
@@ -52,15 +53,10 @@ TEST_CASE("a PNG holds the picture's bytes") {
     const Image image = pattern(width, height, width);
     const auto path = folder.path() / "picture.png";
     write_png(image, path);
-    png_image png{};
-    png.version = PNG_IMAGE_VERSION;
-    REQUIRE(png_image_begin_read_from_file(&png, path.c_str()) != 0);
-    png.format = PNG_FORMAT_RGB;
-    CHECK(static_cast<int>(png.width) == width);
-    CHECK(static_cast<int>(png.height) == height);
-    std::vector<std::uint8_t> read(PNG_IMAGE_SIZE(png));
-    REQUIRE(png_image_finish_read(&png, nullptr, read.data(), 0, nullptr) != 0);
-    CHECK(read == image.pixels);
+    const Image read = test::read_png(path);
+    CHECK(read.width == width);
+    CHECK(read.height == height);
+    CHECK(read.pixels == image.pixels);
   }
 }
 
@@ -113,15 +109,15 @@ TEST_CASE("options that make no picture are refused by name") {
   refused([&](auto& o) { o.camera.azimuth = nan; }, "azimuth");
   refused([&](auto& o) { o.camera.elevation = nan; }, "elevation");
   refused([](auto& o) { o.camera.zoom = -1; }, "zoom");
-  refused([](auto& o) { o.camera.field_of_view = 180; }, "field of view");
-  refused([](auto& o) { o.camera.up = 'w'; }, "up axis");
+  refused([](auto& o) { o.camera.field_of_view = 180; }, "field_of_view");
+  refused([](auto& o) { o.camera.up = 'w'; }, "up: ");
   CHECK_NOTHROW(PictureOptions().validate());
 }
 
 TEST_CASE("cameras look where they say") {
   Camera camera;
   camera.azimuth = camera.elevation = 0;
-  const CameraAxes axes = camera_axes(camera);
+  const picture::CameraAxes axes = picture::camera_axes(camera);
   CHECK((axes.back - Vector3d::UnitZ()).norm() < 1e-12);
   CHECK((axes.up - Vector3d::UnitY()).norm() < 1e-12);
   CHECK((axes.right - Vector3d::UnitX()).norm() < 1e-12);
@@ -129,10 +125,10 @@ TEST_CASE("cameras look where they say") {
     camera.up = up;
     camera.azimuth = 70;
     camera.elevation = 20;
-    const CameraAxes turned = camera_axes(camera);
+    const picture::CameraAxes turned = picture::camera_axes(camera);
     CHECK((turned.right.cross(turned.up) - turned.back).norm() < 1e-12);
-    CHECK(turned.right.dot(axis(up)) == Approx(0).margin(1e-12));
-    CHECK(turned.back.dot(axis(up)) == Approx(std::sin(20 * M_PI / 180)));
+    CHECK(turned.right.dot(picture::axis(up)) == Approx(0).margin(1e-12));
+    CHECK(turned.back.dot(picture::axis(up)) == Approx(std::sin(20 * M_PI / 180)));
   }
 }
 
@@ -142,7 +138,7 @@ TEST_CASE("a framed box's upright cylinder stays in the picture, with a margin")
   for (const double azimuth : {0.0, 37.0, 200.0}) {
     Camera camera;
     camera.azimuth = azimuth;
-    const View view = camera_view(camera, box, 320, 200, 1);
+    const picture::View view = picture::camera_view(camera, box, 320, 200, 1);
     Eigen::Matrix3d columns;
     columns << view.dir, view.dir_dx, view.dir_dy;
     for (int i = 0; i < 500; ++i) {
@@ -169,9 +165,10 @@ TEST_CASE("a rasterised triangle has the depths of its plane, in both kinds of v
   const Box box{{-1, -1, -1}, {1, 1, 1}};
   Camera front;
   front.azimuth = front.elevation = 0;
-  for (const View& view : {camera_view(front, box, 40, 30, 1),
-                           parallel_view(Vector3d(0.3, 0.1, 1).normalized(), box, 30)}) {
-    const auto depths = mesh_source(mesh)->depths(view, 10, 5);
+  for (const picture::View& view :
+       {picture::camera_view(front, box, 40, 30, 1),
+        picture::parallel_view(Vector3d(0.3, 0.1, 1).normalized(), box, 30)}) {
+    const auto depths = picture::mesh_source(mesh)->depths(view, 10, 5);
     REQUIRE(depths.size() == static_cast<std::size_t>(5 * view.columns));
     const int column = view.columns / 2, row = 12;
     const double x = column + 0.5, y = row + 0.5;
@@ -184,19 +181,19 @@ TEST_CASE("a rasterised triangle has the depths of its plane, in both kinds of v
 }
 
 TEST_CASE("depth grids tell smooth pixels from edges") {
-  DepthGrid grid{5, 5, {}};
+  picture::DepthGrid grid{5, 5, {}};
   for (int j = 0; j < 5; ++j) {
     for (int i = 0; i < 5; ++i) grid.depths.push_back(static_cast<float>(3 + i - 0.5 * j));
   }
-  CHECK(grid.kind(2, 2, 0.1) == PixelKind::smooth);
-  CHECK(grid.kind(0, 2, 0.1) == PixelKind::rough);
+  CHECK(grid.kind(2, 2, 0.1) == picture::PixelKind::smooth);
+  CHECK(grid.kind(0, 2, 0.1) == picture::PixelKind::rough);
   CHECK(grid.interpolated(1.25, 2.5) == Approx(3 + 1.25 - 1.25));
   CHECK(grid.nearest(1.25, 2.5) == Approx(3 + 1 - 1.5));
-  grid.depths[index(3, 2, 5)] += 0.2F;
-  CHECK(grid.kind(2, 2, 0.1) == PixelKind::rough);
+  grid.depths[picture::index(3, 2, 5)] += 0.2F;
+  CHECK(grid.kind(2, 2, 0.1) == picture::PixelKind::rough);
   // Where one of the four pixels about a place is empty, those farther off are asked as well.
-  grid.depths[index(1, 3, 5)] = -1;
+  grid.depths[picture::index(1, 3, 5)] = -1;
   CHECK(grid.nearest(1.25, 2.5) == Approx(3 + 0 - 2));
   grid.depths.assign(25, -1.0F);
-  CHECK(grid.kind(2, 2, 0.1) == PixelKind::empty);
+  CHECK(grid.kind(2, 2, 0.1) == picture::PixelKind::empty);
 }

@@ -1,13 +1,17 @@
 // Plots: ticks, places, and what is refused.
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <regex>
 
-#include "picture/plot.hpp"
 #include "picture/plot_labels.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/plot.hpp"
 
 using namespace qjulia;
 
@@ -83,12 +87,33 @@ TEST_CASE("values that cannot be drawn are left out") {
   CHECK_NOTHROW(draw_plot(plot));
 }
 
-TEST_CASE("an SVG holds the same plot") {
-  Plot plot = one_point(10, 10);
-  plot.title = "energy";
+TEST_CASE("an SVG has its points and lines where the pixels have them") {
+  Plot plot = one_point(30, 80);
+  plot.series[0].x.push_back(60);
+  plot.series[0].y.push_back(80);
+  const Image image = draw_plot(plot);
+  const auto pixels = blue_pixels(image);
   const std::string svg = plot_svg(plot);
-  CHECK(svg.find("<svg") != std::string::npos);
-  CHECK(svg.find("</svg>") != std::string::npos);
+  CHECK_THAT(svg, Catch::Contains(fmt::format("viewBox=\"0 0 {} {}\"", plot.width, plot.height)));
+  // Each point is a filled circle of radius 3.5, begun at its right.
+  const std::regex circle("fill:rgb\\(0%,45%,70%\\);fill-opacity:1;\" d=\"M ([0-9.]+) ([0-9.]+) C");
+  std::vector<std::array<double, 2>> centers;
+  for (std::sregex_iterator match(svg.begin(), svg.end(), circle), end; match != end; ++match) {
+    centers.push_back({std::stod((*match)[1]) - 3.5, std::stod((*match)[2])});
+  }
+  REQUIRE(centers.size() == 2);
+  for (const auto& [column, row] : pixels) {
+    const auto distance = [&](const auto& center) {
+      return std::hypot(column + 0.5 - center[0], row + 0.5 - center[1]);
+    };
+    CHECK(std::min(distance(centers[0]), distance(centers[1])) < 4.5);
+  }
+  CHECK(centers[0][0] < centers[1][0]);
+  CHECK(centers[0][1] == centers[1][1]);
+  const std::string stroke = ";stroke:rgb(0%,45%,70%)";
+  CHECK_THAT(svg, !Catch::Contains(stroke));
+  plot.series[0].line = true;
+  CHECK_THAT(plot_svg(plot), Catch::Contains(stroke));
 }
 
 TEST_CASE("plots that make no sense are refused") {
@@ -111,27 +136,27 @@ TEST_CASE("plots that make no sense are refused") {
 }
 
 TEST_CASE("names stand within the frame, clear of points, lines and each other") {
-  const LabelBox frame{0, 0, 400, 300};
-  PlotLabels labels(frame);
+  const picture::LabelBox frame{0, 0, 400, 300};
+  picture::PlotLabels labels(frame);
   for (int x = 0; x < 400; x += 3) labels.keep_clear(x, 100);
   for (int i = 0; i < 8; ++i) labels.keep_clear(200 + i, 110);
-  std::vector<LabelBox> boxes;
+  std::vector<picture::LabelBox> boxes;
   for (int i = 0; i < 8; ++i) boxes.push_back(labels.place(200 + i, 110, 90, 13));
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    const LabelBox& a = boxes[i];
+    const picture::LabelBox& a = boxes[i];
     CHECK(a.left >= 0);
     CHECK(a.right() <= 400);
     CHECK(a.bottom() <= 300);
     CHECK((a.bottom() < 100 || a.top > 100));
     CHECK_FALSE((a.left < 200 && a.right() > 200 && a.top < 110 && a.bottom() > 110));
     for (std::size_t j = 0; j < i; ++j) {
-      const LabelBox& b = boxes[j];
+      const picture::LabelBox& b = boxes[j];
       CHECK((a.right() <= b.left || b.right() <= a.left || a.bottom() <= b.top ||
              b.bottom() <= a.top));
     }
   }
   // At the right edge a name stands to the left.
-  CHECK(PlotLabels(frame).place(395, 200, 50, 13).right() <= 395);
+  CHECK(picture::PlotLabels(frame).place(395, 200, 50, 13).right() <= 395);
 }
 
 TEST_CASE("a named point has its name beside it") {

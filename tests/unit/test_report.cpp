@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "qjulia/error.hpp"
-#include "qjulia/report.hpp"
 #include "report/base64.hpp"
 #include "report/html.hpp"
+#include "report/report.hpp"
 #include "temporary_folder.hpp"
 
 using namespace qjulia;
@@ -34,11 +34,11 @@ int unbalanced(const std::string& page) {
   return wrong + static_cast<int>(open.size());
 }
 
-FitReport some_report() {
-  FitReport report;
+report::FitReport some_report() {
+  report::FitReport report;
   report.title = "a<b> & \"c\" \xff";
   report.result.map.factors = {{{0, 0, 0, 0}, 2}};
-  report.result.map.provenance = {{"mesh", "x.obj"}, {"options", {{"seed", 7}}}};
+  report.result.map.provenance = nlohmann::json{{"mesh", "x.obj"}, {"options", {{"seed", 7}}}};
   report.result.evaluations = 123;
   report.result.stages = {{"wide band", 60, 0.5, 0.1, 2, 0.9}, {"band", 63, 0.2, 0.05, 3, 0.95}};
   report.result.warnings = {"thin <parts>"};
@@ -52,12 +52,12 @@ FitReport some_report() {
 }  // namespace
 
 TEST_CASE("base64 is that of RFC 4648") {
-  CHECK(base64("") == "");
-  CHECK(base64("f") == "Zg==");
-  CHECK(base64("fo") == "Zm8=");
-  CHECK(base64("foo") == "Zm9v");
-  CHECK(base64("foobar") == "Zm9vYmFy");
-  CHECK(base64("\xff\xfe\xfd") == "//79");
+  CHECK(report::base64("") == "");
+  CHECK(report::base64("f") == "Zg==");
+  CHECK(report::base64("fo") == "Zm8=");
+  CHECK(report::base64("foo") == "Zm9v");
+  CHECK(report::base64("foobar") == "Zm9vYmFy");
+  CHECK(report::base64("\xff\xfe\xfd") == "//79");
 }
 
 TEST_CASE("text in a page is escaped, whatever its bytes") {
@@ -69,7 +69,7 @@ TEST_CASE("text in a page is escaped, whatever its bytes") {
 }
 
 TEST_CASE("a report holds all its parts and nothing from elsewhere") {
-  const std::string page = report_html(some_report());
+  const std::string page = report::report_html(some_report());
   CHECK(unbalanced(page.substr(page.find('\n'))) == 0);
   CHECK_THAT(page, Contains("<title>a&lt;b&gt; &amp; &quot;c&quot; \xEF\xBF\xBD</title>"));
   CHECK_THAT(page, Contains("123 evaluations") && Contains("thin &lt;parts&gt;"));
@@ -90,12 +90,12 @@ TEST_CASE("a report holds all its parts and nothing from elsewhere") {
 
 TEST_CASE("a report is written where it is wanted, in a folder that is made") {
   const test::TemporaryFolder folder;
-  write_report(some_report(), folder.path() / "new" / "report.html");
+  report::write_report(some_report(), folder.path() / "new" / "report.html");
   CHECK(std::filesystem::file_size(folder.path() / "new" / "report.html") > 1000);
   folder.file("plain", "text");
-  CHECK_THROWS_AS(write_report(some_report(), folder.path() / "plain" / "report.html"),
+  CHECK_THROWS_AS(report::write_report(some_report(), folder.path() / "plain" / "report.html"),
                   OutputError);
-  ReportOptions options;
+  report::ReportOptions options;
   options.width = 0;
   CHECK_THROWS_AS(options.validate(), InputError);
 }

@@ -12,9 +12,9 @@ using test::sphere_pool;
 
 TEST_CASE("a stage's samples have the shares, targets and sides it asks for") {
   const auto pool = sphere_pool(5000);
-  Level level = small_level();
+  fitting::Level level = small_level();
   level.samples = 1000;
-  Random random(3);
+  base::Random random(3);
   const auto samples = pool.draw(level, random);
   REQUIRE(samples.size() == 1000);
   std::size_t surface = 0;
@@ -40,10 +40,10 @@ TEST_CASE("a stage's samples have the shares, targets and sides it asks for") {
   CHECK(surface == 500);
   CHECK(band == 350);
   CHECK(beyond == 150);
-  Random same(3);
+  base::Random same(3);
   CHECK(pool.draw(level, same).position == samples.position);
 
-  level.loss = Loss::tanh;
+  level.loss = fitting::Loss::tanh;
   const auto sided = pool.draw(level, random);
   double inside = 0;
   double outside = 0;
@@ -62,7 +62,7 @@ TEST_CASE("a stage's samples have the shares, targets and sides it asks for") {
 
 TEST_CASE("monopoles on a sphere make its electrostatic field") {
   const auto pool = sphere_pool(6000);
-  const auto map = place_monopoles(pool, 40, 1);
+  const auto map = fitting::place_monopoles(pool, 40, 1);
   REQUIRE(map.factors.size() == 40);
   for (const auto& [c, exponent] : map.factors) CHECK(norm(c) == Approx(1).margin(1e-9));
   // Outside, as the charge of a conductor at the centre: r Σ a / |x − c| is the same everywhere.
@@ -80,5 +80,6 @@ TEST_CASE("monopoles on a sphere make its electrostatic field") {
   }
   CHECK(low > 0);
   CHECK(high < 1.02 * low);
-  CHECK_THROWS_WITH(place_monopoles({pool.surface, {}, {}}, 40, 1), Catch::Contains("--placement"));
+  CHECK_THROWS_WITH(fitting::place_monopoles({pool.surface, {}, {}}, 40, 1),
+                    Catch::Contains("placement by depth"));
 }

@@ -11,7 +11,7 @@ using namespace qjulia;
 
 TEST_CASE("built-in schedules cover the whole budget and end finer than they begin") {
   for (const char* name : {"tight", "fast", "paper"}) {
-    const Schedule schedule = find_schedule(name);
+    const fitting::Schedule schedule = fitting::find_schedule(name);
     CHECK(schedule.levels.back().until == 1.0);
     CHECK(schedule.levels.back().samples >= schedule.levels.front().samples);
     for (std::size_t i = 1; i < schedule.levels.size(); ++i) {
@@ -20,12 +20,12 @@ TEST_CASE("built-in schedules cover the whole budget and end finer than they beg
       CHECK(schedule.levels[i].space >= schedule.levels[i - 1].space);
     }
   }
-  CHECK_THROWS_WITH(find_schedule("nonesuch"), Catch::Contains("tight"));
+  CHECK_THROWS_WITH(fitting::find_schedule("nonesuch"), Catch::Contains("tight"));
 }
 
 TEST_CASE("polishing takes the last two fifths of a schedule") {
-  const Schedule plain = find_schedule("tight");
-  const Schedule polished = with_polish(plain, 0.03);
+  const fitting::Schedule plain = fitting::find_schedule("tight");
+  const fitting::Schedule polished = fitting::with_polish(plain, 0.03);
   REQUIRE(polished.levels.size() == plain.levels.size() + 1);
   CHECK(polished.evaluations == Approx(plain.evaluations / 0.6).margin(1));
   for (std::size_t i = 0; i < plain.levels.size(); ++i) {
@@ -34,7 +34,7 @@ TEST_CASE("polishing takes the last two fifths of a schedule") {
   }
   CHECK(polished.levels.back().until == 1);
   CHECK(polished.levels.back().iterations == 2);
-  CHECK(polished.levels.back().loss == Loss::tanh);
+  CHECK(polished.levels.back().loss == fitting::Loss::tanh);
   CHECK(polished.levels.back().band == Approx(0.12));
 }
 
@@ -43,17 +43,17 @@ TEST_CASE("a schedule's file is read, and what is wrong with it is told by line"
   const std::string path = folder / "own.toml";
   const auto read = [&](const std::string& text) {
     std::ofstream(path) << text;
-    return find_schedule(path);
+    return fitting::find_schedule(path);
   };
-  const Schedule own = read(
+  const fitting::Schedule own = read(
       "evaluations = 7\n[[level]]\nuntil = 0.5\nunknowns = \"clusters\"\nclusters = 9\n"
       "[[level]]\npoints = \"grid\"\nsamples = 12\nreweight = 0.5\n");
   CHECK(own.evaluations == 7);
   REQUIRE(own.levels.size() == 2);
-  CHECK(own.levels[0].space == Space::clusters);
+  CHECK(own.levels[0].space == fitting::Space::clusters);
   CHECK(own.levels[0].clusters == 9);
-  CHECK(own.levels[1].points == Points::grid);
-  CHECK(own.levels[1].loss == Loss::tanh);
+  CHECK(own.levels[1].points == fitting::Points::grid);
+  CHECK(own.levels[1].loss == fitting::Loss::tanh);
   CHECK(own.levels[1].samples == 12);
   CHECK(own.levels[1].until == 1);
 
@@ -85,5 +85,5 @@ TEST_CASE("a schedule's file is read, and what is wrong with it is told by line"
   refused(head + "iterations = 17\n", ":3: 'iterations' must be a number between 1 and 16");
   refused(head + "iterations = 2\nloss = \"distance\"\n", "need loss \"tanh\"");
   refused(head + "until = 0.5\niterations = 3\n[[level]]\niterations = 2\n", "may not fall");
-  CHECK_THROWS_WITH(find_schedule(folder / "none.toml"), Catch::Contains("cannot read"));
+  CHECK_THROWS_WITH(fitting::find_schedule(folder / "none.toml"), Catch::Contains("cannot read"));
 }

@@ -2,7 +2,9 @@
 
 #include <catch2/catch.hpp>
 #include <limits>
+#include <nlohmann/json.hpp>
 
+#include "device/quirks.hpp"
 #include "profile/tune_jobs.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/tuning.hpp"
@@ -49,13 +51,57 @@ TEST_CASE("settings out of range, missing or unknown are refused by name") {
   CHECK_THROWS_WITH(tuning.validate(), Catch::Contains("multiple"));
 }
 
+TEST_CASE("layouts suit their devices, and ask for no larger groups than a device has") {
+  DeviceInfo cpu;
+  cpu.kind = DeviceKind::cpu;
+  cpu.native_float_lanes = 16;
+  cpu.largest_work_group = 4096;
+  DeviceInfo gpu = cpu;
+  gpu.kind = DeviceKind::gpu;
+  gpu.native_float_lanes = 1;
+  gpu.largest_work_group = 1024;
+  CHECK(device::suited_layout(cpu) == Layout::cpu);
+  CHECK(device::suited_layout(gpu) == Layout::gpu);
+  const auto single = [](const DeviceInfo& info, Layout layout) {
+    const Tuning tuning = device::default_tuning(info, Precision::single, layout);
+    CHECK_NOTHROW(tuning.validate());
+    return tuning;
+  };
+  CHECK(single(cpu, Layout::cpu).lane_width == 16);
+  CHECK(device::default_tuning(cpu, Precision::dbl, Layout::cpu).lane_width == 8);
+  CHECK(single(cpu, Layout::cpu).orbit_group == 1);
+  CHECK(single(cpu, Layout::cpu).product_side == 1);
+  // The layout of GPUs is the same on both.
+  CHECK(single(cpu, Layout::gpu) == single(gpu, Layout::gpu));
+  CHECK(single(gpu, Layout::gpu).lane_width == 1);
+  CHECK(single(gpu, Layout::gpu).orbit_group == 64);
+  CHECK(single(gpu, Layout::gpu).product_side == 16);
+  CHECK(device::preferred_group_size(cpu, 16) == 4);
+  CHECK(device::preferred_group_size(cpu, 1) == 64);
+  CHECK(device::preferred_group_size(gpu, 8) == 64);
+
+  gpu.largest_work_group = 100;
+  CHECK(single(gpu, Layout::gpu).orbit_group == 64);
+  CHECK(single(gpu, Layout::gpu).product_side == 1);
+  gpu.largest_work_group = 1;
+  CHECK(single(gpu, Layout::gpu).orbit_group == 1);
+  CHECK(device::preferred_group_size(gpu, 1) == 1);
+
+  DeviceInfo llvmpipe = cpu;
+  llvmpipe.name = "llvmpipe (LLVM 15.0.6, 512 bits)";
+  CHECK(device::suited_layout(llvmpipe) == Layout::cpu);
+  CHECK(single(llvmpipe, Layout::cpu).lane_width == 1);
+  CHECK(single(llvmpipe, Layout::cpu).orbit_group == 1);
+}
+
 TEST_CASE("differences are of the largest number") {
-  CHECK(largest_difference({1, 2, 100}, {1, 2, 100}) == 0);
-  CHECK(largest_difference({1, 3, 100}, {1, 2, 100}) == Approx(0.01));
-  CHECK(largest_difference({-1e-3}, {1e-3}) == Approx(2));
-  CHECK(largest_difference({0, 0}, {0, 0}) == 0);
-  CHECK(largest_difference({1}, {1, 2}) == std::numeric_limits<double>::infinity());
-  CHECK(largest_difference({std::nan("")}, {1}) == std::numeric_limits<double>::infinity());
-  CHECK(largest_difference({std::numeric_limits<double>::infinity()}, {1}) ==
+  CHECK(profiling::largest_difference({1, 2, 100}, {1, 2, 100}) == 0);
+  CHECK(profiling::largest_difference({1, 3, 100}, {1, 2, 100}) == Approx(0.01));
+  CHECK(profiling::largest_difference({-1e-3}, {1e-3}) == Approx(2));
+  CHECK(profiling::largest_difference({0, 0}, {0, 0}) == 0);
+  CHECK(profiling::largest_difference({1}, {1, 2}) == std::numeric_limits<double>::infinity());
+  CHECK(profiling::largest_difference({std::nan("")}, {1}) ==
+        std::numeric_limits<double>::infinity());
+  CHECK(profiling::largest_difference({std::numeric_limits<double>::infinity()}, {1}) ==
         std::numeric_limits<double>::infinity());
 }

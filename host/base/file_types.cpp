@@ -1,0 +1,104 @@
+#include "qjulia/file_types.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <vector>
+
+#include "qjulia/error.hpp"
+
+namespace qjulia {
+namespace {
+
+struct FileType {
+  std::string_view extension;
+  FileContent content;
+  bool is_read;
+  bool is_written;
+};
+
+constexpr std::array kTypes = {
+    FileType{".obj", FileContent::mesh, true, true},
+    FileType{".off", FileContent::mesh, true, true},
+    FileType{".ply", FileContent::mesh, true, true},
+    FileType{".stl", FileContent::mesh, true, true},
+    FileType{".glb", FileContent::mesh, false, true},
+    FileType{".json", FileContent::map, true, true},
+    FileType{".o3d", FileContent::original_map, true, false},
+    FileType{".png", FileContent::picture, false, true},
+    FileType{".npy", FileContent::field, false, true},
+    FileType{".vti", FileContent::field, false, true},
+    FileType{".toml", FileContent::manifest, true, false},
+    FileType{".html", FileContent::report, false, true},
+};
+
+bool allows(const FileType& type, FileContent content, FileUse use) {
+  return type.content == content && (use == FileUse::read ? type.is_read : type.is_written);
+}
+
+const char* name_of(FileContent content) {
+  switch (content) {
+    case FileContent::mesh:
+      return "mesh";
+    case FileContent::map:
+      return "map";
+    case FileContent::original_map:
+      return "original map";
+    case FileContent::picture:
+      return "picture";
+    case FileContent::field:
+      return "field";
+    case FileContent::manifest:
+      return "manifest";
+    case FileContent::report:
+      return "report";
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string extension_of(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  // Not tolower, which depends on the locale.
+  std::ranges::transform(extension, extension.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return extension;
+}
+
+bool has_type(const std::filesystem::path& path, FileContent content, FileUse use) {
+  const std::string extension = extension_of(path);
+  return std::ranges::any_of(kTypes, [&](const FileType& type) {
+    return type.extension == extension && allows(type, content, use);
+  });
+}
+
+std::vector<std::string> extensions(FileContent content, FileUse use) {
+  std::vector<std::string> all;
+  for (const FileType& type : kTypes) {
+    if (allows(type, content, use)) all.emplace_back(type.extension);
+  }
+  return all;
+}
+
+std::string extension_list(FileContent content, FileUse use) {
+  const std::vector<std::string> all = extensions(content, use);
+  std::string list;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (i > 0) list += i + 1 == all.size() ? " or " : ", ";
+    list += all[i];
+  }
+  return list;
+}
+
+std::string expect_type(const std::filesystem::path& path, FileContent content, FileUse use) {
+  if (has_type(path, content, use)) return extension_of(path);
+  throw InputError(fmt::format("cannot {} {} '{}': its name must end in {}",
+                               use == FileUse::read ? "read" : "write", name_of(content),
+                               path.string(), extension_list(content, use)));
+}
+
+}  // namespace qjulia

@@ -1,0 +1,30 @@
+#include "base/npy.hpp"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <limits>
+
+namespace qjulia::base {
+
+static_assert(std::endian::native == std::endian::little, "the header says so");
+static_assert(std::numeric_limits<float>::is_iec559 && std::numeric_limits<double>::is_iec559);
+
+std::string npy_header(std::span<const std::size_t> shape, bool dbl) {
+  std::string sides;
+  for (const std::size_t side : shape)
+    sides += fmt::format("{}{}", sides.empty() ? "" : ", ", side);
+  std::string text = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': ({}), }}",
+                                 dbl ? "<f8" : "<f4", sides);
+  constexpr std::size_t kBefore = 10;  // magic, version, length
+  constexpr std::size_t kAlignment = 64;
+  text.append(kAlignment - 1 - (kBefore + text.size()) % kAlignment, ' ');
+  text += '\n';
+  std::string header = "\x93NUMPY\x01";
+  header += '\0';
+  header += static_cast<char>(text.size() & 0xFFU);
+  header += static_cast<char>(text.size() >> 8U);
+  return header + text;
+}
+
+}  // namespace qjulia::base

@@ -1,0 +1,119 @@
+#pragma once
+/// Kernels over many points, in launches of about 80 ms each: short enough for a display's watchdog
+/// and for a stop request, long enough to cost nothing. How much work that is, the context learns
+/// from the launches of the kernel before. No result depends on where launches are cut.
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <stop_token>
+#include <utility>
+#include <vector>
+
+#include "device/context.hpp"
+
+namespace qjulia::device {
+
+/// A count as kernels take it.
+inline std::int32_t narrow(std::size_t count) { return static_cast<std::int32_t>(count); }
+
+/// Launches `kernel` over `items` work-items in parts. `arguments(first, count)` gives the
+/// arguments of the part that begins with item `first`; the buffers in them must outlive the call.
+/// @param cost of an item, in a unit that is the kernel's own, such as pairs of a point and a
+/// factor.
+template <class Arguments>
+void launch_in_parts(Context& context, const Kernel& kernel, std::size_t items, double cost,
+                     const Arguments& arguments) {
+  for (std::size_t first = 0; first < items;) {
+    const std::size_t part = std::min(items - first, context.items_per_launch(kernel, cost));
+    context.launch(kernel, {{part, 1, 1}}, std::span<const Argument>(arguments(first, part)),
+                   cost * static_cast<double>(part));
+    first += part;
+  }
+}
+
+/// One kernel over points that come from the host: pads them to whole work-items by repeating the
+/// last, uploads them, launches, and reads back what the kernel makes of them.
+class PointBatch {
+ public:
+  /// @param cost of a point, as above.
+  PointBatch(Context& context, Kernel kernel, Precision precision, std::size_t points_per_item,
+             double cost)
+      : context_(context),
+        kernel_(std::move(kernel)),
+        precision_(precision),
+        points_per_item_(points_per_item),
+        cost_(cost) {}
+
+  /// One launch: points `first` … `first + count − 1`, in `items` work-items.
+  struct Part {
+    std::size_t first, count, items;
+    std::size_t stride;  ///< reals in an array of `in` and of `out`: a multiple of an item's points
+    const RealBuffer& in;   ///< kInputs arrays
+    const RealBuffer& out;  ///< kOutputs arrays
+  };
+
+  /// For kernels that make the points' coordinates themselves.
+  struct NoInputs {};
+
+  /// @param coordinates (i) → the kInputs reals of point i; NoInputs where there are none.
+  /// @param arguments (part) → the launch's arguments.
+  /// @param take (i, reals) gets the kOutputs reals of point i, in the points' order.
+  /// @param group work-items of a work-group; 0: the device's own choice.
+  /// @param stop ends it between launches: the points that are left are not taken.
+  template <std::size_t kInputs, std::size_t kOutputs, class Coordinates, class Arguments,
+            class Take>
+  void run(std::size_t points, const Coordinates& coordinates, const Arguments& arguments,
+           const Take& take, std::size_t group = 0, const std::stop_token& stop = {});
+
+ private:
+  static constexpr std::size_t kMostPoints = std::size_t{1}
+                                             << 20;  ///< in a launch, for memory's sake
+
+  Context& context_;
+  Kernel kernel_;
+  Precision precision_;
+  std::size_t points_per_item_;
+  double cost_;
+};
+
+template <std::size_t kInputs, std::size_t kOutputs, class Coordinates, class Arguments, class Take>
+void PointBatch::run(std::size_t points, const Coordinates& coordinates, const Arguments& arguments,
+                     const Take& take, std::size_t group, const std::stop_token& stop) {
+  std::vector<double> sent, found;
+  RealBuffer in, out;
+  for (std::size_t first = 0; first < points && !stop.stop_requested();) {
+    const double item_cost = cost_ * static_cast<double>(points_per_item_);
+    const std::size_t most = std::min(context_.items_per_launch(kernel_, item_cost),
+                                      std::max<std::size_t>(1, kMostPoints / points_per_item_));
+    const std::size_t count = std::min(points - first, most * points_per_item_);
+    const std::size_t items = (count + points_per_item_ - 1) / points_per_item_;
+    const std::size_t stride = items * points_per_item_;
+    sent.resize(kInputs * stride);
+    if constexpr (kInputs > 0) {
+      for (std::size_t i = 0; i < stride; ++i) {
+        const std::array<double, kInputs> reals = coordinates(first + std::min(i, count - 1));
+        for (std::size_t c = 0; c < kInputs; ++c) sent[c * stride + i] = reals[c];
+      }
+    }
+    if (in.size() < kInputs * stride) in = context_.allocate_real(kInputs * stride, precision_);
+    if (out.size() < kOutputs * stride) out = context_.allocate_real(kOutputs * stride, precision_);
+    context_.write(in, sent);
+    Range range{{items, 1, 1}, {}};
+    if (group > 0) range = {{(items + group - 1) / group * group, 1, 1}, {group, 1, 1}};
+    const std::vector<Argument> list = arguments(Part{first, count, items, stride, in, out});
+    context_.launch(kernel_, range, std::span<const Argument>(list),
+                    item_cost * static_cast<double>(items));
+    found.resize(kOutputs * stride);
+    context_.read(out, std::span(found).first(kOutputs == 1 ? count : kOutputs * stride));
+    for (std::size_t i = 0; i < count; ++i) {
+      std::array<double, kOutputs> reals{};
+      for (std::size_t c = 0; c < kOutputs; ++c) reals[c] = found[c * stride + i];
+      take(first + i, reals);
+    }
+    first += count;
+  }
+}
+
+}  // namespace qjulia::device

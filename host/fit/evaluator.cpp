@@ -1,0 +1,136 @@
+#include "fit/evaluator.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "map/reference_iteration.hpp"
+
+namespace qjulia::fitting {
+
+std::vector<double> to_unknowns(const RationalMap& map) {
+  const std::size_t k = map.factors.size();
+  std::vector<double> v(1 + 5 * k);
+  v[0] = map.log_scale;
+  for (std::size_t i = 0; i < k; ++i) {
+    const auto& [center, exponent] = map.factors[i];
+    v[1 + i] = exponent;
+    v[1 + k + i] = center.x;
+    v[1 + 2 * k + i] = center.y;
+    v[1 + 3 * k + i] = center.z;
+    v[1 + 4 * k + i] = center.w;
+  }
+  return v;
+}
+
+RationalMap with_unknowns(RationalMap map, const std::vector<double>& v) {
+  const std::size_t k = map.factors.size();
+  if (v.size() != 1 + 5 * k) throw std::logic_error("unknowns do not match the map's factors");
+  map.log_scale = v[0];
+  for (std::size_t i = 0; i < k; ++i) {
+    map.factors[i] = {{v[1 + k + i], v[1 + 2 * k + i], v[1 + 3 * k + i], v[1 + 4 * k + i]},
+                      v[1 + i]};
+  }
+  return map;
+}
+
+namespace {
+
+/// What a sample adds to the energy, and its derivatives by F.
+struct Term {
+  double energy = 0;
+  double slope = 0;
+  double curvature = 0;  ///< as in a Gauss-Newton matrix: never negative
+};
+
+class ReferenceEvaluator final : public Evaluator {
+ public:
+  ReferenceEvaluator(Samples samples, const EnergyOptions& options)
+      : samples_(std::move(samples)), options_(options) {}
+
+  Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
+    const std::vector<Quaternion> starts = on_slice(map);
+    const auto f = reference::field(map, starts, options_.iterations, options_.escape);
+    Eigen::VectorXd slopes(static_cast<Eigen::Index>(f.size()));
+    Evaluation result;
+    for (std::size_t i = 0; i < f.size(); ++i) {
+      const Term term = term_of(i, f[i]);
+      result.energy += term.energy;
+      slopes[static_cast<Eigen::Index>(i)] = term.slope;
+    }
+    if (with_gradient) {
+      const Eigen::MatrixXd gradients =
+          reference::field_gradients(map, starts, options_.iterations, options_.escape);
+      const Eigen::VectorXd sum = gradients.transpose() * slopes;
+      result.gradient.assign(sum.begin(), sum.end());
+    }
+    return result;
+  }
+
+  std::vector<double> field(const RationalMap& map) override {
+    return reference::field(map, on_slice(map), options_.iterations, options_.escape);
+  }
+
+  Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
+    const std::vector<Quaternion> starts = on_slice(map);
+    const auto f = reference::field(map, starts, 1, options_.escape);
+    Eigen::VectorXd curvatures(static_cast<Eigen::Index>(f.size()));
+    for (std::size_t i = 0; i < f.size(); ++i) {
+      curvatures[static_cast<Eigen::Index>(i)] = term_of(i, f[i]).curvature;
+    }
+    const Eigen::MatrixXd jacobian = reference::field_gradients(map, starts, 1, options_.escape);
+    return jacobian.transpose() * curvatures.asDiagonal() * jacobian;
+  }
+
+  Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
+    return gauss_newton(map).diagonal();
+  }
+
+  Eigen::MatrixXd pursuit_products(const RationalMap& map,
+                                   const std::vector<Quaternion>& centers) override {
+    const std::vector<Quaternion> starts = on_slice(map);
+    const auto f = reference::field(map, starts, 1, options_.escape);
+    const auto rows = static_cast<Eigen::Index>(f.size());
+    Eigen::MatrixXd columns(rows, 2 + static_cast<Eigen::Index>(centers.size()));
+    for (Eigen::Index i = 0; i < rows; ++i) {
+      const auto sample = static_cast<std::size_t>(i);
+      columns(i, 0) = 1;
+      columns(i, 1) = f[sample] - samples_.target[sample];
+      for (std::size_t k = 0; k < centers.size(); ++k) {
+        columns(i, 2 + static_cast<Eigen::Index>(k)) = std::log(norm(starts[sample] - centers[k]));
+      }
+      columns.row(i) *= std::sqrt(term_of(sample, f[sample]).curvature);
+    }
+    return columns.transpose() * columns;
+  }
+
+ private:
+  std::vector<Quaternion> on_slice(const RationalMap& map) const {
+    std::vector<Quaternion> starts;
+    for (const auto& x : samples_.position) starts.push_back({x.x(), x.y(), x.z(), map.slice});
+    return starts;
+  }
+
+  Term term_of(std::size_t i, double f) const {
+    const double w = samples_.weight[i];
+    const double side = samples_.side[i];
+    if (options_.loss == Loss::tanh) {
+      const double t = std::tanh(options_.alpha * (f - samples_.target[i]));
+      const double slope = options_.alpha * (1 - t * t);
+      return {-w * side * t, -w * side * slope, w * options_.alpha * slope};
+    }
+    const double residual = f - samples_.target[i];
+    if (side * residual > 0) return {};
+    return {0.5 * w * residual * residual, w * residual, w};
+  }
+
+  Samples samples_;
+  EnergyOptions options_;
+};
+
+}  // namespace
+
+std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples, const EnergyOptions& options) {
+  return std::make_unique<ReferenceEvaluator>(std::move(samples), options);
+}
+
+}  // namespace qjulia::fitting

@@ -1,0 +1,79 @@
+#include "fit/finish_map.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "fit/even_sides.hpp"
+#include "qjulia/detail.hpp"
+#include "qjulia/field.hpp"
+
+namespace qjulia::fitting {
+namespace {
+
+constexpr std::size_t kCalibrationPoints = 20'000;
+constexpr double kGoodFit = 0.9;    ///< IoU
+constexpr double kDeepEnough = -2;  ///< F₁ at the origin
+
+std::vector<Eigen::Vector3d> positions(const std::vector<SurfacePoint>& points) {
+  std::vector<Eigen::Vector3d> found;
+  for (std::size_t i = 0; i < std::min(kCalibrationPoints, points.size()); ++i) {
+    found.push_back(points[i].position);
+  }
+  return found;
+}
+
+/// How poor the fit is and where the surface is missed most: F₁ at a surface point over the mean
+/// slope is about how far the map's own surface is.
+std::string poor_fit(const Device& device, const RationalMap& map, double iou,
+                     const std::vector<Eigen::Vector3d>& surface) {
+  const Field field(device, map);
+  const double thickness = shell_thickness(field, surface, map.slice);
+  const auto off = field.at(on_slice(surface, map.slice));
+  const auto worst =
+      std::ranges::max_element(off, [](double a, double b) { return std::abs(a) < std::abs(b); });
+  const Eigen::Vector3d where =
+      map.shape_to_map.to_shape(surface[static_cast<std::size_t>(worst - off.begin())]);
+  return fmt::format(
+      "the fit reaches an IoU of {:.2f} only; it is farthest off the surface, by about {:.2g} % of "
+      "the diagonal, near ({:.4g}, {:.4g}, {:.4g}). More factors or more time follow the shape "
+      "more closely",
+      iou, 100 * std::abs(*worst) * thickness / (map.shape_to_map.scale * map.box->diagonal()),
+      where.x(), where.y(), where.z());
+}
+
+}  // namespace
+
+RationalMap finish_map(const Device& device, RationalMap map, double iou, const Shape& shape,
+                       const SamplePool& pool, double detail, std::vector<std::string>& warnings) {
+  const auto surface = positions(pool.surface);
+  if (map.detail) return with_measured_detail(device, map, surface, detail);
+  map.shape_to_map = shape.shape_to_map;
+  map.box = shape.box;
+  map.inradius = shape.inradius / shape.shape_to_map.scale;
+  map.log_scale -= median_level(Field(device, map), surface, map.slice);
+  if (iou < kGoodFit) warnings.push_back(poor_fit(device, map, iou, surface));
+  map = with_measured_detail(device, map, surface, detail);
+
+  const std::vector<Quaternion> origin{{0, 0, 0, map.slice}};
+  const auto at_origin = [&] { return Field(device, map).at(origin).front(); };
+  if (const double above = at_origin(); above >= map.surface_level) {
+    warnings.push_back(
+        fmt::format("the field at the origin is {:.2f}, above the surface's: the fit does not hold "
+                    "the shape's deepest point inside, and iteration will not keep the shape; use "
+                    "more factors or more time, and look for surfaces inside the mesh",
+                    above));
+    return map;
+  }
+  map = calibrated(device, with_even_sides(calibrated(device, map)));
+  if (const double depth = at_origin(); depth > kDeepEnough) {
+    warnings.push_back(
+        fmt::format("the field at the origin is {:.2f}, above {}: the iterated set is near "
+                    "dissolving; use a smaller detail",
+                    depth, kDeepEnough));
+  }
+  return map;
+}
+
+}  // namespace qjulia::fitting

@@ -1,0 +1,21 @@
+#pragma once
+/// From the map that stages fitted to the one a user gets.
+
+#include <string>
+#include <vector>
+
+#include "fit/sample_pool.hpp"
+#include "qjulia/rational_map.hpp"
+#include "qjulia/shape.hpp"
+
+namespace qjulia::fitting {
+
+/// A map in distance units, given the shell that is wanted, calibrated, in the shape's units. Where
+/// its origin is not inside, it stays without calibration. One that was finished before, and has
+/// been polished since, is given its shell's thickness back.
+/// @param iou what the last stage reached, n = 1; below 0.9 a warning says where the error sits.
+/// @param detail δ, fraction of the box's diagonal.
+RationalMap finish_map(const Device& device, RationalMap map, double iou, const Shape& shape,
+                       const SamplePool& pool, double detail, std::vector<std::string>& warnings);
+
+}  // namespace qjulia::fitting

@@ -1,0 +1,193 @@
+#include "fit/team.hpp"
+
+#include <fmt/format.h>
+
+#include "device/refused.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia::fitting {
+namespace {
+
+using Numbers = Ranks::Numbers;
+
+Numbers numbers_of(const std::string& text) { return {text.begin(), text.end()}; }
+
+std::string text_of(const Numbers& numbers) {
+  std::string text;
+  for (const double character : numbers) text += static_cast<char>(character);
+  return text;
+}
+
+}  // namespace
+
+std::vector<Numbers> Team::exchange(Numbers mine, double status) {
+  if (!ranks_) return {std::move(mine)};
+  mine.push_back(status);
+  auto all = ranks_->all_gather(mine);
+  std::vector<double> states;
+  for (Numbers& numbers : all) {
+    states.push_back(numbers.back());
+    numbers.pop_back();
+  }
+  for (std::size_t r = 0; r < all.size(); ++r) {
+    if (states[r] != kFailed) continue;
+    ended_ = true;
+    throw Error(fmt::format("rank {}: {}", r, text_of(all[r])));
+  }
+  for (std::size_t r = 0; r < all.size(); ++r) {
+    if (states[r] == kWell) continue;
+    throw DeviceError(fmt::format("rank {}", r), "an evaluation", static_cast<int>(states[r]));
+  }
+  return all;
+}
+
+std::vector<Numbers> Team::all_gather(const std::function<Numbers()>& compute) {
+  if (!ranks_) return {compute()};
+  Numbers mine;
+  double status = kWell;
+  try {
+    mine = compute();
+  } catch (const DeviceError& error) {
+    if (!device::is_out_of_memory(error)) throw;
+    status = error.code();
+  }
+  return exchange(std::move(mine), status);
+}
+
+Numbers Team::broadcast(Numbers numbers) {
+  if (rank() > 0) numbers.clear();
+  return exchange(std::move(numbers), kWell).front();
+}
+
+std::string Team::broadcast_text(const std::string& text) {
+  return ranks_ ? text_of(broadcast(numbers_of(text))) : text;
+}
+
+void Team::adopt(RationalMap& map) {
+  if (!ranks_) return;
+  const Numbers unknowns = broadcast(to_unknowns(map));
+  map = with_unknowns(std::move(map), unknowns);
+}
+
+void Team::leave(const std::exception& reason) {
+  if (!ranks_ || ended_) return;
+  Numbers last = numbers_of(reason.what());
+  last.push_back(kFailed);
+  ranks_->all_gather(last);
+  ended_ = true;
+}
+
+namespace {
+
+class DistributedEvaluator final : public Evaluator {
+ public:
+  DistributedEvaluator(Team& team, const EvaluatorFactory& local, int parts, const Samples& samples,
+                       const EnergyOptions& options)
+      : team_(team), samples_(samples.size()) {
+    // A part has at least one sample.
+    parts_ = std::min(static_cast<std::size_t>(parts), samples_);
+    for (auto p = static_cast<std::size_t>(team.rank()); p < parts_; p += size()) {
+      Samples part;
+      for (std::size_t i = begin_of(p); i < begin_of(p + 1); ++i) {
+        part.add(samples.position[i], samples.weight[i], samples.target[i], samples.side[i]);
+      }
+      mine_.push_back(local(part, options));
+    }
+  }
+
+  Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
+    const auto sum = summed(with_gradient ? 2 + 5 * map.factors.size() : 1, [&](Evaluator& part) {
+      Evaluation e = part.evaluate(map, with_gradient);
+      e.gradient.insert(e.gradient.begin(), e.energy);
+      return e.gradient;
+    });
+    return {sum.front(), {sum.begin() + 1, sum.end()}};
+  }
+
+  std::vector<double> field(const RationalMap& map) override {
+    const auto said = ask([&](Evaluator& part) { return part.field(map); });
+    std::vector<double> values;
+    values.reserve(samples_);
+    std::vector<std::size_t> next(size(), 0);
+    for (std::size_t p = 0; p < parts_; ++p) {
+      for (std::size_t i = begin_of(p); i < begin_of(p + 1); ++i) {
+        values.push_back(said[p % size()][next[p % size()]++]);
+      }
+    }
+    return values;
+  }
+
+  Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
+    return summed_matrix(1 + 5 * map.factors.size(),
+                         [&](Evaluator& part) { return part.gauss_newton(map); });
+  }
+
+  Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
+    const auto sum = summed(1 + 5 * map.factors.size(), [&](Evaluator& part) {
+      const Eigen::VectorXd d = part.gauss_newton_diagonal(map);
+      return Numbers(d.begin(), d.end());
+    });
+    return Eigen::Map<const Eigen::VectorXd>(sum.data(), static_cast<Eigen::Index>(sum.size()));
+  }
+
+  Eigen::MatrixXd pursuit_products(const RationalMap& map,
+                                   const std::vector<Quaternion>& centers) override {
+    return summed_matrix(2 + centers.size(),
+                         [&](Evaluator& part) { return part.pursuit_products(map, centers); });
+  }
+
+ private:
+  using Question = std::function<Numbers(Evaluator&)>;
+
+  std::size_t size() const { return static_cast<std::size_t>(team_.size()); }
+  std::size_t begin_of(std::size_t part) const { return part * samples_ / parts_; }
+
+  /// By rank, what its parts answer, one after the other.
+  std::vector<Numbers> ask(const Question& question) {
+    return team_.all_gather([&] {
+      Numbers answers;
+      for (const auto& part : mine_) {
+        const Numbers answer = question(*part);
+        answers.insert(answers.end(), answer.begin(), answer.end());
+      }
+      return answers;
+    });
+  }
+
+  /// The sum over the parts, in their order. @param count numbers in each part's answer.
+  Numbers summed(std::size_t count, const Question& question) {
+    const auto said = ask(question);
+    Numbers sum(count, 0);
+    for (std::size_t p = 0; p < parts_; ++p) {
+      const double* part = said[p % size()].data() + p / size() * count;
+      for (std::size_t i = 0; i < count; ++i) sum[i] += part[i];
+    }
+    return sum;
+  }
+
+  Eigen::MatrixXd summed_matrix(std::size_t order,
+                                const std::function<Eigen::MatrixXd(Evaluator&)>& question) {
+    const auto sum = summed(order * order, [&](Evaluator& part) {
+      const Eigen::MatrixXd h = question(part);
+      return Numbers(h.data(), h.data() + h.size());
+    });
+    const auto n = static_cast<Eigen::Index>(order);
+    return Eigen::Map<const Eigen::MatrixXd>(sum.data(), n, n);
+  }
+
+  Team& team_;
+  std::size_t samples_;
+  std::size_t parts_ = 1;
+  std::vector<std::unique_ptr<Evaluator>> mine_;  ///< of this rank's parts, ascending
+};
+
+}  // namespace
+
+EvaluatorFactory distributed(Team& team, EvaluatorFactory local, int parts) {
+  return [&team, local = std::move(local), parts](const Samples& samples,
+                                                  const EnergyOptions& options) {
+    return std::make_unique<DistributedEvaluator>(team, local, parts, samples, options);
+  };
+}
+
+}  // namespace qjulia::fitting

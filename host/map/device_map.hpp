@@ -1,0 +1,62 @@
+#pragma once
+/// A map on a device, and what every launch over it takes.
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "device/context.hpp"
+#include "qjulia/field.hpp"
+#include "qjulia/rational_map.hpp"
+
+namespace qjulia::map {
+
+/// The map in a device buffer, as layout/map_layout.h says.
+std::vector<double> pack_map(const RationalMap& map, const StopRadii& stops);
+
+class DeviceMap {
+ public:
+  DeviceMap(const Device& device, const RationalMap& map, const StopRadii& stops,
+            Precision precision);
+
+  const Device& device() const { return device_; }
+  device::Context& context() const { return device_.context(); }
+  /// A kernel built for this map's kinds of modulus and versor, its lane width and precision.
+  device::Kernel kernel(const char* file, const char* name) const;
+  const device::RealBuffer& buffer() const { return buffer_; }
+  int factors() const { return factors_; }
+  Precision precision() const { return precision_; }
+  device::Argument real(double value) const { return device::Argument::real(value, precision_); }
+
+  const std::vector<Quaternion>& centers() const { return centers_; }
+  double slice() const { return slice_; }
+
+  /// ln of the radius below which an iterate never leaves, and of that above which none returns.
+  double log_inner() const { return log_inner_; }
+  double log_outer() const { return log_outer_; }
+
+  /// What F, and what a whole iterate costs at a point, in factors' logarithms.
+  double modulus_cost() const { return std::max(1, factors_); }
+  double step_cost() const { return 5 * modulus_cost(); }
+
+  /// Points to a work-item.
+  std::size_t lanes() const;
+  double points_per_item() const { return static_cast<double>(lanes()); }
+  /// Work-items for so many points.
+  std::size_t groups(std::size_t points) const { return (points + lanes() - 1) / lanes(); }
+
+ private:
+  Device device_;
+  device::RealBuffer buffer_;
+  int factors_;
+  Precision precision_;
+  std::map<std::string, std::string> kinds_;  ///< the files of modulus and versor
+  std::vector<Quaternion> centers_;
+  double slice_;
+  double log_inner_, log_outer_;
+};
+
+}  // namespace qjulia::map

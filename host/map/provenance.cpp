@@ -1,0 +1,18 @@
+#include "qjulia/provenance.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace qjulia {
+
+Provenance::Provenance() : Provenance(nlohmann::json::object()) {}
+
+Provenance::Provenance(const nlohmann::json& value)
+    : json_(std::make_shared<const nlohmann::json>(value)) {}
+
+void Provenance::set(const std::string& key, const nlohmann::json& value) {
+  auto changed = std::make_shared<nlohmann::json>(*json_);
+  (*changed)[key] = value;
+  json_ = std::move(changed);
+}
+
+}  // namespace qjulia

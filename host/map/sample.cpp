@@ -1,0 +1,108 @@
+#include "qjulia/sample.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <vector>
+
+#include "base/range_check.hpp"
+#include "map/box_option.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/field.hpp"
+
+namespace qjulia {
+
+using namespace map;
+namespace {
+
+constexpr int kMostCells = 8192;
+constexpr double kBoxMargin = 0.05;  // about the shape's box, of its longest side
+constexpr std::size_t kPiece = std::size_t{1} << 20U;
+
+Box default_box(const Device& device, const RationalMap& map) {
+  if (map.box) {
+    const Eigen::Vector3d margin =
+        Eigen::Vector3d::Constant(kBoxMargin * map.box->size().maxCoeff());
+    return {map.box->low - margin, map.box->high + margin};
+  }
+  const StopRadii stops = find_stop_radii(device, map);
+  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(std::min(stops.outer, stops.escape));
+  return {map.shape_to_map.to_shape(-reach), map.shape_to_map.to_shape(reach)};
+}
+
+/// The cell that comes `index`-th in `order`.
+Eigen::Vector3d center_at(const CellGrid& grid, CellOrder order, std::size_t index) {
+  std::array<std::size_t, 3> axes{0, 1, 2};  // fastest first
+  if (order == CellOrder::z_fastest) axes = {2, 1, 0};
+  std::array<int, 3> cell{};
+  for (const std::size_t axis : axes) {
+    const auto count = static_cast<std::size_t>(grid.cells[axis]);
+    cell[axis] = static_cast<int>(index % count);
+    index /= count;
+  }
+  return grid.center(cell[0], cell[1], cell[2]);
+}
+
+}  // namespace
+
+void SampleOptions::validate() const {
+  base::expect_between("resolution", resolution, 1, kMostCells, "cells");
+  base::expect_between("iterations", iterations, 1, kMostIterations);
+  if (!(escape > 0) || escape > kLargestEscape) {
+    throw OptionError("escape", fmt::format("{} is out of range; give a positive radius up to {}",
+                                            escape, kLargestEscape));
+  }
+  map::expect_box(box);
+}
+
+Eigen::Vector3d CellGrid::cell() const {
+  return box.size().cwiseQuotient(Eigen::Vector3d(cells[0], cells[1], cells[2]));
+}
+
+Eigen::Vector3d CellGrid::center(int x, int y, int z) const {
+  return box.low + cell().cwiseProduct(Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5));
+}
+
+std::size_t CellGrid::size() const {
+  return static_cast<std::size_t>(cells[0]) * static_cast<std::size_t>(cells[1]) *
+         static_cast<std::size_t>(cells[2]);
+}
+
+CellGrid sample_grid(const Device& device, const RationalMap& map, const SampleOptions& options) {
+  options.validate();
+  map.validate();
+  CellGrid grid;
+  grid.box = options.box ? *options.box : default_box(device, map);
+  const double longest = grid.box.size().maxCoeff();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double share = grid.box.size()[static_cast<Eigen::Index>(axis)] / longest;
+    grid.cells[axis] = std::max(1, static_cast<int>(std::lround(share * options.resolution)));
+  }
+  return grid;
+}
+
+void sample_field(const Device& device, const RationalMap& map, const SampleOptions& options,
+                  const CellGrid& grid, CellOrder order,
+                  const std::function<void(std::span<const double>)>& take, const Watch& watch) {
+  options.validate();
+  map.validate();
+  const Field field(device, map, options.precision, {0, 0, options.escape});
+  const std::size_t all = grid.size();
+  const auto start = std::chrono::steady_clock::now();
+  std::vector<Eigen::Vector3d> points;
+  for (std::size_t first = 0; first < all; first += points.size()) {
+    if (watch.stop.stop_requested()) throw Interrupted();
+    points.resize(std::min(kPiece, all - first));
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      points[i] = map.shape_to_map.to_map(center_at(grid, order, first + i));
+    }
+    take(field.at(on_slice(points, map.slice), options.iterations));
+    const double done = static_cast<double>(first + points.size()) / static_cast<double>(all);
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    watch.report({"sampling the field", done, taken.count() * (1 - done) / done, ""});
+  }
+}
+
+}  // namespace qjulia

@@ -1,0 +1,126 @@
+#include <png.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "base/npy.hpp"
+#include "base/output_file.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/picture.hpp"
+
+namespace qjulia {
+namespace {
+
+/// The signature and the header chunk, after which text may stand.
+constexpr std::size_t kHeaderBytes = 8 + 25;
+
+void append_number(std::vector<char>& bytes, std::size_t number) {
+  for (const unsigned shift : {24U, 16U, 8U, 0U}) {
+    bytes.push_back(static_cast<char>((number >> shift) & 0xFFU));
+  }
+}
+
+/// A tEXt chunk (PNG specification, 11.3.4.3): length, type, keyword, zero, text, CRC of all but
+/// the length.
+std::vector<char> text_chunk(const std::string& keyword, const std::string& text) {
+  std::vector<char> chunk;
+  append_number(chunk, keyword.size() + 1 + text.size());
+  const std::string body = "tEXt" + keyword + '\0' + text;
+  std::ranges::copy(body, std::back_inserter(chunk));
+  append_number(chunk, crc32_z(0, reinterpret_cast<const Bytef*>(body.data()), body.size()));
+  return chunk;
+}
+
+void write_npy(const std::vector<float>& values, std::span<const std::size_t> shape,
+               const std::filesystem::path& path) {
+  base::OutputFile file(path);
+  file.stream() << base::npy_header(shape, false);
+  file.stream().write(reinterpret_cast<const char*>(values.data()),
+                      static_cast<std::streamsize>(values.size() * sizeof(float)));
+  file.commit();
+}
+
+/// White at the least depth, a quarter at the greatest, black where nothing is.
+Image depth_image(const std::vector<float>& depths, int width, int height) {
+  float nearest = INFINITY, farthest = 0;
+  for (const float depth : depths) {
+    if (!std::isfinite(depth)) continue;
+    nearest = std::min(nearest, depth);
+    farthest = std::max(farthest, depth);
+  }
+  const float range = std::max(farthest - nearest, 1e-30F);
+  Image image{width, height, {}};
+  for (const float depth : depths) {
+    const float share = std::isfinite(depth) ? 1 - 0.75F * (depth - nearest) / range : 0;
+    image.pixels.insert(image.pixels.end(), 3, static_cast<std::uint8_t>(std::lround(255 * share)));
+  }
+  return image;
+}
+
+Image normal_image(const std::vector<float>& normals, int width, int height) {
+  Image image{width, height, {}};
+  for (const float c : normals) {
+    image.pixels.push_back(static_cast<std::uint8_t>(std::lround(127.5F * (1 + c))));
+  }
+  return image;
+}
+
+}  // namespace
+
+std::string png_bytes(const Image& image, const PictureText& text) {
+  if (image.width < 1 || image.height < 1 ||
+      image.pixels.size() !=
+          3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height)) {
+    throw InputError("a picture without pixels cannot be written");
+  }
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = static_cast<png_uint_32>(image.width);
+  png.height = static_cast<png_uint_32>(image.height);
+  png.format = PNG_FORMAT_RGB;
+  std::vector<char> encoded(PNG_IMAGE_PNG_SIZE_MAX(png));
+  png_alloc_size_t size = encoded.size();
+  if (png_image_write_to_memory(&png, encoded.data(), &size, 0, image.pixels.data(), 0, nullptr) ==
+      0) {
+    throw OutputError(std::string("cannot encode a picture as PNG: ") + png.message);
+  }
+  std::string bytes(encoded.data(), kHeaderBytes);
+  for (const auto& [keyword, value] : text) {
+    const std::vector<char> chunk = text_chunk(keyword, value);
+    bytes.append(chunk.begin(), chunk.end());
+  }
+  return bytes.append(encoded.data() + kHeaderBytes, size - kHeaderBytes);
+}
+
+void write_png(const Image& image, const std::filesystem::path& path, const PictureText& text) {
+  base::write_file(path, png_bytes(image, text));
+}
+
+std::vector<std::filesystem::path> layer_files(const std::filesystem::path& prefix) {
+  std::vector<std::filesystem::path> paths;
+  for (const char* ending :
+       {".depth.npy", ".normal.npy", ".position.npy", ".depth.png", ".normal.png"}) {
+    paths.emplace_back(prefix.string() + ending);
+  }
+  return paths;
+}
+
+std::vector<std::filesystem::path> write_layers(const PictureLayers& layers, int width,
+                                                const std::filesystem::path& prefix) {
+  const auto wide = static_cast<std::size_t>(width);
+  const std::size_t deep = layers.depth.size() / wide;
+  const std::array<std::size_t, 3> shape{deep, wide, 3};
+  const int height = static_cast<int>(deep);
+  auto paths = layer_files(prefix);
+  write_npy(layers.depth, std::span(shape).first(2), paths[0]);
+  write_npy(layers.normal, shape, paths[1]);
+  write_npy(layers.position, shape, paths[2]);
+  write_png(depth_image(layers.depth, width, height), paths[3]);
+  write_png(normal_image(layers.normal, width, height), paths[4]);
+  return paths;
+}
+
+}  // namespace qjulia

@@ -1,0 +1,450 @@
+#include "qjulia/self_test.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <limits>
+
+#include "base/random.hpp"
+#include "device/point_batch.hpp"
+#include "fit/evaluator.hpp"
+#include "map/reference_iteration.hpp"
+#include "picture/depth_grid.hpp"
+#include "picture/depth_source.hpp"
+#include "profile/workload.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/field.hpp"
+#include "qjulia/picture.hpp"
+#include "qjulia/shape.hpp"
+#include "qjulia/surface.hpp"
+#include "surface/level_set.hpp"
+
+namespace qjulia {
+namespace {
+
+using Eigen::Vector3d;
+using profiling::kNoEscape;
+using profiling::Workload;
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+constexpr int kIterations = 4;
+
+/// `a` or what is worse: larger, or not a number.
+double worse(double a, double b) { return b <= a ? a : std::isnan(b) ? kInfinite : b; }
+
+/// Largest difference over the largest number that is right.
+double relative_difference(const std::vector<double>& found, const std::vector<double>& right) {
+  if (found.size() != right.size()) return kInfinite;
+  double difference = 0;
+  double largest = std::numeric_limits<double>::min();
+  for (std::size_t i = 0; i < right.size(); ++i) {
+    difference = worse(difference, std::abs(found[i] - right[i]));
+    largest = std::max(largest, std::abs(right[i]));
+  }
+  return difference / largest;
+}
+
+std::vector<double> entries(const Eigen::MatrixXd& m) { return {m.data(), m.data() + m.size()}; }
+
+/// 300 samples and 24 factors: no number is a multiple of a group.
+Workload small_work() {
+  ProfileOptions options;
+  options.samples = 300;
+  options.factors = 24;
+  return profiling::make_workload(options);
+}
+
+/// What both evaluators make of the work, compared.
+template <class Compute>
+double evaluator_difference(const Device& device, Precision precision, int iterations,
+                            const Compute& compute) {
+  const Workload work = small_work();
+  const fitting::EnergyOptions options{fitting::Loss::distance, iterations, 1, kNoEscape};
+  const auto found = fitting::make_device_evaluator(device, work.samples, options, precision);
+  const auto right = fitting::make_reference_evaluator(work.samples, options);
+  return relative_difference(compute(*found, work.map), compute(*right, work.map));
+}
+
+double energy(const Device& device, Precision precision) {
+  return evaluator_difference(device, precision, kIterations, [](auto& evaluator, const auto& map) {
+    return evaluator.field(map);
+  });
+}
+
+double potential_gradient(const Device& device, Precision precision) {
+  return evaluator_difference(device, precision, 1, [](auto& evaluator, const auto& map) {
+    return evaluator.evaluate(map, true).gradient;
+  });
+}
+
+double orbit_gradient(const Device& device, Precision precision) {
+  return evaluator_difference(device, precision, kIterations, [](auto& evaluator, const auto& map) {
+    return evaluator.evaluate(map, true).gradient;
+  });
+}
+
+double gauss_newton(const Device& device, Precision precision) {
+  return evaluator_difference(device, precision, 1, [](auto& evaluator, const auto& map) {
+    return entries(evaluator.gauss_newton(map));
+  });
+}
+
+/// Sums of whole numbers, which are exact.
+double reduced(const Device& device, Precision precision) {
+  constexpr std::size_t kRows = 70, kColumns = 37, kBlock = 32;
+  constexpr std::size_t kBlocks = (kRows + kBlock - 1) / kBlock;
+  std::vector<double> rows(kRows * kColumns), right(kBlocks * kColumns), found(right.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows[i] = static_cast<double>((i * 7) % 101) - 50;
+    right[i / kColumns / kBlock * kColumns + i % kColumns] += rows[i];
+  }
+  device::Context& context = device.context();
+  const auto sums = context.allocate_real(right.size(), precision);
+  context.launch(
+      context.kernel("reduce.cl", "sum_row_blocks", {device.lane_width(precision), precision, {}}),
+      {{kColumns, kBlocks, 1}},
+      {context.upload_real(rows, precision), device::narrow(kRows), device::narrow(kColumns),
+       device::narrow(kBlock), sums});
+  context.read(sums, found);
+  return relative_difference(found, right);
+}
+
+/// Cell centres of [−1.5, 1.5]³, x fastest.
+surface::Grid small_grid() {
+  constexpr int kSide = 9;
+  return {Vector3d::Constant(-1.4), 2.8 / (kSide - 1), {kSide, kSide, kSide}};
+}
+
+std::vector<Quaternion> grid_points(const surface::Grid& grid, double slice) {
+  std::vector<Vector3d> points;
+  for (int z = 0; z < grid.points[2]; ++z) {
+    for (int y = 0; y < grid.points[1]; ++y) {
+      for (int x = 0; x < grid.points[0]; ++x) {
+        points.push_back(grid.at(Vector3d(x, y, z)));
+      }
+    }
+  }
+  return on_slice(points, slice);
+}
+
+double field(const Device& device, Precision precision) {
+  const RationalMap map = small_work().map;
+  const auto points = grid_points(small_grid(), map.slice);
+  return relative_difference(
+      Field(device, map, precision, {0, 0, kNoEscape}).at(points, kIterations),
+      reference::field(map, points, kIterations, kNoEscape));
+}
+
+double level_set(const Device& device, Precision precision) {
+  const RationalMap map = small_work().map;
+  const surface::Grid grid = small_grid();
+  const surface::LevelSet set(device, map, {0, 0, kNoEscape}, kIterations, precision);
+  const auto found = set.over(grid, {{0, 0, 0}, grid.points});
+  return relative_difference(
+      {found.begin(), found.end()},
+      reference::field(map, grid_points(grid, map.slice), kIterations, kNoEscape));
+}
+
+/// q², whose set is the unit ball.
+RationalMap ball() {
+  RationalMap map;
+  map.factors = {Factor{{0, 0, 0, 0}, 2}};
+  map.box = Box{Vector3d::Constant(-1), Vector3d::Constant(1)};
+  return map;
+}
+
+/// Of the ball's surface, in cells. Interpolated orbits make the mesh of those that are run.
+double interpolated_surface(const Device& device, Precision precision) {
+  SurfaceOptions options;
+  options.resolution = 48;
+  options.precision = precision;
+  const TriangleMesh found = extract_surface(device, ball(), options);
+  options.dense = true;
+  const TriangleMesh dense = extract_surface(device, ball(), options);
+  if (found.vertices != dense.vertices || found.triangles != dense.triangles) return kInfinite;
+  const double cell = 2.1 / options.resolution;
+  double worst = found.vertices.empty() ? kInfinite : 0;
+  for (const Vector3d& vertex : found.vertices) {
+    worst = worse(worst, std::abs(vertex.norm() - 1) / cell);
+  }
+  return worst;
+}
+
+/// The cube [−1, 1]³ in triangles of which none is larger than a sixteenth of a face.
+TriangleMesh cube() {
+  constexpr int kSteps = 8;
+  TriangleMesh mesh;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {-1.0, 1.0}) {
+      for (int i = 0; i < kSteps; ++i) {
+        for (int j = 0; j < kSteps; ++j) {
+          const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+          for (const auto& [u, v] : {std::pair{i, j}, {i + 1, j}, {i + 1, j + 1}, {i, j + 1}}) {
+            Vector3d at;
+            at[axis] = side;
+            at[(axis + 1) % 3] = 2.0 * u / kSteps - 1;
+            at[(axis + 2) % 3] = side * (2.0 * v / kSteps - 1);
+            mesh.vertices.push_back(at);
+          }
+          mesh.triangles.push_back({first, first + 1, first + 2});
+          mesh.triangles.push_back({first, first + 2, first + 3});
+        }
+      }
+    }
+  }
+  return mesh;
+}
+
+double signed_distance(const Device& device, Precision precision) {
+  base::Random random(3);
+  std::vector<Vector3d> points(500);
+  std::vector<double> right;
+  for (Vector3d& x : points) {
+    for (double& coordinate : x) coordinate = random.uniform(-2, 2);
+    const Vector3d beyond = x.cwiseAbs() - Vector3d::Ones();
+    right.push_back(beyond.cwiseMax(0).norm() + std::min(beyond.maxCoeff(), 0.0));
+  }
+  return relative_difference(SignedDistance(device, cube(), precision).at(points), right);
+}
+
+/// Depths of the ball along parallel rays that meet it well inside its outline, where a ray's own
+/// tolerance is the unit.
+double depths(const Device& device, Precision precision, bool coarse) {
+  const auto source = picture::march_source(device, {ball(), 6, {}, {}, precision});
+  picture::View view = picture::parallel_view(Vector3d::UnitZ(), *ball().box, 48);
+  view.coarse_will_do = coarse;
+  const auto found = source->depths(view, 0, view.rows);
+  double worst = 0;
+  std::size_t hits = 0;
+  for (int row = 0; row < view.rows; ++row) {
+    for (int column = 0; column < view.columns; ++column) {
+      const Vector3d eye = view.eye + (column + 0.5) * view.eye_dx + (row + 0.5) * view.eye_dy;
+      const double aside2 = eye.x() * eye.x() + eye.y() * eye.y();
+      if (aside2 > 0.8) continue;
+      const double z = std::sqrt(1 - aside2);  // also the slope of the surface across the ray
+      const double depth = found[picture::index(column, row, view.columns)];
+      worst = worse(worst, depth < 0 ? kInfinite : std::abs(eye.z() - depth - z) * z);
+      ++hits;
+    }
+  }
+  return hits > 0 ? worst / view.tolerance : kInfinite;
+}
+
+double ray_march(const Device& device, Precision precision) {
+  return depths(device, precision, false);
+}
+
+double ray_grid(const Device& device, Precision precision) {
+  return depths(device, precision, true);
+}
+
+/// Of points just inside the unit sphere at an angle t to the real axis, whose iterates lie at 2t
+/// and 4t and are still undecided.
+double orbit_trait(const Device& device, Precision precision) {
+  const auto source = picture::march_source(device, {ball(), 6, {}, {}, precision, Material::trap});
+  constexpr std::size_t kCount = 100;
+  std::vector<double> points(3 * kCount), right;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const double t = 0.1 + 0.02 * static_cast<double>(i);
+    constexpr double kRadius = 0.998;
+    points[i] = kRadius * std::cos(t);
+    points[kCount + i] = kRadius * 0.6 * std::sin(t);
+    points[2 * kCount + i] = kRadius * 0.8 * std::sin(t);
+    right.push_back(std::min(std::abs(std::cos(2 * t)), std::abs(std::cos(4 * t))));
+  }
+  const auto found = source->traits(points);
+  return relative_difference({found.begin(), found.end()}, right);
+}
+
+/// Normals of a picture of the ball, which its positions are too, away from its outline.
+double shade(const Device& device, Precision precision) {
+  PictureOptions options;
+  options.width = 64;
+  options.height = 48;
+  options.samples_per_axis = 1;
+  options.precision = precision;
+  PictureLayers layers;
+  render(device, ball(), options, {}, &layers);
+  constexpr int kMargin = 3;
+  const auto pixel = [&](int column, int row) {
+    return picture::index(column, row, options.width);
+  };
+  const auto is_inside = [&](int column, int row) {
+    for (int y = row - kMargin; y <= row + kMargin; ++y) {
+      for (int x = column - kMargin; x <= column + kMargin; ++x) {
+        if (std::isinf(layers.depth[pixel(x, y)])) return false;
+      }
+    }
+    return true;
+  };
+  const auto vector = [&](const std::vector<float>& layer, std::size_t at) {
+    return Vector3d(layer[3 * at], layer[3 * at + 1], layer[3 * at + 2]);
+  };
+  double worst = 0;
+  std::size_t hits = 0;
+  for (int row = kMargin; row < options.height - kMargin; ++row) {
+    for (int column = kMargin; column < options.width - kMargin; ++column) {
+      if (!is_inside(column, row)) continue;
+      const std::size_t at = pixel(column, row);
+      const Vector3d right = vector(layers.position, at).normalized();
+      worst = worse(worst, (vector(layers.normal, at) - right).norm());
+      ++hits;
+    }
+  }
+  return hits > 100 ? worst : kInfinite;
+}
+
+/// Copied reals, and a sum of chains of multiply-adds.
+double limits(const Device& device, Precision precision) {
+  device::Context& context = device.context();
+  const int width = device.lane_width(precision);
+  const auto kernel = [&](const char* name) {
+    return context.kernel("limits.cl", name, {width, precision, {}});
+  };
+  const std::vector<double> seed{0.5, 0.25};
+  constexpr std::int32_t kRounds = 3, kChains = 16;
+  const auto sums = context.allocate_real(1, precision);
+  context.launch(kernel("fma_chains"), {{1, 1, 1}, {1, 1, 1}},
+                 {context.upload_real(seed, precision), kRounds, sums});
+  std::vector<double> found(1);
+  context.read(sums, found);
+  double right = 0;
+  for (int c = 0; c < kChains; ++c) {
+    double chain = c;
+    for (int r = 0; r < kRounds; ++r) chain = chain * seed[0] + seed[1];
+    right += width * chain;
+  }
+  std::vector<double> numbers(static_cast<std::size_t>(width) * 6), copied(numbers.size());
+  for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = static_cast<double>(i);
+  const auto to = context.allocate_real(numbers.size(), precision);
+  context.launch(kernel("copy_reals"), {{3, 1, 1}},
+                 {context.upload_real(numbers, precision), 2, 3, to});
+  context.read(to, copied);
+  return worse(relative_difference(found, {right}), relative_difference(copied, numbers));
+}
+
+double lane_math(const Device& device, Precision precision) {
+  struct Function {
+    std::int32_t number;  ///< in lane_math_probe.cl
+    double (*right)(double x, double y);
+  };
+  constexpr std::array kFunctions{
+      Function{0, [](double x, double) { return std::log2(x); }},
+      Function{1, [](double x, double) { return std::exp(x); }},
+      Function{2, [](double x, double) { return std::tanh(x); }},
+      Function{4, [](double x, double) { return std::sin(x); }},
+      Function{6, [](double x, double) { return 1 / std::sqrt(x); }},
+  };
+  constexpr std::size_t kCount = 256;  // a multiple of every width
+  std::vector<double> x(kCount), found(kCount), right(kCount);
+  for (std::size_t i = 0; i < kCount; ++i) x[i] = 0.25 + static_cast<double>(i) / 64;
+  device::Context& context = device.context();
+  const int width = device.lane_width(precision);
+  const auto groups = static_cast<std::int32_t>(kCount) / width;
+  const auto kernel =
+      context.kernel("lane_math_probe.cl", "lane_math_probe", {width, precision, {}});
+  const auto sent = context.upload_real(x, precision);
+  const auto out = context.allocate_real(kCount, precision);
+  double worst = 0;
+  for (const Function& function : kFunctions) {
+    context.launch(kernel, {{static_cast<std::size_t>(groups), 1, 1}},
+                   {sent, sent, groups, function.number, out});
+    context.read(out, found);
+    std::ranges::transform(x, right.begin(), [&](double v) { return function.right(v, v); });
+    worst = worse(worst, relative_difference(found, right));
+  }
+  return worst;
+}
+
+struct Check {
+  const char* program;
+  const char* compared;
+  double in_single, in_double;  ///< tolerances
+  double (*difference)(const Device& device, Precision precision);
+};
+
+/// Every program there is: those first that others build on.
+constexpr std::array kChecks{
+    Check{"limits.cl", "copies and multiply-adds", 1e-6, 1e-14, limits},
+    Check{"lane_math_probe.cl", "elementary functions, with the host's", 1e-6, 1e-14, lane_math},
+    Check{"reduce.cl", "sums of whole numbers", 0, 0, reduced},
+    Check{"field.cl", "F_4 at points, with the reference", 1e-4, 1e-10, field},
+    Check{"energy.cl", "F_4 at samples, with the reference", 1e-4, 1e-10, energy},
+    Check{"gradient_potential.cl", "gradient at n = 1, with the reference", 1e-4, 1e-10,
+          potential_gradient},
+    Check{"gradient_orbit.cl", "gradient at n = 4, with the reference", 1e-4, 1e-10,
+          orbit_gradient},
+    Check{"gauss_newton.cl", "Gauss-Newton matrix, with the reference", 1e-4, 1e-10, gauss_newton},
+    Check{"signed_distance.cl", "distances from a cube", 1e-5, 1e-12, signed_distance},
+    Check{"level_set.cl", "F_4 on a grid, with the reference", 1e-4, 1e-6, level_set},
+    Check{"interpolated_orbit.cl", "surface of a ball, in cells", 0.5, 0.5, interpolated_surface},
+    Check{"ray_march.cl", "depths of a ball, in a ray's tolerance", 1, 1, ray_march},
+    Check{"ray_grid.cl", "coarse depths of a ball, in the same", 2, 2, ray_grid},
+    Check{"orbit_trait.cl", "angles of a ball's orbits", 1e-4, 1e-6, orbit_trait},
+    Check{"shade.cl", "normals of a ball", 0.1, 0.1, shade},
+};
+
+ProgramCheck run(const Check& check, const Device& device, Precision precision) {
+  const bool in_double = precision == Precision::dbl;
+  ProgramCheck result{check.program,
+                      precision,
+                      check.compared,
+                      kInfinite,
+                      in_double ? check.in_double : check.in_single,
+                      {}};
+  try {
+    result.difference = check.difference(device, precision);
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const KernelBuildError& error) {
+    result.is_built = false;
+    result.problem = error.what();
+  } catch (const Error& error) {
+    result.problem = error.what();
+  }
+  return result;
+}
+
+}  // namespace
+
+bool SelfTestReport::has_passed() const {
+  return !checks.empty() && std::ranges::all_of(checks, &ProgramCheck::has_passed);
+}
+
+SelfTestReport self_test(const Device& device, const Watch& watch) {
+  SelfTestReport report{device.info(), device.layout(), {}};
+  std::vector<Precision> precisions{Precision::single};
+  if (device.info().has_double) precisions.push_back(Precision::dbl);
+  const double all = static_cast<double>(precisions.size() * std::size(kChecks));
+  for (const Precision precision : precisions) {
+    for (const Check& check : kChecks) {
+      if (watch.stop.stop_requested()) throw Interrupted();
+      watch.report({"checking", static_cast<double>(report.checks.size()) / all, -1,
+                    std::string(check.program)});
+      report.checks.push_back(run(check, device, precision));
+    }
+  }
+  watch.report({"checking", 1, 0, ""});
+  return report;
+}
+
+nlohmann::json to_json(const SelfTestReport& report) {
+  nlohmann::json checks = nlohmann::json::array();
+  for (const ProgramCheck& c : report.checks) {
+    checks.push_back(
+        {{"program", c.program},
+         {"precision", c.precision == Precision::dbl ? "double" : "single"},
+         {"passed", c.has_passed()},
+         {"built", c.is_built},
+         {"compared", c.compared},
+         {"difference",
+          std::isfinite(c.difference) ? nlohmann::json(c.difference) : nlohmann::json(nullptr)},
+         {"tolerance", c.tolerance},
+         {"problem", c.problem.empty() ? nlohmann::json(nullptr) : nlohmann::json(c.problem)}});
+  }
+  return {
+      {"layout", to_string(report.layout)}, {"passed", report.has_passed()}, {"programs", checks}};
+}
+
+}  // namespace qjulia

@@ -1,0 +1,329 @@
+/// Polygon files (.ply, Turk 1994), in text and binary of either byte order.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+
+#include "shape/mesh_file.hpp"
+
+namespace qjulia::shape {
+namespace {
+
+enum class Format { text, little_endian, big_endian };
+
+enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
+
+std::size_t size_of(Type type) {
+  switch (type) {
+    case Type::int8:
+    case Type::uint8:
+      return 1;
+    case Type::int16:
+    case Type::uint16:
+      return 2;
+    case Type::int32:
+    case Type::uint32:
+    case Type::float32:
+      return 4;
+    case Type::float64:
+      return 8;
+  }
+  return 0;
+}
+
+struct Property {
+  std::string name;
+  Type type = Type::float32;  ///< of the value, or of a list's values
+  bool is_list = false;
+  Type count_type = Type::uint8;  ///< of a list's length
+};
+
+struct Element {
+  std::string name;
+  std::size_t count = 0;  ///< promised, not checked
+  std::vector<Property> properties;
+};
+
+struct Header {
+  Format format = Format::text;
+  std::vector<Element> elements;
+  std::string_view body;  ///< what follows the header
+};
+
+Type type_named(const MeshFile& file, std::string_view name) {
+  static const std::map<std::string_view, Type> types = {
+      {"char", Type::int8},      {"int8", Type::int8},       {"uchar", Type::uint8},
+      {"uint8", Type::uint8},    {"short", Type::int16},     {"int16", Type::int16},
+      {"ushort", Type::uint16},  {"uint16", Type::uint16},   {"int", Type::int32},
+      {"int32", Type::int32},    {"uint", Type::uint32},     {"uint32", Type::uint32},
+      {"float", Type::float32},  {"float32", Type::float32}, {"double", Type::float64},
+      {"float64", Type::float64}};
+  const auto found = types.find(name);
+  if (found == types.end()) {
+    file.refuse(fmt::format("its PLY header has an unknown type '{}'; export it again", name));
+  }
+  return found->second;
+}
+
+Format format_named(const MeshFile& file, std::string_view name) {
+  if (name == "ascii") return Format::text;
+  if (name == "binary_little_endian") return Format::little_endian;
+  if (name == "binary_big_endian") return Format::big_endian;
+  file.refuse("its PLY header names no known format; export it again");
+}
+
+Property property_of(const MeshFile& file, std::string_view rest) {
+  Property property;
+  std::string_view type = take_word(rest);
+  property.is_list = type == "list";
+  if (property.is_list) {
+    property.count_type = type_named(file, take_word(rest));
+    type = take_word(rest);
+  }
+  property.type = type_named(file, type);
+  property.name = take_word(rest);
+  return property;
+}
+
+Header read_header(const MeshFile& file) {
+  Lines lines(file.text(), '\0');
+  if (lines.next() != "ply") file.refuse_type("it does not begin with 'ply'; is it a .ply file?");
+  Header header;
+  bool has_format = false;
+  while (const auto line = lines.next()) {
+    std::string_view rest = *line;
+    const std::string_view key = take_word(rest);
+    if (key == "format") {
+      header.format = format_named(file, take_word(rest));
+      has_format = true;
+    } else if (key == "element") {
+      Element element;
+      element.name = take_word(rest);
+      const auto count = to_integer(take_word(rest));
+      if (!count || *count < 0) {
+        file.refuse_line(lines.number(), "an element needs a count; export it again");
+      }
+      element.count = static_cast<std::size_t>(*count);
+      header.elements.push_back(std::move(element));
+    } else if (key == "property" && !header.elements.empty()) {
+      header.elements.back().properties.push_back(property_of(file, rest));
+    } else if (key == "end_header") {
+      if (!has_format) break;
+      header.body = lines.rest();
+      return header;
+    } else if (key != "comment" && key != "obj_info") {
+      file.refuse_line(lines.number(), "it does not belong in a PLY header; export it again");
+    }
+  }
+  file.refuse("its PLY header has no format or no end; the file may be cut off, export it again");
+}
+
+/// The values of the body, one after the other, as text or as bytes.
+class Body {
+ public:
+  Body(const MeshFile& file, const Header& header)
+      : file_(file),
+        is_text_(header.format == Format::text),
+        swap_((header.format == Format::little_endian) !=
+              (std::endian::native == std::endian::little)),
+        rest_(header.body) {}
+
+  /// Refuses the file when the element's rows cannot be in what is left.
+  void expect_rows(const Element& element) const;
+
+  double next(Type type) { return is_text_ ? next_word() : next_bytes(type); }
+  float next_coordinate(Type type);
+  std::int64_t next_integer(Type type, std::int64_t least, std::int64_t most, const char* what);
+  /// Passes over a value or a list.
+  void skip(const Property& property);
+
+ private:
+  double next_word();
+  double next_bytes(Type type);
+  [[noreturn]] void refuse_end() const {
+    file_.refuse("the file ends too early; it may be cut off, export it again");
+  }
+
+  const MeshFile& file_;
+  bool is_text_;
+  bool swap_;
+  std::string_view rest_;
+  std::size_t skipped_ = 0;
+};
+
+void Body::expect_rows(const Element& element) const {
+  std::size_t row = 0;  // least bytes of one: a digit and a blank a value, where lists are empty
+  for (const auto& property : element.properties) {
+    row += is_text_ ? 2 : size_of(property.is_list ? property.count_type : property.type);
+  }
+  if (row > 0 && element.count > (rest_.size() + 1) / row) {
+    file_.refuse(
+        fmt::format("its header promises {} of '{}' but only {} bytes follow; it may be cut "
+                    "off, export it again",
+                    element.count, element.name, rest_.size()));
+  }
+}
+
+double Body::next_word() {
+  const std::string_view word = take_word(rest_);
+  if (word.empty()) refuse_end();
+  // What is no number, such as "nan" for an unknown normal, is refused only where it matters.
+  return to_number(word).value_or(std::numeric_limits<double>::quiet_NaN());
+}
+
+double Body::next_bytes(Type type) {
+  const std::size_t size = size_of(type);
+  if (rest_.size() < size) refuse_end();
+  char bytes[8];
+  std::memcpy(bytes, rest_.data(), size);
+  rest_.remove_prefix(size);
+  if (swap_) std::reverse(bytes, bytes + size);
+  const auto as = [&bytes]<class T>(T value) {
+    std::memcpy(&value, bytes, sizeof value);
+    return static_cast<double>(value);
+  };
+  switch (type) {
+    case Type::int8:
+      return as(std::int8_t{});
+    case Type::uint8:
+      return as(std::uint8_t{});
+    case Type::int16:
+      return as(std::int16_t{});
+    case Type::uint16:
+      return as(std::uint16_t{});
+    case Type::int32:
+      return as(std::int32_t{});
+    case Type::uint32:
+      return as(std::uint32_t{});
+    case Type::float32:
+      return as(float{});
+    case Type::float64:
+      return as(double{});
+  }
+  return 0;
+}
+
+float Body::next_coordinate(Type type) {
+  const double value = next(type);
+  if (!(std::abs(value) <= std::numeric_limits<float>::max())) {
+    file_.refuse("a vertex has a coordinate that is not a finite number; export it again");
+  }
+  return static_cast<float>(value);
+}
+
+std::int64_t Body::next_integer(Type type, std::int64_t least, std::int64_t most,
+                                const char* what) {
+  const double value = next(type);
+  if (!(value >= static_cast<double>(least) && value <= static_cast<double>(most)) ||
+      value != std::floor(value)) {
+    file_.refuse(
+        fmt::format("{} is {}, not one of {} to {}; export it again", what, value, least, most));
+  }
+  return static_cast<std::int64_t>(value);
+}
+
+void Body::skip(const Property& property) {
+  constexpr std::size_t kPolled = std::size_t{1} << 16;
+  std::int64_t count = 1;
+  if (property.is_list) {
+    count = next_integer(property.count_type, 0, INT32_MAX, "a list's length");
+  }
+  for (; count > 0; --count) {
+    if (++skipped_ % kPolled == 0) file_.poll();
+    next(property.type);
+  }
+}
+
+void read_vertices(Body& body, const Element& element, FaceList& mesh) {
+  for (std::size_t i = 0; i < element.count; ++i) {
+    Eigen::Vector3f x = Eigen::Vector3f::Zero();
+    for (const auto& property : element.properties) {
+      const char axis = property.name.size() == 1 ? property.name[0] : '\0';
+      if (axis >= 'x' && axis <= 'z' && !property.is_list) {
+        x[axis - 'x'] = body.next_coordinate(property.type);
+      } else {
+        body.skip(property);
+      }
+    }
+    mesh.add_vertex(x);
+  }
+}
+
+bool is_corner_list(const Property& property) {
+  return property.is_list && (property.name == "vertex_indices" || property.name == "vertex_index");
+}
+
+void read_faces(Body& body, const Element& element, FaceList& mesh) {
+  const auto last = static_cast<std::int64_t>(mesh.vertices.size()) - 1;
+  std::vector<std::uint32_t> corners;
+  for (std::size_t i = 0; i < element.count; ++i) {
+    for (const auto& property : element.properties) {
+      if (!is_corner_list(property)) {
+        body.skip(property);
+        continue;
+      }
+      auto count = body.next_integer(property.count_type, 3, INT32_MAX, "a list's length");
+      corners.clear();
+      for (; count > 0; --count) {
+        corners.push_back(static_cast<std::uint32_t>(
+            body.next_integer(property.type, 0, last, "a face's vertex")));
+      }
+      mesh.add_face(corners);
+    }
+  }
+}
+
+/// The element of that name, which must have at least one row.
+const Element& find_element(const MeshFile& file, const Header& header, const char* name,
+                            const char* missing) {
+  const auto found = std::ranges::find(header.elements, name, &Element::name);
+  if (found == header.elements.end() || found->count == 0) file.refuse(missing);
+  return *found;
+}
+
+}  // namespace
+
+FaceList read_ply(const MeshFile& file) {
+  const Header header = read_header(file);
+  if (std::ranges::count(header.elements, "tristrips", &Element::name) > 0) {
+    file.refuse("it holds triangle strips; export it with plain faces");
+  }
+  const auto& vertices =
+      find_element(file, header, "vertex", "it has no vertices; export it again");
+  const auto& faces =
+      find_element(file, header, "face", "it has no faces, only points; export a mesh with faces");
+  for (const char* axis : {"x", "y", "z"}) {
+    const auto found = std::ranges::find(vertices.properties, axis, &Property::name);
+    if (found == vertices.properties.end() || found->is_list) {
+      file.refuse(fmt::format("its vertices have no {}; export it again", axis));
+    }
+  }
+  if (std::ranges::count_if(faces.properties, is_corner_list) != 1) {
+    file.refuse("its faces have no list 'vertex_indices'; export it again");
+  }
+  if (&faces < &vertices) file.refuse("its faces come before its vertices; export it again");
+
+  FaceList mesh(file);
+  Body body(file, header);
+  for (const auto& element : header.elements) {
+    body.expect_rows(element);
+    if (&element == &vertices) {
+      read_vertices(body, element, mesh);
+    } else if (&element == &faces) {
+      read_faces(body, element, mesh);
+      break;  // what follows the faces is of no use here
+    } else {
+      for (std::size_t i = 0; i < element.count && !element.properties.empty(); ++i) {
+        for (const auto& property : element.properties) body.skip(property);
+      }
+    }
+  }
+  return mesh;
+}
+
+}  // namespace qjulia::shape

@@ -1,0 +1,59 @@
+#pragma once
+/// The band of grid points about a surface whose sides F_1 alone does not decide.
+
+#include <cstdint>
+#include <vector>
+
+#include "surface/level_set.hpp"
+
+namespace qjulia::surface {
+
+enum class Side : std::uint8_t { inside, outside, unknown };
+
+/// Points begin … end − 1 along x, all on one side.
+struct PointRun {
+  int begin = 0;
+  int end = 0;
+  Side side = Side::unknown;
+};
+
+/// Several slices of a grid, cut into blocks: all points of a block are on one known side, or their
+/// sides are unknown.
+struct Slab {
+  int slices = 0;
+  int block = 0;                            ///< points along a block's side
+  std::vector<std::vector<PointRun>> rows;  ///< of row y / block, covering it
+
+  const std::vector<PointRun>& row(int y) const {
+    return rows[static_cast<std::size_t>(y / block)];
+  }
+};
+
+/// `slices` slices whose sides are all unknown.
+Slab unclassified_slab(const Grid& grid, int slices);
+
+/// Halves blocks of points until bounds of F_1 put them on one side of the surface for certain. A
+/// block's bounds hold one step beyond its points too: no cell with a point of known side is
+/// crossed by the surface, so none of their field values is needed.
+class NarrowBand {
+ public:
+  /// Slices that are classified together.
+  static constexpr int kSlices = 64;
+
+  NarrowBand(const LevelSet& set, const Grid& grid, double level);
+
+  /// The slabs of slices z … z + kSlices − 1, as far as the grid has them, rising z.
+  std::vector<Slab> slabs(int z) const;
+
+ private:
+  struct Blocks;
+  void classify(Blocks& blocks, int z) const;
+  Slab slab_of(const Blocks& blocks, int block_z, int slices) const;
+
+  const LevelSet& set_;
+  Grid grid_;
+  double inside_below_, outside_above_;
+  double rounding_;  ///< of coordinates
+};
+
+}  // namespace qjulia::surface

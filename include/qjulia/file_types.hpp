@@ -1,0 +1,30 @@
+#pragma once
+/// The table of file types that commands read and write. A type is known by its extension, in any
+/// case of its letters.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace qjulia {
+
+enum class FileContent { mesh, map, original_map, picture, field, manifest, report };
+enum class FileUse { read, write };
+
+/// The extension with its dot, in lower case; empty when there is none.
+std::string extension_of(const std::filesystem::path& path);
+
+/// Whether the name's extension is that of a file which can be read, or written, as `content`.
+bool has_type(const std::filesystem::path& path, FileContent content, FileUse use);
+
+/// The extensions of all such files.
+std::vector<std::string> extensions(FileContent content, FileUse use);
+
+/// The same as a list for people, as in ".obj, .off, .ply or .stl".
+std::string extension_list(FileContent content, FileUse use);
+
+/// `extension_of` a file that has this type.
+/// @throws InputError naming the file and the extensions it could have.
+std::string expect_type(const std::filesystem::path& path, FileContent content, FileUse use);
+
+}  // namespace qjulia

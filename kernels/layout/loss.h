@@ -1,0 +1,27 @@
+#pragma once
+/* What the energy sums over samples. Compiled by host and device. */
+
+#include "layout/arguments.h"
+
+#define QJ_LOSS_TANH 0     /* E = - sum w s tanh(alpha (F - t)): Kim 2015, Eq. 8 */
+#define QJ_LOSS_DISTANCE 1 /* E = 1/2 sum w r^2: regression of F_1 to signed distance */
+
+/* Arrays in a sample buffer, each of `stride` reals. */
+#define QJ_SAMPLE_X 0
+#define QJ_SAMPLE_Y 1
+#define QJ_SAMPLE_Z 2
+#define QJ_SAMPLE_WEIGHT 3
+#define QJ_SAMPLE_TARGET 4
+#define QJ_SAMPLE_SIDE 5
+#define QJ_SAMPLE_ARRAYS 6
+
+/* Scalars of the kernels that sum the energy. */
+QJ_ARGUMENTS(qj_energy_arguments) {
+  real alpha;
+  int loss;
+  int stride;  /* samples, padded */
+  int vectors; /* of samples, taken by a work-item */
+  int items;   /* work-items, or groups of them */
+  int factors;
+  int iterations;
+};

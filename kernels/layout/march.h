@@ -1,0 +1,15 @@
+#pragma once
+/* How march_depth goes along rays. Compiled by host and device. */
+
+#include "layout/arguments.h"
+
+QJ_ARGUMENTS(qj_march) {
+  real radius;    /* of a ball about the origin that holds the set */
+  real steepest;  /* greatest |grad F_1| about the band */
+  real shortest;  /* the least step */
+  real tolerance; /* of the depths of hits */
+  int iterations; /* n */
+  int stride;     /* reals in an array of rays */
+  int count;      /* rays */
+  int share;      /* rays of a work-item */
+};

@@ -1,0 +1,272 @@
+#!/usr/bin/env python3
+"""What a compiler can prove about the kernels on GPUs where there is no GPU.
+
+usage: gpu.py REPOSITORY [BUILD_FOLDER] [--write] [--loops] [--markdown]
+
+Compiles every program as GPUs use it (one lane, groups of 64) for AMD, NVIDIA and SPIR-V, in single
+and double precision, and checks that
+  * no function is left undefined, and none is called;
+  * no array lies in private memory;
+  * registers, scratch, local memory and occupancy are those of gpu_kernels.txt: a change is told,
+    more scratch or fewer waves is a failure;
+  * the instructions of the loops that take the time are those of host/profile/instruction_counts.hpp.
+--write rewrites gpu_kernels.txt and the figures in instruction_counts.hpp. --loops prints the loops
+of every kernel, --markdown the table of docs/performance.md.
+"""
+
+import collections
+import concurrent.futures
+import os
+import pathlib
+import re
+import subprocess
+import sys
+
+CLANG = "clang-15"
+CLC = "/usr/lib/clc/"
+COMMON = ["-x", "cl", "-cl-std=CL1.2", "-O2", "-Xclang", "-finclude-default-header", "-Ikernels",
+          "-DQJ_WIDTH=1", "-S", "-o", "-"]
+# Of a compute unit: registers a lane of a SIMD has for all its waves, how many are handed out at a
+# time, most waves, lanes of a wave. Four (gfx1030: two) SIMDs share 64 KiB of local memory.
+Gpu = collections.namedtuple("Gpu", "registers granule waves lanes simds")
+GPUS = {"gfx906": Gpu(256, 4, 10, 64, 4),
+        "gfx90a": Gpu(512, 8, 8, 64, 4),
+        "gfx1030": Gpu(1024, 16, 16, 32, 2)}
+LOCAL_BYTES = 65536
+OTHERS = ("nvptx64", "spir64")
+# Programs that know one of these options are compiled with each of its values.
+OPTIONS = {"QJ_GROUP": (64,)}
+# Loops that take the time, by the name their figures have: kernel, and the rank of the loop among
+# the kernel's by multiply-adds.
+HOT_LOOPS = {"log_norm": ("energy_terms", 3),
+             "versor": ("energy_terms", 1),
+             "potential_gradient": ("gradient_potential", 0),
+             "step": ("gradient_orbit", 2),
+             "pull_back": ("gradient_orbit", 0),
+             "pull_back_last": ("gradient_orbit", 5)}
+KINDS = ("fma", "special", "loads", "other")
+
+
+def includes(path, seen=None):
+    """The text of a program with all that it includes."""
+    seen = set() if seen is None else seen
+    if path in seen:
+        return ""
+    seen.add(path)
+    text = path.read_text()
+    for name in re.findall(r'#include "(.+)"', text):
+        text += includes(pathlib.Path("kernels") / name, seen)
+    return text
+
+
+def builds(program):
+    """The lists of -D a GPU builds a program with."""
+    text = includes(program)
+    lists = [[]]
+    for option, values in OPTIONS.items():
+        if re.search(rf"\b{option}\b", text):
+            lists = [defines + [f"-D{option}={v}"] for defines in lists for v in values]
+    return lists
+
+
+def compile_for(job):
+    program, target, double, defines, further = job
+    if target in GPUS:
+        to = ["--target=amdgcn--amdhsa", f"-mcpu={target}", "-nogpulib", "-Xclang",
+              "-mlink-builtin-bitcode", "-Xclang", CLC + "amdgcn--amdhsa.bc"]
+    elif target == "nvptx64":
+        to = ["--target=nvptx64--nvidiacl", "-Xclang", "-mlink-builtin-bitcode", "-Xclang",
+              CLC + "nvptx64--nvidiacl.bc"]
+    else:
+        to = ["--target=spir64-unknown-unknown", "-emit-llvm"]
+    command = [CLANG, *to, *COMMON, f"-DQJ_DOUBLE={double}", *defines, *further, str(program)]
+    run = subprocess.run(command, capture_output=True, text=True)
+    return run.stdout if run.returncode == 0 else None, run.stderr
+
+
+def kernels_of_amd(text):
+    """Name -> registers, scratch, local bytes, lanes of a group."""
+    found = {}
+    groups = {name: int(size) for size, name in
+              re.findall(r"\.max_flat_workgroup_size: (\d+)\n    \.name: +'?(\w+)", text)}
+    pattern = (r"\.amdhsa_kernel (\w+)\n.*?; NumVgprs: (\d+).*?; ScratchSize: (\d+)"
+               r".*?; LDSByteSize: (\d+)")
+    for name, *figures in re.findall(pattern, text, re.S):
+        found[name] = (*map(int, figures), groups[name])
+    return found
+
+
+def occupancy(gpu, registers, local, group):
+    """Waves a SIMD can have at a time."""
+    given = -(-max(registers, 1) // gpu.granule) * gpu.granule
+    waves = min(gpu.waves, gpu.registers // given)
+    if local > 0:
+        waves = min(waves, LOCAL_BYTES // local * -(-group // gpu.lanes) // gpu.simds)
+    return waves
+
+
+def faults(target, double, text):
+    """What must not be in compiled code. In double precision functions may be called and have
+    private memory: libclc's, which stand in for a driver's own, are too large to be inlined."""
+    if target == "spir64":
+        # OpenCL's own functions have mangled names.
+        called = re.findall(r"^declare .*?@([\w.]+)\(", text, re.M)
+        yield from (f"{name} is undefined" for name in called
+                    if not re.match(r"_Z|llvm\.|__", name))
+        return
+    if target == "nvptx64":
+        yield from (f"{name} is undefined" for name in
+                    re.findall(r"\.extern \.func\s*(?:\(.*?\)\s*)?(\w+)", text))
+        called = re.findall(r"call(?:\.uni)?\s*(?:\(\w+\),)?\s*(\w+),", text)
+        private = re.findall(r"\.local .*__local_depot\d+\[(\d+)\]", text)
+    else:
+        called = re.findall(r"s_add_u32 .*, (\w+)@(?:rel32|gotpcrel32)@lo", text)
+        called = called if "s_swappc" in text else []
+        private = []  # scratch, in the table
+    if not double:
+        yield from (f"{name} is called" for name in called)
+        yield from (f"{size} bytes of private memory" for size in private)
+
+
+def kind(instruction):
+    name, _, rest = instruction.partition(" ")
+    if re.match(r"v_(rcp|rsq|sqrt|log|exp|sin|cos)_", name) or re.match(
+            r"(rsqrt|sqrt|rcp|div|lg2|ex2|sin|cos)\.", name):
+        return "special"
+    if re.match(r"v_(fma|mad|mac|mul|add|sub|subrev|fmac|div_fmas)\w*_f(32|64)", name) or re.match(
+            r"(fma|mul|add|sub)\.(rn\.|ftz\.)*f(32|64)", name):
+        return "fma"
+    if re.match(r"(global_load|s_load|ds_read|buffer_load|flat_load|ld\.)", name):
+        return "loads"
+    if re.match(r"(v_|s_(?!waitcnt|nop)|ds_|global_|[a-z]+[0-9]*\.)", name):
+        return "other"
+    return None
+
+
+def loops_of(text):
+    """Kernel -> counts of each loop's own instructions, most multiply-adds first. An assembly says
+    beside each block which loop it belongs to."""
+    loops = {}
+    kernel = header = None
+    for line in text.splitlines():
+        begin = re.match(r"(?:\.visible )?(?:\.entry )?(\w+)(?::\s*; @\w+|\($)", line)
+        if begin:
+            kernel, header = begin[1], None
+            loops[kernel] = collections.defaultdict(collections.Counter)
+            continue
+        if re.match(r"(\.LBB|\$L__BB|; %bb|// %bb)", line):
+            label = re.match(r"\S*?(BB\d+_\d+)", line)
+            inside = re.search(r"in Loop: Header=(BB\d+_\d+)", line)
+            header = inside[1] if inside else None
+            waits = label[1] if label and not inside else None
+        if kernel and "Loop Header: Depth" in line and "Child" not in line and waits:
+            header = waits
+        instruction = line.strip()
+        if kernel and header and line[:1] in "\t " and (found := kind(instruction)):
+            loops[kernel][header][found] += 1
+    return {name: sorted(all.values(), key=lambda c: -c["fma"]) for name, all in loops.items()}
+
+
+def table_line(row):
+    return "{:8} {:6} {:22} {:28} {:>9} {:>7} {:>6} {:>5}".format(*row)
+
+
+def counts_text(loops):
+    lines = []
+    for name, (kernel, rank) in HOT_LOOPS.items():
+        c = loops[kernel][rank]
+        words = "".join(part.capitalize() for part in name.split("_"))
+        lines.append(f"constexpr LoopCounts k{words}{{" +
+                     ", ".join(f".{k} = {c[k]}" for k in KINDS) + "};")
+    return "\n".join(lines)
+
+
+def main():
+    flags = {a for a in sys.argv[1:] if a.startswith("--")}
+    os.chdir([a for a in sys.argv[1:] if not a.startswith("--")][0])
+    table_path = pathlib.Path("tests/lint/gpu_kernels.txt")
+    header_path = pathlib.Path("host/profile/instruction_counts.hpp")
+    jobs = [(program, target, double, defines, ())
+            for program in sorted(pathlib.Path("kernels").glob("*.cl"))
+            for defines in builds(program) for double in (0, 1)
+            for target in (*GPUS, *OTHERS)]
+    # One pair a trip, so that instructions of a loop are those of a pair.
+    counted = [(program, "gfx906", 0, defines, ("-fno-unroll-loops",))
+               for program in sorted(pathlib.Path("kernels").glob("*.cl"))
+               for defines in builds(program)]
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        results = list(pool.map(compile_for, jobs + counted))
+
+    failed = False
+    rows, loops = [], {}
+    for job, (text, log) in zip(jobs + counted, results):
+        program, target, double, defines, further = job
+        precision = "double" if double else "single"
+        place = " ".join([f"{program} for {target} in {precision}", *defines])
+        if text is None:
+            print(f"{place}: does not compile\n{log}")
+            failed = True
+            continue
+        if further:
+            loops.update(loops_of(text))
+            continue
+        for fault in sorted(set(faults(target, double, text))):
+            print(f"{place}: {fault}")
+            failed = True
+        if target in GPUS:
+            for name, (registers, scratch, local, group) in kernels_of_amd(text).items():
+                waves = occupancy(GPUS[target], registers, local, group)
+                rows.append((target, precision, program.stem, name, registers, scratch, local,
+                             waves))
+    head = table_line(("target", "real", "program", "kernel", "registers", "scratch", "local",
+                       "waves"))
+    table = "\n".join([head, *map(table_line, rows)]) + "\n"
+    if "--loops" in flags:
+        for name, found in loops.items():
+            for counts in found:
+                print(f"{name:28}", *(f"{k} {counts[k]:4}" for k in KINDS))
+    if "--markdown" in flags:
+        for target, precision, program, name, *figures in rows:
+            if (target, precision) == ("gfx906", "single"):
+                print(f"| {name} |", " | ".join(map(str, figures)), "|")
+    if "--write" in flags and not failed:
+        table_path.write_text(table)
+        old = header_path.read_text()
+        header_path.write_text(re.sub(r"(?<=// counted\n).*(?=\n// end)", counts_text(loops), old,
+                                      flags=re.S))
+        print(f"wrote {table_path} and {header_path}")
+        return 0
+
+    kept = {tuple(line.split()[:4]): line.split()[4:]
+            for line in table_path.read_text().splitlines()[1:]}
+    changes = 0
+    for row in rows:
+        now, key = [str(figure) for figure in row[4:]], tuple(row[:4])
+        before = kept.pop(key, None)
+        if now == before:
+            continue
+        changes += 1
+        print("now:    " + table_line(row))
+        print("before: " + (table_line((*key, *before)) if before else "no such kernel"))
+        if int(now[1]) > (int(before[1]) if before else 0):
+            print("  it has more scratch")
+            failed = True
+        if before and int(now[3]) < int(before[3]):
+            print("  fewer waves fit")
+            failed = True
+    for key in kept:
+        changes += 1
+        print("gone:   " + " ".join(key))
+    if counts_text(loops) not in header_path.read_text():
+        changes += 1
+        print(f"{header_path} has other instructions than the compiled loops:\n"
+              f"{counts_text(loops)}")
+        failed = True
+    if changes:
+        print(f"{changes} changes; where they are meant: tests/lint/gpu.py . --write")
+    print(f"{len(jobs)} compilations, {len(rows)} kernels")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

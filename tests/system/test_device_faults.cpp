@@ -1,0 +1,260 @@
+/// Commands on devices with little room, or less than they promise: the layout of GPUs shrinks to
+/// what a device takes, and what it cannot do at all is told.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "obj_text.hpp"
+#include "process.hpp"
+#include "qjulia/device.hpp"
+#include "qjulia/tuning_cache.hpp"
+#include "shapes.hpp"
+#include "temporary_folder.hpp"
+
+using Catch::Matchers::Contains;
+using nlohmann::json;
+using qjulia::Device;
+using qjulia::Layout;
+using qjulia::Precision;
+using qjulia::Tuning;
+using qjulia::test::Finished;
+using qjulia::test::read_text;
+using qjulia::test::run_command;
+using qjulia::test::RunOptions;
+using qjulia::test::TemporaryFolder;
+
+namespace {
+
+using Environment = std::map<std::string, std::string>;
+
+struct Bench {
+  TemporaryFolder folder;
+  std::string mesh =
+      folder.file("torus.obj", qjulia::test::obj_text(qjulia::shapes::torus(1, 0.45, 32, 16)));
+
+  /// The second level's gradient is that of orbits.
+  std::string schedule = folder.file("short.toml", R"(
+evaluations = 30
+[[level]]
+name = "band"
+until = 0.5
+samples = 2000
+band = 0.08
+steps = 10
+[[level]]
+name = "second iterate"
+until = 1.0
+samples = 2000
+band = 0.05
+loss = "tanh"
+iterations = 2
+steps = 10
+)");
+
+  /// The command, on a device with the faults given.
+  Finished run(std::vector<std::string> arguments, const Environment& faults = {}) const {
+    RunOptions options;
+    options.environment = faults;
+    options.environment["LD_PRELOAD"] = QJULIA_FAULTY_OPENCL;
+    options.environment["ASAN_OPTIONS"] = "detect_leaks=0:verify_asan_link_order=0";
+    arguments.insert(arguments.end(), {"--device", "cpu"});
+    return run_command(arguments, options);
+  }
+
+  struct Fit {
+    json map;
+    double iou = 0;
+    std::string err;
+  };
+  /// A short fit, which must succeed.
+  Fit fit(std::vector<std::string> options, const Environment& faults = {}) const {
+    const std::string map = folder / "fitted.qjulia.json";
+    std::vector<std::string> arguments{"fit", mesh, "-o", map, "--verbose"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const Finished finished = run(arguments, faults);
+    INFO(finished.err);
+    REQUIRE(finished.exit_code == 0);
+    const json whole = json::parse(read_text(map));
+    Fit result{whole, whole["provenance"]["metrics"]["iou"], finished.err};
+    result.map.erase("provenance");
+    return result;
+  }
+};
+
+const std::vector<std::string> kPotential{"--layout",          "gpu", "--factors", "24",
+                                          "--max-evaluations", "20"};
+
+/// Settings kept for the CPU, where commands of this process find them.
+struct KeptSettings {
+  TemporaryFolder folder;
+  explicit KeptSettings(const Tuning& tuning) {
+    ::setenv("XDG_CACHE_HOME", folder.path().c_str(), 1);
+    keep_tuning(Device::choose("cpu").with_tuning(Precision::single, tuning), Precision::single);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("the layout of GPUs fits as well as that of CPUs, twice to the same bytes") {
+  const Bench bench;
+  const std::vector<std::string> size{"--factors", "48", "--schedule", bench.schedule};
+  auto in_gpu_layout = size;
+  in_gpu_layout.insert(in_gpu_layout.end(), {"--layout", "gpu"});
+  const auto cpu = bench.fit(size);
+  const auto gpu = bench.fit(in_gpu_layout);
+  CHECK(gpu.iou == Approx(cpu.iou).margin(0.001));
+  CHECK(gpu.map != cpu.map);  // sums in another order
+  CHECK(bench.fit(in_gpu_layout).map == gpu.map);
+  CHECK_THAT(gpu.err, Contains("gpu layout") && Contains("kernel panel_products_shared") &&
+                          Contains("kernel gradient_orbit"));
+  CHECK_THAT(cpu.err, !Contains("gpu layout") && !Contains("kernel panel_products_shared"));
+}
+
+TEST_CASE("groups that a device refuses get smaller, and the map stays the same") {
+  const Bench bench;
+  const auto whole = bench.fit(kPotential);
+  const std::vector<std::string> iterated{"--layout", "gpu",        "--factors",
+                                          "24",       "--schedule", bench.schedule};
+  const auto whole_orbits = bench.fit(iterated);
+  // The matrix's tiles take 256 work-items, groups of orbits 64, all other groups 64.
+  for (const char* group : {"device:1024", "device:128", "device:64", "device:1", "kernel:128",
+                            "kernel:16", "nobody:128", "nobody:16"}) {
+    CAPTURE(group);
+    const Environment faults{{"QJULIA_TEST_GROUP", group}};
+    const auto fit = bench.fit(kPotential, faults);
+    CHECK(fit.map == whole.map);
+    const bool is_told = std::string(group).find("nobody") == std::string::npos;
+    CHECK((fit.err.find("refused a group of") == std::string::npos) == is_told);
+    const auto with_orbits = bench.fit(iterated, faults);
+    CHECK_THAT(with_orbits.err, Contains("kernel gradient_orbit"));
+    CHECK(with_orbits.iou == Approx(whole_orbits.iou).margin(0.002));
+    const bool has_room =
+        std::string(group).find(":16") == std::string::npos && std::string(group) != "device:1";
+    if (has_room) CHECK(with_orbits.map == whole_orbits.map);
+  }
+}
+
+TEST_CASE("groups whose sums exceed 32 KiB of local memory get smaller") {
+  Tuning tuning = Device::choose("cpu").with_layout(Layout::gpu).tuning(Precision::single);
+  tuning.orbit_group = 256;  // 41 KB
+  const KeptSettings kept(tuning);
+  const Environment faults{{"QJULIA_TEST_LOCAL_BYTES", "32768"}};
+  const Bench bench;
+  const std::vector<std::string> options{"--factors", "24", "--schedule", bench.schedule};
+  const auto fit = bench.fit(options, faults);
+  CHECK_THAT(fit.err, Contains("(tuned)") && !Contains("local memory"));
+  tuning.orbit_group = 128;
+  const KeptSettings smaller(tuning);
+  CHECK(bench.fit(options).map == fit.map);
+}
+
+TEST_CASE("a device without double precision works in single, and says so otherwise") {
+  const Bench bench;
+  const Environment faults{{"QJULIA_TEST_NO_DOUBLE", "1"}};
+  CHECK(bench.fit(kPotential, faults).map == bench.fit(kPotential).map);
+  auto in_double = kPotential;
+  in_double.insert(in_double.begin(), {"fit", bench.mesh, "-o", bench.folder / "d.qjulia.json"});
+  in_double.insert(in_double.end(), {"--precision", "double"});
+  const Finished refused = bench.run(in_double, faults);
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.err, Contains("no double precision") && Contains("single"));
+  const Finished devices = bench.run({"devices", "--json"}, faults);
+  CHECK(json::parse(devices.out)["devices"][0]["double_precision"] == false);
+}
+
+TEST_CASE("buffers of at most 64 MB suffice, and smaller ones make sums of fewer groups") {
+  const Bench bench;
+  const std::string map = bench.folder / "torus.qjulia.json";
+  REQUIRE(bench.run({"fit", bench.mesh, "-o", map, "--factors", "24", "--max-evaluations", "20"})
+              .exit_code == 0);
+  const auto output = [&](std::vector<std::string> command, const std::string& extension,
+                          const Environment& faults) {
+    const std::string file = bench.folder / ("out" + extension);
+    command.insert(command.begin() + 1, {map, "-o", file});
+    const Finished finished = bench.run(command, faults);
+    CAPTURE(finished.err);
+    CHECK(finished.exit_code == 0);
+    return read_text(file);
+  };
+  const Environment small{{"QJULIA_TEST_LARGEST_BUFFER", "67108864"}};
+  const auto same = [&](const std::vector<std::string>& command, const std::string& extension) {
+    return output(command, extension, small) == output(command, extension, {});
+  };
+  CHECK(same({"surface", "--resolution", "256"}, ".ply"));
+  CHECK(same({"sample", "--resolution", "160"}, ".npy"));
+  CHECK(same({"render", "--size", "320x240"}, ".png"));
+  // 300 factors: 6 MB of sums for 64 groups, 9 MB for the whole matrix.
+  const std::vector<std::string> large{"--factors", "300", "--schedule", bench.schedule};
+  const auto fit = bench.fit(large, {{"QJULIA_TEST_LARGEST_BUFFER", "4194304"}});
+  CHECK_THAT(fit.err, Contains("refused") && Contains("kernel gradient_orbit"));
+  CHECK(fit.iou > 0.8);
+}
+
+TEST_CASE("a launch without resources ends the command with what to do") {
+  const Bench bench;
+  const std::string map = bench.folder / "none.qjulia.json";
+  const Finished refused = bench.run({"fit", bench.mesh, "-o", map, "--factors", "24"},
+                                     {{"QJULIA_TEST_FAULTS", "30:1"}});
+  CHECK(refused.exit_code == 1);
+  CHECK_THAT(refused.err, Contains("launching kernel") && Contains("CL_OUT_OF_RESOURCES") &&
+                              Contains("qjulia doctor"));
+  CHECK_FALSE(std::filesystem::exists(map));
+}
+
+TEST_CASE("--layout and QJULIA_LAYOUT are checked") {
+  const Bench bench;
+  CHECK(bench.run({"devices", "--layout", "huh"}).exit_code == 2);
+  const Finished refused = bench.run({"devices"}, {{"QJULIA_LAYOUT", "huh"}});
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.err, Contains("QJULIA_LAYOUT") && Contains("cpu, gpu or auto"));
+}
+
+TEST_CASE("doctor finds nothing wrong with a good device, in either layout") {
+  const Bench bench;
+  for (const char* layout : {"cpu", "gpu"}) {
+    const Finished finished = bench.run({"doctor", "--json", "--layout", layout});
+    CAPTURE(finished.err, finished.out);
+    CHECK(finished.exit_code == 0);
+    const json report = json::parse(finished.out);
+    CHECK(report["passed"] == true);
+    CHECK(report["layout"] == layout);
+    CHECK(report["programs"].size() == 30);
+  }
+}
+
+TEST_CASE("doctor finds the program that computes wrongly, and the one that does not build") {
+  const Bench bench;
+  const auto failed = [](const Finished& finished) {
+    std::vector<std::string> programs;
+    const json report = json::parse(finished.out);
+    for (const json& check : report["programs"]) {
+      if (check["passed"] == false && check["precision"] == "single") {
+        programs.push_back(check["program"]);
+      }
+    }
+    return programs;
+  };
+  const Finished wrong =
+      bench.run({"doctor", "--json", "--layout", "gpu"}, {{"QJULIA_TEST_WRONG_WIDTH", "1"}});
+  CHECK(wrong.exit_code == 1);
+  CHECK(failed(wrong) == std::vector<std::string>{"gradient_orbit.cl"});
+
+  const Environment broken{{"QJULIA_TEST_BROKEN_PROGRAM", "shade.cl"}};
+  const Finished unbuilt = bench.run({"doctor", "--json"}, broken);
+  CHECK(unbuilt.exit_code == 1);
+  CHECK(failed(unbuilt) == std::vector<std::string>{"shade.cl"});
+  const json report = json::parse(unbuilt.out);
+  for (const json& check : report["programs"]) {
+    if (check["passed"] == true) continue;
+    CHECK(check["built"] == false);
+    CHECK_THAT(read_text(check["build_log"]), Contains("shade.cl did not build"));
+  }
+  const Finished told = bench.run({"doctor"}, broken);
+  CHECK(told.exit_code == 1);
+  CHECK_THAT(told.out, Contains("FAILED shade.cl") && Contains("compiler's log: ") &&
+                           Contains("programs failed"));
+}

@@ -1,0 +1,138 @@
+/// Reading what users give: kinds of files, limits, encodings, and the table of file types.
+
+#include <sys/stat.h>
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "base/input_file.hpp"
+#include "base/text.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/file_types.hpp"
+#include "qjulia/mesh.hpp"
+#include "temporary_folder.hpp"
+
+using namespace qjulia;
+using Catch::Matchers::Contains;
+
+namespace {
+
+const test::TemporaryFolder folder;
+
+std::filesystem::path pipe_named(const std::string& name) {
+  const auto path = folder.path() / name;
+  REQUIRE(::mkfifo(path.c_str(), 0600) == 0);
+  return path;
+}
+
+}  // namespace
+
+TEST_CASE("files that are not there, folders and devices are refused") {
+  const auto refused = [](const std::filesystem::path& path, const std::string& why) {
+    CHECK_THROWS_WITH(base::read_text_file(path, "map", 1000),
+                      Contains("cannot read map '" + path.string()) && Contains(why));
+  };
+  refused(folder.path() / "gone", "no such file");
+  refused(folder.path(), "a folder");
+  refused("/dev/zero", "a device");
+  refused("/dev/null", "a device");
+}
+
+TEST_CASE("the size of a file is limited, and the limit is named") {
+  const auto path = folder.file("long", std::string(2000, 'x'));
+  CHECK(base::read_text_file(path, "map", 2000).size() == 2000);
+  CHECK_THROWS_WITH(base::read_text_file(path, "map", 1999), Contains("1.952 KiB at most"));
+  // A file with holes takes no room on the disk.
+  const auto huge = folder.file("huge.obj", "");
+  std::filesystem::resize_file(huge, std::uintmax_t{1} << 40);
+  CHECK_THROWS_WITH(read_mesh(huge), Contains("1 TiB") && Contains("16 GiB at most"));
+  // Zeros up to the limit are recognised before they are all read.
+  std::filesystem::resize_file(huge, std::uintmax_t{15} << 30);
+  CHECK_THROWS_WITH(read_mesh(huge), Contains("zero bytes"));
+}
+
+TEST_CASE("a pipe is read to its end") {
+  const auto path = pipe_named("full.obj");
+  std::thread writer([&] {
+    std::ofstream out(path);
+    out << "v 0 0 0\nv 1 0 0\n" << std::flush;
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    out << "v 0 1 0\nf 1 2 3\n";
+  });
+  CHECK(read_mesh(path).triangles.size() == 1);
+  writer.join();
+}
+
+TEST_CASE("a pipe without end meets the limit") {
+  const auto path = pipe_named("endless");
+  std::signal(SIGPIPE, SIG_IGN);  // the writer's, when the reader has gone
+  std::thread writer([&] {
+    std::ofstream out(path);
+    while (out << std::string(4096, 'x') << std::flush) {
+    }
+  });
+  CHECK_THROWS_WITH(base::read_text_file(path, "map", 100'000), Contains("more than 97.66 KiB"));
+  writer.join();
+}
+
+TEST_CASE("a stop request ends waiting for a pipe that nobody writes into") {
+  const auto path = pipe_named("silent.obj");
+  std::stop_source source;
+  std::thread later([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    source.request_stop();
+  });
+  const auto start = std::chrono::steady_clock::now();
+  CHECK_THROWS_AS(read_mesh(path, nullptr, source.get_token()), Interrupted);
+  CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(5));
+  later.join();
+}
+
+TEST_CASE("texts lose a byte order mark, and wide encodings are refused by name") {
+  const auto text = [](std::string_view bytes) {
+    return base::read_text_file(folder.file("text", bytes), "manifest", 1000);
+  };
+  using namespace std::string_view_literals;
+  CHECK(text("\xEF\xBB\xBFmesh") == "mesh");
+  CHECK(text("mesh") == "mesh");
+  CHECK_THROWS_WITH(text("\xFF\xFEm\0"sv), Contains("UTF-16"));
+  CHECK_THROWS_WITH(text("\xFE\xFF\0m"sv), Contains("UTF-16"));
+  CHECK_THROWS_WITH(text("\xFF\xFE\0\0m\0\0\0"sv), Contains("UTF-32"));
+}
+
+TEST_CASE("bytes that are not UTF-8 are written out, and JSON takes the result") {
+  CHECK(base::to_utf8("plain h\u00e9 \u4e16 \U0001F600") == "plain h\u00e9 \u4e16 \U0001F600");
+  CHECK(base::to_utf8("\xFF") == "\\xFF");
+  CHECK(base::to_utf8("h\xC3") == "h\\xC3");                             // cut off
+  CHECK(base::to_utf8("\xC0\xAF") == "\\xC0\\xAF");                      // overlong
+  CHECK(base::to_utf8("\xED\xA0\x80") == "\\xED\\xA0\\x80");             // a surrogate
+  CHECK(base::to_utf8("\xF4\x90\x80\x80x") == "\\xF4\\x90\\x80\\x80x");  // beyond Unicode
+  for (int first = 0; first < 256; ++first) {
+    for (int second = 0; second < 256; ++second) {
+      const std::string bytes = {static_cast<char>(first), static_cast<char>(second)};
+      CHECK_NOTHROW(nlohmann::json(base::to_utf8(bytes)).dump());
+    }
+  }
+}
+
+TEST_CASE("one table says what a file is by its extension, in any case") {
+  CHECK(extension_of("a/B.GLB") == ".glb");
+  CHECK(extension_of("none").empty());
+  for (const char* name : {"m.obj", "m.OFF", "m.Ply", "m.STL"}) {
+    CHECK(has_type(name, FileContent::mesh, FileUse::read));
+    CHECK(has_type(name, FileContent::mesh, FileUse::write));
+  }
+  CHECK(has_type("m.GLB", FileContent::mesh, FileUse::write));
+  CHECK_FALSE(has_type("m.glb", FileContent::mesh, FileUse::read));
+  CHECK(has_type("m.O3D", FileContent::original_map, FileUse::read));
+  CHECK(extension_list(FileContent::mesh, FileUse::read) == ".obj, .off, .ply or .stl");
+  CHECK(extension_list(FileContent::field, FileUse::write) == ".npy or .vti");
+  CHECK(expect_type("m.NPY", FileContent::field, FileUse::write) == ".npy");
+  CHECK_THROWS_WITH(expect_type("m.gif", FileContent::picture, FileUse::write),
+                    Contains("cannot write picture 'm.gif': its name must end in .png"));
+}

@@ -1,0 +1,305 @@
+// One fit over ranks that are threads.
+
+#include <barrier>
+#include <catch2/catch.hpp>
+#include <limits>
+#include <thread>
+
+#include "base/random.hpp"
+#include "device/opencl.hpp"
+#include "fit/placement.hpp"
+#include "fit/stages.hpp"
+#include "qjulia/error.hpp"
+#include "sphere_pool.hpp"
+
+using namespace qjulia;
+using fitting::Team;
+
+namespace {
+
+/// What the threads of one test share.
+struct Table {
+  explicit Table(int size) : meeting(size), said(static_cast<std::size_t>(size)) {}
+  std::barrier<> meeting;
+  std::vector<Ranks::Numbers> said;
+};
+
+class Thread final : public Ranks {
+ public:
+  Thread(Table& table, int rank) : table_(table), rank_(rank) {}
+  int rank() const override { return rank_; }
+  int size() const override { return static_cast<int>(table_.said.size()); }
+  std::vector<Numbers> all_gather(const Numbers& mine) override {
+    table_.said[static_cast<std::size_t>(rank_)] = mine;
+    table_.meeting.arrive_and_wait();
+    auto all = table_.said;
+    table_.meeting.arrive_and_wait();
+    return all;
+  }
+
+ private:
+  Table& table_;
+  int rank_;
+};
+
+/// Runs `work` on ranks 0 … size − 1. @return their results, or what they threw, by rank.
+template <class Work>
+auto on_ranks(int size, const Work& work) {
+  using Result = std::invoke_result_t<Work, Team&>;
+  struct Outcome {
+    Result result;
+    std::string error;
+  };
+  Table table(size);
+  std::vector<Outcome> outcomes(static_cast<std::size_t>(size));
+  {
+    std::vector<std::jthread> threads;
+    for (int r = 0; r < size; ++r) {
+      threads.emplace_back([&table, &outcomes, &work, r] {
+        Thread ranks(table, r);
+        Team team(ranks);
+        Outcome& mine = outcomes[static_cast<std::size_t>(r)];
+        try {
+          mine.result = team.run([&] { return work(team); });
+        } catch (const std::exception& error) {
+          mine.error = error.what();
+        }
+      });
+    }
+  }
+  return outcomes;
+}
+
+const fitting::EvaluatorFactory kReference = [](const fitting::Samples& samples,
+                                                const fitting::EnergyOptions& options) {
+  return fitting::make_reference_evaluator(samples, options);
+};
+
+fitting::Samples some_samples(std::size_t count) {
+  base::Random random(5);
+  fitting::Samples samples;
+  for (std::size_t i = 0; i < count; ++i) {
+    samples.add({random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-2, 2)},
+                random.uniform(0.1, 1), random.uniform(-1, 1), i % 3 == 0 ? 1 : 0);
+  }
+  return samples;
+}
+
+RationalMap some_map() {
+  RationalMap map;
+  map.slice = 0.1;
+  map.log_scale = 0.3;
+  map.factors = {{{0.1, 0.2, -0.3, 0.1}, 2}, {{-1, 0.5, 0.2, 0}, 1.5}, {{1.5, -1.8, 1, 0.2}, -0.7}};
+  return map;
+}
+
+/// On a device too small for the Gauss-Newton matrix.
+class SmallDevice final : public fitting::ForwardingEvaluator {
+ public:
+  explicit SmallDevice(std::unique_ptr<fitting::Evaluator> evaluator)
+      : ForwardingEvaluator(*evaluator), evaluator_(std::move(evaluator)) {}
+  Eigen::MatrixXd gauss_newton(const RationalMap&) override {
+    throw DeviceError("toy", "clCreateBuffer", CL_MEM_OBJECT_ALLOCATION_FAILURE);
+  }
+
+ private:
+  std::unique_ptr<fitting::Evaluator> evaluator_;
+};
+
+}  // namespace
+
+TEST_CASE("energy and gradient are the same bits on any number of ranks, and on each") {
+  const fitting::Samples samples = some_samples(53);
+  const RationalMap map = some_map();
+  const auto whole = fitting::make_reference_evaluator(samples, {})->evaluate(map, true);
+  const auto found = [&](int size) {
+    return on_ranks(size, [&](Team& team) {
+      return fitting::distributed(team, kReference, 5)(samples, {})->evaluate(map, true);
+    });
+  };
+  const fitting::Evaluation first = found(1).front().result;
+  CHECK(first.energy == Approx(whole.energy).epsilon(1e-12));
+  for (std::size_t i = 0; i < whole.gradient.size(); ++i) {
+    CHECK(first.gradient[i] == Approx(whole.gradient[i]).epsilon(1e-9).margin(1e-12));
+  }
+  for (const int size : {2, 3, 5, 7}) {
+    for (const auto& [e, error] : found(size)) {
+      CHECK(error.empty());
+      CHECK(e.energy == first.energy);
+      CHECK(e.gradient == first.gradient);
+    }
+  }
+}
+
+TEST_CASE("fields come in the samples' order, matrices as sums") {
+  const fitting::Samples samples = some_samples(20);
+  const RationalMap map = some_map();
+  const std::vector<Quaternion> centers = {{0.3, 0, 0, 0.1}, {-0.5, 0.4, 0, 0}};
+  const fitting::EnergyOptions options{fitting::Loss::tanh, 1, 3.0, 7.0};
+  struct Answers {
+    std::vector<double> field;
+    double energy = 0;
+    Eigen::MatrixXd matrix, products;
+    Eigen::VectorXd diagonal;
+  };
+  const auto answers = [&](fitting::Evaluator& evaluator) {
+    return Answers{evaluator.field(map), evaluator.evaluate(map, false).energy,
+                   evaluator.gauss_newton(map), evaluator.pursuit_products(map, centers),
+                   evaluator.gauss_newton_diagonal(map)};
+  };
+  const Answers whole = answers(*fitting::make_reference_evaluator(samples, options));
+  for (const auto& [found, error] : on_ranks(2, [&](Team& team) {
+         return answers(*fitting::distributed(team, kReference, 3)(samples, options));
+       })) {
+    CHECK(error.empty());
+    CHECK(found.field == whole.field);
+    CHECK(found.energy == Approx(whole.energy).epsilon(1e-12));
+    CHECK(found.matrix.isApprox(whole.matrix, 1e-9));
+    CHECK(found.products.isApprox(whole.products, 1e-9));
+    CHECK(found.diagonal.isApprox(whole.diagonal, 1e-9));
+  }
+}
+
+TEST_CASE("more parts than samples") {
+  for (const auto& [field, error] : on_ranks(2, [&](Team& team) {
+         return fitting::distributed(team, kReference, 64)(some_samples(3), {})->field(some_map());
+       })) {
+    CHECK(error.empty());
+    CHECK(field.size() == 3);
+  }
+}
+
+TEST_CASE("what one rank throws ends all, wherever they are") {
+  const auto failing = [](Team& team, const auto& others) {
+    if (team.rank() == 1) throw Error("the device is gone");
+    return others();
+  };
+  const auto check = [](const auto& outcomes) {
+    REQUIRE(outcomes.size() == 3);
+    CHECK(outcomes[0].error == "rank 1: the device is gone");
+    CHECK(outcomes[1].error == "the device is gone");
+    CHECK(outcomes[2].error == "rank 1: the device is gone");
+  };
+  check(on_ranks(3, [&](Team& team) {  // the others wait for it in an evaluation
+    return failing(team, [&] {
+      const auto make = fitting::distributed(team, kReference, 3);
+      for (;;) make(some_samples(9), {})->evaluate(some_map(), true);
+      return 0;
+    });
+  }));
+  check(on_ranks(3, [&](Team& team) {  // the others have done their part
+    return failing(team, [] { return 0; });
+  }));
+  const fitting::EvaluatorFactory small = [](const fitting::Samples& samples,
+                                             const fitting::EnergyOptions& options) {
+    // The second part is a sample longer than the first.
+    if (samples.size() > 1) throw Error("the device is gone");
+    return fitting::make_reference_evaluator(samples, options);
+  };
+  const auto two = on_ranks(2, [&](Team& team) {
+    return fitting::distributed(team, small, 2)(some_samples(3), {})->field(some_map());
+  });
+  CHECK(two[0].error == "rank 1: the device is gone");
+  // All of them at once: each says what it knows.
+  for (const auto& outcome : on_ranks(2, [](Team&) -> int { throw InputError("no interior"); })) {
+    CHECK(outcome.error == "no interior");
+  }
+}
+
+TEST_CASE("where one rank lacks memory, all throw the device's error and can go on") {
+  for (const auto& [energy, error] : on_ranks(2, [](Team& team) {
+         const fitting::EvaluatorFactory local =
+             [&](const fitting::Samples& samples,
+                 const fitting::EnergyOptions& options) -> std::unique_ptr<fitting::Evaluator> {
+           auto evaluator = fitting::make_reference_evaluator(samples, options);
+           if (team.rank() == 0) return evaluator;
+           return std::make_unique<SmallDevice>(std::move(evaluator));
+         };
+         const auto evaluator = fitting::distributed(team, local, 2)(some_samples(8), {});
+         bool thrown = false;
+         try {
+           evaluator->gauss_newton(some_map());
+         } catch (const DeviceError& e) {
+           thrown = e.code() == CL_MEM_OBJECT_ALLOCATION_FAILURE;
+         }
+         return thrown ? evaluator->evaluate(some_map(), false).energy : -1;
+       })) {
+    CHECK(error.empty());
+    CHECK(energy > 0);
+  }
+}
+
+TEST_CASE("the values of rank 0 are adopted by all") {
+  for (const auto& [values, error] : on_ranks(3, [](Team& team) {
+         const auto own = static_cast<std::size_t>(team.rank());
+         std::vector<fitting::DistancePoint> points(4 + own, {{1.0 * team.rank(), 2, 3}, 4});
+         team.adopt(points);
+         RationalMap map = some_map();
+         map.log_scale += team.rank();
+         team.adopt(map);
+         return std::vector<double>{static_cast<double>(points.size()), points[3].position.x(),
+                                    points[3].distance, map.log_scale};
+       })) {
+    CHECK(error.empty());
+    CHECK(values == std::vector<double>{4, 0, 4, 0.3});
+  }
+}
+
+TEST_CASE("ranks go through the same stages; rank 0 alone decides when to stop") {
+  const auto pool = test::sphere_pool(4000);
+  const auto draw = [&](const fitting::Level& level, base::Random& random) {
+    return pool.draw(level, random);
+  };
+  const fitting::Stages::Target target{draw, [](const RationalMap&, int) { return 0.5; },
+                                       [](const RationalMap& map, double) { return map; }};
+  const fitting::Schedule schedule{30, 1e-3, {test::small_level()}};
+  const fitting::Schedule endless{1'000'000, 1e-3, {test::small_level()}};
+  struct Fitted {
+    StopReason stopped = StopReason::converged;
+    std::vector<double> unknowns;
+  };
+  const auto fitted = [&](Team& team, const fitting::Schedule& course, double time_limit,
+                          std::stop_token stop) {
+    FitOptions options;
+    options.factors = 8;
+    options.time_limit = time_limit;
+    const auto make = fitting::distributed(team, kReference, 3);
+    fitting::Budget budget(options, course.evaluations, fitting::Budget::Clock::now(), 0,
+                           std::move(stop), team);
+    fitting::Checkpoint none({}, "");
+    fitting::Stages stages(fitting::place_factors(make, pool, options.factors, 1), target, make,
+                           options, course, budget, none, {}, team);
+    const StopReason stopped = stages.run();
+    return Fitted{stopped, fitting::to_unknowns(stages.map())};
+  };
+  const double none = std::numeric_limits<double>::infinity();
+  std::stop_source asked;
+  asked.request_stop();
+
+  const auto one = on_ranks(1, [&](Team& team) { return fitted(team, schedule, none, {}); });
+  REQUIRE(one.front().error.empty());
+  const auto same = [&](const auto& outcomes, StopReason reason) {
+    for (const auto& [result, error] : outcomes) {
+      CHECK(error.empty());
+      CHECK(result.stopped == reason);
+      CHECK(result.unknowns == outcomes.front().result.unknowns);
+    }
+  };
+  for (const int size : {2, 3}) {
+    const auto many = on_ranks(size, [&](Team& team) {
+      // A stop request of another rank is not looked at.
+      return fitted(team, schedule, none, team.rank() == 0 ? std::stop_token() : asked.get_token());
+    });
+    same(many, StopReason::schedule_done);
+    CHECK(many.front().result.unknowns == one.front().result.unknowns);
+  }
+  same(on_ranks(
+           2, [&](Team& team) { return fitted(team, endless, team.rank() == 0 ? 0.3 : none, {}); }),
+       StopReason::time_limit);
+  same(on_ranks(2,
+                [&](Team& team) {
+                  return fitted(team, endless, none,
+                                team.rank() == 0 ? asked.get_token() : std::stop_token());
+                }),
+       StopReason::interrupted);
+}

@@ -1,0 +1,188 @@
+#pragma once
+/// Many fits from one manifest.
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "batch/folder_lock.hpp"
+#include "qjulia/progress.hpp"
+
+namespace qjulia::batch {
+
+/// An option of a fit as a manifest gives it.
+struct ManifestOption {
+  std::string name;                 ///< as on the command line, without the leading dashes
+  std::vector<std::string> values;  ///< empty for a flag
+  std::size_t line = 0;             ///< of the manifest
+};
+
+/// What is written of a fit beside its map.
+struct BatchOutputs {
+  std::optional<std::string>
+      surface;  ///< extension of the mesh: ".ply", ".obj", ".stl", ".off" or ".glb"
+  int surface_resolution = 256;  ///< cells along the box's longest side
+  bool report = false;           ///< NAME.report.html
+  bool picture = false;
+  int picture_width = 640;
+  int picture_height = 480;
+};
+
+/// One mesh to fit.
+struct BatchEntry {
+  std::string name;  ///< its files begin with it; no other entry has it
+  std::filesystem::path mesh;
+  std::vector<ManifestOption> options;  ///< the entry's own, then defaults it does not override
+  BatchOutputs outputs;
+  std::size_t line = 0;  ///< of its [[fit]]
+};
+
+struct Manifest {
+  std::filesystem::path file;
+  std::vector<BatchEntry> entries;  ///< in the manifest's order; those of a glob by name
+};
+
+/// Throws InputError unless these options, together, make a fit.
+using FitOptionsCheck = std::function<void(const std::vector<ManifestOption>&)>;
+
+/// Reads a TOML manifest (docs/batch.md). Mesh paths are relative to the manifest's folder.
+/// @param meshes_may_be_missing entries whose mesh does not exist are kept: for a batch that is
+///   resumed after a mesh has vanished.
+/// @throws InputError naming file, line and what to do, of everything that is wrong at once: not
+///   TOML, unknown keys, values of the wrong kind, two entries of one name, missing meshes.
+Manifest read_manifest(const std::filesystem::path& file, const FitOptionsCheck& check,
+                       bool meshes_may_be_missing = false);
+
+/// What makes a fit the same fit: hashes of what it reads and of how it is done.
+struct FitKey {
+  std::string inputs;  ///< empty when the mesh cannot be read
+  std::string options;
+  bool operator==(const FitKey&) const = default;
+};
+
+enum class EntryState {
+  waiting,  ///< not begun, or given back
+  running,
+  lost,         ///< its process has ended without a word
+  interrupted,  ///< stopped on request
+  failed,
+  done,
+};
+std::string to_string(EntryState state);
+
+/// A try that a device, not the entry, was to blame for.
+struct FailedTry {
+  std::string device;
+  std::string error;
+};
+
+/// Where one entry stands; NAME.status.json holds it.
+struct EntryStatus {
+  std::string name;
+  std::string mesh;
+  EntryState state = EntryState::waiting;
+  FitKey key;
+  std::string host;
+  long process = 0;
+  std::string device;
+  std::string started;  ///< UTC, ISO 8601
+  double seconds = 0;
+  Progress progress;  ///< while running
+  std::string error;
+  std::vector<FailedTry> failed_tries;
+  std::vector<std::string> files;                     ///< written, in the batch's folder
+  nlohmann::json figures = nlohmann::json::object();  ///< energy, IoU, evaluations …
+  nlohmann::json to_json() const;
+};
+
+/// A finished fit.
+struct EntryResult {
+  std::vector<std::string> files;  ///< names in the batch's folder
+  nlohmann::json figures;
+};
+
+/// Runs entries one after another on one device.
+class BatchWorker {
+ public:
+  virtual ~BatchWorker() = default;
+  /// Writes the entry's files into `folder`, each under its name only when it is complete.
+  /// @throws DeviceError, KernelBuildError: the device is to blame, another may do it; Interrupted;
+  ///   whatever else: the entry has failed.
+  virtual EntryResult run(const BatchEntry& entry, const std::filesystem::path& folder,
+                          const Watch& watch) = 0;
+
+ protected:
+  BatchWorker() = default;
+  BatchWorker(const BatchWorker&) = default;
+  BatchWorker& operator=(const BatchWorker&) = default;
+};
+
+/// One of the queues a batch runs on: a device, or a share of one.
+struct BatchDevice {
+  std::string name;
+  /// Opens it, again after it has failed. @throws Error
+  std::function<std::unique_ptr<BatchWorker>()> open;
+};
+
+struct BatchOptions {
+  std::filesystem::path folder;
+  bool resume = false;        ///< keep what is complete, by its key
+  bool retry_failed = false;  ///< when resuming
+  std::function<FitKey(const BatchEntry&)> key;
+};
+
+/// A moment of a batch.
+struct BatchEvent {
+  enum class Kind { started, progress, done, failed, given_back, interrupted, retired };
+  Kind kind;
+  bool earlier = false;                 ///< done or failed before this run
+  bool elsewhere = false;               ///< done or failed by another rank, which tells of it
+  const EntryStatus* status = nullptr;  ///< null when a device is retired
+  std::string device{};
+  std::string message{};  ///< why an entry is given back or a device retired
+};
+
+/// This process among those that run the batch together. All of them call `all_gather` in the same
+/// order.
+struct Exchange {
+  std::size_t rank = 0;
+  std::size_t size = 1;
+  /// What every rank gives, by rank, on every rank.
+  std::function<std::vector<std::vector<double>>(const std::vector<double>&)> all_gather =
+      [](const std::vector<double>& mine) { return std::vector<std::vector<double>>{mine}; };
+};
+
+/// Makes the folder and takes its lock, removes what an earlier run left half done, and unless
+/// resuming forgets what it finished. Once a batch, by rank 0, before any rank runs it.
+/// @return the lock, to be held until the batch has ended.
+/// @throws InputError when a file of the batch would overwrite one of its inputs; Error when
+/// another
+///   process has the folder; OutputError when it cannot be written.
+FolderLock prepare_batch(const Manifest& manifest, const BatchOptions& options);
+
+/// Runs entries on the devices of all ranks, a thread each, until every entry is settled, all
+/// devices are retired, or a stop is requested. A device that fails three entries in a row is
+/// retired; an entry that fails on devices three times has failed.
+/// @param observe called by one thread at a time.
+/// @return entries whose state could not be written down by this rank.
+std::vector<EntryStatus> run_batch(const Manifest& manifest,
+                                   const std::vector<BatchDevice>& devices,
+                                   const BatchOptions& options,
+                                   const std::function<void(const BatchEvent&)>& observe = {},
+                                   std::stop_token stop = {}, const Exchange& exchange = {});
+
+/// Every entry of the batch in `folder`, in the manifest's order, from any rank.
+/// @param is_running whether a process has the folder: what is under way is lost without.
+/// @throws InputError when there is no batch.
+std::vector<EntryStatus> read_batch(const std::filesystem::path& folder, bool is_running);
+
+/// Writes summary.json and summary.csv, and contact_sheet.png of the pictures there are.
+/// @throws OutputError
+void write_summary(const std::filesystem::path& folder, const std::vector<EntryStatus>& entries);
+
+}  // namespace qjulia::batch

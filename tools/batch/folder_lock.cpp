@@ -1,0 +1,84 @@
+#include "batch/folder_lock.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "batch/status.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia::batch {
+namespace {
+
+using nlohmann::json;
+
+std::filesystem::path lock_path(const std::filesystem::path& folder) { return folder / ".lock"; }
+
+/// "process 7 on HOST since TIME", by the lock's file.
+std::string holder(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  const json told = json::parse(file, nullptr, false);
+  try {
+    return fmt::format("process {} on {} since {}", told.at("process").get<long>(),
+                       told.at("host").get<std::string>(), told.at("since").get<std::string>());
+  } catch (const json::exception&) {
+    return "another process";
+  }
+}
+
+[[noreturn]] void fail(const std::filesystem::path& path, int error) {
+  throw OutputError(
+      fmt::format("cannot lock '{}': {}; check the folder, its permissions and the space left",
+                  path.string(), std::strerror(error)));
+}
+
+}  // namespace
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  ::gethostname(name.data(), name.size() - 1);
+  return name.data();
+}
+
+FolderLock::FolderLock(const std::filesystem::path& folder) {
+  const auto path = lock_path(folder);
+  file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
+  if (file_ < 0) fail(path, errno);
+  if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
+    const int error = errno;
+    ::close(file_);
+    if (error != EWOULDBLOCK) fail(path, error);
+    throw Error(fmt::format("'{}' is in use by {}; wait for it, or choose another folder",
+                            folder.string(), holder(path)));
+  }
+  const std::string text =
+      json({{"host", host_name()}, {"process", ::getpid()}, {"since", time_stamp()}}).dump() + '\n';
+  // For people: the lock holds without it, also on a full disk.
+  if (::ftruncate(file_, 0) == 0) {
+    [[maybe_unused]] const ssize_t written = ::pwrite(file_, text.data(), text.size(), 0);
+  }
+}
+
+FolderLock::FolderLock(FolderLock&& other) noexcept : file_(std::exchange(other.file_, -1)) {}
+
+FolderLock::~FolderLock() {
+  if (file_ >= 0) ::close(file_);
+}
+
+bool is_locked(const std::filesystem::path& folder) {
+  const int file = ::open(lock_path(folder).c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+  if (file < 0) return false;
+  const bool locked = ::flock(file, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  ::close(file);
+  return locked;
+}
+
+}  // namespace qjulia::batch

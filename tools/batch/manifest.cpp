@@ -1,0 +1,273 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "base/input_file.hpp"
+#include "base/toml.hpp"
+#include "batch/batch.hpp"
+#include "batch/manifest_paths.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/file_types.hpp"
+
+namespace qjulia::batch {
+namespace {
+
+/// Everything that is wrong, to be told at once.
+class Problems {
+ public:
+  void add(std::size_t line, std::string what) { all_.emplace_back(line, std::move(what)); }
+
+  /// @throws InputError unless there are none.
+  void raise(const std::filesystem::path& file) {
+    if (all_.empty()) return;
+    std::ranges::stable_sort(all_, {}, &std::pair<std::size_t, std::string>::first);
+    std::string text;
+    for (const auto& [line, what] : all_) {
+      text += fmt::format("{}{}:{}: {}", text.empty() ? "" : "\n", file.string(), line, what);
+    }
+    throw InputError(text);
+  }
+
+ private:
+  std::vector<std::pair<std::size_t, std::string>> all_;
+};
+
+std::size_t line_of(const toml::source_region& region) { return region.begin.line; }
+
+/// What one table says, [defaults] or a [[fit]].
+struct Section {
+  std::size_t line = 0;
+  std::optional<std::string> mesh;
+  std::optional<std::string> name;
+  BatchOutputs outputs;
+  std::vector<ManifestOption> options;
+};
+
+/// A number, text or truth as the command line would have it.
+std::optional<std::string> as_text(const toml::node& node) {
+  if (const auto* text = node.as_string()) return text->get();
+  if (const auto* whole = node.as_integer()) return fmt::format("{}", whole->get());
+  if (const auto* real = node.as_floating_point()) return fmt::format("{}", real->get());
+  return std::nullopt;
+}
+
+class Reader {
+ public:
+  Reader(std::filesystem::path file, const FitOptionsCheck& check, bool meshes_may_be_missing)
+      : check_(check), meshes_may_be_missing_(meshes_may_be_missing) {
+    manifest_.file = std::move(file);
+  }
+
+  Manifest read() {
+    const toml::table root = parse();
+    Section defaults;
+    std::size_t fits = 0;
+    for (auto&& [key, node] : root) {
+      const std::size_t line = line_of(key.source());
+      if (key.str() == "defaults" && node.is_table()) {
+        defaults = read_section(*node.as_table(), {}, false);
+      } else if (key.str() == "fit" && node.is_array_of_tables()) {
+        fits = node.as_array()->size();
+      } else {
+        problems_.add(line, fmt::format("'{}' is not known here; a manifest has one [defaults] and "
+                                        "any number of [[fit]]",
+                                        key.str()));
+      }
+    }
+    if (fits == 0) problems_.add(1, "there is nothing to fit; add a [[fit]] with a mesh");
+    for (std::size_t i = 0; i < fits; ++i) add_entries(*root["fit"][i].as_table(), defaults);
+    problems_.raise(manifest_.file);
+    return std::move(manifest_);
+  }
+
+ private:
+  toml::table parse() const {
+    constexpr std::uint64_t kLargestFile = std::uint64_t{16} << 20;
+    return base::parse_toml(base::read_text_file(manifest_.file, "manifest", kLargestFile),
+                            manifest_.file.string());
+  }
+
+  /// @param base what holds unless the table says otherwise.
+  Section read_section(const toml::table& table, const Section& base, bool is_fit) {
+    Section section;
+    section.line = line_of(table.source());
+    section.outputs = base.outputs;
+    std::vector<std::string> unset;
+    for (auto&& [key, node] : table) {
+      const std::string name(key.str());
+      const std::size_t line = line_of(key.source());
+      if (is_fit && (name == "mesh" || name == "name")) {
+        const auto text = node.value<std::string>();
+        if (!text || text->empty()) {
+          problems_.add(line, fmt::format("'{}' must be text", name));
+          continue;
+        }
+        (name == "mesh" ? section.mesh : section.name) = *text;
+      } else if (!read_output(name, node, line, section.outputs)) {
+        if (!read_option(name, node, line, section.options)) unset.push_back(dashed(name));
+      }
+    }
+    for (const ManifestOption& option : base.options) {
+      const bool overridden = std::ranges::find(section.options, option.name,
+                                                &ManifestOption::name) != section.options.end();
+      if (!overridden && std::ranges::find(unset, option.name) == unset.end()) {
+        section.options.push_back(option);
+      }
+    }
+    return section;
+  }
+
+  static std::string dashed(std::string name) {
+    std::ranges::replace(name, '_', '-');
+    return name;
+  }
+
+  /// Whether the key is one of outputs.
+  bool read_output(const std::string& name, const toml::node& node, std::size_t line,
+                   BatchOutputs& outputs) {
+    if (name == "surface") {
+      if (const auto wanted = node.value<bool>(); wanted && node.is_boolean()) {
+        outputs.surface = *wanted ? std::optional<std::string>(".ply") : std::nullopt;
+      } else if (const auto kind = node.value<std::string>();
+                 kind && has_type("surface." + *kind, FileContent::mesh, FileUse::write)) {
+        outputs.surface = extension_of("surface." + *kind);
+      } else {
+        problems_.add(
+            line, "'surface' must be true, false, \"ply\", \"obj\", \"stl\", \"off\" or \"glb\"");
+      }
+    } else if (name == "surface_resolution") {
+      read_whole(node, 2, 8192, line, "'surface_resolution'", outputs.surface_resolution);
+    } else if (name == "picture") {
+      read_flag(node, line, "'picture'", outputs.picture);
+    } else if (name == "report") {
+      read_flag(node, line, "'report'", outputs.report);
+    } else if (name == "picture_size") {
+      const toml::array* size = node.as_array();
+      if (size == nullptr || size->size() != 2) {
+        problems_.add(line, "'picture_size' must be width and height, such as [640, 480]");
+        return true;
+      }
+      read_whole((*size)[0], 1, 16384, line, "the width of 'picture_size'", outputs.picture_width);
+      read_whole((*size)[1], 1, 16384, line, "the height of 'picture_size'",
+                 outputs.picture_height);
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  void read_flag(const toml::node& node, std::size_t line, const char* what, bool& value) {
+    if (node.is_boolean()) {
+      value = *node.value<bool>();
+    } else {
+      problems_.add(line, fmt::format("{} must be true or false", what));
+    }
+  }
+
+  void read_whole(const toml::node& node, int low, int high, std::size_t line, const char* what,
+                  int& value) {
+    const auto given = node.is_integer() ? node.value<std::int64_t>() : std::nullopt;
+    if (given && *given >= low && *given <= high) {
+      value = static_cast<int>(*given);
+    } else {
+      problems_.add(line, fmt::format("{} must be a whole number, {} to {}", what, low, high));
+    }
+  }
+
+  /// Whether the option is set: false for a flag that is not.
+  bool read_option(const std::string& name, const toml::node& node, std::size_t line,
+                   std::vector<ManifestOption>& options) {
+    ManifestOption option{dashed(name), {}, line};
+    if (const auto* flag = node.as_boolean()) {
+      if (!flag->get()) return false;
+    } else if (const auto text = as_text(node)) {
+      option.values.push_back(*text);
+    } else {
+      const toml::array* array = node.as_array();
+      bool plain = array != nullptr && !array->empty();
+      if (plain) {
+        for (const toml::node& element : *array) {
+          const auto value = as_text(element);
+          plain = plain && value;
+          if (value) option.values.push_back(*value);
+        }
+      }
+      if (!plain) {
+        problems_.add(line, fmt::format("'{}' must be a number, text, true or false, or a list of "
+                                        "numbers",
+                                        name));
+        return true;
+      }
+    }
+    try {
+      check_({option});
+      options.push_back(std::move(option));
+    } catch (const InputError& error) {
+      problems_.add(line, error.what());
+    }
+    return true;
+  }
+
+  void add_entries(const toml::table& table, const Section& defaults) {
+    const Section section = read_section(table, defaults, true);
+    if (!section.mesh) {
+      problems_.add(section.line, "this [[fit]] has no 'mesh': a path, or a glob such as *.obj");
+      return;
+    }
+    const auto folder = manifest_.file.parent_path();
+    std::vector<std::filesystem::path> meshes{folder / *section.mesh};
+    if (is_glob(*section.mesh) && !std::filesystem::exists(meshes.front())) {
+      meshes = find_meshes(folder, *section.mesh);
+      if (meshes.empty() && !meshes_may_be_missing_) {
+        problems_.add(section.line, fmt::format("no mesh matches '{}'", *section.mesh));
+      }
+      if (meshes.size() > 1 && section.name && section.name->find('*') == std::string::npos) {
+        problems_.add(section.line,
+                      fmt::format("'{}' matches {} meshes, which cannot all be named '{}'; put an "
+                                  "asterisk where each mesh's own name shall stand",
+                                  *section.mesh, meshes.size(), *section.name));
+        return;
+      }
+    } else if (!meshes_may_be_missing_ && !std::filesystem::exists(meshes.front())) {
+      problems_.add(section.line, fmt::format("there is no mesh '{}'", meshes.front().string()));
+    }
+    try {
+      check_(section.options);
+    } catch (const InputError& error) {
+      problems_.add(section.line, error.what());
+    }
+    for (const auto& mesh : meshes) add_entry(section, mesh);
+  }
+
+  void add_entry(const Section& section, const std::filesystem::path& mesh) {
+    const std::string name = entry_name(section.name, mesh);
+    if (const std::string problem = name_problem(name); !problem.empty()) {
+      problems_.add(section.line, fmt::format("a fit cannot be named '{}': {}", name, problem));
+      return;
+    }
+    const auto [first, added] = lines_.try_emplace(name, section.line);
+    if (!added) {
+      problems_.add(section.line, fmt::format("'{}' is the name of the fit in line {} too; give "
+                                              "one of them a 'name' of its own",
+                                              name, first->second));
+      return;
+    }
+    manifest_.entries.push_back({name, mesh, section.options, section.outputs, section.line});
+  }
+
+  const FitOptionsCheck& check_;
+  bool meshes_may_be_missing_;
+  Manifest manifest_;
+  Problems problems_;
+  std::map<std::string, std::size_t> lines_;  ///< of the entries met, by name
+};
+
+}  // namespace
+
+Manifest read_manifest(const std::filesystem::path& file, const FitOptionsCheck& check,
+                       bool meshes_may_be_missing) {
+  return Reader(file, check, meshes_may_be_missing).read();
+}
+
+}  // namespace qjulia::batch

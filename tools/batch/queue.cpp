@@ -1,0 +1,228 @@
+#include "batch/queue.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "batch/status.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia::batch {
+namespace {
+
+using Message = std::vector<double>;
+
+/// A rank with nothing to tell joins a round as often, so that others are not kept waiting.
+constexpr std::chrono::milliseconds kBetweenRounds{50};
+
+FitKey key_of(const BatchOptions& options, const BatchEntry& entry) {
+  return options.key ? options.key(entry) : FitKey{};
+}
+
+bool files_exist(const std::filesystem::path& folder, const EntryStatus& status) {
+  return std::ranges::all_of(status.files, [&](const std::string& name) {
+    return std::filesystem::exists(folder / name);
+  });
+}
+
+bool is_settled(EntryState state) {
+  return state == EntryState::done || state == EntryState::failed;
+}
+
+/// Takes a message apart again, number by number.
+class MessageReader {
+ public:
+  explicit MessageReader(const Message& message) : message_(message) {}
+  std::size_t next() { return static_cast<std::size_t>(message_.at(at_++)); }
+
+ private:
+  const Message& message_;
+  std::size_t at_ = 0;
+};
+
+}  // namespace
+
+Queue::Queue(const Manifest& manifest, const BatchOptions& options, const Exchange& exchange,
+             std::size_t runners, std::function<void(const EntryStatus&)> settled_before,
+             std::function<void(const EntryStatus&)> settled_elsewhere)
+    : manifest_(manifest),
+      options_(options),
+      exchange_(exchange),
+      settled_before_(std::move(settled_before)),
+      settled_elsewhere_(std::move(settled_elsewhere)),
+      places_(manifest.entries.size(), Place::open),
+      runners_(runners) {}
+
+std::optional<Task> Queue::next(std::size_t runner, const std::set<std::size_t>& last_choice,
+                                const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  requests_[runner] = {last_choice, std::nullopt};
+  tell();
+  changed_.wait(lock, stop, [&] { return requests_[runner].answer || all_settled(); });
+  const auto answer = requests_[runner].answer;
+  requests_.erase(runner);
+  if (!answer) return std::nullopt;
+  if (stop.stop_requested()) {  // handed over in the same moment
+    put_back_.emplace_back(*answer, EntryState::waiting);
+    tell();
+    return std::nullopt;
+  }
+  lock.unlock();  // a key takes reading the mesh
+  return task(*answer);
+}
+
+void Queue::put_back(const EntryStatus& status, std::size_t index) {
+  bool saved = true;
+  try {
+    write_status(options_.folder, status);
+  } catch (const OutputError&) {
+    saved = false;
+  }
+  const std::lock_guard lock(mutex_);
+  std::erase_if(unsaved_, [&](const EntryStatus& s) { return s.name == status.name; });
+  if (!saved) unsaved_.push_back(status);
+  put_back_.emplace_back(index, status.state);
+  tell();
+}
+
+void Queue::tell() {
+  has_news_ = true;
+  news_.notify_all();
+}
+
+void Queue::leave() {
+  const std::lock_guard lock(mutex_);
+  --runners_;
+  tell();
+}
+
+void Queue::run() {
+  settle_earlier();
+  for (;;) {
+    const auto messages = exchange_.all_gather(message());
+    replay(messages);
+    const bool none_left =
+        std::ranges::all_of(messages, [](const Message& m) { return m.front() == 0; });
+    if (none_left) return;
+  }
+}
+
+/// Runners that have not left; how many entries were put back, each with its state; how many
+/// entries are asked for, each with the runner and its last choices.
+Message Queue::message() {
+  std::unique_lock lock(mutex_);
+  news_.wait_for(lock, kBetweenRounds, [&] { return has_news_; });
+  has_news_ = false;
+  Message message{static_cast<double>(runners_), static_cast<double>(put_back_.size())};
+  for (const auto& [index, state] : put_back_) {
+    message.insert(message.end(), {static_cast<double>(index), static_cast<double>(state)});
+  }
+  put_back_.clear();
+  message.push_back(static_cast<double>(requests_.size()));
+  for (const auto& [runner, request] : requests_) {
+    message.insert(message.end(),
+                   {static_cast<double>(runner), static_cast<double>(request.last_choice.size())});
+    message.insert(message.end(), request.last_choice.begin(), request.last_choice.end());
+  }
+  return message;
+}
+
+void Queue::replay(const std::vector<Message>& messages) {
+  std::vector<EntryStatus> elsewhere;
+  std::unique_lock lock(mutex_);
+  std::vector<MessageReader> readers(messages.begin(), messages.end());
+  for (std::size_t rank = 0; rank < readers.size(); ++rank) {
+    readers[rank].next();  // its runners
+    for (auto left = readers[rank].next(); left > 0; --left) {
+      const std::size_t index = readers[rank].next();
+      const auto state = static_cast<EntryState>(readers[rank].next());
+      places_[index] = is_settled(state) ? Place::settled : Place::open;
+      if (is_settled(state) && rank != exchange_.rank) {
+        EntryStatus& status = elsewhere.emplace_back();
+        status.name = manifest_.entries[index].name;
+        status.state = state;
+      }
+    }
+  }
+  for (std::size_t rank = 0; rank < readers.size(); ++rank) {
+    for (auto left = readers[rank].next(); left > 0; --left) {
+      const std::size_t runner = readers[rank].next();
+      std::set<std::size_t> last_choice;
+      for (auto n = readers[rank].next(); n > 0; --n) last_choice.insert(readers[rank].next());
+      const auto index = choose(last_choice);
+      if (!index) continue;
+      places_[*index] = Place::taken;
+      if (rank != exchange_.rank) continue;
+      const auto request = requests_.find(runner);
+      if (request != requests_.end()) {
+        request->second.answer = index;
+      } else {  // it has been told to stop meanwhile
+        put_back_.emplace_back(*index, EntryState::waiting);
+        tell();
+      }
+    }
+  }
+  changed_.notify_all();
+  lock.unlock();
+  for (const EntryStatus& status : elsewhere) settled_elsewhere_(status);
+}
+
+std::optional<std::size_t> Queue::choose(const std::set<std::size_t>& last_choice) const {
+  for (const bool last : {false, true}) {
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      if (places_[i] == Place::open && last_choice.contains(i) == last) return i;
+    }
+  }
+  return std::nullopt;
+}
+
+/// This rank looks at its share of the entries: one of every `size`.
+void Queue::settle_earlier() {
+  for (std::size_t i = exchange_.rank; i < places_.size(); i += exchange_.size) {
+    const auto settled = settled_status(i);
+    if (!settled) continue;
+    settled_before_(*settled);
+    const std::lock_guard lock(mutex_);
+    put_back_.emplace_back(i, settled->state);
+  }
+}
+
+/// The status of an entry that needs no work.
+std::optional<EntryStatus> Queue::settled_status(std::size_t index) const {
+  const BatchEntry& entry = manifest_.entries[index];
+  auto known = read_status(options_.folder, entry.name);
+  if (!known || !is_settled(known->state)) return std::nullopt;
+  const FitKey key = key_of(options_, entry);
+  if (known->state == EntryState::failed) {
+    return known->key == key ? std::move(known) : std::nullopt;
+  }
+  // A missing mesh does not undo results made from it.
+  const bool same_inputs = known->key.inputs == key.inputs || key.inputs.empty();
+  const bool same = same_inputs && known->key.options == key.options;
+  return same && files_exist(options_.folder, *known) ? std::move(known) : std::nullopt;
+}
+
+/// What work on an entry begins with.
+Task Queue::task(std::size_t index) const {
+  const BatchEntry& entry = manifest_.entries[index];
+  Task task{index, {}};
+  task.status.name = entry.name;
+  task.status.mesh = entry.mesh.string();
+  task.status.key = key_of(options_, entry);
+  const auto known = read_status(options_.folder, entry.name);
+  if (known && known->key == task.status.key) task.status.failed_tries = known->failed_tries;
+  return task;
+}
+
+bool Queue::all_settled() const {
+  return std::ranges::all_of(places_, [](Place p) { return p == Place::settled; });
+}
+
+std::vector<EntryStatus> Queue::unsaved() const {
+  const std::lock_guard lock(mutex_);
+  return unsaved_;
+}
+
+}  // namespace qjulia::batch

@@ -1,0 +1,84 @@
+#pragma once
+/// Which entry is next, for the threads of all ranks of a batch.
+
+#include <condition_variable>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <stop_token>
+#include <vector>
+
+#include "batch/batch.hpp"
+
+namespace qjulia::batch {
+
+/// An entry that is one thread's alone until it is put back.
+struct Task {
+  std::size_t index = 0;
+  EntryStatus status;  ///< with its key, and what was tried before
+};
+
+/// The entries' list. Every rank has the same one: what threads ask for and what they have settled
+/// goes round all ranks, and each replays it in the same order.
+class Queue {
+ public:
+  /// @param runners threads of this rank that take entries.
+  /// @param settled_before told of this rank's share of the entries that need no work.
+  /// @param settled_elsewhere told of entries that other ranks have settled.
+  Queue(const Manifest& manifest, const BatchOptions& options, const Exchange& exchange,
+        std::size_t runners, std::function<void(const EntryStatus&)> settled_before,
+        std::function<void(const EntryStatus&)> settled_elsewhere);
+
+  /// The next entry, this thread's alone. Waits while entries are in other hands, which may give
+  /// them back. Nothing when all are settled or a stop is requested.
+  /// @param last_choice entries taken only when there are no others.
+  std::optional<Task> next(std::size_t runner, const std::set<std::size_t>& last_choice,
+                           const std::stop_token& stop);
+
+  /// Writes the status down and hands the entry on: settled when done or failed, else open again.
+  void put_back(const EntryStatus& status, std::size_t index);
+
+  /// A runner takes no more entries.
+  void leave();
+
+  /// Goes round the ranks until no runner is left on any. For the thread that may call `exchange`.
+  void run();
+
+  /// Entries whose last state could not be written.
+  std::vector<EntryStatus> unsaved() const;
+
+ private:
+  enum class Place { open, taken, settled };
+  struct Request {
+    std::set<std::size_t> last_choice;
+    std::optional<std::size_t> answer;
+  };
+
+  std::vector<double> message();
+  void replay(const std::vector<std::vector<double>>& messages);
+  std::optional<std::size_t> choose(const std::set<std::size_t>& last_choice) const;
+  std::optional<EntryStatus> settled_status(std::size_t index) const;
+  Task task(std::size_t index) const;
+  void tell();
+  void settle_earlier();
+  bool all_settled() const;
+
+  const Manifest& manifest_;
+  const BatchOptions& options_;
+  const Exchange& exchange_;
+  std::function<void(const EntryStatus&)> settled_before_;
+  std::function<void(const EntryStatus&)> settled_elsewhere_;
+  mutable std::mutex mutex_;
+  std::condition_variable_any changed_;  ///< for runners: answers, or that all is settled
+  std::condition_variable_any news_;     ///< for `run`: there is something to tell
+  bool has_news_ = false;
+  std::vector<Place> places_;
+  std::map<std::size_t, Request> requests_;                   ///< by runner
+  std::vector<std::pair<std::size_t, EntryState>> put_back_;  ///< since the last round
+  std::size_t runners_;                                       ///< that have not left
+  std::vector<EntryStatus> unsaved_;
+};
+
+}  // namespace qjulia::batch

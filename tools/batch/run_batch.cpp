@@ -1,0 +1,257 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <mutex>
+#include <new>
+#include <set>
+#include <thread>
+
+#include "base/output_check.hpp"
+#include "base/output_file.hpp"
+#include "batch/batch.hpp"
+#include "batch/queue.hpp"
+#include "batch/status.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia::batch {
+namespace {
+
+using Kind = BatchEvent::Kind;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t kMostTries = 3;        ///< of an entry, when devices fail
+constexpr std::size_t kEntriesToRetire = 3;  ///< that a device fails in a row
+constexpr std::chrono::seconds kBetweenStatuses{2};
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// Hands events to the observer one at a time.
+class Observer {
+ public:
+  explicit Observer(const std::function<void(const BatchEvent&)>& observe) : observe_(observe) {}
+  void operator()(const BatchEvent& event) {
+    const std::lock_guard lock(mutex_);
+    if (observe_) observe_(event);
+  }
+
+ private:
+  const std::function<void(const BatchEvent&)>& observe_;
+  std::mutex mutex_;
+};
+
+/// One device's thread.
+class Runner {
+ public:
+  Runner(std::size_t number, const Manifest& manifest, const BatchDevice& device,
+         const BatchOptions& options, Queue& queue, Observer& observe, const std::stop_token& stop)
+      : number_(number),
+        manifest_(manifest),
+        device_(device),
+        options_(options),
+        queue_(queue),
+        observe_(observe),
+        stop_(stop) {}
+
+  void run() {
+    while (auto task = queue_.next(number_, failed_here_, stop_)) {
+      if (!run_task(*task)) return;
+    }
+  }
+
+ private:
+  /// @return whether the device stays in use.
+  bool run_task(Task& task) {
+    EntryStatus& status = task.status;
+    const auto start = Clock::now();
+    const auto settle = [&](EntryState state, Kind kind, std::string error) {
+      status.state = state;
+      status.error = std::move(error);
+      status.seconds = seconds_since(start);
+      status.progress = {};
+      queue_.put_back(status, task.index);
+      tell(kind, &status, status.error);
+    };
+    try {
+      begin(status);
+      if (!worker_) worker_ = device_.open();
+      EntryResult result =
+          worker_->run(manifest_.entries[task.index], options_.folder, watch(status, start));
+      status.files = std::move(result.files);
+      status.figures = std::move(result.figures);
+      settle(EntryState::done, Kind::done, {});
+      failed_in_a_row_.clear();
+    } catch (const Interrupted&) {
+      settle(EntryState::interrupted, Kind::interrupted, {});
+    } catch (const DeviceError& error) {
+      return device_failed(task, error.what(), settle);
+    } catch (const KernelBuildError& error) {
+      return device_failed(task, error.what(), settle);
+    } catch (const NoDeviceError& error) {
+      return device_failed(task, error.what(), settle);
+    } catch (const std::bad_alloc&) {
+      settle(EntryState::failed, Kind::failed, "out of memory");
+    } catch (const std::exception& error) {
+      settle(EntryState::failed, Kind::failed, error.what());
+    }
+    return true;
+  }
+
+  void tell(Kind kind, const EntryStatus* status, const std::string& message = {}) {
+    observe_({.kind = kind, .status = status, .device = device_.name, .message = message});
+  }
+
+  void begin(EntryStatus& status) {
+    status.state = EntryState::running;
+    status.host = host_name();
+    status.process = ::getpid();
+    status.device = device_.name;
+    status.started = time_stamp();
+    write_status(options_.folder, status);
+    tell(Kind::started, &status);
+  }
+
+  Watch watch(EntryStatus& status, Clock::time_point start) {
+    return {[this, &status, start, written = start](const Progress& progress) mutable {
+              status.progress = progress;
+              status.seconds = seconds_since(start);
+              tell(Kind::progress, &status);
+              if (Clock::now() - written < kBetweenStatuses) return;
+              written = Clock::now();
+              try {
+                write_status(options_.folder, status);
+              } catch (const OutputError&) {
+                // Only who looks from outside misses something.
+              }
+            },
+            stop_};
+  }
+
+  template <class Settle>
+  bool device_failed(Task& task, const std::string& why, const Settle& settle) {
+    worker_.reset();  // a context that failed once may never work again
+    failed_here_.insert(task.index);
+    failed_in_a_row_.insert(task.index);
+    task.status.failed_tries.push_back({device_.name, why});
+    if (task.status.failed_tries.size() >= kMostTries) {
+      settle(EntryState::failed, Kind::failed,
+             fmt::format("devices failed {} times, last: {}", kMostTries, why));
+    } else {
+      settle(EntryState::waiting, Kind::given_back, why);
+    }
+    if (failed_in_a_row_.size() < kEntriesToRetire) return true;
+    tell(Kind::retired, nullptr,
+         fmt::format("it failed {} entries in a row, last: {}", kEntriesToRetire, why));
+    return false;
+  }
+
+  std::size_t number_;
+  const Manifest& manifest_;
+  const BatchDevice& device_;
+  const BatchOptions& options_;
+  Queue& queue_;
+  Observer& observe_;
+  const std::stop_token& stop_;
+  std::unique_ptr<BatchWorker> worker_;
+  std::set<std::size_t> failed_here_;
+  std::set<std::size_t> failed_in_a_row_;
+};
+
+/// The manifest, its meshes and schedules.
+std::vector<std::filesystem::path> inputs_of(const Manifest& manifest) {
+  std::vector<std::filesystem::path> inputs{manifest.file};
+  for (const BatchEntry& entry : manifest.entries) {
+    inputs.push_back(entry.mesh);
+    for (const ManifestOption& option : entry.options) {
+      if (option.name == "schedule" && option.values.front().ends_with(".toml")) {
+        inputs.emplace_back(option.values.front());
+      }
+    }
+  }
+  return inputs;
+}
+
+/// Every file that the batch may write.
+std::vector<base::Output> outputs_of(const Manifest& manifest,
+                                     const std::filesystem::path& folder) {
+  std::vector<base::Output> outputs;
+  for (const char* name :
+       {"batch.json", "summary.json", "summary.csv", "contact_sheet.png", ".lock"}) {
+    outputs.push_back({"the batch's", folder / name});
+  }
+  for (const BatchEntry& entry : manifest.entries) {
+    std::vector<std::string> endings = {".qjulia.json", ".status.json", ".checkpoint"};
+    if (entry.outputs.surface) endings.push_back(*entry.outputs.surface);
+    if (entry.outputs.picture) endings.emplace_back(".png");
+    if (entry.outputs.report) endings.emplace_back(".report.html");
+    for (const std::string& ending : endings) {
+      outputs.push_back({fmt::format("{}:{}", manifest.file.string(), entry.line),
+                         folder / (entry.name + ending)});
+    }
+  }
+  return outputs;
+}
+
+void make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (!std::filesystem::is_directory(folder)) {
+    throw OutputError(
+        fmt::format("cannot make the folder '{}': {}", folder.string(), error.message()));
+  }
+}
+
+}  // namespace
+
+FolderLock prepare_batch(const Manifest& manifest, const BatchOptions& options) {
+  const auto& folder = options.folder;
+  base::check_distinct(inputs_of(manifest), outputs_of(manifest, folder));
+  make_folder(folder);
+  FolderLock lock(folder);
+  base::remove_all_leftovers(folder);
+  for (const BatchEntry& entry : manifest.entries) {
+    const auto status = read_status(folder, entry.name);
+    const bool forget =
+        !options.resume || (options.retry_failed && status && status->state == EntryState::failed);
+    if (forget) std::filesystem::remove(status_path(folder, entry.name));
+  }
+  write_index(folder, manifest);
+  return lock;
+}
+
+std::vector<EntryStatus> run_batch(const Manifest& manifest,
+                                   const std::vector<BatchDevice>& devices,
+                                   const BatchOptions& options,
+                                   const std::function<void(const BatchEvent&)>& observe,
+                                   std::stop_token stop, const Exchange& exchange) {
+  Observer observer(observe);
+  const auto settled = [&](const EntryStatus& status, bool elsewhere) {
+    const Kind kind = status.state == EntryState::done ? Kind::done : Kind::failed;
+    observer({.kind = kind,
+              .earlier = !elsewhere,
+              .elsewhere = elsewhere,
+              .status = &status,
+              .device = status.device,
+              .message = status.error});
+  };
+  Queue queue(
+      manifest, options, exchange, devices.size(),
+      [&](const EntryStatus& status) { settled(status, false); },
+      [&](const EntryStatus& status) { settled(status, true); });
+  {
+    std::vector<std::jthread> threads;
+    threads.reserve(devices.size());
+    for (std::size_t i = 0; i < devices.size(); ++i) {
+      threads.emplace_back([&, i, stop] {
+        Runner(i, manifest, devices[i], options, queue, observer, stop).run();
+        queue.leave();
+      });
+    }
+    queue.run();
+  }
+  return queue.unsaved();
+}
+
+}  // namespace qjulia::batch

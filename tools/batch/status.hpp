@@ -1,0 +1,28 @@
+#pragma once
+/// The files in which a batch's folder tells where it stands.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "batch/batch.hpp"
+
+namespace qjulia::batch {
+
+std::filesystem::path status_path(const std::filesystem::path& folder, const std::string& name);
+
+/// Nothing when there is none, or none that can be read.
+std::optional<EntryStatus> read_status(const std::filesystem::path& folder,
+                                       const std::string& name);
+
+/// @throws OutputError
+void write_status(const std::filesystem::path& folder, const EntryStatus& status);
+
+/// batch.json: which entries there are. @throws OutputError
+void write_index(const std::filesystem::path& folder, const Manifest& manifest);
+
+/// Now, in UTC, as ISO 8601.
+std::string time_stamp();
+
+}  // namespace qjulia::batch

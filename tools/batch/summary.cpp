@@ -1,0 +1,105 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "base/output_file.hpp"
+#include "batch/batch.hpp"
+#include "batch/picture_file.hpp"
+#include "qjulia/picture.hpp"
+
+namespace qjulia::batch {
+namespace {
+
+using nlohmann::json;
+
+/// RFC 4180: quoted where needed, quotes doubled.
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+
+std::string as_text(const json& value) {
+  if (value.is_null()) return {};
+  return value.is_string() ? value.get<std::string>() : value.dump();
+}
+
+/// Every figure that any entry has, so that the table's columns are the same for all.
+std::vector<std::string> figure_names(const std::vector<EntryStatus>& entries) {
+  std::vector<std::string> names;
+  for (const EntryStatus& entry : entries) {
+    for (const auto& [name, value] : entry.figures.items()) {
+      if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+    }
+  }
+  return names;
+}
+
+std::string csv(const std::vector<EntryStatus>& entries) {
+  const auto figures = figure_names(entries);
+  std::string text = "name,mesh,state,seconds,device,host,started,error";
+  for (const std::string& name : figures) text += ',' + csv_field(name);
+  text += '\n';
+  for (const EntryStatus& e : entries) {
+    text += fmt::format("{},{},{},{:.3f},{},{},{},{}", csv_field(e.name), csv_field(e.mesh),
+                        to_string(e.state), e.seconds, csv_field(e.device), csv_field(e.host),
+                        e.started, csv_field(e.error));
+    for (const std::string& name : figures) {
+      text += ',' + csv_field(e.figures.contains(name) ? as_text(e.figures[name]) : "");
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+json counts(const std::vector<EntryStatus>& entries) {
+  json result;
+  for (const EntryState state : {EntryState::done, EntryState::failed, EntryState::running,
+                                 EntryState::interrupted, EntryState::lost, EntryState::waiting}) {
+    result[to_string(state)] = std::ranges::count(entries, state, &EntryStatus::state);
+  }
+  return result;
+}
+
+/// Every picture there is, in the entries' order, made small, with its name.
+void write_contact_sheet(const std::filesystem::path& folder,
+                         const std::vector<EntryStatus>& entries) {
+  constexpr int kWidth = 320;
+  constexpr int kGap = 4;
+  std::vector<Image> images;
+  for (const EntryStatus& entry : entries) {
+    for (const std::string& name : entry.files) {
+      if (!name.ends_with(".png")) continue;
+      // One that was removed or spoilt since is left out.
+      if (auto image = read_picture(folder / name)) {
+        images.push_back(captioned(shrunk(*image, kWidth), entry.name));
+      }
+    }
+  }
+  if (images.empty()) return;
+  const int columns =
+      std::clamp(static_cast<int>(std::ceil(std::sqrt(static_cast<double>(images.size())))), 1, 10);
+  write_png(contact_sheet(images, columns, kGap), folder / "contact_sheet.png");
+}
+
+}  // namespace
+
+void write_summary(const std::filesystem::path& folder, const std::vector<EntryStatus>& entries) {
+  json all = json::array();
+  for (const EntryStatus& entry : entries) {
+    json one = entry.to_json();
+    one.erase("progress");
+    all.push_back(std::move(one));
+  }
+  const json summary = {{"counts", counts(entries)}, {"entries", std::move(all)}};
+  base::write_file(folder / "summary.json",
+                   summary.dump(1, ' ', false, json::error_handler_t::replace) + '\n');
+  base::write_file(folder / "summary.csv", csv(entries));
+  write_contact_sheet(folder, entries);
+}
+
+}  // namespace qjulia::batch

@@ -1,0 +1,228 @@
+/// qjulia batch: many meshes in, many maps out.
+
+#include "batch/batch.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "batch_display.hpp"
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "fit_options.hpp"
+#include "fit_worker.hpp"
+#include "launched_ranks.hpp"
+#include "options.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+struct Arguments {
+  std::string manifest;
+  std::string folder;
+  std::string status;
+  std::string device;
+  int jobs = 1;
+  bool check = false;
+  bool resume = false;
+  bool retry_failed = false;
+};
+
+/// This rank's queues: `jobs` for a CPU, one for any other device.
+std::vector<batch::BatchDevice> batch_devices(const Arguments& arguments,
+                                              const LaunchedRanks& ranks) {
+  std::vector<batch::BatchDevice> devices;
+  for (const DeviceInfo& info : devices_of(ranks, arguments.device)) {
+    const int queues = info.kind == DeviceKind::cpu ? arguments.jobs : 1;
+    for (int i = 0; i < queues; ++i) {
+      devices.push_back({describe(info), [place = fmt::format("{}:{}", info.platform, info.index)] {
+                           return make_fit_worker(place);
+                         }});
+    }
+  }
+  return devices;
+}
+
+nlohmann::json report(const std::vector<batch::EntryStatus>& entries) {
+  nlohmann::json all = nlohmann::json::array();
+  for (const batch::EntryStatus& entry : entries) all.push_back(entry.to_json());
+  return {{"entries", all}};
+}
+
+std::size_t count(const std::vector<batch::EntryStatus>& entries, batch::EntryState state) {
+  return static_cast<std::size_t>(std::ranges::count(entries, state, &batch::EntryStatus::state));
+}
+
+std::string totals(const std::vector<batch::EntryStatus>& entries) {
+  std::string text =
+      fmt::format("{} of {} done", count(entries, batch::EntryState::done), entries.size());
+  for (const batch::EntryState state :
+       {batch::EntryState::failed, batch::EntryState::running, batch::EntryState::interrupted,
+        batch::EntryState::lost, batch::EntryState::waiting}) {
+    if (const auto n = count(entries, state))
+      text += fmt::format(", {} {}", n, batch::to_string(state));
+  }
+  return text;
+}
+
+int show_status(const Arguments& arguments, Session& session) {
+  const auto entries = batch::read_batch(arguments.status, batch::is_locked(arguments.status));
+  std::string text;
+  for (const batch::EntryStatus& entry : entries) text += describe(entry) + '\n';
+  session.console.result(text + totals(entries), report(entries));
+  return kDone;
+}
+
+/// What the folder says, and what could not be written there.
+std::vector<batch::EntryStatus> final_states(const std::filesystem::path& folder,
+                                             const std::vector<batch::EntryStatus>& unsaved) {
+  auto entries = batch::read_batch(folder, false);
+  for (const batch::EntryStatus& status : unsaved) {
+    const auto found = std::ranges::find(entries, status.name, &batch::EntryStatus::name);
+    if (found != entries.end()) *found = status;
+  }
+  return entries;
+}
+
+int finish(const Arguments& arguments, const std::vector<batch::EntryStatus>& unsaved,
+           Session& session) {
+  const auto entries = final_states(arguments.folder, unsaved);
+  batch::write_summary(arguments.folder, entries);
+  std::string text = totals(entries) + fmt::format("; {:.1f} s", session.seconds());
+  for (const batch::EntryStatus& entry : entries) {
+    if (entry.state != batch::EntryState::done) text += "\n  " + describe(entry);
+  }
+  text += fmt::format("\nsummary: {}",
+                      (std::filesystem::path(arguments.folder) / "summary.json").string());
+  nlohmann::json json = report(entries);
+  json["seconds"] = session.seconds();
+  json["folder"] = arguments.folder;
+  session.console.summary(text, json);
+  if (session.interrupts.requested()) return kInterrupted;
+  return count(entries, batch::EntryState::done) == entries.size() ? kDone : kFailed;
+}
+
+batch::Manifest read(const Arguments& arguments) {
+  if (arguments.manifest.empty()) {
+    throw InputError("batch needs a MANIFEST, or --status with the folder of a batch");
+  }
+  const batch::FitOptionsCheck check = [](const std::vector<batch::ManifestOption>& options) {
+    checked_options(options);
+  };
+  return batch::read_manifest(arguments.manifest, check, arguments.resume);
+}
+
+int check(const Arguments& arguments, Session& session) {
+  const auto fits = read(arguments).entries.size();
+  session.console.result(
+      fmt::format("{}: {} fit{}, nothing wrong", arguments.manifest, fits, fits == 1 ? "" : "s"),
+      {{"manifest", arguments.manifest}, {"fits", fits}});
+  return kDone;
+}
+
+/// What happens before the first fit; rank 0 does what is to be done once.
+struct Start {
+  batch::Manifest manifest;
+  batch::BatchOptions options;
+  std::vector<batch::BatchDevice> devices;
+  std::optional<batch::FolderLock> lock;  ///< rank 0's
+};
+
+Start start(const Arguments& arguments, const LaunchedRanks& ranks, Session& session) {
+  Start start{read(arguments), {}, {}, {}};
+  if (arguments.folder.empty()) throw InputError("batch needs -o, the folder to write to");
+  if (arguments.retry_failed && !arguments.resume) {
+    throw InputError("--retry-failed needs --resume; without it, everything is done again");
+  }
+  start.options = {arguments.folder, arguments.resume, arguments.retry_failed, fit_key};
+  start.devices = batch_devices(arguments, ranks);
+  const std::string who = ranks.size() > 1 ? fmt::format("rank {}: ", ranks.rank()) : "";
+  for (const batch::BatchDevice& device : start.devices) {
+    session.console.note(fmt::format("{}device: {}", who, device.name));
+  }
+  if (ranks.rank() == 0) {
+    start.lock.emplace(batch::prepare_batch(start.manifest, start.options));
+  }
+  return start;
+}
+
+batch::Exchange exchange_of(LaunchedRanks& ranks) {
+  return {static_cast<std::size_t>(ranks.rank()), static_cast<std::size_t>(ranks.size()),
+          [&ranks](const Ranks::Numbers& mine) { return ranks.all_gather(mine); }};
+}
+
+int run(const Arguments& arguments, Session& session) {
+  if (!arguments.status.empty()) return show_status(arguments, session);
+  if (arguments.check) return check(arguments, session);
+  const auto ranks = join_ranks();
+  std::optional<Start> started;
+  if (const int code = together(*ranks, [&]() -> int {
+        started.emplace(start(arguments, *ranks, session));
+        return kDone;
+      })) {
+    return code;
+  }
+  std::vector<batch::EntryStatus> unsaved;
+  const int code = together(*ranks, [&]() -> int {
+    const auto& [manifest, options, devices, lock] = *started;
+    BatchDisplay display(session.console, manifest.entries.size(), session.console.quiet());
+    unsaved = batch::run_batch(
+        manifest, devices, options, [&](const batch::BatchEvent& event) { display.show(event); },
+        session.interrupts.token(), exchange_of(*ranks));
+    return unsaved.empty() ? kDone : kFailed;
+  });
+  const int finished = together(*ranks, [&]() -> int {
+    return ranks->rank() == 0 ? finish(arguments, unsaved, session) : kDone;
+  });
+  return std::max(code, finished);
+}
+
+void describe_options(Command command, Arguments& a) {
+  command.file("MANIFEST", a.manifest, "What to fit: a TOML file, see below").type("");
+  command.file("-o,--output", a.folder, "Folder for everything the batch writes").type("FOLDER");
+  command.flag("--check", a.check, "Only say what is wrong with the manifest");
+  command.flag("--resume", a.resume,
+               "Keep what is complete for the same meshes and options, and do the rest");
+  command.flag("--retry-failed", a.retry_failed, "With --resume: try again what failed");
+  command
+      .add("--jobs", &a.jobs,
+           "Fits side by side on a CPU, 1 to 1024; a GPU always does one at a time")
+      .range(1, 1024);
+  command.file("--status", a.status, "Only say where the batch in this folder stands")
+      .type("FOLDER");
+  add_device(command, a.device);
+}
+
+}  // namespace
+
+void add_batch(CommandLine& program, ChosenCommand& chosen) {
+  const Command command = program.add_command("batch", "Fit many meshes, and lose nothing");
+  command.footer(
+      "A manifest:\n"
+      "  [defaults]\n"
+      "  factors = 331               any option of 'qjulia fit', with _ for -\n"
+      "  picture = true              and surface = true: what to make of each map\n"
+      "  [[fit]]\n"
+      "  mesh = \"shapes/*.ply\"       a path or glob, from the manifest's folder\n"
+      "  [[fit]]\n"
+      "  mesh = \"bunny.obj\"\n"
+      "  name = \"bunny-fine\"\n"
+      "  factors = 1000\n"
+      "Examples:\n"
+      "  qjulia batch shapes.toml -o results\n"
+      "  qjulia batch shapes.toml -o results --resume     after whatever has happened\n"
+      "  qjulia batch --status results\n"
+      "  mpirun -np 4 qjulia batch shapes.toml -o results   on the machines mpirun is told\n"
+      "'--device all' uses every device there is. Exit code 1 while any entry is not done.");
+  auto arguments = std::make_shared<Arguments>();
+  describe_options(command, *arguments);
+  add_verbosity(command, chosen.verbosity);
+  command.on_chosen([arguments, &chosen] {
+    chosen.run = [arguments](Session& session) { return run(*arguments, session); };
+  });
+}
+
+}  // namespace qjulia::tools

@@ -1,0 +1,128 @@
+#pragma once
+/// Commands, their options and their help. CLI11 reads the words; values are read here, strictly: a
+/// number that is empty, not finite or too large for its type is refused, never replaced.
+
+#include <concepts>
+#include <cstdint>
+#include <functional>
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace qjulia::tools {
+
+/// One option or positional argument of a command. A handle: copies are the same option.
+class Option {
+ public:
+  /// The word for its value in the help; empty: none.
+  Option type(const std::string& word) const;
+  Option required() const;
+  /// Values outside are refused.
+  Option range(double low, double high) const;
+  /// Its place in the help.
+  Option group(const std::string& title) const;
+  Option excludes(Option other) const;
+  /// The value that holds without it, as the help shows it.
+  Option default_text(const std::string& text) const;
+
+  /// "--detail".
+  std::string name() const;
+  bool given() const;
+
+ private:
+  friend class Command;
+  explicit Option(CLI::Option* option) : option_(option) {}
+  CLI::Option* option_;
+};
+
+/// Where a value goes. An optional one stays empty unless the option is given; the others show
+/// their value as the default.
+using Target = std::variant<std::string*, int*, std::uint64_t*, double*, std::optional<int>*,
+                            std::optional<std::uint64_t>*, std::optional<double>*>;
+
+/// A command to describe. A handle: copies are the same command. Targets must outlive the parsing.
+/// @param names such as "-o,--output"; without dashes it is positional.
+class Command {
+ public:
+  Option add(const std::string& names, Target target, const std::string& description) const;
+  /// The name of a file or folder: not empty.
+  Option file(const std::string& names, std::string& target, const std::string& description) const;
+  Option flag(const std::string& names, bool& target, const std::string& description) const;
+  /// A word that `take` reads. @param take throws InputError saying what is wrong with it.
+  Option word(const std::string& names, std::function<void(const std::string&)> take,
+              const std::string& description) const;
+  /// `count` finite numbers. @param take as above.
+  Option numbers(const std::string& names, int count,
+                 std::function<void(const std::vector<double>&)> take,
+                 const std::string& description) const;
+  /// One of `names_and_values`, by its name.
+  template <class Value>
+  Option choice(
+      const std::string& names, Value& target,
+      std::initializer_list<std::pair<const char*, std::type_identity_t<Value>>> names_and_values,
+      const std::string& description) const {
+    std::vector<std::string> words;
+    std::vector<Value> values;
+    std::string chosen;
+    for (const auto& [word, value] : names_and_values) {
+      words.emplace_back(word);
+      values.push_back(value);
+      if (value == target) chosen = word;
+    }
+    return one_of(
+               names, words, [&target, values](std::size_t i) { target = values[i]; }, description)
+        .default_text(chosen);
+  }
+
+  /// What stands below the options in the help.
+  void footer(const std::string& text) const;
+  /// Called when this is the command that was typed, after its options are read.
+  void on_chosen(std::function<void()> call) const;
+
+ private:
+  friend class CommandLine;
+  explicit Command(CLI::App* app) : app_(app) {}
+  Option one_of(const std::string& names, const std::vector<std::string>& words,
+                std::function<void(std::size_t)> take, const std::string& description) const;
+  CLI::App* app_;
+};
+
+/// A program with its commands, or options alone.
+class CommandLine {
+ public:
+  explicit CommandLine(const std::string& description = {}, const std::string& name = {});
+  ~CommandLine();
+  CommandLine(const CommandLine&) = delete;
+  CommandLine& operator=(const CommandLine&) = delete;
+
+  /// The program's own options.
+  Command root() const;
+  Command add_command(const std::string& name, const std::string& description);
+  /// Adds --version.
+  void version(const std::string& text);
+  std::string help() const;
+
+  /// Reads the program's arguments. @return an exit code when all is said (help, version) or
+  /// nothing can be done (bad usage). @throws InputError naming an option whose value is no use.
+  std::optional<int> parse(int argc, const char* const* argv);
+  /// Reads the words of a file that spells options without their dashes. @throws InputError
+  void parse(std::vector<std::string> words);
+
+  bool has_option(const std::string& name) const;
+  /// Without their dashes, in order.
+  std::vector<std::string> option_names() const;
+
+ private:
+  std::unique_ptr<CLI::App> app_;
+};
+
+}  // namespace qjulia::tools

@@ -1,0 +1,152 @@
+/// qjulia compare: how well a map fits a mesh.
+
+#include "qjulia/compare.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "camera_options.hpp"
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "files.hpp"
+#include "map_options.hpp"
+#include "options.hpp"
+#include "provenance.hpp"
+#include "qjulia/map_file.hpp"
+#include "qjulia/picture.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+struct Arguments {
+  std::string map;
+  std::string mesh;
+  std::string picture;  ///< empty: none
+  PictureOptions view;
+  std::string device;
+  MapOptions map_options;
+  CompareOptions options;
+};
+
+std::string table(const std::vector<FitMetrics>& metrics) {
+  std::string text =
+      "  n     IoU   mean distance   95 % within   Hausdorff   roughness   energy\n"
+      "               % of diagonal    % of diag.  % of diag.  area ratio";
+  for (const FitMetrics& m : metrics) {
+    text += fmt::format("\n{:3}  {:.4f}  {:14.3f}  {:12.3f}  {:10.2f}  {:10.3f}  {:+.4f}",
+                        m.iterations, m.iou, 100 * m.mean_distance, 100 * m.distance_95,
+                        100 * m.hausdorff_distance, m.roughness, m.energy);
+  }
+  return text +
+         fmt::format("\nslope varies by {:.3f} of its mean over the surface (0: an even shell)",
+                     metrics.front().slope_variation);
+}
+
+/// The camera's view as asked for, of what is compared.
+PictureOptions picture_options(const Arguments& arguments, const CompareOptions& options) {
+  PictureOptions picture = arguments.view;
+  picture.iterations = options.iterations;
+  picture.box = options.box;
+  picture.escape = options.escape;
+  picture.precision = options.precision;
+  picture.validate();
+  return picture;
+}
+
+int run(const Arguments& arguments, Session& session) {
+  CompareOptions options = arguments.options;
+  options.iterations = arguments.map_options.iterations;
+  options.box = arguments.map_options.box;
+  options.escape = arguments.map_options.escape;
+  options.precision = arguments.map_options.precision;
+  options.validate();
+  arguments.map_options.knobs.validate();
+  const PictureOptions view = picture_options(arguments, options);
+  std::vector<base::Output> outputs;
+  if (!arguments.picture.empty()) outputs.push_back({"--picture", arguments.picture, {".png"}});
+  session.check_outputs({arguments.map, arguments.mesh}, outputs);
+  const RationalMap read = read_map(arguments.map);
+  MeshReport report;
+  const TriangleMesh mesh = read_mesh(arguments.mesh, &report, session.watch().stop);
+  for (const std::string& warning : report.warnings()) {
+    session.console.warn(fmt::format("{}: {}", arguments.mesh, warning));
+  }
+  const Device device = session.open_device(arguments.device);
+  const RationalMap map = turned(device, read, arguments.map_options, arguments.map);
+  const auto metrics = compare(device, map, mesh, options, session.watch());
+  if (session.interrupts.requested()) {
+    session.console.note("interrupted");
+    return kInterrupted;
+  }
+  const nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
+  if (!arguments.picture.empty()) {
+    const Image image = comparison(device, map, mesh, view, session.watch());
+    if (session.interrupts.requested()) {
+      session.console.note("interrupted; no picture was written");
+      return kInterrupted;
+    }
+    if (image.covered == 0) {
+      session.console.warn("the picture shows nothing of the set; try another --box or camera");
+    }
+    nlohmann::json told = how;
+    told["picture"] = to_json(view);
+    write_png(image, arguments.picture, {{"Software", program_name()}, {"qjulia", one_line(told)}});
+  }
+  session.report_kernels(device);
+  nlohmann::json list = nlohmann::json::array();
+  for (const FitMetrics& m : metrics) list.push_back(to_json(m));
+  session.console.result(
+      table(metrics), {{"map", arguments.map},
+                       {"mesh", arguments.mesh},
+                       {"resolution", options.resolution},
+                       {"picture", arguments.picture.empty() ? nlohmann::json()
+                                                             : nlohmann::json(arguments.picture)},
+                       {"made_with", how},
+                       {"metrics", list},
+                       {"seconds", session.seconds()}});
+  return kDone;
+}
+
+}  // namespace
+
+void add_compare(CommandLine& program, ChosenCommand& chosen) {
+  const Command command = program.add_command("compare", "Measure how well a map fits a mesh");
+  command.footer(
+      "Example:\n"
+      "  qjulia compare bunny.qjulia.json bunny.obj\n"
+      "  qjulia compare bunny.qjulia.json bunny.obj --picture bunny.png --azimuth 120\n"
+      "IoU is volume in common over volume in either: 1 is a perfect fit. It is taken over a cube\n"
+      "centred on the mesh's box, side 1.15 times its longest side. Distances are between the two\n"
+      "surfaces. Roughness is the set's area over the mesh's: detail makes it grow. Energy is -1\n"
+      "for a perfect fit. The first line is for n = 1, the second for --iterations.\n" +
+      std::string(kMapOptionsHelp));
+  auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  a.view.width = 640;
+  a.view.height = 480;
+  command.file("MAP", a.map, "Map file that 'qjulia fit' wrote").required().type("");
+  command.file("MESH", a.mesh, "The mesh it was fitted to: .obj, .off, .ply or .stl")
+      .required()
+      .type("");
+  command.add("--resolution", &a.options.resolution, "Cells along each side of the cube");
+  command
+      .file("--picture", a.picture,
+            "Also draw mesh, potential, set and the distance of set from mesh as colour:\n"
+            ".png of four pictures with a scale")
+      .type("FILE.png");
+  add_size(command, a.view);
+  add_camera(command, a.view.camera);
+  add_map_options(command, a.map_options);
+  add_box(command, a.map_options, "Only what lies in it is compared. Default: all");
+  add_escape(command, a.map_options, kDefaultEscape);
+  add_precision(command, a.map_options);
+  add_device(command, a.device);
+  add_trace(command, chosen.trace);
+  add_verbosity(command, chosen.verbosity);
+  command.on_chosen([arguments, &chosen] {
+    chosen.run = [arguments](Session& session) { return run(*arguments, session); };
+  });
+}
+
+}  // namespace qjulia::tools

@@ -1,0 +1,49 @@
+#pragma once
+/// Where the command's words go: results to standard output, everything else to standard error.
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "progress_display.hpp"
+
+namespace qjulia::tools {
+
+/// How much a command says.
+struct Verbosity {
+  bool quiet = false;    ///< only results, warnings and errors
+  bool verbose = false;  ///< also where the time went
+  bool json = false;     ///< the result as one JSON object
+};
+
+class Console {
+ public:
+  explicit Console(const Verbosity& verbosity) : verbosity_(verbosity) {}
+  ~Console() { display_.clear(); }
+  Console(const Console&) = delete;
+  Console& operator=(const Console&) = delete;
+
+  bool quiet() const { return verbosity_.quiet; }
+  bool verbose() const { return verbosity_.verbose; }
+
+  /// What happens, unless quiet.
+  void note(const std::string& text);
+  /// Only when verbose.
+  void detail(const std::string& text);
+  void warn(const std::string& text);
+  /// The result: `text` for people or `object` for programs, on standard output.
+  void result(const std::string& text, const nlohmann::json& object);
+  /// The same for commands whose result is a file: `text` says so on standard error, unless quiet.
+  void summary(const std::string& text, const nlohmann::json& object);
+  void progress(const Progress& progress);
+  /// Whether standard output did not take a result.
+  bool is_result_lost() const { return is_result_lost_; }
+
+ private:
+  void print(const std::string& text);
+
+  Verbosity verbosity_;
+  ProgressDisplay display_;
+  bool is_result_lost_ = false;
+};
+
+}  // namespace qjulia::tools

@@ -1,0 +1,71 @@
+/// qjulia convert: a map of another program or version in, a map file out.
+
+#include <fmt/format.h>
+
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "files.hpp"
+#include "map_options.hpp"
+#include "options.hpp"
+#include "provenance.hpp"
+#include "qjulia/map_file.hpp"
+#include "qjulia/original_file.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+struct Arguments {
+  std::string input;
+  std::string output;
+  std::string device;
+  MapOptions map_options;
+};
+
+RationalMap read_any(const std::string& file) {
+  return is_original_file(file) ? read_original(file) : read_map(file);
+}
+
+int run(const Arguments& arguments, Session& session) {
+  arguments.map_options.knobs.validate();
+  session.check_outputs({arguments.input}, {{"OUT", arguments.output, {".json"}}});
+  RationalMap map = read_any(arguments.input);
+  // A map that stays as it is needs no device.
+  if (!arguments.map_options.given().empty()) {
+    const Device device = session.open_device(arguments.device);
+    map = turned(device, map, arguments.map_options, arguments.input);
+    map.provenance.set("turned", made_with(arguments.input, arguments.map_options, device.info()));
+  } else if (is_original_file(arguments.input)) {
+    map.provenance.set("converted", converted_from(arguments.input));
+  }
+  write_map(map, arguments.output);
+  session.console.summary(fmt::format("{} factors\nmap: {}", map.factors.size(), arguments.output),
+                          {{"map", arguments.output}, {"factors", map.factors.size()}});
+  return kDone;
+}
+
+}  // namespace
+
+void add_convert(CommandLine& program, ChosenCommand& chosen) {
+  const Command command = program.add_command("convert", "Make a map file of another map");
+  command.footer(
+      "Examples:\n"
+      "  qjulia convert bunny.o3d bunny.qjulia.json      a map of the original program\n"
+      "  qjulia convert bunny.qjulia.json crust.qjulia.json --drift 0.8 --detail 0.03\n"
+      "The second writes a map with its options turned in: what 'surface' and 'render' make of it\n"
+      "without options is what they would make of the first with them.\n" +
+      std::string(kMapOptionsHelp));
+  auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  command.file("IN", a.input, "Map: .o3d of the original program, or .qjulia.json")
+      .required()
+      .type("");
+  command.file("OUT", a.output, "Map file to write, such as bunny.qjulia.json").required().type("");
+  add_knobs(command, a.map_options);
+  add_device(command, a.device);
+  add_verbosity(command, chosen.verbosity);
+  command.on_chosen([arguments, &chosen] {
+    chosen.run = [arguments](Session& session) { return run(*arguments, session); };
+  });
+}
+
+}  // namespace qjulia::tools

@@ -1,0 +1,71 @@
+/// qjulia devices: what can compute here, and what would be used.
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "options.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+std::string to_text(const DeviceInfo& d, bool chosen, bool verbose) {
+  constexpr double kGiB = 1024.0 * 1024.0 * 1024.0;
+  std::string text =
+      fmt::format("{} {}\n      {}, {} compute units at {} MHz, {:.1f} GiB, {}\n",
+                  chosen ? "*" : " ", describe(d), d.platform_name, d.compute_units, d.clock_mhz,
+                  static_cast<double>(d.global_memory) / kGiB,
+                  d.has_double ? "single and double precision" : "single precision only");
+  if (verbose) {
+    text += fmt::format(
+        "      {}, driver {}, {}\n"
+        "      {} float lanes, buffers up to {:.1f} GiB, {} KiB local memory, work-groups of up to "
+        "{}\n",
+        d.vendor, d.driver_version, d.opencl_version, d.native_float_lanes,
+        static_cast<double>(d.largest_allocation) / kGiB, d.local_memory / 1024,
+        d.largest_work_group);
+  }
+  return text;
+}
+
+int run(const std::string& wanted, Session& session) {
+  const DeviceInfo chosen = Device::choose(wanted).info();
+  std::string text;
+  nlohmann::json list = nlohmann::json::array();
+  for (const DeviceInfo& d : list_devices()) {
+    text += to_text(d, d.platform == chosen.platform && d.index == chosen.index,
+                    session.console.verbose());
+    list.push_back(to_json(d));
+  }
+  text +=
+      "* is what commands use; choose another with --device or QJULIA_DEVICE.\n"
+      "'qjulia doctor' checks that it computes what it should.";
+  session.console.result(
+      text, {{"devices", list}, {"chosen", fmt::format("{}:{}", chosen.platform, chosen.index)}});
+  return kDone;
+}
+
+}  // namespace
+
+void add_devices(CommandLine& program, ChosenCommand& chosen) {
+  const Command command =
+      program.add_command("devices", "List the OpenCL devices that can compute");
+  command.footer(
+      "Examples:\n"
+      "  qjulia devices                  every device; the one commands use has a star\n"
+      "  qjulia devices --device cpu     would this choose the right one?\n"
+      "'qjulia doctor' checks a device; docs/devices.md says what is known of each platform.\n"
+      "Exit code 3 means that there is none, or none of that name. On a machine without a GPU,\n"
+      "'apt-get install pocl-opencl-icd' makes the CPU one.");
+  auto device = std::make_shared<std::string>();
+  add_device(command, *device);
+  add_verbosity(command, chosen.verbosity);
+  command.on_chosen([device, &chosen] {
+    chosen.run = [device](Session& session) { return run(*device, session); };
+  });
+}
+
+}  // namespace qjulia::tools

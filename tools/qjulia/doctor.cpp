@@ -1,0 +1,125 @@
+/// qjulia doctor: does a device compute what it should?
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+
+#include "base/output_file.hpp"
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "options.hpp"
+#include "provenance.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/self_test.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+constexpr std::array kPrecisions{Precision::single, Precision::dbl};
+
+const char* name(Precision precision) { return precision == Precision::dbl ? "double" : "single"; }
+
+/// Where the compiler's log of a program that did not build is kept; empty where it cannot be.
+std::string keep_log(const ProgramCheck& check) {
+  const auto path = std::filesystem::temp_directory_path() /
+                    fmt::format("qjulia-doctor-{}-{}.log", check.program, name(check.precision));
+  try {
+    base::write_file(path, check.problem + "\n");
+  } catch (const OutputError&) {
+    return {};
+  }
+  return path.string();
+}
+
+std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
+
+std::string line(const ProgramCheck& check, const std::string& log) {
+  const std::string begin = fmt::format("{:6} {:22} {}", check.has_passed() ? "ok" : "FAILED",
+                                        check.program, name(check.precision));
+  if (!log.empty()) return fmt::format("{}  did not build; the compiler's log: {}", begin, log);
+  if (!check.problem.empty()) return fmt::format("{}  {}", begin, first_line(check.problem));
+  return fmt::format("{}  {:7.1e} of {:7.1e}  {}", begin, check.difference, check.tolerance,
+                     check.compared);
+}
+
+std::string about(const Device& device) {
+  const DeviceInfo& info = device.info();
+  std::string text = fmt::format(
+      "{}\n"
+      "device:   {} by {}\n"
+      "platform: {}, driver {}, {}\n"
+      "limits:   {} compute units, groups of up to {}, {} KiB local memory, buffers up to {} MiB, "
+      "{}\n",
+      program_name(), describe(info), info.vendor, info.platform_name, info.driver_version,
+      info.opencl_version, info.compute_units, info.largest_work_group, info.local_memory / 1024,
+      info.largest_allocation >> 20,
+      info.has_double ? "single and double precision" : "single precision only");
+  for (const Precision precision : kPrecisions) {
+    if (precision == Precision::dbl && !info.has_double) continue;
+    const Tuning& tuning = device.tuning(precision);
+    text += fmt::format("layout:   {}, {}: lane width {}, groups of {} sum together{}\n",
+                        to_string(device.layout()), name(precision), tuning.lane_width,
+                        tuning.orbit_group, device.is_tuned(precision) ? " (tuned)" : "");
+  }
+  return text;
+}
+
+std::string verdict(const SelfTestReport& report) {
+  const auto failed = std::ranges::count_if(
+      report.checks, [](const ProgramCheck& check) { return !check.has_passed(); });
+  if (failed == 0) return "every program works here";
+  return fmt::format(
+      "{} of {} programs failed: results of this device cannot be trusted. Try a newer driver, "
+      "another layout (--layout) or QJULIA_TUNING=off. When you report it, send all of the above, "
+      "the compiler's logs, and what 'clinfo' says; docs/devices.md tells what is known of "
+      "drivers.",
+      failed, report.checks.size());
+}
+
+int run(const std::string& wanted, Session& session) {
+  const Device device = session.open_device(wanted);
+  const SelfTestReport report = self_test(device, session.watch());
+  std::string text = about(device);
+  nlohmann::json json = to_json(report);
+  for (std::size_t i = 0; i < report.checks.size(); ++i) {
+    const ProgramCheck& check = report.checks[i];
+    const std::string log = check.is_built ? std::string() : keep_log(check);
+    text += line(check, log) + "\n";
+    if (!log.empty()) json["programs"][i]["build_log"] = log;
+  }
+  json["program"] = program_name();
+  json["device"] = to_json(device.info());
+  for (const Precision precision : kPrecisions) {
+    json["tuning"][name(precision)] = to_json(device.tuning(precision));
+  }
+  session.console.result(text + verdict(report), json);
+  return report.has_passed() ? kDone : kFailed;
+}
+
+}  // namespace
+
+void add_doctor(CommandLine& program, ChosenCommand& chosen) {
+  const Command command =
+      program.add_command("doctor", "Check that a device computes what it should");
+  command.footer(
+      "Examples:\n"
+      "  qjulia doctor                   the device that commands would use\n"
+      "  qjulia doctor --device gpu      the first GPU\n"
+      "  qjulia doctor --json > report.json\n"
+      "Builds every program in the layout and precision that commands would use, and compares "
+      "small\n"
+      "results with references on the host: a few seconds, more while a driver compiles for the\n"
+      "first time. Exit code 1 when a program fails. docs/devices.md says what is known of each\n"
+      "platform, and how to install its driver.");
+  auto device = std::make_shared<std::string>();
+  add_device(command, *device);
+  add_trace(command, chosen.trace);
+  add_verbosity(command, chosen.verbosity);
+  command.on_chosen([device, &chosen] {
+    chosen.run = [device](Session& session) { return run(*device, session); };
+  });
+}
+
+}  // namespace qjulia::tools

@@ -1,0 +1,52 @@
+#include "failure.hpp"
+
+#include <algorithm>
+#include <array>
+#include <new>
+#include <utility>
+
+#include "device_obstacles.hpp"
+#include "exit_code.hpp"
+#include "qjulia/device.hpp"
+#include "qjulia/error.hpp"
+#include "standard_streams.hpp"
+
+namespace qjulia::tools {
+
+int exit_code_of(const std::exception& error) {
+  if (dynamic_cast<const InputError*>(&error) != nullptr) return kBadInput;
+  if (dynamic_cast<const NoDeviceError*>(&error) != nullptr) return kNoDevice;
+  if (dynamic_cast<const Interrupted*>(&error) != nullptr) return kInterrupted;
+  return kFailed;
+}
+
+std::string option_name(std::string field) {
+  constexpr std::array<std::pair<const char*, const char*>, 4> kOthers{
+      {{"lane_width", "--width"},
+       {"width", "--size"},
+       {"height", "--size"},
+       {"samples_per_axis", "--samples"}}};
+  for (const auto& [name, option] : kOthers) {
+    if (field == name) return option;
+  }
+  std::ranges::replace(field, '_', '-');
+  return "--" + field;
+}
+
+std::string message_of(const std::exception& error) {
+  if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) {
+    return "out of memory; try a lower resolution or fewer factors";
+  }
+  if (const auto* option = dynamic_cast<const OptionError*>(&error)) {
+    return option_name(option->field()) + ": " + option->problem();
+  }
+  if (dynamic_cast<const NoDeviceError*>(&error) != nullptr && list_devices().empty()) {
+    const std::string obstacle = device_obstacle();
+    if (!obstacle.empty()) return "no OpenCL device can be used: " + obstacle;
+  }
+  return error.what();
+}
+
+void say(const std::exception& error) { print_error("qjulia: " + message_of(error) + '\n'); }
+
+}  // namespace qjulia::tools

@@ -1,0 +1,40 @@
+#pragma once
+/// What commands ask of files before they start long work.
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/output_check.hpp"
+
+namespace qjulia::tools {
+
+/// Checks all that a command reads and writes, before any work: `check_distinct` and
+/// `check_writable` of base/output_check.hpp. @throws InputError, OutputError
+void check_outputs(const std::vector<std::filesystem::path>& inputs,
+                   const std::vector<base::Output>& outputs);
+
+/// Whether the name ends in `extension`, in any case.
+void require_extension(const std::filesystem::path& path,
+                       std::initializer_list<const char*> extensions);
+
+/// Whether the name is that of a mesh: .obj, .off, .ply or .stl.
+bool is_mesh_file(const std::filesystem::path& path);
+
+/// Whether a schedule's name is that of a file: .toml.
+bool is_schedule_file(const std::string& schedule);
+
+/// Whether the name is that of an original program's map: .o3d.
+bool is_original_file(const std::filesystem::path& path);
+
+/// Hexadecimal FNV-1a, 64 bits, of a file's bytes: tells whether two files are the same, and is no
+/// protection against somebody who wants them to seem so.
+/// http://www.isthe.com/chongo/tech/comp/fnv
+/// @throws InputError when the file cannot be read.
+std::string file_hash(const std::filesystem::path& path);
+
+/// The same of a text.
+std::string text_hash(std::string_view text);
+
+}  // namespace qjulia::tools

@@ -1,0 +1,251 @@
+/// qjulia fit: a mesh in, a map out.
+
+#include "qjulia/fit.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "base/output_file.hpp"
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "files.hpp"
+#include "fit_options.hpp"
+#include "launched_ranks.hpp"
+#include "options.hpp"
+#include "provenance.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/map_file.hpp"
+#include "qjulia/tuning_cache.hpp"
+#include "report/report.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+struct Arguments {
+  std::string mesh;
+  std::string output;
+  std::string device;
+  std::string report;  ///< folder; empty: none
+  FitArguments fit;
+  bool resume = false;
+};
+
+std::string summary(const Arguments& arguments, const FitResult& result, bool verbose) {
+  return fmt::format("{}\nmap: {}\nnext: qjulia render {} -o picture.png",
+                     verbose ? full_summary(result) : brief_summary(result), arguments.output,
+                     arguments.output);
+}
+
+nlohmann::json report(const Arguments& arguments, const FitResult& result, double seconds) {
+  nlohmann::json json = result.map.provenance.json();
+  json["map"] = arguments.output;
+  json["factors"] = result.map.factors.size();
+  json["seconds"] = seconds;
+  return json;
+}
+
+/// True when the output is the finished result of the same mesh and options.
+bool is_done(const Arguments& arguments, const FitOptions& options) {
+  if (!std::filesystem::is_regular_file(arguments.output)) return false;
+  const nlohmann::json made = read_map(arguments.output).provenance.json();
+  return made.is_object() && made.value("stopped", "interrupted") != "interrupted" &&
+         made.value("options", nlohmann::json()) == to_json(options) &&
+         made.value("mesh", nlohmann::json()) == file_json(arguments.mesh);
+}
+
+std::filesystem::path report_file(const Arguments& arguments) {
+  return std::filesystem::path(arguments.report) / "report.html";
+}
+
+/// None for an output that is no file, such as /dev/null.
+std::filesystem::path checkpoint_file(const Arguments& arguments) {
+  if (base::is_special(arguments.output)) return {};
+  return arguments.output + ".checkpoint";
+}
+
+void check_files(const Arguments& arguments, const FitOptions& options, Session& session) {
+  if (is_mesh_file(arguments.output)) {
+    throw InputError(fmt::format("--output: '{}' has the name of a mesh; end it in .qjulia.json",
+                                 arguments.output));
+  }
+  std::vector<std::filesystem::path> inputs{arguments.mesh};
+  if (is_schedule_file(options.schedule)) inputs.emplace_back(options.schedule);
+  std::vector<base::Output> outputs{{"--output", arguments.output}};
+  if (const auto checkpoint = checkpoint_file(arguments); !checkpoint.empty()) {
+    outputs.push_back({"the checkpoint of --output", checkpoint});
+  }
+  if (!arguments.report.empty()) {
+    outputs.push_back({"--report", report_file(arguments), {}, true});
+  }
+  session.check_outputs(inputs, outputs);
+}
+
+TriangleMesh read_mesh(const Arguments& arguments, Session& session) {
+  const TraceStage stage(session.trace(), "read the mesh");
+  MeshReport report;
+  TriangleMesh mesh = qjulia::read_mesh(arguments.mesh, &report, session.watch().stop);
+  for (const std::string& warning : report.warnings()) {
+    session.console.warn(fmt::format("{}: {}", arguments.mesh, warning));
+  }
+  return mesh;
+}
+
+/// @return whether it was made: not when it was interrupted.
+bool make_report(const Arguments& arguments, const Device& device, const TriangleMesh& mesh,
+                 const FitResult& result, Session& session) {
+  const TraceStage stage(session.trace(), "report");
+  const std::string title = std::filesystem::path(arguments.mesh).filename().string();
+  const report::FitReport report =
+      report::make_report(device, mesh, result, title, {}, session.watch());
+  if (session.interrupts.requested()) return false;
+  report::write_report(report, report_file(arguments));
+  return true;
+}
+
+/// What --resume does with a finished map: its report, if it is asked for.
+int show_finished(const Arguments& arguments, const std::string& device_name, Session& session) {
+  nlohmann::json json = {{"map", arguments.output}, {"resumed", false}};
+  std::string text =
+      fmt::format("map: {} is finished; there is nothing to resume", arguments.output);
+  if (!arguments.report.empty()) {
+    const FitResult result = finished_fit(read_map(arguments.output), arguments.output);
+    const TriangleMesh mesh = read_mesh(arguments, session);
+    const Device device = session.open_device(device_name);
+    if (!make_report(arguments, device, mesh, result, session)) throw Interrupted();
+    text += "\nreport: " + report_file(arguments).string();
+    json["report"] = report_file(arguments).string();
+  }
+  session.console.summary(text, json);
+  return kDone;
+}
+
+/// This rank's device, as `Device::choose` takes it.
+std::string own_device(const LaunchedRanks& ranks, const std::string& wanted) {
+  if (ranks.size() == 1) return wanted;
+  const DeviceInfo info = devices_of(ranks, wanted).front();
+  return fmt::format("{}:{}", info.platform, info.index);
+}
+
+/// What a rank has before the fit begins.
+struct Start {
+  bool is_done = false;  ///< there is nothing to fit
+  TriangleMesh mesh;
+  std::optional<Device> device;
+};
+
+/// Rank 0 checks the files and speaks; every rank reads the mesh and opens its own device.
+Start start(const Arguments& arguments, const FitOptions& options, LaunchedRanks& ranks,
+            Session& session) {
+  Start start;
+  const std::string device = own_device(ranks, arguments.device);
+  if (ranks.rank() == 0) {
+    check_files(arguments, options, session);
+    start.is_done = arguments.resume && is_done(arguments, options);
+    if (start.is_done) return start;
+    start.mesh = read_mesh(arguments, session);
+    start.device = session.open_device(device);
+  } else {
+    start.mesh = qjulia::read_mesh(arguments.mesh, nullptr, session.watch().stop);
+    auto [chosen, warning] = with_kept_tuning(Device::choose(device));
+    if (!warning.empty()) session.console.warn(warning);
+    start.device = std::move(chosen);
+  }
+  return start;
+}
+
+/// Writes the map and the report, and says so.
+int save(const Arguments& arguments, const FitOptions& options, const Start& start,
+         FitResult result, Session& session) {
+  {
+    const TraceStage stage(session.trace(), "save");
+    result.map.provenance = provenance(arguments.mesh, options, *start.device, result);
+    write_map(result.map, arguments.output);
+  }
+  bool interrupted = result.stopped == StopReason::interrupted;
+  if (!interrupted) {
+    std::error_code ignored;  // of the same fit, it does no harm
+    std::filesystem::remove(checkpoint_file(arguments), ignored);
+  }
+  for (const std::string& warning : result.warnings) session.console.warn(warning);
+  if (!arguments.report.empty() && !interrupted) {
+    interrupted = !make_report(arguments, *start.device, start.mesh, result, session);
+    if (interrupted) {
+      session.console.warn("interrupted; the map is finished, and --resume makes its report");
+    }
+  }
+  session.report_kernels(*start.device);
+  session.console.summary(summary(arguments, result, session.console.verbose()),
+                          report(arguments, result, session.seconds()));
+  return interrupted ? kInterrupted : kDone;
+}
+
+int run(const Arguments& arguments, Session& session) {
+  const auto ranks = join_ranks();
+  if (ranks->rank() > 0) session.leave_trace();  // rank 0 writes it
+  FitOptions options;
+  Start begun;
+  const int code = together(*ranks, [&]() -> int {
+    options = checked_options(arguments.fit);
+    if (!arguments.fit.sample_parts) options.sample_parts = ranks->size();
+    begun = start(arguments, options, *ranks, session);
+    return kDone;
+  });
+  if (code != kDone) return code;
+  if (ranks->all_gather({begun.is_done ? 1.0 : 0.0}).front().front() != 0) {
+    return ranks->rank() == 0
+               ? show_finished(arguments, own_device(*ranks, arguments.device), session)
+               : kDone;
+  }
+  return together(*ranks, [&]() -> int {
+    FitOptions remaining = options;
+    // The limit covers the whole command; some time must remain.
+    remaining.time_limit = std::max(options.time_limit - session.seconds(), 1e-3);
+    remaining.checkpoint = checkpoint_file(arguments);
+    remaining.resume = arguments.resume;
+    FitResult result = fit(*begun.device, begun.mesh, remaining, session.watch(), *ranks);
+    return ranks->rank() == 0 ? save(arguments, options, begun, std::move(result), session) : kDone;
+  });
+}
+
+void describe_options(Command command, Arguments& a) {
+  command.file("MESH", a.mesh, "Triangle mesh: .obj, .off, .ply or .stl").required().type("");
+  command.file("-o,--output", a.output, "Map file to write, such as bunny.qjulia.json")
+      .required()
+      .type("MAP");
+  add_fit_options(command, a.fit);
+  command.flag("--resume", a.resume,
+               "Go on where an earlier run of the same command was stopped or killed: it kept "
+               "MAP.checkpoint. Without one, start afresh; with the finished map, do nothing");
+  command
+      .file("--report", a.report,
+            "Folder for report.html: pictures, curves, figures and options on one page "
+            "that needs nothing else. Made after the fit, in some seconds more")
+      .type("DIR");
+  add_device(command, a.device);
+}
+
+}  // namespace
+
+void add_fit(CommandLine& program, ChosenCommand& chosen) {
+  const Command command = program.add_command("fit", "Fit a map to a mesh");
+  command.footer(
+      "Examples:\n"
+      "  qjulia fit bunny.obj -o bunny.qjulia.json\n"
+      "  qjulia fit bunny.obj -o quick.qjulia.json --factors 100 --time-limit 20\n"
+      "Meshes with holes are welcome; what is wrong with them is reported. Ctrl-C ends the fit\n"
+      "and saves what was reached (exit code 130); --resume then goes on. A resumed fit ends with\n"
+      "the same map as one that was never stopped, unless a time limit ends it.");
+  auto arguments = std::make_shared<Arguments>();
+  describe_options(command, *arguments);
+  add_trace(command, chosen.trace);
+  add_verbosity(command, chosen.verbosity);
+  command.on_chosen([arguments, &chosen] {
+    chosen.run = [arguments](Session& session) { return run(*arguments, session); };
+  });
+}
+
+}  // namespace qjulia::tools

@@ -1,0 +1,93 @@
+#include "fit_options.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "options.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+/// As manifests spell them.
+std::string option_names(const CommandLine& command) {
+  std::string names = "mesh, name, surface, surface_resolution, picture, picture_size, report";
+  for (std::string name : command.option_names()) {
+    std::ranges::replace(name, '-', '_');
+    names += ", " + name;
+  }
+  return names;
+}
+
+}  // namespace
+
+void add_fit_options(Command command, FitArguments& a) {
+  command.add("--factors", &a.options.factors,
+              "Factors of the map, 8 to 20000: more follow the shape more closely, and cost "
+              "time in proportion");
+  command.add("--detail", &a.options.detail,
+              "Thickness of the fractal shell as a fraction of the shape's box diagonal, 0.001 to "
+              "0.1: 0.005 smooth, 0.01 first detail, 0.02 to 0.03 clearly fractal, 0.05 heavily "
+              "grooved. 'surface' and 'render' can change it later");
+  command
+      .add("--time-limit", &a.time_limit,
+           "Seconds of the whole command; the map reached by then is saved. Default: none")
+      .type("SECONDS");
+  command.add("--max-evaluations", &a.options.max_evaluations,
+              "Most evaluations of energy and gradient; 0 is the schedule's own number");
+  command
+      .add("--seed", &a.options.seed,
+           "Seed of all random choices. The same seed, options and device give the same "
+           "factors bit for bit, unless a time limit ends the fit or 'qjulia profile --tune' has "
+           "changed the device's settings")
+      .type("INT");
+  command.add("--schedule", &a.options.schedule,
+              "What the fit does, level by level: 'tight', 'fast' (shorter, coarser), 'paper' "
+              "(the course of Kim 2015), or a .toml file of levels");
+  command.flag("--polish", a.options.polish,
+               "Spend the last two fifths of the fit on the iterated set itself, at the wanted "
+               "detail: closer to the shape, and less rough");
+  command.choice("--unknowns", a.options.unknowns,
+                 {{"all", Unknowns::all}, {"exponents", Unknowns::exponents}},
+                 "What the fit may change: exponents alone, or exponents and centres");
+  command.choice("--placement", a.options.placement,
+                 {{"depth", Placement::depth}, {"paper", Placement::paper}},
+                 "Where factors start: 'depth' spreads them inside and about the shape, 'paper' "
+                 "puts them on the surface as point charges (Kim 2015)");
+  command.add("--sample-parts", &a.sample_parts,
+              "Equal parts of the samples over which energies are summed; under mpirun, ranks "
+              "share them. The same number gives the same factors bit for bit on any number of "
+              "ranks. Default: the number of ranks");
+  command.choice("--precision", a.options.precision,
+                 {{"single", Precision::single}, {"double", Precision::dbl}},
+                 "Arithmetic on the device");
+}
+
+FitOptions checked_options(const FitArguments& arguments) {
+  FitOptions options = arguments.options;
+  if (arguments.sample_parts) options.sample_parts = *arguments.sample_parts;
+  if (arguments.time_limit) options.time_limit = *arguments.time_limit;
+  options.validate();
+  return options;
+}
+
+FitOptions checked_options(const std::vector<batch::ManifestOption>& options) {
+  CommandLine command;
+  FitArguments arguments;
+  add_fit_options(command.root(), arguments);
+  std::vector<std::string> words;
+  for (const auto& [name, values, line] : options) {
+    if (!command.has_option(name)) {
+      throw InputError(fmt::format("'{}' is not known; what can be said of a fit is: {}", name,
+                                   option_names(command)));
+    }
+    words.push_back(values.size() == 1 ? fmt::format("--{}={}", name, values.front())
+                                       : "--" + name);
+    if (values.size() > 1) words.insert(words.end(), values.begin(), values.end());
+  }
+  command.parse(std::move(words));
+  return checked_options(arguments);
+}
+
+}  // namespace qjulia::tools

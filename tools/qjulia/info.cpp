@@ -1,0 +1,291 @@
+/// qjulia info: what is in a map or mesh file.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "files.hpp"
+#include "map_options.hpp"
+#include "options.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/field.hpp"
+#include "qjulia/figures.hpp"
+#include "qjulia/label_check.hpp"
+#include "qjulia/map_file.hpp"
+#include "qjulia/mesh.hpp"
+#include "qjulia/shape.hpp"
+#include "qjulia/tuning_cache.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+/// F_1 at a healthy map's origin is below it.
+constexpr double kDeepEnough = -2;
+
+std::string to_text(const Box& box) {
+  return fmt::format("box           {:.4g} x {:.4g} x {:.4g}, from ({:.4g}, {:.4g}, {:.4g})",
+                     box.size().x(), box.size().y(), box.size().z(), box.low.x(), box.low.y(),
+                     box.low.z());
+}
+
+std::string to_text(const SurfaceFigures& figures) {
+  std::string text = fmt::format("area          {:.6g}\nvolume        {:.6g}\narea / volume {:.6g}",
+                                 figures.area, figures.volume, figures.area / figures.volume);
+  if (figures.box_sizes >= 3) {
+    text += fmt::format("\ndimension     {:.3f} +- {:.3f}, by boxes of {} sizes", figures.dimension,
+                        figures.dimension_error, figures.box_sizes);
+  }
+  return text;
+}
+
+/// Text and JSON of one answer.
+struct Answer {
+  std::string text;
+  nlohmann::json json;
+
+  void add(const std::string& line) { text += "\n" + line; }
+};
+
+struct Arguments {
+  std::string file;
+  std::string device;
+  bool check_precision = false;
+  bool printable = false;
+};
+
+/// The device, or none where none was asked for by name and there is none: a file can be described
+/// without, but for what has to be computed.
+std::optional<Device> device_for(const Arguments& arguments, Answer& answer) {
+  try {
+    auto [device, warning] = with_kept_tuning(Device::choose(arguments.device));
+    if (!warning.empty()) answer.add("note          " + warning);
+    return device;
+  } catch (const NoDeviceError& error) {
+    if (!arguments.device.empty() || arguments.check_precision || arguments.printable) throw;
+    answer.add(fmt::format("note          not all is told here: {}", error.what()));
+    return {};
+  }
+}
+
+void describe_interior(const TriangleMesh& mesh, const Device& device, const std::stop_token& stop,
+                       Answer& answer) {
+  try {
+    const Shape shape = make_shape(device, mesh, stop);
+    const double inradius = shape.inradius / shape.shape_to_map.scale;
+    const Eigen::Vector3d deepest = shape.shape_to_map.to_shape(Eigen::Vector3d::Zero());
+    answer.add(fmt::format("inradius      {:.4g}, about ({:.4g}, {:.4g}, {:.4g})", inradius,
+                           deepest.x(), deepest.y(), deepest.z()));
+    answer.json["inradius"] = inradius;
+    answer.json["deepest_point"] = {deepest.x(), deepest.y(), deepest.z()};
+  } catch (const InputError& error) {
+    answer.add(fmt::format("note          it cannot be fitted: {}", error.what()));
+  }
+}
+
+/// What a printer needs: no open edge, one body, walls it can make.
+void describe_print(const TriangleMesh& mesh, const MeshReport& report, const Device& device,
+                    Answer& answer) {
+  const WallThickness walls = wall_thickness(device, mesh);
+  const bool printable = report.closed() && report.components == 1 && !report.is_inside_out;
+  answer.json["printable"] = {{"closed_body", printable},
+                              {"thinnest_wall", walls.thinnest},
+                              {"tenth_of_walls_below", walls.tenth},
+                              {"median_wall", walls.median}};
+  answer.add(fmt::format(
+      "printing      {}: {} open edges, {} non-manifold edges, {} bodies\n"
+      "walls         1 % thinner than {:.3g}, 10 % than {:.3g}, half than {:.3g} (units of the "
+      "file)",
+      printable ? "one closed body" : "not one closed body", report.open_edges,
+      report.non_manifold_edges, report.components, walls.thinnest, walls.tenth, walls.median));
+}
+
+Answer mesh_info(const Arguments& arguments, const std::stop_token& stop) {
+  MeshReport report;
+  const TriangleMesh mesh = read_mesh(arguments.file, &report, stop);
+  const Box box = mesh.box();
+  const SurfaceFigures figures = measure(mesh);
+  Answer answer;
+  answer.text = fmt::format(
+      "{}: mesh, {}\n"
+      "vertices      {}\ntriangles     {}\ncomponents    {}\n{}\n{}",
+      arguments.file, report.closed() ? "closed and manifold" : "not closed", report.vertices,
+      report.triangles, report.components, to_text(box), to_text(figures));
+  answer.json = {{"file", arguments.file},
+                 {"type", "mesh"},
+                 {"vertices", report.vertices},
+                 {"triangles", report.triangles},
+                 {"components", report.components},
+                 {"open_edges", report.open_edges},
+                 {"non_manifold_edges", report.non_manifold_edges},
+                 {"welded_vertices", report.welded_vertices},
+                 {"dropped_triangles", report.dropped_triangles},
+                 {"bad_polygons", report.bad_polygons},
+                 {"duplicate_triangles", report.duplicate_triangles},
+                 {"two_sided_triangles", report.two_sided_triangles},
+                 {"closed", report.closed()},
+                 {"figures", to_json(figures)},
+                 {"box", to_json(box)},
+                 {"warnings", report.warnings()}};
+  if (const auto device = device_for(arguments, answer)) {
+    describe_interior(mesh, *device, stop, answer);
+    if (arguments.printable) describe_print(mesh, report, *device, answer);
+  }
+  for (const std::string& warning : report.warnings()) answer.add("note          " + warning);
+  return answer;
+}
+
+/// What the modulus and the versor are made of.
+void describe_kind(const RationalMap& map, Answer& answer) {
+  answer.json["kind"] = map.kind();
+  if (!map.factors.empty()) {
+    const auto roots =
+        std::ranges::count_if(map.factors, [](const Factor& f) { return f.exponent > 0; });
+    const auto poles =
+        std::ranges::count_if(map.factors, [](const Factor& f) { return f.exponent < 0; });
+    answer.add(
+        fmt::format("factors       {}: {} roots, {} poles", map.factors.size(), roots, poles));
+    answer.json.update({{"factors", map.factors.size()}, {"roots", roots}, {"poles", poles}});
+  }
+  const auto describe = [&](const char* name, const Quaternion& q) {
+    if (answer.json.contains(name)) return;  // the modulus and the versor have it in common
+    answer.add(fmt::format("{:<13} ({}, {}, {}, {})", name, q.x, q.y, q.z, q.w));
+    answer.json[name] = {q.x, q.y, q.z, q.w};
+  };
+  std::visit([&](const auto& kind) { kind.members(kind, describe); }, map.modulus);
+  std::visit([&](const auto& kind) { kind.members(kind, describe); }, map.versor);
+}
+
+void describe_shape(const RationalMap& map, Answer& answer) {
+  if (map.detail) {
+    answer.add(fmt::format("detail        {:.4g} of the box's diagonal", *map.detail));
+    answer.json["detail"] = *map.detail;
+  }
+  if (map.detail && map.box) {
+    const double thickness = *map.detail * map.box->diagonal();
+    answer.add(fmt::format("shell         {:.4g} thick, shape units", thickness));
+    answer.json["shell_thickness"] = thickness;
+  }
+  if (map.inradius) {
+    answer.add(fmt::format("inradius      {:.4g}, shape units", *map.inradius));
+    answer.json["inradius"] = *map.inradius;
+  }
+  if (map.box) {
+    answer.add(to_text(*map.box));
+    answer.json["box"] = to_json(*map.box);
+  }
+}
+
+/// What has to be computed: radii, and how deep the origin lies.
+void describe_orbits(const RationalMap& map, const Device& device, Answer& answer) {
+  const StopRadii stops = find_stop_radii(device, map);
+  const std::vector<Quaternion> origin{{0, 0, 0, map.slice}};
+  const double depth = Field(device, map).at(origin).front();
+  const bool bounded = std::isfinite(stops.outer);
+  answer.add(fmt::format("r_in          {}", stops.inner > 0
+                                                 ? fmt::format("{:.4g}, map units", stops.inner)
+                                                 : "none: no ball is mapped into itself"));
+  answer.add(fmt::format("r_out         {}", bounded ? fmt::format("{:.4g}, map units", stops.outer)
+                                                     : "none: the set is not bounded"));
+  answer.add(fmt::format("F1 at origin  {:.4g}", depth));
+  answer.json.update(
+      {{"inner_radius", stops.inner > 0 ? nlohmann::json(stops.inner) : nlohmann::json()},
+       {"outer_radius", bounded ? nlohmann::json(stops.outer) : nlohmann::json()},
+       {"field_at_origin", depth}});
+  if (depth > kDeepEnough && map.is_rational()) {
+    const std::string warning = fmt::format(
+        "F1 at the origin is above {}: the iterated set is near dissolving; use a smaller --detail",
+        kDeepEnough);
+    answer.add("note          " + warning);
+    answer.json["warnings"] = {warning};
+  }
+}
+
+void describe_precision(const RationalMap& map, const Device& device, Answer& answer) {
+  const LabelCheck check = compare_precisions(device, map);
+  const double share = static_cast<double>(check.different) / static_cast<double>(check.points);
+  answer.add(
+      fmt::format("precision     {} of {} labels near the surface ({:.3f} %) differ between "
+                  "single and double precision at n = {}",
+                  check.different, check.points, 100 * share, check.iterations));
+  answer.json["precision"] = {
+      {"points", check.points}, {"different", check.different}, {"iterations", check.iterations}};
+}
+
+Answer map_info(const Arguments& arguments, bool verbose) {
+  const RationalMap map = read_map(arguments.file);
+  const char* formula = std::holds_alternative<QuadraticModulus>(map.modulus) ? " q² + c" : "";
+  Answer answer{fmt::format("{}: {} map{}", arguments.file, map.kind(), formula),
+                {{"file", arguments.file}, {"type", "map"}}};
+  describe_kind(map, answer);
+  answer.add(
+      fmt::format("degree        {:.4g}{}\n"
+                  "log scale     {:.6g}\n"
+                  "level         {:.6g}\n"
+                  "slice         {:.4g}",
+                  map.degree(), map.is_rational() ? " (sum of the exponents)" : "", map.log_scale,
+                  map.surface_level, map.slice));
+  answer.json.update({{"degree", map.degree()},
+                      {"log_scale", map.log_scale},
+                      {"surface_level", map.surface_level},
+                      {"slice", map.slice},
+                      {"phase", {map.phase.x, map.phase.y, map.phase.z, map.phase.w}},
+                      {"provenance", map.provenance.json()}});
+  describe_shape(map, answer);
+  if (const auto device = device_for(arguments, answer)) {
+    describe_orbits(map, *device, answer);
+    if (arguments.check_precision) describe_precision(map, *device, answer);
+  }
+  if (verbose) answer.add("provenance    " + map.provenance.json().dump(2));
+  return answer;
+}
+
+int run(const Arguments& arguments, Session& session) {
+  const bool mesh = is_mesh_file(arguments.file);
+  if (mesh && arguments.check_precision) {
+    throw InputError(
+        fmt::format("--check-precision needs a map, and '{}' is a mesh", arguments.file));
+  }
+  if (arguments.printable && !mesh) {
+    throw InputError(fmt::format("--printable needs a mesh, and '{}' is not one", arguments.file));
+  }
+  const Answer answer = mesh ? mesh_info(arguments, session.watch().stop)
+                             : map_info(arguments, session.console.verbose());
+  session.console.result(answer.text, answer.json);
+  return kDone;
+}
+
+}  // namespace
+
+void add_info(CommandLine& program, ChosenCommand& chosen) {
+  const Command command = program.add_command("info", "Say what is in a map or mesh");
+  command.footer(
+      "Examples:\n"
+      "  qjulia info bunny.obj                    is it closed? how large? how thick inside?\n"
+      "  qjulia info bunny.stl --printable        and how thick are its walls?\n"
+      "  qjulia info bunny.qjulia.json            factors, detail, radii, how deep its origin "
+      "lies\n"
+      "  qjulia info bunny.qjulia.json --verbose  and how it was made\n"
+      "Orbits within r_in stay for ever, orbits beyond r_out leave. F1 at the origin should be\n"
+      "below -2: nearer 0 the set dissolves.");
+  auto arguments = std::make_shared<Arguments>();
+  command.file("FILE", arguments->file, "Map, or mesh (.obj, .off, .ply, .stl)")
+      .required()
+      .type("");
+  command.flag("--check-precision", arguments->check_precision,
+               "Also count the points near a map's surface that are inside in single and "
+               "outside in double precision, or the other way round");
+  command.flag("--printable", arguments->printable,
+               "Also whether a mesh is one closed body, and how thick its walls are");
+  add_device(command, arguments->device);
+  add_verbosity(command, chosen.verbosity);
+  command.on_chosen([arguments, &chosen] {
+    chosen.run = [arguments](Session& session) { return run(*arguments, session); };
+  });
+}
+
+}  // namespace qjulia::tools

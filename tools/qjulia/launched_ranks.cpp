@@ -1,0 +1,202 @@
+#include "launched_ranks.hpp"
+
+#include <fmt/format.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <exception>
+#include <filesystem>
+#include <limits>
+
+#include "exit_code.hpp"
+#include "failure.hpp"
+#include "qjulia/error.hpp"
+
+#ifdef QJULIA_MPI
+#include <mpi.h>
+
+#include <chrono>
+#include <numeric>
+#include <thread>
+#endif
+
+namespace qjulia::tools {
+namespace {
+
+class Alone final : public LaunchedRanks {
+ public:
+  int rank() const override { return 0; }
+  int size() const override { return 1; }
+  int local_rank() const override { return 0; }
+  int local_size() const override { return 1; }
+  std::vector<Numbers> all_gather(const Numbers& mine) override { return {mine}; }
+};
+
+/// By what OpenMPI, MPICH, and Slurm with either of their interfaces tell those they start.
+bool is_launched() {
+  constexpr std::array kSigns = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMI_RANK", "PMIX_RANK"};
+  return std::ranges::any_of(kSigns, [](const char* name) { return std::getenv(name) != nullptr; });
+}
+
+#ifdef QJULIA_MPI
+
+/// This rank among those of its machine, or where the launcher does not say, among all.
+std::string launched_rank() {
+  for (const char* name : {"OMPI_COMM_WORLD_LOCAL_RANK", "MPI_LOCALRANKID", "SLURM_LOCALID",
+                           "PMI_RANK", "PMIX_RANK"}) {
+    if (const char* rank = std::getenv(name)) return rank;
+  }
+  return "0";
+}
+
+/// Waits for a request: awake while the others are at most some milliseconds behind, as they are
+/// between the evaluations of a fit; asleep, leaving the core to others, when they take longer.
+void wait_for(MPI_Request& request) {
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::milliseconds kAwake{20};
+  constexpr std::chrono::milliseconds kNap{5};
+  const auto start = Clock::now();
+  for (;;) {
+    int done = 0;
+    MPI_Test(&request, &done, MPI_STATUS_IGNORE);
+    if (done != 0) return;
+    if (Clock::now() - start < kAwake) {
+      std::this_thread::yield();
+    } else {
+      std::this_thread::sleep_for(kNap);
+    }
+  }
+}
+
+class MpiRanks final : public LaunchedRanks {
+ public:
+  MpiRanks() {
+    int provided = 0;
+    MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
+    MPI_Comm_size(MPI_COMM_WORLD, &size_);
+    MPI_Comm machine{};
+    MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, rank_, MPI_INFO_NULL, &machine);
+    MPI_Comm_rank(machine, &local_rank_);
+    MPI_Comm_size(machine, &local_size_);
+    MPI_Comm_free(&machine);
+  }
+  ~MpiRanks() override { MPI_Finalize(); }
+  MpiRanks(const MpiRanks&) = delete;
+  MpiRanks& operator=(const MpiRanks&) = delete;
+
+  int rank() const override { return rank_; }
+  int size() const override { return size_; }
+  int local_rank() const override { return local_rank_; }
+  int local_size() const override { return local_size_; }
+
+  std::vector<Numbers> all_gather(const Numbers& mine) override {
+    // MPI counts in int.
+    if (mine.size() > std::numeric_limits<int>::max() / static_cast<std::size_t>(size_)) {
+      throw Error("the ranks have more than 2^31 numbers for one message; use fewer factors");
+    }
+    const auto count = static_cast<int>(mine.size());
+    std::vector<int> counts(static_cast<std::size_t>(size_));
+    MPI_Request request{};
+    MPI_Iallgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, MPI_COMM_WORLD, &request);
+    wait_for(request);
+    std::vector<int> places(counts.size());
+    std::exclusive_scan(counts.begin(), counts.end(), places.begin(), 0);
+    Numbers all(static_cast<std::size_t>(places.back() + counts.back()));
+    MPI_Iallgatherv(mine.data(), count, MPI_DOUBLE, all.data(), counts.data(), places.data(),
+                    MPI_DOUBLE, MPI_COMM_WORLD, &request);
+    wait_for(request);
+    std::vector<Numbers> by_rank;
+    for (std::size_t r = 0; r < counts.size(); ++r) {
+      const auto first = all.begin() + places[r];
+      by_rank.emplace_back(first, first + counts[r]);
+    }
+    return by_rank;
+  }
+
+ private:
+  int rank_ = 0;
+  int size_ = 1;
+  int local_rank_ = 0;
+  int local_size_ = 1;
+};
+
+/// Where PoCL keeps compiled kernels: pocl(7), POCL_CACHE_DIR.
+std::filesystem::path kernel_cache() {
+  if (const char* cache = std::getenv("POCL_CACHE_DIR")) return cache;
+  if (const char* cache = std::getenv("XDG_CACHE_HOME"))
+    return std::filesystem::path(cache) / "pocl";
+  if (const char* home = std::getenv("HOME")) return std::filesystem::path(home) / ".cache/pocl";
+  return std::filesystem::temp_directory_path() / "pocl";
+}
+
+#endif
+
+}  // namespace
+
+int together(LaunchedRanks& ranks, const std::function<int()>& work) {
+  int code = kDone;
+  std::exception_ptr failure;
+  try {
+    code = work();
+  } catch (const std::exception& error) {
+    code = exit_code_of(error);
+    failure = std::current_exception();
+  }
+  const auto all = ranks.all_gather({static_cast<double>(code), failure ? 1.0 : 0.0});
+  const auto first = std::ranges::find_if(all, [](const auto& rank) { return rank[1] != 0; });
+  if (failure && first - all.begin() == ranks.rank()) {
+    try {
+      std::rethrow_exception(failure);
+    } catch (const std::exception& error) {
+      say(error);
+    }
+  }
+  for (const Ranks::Numbers& rank : all) code = std::max(code, static_cast<int>(rank[0]));
+  return code;
+}
+
+std::unique_ptr<LaunchedRanks> join_ranks() {
+  if (!is_launched()) return std::make_unique<Alone>();
+#ifdef QJULIA_MPI
+  // Before message passing starts, since that may look for OpenCL devices too.
+  const auto own = kernel_cache() / fmt::format("rank-{}", launched_rank());
+  std::error_code ignored;  // PoCL says what is wrong with it
+  std::filesystem::create_directories(own, ignored);
+  ::setenv("POCL_CACHE_DIR", own.c_str(), 1);
+  return std::make_unique<MpiRanks>();
+#else
+  throw Error(
+      "this program was started by mpirun and was built without MPI; install libopenmpi-dev and "
+      "build it again, or start it without mpirun");
+#endif
+}
+
+std::vector<DeviceInfo> divided(const std::vector<DeviceInfo>& devices, int local_rank,
+                                int local_size) {
+  const auto rank = static_cast<std::size_t>(local_rank);
+  const auto size = static_cast<std::size_t>(local_size);
+  if (size > devices.size()) return {devices[rank % devices.size()]};
+  std::vector<DeviceInfo> mine;
+  for (std::size_t i = rank; i < devices.size(); i += size) mine.push_back(devices[i]);
+  return mine;
+}
+
+std::vector<DeviceInfo> devices_of(const LaunchedRanks& ranks, const std::string& wanted) {
+  const DeviceInfo first = Device::choose(wanted == "all" ? "" : wanted).info();
+  std::vector<DeviceInfo> shared{first};
+  const bool by_kind = wanted.empty() || wanted == "gpu" || wanted == "cpu";
+  if (wanted == "all") {
+    shared = list_devices();
+  } else if (by_kind && ranks.local_size() > 1 && std::getenv("QJULIA_DEVICE") == nullptr) {
+    shared = list_devices();
+    std::erase_if(shared, [&](const DeviceInfo& info) { return info.kind != first.kind; });
+    // Of CPUs each platform shows the same one.
+    if (first.kind == DeviceKind::cpu) shared = {first};
+  }
+  return divided(shared, ranks.local_rank(), ranks.local_size());
+}
+
+}  // namespace qjulia::tools

@@ -1,0 +1,179 @@
+#include "map_options.hpp"
+
+#include <fmt/format.h>
+
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "options.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+constexpr const char* kGroup = "Map options";
+
+/// Adds options to one command and one group, and remembers them.
+class Adder {
+ public:
+  Adder(Command command, MapOptions& options) : command_(command), options_(options) {}
+
+  void number(const std::string& name, Target target, const char* type,
+              const std::string& description) {
+    remember(command_.add(name, target, description).type(type));
+  }
+
+  /// As many finite numbers as `type` has words.
+  void numbers(const std::string& name, int count, const char* type,
+               std::function<void(const std::vector<double>&)> take,
+               const std::string& description) {
+    remember(command_.numbers(name, count, std::move(take), description).type(type));
+  }
+
+  void remember(Option option) { options_.options.push_back(option.group(kGroup)); }
+
+ private:
+  Command command_;
+  MapOptions& options_;
+};
+
+nlohmann::json to_json(const MapKnobs& knobs) {
+  nlohmann::json json = {{"detail", nullptr},    {"order_seed", nullptr}, {"phase", nullptr},
+                         {"slice", nullptr},     {"rotate", nullptr},     {"drift", nullptr},
+                         {"translate", nullptr}, {"scale", nullptr}};
+  if (knobs.detail) json["detail"] = *knobs.detail;
+  if (knobs.order_seed) json["order_seed"] = *knobs.order_seed;
+  if (const auto& p = knobs.phase) json["phase"] = {p->x, p->y, p->z, p->w};
+  if (knobs.slice) json["slice"] = *knobs.slice;
+  if (const auto& r = knobs.rotate) {
+    json["rotate"] = {r->axis.x(), r->axis.y(), r->axis.z(), r->degrees};
+  }
+  if (knobs.drift) json["drift"] = *knobs.drift;
+  if (const auto& t = knobs.translate) json["translate"] = {t->x(), t->y(), t->z()};
+  if (knobs.scale) json["scale"] = *knobs.scale;
+  return json;
+}
+
+}  // namespace
+
+const char* const kMapOptionsHelp =
+    "The map's options work together, in this order: --detail, --order-seed, --phase, --slice,\n"
+    "--rotate, then --drift and --translate as one move, after which the map is calibrated again,\n"
+    "and --scale last.";
+
+const char* const kDefaultEscape = "Default: farther than any orbit returns from";
+
+std::vector<std::string> MapOptions::given() const {
+  std::vector<std::string> names;
+  for (const Option& option : options) {
+    if (option.given()) names.push_back(option.name());
+  }
+  return names;
+}
+
+void add_knobs(Command command, MapOptions& options) {
+  MapKnobs& knobs = options.knobs;
+  Adder add(command, options);
+  add.number("--detail", &knobs.detail, "FRACTION",
+             "Thickness of the fractal shell as a fraction of the shape's box diagonal: 0.005 "
+             "smooth, 0.01 first detail, 0.02 to 0.03 clearly fractal, 0.05 heavily grooved, "
+             "beyond 0.07 it dissolves. Default: the map's own");
+  add.number("--order-seed", &knobs.order_seed, "N",
+             "Shuffles the map's factors by this seed: another pattern of grooves on the same "
+             "shape. Default: the map's own order");
+  add.numbers(
+      "--phase", 4, "X Y Z W",
+      [&knobs](const std::vector<double>& p) {
+        knobs.phase = Quaternion{p[0], p[1], p[2], p[3]};
+      },
+      "Unit quaternion in front of the map, X its real part, normalised for you: turns the pattern "
+      "of grooves and keeps the shape; vary it little by little for animations. Default: the "
+      "map's own");
+  add.number("--slice", &knobs.slice, "W",
+             "Fourth coordinate of the slice that is looked at, map units (the shape's longest "
+             "side is 3): away from 0 thin parts vanish first. Default: the map's own");
+  add.numbers(
+      "--rotate", 4, "X Y Z DEGREES",
+      [&knobs](const std::vector<double>& r) {
+        knobs.rotate = Rotation{{r[0], r[1], r[2]}, r[3]};
+      },
+      "Turns the factors, and the shape with them, about this axis through the origin of "
+      "iteration: about x, the real axis, the grooves turn along; about any other, they change");
+  add.number("--drift", &knobs.drift, "F",
+             "Moves the origin of iteration inside the shape, along z, in inradii: grooves deepen "
+             "from 0.3 on, near 1 the set is a hollow crust, past 1.1 dust");
+  add.numbers(
+      "--translate", 3, "X Y Z",
+      [&knobs](const std::vector<double>& t) {
+        knobs.translate = Eigen::Vector3d(t[0], t[1], t[2]);
+      },
+      "Moves the factors by this vector, shape units, and the window with them: the shape stays "
+      "where it is, and iteration turns about another point of it");
+  add.number("--scale", &knobs.scale, "S",
+             "Above 1 the set swells, below 1 it wears away; 1 changes nothing");
+}
+
+void add_map_options(Command command, MapOptions& options) {
+  Adder add(command, options);
+  add.number("--iterations", &options.iterations, "INT",
+             "Iterations n, 1 to 16: 1 is the fitted shape itself, 2 and 3 have fewer octaves of "
+             "detail, 6 is the set as it stays (8 where --detail is above 0.03)");
+  add_knobs(command, options);
+}
+
+void add_box(Command command, MapOptions& options, const std::string& otherwise) {
+  const auto take = [&options](const std::vector<double>& b) {
+    options.box = Box{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
+    if (!(options.box->size().array() > 0).all()) {
+      throw InputError("give X0 Y0 Z0 X1 Y1 Z1 with X0 < X1, Y0 < Y1 and Z0 < Z1");
+    }
+  };
+  Adder(command, options)
+      .numbers("--box", 6, "X0 Y0 Z0 X1 Y1 Z1", take,
+               "Part of space to look at, shape units. " + otherwise);
+}
+
+void add_precision(Command command, MapOptions& options) {
+  Adder(command, options)
+      .remember(command.choice("--precision", options.precision,
+                               {{"single", Precision::single}, {"double", Precision::dbl}},
+                               "Arithmetic of the orbits: single, or double where the device has "
+                               "it"));
+}
+
+void add_escape(Command command, MapOptions& options, const std::string& otherwise) {
+  Adder(command, options)
+      .number("--escape", &options.escape, "R",
+              "Radius, map units, beyond which an orbit ends as outside: a radius smaller than "
+              "the set's own cuts into it. " +
+                  otherwise);
+}
+
+RationalMap turned(const Device& device, const RationalMap& map, const MapOptions& options,
+                   const std::string& file) {
+  try {
+    return turned(device, map, options.knobs);
+  } catch (const OptionError& error) {
+    throw OptionError(error.field(), fmt::format("'{}': {}", file, error.problem()));
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("'{}': {}", file, error.what()));
+  }
+}
+
+nlohmann::json to_json(const MapOptions& options) {
+  nlohmann::json json = to_json(options.knobs);
+  json["iterations"] = options.iterations;
+  json["precision"] = options.precision == Precision::dbl ? "double" : "single";
+  json["box"] = options.box ? to_json(*options.box) : nlohmann::json();
+  json["escape"] = options.escape ? nlohmann::json(*options.escape) : nlohmann::json();
+  return json;
+}
+
+nlohmann::json to_json(const Box& box) {
+  const auto corner = [](const Eigen::Vector3d& p) {
+    return nlohmann::json::array({p.x(), p.y(), p.z()});
+  };
+  return nlohmann::json::array({corner(box.low), corner(box.high)});
+}
+
+}  // namespace qjulia::tools

@@ -1,0 +1,64 @@
+#include "options.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cstdlib>
+
+#include "qjulia/error.hpp"
+
+namespace qjulia::tools {
+
+void add_verbosity(Command command, Verbosity& verbosity) {
+  const Option quiet =
+      command.flag("-q,--quiet", verbosity.quiet, "Say nothing but results, warnings and errors");
+  command.flag("-v,--verbose", verbosity.verbose, "Say more, such as where the device's time went")
+      .excludes(quiet);
+  command.flag("--json", verbosity.json,
+               "Print the result as one JSON object on standard output; everything else goes to "
+               "standard error");
+}
+
+void add_device(Command command, std::string& device) {
+  command
+      .add("--device", &device,
+           "Where to compute: gpu, cpu, P:D (platform and device number of 'qjulia devices') or "
+           "part of a name. Default: $QJULIA_DEVICE, else the first GPU, else the first device "
+           "there is")
+      .type("DEVICE");
+  // By way of the environment, so that ranks and workers take it too.
+  command
+      .word(
+          "--layout",
+          [](const std::string& layout) {
+            if (layout != "auto" && layout != "cpu" && layout != "gpu") {
+              throw InputError(fmt::format("'{}' is no layout; give auto, cpu or gpu", layout));
+            }
+            ::setenv("QJULIA_LAYOUT", layout.c_str(), 1);
+          },
+          "How kernels are cut into work-items: cpu (wide lanes), gpu (groups of work-items that "
+          "share local memory) or auto, what suits the device. Default: $QJULIA_LAYOUT, else auto")
+      .type("LAYOUT");
+}
+
+void add_trace(Command command, std::string& file) {
+  command
+      .file("--trace", file,
+            "Write what ran when, stages of the host and kernels of the device, as a trace-event "
+            "JSON for ui.perfetto.dev or chrome://tracing")
+      .type("FILE");
+}
+
+std::array<int, 2> parse_size(const std::string& text) {
+  std::array<int, 2> size{};
+  const char* end = text.data() + text.size();
+  const auto width = std::from_chars(text.data(), end, size[0]);
+  const bool crossed = width.ec == std::errc() && width.ptr != end && *width.ptr == 'x';
+  if (crossed) {
+    const auto height = std::from_chars(width.ptr + 1, end, size[1]);
+    if (height.ec == std::errc() && height.ptr == end && size[0] > 0 && size[1] > 0) return size;
+  }
+  throw InputError(fmt::format("'{}' is not WIDTHxHEIGHT in pixels, such as 1280x960", text));
+}
+
+}  // namespace qjulia::tools

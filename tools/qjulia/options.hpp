@@ -1,0 +1,24 @@
+#pragma once
+/// Options that several commands share.
+
+#include <array>
+#include <string>
+
+#include "command_line.hpp"
+#include "console.hpp"
+
+namespace qjulia::tools {
+
+/// --quiet, --verbose, --json.
+void add_verbosity(Command command, Verbosity& verbosity);
+
+/// --device.
+void add_device(Command command, std::string& device);
+
+/// --trace.
+void add_trace(Command command, std::string& file);
+
+/// "1280x960" as width and height. @throws InputError
+std::array<int, 2> parse_size(const std::string& text);
+
+}  // namespace qjulia::tools

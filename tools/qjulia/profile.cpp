@@ -1,0 +1,229 @@
+/// qjulia profile: how fast the kernels run, against the device's own limits.
+
+#include "qjulia/profile.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "files.hpp"
+#include "options.hpp"
+#include "provenance.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/scaling.hpp"
+#include "qjulia/tune.hpp"
+#include "qjulia/tuning_cache.hpp"
+#include "report/roofline.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+struct Arguments {
+  std::string device;
+  std::string baseline;
+  std::string plot;
+  std::optional<int> lane_width;
+  bool tune = false;
+  bool scaling = false;
+  double tolerance = 0.2;
+  ProfileOptions options;
+};
+
+std::string optional_number(const std::optional<double>& value, double scale) {
+  return value ? fmt::format("{:.2f}", *value * scale) : "-";
+}
+
+std::string table(const ProfileReport& report) {
+  std::string text = fmt::format(
+      "settings: {}\n"
+      "limits: {:.1f} G multiply-adds/s, copy {:.1f} GB/s, launch {:.1f} us\n"
+      "kernel        n    samples  factors   median s      min s   Gpairs/s   of limit  predicted "
+      "s  measured",
+      report.is_tuned ? "tuned for this device" : "the defaults",
+      1e-9 * report.limits.fma_per_second, 1e-9 * report.limits.bytes_per_second,
+      1e6 * report.limits.launch_seconds);
+  for (const KernelFigures& f : report.kernels) {
+    text += fmt::format("\n{:12} {:2} {:10} {:8} {:10.5f} {:10.5f} {:>10} {:>10} {:>12} {:>9}",
+                        f.kernel, f.iterations, f.samples, f.factors, f.median_seconds,
+                        f.min_seconds, optional_number(f.pairs_per_second, 1e-9),
+                        f.share_of_limit ? fmt::format("{:.0f} %", 100 * *f.share_of_limit) : "-",
+                        f.predicted_seconds ? fmt::format("{:.5f}", *f.predicted_seconds) : "-",
+                        f.predicted_seconds
+                            ? fmt::format("{:.2f} x", f.median_seconds / *f.predicted_seconds)
+                            : "-");
+  }
+  return text;
+}
+
+nlohmann::json read_baseline(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) throw InputError(fmt::format("--baseline '{}' cannot be opened", path));
+  auto json = nlohmann::json::parse(file, nullptr, false);
+  if (json.is_discarded()) {
+    throw InputError(fmt::format("--baseline '{}' is not JSON; make it with --json", path));
+  }
+  return json;
+}
+
+std::string table(const TuneReport& report, const std::string& file) {
+  std::string text =
+      fmt::format("{:15} {:>6} {:>11} {:>12}", "setting", "value", "difference", "time (best 1)");
+  for (const TuneTrial& t : report.trials) {
+    text += fmt::format("\n{:15} {:6} {:11.1e} {:>12} {}", t.setting, t.value, t.difference,
+                        t.time_ratio > 0 ? fmt::format("{:.3f}", t.time_ratio) : "-",
+                        t.taken ? "taken" : t.refused.substr(0, t.refused.find('\n')));
+  }
+  text +=
+      "\n" + (report.time_ratio < 1
+                  ? fmt::format("tuned: {:.3f} times the time with the defaults", report.time_ratio)
+                  : std::string("the defaults stay: nothing was faster"));
+  return text + fmt::format("\nsettings: {}\nkept in: {}", to_json(report.tuning).dump(), file);
+}
+
+int run_tune(const Arguments& arguments, Session& session) {
+  const Device device = session.open_device(arguments.device);
+  const std::string file = tuning_file(device.info()).string();
+  const TuneReport report = tune(device, arguments.options, session.watch());
+  keep_tuning(device.with_tuning(report.precision, report.tuning), report.precision);
+  nlohmann::json json = to_json(report);
+  json["file"] = file;
+  session.console.result(table(report, file), json);
+  return kDone;
+}
+
+std::string table(const ScalingReport& report) {
+  std::string text =
+      "energy with gradient\n n    samples  factors       seconds     Gpairs/s   device MB";
+  for (const ScalingPoint& p : report.points) {
+    const double pairs = static_cast<double>(p.samples * p.factors) * p.iterations;
+    text += fmt::format("\n{:2} {:10} {:8} {:13.5f} {:12.2f} {:11.1f}", p.iterations, p.samples,
+                        p.factors, p.seconds, 1e-9 * pairs / p.seconds,
+                        1e-6 * static_cast<double>(p.device_bytes));
+  }
+  for (const ScalingLaw& law : report.laws) {
+    text += fmt::format(
+        "\nn = {}: seconds grow as samples^{:.3f} factors^{:.3f}; the farthest from this is off by "
+        "a "
+        "factor of {:.2f}",
+        law.iterations, law.samples_exponent, law.factors_exponent, law.worst_ratio);
+  }
+  return text;
+}
+
+int run_scaling(const Arguments& arguments, Session& session) {
+  const Device device = session.open_device(arguments.device);
+  ScalingOptions options;
+  options.precision = arguments.options.precision;
+  const ScalingReport report = measure_scaling(device, options, session.watch());
+  session.console.result(table(report), to_json(report));
+  return kDone;
+}
+
+/// What made the picture, for its text chunk.
+std::string made_by(const ProfileReport& report) {
+  nlohmann::json json = to_json(report);
+  json["program"] = program_name();
+  return one_line(json);
+}
+
+int run(Arguments arguments, Session& session) {
+  ProfileOptions& options = arguments.options;
+  if (arguments.lane_width) options.lane_width = *arguments.lane_width;
+  options.validate();
+  if (!(arguments.tolerance >= 0)) throw InputError("--tolerance must not be negative");
+  std::vector<std::filesystem::path> inputs;
+  std::vector<base::Output> outputs;
+  if (!arguments.baseline.empty()) inputs.emplace_back(arguments.baseline);
+  if (!arguments.plot.empty()) outputs.push_back({"--plot", arguments.plot, {".png"}});
+  session.check_outputs(inputs, outputs);
+  nlohmann::json baseline;
+  if (!arguments.baseline.empty()) baseline = read_baseline(arguments.baseline);
+  if (arguments.tune) return run_tune(arguments, session);
+  if (arguments.scaling) return run_scaling(arguments, session);
+  const Device device = session.open_device(arguments.device);
+  const ProfileReport report = profile(device, options, session.watch());
+  if (!arguments.plot.empty()) {
+    write_png(draw_plot(report::roofline(report)), arguments.plot, {{"qjulia", made_by(report)}});
+  }
+  session.console.result(table(report), to_json(report));
+  if (baseline.is_null()) return kDone;
+  const auto slower = regressions(report, baseline, arguments.tolerance);
+  for (const std::string& line : slower) session.console.warn("slower: " + line);
+  return slower.empty() ? kDone : kFailed;
+}
+
+}  // namespace
+
+void add_profile(CommandLine& program, ChosenCommand& chosen) {
+  const Command command =
+      program.add_command("profile", "Measure the kernels against the device's limits");
+  command.footer(
+      "Examples:\n"
+      "  qjulia profile\n"
+      "  qjulia profile --json > before.json\n"
+      "  qjulia profile --baseline before.json --tolerance 0.1    exit code 1 if slower\n"
+      "  qjulia profile --plot roofline.png\n"
+      "  qjulia profile --scaling                                 cost against size\n"
+      "  qjulia profile --tune                                    once a device; a minute or two\n"
+      "A pair is one factor at one sample for one iterate. The share of the limit counts the\n"
+      "multiplications and divisions that the kernel's source asks for against the multiply-adds\n"
+      "that the device does when it does nothing else. The predicted time is what the compiled\n"
+      "kernel's instructions, as counted for GPUs, and its memory traffic take at these limits.\n"
+      "Rays and distances end early by design: they have times only. Figures are of the device's\n"
+      "own clock; quiet machines measure best.\n"
+      "Tuned settings are kept for the device, its driver and this program in\n"
+      "$XDG_CACHE_HOME/qjulia (~/.cache/qjulia), and every command uses them from then on. Sums\n"
+      "are then taken in another order: maps fitted before and after differ slightly,\n"
+      "as they do between machines tuned differently. QJULIA_TUNING=off in the environment keeps "
+      "to\n"
+      "the defaults, which are the same everywhere.");
+  auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  const Option tune = command.flag(
+      "--tune", a.tune,
+      "Find the lane width, samples per work-item and tile sizes that are fastest here, check that "
+      "each gives the default's results (to 1e-4 of the largest, double 1e-10), and keep the best "
+      "for every command to use");
+  const Option scaling = command
+                             .flag("--scaling", a.scaling,
+                                   "Measure how the time and memory of an energy with its gradient "
+                                   "grow with samples (25^3 to 193^3) and factors (83 to 1324)")
+                             .excludes(tune);
+  command.add("--samples", &a.options.samples, "Sample points");
+  command.add("--factors", &a.options.factors, "Factors of the map");
+  command.add("--repeats", &a.options.repeats, "Timed runs of each kernel");
+  command
+      .add("--width", &a.lane_width,
+           "Lanes of a work-item: 1, 8 or 16. Default: what suits the device")
+      .excludes(tune)
+      .excludes(scaling);
+  command.choice("--precision", a.options.precision,
+                 {{"single", Precision::single}, {"double", Precision::dbl}},
+                 "Arithmetic on the device");
+  command
+      .file("--baseline", a.baseline,
+            "An earlier --json report: exit code 1 if a kernel has become slower")
+      .excludes(tune)
+      .excludes(scaling)
+      .type("FILE");
+  command
+      .file("--plot", a.plot,
+            "Draw a roofline: each kernel's speed over its work per byte of memory, under "
+            "what the device can do at most")
+      .excludes(tune)
+      .excludes(scaling)
+      .type("PICTURE.png");
+  command.add("--tolerance", &a.tolerance,
+              "What counts as slower: 0.2 is 20 % over the baseline's median");
+  add_device(command, a.device);
+  add_trace(command, chosen.trace);
+  add_verbosity(command, chosen.verbosity);
+  command.on_chosen([arguments, &chosen] {
+    chosen.run = [arguments](Session& session) { return run(*arguments, session); };
+  });
+}
+
+}  // namespace qjulia::tools

@@ -1,0 +1,172 @@
+#include "provenance.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "base/text.hpp"
+#include "files.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/version.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+/// For programs: they do not change with the wording for people.
+constexpr std::array<std::pair<StopReason, const char*>, 5> kStopKeys{
+    {{StopReason::schedule_done, "schedule_done"},
+     {StopReason::evaluations, "evaluations"},
+     {StopReason::time_limit, "time_limit"},
+     {StopReason::interrupted, "interrupted"},
+     {StopReason::converged, "converged"}}};
+
+const char* key(StopReason reason) {
+  return std::ranges::find(kStopKeys, reason, &std::pair<StopReason, const char*>::first)->second;
+}
+
+StopReason stop_reason(const std::string& key) {
+  for (const auto& [reason, name] : kStopKeys) {
+    if (key == name) return reason;
+  }
+  throw InputError(fmt::format("'{}' is no reason to stop", key));
+}
+
+/// A number, or null for one that is not finite.
+double number(const nlohmann::json& json) {
+  return json.is_null() ? std::numeric_limits<double>::quiet_NaN() : json.get<double>();
+}
+
+StageReport stage_from(const nlohmann::json& j) {
+  StageReport stage;
+  stage.name = j.at("name");
+  stage.evaluations = j.at("evaluations");
+  stage.energy_before = number(j.at("energy_before"));
+  stage.energy_after = number(j.at("energy_after"));
+  stage.iou = number(j.at("iou"));
+  stage.iterations = j.at("iterations");
+  stage.seconds = j.at("seconds");
+  return stage;
+}
+
+nlohmann::json program_json() { return {{"name", "qjulia"}, {"version", version()}}; }
+
+nlohmann::json device_json(const DeviceInfo& device) {
+  return {
+      {"name", device.name}, {"platform", device.platform_name}, {"driver", device.driver_version}};
+}
+
+}  // namespace
+
+nlohmann::json file_json(const std::filesystem::path& path) {
+  return {{"name", base::to_utf8(path.filename().string())}, {"fnv1a64", file_hash(path)}};
+}
+
+nlohmann::json to_json(const FitOptions& options) {
+  nlohmann::json json = {{"factors", options.factors},
+                         {"detail", options.detail},
+                         {"seed", options.seed},
+                         {"time_limit", nullptr},
+                         {"max_evaluations", options.max_evaluations},
+                         {"unknowns", options.unknowns == Unknowns::all ? "all" : "exponents"},
+                         {"placement", options.placement == Placement::paper ? "paper" : "depth"},
+                         {"precision", options.precision == Precision::dbl ? "double" : "single"},
+                         {"sample_parts", options.sample_parts},
+                         {"schedule", options.schedule},
+                         {"polish", options.polish}};
+  if (std::isfinite(options.time_limit)) json["time_limit"] = options.time_limit;
+  // A file of this name may say something else another day.
+  if (is_schedule_file(options.schedule)) {
+    json["schedule_fnv1a64"] = text_hash(schedule_text(options.schedule));
+  }
+  return json;
+}
+
+nlohmann::json to_json(const StageReport& stage) {
+  return {{"name", stage.name},
+          {"evaluations", stage.evaluations},
+          {"energy_before", stage.energy_before},
+          {"energy_after", stage.energy_after},
+          {"iou", stage.iou},
+          {"iterations", stage.iterations},
+          {"seconds", stage.seconds}};
+}
+
+nlohmann::json final_figures(const FitResult& result) {
+  if (result.stages.empty()) return {{"energy", nullptr}, {"iou", nullptr}};
+  return {{"energy", result.stages.back().energy_after}, {"iou", result.stages.back().iou}};
+}
+
+std::string program_name() { return std::string("qjulia ") + version(); }
+
+nlohmann::json made_with(const std::filesystem::path& input, const MapOptions& options,
+                         const DeviceInfo& device) {
+  nlohmann::json json = converted_from(input);
+  json["map_options"] = to_json(options);
+  json["device"] = device_json(device);
+  return json;
+}
+
+nlohmann::json converted_from(const std::filesystem::path& input) {
+  return {{"program", program_json()}, {"input", file_json(input)}};
+}
+
+std::string one_line(const nlohmann::json& json) {
+  return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+}
+
+nlohmann::json to_json(const PictureOptions& options) {
+  const Camera& camera = options.camera;
+  return {{"width", options.width},
+          {"height", options.height},
+          {"samples", options.samples_per_axis},
+          {"azimuth", camera.azimuth},
+          {"elevation", camera.elevation},
+          {"zoom", camera.zoom},
+          {"field_of_view", camera.field_of_view},
+          {"material", to_string(options.material)},
+          {"up", std::string(1, camera.up)}};
+}
+
+FitResult finished_fit(RationalMap map, const std::filesystem::path& file) {
+  FitResult result;
+  try {
+    const nlohmann::json made = map.provenance.json();
+    for (const nlohmann::json& stage : made.at("stages"))
+      result.stages.push_back(stage_from(stage));
+    result.evaluations = made.at("evaluations");
+    result.seconds = made.at("seconds");
+    result.stopped = stop_reason(made.at("stopped"));
+    result.warnings = made.at("warnings").get<std::vector<std::string>>();
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(fmt::format("map '{}' does not say how it was fitted", file.string()));
+  }
+  result.map = std::move(map);
+  return result;
+}
+
+nlohmann::json provenance(const std::filesystem::path& mesh_path, const FitOptions& options,
+                          const Device& device, const FitResult& result) {
+  nlohmann::json stages = nlohmann::json::array();
+  for (const StageReport& stage : result.stages) stages.push_back(to_json(stage));
+  nlohmann::json used = device_json(device.info());
+  if (!device.has_own_layout()) used["layout"] = to_string(device.layout());
+  if (device.is_tuned(options.precision))
+    used["tuning"] = to_json(device.tuning(options.precision));
+  return {{"program", program_json()},
+          {"mesh", file_json(mesh_path)},
+          {"options", to_json(options)},
+          {"device", used},
+          {"stages", stages},
+          {"metrics", final_figures(result)},
+          {"evaluations", result.evaluations},
+          {"seconds", result.seconds},
+          {"stopped", key(result.stopped)},
+          {"warnings", result.warnings}};
+}
+
+}  // namespace qjulia::tools

@@ -1,0 +1,51 @@
+#pragma once
+/// Where a map, a mesh or a picture came from, as its file or report tells.
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "map_options.hpp"
+#include "qjulia/fit.hpp"
+#include "qjulia/picture.hpp"
+
+namespace qjulia::tools {
+
+/// A file by its name and the hash of its bytes. @throws InputError when it cannot be read.
+nlohmann::json file_json(const std::filesystem::path& path);
+
+/// Every option of a fit, by its name on the command line. No time limit is null.
+nlohmann::json to_json(const FitOptions& options);
+
+/// One stage, as it went.
+nlohmann::json to_json(const StageReport& stage);
+
+/// Program, mesh (name and hash), options, device, stages, figures and times. Times differ from run
+/// to run; nothing else does.
+nlohmann::json provenance(const std::filesystem::path& mesh_path, const FitOptions& options,
+                          const Device& device, const FitResult& result);
+
+/// A fit by what its map's provenance tells. @param file for messages.
+/// @throws InputError when it does not tell.
+FitResult finished_fit(RationalMap map, const std::filesystem::path& file);
+
+/// "qjulia 0.1.0".
+std::string program_name();
+
+/// How something was made of the map (or mesh) in `input`: program, input (name and hash), the
+/// map's options, device.
+nlohmann::json made_with(const std::filesystem::path& input, const MapOptions& options,
+                         const DeviceInfo& device);
+
+/// Program and input (name and hash).
+nlohmann::json converted_from(const std::filesystem::path& input);
+
+/// On one line in ASCII, for the text of files. File names may hold any bytes.
+std::string one_line(const nlohmann::json& json);
+
+/// Size, samples and camera.
+nlohmann::json to_json(const PictureOptions& options);
+
+/// Energy and IoU (n = 1, coarse grid) a fit ended with; null where it had no stage.
+nlohmann::json final_figures(const FitResult& result);
+
+}  // namespace qjulia::tools

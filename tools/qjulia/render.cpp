@@ -1,0 +1,345 @@
+/// qjulia render: a map (or a mesh, for comparison) in, a picture out.
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "camera_options.hpp"
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "files.hpp"
+#include "map_options.hpp"
+#include "options.hpp"
+#include "provenance.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/map_file.hpp"
+#include "qjulia/picture.hpp"
+#include "sweep.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+struct Arguments {
+  std::string input;
+  std::string output;
+  std::string device;
+  std::string sweep;
+  std::optional<int> turntable;
+  std::string layers;  ///< prefix of their files; empty: none
+  bool preview = false;
+  MapOptions map_options;
+  PictureOptions options;
+};
+
+PictureOptions checked_options(const Arguments& arguments) {
+  PictureOptions options = arguments.options;
+  options.iterations = arguments.map_options.iterations;
+  options.box = arguments.map_options.box;
+  options.escape = arguments.map_options.escape;
+  options.precision = arguments.map_options.precision;
+  options.validate();
+  arguments.map_options.knobs.validate();
+  const auto given = arguments.map_options.given();
+  if (is_mesh_file(arguments.input) && !given.empty()) {
+    throw InputError(
+        fmt::format("{} needs a map, and '{}' is a mesh", given.front(), arguments.input));
+  }
+  if (is_mesh_file(arguments.input) && options.material != Material::clay) {
+    throw InputError(fmt::format("--material needs a map, and '{}' is a mesh", arguments.input));
+  }
+  return options;
+}
+
+/// What to draw, read before a device is opened.
+struct Scene {
+  RationalMap map;
+  TriangleMesh mesh;
+};
+
+Scene read_scene(const Arguments& arguments, Session& session) {
+  Scene scene;
+  if (!is_mesh_file(arguments.input)) {
+    scene.map = read_map(arguments.input);
+    return scene;
+  }
+  MeshReport report;
+  scene.mesh = read_mesh(arguments.input, &report, session.watch().stop);
+  for (const std::string& warning : report.warnings()) {
+    session.console.warn(fmt::format("{}: {}", arguments.input, warning));
+  }
+  return scene;
+}
+
+Image draw(const Device& device, const Scene& scene, const std::string& input,
+           const MapOptions& map_options, const PictureOptions& options, const Watch& watch,
+           PictureLayers* layers = nullptr) {
+  if (is_mesh_file(input)) {
+    return render_mesh(device, scene.mesh, scene.mesh.box(), options, watch, layers);
+  }
+  return render(device, turned(device, scene.map, map_options, input), options, watch, layers);
+}
+
+/// Says so when a picture shows nothing.
+void warn_if_empty(const Image& image, const std::string& input, Session& session) {
+  if (image.covered > 0) return;
+  session.console.warn(
+      fmt::format("the picture shows nothing of '{}'; try another --box, --slice, --detail or "
+                  "camera",
+                  input));
+}
+
+/// A rough picture of the same view, soon. "bunny.png": "bunny.preview.png". It goes when the
+/// picture is done, and stays when that was interrupted.
+class Preview {
+ public:
+  explicit Preview(const std::filesystem::path& picture)
+      : path_(picture.parent_path() / (picture.stem().string() + ".preview.png")) {}
+
+  /// @return whether it was written: not when it was interrupted.
+  bool draw(const Device& device, const Scene& scene, const Arguments& arguments,
+            PictureOptions options, Session& session) const {
+    const int reduction = std::max(kReduction, (options.width + kWidest - 1) / kWidest);
+    options.width = std::max(1, options.width / reduction);
+    options.height = std::max(1, options.height / reduction);
+    options.samples_per_axis = 1;
+    const Image image = tools::draw(device, scene, arguments.input, arguments.map_options, options,
+                                    session.watch());
+    if (image.pixels.empty()) return false;
+    write_png(image, path_, {{"Software", program_name()}});
+    session.console.note(fmt::format("preview: {}, {:.1f} s", path_.string(), session.seconds()));
+    return true;
+  }
+
+  const std::filesystem::path& path() const { return path_; }
+
+  void remove() const {
+    std::error_code ignored;
+    std::filesystem::remove(path_, ignored);
+  }
+
+ private:
+  static constexpr int kReduction = 4;
+  static constexpr int kWidest = 320;  ///< pixels
+  std::filesystem::path path_;
+};
+
+std::optional<Sweep> wanted_sweep(const Arguments& arguments, const PictureOptions& options) {
+  if (!arguments.sweep.empty() && arguments.turntable) {
+    throw InputError("give either --sweep or --turntable");
+  }
+  if (arguments.turntable) return turntable(options.camera.azimuth, *arguments.turntable);
+  if (arguments.sweep.empty()) return std::nullopt;
+  Sweep sweep = parse_sweep(arguments.sweep);
+  // Refused before the first picture is drawn, not after some.
+  for (const double value : sweep.values) {
+    MapOptions map_options = arguments.map_options;
+    PictureOptions changed = options;
+    set(sweep, value, map_options, changed);
+    map_options.knobs.validate();
+    changed.validate();
+  }
+  const bool of_map = sweep.name != "azimuth" && sweep.name != "elevation" && sweep.name != "zoom";
+  if (of_map && is_mesh_file(arguments.input)) {
+    throw InputError(
+        fmt::format("--sweep {} needs a map, and '{}' is a mesh", sweep.name, arguments.input));
+  }
+  return sweep;
+}
+
+/// "sheet.png" and 7: "sheet_007.png".
+std::filesystem::path frame_path(const std::filesystem::path& sheet, std::size_t number) {
+  return sheet.parent_path() /
+         fmt::format("{}_{:03}{}", sheet.stem().string(), number, sheet.extension().string());
+}
+
+std::vector<base::Output> outputs_of(const Arguments& arguments,
+                                     const std::optional<Sweep>& sweep) {
+  std::vector<base::Output> outputs{{"--output", arguments.output, {".png"}}};
+  if (arguments.preview) outputs.push_back({"--preview", Preview(arguments.output).path()});
+  if (!arguments.layers.empty()) {
+    for (const auto& path : layer_files(arguments.layers)) outputs.push_back({"--aov", path});
+  }
+  for (std::size_t i = 1; sweep && i <= sweep->values.size(); ++i) {
+    outputs.push_back({"the sweep's picture", frame_path(arguments.output, i)});
+  }
+  return outputs;
+}
+
+/// One row of up to five pictures; else nearly as many rows as columns, with few cells empty.
+int sheet_columns(int count) {
+  if (count <= 5) return count;
+  const int least = static_cast<int>(std::ceil(std::sqrt(count)));
+  const auto empty = [count](int columns) { return (columns - count % columns) % columns; };
+  return std::min({least, least + 1, least + 2}, [&](int a, int b) { return empty(a) < empty(b); });
+}
+
+/// A picture for each value, numbered, and all of them with captions on one sheet.
+int run_sweep(const Arguments& arguments, const PictureOptions& options, const Sweep& sweep,
+              Session& session) {
+  const Scene scene = read_scene(arguments, session);
+  const Device device = session.open_device(arguments.device);
+  std::vector<Image> frames;
+  std::vector<std::string> files;
+  nlohmann::json how;
+  for (const double value : sweep.values) {
+    const std::string caption = fmt::format("{} {:.4g}", sweep.name, value);
+    session.console.note(
+        fmt::format("picture {} of {}: {}", frames.size() + 1, sweep.values.size(), caption));
+    MapOptions map_options = arguments.map_options;
+    PictureOptions frame_options = options;
+    set(sweep, value, map_options, frame_options);
+    const Image image =
+        draw(device, scene, arguments.input, map_options, frame_options, session.watch());
+    if (session.interrupts.requested()) {
+      session.console.note(fmt::format("interrupted; {} pictures were written", files.size()));
+      return kInterrupted;
+    }
+    warn_if_empty(image, arguments.input, session);
+    how = made_with(arguments.input, map_options, device.info());
+    how["picture"] = to_json(frame_options);
+    files.push_back(frame_path(arguments.output, files.size() + 1).string());
+    write_png(image, files.back(), {{"Software", program_name()}, {"qjulia", one_line(how)}});
+    frames.push_back(captioned(image, caption));
+  }
+  const auto count = static_cast<int>(frames.size());
+  how["sweep"] = {{"name", sweep.name}, {"values", sweep.values}};
+  write_png(contact_sheet(frames, sheet_columns(count)), arguments.output,
+            {{"Software", program_name()}, {"qjulia", one_line(how)}});
+  session.report_kernels(device);
+  const double seconds = session.seconds();
+  session.console.summary(
+      fmt::format("{} pictures, {:.1f} s\nsheet: {}\npictures: {} to {}", count, seconds,
+                  arguments.output, files.front(), files.back()),
+      {{"sheet", arguments.output}, {"pictures", files}, {"made_with", how}, {"seconds", seconds}});
+  return kDone;
+}
+
+int run(const Arguments& arguments, Session& session) {
+  const PictureOptions options = checked_options(arguments);
+  const auto sweep = wanted_sweep(arguments, options);
+  if (sweep && (!arguments.layers.empty() || arguments.preview)) {
+    throw InputError("--aov and --preview need a single picture, without --sweep and --turntable");
+  }
+  session.check_outputs({arguments.input}, outputs_of(arguments, sweep));
+  if (sweep) return run_sweep(arguments, options, *sweep, session);
+  const Scene scene = read_scene(arguments, session);
+  const Device device = session.open_device(arguments.device);
+
+  const Preview preview(arguments.output);
+  const bool has_preview =
+      arguments.preview && preview.draw(device, scene, arguments, options, session);
+  PictureLayers layers;
+  const Image image = draw(device, scene, arguments.input, arguments.map_options, options,
+                           session.watch(), arguments.layers.empty() ? nullptr : &layers);
+  if (session.interrupts.requested()) {
+    session.console.note(has_preview ? "interrupted; only the preview was written"
+                                     : "interrupted; nothing was written");
+    return kInterrupted;
+  }
+  warn_if_empty(image, arguments.input, session);
+  nlohmann::json how = made_with(arguments.input, arguments.map_options, device.info());
+  how["picture"] = to_json(options);
+  write_png(image, arguments.output, {{"Software", program_name()}, {"qjulia", one_line(how)}});
+  std::vector<std::string> layer_files;
+  if (!arguments.layers.empty()) {
+    for (const auto& path : write_layers(layers, image.width, arguments.layers)) {
+      layer_files.push_back(path.string());
+    }
+  }
+  if (arguments.preview) preview.remove();
+  session.report_kernels(device);
+  const double seconds = session.seconds();
+  const std::string of_layers =
+      layer_files.empty() ? "" : fmt::format("\nlayers: {}", fmt::join(layer_files, " "));
+  session.console.summary(fmt::format("{} x {} pixels, {:.1f} s\npicture: {}{}", image.width,
+                                      image.height, seconds, arguments.output, of_layers),
+                          {{"picture", arguments.output},
+                           {"layers", layer_files},
+                           {"width", image.width},
+                           {"height", image.height},
+                           {"covered_pixels", image.covered},
+                           {"made_with", how},
+                           {"seconds", seconds}});
+  return kDone;
+}
+
+void describe_options(Command command, Arguments& a) {
+  command
+      .file("MAP", a.input,
+            "Map file that 'qjulia fit' wrote; or a mesh (.obj, .off, .ply, .stl), drawn in "
+            "the same view and light for comparison")
+      .required()
+      .type("");
+  command.file("-o,--output", a.output, "Picture to write: .png").required().type("PICTURE");
+  add_size(command, a.options);
+  command.add("--samples", &a.options.samples_per_axis,
+              "Anti-aliasing: rays along each side of a pixel");
+  add_camera(command, a.options.camera);
+  command
+      .add("--sweep", &a.sweep,
+           std::string("Pictures for several values of one option, NAME=FROM:TO:COUNT or "
+                       "NAME=A,B,C: a contact sheet in PICTURE, and each in "
+                       "PICTURE_001.png and on. NAME: ") +
+               kSweepNames)
+      .type("SWEEP");
+  command
+      .add("--turntable", &a.turntable,
+           "The same for N azimuths once around, 2 to 10000: the shape turns under steady light")
+      .range(2, 10000)
+      .type("N");
+  command.choice(
+      "--material", a.options.material,
+      {{to_string(Material::clay), Material::clay},
+       {to_string(Material::iterations), Material::iterations},
+       {to_string(Material::trap), Material::trap}},
+      "What colours the set: clay; iterations, how late the orbit of a point is decided; or trap, "
+      "how close two iterates come to the plane X = 0, seen from the origin");
+  command
+      .file("--aov", a.layers,
+            "Also write what each pixel shows: PREFIX.depth.npy (along the ray from the\n"
+            "camera, shape units, inf where nothing is), PREFIX.normal.npy and\n"
+            "PREFIX.position.npy (shape coordinates), unfiltered; depth and normal also as\n"
+            ".png to look at")
+      .type("PREFIX");
+  command.flag("--preview", a.preview,
+               "First write a rough picture, up to 320 wide, as NAME.preview.png; it goes "
+               "when\nthe picture is done");
+  add_map_options(command, a.map_options);
+  add_box(command, a.map_options, "The set is cut open at its faces. Default: all of it");
+  add_escape(command, a.map_options, kDefaultEscape);
+  add_precision(command, a.map_options);
+  add_device(command, a.device);
+}
+
+}  // namespace
+
+void add_render(CommandLine& program, ChosenCommand& chosen) {
+  const Command command = program.add_command("render", "Draw a picture of a map's set");
+  command.footer(
+      "Examples:\n"
+      "  qjulia render bunny.qjulia.json -o bunny.png\n"
+      "  qjulia render bunny.qjulia.json -o ears.png --size 1920x1080 --azimuth 120 --zoom 2\n"
+      "  qjulia render bunny.obj -o mesh.png             the mesh in the same view\n"
+      "  qjulia render bunny.qjulia.json -o crust.png --drift 0.8 --detail 0.03\n"
+      "  qjulia render bunny.qjulia.json -o drift.png --sweep drift=0:1.05:12 --size 480x360\n"
+      "  qjulia render bunny.qjulia.json -o turn.png --turntable 36\n"
+      "  qjulia render bunny.qjulia.json -o big.png --size 3840x2160 --preview --aov big\n"
+      "Rays meet the set itself, not a mesh of it: the picture is as sharp as its pixels. The "
+      "file's\n"
+      "text chunk 'qjulia' says how it was made.\n" +
+      std::string(kMapOptionsHelp));
+  auto arguments = std::make_shared<Arguments>();
+  describe_options(command, *arguments);
+  add_trace(command, chosen.trace);
+  add_verbosity(command, chosen.verbosity);
+  command.on_chosen([arguments, &chosen] {
+    chosen.run = [arguments](Session& session) { return run(*arguments, session); };
+  });
+}
+
+}  // namespace qjulia::tools

@@ -1,0 +1,58 @@
+#pragma once
+/// One run of the command: what it says, when it is to stop, how long it has run.
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "console.hpp"
+#include "files.hpp"
+#include "interrupts.hpp"
+#include "qjulia/device.hpp"
+
+namespace qjulia::tools {
+
+class Session {
+ public:
+  /// @param trace_file where `finish` writes a trace; empty: nowhere.
+  explicit Session(const Verbosity& verbosity, std::string trace_file = {});
+
+  /// Wall time since the command started.
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+  /// `check_outputs` of files.hpp, with the trace.
+  void check_outputs(const std::vector<std::filesystem::path>& inputs,
+                     std::vector<base::Output> outputs);
+  /// Progress to the console, stop requests from signals, stages to the trace. Valid as long as
+  /// this session.
+  Watch watch();
+  /// Chooses a device, with the settings kept for it, and says which. @throws NoDeviceError
+  Device open_device(const std::string& wanted);
+  /// What is traced, if anything is.
+  const std::shared_ptr<Trace>& trace() const { return trace_; }
+  /// No trace is written after all: another process of this run does.
+  void leave_trace() { trace_ = {}; }
+  /// Writes the trace, if there is one and the command came as far as `check_outputs`.
+  /// @throws OutputError
+  void finish();
+  /// With --verbose: how long each kernel ran on the device.
+  void report_kernels(const Device& device);
+
+  // The signals are blocked before anything can start a thread.
+  Interrupts interrupts;
+  Console console;
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::string trace_file_;
+  bool are_outputs_checked_ = false;
+  std::shared_ptr<Trace> trace_;
+  std::optional<Device> traced_;
+};
+
+/// "0:0 cpu NAME".
+std::string describe(const DeviceInfo& info);
+
+}  // namespace qjulia::tools

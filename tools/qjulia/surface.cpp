@@ -1,0 +1,210 @@
+/// qjulia surface: a map in, a mesh out.
+
+#include "qjulia/surface.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "files.hpp"
+#include "map_options.hpp"
+#include "options.hpp"
+#include "provenance.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/figures.hpp"
+#include "qjulia/file_types.hpp"
+#include "qjulia/map_file.hpp"
+#include "qjulia/surface_file.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+struct Arguments {
+  std::string map;
+  std::string output;
+  std::string device;
+  MapOptions map_options;
+  SurfaceOptions options;
+  bool largest_component = false;
+  std::optional<double> min_component;  ///< of the largest one's area
+  std::optional<double> millimetres;    ///< instead of shape units
+};
+
+/// What was written.
+struct Made {
+  SurfaceReport report;
+  SurfaceFigures figures;
+  std::size_t non_manifold_edges = 0;
+};
+
+SurfaceOptions checked_options(const Arguments& arguments) {
+  SurfaceOptions options = arguments.options;
+  options.iterations = arguments.map_options.iterations;
+  options.box = arguments.map_options.box;
+  options.escape = arguments.map_options.escape;
+  options.precision = arguments.map_options.precision;
+  arguments.map_options.knobs.validate();
+  options.validate();
+  return options;
+}
+
+/// The map with shapes that are as long as was asked for; a box that was given goes with it.
+RationalMap scaled(RationalMap map, std::optional<double> millimetres, const std::string& file,
+                   SurfaceOptions& options) {
+  if (!millimetres) return map;
+  if (!map.box) {
+    throw InputError(
+        fmt::format("--millimetres needs the size of the shape, and '{}' does not hold it", file));
+  }
+  const double factor = *millimetres / map.box->size().maxCoeff();
+  for (auto* box : {&map.box, &options.box}) {
+    if (*box) *box = Box{factor * (*box)->low, factor * (*box)->high};
+  }
+  if (map.inradius) *map.inradius *= factor;
+  map.shape_to_map.scale /= factor;
+  return map;
+}
+
+bool is_ply(const Arguments& arguments) { return extension_of(arguments.output) == ".ply"; }
+
+/// Straight to the file; memory does not grow with what it holds.
+Made stream(const Arguments& arguments, const Device& device, const RationalMap& map,
+            const SurfaceOptions& options, const std::string& note, const Watch& watch) {
+  PlyFile file(arguments.output, note);
+  FigureSink sink(&file);
+  Made made;
+  made.report = extract_surface(device, map, options, sink, watch);
+  made.figures = sink.figures();
+  if (made.report.triangles > 0 && !made.report.stopped) file.commit();
+  return made;
+}
+
+/// By way of memory: for formats that need their counts first, and to choose among components.
+Made collect(const Arguments& arguments, const Device& device, const RationalMap& map,
+             const SurfaceOptions& options, const std::string& note, const Watch& watch) {
+  Made made;
+  TriangleMesh mesh = extract_surface(device, map, options, watch, &made.report);
+  if (mesh.triangles.empty()) return made;
+  const double least = arguments.largest_component ? 1 : arguments.min_component.value_or(0);
+  if (least > 0) mesh = large_components(mesh, least);
+  if (is_ply(arguments)) {
+    std::vector<Eigen::Vector3d> normals;
+    for (const auto& normal : mesh.normals) normals.push_back(normal.cast<double>());
+    PlyFile file(arguments.output, note);
+    file.vertices(mesh.vertices, normals);
+    file.triangles(mesh.triangles);
+    file.commit();
+  } else {
+    write_mesh(mesh, arguments.output, note);
+  }
+  const MeshReport report = inspect(mesh);
+  made.report.vertices = report.vertices;
+  made.report.triangles = report.triangles;
+  made.report.open_edges = report.open_edges;
+  made.non_manifold_edges = report.non_manifold_edges;
+  made.figures = measure(mesh);
+  return made;
+}
+
+int run(const Arguments& arguments, Session& session) {
+  SurfaceOptions options = checked_options(arguments);
+  session.check_outputs({arguments.map}, {{"--output", arguments.output,
+                                           extensions(FileContent::mesh, FileUse::write)}});
+  const RationalMap read = read_map(arguments.map);
+  const Device device = session.open_device(arguments.device);
+  const RationalMap map = scaled(turned(device, read, arguments.map_options, arguments.map),
+                                 arguments.millimetres, arguments.map, options);
+
+  const bool whole = !arguments.largest_component && arguments.min_component.value_or(0) == 0;
+  nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
+  how["resolution"] = options.resolution;
+  const Made made = (whole && is_ply(arguments) ? stream : collect)(arguments, device, map, options,
+                                                                    one_line(how), session.watch());
+  const SurfaceReport& report = made.report;
+  if (report.stopped) throw Interrupted();
+  if (report.triangles == 0) {
+    throw Error(
+        fmt::format("the set of '{}' is empty in this box; try a smaller --detail, fewer "
+                    "--iterations or another --box",
+                    arguments.map));
+  }
+  const bool closed = report.open_edges == 0 && made.non_manifold_edges == 0;
+  const std::size_t components = made.figures.components;
+  session.report_kernels(device);
+  const double seconds = session.seconds();
+  session.console.summary(
+      fmt::format("{} vertices, {} triangles, {} component{}, {}; {:.1f} s\nmesh: {}",
+                  report.vertices, report.triangles, components, components == 1 ? "" : "s",
+                  closed ? "closed and manifold" : "not closed", seconds, arguments.output),
+      {{"mesh", arguments.output},
+       {"vertices", report.vertices},
+       {"triangles", report.triangles},
+       {"components", components},
+       {"open_edges", report.open_edges},
+       {"non_manifold_edges", made.non_manifold_edges},
+       {"closed", closed},
+       {"figures", to_json(made.figures)},
+       {"made_with", how},
+       {"resolution", options.resolution},
+       {"points", to_json(report)},
+       {"seconds", seconds}});
+  return kDone;
+}
+
+}  // namespace
+
+void add_surface(CommandLine& program, ChosenCommand& chosen) {
+  const Command command = program.add_command("surface", "Make a mesh of a map's set");
+  command.footer(
+      "Examples:\n"
+      "  qjulia surface bunny.qjulia.json -o bunny.ply\n"
+      "  qjulia surface bunny.qjulia.json -o fine.stl --resolution 512 --detail 0.03\n"
+      "  qjulia surface bunny.qjulia.json -o print.stl --millimetres 80 --largest-component\n"
+      "  qjulia surface bunny.qjulia.json -o crust.ply --drift 0.8 --phase 0.8 0.6 0 0\n"
+      "The mesh lies in the fitted shape's own coordinates. Only the undecided shell about\n"
+      "the surface is iterated: time grows with its volume, memory with the mesh and one slab.\n" +
+      std::string(kMapOptionsHelp));
+  auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  command.file("MAP", a.map, "Map file that 'qjulia fit' wrote").required().type("");
+  command
+      .file("-o,--output", a.output,
+            "Mesh to write: " + extension_list(FileContent::mesh, FileUse::write))
+      .required()
+      .type("MESH");
+  command.add("--resolution", &a.options.resolution, "Cells along the box's longest side");
+  command.add("--refine", &a.options.refine,
+              "Halvings of each edge of the grid that the surface crosses: vertices lie on the\n"
+              "iterated set's boundary instead of where its field is interpolated. 6 is plenty");
+  const Option largest = command.flag("--largest-component", a.largest_component,
+                                      "Leave out all but the largest connected part");
+  command
+      .add("--min-component", &a.min_component,
+           "Leave out connected parts with less than this fraction, 0 to 1, of the largest one's "
+           "area")
+      .excludes(largest)
+      .range(0.0, 1.0)
+      .type("FRACTION");
+  command
+      .add("--millimetres", &a.millimetres,
+           "Scale the mesh so that the fitted shape's longest side has this length")
+      .range(1e-6, 1e9)
+      .type("LENGTH");
+  command.flag("--dense", a.options.dense,
+               "Run the orbit of every point of the grid to its end: the same mesh, much\n"
+               "slower, without trusting r_in, r_out and bounds");
+  add_map_options(command, a.map_options);
+  add_box(command, a.map_options, "Default: the shape's box plus 5 %, grown until the set fits in");
+  add_escape(command, a.map_options, kDefaultEscape);
+  add_precision(command, a.map_options);
+  add_device(command, a.device);
+  add_trace(command, chosen.trace);
+  add_verbosity(command, chosen.verbosity);
+  command.on_chosen([arguments, &chosen] {
+    chosen.run = [arguments](Session& session) { return run(*arguments, session); };
+  });
+}
+
+}  // namespace qjulia::tools

@@ -1,0 +1,138 @@
+#include "report/report.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/output_file.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/field.hpp"
+#include "qjulia/plot.hpp"
+#include "report/base64.hpp"
+#include "report/html.hpp"
+
+namespace qjulia::report {
+namespace {
+
+/// A figure of the stages against the evaluations or the seconds up to their ends.
+std::string curve(const std::vector<StageReport>& stages, const char* label, bool by_seconds,
+                  double StageReport::*value, bool logarithmic) {
+  PlotSeries series;
+  series.points = true;
+  double at = 0;
+  for (const StageReport& stage : stages) {
+    at += by_seconds ? stage.seconds : stage.evaluations;
+    series.x.push_back(at);
+    series.y.push_back(stage.*value);
+  }
+  Plot plot;
+  plot.width = 480;
+  plot.height = 300;
+  plot.x.label = by_seconds ? "seconds in stages" : "evaluations";
+  plot.y.label = label;
+  plot.y.logarithmic = logarithmic;
+  plot.series.push_back(std::move(series));
+  // As a picture of its own: names inside a plot are those of every other plot.
+  return fmt::format(
+      "<figure><img alt=\"{} against {}\" src=\"data:image/svg+xml;base64,{}\"/></figure>\n",
+      html::escaped(label), plot.x.label, base64(plot_svg(plot)));
+}
+
+std::string curves(const std::vector<StageReport>& stages) {
+  if (stages.empty()) return "<p>No stage was run.</p>\n";
+  std::string text = "<div class=\"row\">\n";
+  for (const bool by_seconds : {false, true}) {
+    text += curve(stages, "energy", by_seconds, &StageReport::energy_after, true);
+    text += curve(stages, "IoU, coarse grid", by_seconds, &StageReport::iou, false);
+  }
+  return text + "</div>\n";
+}
+
+std::string stage_table(const std::vector<StageReport>& stages) {
+  std::vector<std::vector<std::string>> rows;
+  rows.reserve(stages.size());
+  for (const StageReport& s : stages) {
+    rows.push_back({s.name, fmt::format("{}", s.evaluations),
+                    fmt::format("{:.4g}", s.energy_before), fmt::format("{:.4g}", s.energy_after),
+                    fmt::format("{:.4f}", s.iou), fmt::format("{:.2f}", s.seconds)});
+  }
+  return html::table({"stage", "evaluations", "energy before", "after", "IoU", "seconds"}, rows);
+}
+
+std::string metrics_table(const std::vector<FitMetrics>& all) {
+  std::vector<std::vector<std::string>> rows;
+  rows.reserve(all.size());
+  for (const FitMetrics& m : all) {
+    rows.push_back(
+        {fmt::format("{}", m.iterations), fmt::format("{:.4f}", m.iou),
+         fmt::format("{:.3f}", 100 * m.mean_distance), fmt::format("{:.3f}", 100 * m.distance_95),
+         fmt::format("{:.2f}", 100 * m.hausdorff_distance), fmt::format("{:.3f}", m.roughness),
+         fmt::format("{:+.4f}", m.energy), fmt::format("{:.3f}", m.slope_variation)});
+  }
+  return html::table({"n", "IoU", "mean distance, % of diagonal", "95 % within, %", "Hausdorff, %",
+                      "roughness", "energy", "variation of slope"},
+                     rows);
+}
+
+}  // namespace
+
+void ReportOptions::validate() const {
+  PictureOptions picture;
+  picture.width = width;
+  picture.height = height;
+  picture.iterations = iterations;
+  picture.validate();
+}
+
+FitReport make_report(const Device& device, const TriangleMesh& mesh, const FitResult& result,
+                      const std::string& title, const ReportOptions& options, const Watch& watch) {
+  options.validate();
+  FitReport report{title, result, {}, {}};
+  PictureOptions picture;
+  picture.width = options.width;
+  picture.height = options.height;
+  const auto add = [&](const std::string& caption, Image image) {
+    if (!image.pixels.empty()) report.pictures.push_back({caption, std::move(image)});
+  };
+  add("the mesh", render_mesh(device, mesh, mesh.box(), picture, watch));
+  picture.iterations = 1;
+  add("the potential, n = 1", render(device, result.map, picture, watch));
+  picture.iterations = options.iterations;
+  add(fmt::format("the set, n = {}", options.iterations),
+      render(device, result.map, picture, watch));
+  if (watch.stop.stop_requested()) return report;
+  CompareOptions comparison;
+  comparison.iterations = options.iterations;
+  report.metrics = compare(device, result.map, mesh, comparison, watch);
+  return report;
+}
+
+std::string report_html(const FitReport& report) {
+  std::string body = fmt::format("<p>{} factors, {} evaluations in {:.1f} s; ended: {}.</p>\n",
+                                 report.result.map.factors.size(), report.result.evaluations,
+                                 report.result.seconds, to_string(report.result.stopped));
+  for (const std::string& warning : report.result.warnings) {
+    body += "<p><strong>Warning:</strong> " + html::escaped(warning) + "</p>\n";
+  }
+  body += "<h2>Pictures</h2>\n<div class=\"row\">\n";
+  for (const auto& [caption, image] : report.pictures) body += html::figure(image, caption);
+  body += "</div>\n<h2>How well it fits</h2>\n" + metrics_table(report.metrics);
+  body +=
+      "<h2>How it went</h2>\n" + curves(report.result.stages) + stage_table(report.result.stages);
+  const auto text = report.result.map.provenance.json().dump(
+      2, ' ', true, nlohmann::json::error_handler_t::replace);
+  body += "<h2>How it was made</h2>\n<pre>" + html::escaped(text) + "</pre>\n";
+  return html::page(report.title, body);
+}
+
+void write_report(const FitReport& report, const std::filesystem::path& file) {
+  std::error_code error;
+  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
+  if (error) {
+    throw OutputError(
+        fmt::format("cannot make folder '{}': {}", file.parent_path().string(), error.message()));
+  }
+  base::write_file(file, report_html(report));
+}
+
+}  // namespace qjulia::report

@@ -1,0 +1,49 @@
+#pragma once
+/// A fit on one page: what was fitted, how it went, how well it turned out.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "qjulia/compare.hpp"
+#include "qjulia/fit.hpp"
+#include "qjulia/mesh.hpp"
+#include "qjulia/picture.hpp"
+
+namespace qjulia::report {
+
+struct ReportOptions {
+  int width = 480;  ///< of each picture, pixels
+  int height = 360;
+  int iterations = 6;     ///< of the set's picture and figures
+  void validate() const;  ///< @throws InputError
+};
+
+/// A picture and the line under it.
+struct CaptionedImage {
+  std::string caption;
+  Image image;
+};
+
+/// Everything the page shows.
+struct FitReport {
+  std::string title;
+  FitResult result;                      ///< with the map's provenance
+  std::vector<CaptionedImage> pictures;  ///< in one view
+  std::vector<FitMetrics> metrics;       ///< at n = 1 and at the options' n
+};
+
+/// Draws the mesh, the potential (n = 1) and the set, and measures the fit. A report without
+/// pictures when a stop was requested.
+FitReport make_report(const Device& device, const TriangleMesh& mesh, const FitResult& result,
+                      const std::string& title, const ReportOptions& options = {},
+                      const Watch& watch = {});
+
+/// One page that needs nothing else: pictures and curves stand in the text. Well-formed XML too.
+std::string report_html(const FitReport& report);
+
+/// `report_html` as a file, under a temporary name that is renamed; its folder is made where it
+/// does not exist. @throws OutputError
+void write_report(const FitReport& report, const std::filesystem::path& file);
+
+}  // namespace qjulia::report

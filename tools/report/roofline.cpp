@@ -1,0 +1,48 @@
+#include "report/roofline.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace qjulia::report {
+
+Plot roofline(const ProfileReport& report) {
+  const double ridge = report.limits.fma_per_second / report.limits.bytes_per_second;
+  const double roof = 1e-9 * report.limits.fma_per_second;
+  double farthest = 100 * ridge, slowest = roof / 20;
+  Plot plot;
+  plot.title = report.device.name;
+  plot.x = {"slots (multiply-adds, multiplications, divisions) per byte of memory", true, {}};
+  plot.y = {"G slots per second", true, {}};
+  PlotSeries kernels;
+  kernels.line = false;
+  kernels.points = true;
+  for (const KernelFigures& f : report.kernels) {
+    if (!f.slots || !f.memory_bytes) continue;
+    kernels.x.push_back(*f.slots / *f.memory_bytes);
+    kernels.y.push_back(1e-9 * *f.slots / f.median_seconds);
+    kernels.names.push_back(
+        fmt::format("{}, n = {}: {:.0f} %", f.kernel, f.iterations, 100 * *f.share_of_limit));
+    farthest = std::max(farthest, 4 * kernels.x.back());
+    slowest = std::min(slowest, 0.5 * kernels.y.back());
+  }
+  const double nearest = 0.05 * ridge;
+  plot.x.range = {nearest, farthest};
+  plot.y.range = {slowest, 2 * roof};
+  plot.series.push_back({fmt::format("copy, {:.1f} GB/s", 1e-9 * report.limits.bytes_per_second),
+                         {nearest, ridge},
+                         {0.05 * roof, roof},
+                         true,
+                         false,
+                         {}});
+  plot.series.push_back({fmt::format("multiply-adds, {:.1f} G/s", roof),
+                         {ridge, farthest},
+                         {roof, roof},
+                         true,
+                         false,
+                         {}});
+  plot.series.push_back(std::move(kernels));
+  return plot;
+}
+
+}  // namespace qjulia::report

@@ -1,0 +1,14 @@
+#pragma once
+/// The roofline picture: kernels between what memory and what arithmetic allow.
+
+#include "qjulia/plot.hpp"
+#include "qjulia/profile.hpp"
+
+namespace qjulia::report {
+
+/// After Williams, Waterman and Patterson, "Roofline", Communications of the ACM 52(4), 2009: work
+/// per byte across, work per second up, both logarithmic. Kernels whose work is not known are left
+/// out.
+Plot roofline(const ProfileReport& report);
+
+}  // namespace qjulia::report
