@@ -45,13 +45,11 @@ class MessageReader {
 }  // namespace
 
 Queue::Queue(const Manifest& manifest, const BatchOptions& options, const Exchange& exchange,
-             std::size_t runners, std::function<void(const EntryStatus&)> settled_before,
-             std::function<void(const EntryStatus&)> settled_elsewhere)
+             std::size_t runners, std::function<void(const Settled&)> observe_settled)
     : manifest_(manifest),
       options_(options),
       exchange_(exchange),
-      settled_before_(std::move(settled_before)),
-      settled_elsewhere_(std::move(settled_elsewhere)),
+      observe_settled_(std::move(observe_settled)),
       places_(manifest.entries.size(), Place::open),
       runners_(runners) {}
 
@@ -84,6 +82,7 @@ void Queue::put_back(const EntryStatus& status, std::size_t index) {
   std::erase_if(unsaved_, [&](const EntryStatus& s) { return s.name == status.name; });
   if (!saved) unsaved_.push_back(status);
   put_back_.emplace_back(index, status.state);
+  if (is_settled(status.state)) settled_here_[index] = {status, Settled::By::this_rank};
   tell();
 }
 
@@ -130,7 +129,7 @@ Message Queue::message() {
 }
 
 void Queue::replay(const std::vector<Message>& messages) {
-  std::vector<EntryStatus> elsewhere;
+  std::vector<Settled> settled;
   std::unique_lock lock(mutex_);
   std::vector<MessageReader> readers(messages.begin(), messages.end());
   for (std::size_t rank = 0; rank < readers.size(); ++rank) {
@@ -139,10 +138,14 @@ void Queue::replay(const std::vector<Message>& messages) {
       const std::size_t index = readers[rank].next();
       const auto state = static_cast<EntryState>(readers[rank].next());
       places_[index] = is_settled(state) ? Place::settled : Place::open;
-      if (is_settled(state) && rank != exchange_.rank) {
-        EntryStatus& status = elsewhere.emplace_back();
+      if (!is_settled(state)) continue;
+      if (rank == exchange_.rank) {
+        settled.push_back(std::move(settled_here_.extract(index).mapped()));
+      } else {
+        EntryStatus status;
         status.name = manifest_.entries[index].name;
         status.state = state;
+        settled.push_back({std::move(status), Settled::By::other_rank});
       }
     }
   }
@@ -166,7 +169,7 @@ void Queue::replay(const std::vector<Message>& messages) {
   }
   changed_.notify_all();
   lock.unlock();
-  for (const EntryStatus& status : elsewhere) settled_elsewhere_(status);
+  for (const Settled& entry : settled) observe_settled_(entry);
 }
 
 std::optional<std::size_t> Queue::choose(const std::set<std::size_t>& last_choice) const {
@@ -181,11 +184,11 @@ std::optional<std::size_t> Queue::choose(const std::set<std::size_t>& last_choic
 /// This rank looks at its share of the entries: one of every `size`.
 void Queue::settle_earlier() {
   for (std::size_t i = exchange_.rank; i < places_.size(); i += exchange_.size) {
-    const auto settled = settled_status(i);
-    if (!settled) continue;
-    settled_before_(*settled);
+    const auto status = settled_status(i);
+    if (!status) continue;
     const std::lock_guard lock(mutex_);
-    put_back_.emplace_back(i, settled->state);
+    put_back_.emplace_back(i, status->state);
+    settled_here_[i] = {*status, Settled::By::earlier_run};
   }
 }
 

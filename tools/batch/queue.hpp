@@ -20,16 +20,20 @@ struct Task {
   EntryStatus status;  ///< with its key, and what was tried before
 };
 
+/// An entry that is done or has failed.
+struct Settled {
+  EntryStatus status;  ///< of another rank's: name and state alone
+  enum class By { earlier_run, this_rank, other_rank } by;
+};
+
 /// The entries' list. Every rank has the same one: what threads ask for and what they have settled
 /// goes round all ranks, and each replays it in the same order.
 class Queue {
  public:
   /// @param runners threads of this rank that take entries.
-  /// @param settled_before told of this rank's share of the entries that need no work.
-  /// @param settled_elsewhere told of entries that other ranks have settled.
+  /// @param observe_settled told of every entry that is settled, in the same order on all ranks.
   Queue(const Manifest& manifest, const BatchOptions& options, const Exchange& exchange,
-        std::size_t runners, std::function<void(const EntryStatus&)> settled_before,
-        std::function<void(const EntryStatus&)> settled_elsewhere);
+        std::size_t runners, std::function<void(const Settled&)> observe_settled);
 
   /// The next entry, this thread's alone. Waits while entries are in other hands, which may give
   /// them back. Nothing when all are settled or a stop is requested.
@@ -68,8 +72,7 @@ class Queue {
   const Manifest& manifest_;
   const BatchOptions& options_;
   const Exchange& exchange_;
-  std::function<void(const EntryStatus&)> settled_before_;
-  std::function<void(const EntryStatus&)> settled_elsewhere_;
+  std::function<void(const Settled&)> observe_settled_;
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;  ///< for runners: answers, or that all is settled
   std::condition_variable_any news_;     ///< for `run`: there is something to tell
@@ -77,6 +80,7 @@ class Queue {
   std::vector<Place> places_;
   std::map<std::size_t, Request> requests_;                   ///< by runner
   std::vector<std::pair<std::size_t, EntryState>> put_back_;  ///< since the last round
+  std::map<std::size_t, Settled> settled_here_;               ///< by entry, until observed
   std::size_t runners_;                                       ///< that have not left
   std::vector<EntryStatus> unsaved_;
 };

@@ -66,13 +66,12 @@ class Runner {
   bool run_task(Task& task) {
     EntryStatus& status = task.status;
     const auto start = Clock::now();
-    const auto settle = [&](EntryState state, Kind kind, std::string error) {
+    const auto put_back = [&](EntryState state, std::string error = {}) {
       status.state = state;
       status.error = std::move(error);
       status.seconds = seconds_since(start);
       status.progress = {};
       queue_.put_back(status, task.index);
-      tell(kind, &status, status.error);
     };
     try {
       begin(status);
@@ -81,20 +80,21 @@ class Runner {
           worker_->run(manifest_.entries[task.index], options_.folder, watch(status, start));
       status.files = std::move(result.files);
       status.figures = std::move(result.figures);
-      settle(EntryState::done, Kind::done, {});
+      put_back(EntryState::done);
       failed_in_a_row_.clear();
     } catch (const Interrupted&) {
-      settle(EntryState::interrupted, Kind::interrupted, {});
+      put_back(EntryState::interrupted);
+      tell(Kind::interrupted, &status);
     } catch (const DeviceError& error) {
-      return device_failed(task, error.what(), settle);
+      return device_failed(task, error.what(), put_back);
     } catch (const KernelBuildError& error) {
-      return device_failed(task, error.what(), settle);
+      return device_failed(task, error.what(), put_back);
     } catch (const NoDeviceError& error) {
-      return device_failed(task, error.what(), settle);
+      return device_failed(task, error.what(), put_back);
     } catch (const std::bad_alloc&) {
-      settle(EntryState::failed, Kind::failed, "out of memory");
+      put_back(EntryState::failed, "out of memory");
     } catch (const std::exception& error) {
-      settle(EntryState::failed, Kind::failed, error.what());
+      put_back(EntryState::failed, error.what());
     }
     return true;
   }
@@ -129,17 +129,18 @@ class Runner {
             stop_};
   }
 
-  template <class Settle>
-  bool device_failed(Task& task, const std::string& why, const Settle& settle) {
+  template <class PutBack>
+  bool device_failed(Task& task, const std::string& why, const PutBack& put_back) {
     worker_.reset();  // a context that failed once may never work again
     failed_here_.insert(task.index);
     failed_in_a_row_.insert(task.index);
     task.status.failed_tries.push_back({device_.name, why});
     if (task.status.failed_tries.size() >= kMostTries) {
-      settle(EntryState::failed, Kind::failed,
-             fmt::format("devices failed {} times, last: {}", kMostTries, why));
+      put_back(EntryState::failed,
+               fmt::format("devices failed {} times, last: {}", kMostTries, why));
     } else {
-      settle(EntryState::waiting, Kind::given_back, why);
+      put_back(EntryState::waiting, why);
+      tell(Kind::given_back, &task.status, why);
     }
     if (failed_in_a_row_.size() < kEntriesToRetire) return true;
     tell(Kind::retired, nullptr,
@@ -227,19 +228,15 @@ std::vector<EntryStatus> run_batch(const Manifest& manifest,
                                    const std::function<void(const BatchEvent&)>& observe,
                                    std::stop_token stop, const Exchange& exchange) {
   Observer observer(observe);
-  const auto settled = [&](const EntryStatus& status, bool elsewhere) {
-    const Kind kind = status.state == EntryState::done ? Kind::done : Kind::failed;
-    observer({.kind = kind,
-              .earlier = !elsewhere,
-              .elsewhere = elsewhere,
+  Queue queue(manifest, options, exchange, devices.size(), [&](const Settled& settled) {
+    const EntryStatus& status = settled.status;
+    observer({.kind = status.state == EntryState::done ? Kind::done : Kind::failed,
+              .earlier = settled.by == Settled::By::earlier_run,
+              .elsewhere = settled.by == Settled::By::other_rank,
               .status = &status,
               .device = status.device,
               .message = status.error});
-  };
-  Queue queue(
-      manifest, options, exchange, devices.size(),
-      [&](const EntryStatus& status) { settled(status, false); },
-      [&](const EntryStatus& status) { settled(status, true); });
+  });
   {
     std::vector<std::jthread> threads;
     threads.reserve(devices.size());
