@@ -191,7 +191,7 @@ void describe_options(Command command, Arguments& a) {
       .add("--jobs", &a.jobs,
            "Fits side by side on a CPU, 1 to 1024; a GPU always does one at a time")
       .range(1, 1024);
-  command.file("--status", a.status, "Only say where the batch in this folder stands")
+  command.file("--status", a.status, "Only report the progress of the batch in this folder")
       .type("FOLDER");
   add_device(command, a.device);
 }
@@ -199,7 +199,8 @@ void describe_options(Command command, Arguments& a) {
 }  // namespace
 
 void add_batch(CommandLine& program, ChosenCommand& chosen) {
-  const Command command = program.add_command("batch", "Fit many meshes, and lose nothing");
+  const Command command =
+      program.add_command("batch", "Fit many meshes, resumable after any interruption");
   command.footer(
       "A manifest:\n"
       "  [defaults]\n"

@@ -51,8 +51,8 @@ void add_convert(CommandLine& program, ChosenCommand& chosen) {
       "Examples:\n"
       "  qjulia convert bunny.o3d bunny.qjulia.json      a map of the original program\n"
       "  qjulia convert bunny.qjulia.json crust.qjulia.json --drift 0.8 --detail 0.03\n"
-      "The second writes a map with its options turned in: what 'surface' and 'render' make of it\n"
-      "without options is what they would make of the first with them.\n" +
+      "The second writes a map with its settings baked in: 'surface' and 'render' make of it,\n"
+      "without options, what they would make of the first with these.\n" +
       std::string(kMapOptionsHelp));
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;

@@ -35,7 +35,7 @@ void add_fit_options(Command command, FitArguments& a) {
            "Seconds of the whole command; the map reached by then is saved. Default: none")
       .type("SECONDS");
   command.add("--max-evaluations", &a.options.max_evaluations,
-              "Most evaluations of energy and gradient; 0 is the schedule's own number");
+              "Maximum number of evaluations of energy and gradient; 0: the schedule's default");
   command
       .add("--seed", &a.options.seed,
            "Seed of all random choices. The same seed, options and device give the same "

@@ -97,11 +97,12 @@ void describe_print(const TriangleMesh& mesh, const MeshReport& report, const De
                               {"tenth_of_walls_below", walls.tenth},
                               {"median_wall", walls.median}};
   answer.add(fmt::format(
-      "printing      {}: {} open edges, {} non-manifold edges, {} bodies\n"
-      "walls         1 % thinner than {:.3g}, 10 % than {:.3g}, half than {:.3g} (units of the "
+      "printing      {}: {} open edges, {} non-manifold edges, {} {}\n"
+      "walls         1 % are under {:.3g}, 10 % under {:.3g}; the median is {:.3g} (units of the "
       "file)",
       printable ? "one closed body" : "not one closed body", report.open_edges,
-      report.non_manifold_edges, report.components, walls.thinnest, walls.tenth, walls.median));
+      report.non_manifold_edges, report.components, report.components == 1 ? "body" : "bodies",
+      walls.thinnest, walls.tenth, walls.median));
 }
 
 Answer mesh_info(const Arguments& arguments, const std::stop_token& stop) {

@@ -105,9 +105,7 @@ std::string table(const ScalingReport& report) {
   }
   for (const ScalingLaw& law : report.laws) {
     text += fmt::format(
-        "\nn = {}: seconds grow as samples^{:.3f} factors^{:.3f}; the farthest from this is off by "
-        "a "
-        "factor of {:.2f}",
+        "\nn = {}: seconds grow as samples^{:.3f} factors^{:.3f}; worst deviation: × {:.2f}",
         law.iterations, law.samples_exponent, law.factors_exponent, law.worst_ratio);
   }
   return text;
@@ -168,12 +166,12 @@ void add_profile(CommandLine& program, ChosenCommand& chosen) {
       "  qjulia profile --plot roofline.png\n"
       "  qjulia profile --scaling                                 cost against size\n"
       "  qjulia profile --tune                                    once a device; a minute or two\n"
-      "A pair is one factor at one sample for one iterate. The share of the limit counts the\n"
-      "multiplications and divisions that the kernel's source asks for against the multiply-adds\n"
-      "that the device does when it does nothing else. The predicted time is what the compiled\n"
+      "A pair is one factor at one sample for one iterate. The share of the limit compares the\n"
+      "multiplications and divisions in the kernel's source with the measured peak multiply-add\n"
+      "rate. The predicted time is what the compiled\n"
       "kernel's instructions, as counted for GPUs, and its memory traffic take at these limits.\n"
-      "Rays and distances end early by design: they have times only. Figures are of the device's\n"
-      "own clock; quiet machines measure best.\n"
+      "Rays and distances end early by design: they have times only. Times are from the\n"
+      "device's own clock; use an idle machine.\n"
       "Tuned settings are kept for the device, its driver and this program in\n"
       "$XDG_CACHE_HOME/qjulia (~/.cache/qjulia), and every command uses them from then on. Sums\n"
       "are then taken in another order: maps fitted before and after differ slightly,\n"

@@ -277,8 +277,7 @@ void describe_options(Command command, Arguments& a) {
       .type("");
   command.file("-o,--output", a.output, "Picture to write: .png").required().type("PICTURE");
   add_size(command, a.options);
-  command.add("--samples", &a.options.samples_per_axis,
-              "Anti-aliasing: rays along each side of a pixel");
+  command.add("--samples", &a.options.samples_per_axis, "Anti-aliasing: N x N rays per pixel");
   add_camera(command, a.options.camera);
   command
       .add("--sweep", &a.sweep,

@@ -176,8 +176,8 @@ void add_surface(CommandLine& program, ChosenCommand& chosen) {
       .type("MESH");
   command.add("--resolution", &a.options.resolution, "Cells along the box's longest side");
   command.add("--refine", &a.options.refine,
-              "Halvings of each edge of the grid that the surface crosses: vertices lie on the\n"
-              "iterated set's boundary instead of where its field is interpolated. 6 is plenty");
+              "Bisection steps per crossed grid edge: vertices lie on the iterated set's\n"
+              "boundary instead of where its field is interpolated. 6 is plenty");
   const Option largest = command.flag("--largest-component", a.largest_component,
                                       "Leave out all but the largest connected part");
   command
