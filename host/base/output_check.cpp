@@ -51,13 +51,13 @@ Path existing_part(Path folder) {
   return folder.empty() ? Path(".") : folder;
 }
 
-/// Two names of one file have the same place: device and number where it exists, else the true
+/// Two names of one file have the same identity: device and number where it exists, else the true
 /// name it would have.
-struct Place {
+struct FileIdentity {
   std::optional<std::pair<dev_t, ino_t>> file;
   Path name;
 
-  explicit Place(const Path& path) {
+  explicit FileIdentity(const Path& path) {
     struct stat info {};
     const bool exists = ::stat(path.c_str(), &info) == 0;
     if (exists && S_ISREG(info.st_mode)) file = {info.st_dev, info.st_ino};
@@ -69,18 +69,18 @@ struct Place {
   }
 };
 
-/// Who has which place.
-class Places {
+/// Who has which identity.
+class FileOwners {
  public:
   /// @return who had it before.
-  const std::string* take(const Place& place, const std::string& who) {
+  const std::string* take(const FileIdentity& identity, const std::string& who) {
     const std::string* before = nullptr;
-    if (place.file) {
-      const auto [at, added] = files_.try_emplace(*place.file, who);
+    if (identity.file) {
+      const auto [at, added] = files_.try_emplace(*identity.file, who);
       if (!added) before = &at->second;
     }
-    if (!place.name.empty()) {
-      const auto [at, added] = names_.try_emplace(place.name, who);
+    if (!identity.name.empty()) {
+      const auto [at, added] = names_.try_emplace(identity.name, who);
       if (!added) before = &at->second;
     }
     return before;
@@ -129,13 +129,13 @@ void check_writable(const Output& output) {
 }
 
 void check_distinct(std::span<const Path> inputs, std::span<const Output> outputs) {
-  Places places;
+  FileOwners owners;
   for (const Path& input : inputs) {
-    places.take(Place(input), fmt::format("the input '{}'", input.string()));
+    owners.take(FileIdentity(input), fmt::format("the input '{}'", input.string()));
   }
   for (const Output& output : outputs) {
     const std::string who = fmt::format("{} '{}'", output.name, output.path.string());
-    if (const std::string* before = places.take(Place(output.path), who)) {
+    if (const std::string* before = owners.take(FileIdentity(output.path), who)) {
       throw InputError(fmt::format("{} would overwrite {}; give it another name", who, *before));
     }
   }

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "device/device_clock.hpp"
-#include "device/launch_pace.hpp"
+#include "device/launch_sizer.hpp"
 #include "device/opencl.hpp"
 #include "device/program_source.hpp"
 #include "device/quirks.hpp"
@@ -52,7 +52,7 @@ struct Kernel::Handle {
   std::string name;
   cl_uint argument_count = 0;
   std::size_t group = 1;  ///< work-items of a group where a launch does not say
-  LaunchPace pace;
+  LaunchSizer sizer;
 };
 
 struct Context::Impl {
@@ -230,7 +230,7 @@ Kernel Context::kernel(const std::string& file, const std::string& name,
   kernel.handle_->kernel = cl::Kernel(program->second, name.c_str(), &code);
   impl_->expect(code, fmt::format("creating kernel {} of {}", name, file));
   kernel.handle_->name = name;
-  kernel.handle_->pace = LaunchPace(impl_->info);
+  kernel.handle_->sizer = LaunchSizer(impl_->info);
   kernel.handle_->argument_count = kernel.handle_->kernel.getInfo<CL_KERNEL_NUM_ARGS>();
   kernel.handle_->group =
       std::clamp<std::size_t>(std::bit_floor(largest_group(kernel)), 1,
@@ -316,7 +316,7 @@ void Context::launch(const Kernel& kernel, const Range& range, std::span<const A
 }
 
 std::size_t Context::items_per_launch(const Kernel& kernel, double cost) const {
-  return static_cast<std::size_t>(std::max(1.0, kernel.handle_->pace.work() / cost));
+  return static_cast<std::size_t>(std::max(1.0, kernel.handle_->sizer.work() / cost));
 }
 
 void Context::Impl::add_time(const Pending& launch, std::chrono::nanoseconds length) {
@@ -324,7 +324,7 @@ void Context::Impl::add_time(const Pending& launch, std::chrono::nanoseconds len
   auto& time = times[launch.kernel->name];
   ++time.launches;
   time.seconds += seconds;
-  if (launch.work > 0) launch.kernel->pace.learn(launch.work, seconds);
+  if (launch.work > 0) launch.kernel->sizer.learn(launch.work, seconds);
 }
 
 void Context::Impl::collect_time(const Pending& launch) {

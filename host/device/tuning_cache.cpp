@@ -88,8 +88,8 @@ std::filesystem::path tuning_file(const DeviceInfo& info) {
   return cache_folder() / "qjulia" / fmt::format("tuning-{}.json", owner_hash(info));
 }
 
-KeptTuning with_kept_tuning(const Device& device) {
-  KeptTuning kept{device, {}};
+CachedTuning with_cached_tuning(const Device& device) {
+  CachedTuning kept{device, {}};
   const char* wanted = std::getenv("QJULIA_TUNING");
   if (wanted != nullptr && std::string(wanted) == "off") return kept;
   // What is kept goes with the device's own layout; another is asked for with its defaults.

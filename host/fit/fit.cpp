@@ -130,7 +130,7 @@ std::string full_summary(const FitResult& result) {
 namespace {
 
 FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
-                 const FitOptions& options, const Watch& watch) {
+                 const FitOptions& options, const ProgressMonitor& monitor) {
   options.validate();
   const auto start = Budget::Clock::now();
   EvaluatorFactory make_evaluator = [&](const Samples& samples, const EnergyOptions& energy) {
@@ -141,22 +141,22 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   }
   Schedule schedule = find_schedule(options.schedule);
   if (options.polish) schedule = with_polish(std::move(schedule), options.detail);
-  Budget budget(options, schedule.evaluations, start, kReserve, watch.stop, team);
+  Budget budget(options, schedule.evaluations, start, kReserve, monitor.stop, team);
 
-  watch.report({"measuring the mesh", 0, -1, ""});
+  monitor.report({"measuring the mesh", 0, -1, ""});
   const auto in_stage = [&](const char* name, const auto& work) {
-    const TraceStage stage(watch.trace, name);
+    const TraceStage stage(monitor.trace, name);
     return work();
   };
   const Shape shape =
-      in_stage("measure the mesh", [&] { return make_shape(device, mesh, watch.stop); });
+      in_stage("measure the mesh", [&] { return make_shape(device, mesh, monitor.stop); });
   FitResult result;
   if (shape.has_hidden_parts) {
     result.warnings.emplace_back(
         "parts of the mesh overlap or lie within one another; it is fitted as their union");
   }
   const SignedDistance distance = in_stage("signed distance", [&] {
-    return SignedDistance(device, shape.mesh, Precision::single, watch.stop);
+    return SignedDistance(device, shape.mesh, Precision::single, monitor.stop);
   });
   SamplePool pool = in_stage("sample pool", [&] {
     return make_sample_pool(
@@ -185,7 +185,7 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
     return finish_map(device, map, iou, shape, pool, options.detail, result.warnings);
   };
   Stages stages(std::move(placed), {draw, overlap, with_detail}, make_evaluator, options, schedule,
-                budget, checkpoint, watch, team);
+                budget, checkpoint, monitor, team);
   if (kept) stages.resume(std::move(*kept));
 
   result.stopped = stages.run();
@@ -204,15 +204,15 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
 }  // namespace
 
 FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& options,
-              const Watch& watch) {
+              const ProgressMonitor& monitor) {
   Team alone;
-  return fit_in(alone, device, mesh, options, watch);
+  return fit_in(alone, device, mesh, options, monitor);
 }
 
 FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& options,
-              const Watch& watch, Ranks& ranks) {
+              const ProgressMonitor& monitor, Ranks& ranks) {
   Team team(ranks);
-  const Watch mine = team.rank() == 0 ? watch : Watch{{}, {}, watch.trace};
+  const ProgressMonitor mine = team.rank() == 0 ? monitor : ProgressMonitor{{}, {}, monitor.trace};
   return team.run([&] { return fit_in(team, device, mesh, options, mine); });
 }
 

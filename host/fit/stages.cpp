@@ -77,7 +77,7 @@ Preconditioner preconditioner(Evaluator& evaluator, const RationalMap& map,
 
 Stages::Stages(RationalMap start, Target target, EvaluatorFactory make_evaluator,
                const FitOptions& options, const Schedule& schedule, Budget& budget,
-               Checkpoint& checkpoint, const Watch& watch, Team& team)
+               Checkpoint& checkpoint, const ProgressMonitor& monitor, Team& team)
     : map_(std::move(start)),
       target_(std::move(target)),
       make_evaluator_(std::move(make_evaluator)),
@@ -85,7 +85,7 @@ Stages::Stages(RationalMap start, Target target, EvaluatorFactory make_evaluator
       schedule_(schedule),
       budget_(budget),
       checkpoint_(checkpoint),
-      watch_(watch),
+      monitor_(monitor),
       team_(team),
       random_(options.seed) {}
 
@@ -122,11 +122,11 @@ std::optional<StopReason> Stages::run_stage() {
   checkpoint_.save(before);
   level_ = before.level;
   const Level& level = schedule_.levels.at(static_cast<std::size_t>(before.level));
-  const TraceStage stage(watch_.trace, level.name);
+  const TraceStage stage(monitor_.trace, level.name);
   const double start = budget_.seconds();
   const int evaluations = budget_.evaluations();
   const auto part = [&](const char* name, const auto& work) {
-    const TraceStage traced(watch_.trace, name);
+    const TraceStage traced(monitor_.trace, name);
     return work();
   };
   if (level.iterations > 1) map_ = map();
@@ -174,9 +174,9 @@ std::optional<StopReason> Stages::run_stage() {
   budget_.update();
   reports_.push_back({level.name, budget_.evaluations() - evaluations, result.energy_before,
                       result.energy_after, budget_.seconds() - start, overlap, level.iterations});
-  watch_.report({"fitting", budget_.fraction(), budget_.seconds_left(),
-                 fmt::format("energy {:.3e}, IoU {:.4f}, {}, {} evaluations", result.energy_after,
-                             reports_.back().iou, level.name, budget_.evaluations())});
+  monitor_.report({"fitting", budget_.fraction(), budget_.seconds_left(),
+                   fmt::format("energy {:.3e}, IoU {:.4f}, {}, {} evaluations", result.energy_after,
+                               reports_.back().iou, level.name, budget_.evaluations())});
   if (result.stopped || !converged(level, result)) return result.stopped;
   if (++level_ == static_cast<int>(schedule_.levels.size())) return StopReason::converged;
   return std::nullopt;

@@ -28,7 +28,7 @@ class Stages {
 
   Stages(RationalMap start, Target target, EvaluatorFactory make_evaluator,
          const FitOptions& options, const Schedule& schedule, Budget& budget,
-         Checkpoint& checkpoint, const Watch& watch, Team& team);
+         Checkpoint& checkpoint, const ProgressMonitor& monitor, Team& team);
 
   /// Goes on where an earlier process stood.
   void resume(FitState state);
@@ -52,7 +52,7 @@ class Stages {
   const Schedule& schedule_;
   Budget& budget_;
   Checkpoint& checkpoint_;
-  const Watch& watch_;
+  const ProgressMonitor& monitor_;
   Team& team_;
   base::Random random_;
   std::vector<StageReport> reports_;

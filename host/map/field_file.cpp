@@ -67,7 +67,7 @@ void put(std::ostream& stream, std::span<const double> values) {
 
 CellGrid write_field(const Device& device, const RationalMap& map, const SampleOptions& options,
                      const std::filesystem::path& path, const std::string& comment,
-                     const Watch& watch) {
+                     const ProgressMonitor& monitor) {
   const bool npy = expect_type(path, FileContent::field, FileUse::write) == ".npy";
   CellGrid grid = sample_grid(device, map, options);
   base::OutputFile file(path);
@@ -82,7 +82,7 @@ CellGrid write_field(const Device& device, const RationalMap& map, const SampleO
         // A full disk ends the work now, not when all has been computed.
         if (!stream.flush()) file.commit();
       },
-      watch);
+      monitor);
   if (!npy) stream << "\n</AppendedData>\n</VTKFile>\n";
   file.commit();
   return grid;

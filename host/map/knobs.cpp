@@ -98,7 +98,7 @@ void MapKnobs::validate() const {
   if (scale) base::expect_positive("scale", *scale);
 }
 
-RationalMap turned(const Device& device, const RationalMap& map, const MapKnobs& knobs) {
+RationalMap with_knobs(const Device& device, const RationalMap& map, const MapKnobs& knobs) {
   knobs.validate();
   if (!map.is_rational()) expect_no_knobs_of_factors(map, knobs);
   RationalMap result = knobs.detail ? with_detail(map, *knobs.detail) : map;

@@ -85,7 +85,8 @@ CellGrid sample_grid(const Device& device, const RationalMap& map, const SampleO
 
 void sample_field(const Device& device, const RationalMap& map, const SampleOptions& options,
                   const CellGrid& grid, CellOrder order,
-                  const std::function<void(std::span<const double>)>& take, const Watch& watch) {
+                  const std::function<void(std::span<const double>)>& take,
+                  const ProgressMonitor& monitor) {
   options.validate();
   map.validate();
   const Field field(device, map, options.precision, {0, 0, options.escape});
@@ -93,7 +94,7 @@ void sample_field(const Device& device, const RationalMap& map, const SampleOpti
   const auto start = std::chrono::steady_clock::now();
   std::vector<Eigen::Vector3d> points;
   for (std::size_t first = 0; first < all; first += points.size()) {
-    if (watch.stop.stop_requested()) throw Interrupted();
+    if (monitor.stop.stop_requested()) throw Interrupted();
     points.resize(std::min(kPiece, all - first));
     for (std::size_t i = 0; i < points.size(); ++i) {
       points[i] = map.shape_to_map.to_map(center_at(grid, order, first + i));
@@ -101,7 +102,7 @@ void sample_field(const Device& device, const RationalMap& map, const SampleOpti
     take(field.at(on_slice(points, map.slice), options.iterations));
     const double done = static_cast<double>(first + points.size()) / static_cast<double>(all);
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-    watch.report({"sampling the field", done, taken.count() * (1 - done) / done, ""});
+    monitor.report({"sampling the field", done, taken.count() * (1 - done) / done, ""});
   }
 }
 

@@ -128,14 +128,14 @@ Image with_scale(const Image& sheet, double full, double diagonal) {
 }  // namespace
 
 Image comparison(const Device& device, const RationalMap& map, const TriangleMesh& mesh,
-                 const PictureOptions& options, const Watch& watch) {
+                 const PictureOptions& options, const ProgressMonitor& monitor) {
   PictureOptions potential = options;
   potential.iterations = 1;
   PictureLayers seen;
-  const Image original =
-      render_mesh(device, mesh, options.box.value_or(map.box.value_or(mesh.box())), options, watch);
-  const Image fitted = render(device, map, potential, watch);
-  const Image set = render(device, map, options, watch, &seen);
+  const Image original = render_mesh(
+      device, mesh, options.box.value_or(map.box.value_or(mesh.box())), options, monitor);
+  const Image fitted = render(device, map, potential, monitor);
+  const Image set = render(device, map, options, monitor, &seen);
   if (original.pixels.empty() || fitted.pixels.empty() || set.pixels.empty()) return {};
   const std::vector<double> distances = distances_of(outer_surface(device, mesh).distance, seen);
   const double diagonal = mesh.box().diagonal();

@@ -74,9 +74,10 @@ class Scale {
 };
 
 /// Names beside points, each with a line to its point where it could not stand close by.
-class Names {
+class PointNames {
  public:
-  explicit Names(cairo_t* context, const LabelBox& frame) : context_(context), labels_(frame) {}
+  explicit PointNames(cairo_t* context, const LabelBox& frame)
+      : context_(context), labels_(frame) {}
 
   void keep_clear(double x, double y) { labels_.keep_clear(x, y); }
 
@@ -172,7 +173,7 @@ void draw(cairo_t* context, const Plot& plot) {
   cairo_restore(context);
 
   // Names stand clear of the legend, lines, points and each other.
-  Names names(context, {kLeft, kTop, wide, high});
+  PointNames names(context, {kLeft, kTop, wide, high});
 
   // Legend, at the upper right.
   double row = kTop + 1.5 * kFont;

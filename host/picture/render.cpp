@@ -106,8 +106,8 @@ std::size_t covered_pixels(const View& view, const Strip& strip) {
 
 /// @param to_scene from the shape's coordinates to those of source and frame.
 Image render_source(const Device& device, DepthSource& source, const Box& framed,
-                    const ShapeToMap& to_scene, const PictureOptions& options, const Watch& watch,
-                    PictureLayers* layers) {
+                    const ShapeToMap& to_scene, const PictureOptions& options,
+                    const ProgressMonitor& monitor, PictureLayers* layers) {
   const int samples = options.samples_per_axis;
   const View view = camera_view(options.camera, framed, options.width, options.height, samples);
   const auto lights = studio_lights(options.camera, source.bounds());
@@ -117,13 +117,13 @@ Image render_source(const Device& device, DepthSource& source, const Box& framed
   double done = 0;
   const auto report = [&](double more) {
     done += more;
-    watch.report({"rendering", done / all, -1, {}});
+    monitor.report({"rendering", done / all, -1, {}});
   };
 
   std::vector<std::vector<float>> maps;
   for (const Light& light : lights) {
     maps.push_back(source.depths(light.view, 0, light.view.rows));
-    if (watch.stop.stop_requested()) return {};
+    if (monitor.stop.stop_requested()) return {};
     report(rays(light.view));
   }
   const Vector3d up = axis(options.camera.up);
@@ -145,7 +145,7 @@ Image render_source(const Device& device, DepthSource& source, const Box& framed
     strip.halo = row * samples - from;
     strip.depths = source.depths(view, from, to - from);
     if (options.material != Material::clay) strip.traits = traits_of(view, strip, source);
-    if (watch.stop.stop_requested()) return {};
+    if (monitor.stop.stop_requested()) return {};
     const Shaded shaded = shading.shade(view, strip, layers != nullptr);
     image.pixels.insert(image.pixels.end(), shaded.pixels.begin(), shaded.pixels.end());
     image.covered += covered_pixels(view, strip);
@@ -193,22 +193,24 @@ void PictureOptions::validate() const {
 }
 
 Image render(const Device& device, const RationalMap& map, const PictureOptions& options,
-             const Watch& watch, PictureLayers* layers) {
+             const ProgressMonitor& monitor, PictureLayers* layers) {
   options.validate();
   map.validate();
-  MarchedSet set{
-      map, options.iterations, options.escape, {}, options.precision, options.material, watch.stop};
+  MarchedSet set{map,         options.iterations, options.escape,
+                 {},          options.precision,  options.material,
+                 monitor.stop};
   if (options.box) {
     set.part =
         Box{map.shape_to_map.to_map(options.box->low), map.shape_to_map.to_map(options.box->high)};
   }
   const auto source = march_source(device, set);
   return render_source(device, *source, framed_box(map, set.part, *source), map.shape_to_map,
-                       options, watch, layers);
+                       options, monitor, layers);
 }
 
 Image render_mesh(const Device& device, const TriangleMesh& mesh, const Box& framed,
-                  const PictureOptions& options, const Watch& watch, PictureLayers* layers) {
+                  const PictureOptions& options, const ProgressMonitor& monitor,
+                  PictureLayers* layers) {
   options.validate();
   const double side = framed.size().maxCoeff();
   if (!(side > 0) || !std::isfinite(side)) {
@@ -220,7 +222,7 @@ Image render_mesh(const Device& device, const TriangleMesh& mesh, const Box& fra
   for (Vector3d& vertex : scaled.vertices) vertex = to_scene.to_map(vertex);
   return render_source(device, *mesh_source(scaled),
                        {to_scene.to_map(framed.low), to_scene.to_map(framed.high)}, to_scene,
-                       options, watch, layers);
+                       options, monitor, layers);
 }
 
 }  // namespace qjulia

@@ -40,19 +40,19 @@ struct Cost {
 class Bench {
  public:
   Bench(const Device& device, const ProfileOptions& options, const DeviceLimits& limits,
-        const Watch& watch, int jobs)
-      : device_(device), options_(options), limits_(limits), watch_(watch), jobs_(jobs) {}
+        const ProgressMonitor& monitor, int jobs)
+      : device_(device), options_(options), limits_(limits), monitor_(monitor), jobs_(jobs) {}
 
   /// Times `work` over `samples`. `iterates`: factor iterations a sample and factor that really
   /// run, 0 where that is not known.
   void time(const std::string& kernel, int n, std::size_t samples, double iterates,
             const Cost& cost, const std::function<void()>& work) {
-    watch_.report({"profiling", static_cast<double>(figures_.size()) / jobs_, -1,
-                   fmt::format("{}, n = {}", kernel, n)});
+    monitor_.report({"profiling", static_cast<double>(figures_.size()) / jobs_, -1,
+                     fmt::format("{}, n = {}", kernel, n)});
     work();  // builds the kernels, fills the caches
     std::vector<double> seconds, wall;
     for (int i = 0; i < options_.repeats; ++i) {
-      if (watch_.stop.stop_requested()) throw Interrupted();
+      if (monitor_.stop.stop_requested()) throw Interrupted();
       const KernelSeconds run = timed(device_, work);
       seconds.push_back(run.device);
       wall.push_back(run.wall);
@@ -109,7 +109,7 @@ class Bench {
   Device device_;
   const ProfileOptions& options_;
   const DeviceLimits& limits_;
-  const Watch& watch_;
+  const ProgressMonitor& monitor_;
   int jobs_;
   std::vector<KernelFigures> figures_;
 };
@@ -196,7 +196,8 @@ void ProfileOptions::validate() const {
   }
 }
 
-ProfileReport profile(const Device& chosen, const ProfileOptions& options, const Watch& watch) {
+ProfileReport profile(const Device& chosen, const ProfileOptions& options,
+                      const ProgressMonitor& monitor) {
   options.validate();
   const Device device =
       options.lane_width == 0 ? chosen : chosen.with_lane_width(options.lane_width);
@@ -204,11 +205,11 @@ ProfileReport profile(const Device& chosen, const ProfileOptions& options, const
   report.device = device.info();
   report.tuning = device.tuning(options.precision);
   report.is_tuned = device.is_tuned(options.precision);
-  watch.report({"profiling", 0, -1, "limits of the device"});
+  monitor.report({"profiling", 0, -1, "limits of the device"});
   report.limits = measure_limits(device, options.precision, options.repeats);
 
   constexpr int kJobs = 8;
-  Bench bench(device, options, report.limits, watch, kJobs);
+  Bench bench(device, options, report.limits, monitor, kJobs);
   const Workload work = make_workload(options);
   for (const int n : {1, 4}) time_evaluator(bench, device, work, n, options.precision);
   time_gauss_newton(bench, device, work, options.precision);
@@ -219,7 +220,7 @@ ProfileReport profile(const Device& chosen, const ProfileOptions& options, const
              [&] { distance.at(work.samples.position); });
   time_surface_and_picture(bench, device, work, options.precision);
   report.kernels = std::move(bench).figures();
-  watch.report({"profiling", 1, 0, ""});
+  monitor.report({"profiling", 1, 0, ""});
   return report;
 }
 

@@ -25,7 +25,7 @@ constexpr double kSecondsEach = 0.5;
 constexpr int kMostRuns = 10;
 
 ScalingPoint measure(const Device& device, const Workload& work, int iterations,
-                     Precision precision, const Watch& watch) {
+                     Precision precision, const ProgressMonitor& monitor) {
   device.context().reset_peak_allocated_bytes();
   fitting::EnergyOptions energy;
   energy.iterations = iterations;
@@ -33,7 +33,7 @@ ScalingPoint measure(const Device& device, const Workload& work, int iterations,
   const auto evaluator = fitting::make_device_evaluator(device, work.samples, energy, precision);
   double least = std::numeric_limits<double>::infinity(), spent = 0;
   for (int run = 0; run < 2 || (run < kMostRuns && spent < kSecondsEach); ++run) {
-    if (watch.stop.stop_requested()) throw Interrupted();
+    if (monitor.stop.stop_requested()) throw Interrupted();
     const double seconds = timed(device, [&] { evaluator->evaluate(work.map, true); }).device;
     least = std::min(least, seconds);
     spent += seconds;
@@ -60,7 +60,7 @@ ScalingLaw fit_law(const std::vector<ScalingPoint>& points) {
 }
 
 ScalingReport measure_scaling(const Device& device, const ScalingOptions& options,
-                              const Watch& watch) {
+                              const ProgressMonitor& monitor) {
   ScalingReport report;
   report.device = device.info();
   for (const int n : options.iterations) {
@@ -72,9 +72,9 @@ ScalingReport measure_scaling(const Device& device, const ScalingOptions& option
       for (const std::size_t factors : options.factors) {
         if (static_cast<double>(samples * factors) * cost::gradient(n) > options.most_slots)
           continue;
-        watch.report({"measuring", -1, -1, fmt::format("{} x {}, n = {}", samples, factors, n)});
+        monitor.report({"measuring", -1, -1, fmt::format("{} x {}, n = {}", samples, factors, n)});
         size.factors = factors;
-        points.push_back(measure(device, make_workload(size), n, options.precision, watch));
+        points.push_back(measure(device, make_workload(size), n, options.precision, monitor));
       }
     }
     report.laws.push_back(fit_law(points));

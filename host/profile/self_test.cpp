@@ -412,20 +412,20 @@ bool SelfTestReport::has_passed() const {
   return !checks.empty() && std::ranges::all_of(checks, &ProgramCheck::has_passed);
 }
 
-SelfTestReport self_test(const Device& device, const Watch& watch) {
+SelfTestReport self_test(const Device& device, const ProgressMonitor& monitor) {
   SelfTestReport report{device.info(), device.layout(), {}};
   std::vector<Precision> precisions{Precision::single};
   if (device.info().has_double) precisions.push_back(Precision::dbl);
   const double all = static_cast<double>(precisions.size() * std::size(kChecks));
   for (const Precision precision : precisions) {
     for (const Check& check : kChecks) {
-      if (watch.stop.stop_requested()) throw Interrupted();
-      watch.report({"checking", static_cast<double>(report.checks.size()) / all, -1,
-                    std::string(check.program)});
+      if (monitor.stop.stop_requested()) throw Interrupted();
+      monitor.report({"checking", static_cast<double>(report.checks.size()) / all, -1,
+                      std::string(check.program)});
       report.checks.push_back(run(check, device, precision));
     }
   }
-  watch.report({"checking", 1, 0, ""});
+  monitor.report({"checking", 1, 0, ""});
   return report;
 }
 

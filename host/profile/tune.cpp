@@ -59,8 +59,8 @@ bool is_valid(const Tuning& tuning) {
 
 class Tuner {
  public:
-  Tuner(const Device& device, const ProfileOptions& options, const Watch& watch)
-      : device_(device), options_(options), watch_(watch) {
+  Tuner(const Device& device, const ProfileOptions& options, const ProgressMonitor& monitor)
+      : device_(device), options_(options), monitor_(monitor) {
     ProfileOptions quarter = options;
     quarter.samples = std::max<std::size_t>(options.samples / 4, 64);
     works_ = {make_workload(options), make_workload(quarter)};
@@ -108,7 +108,7 @@ class Tuner {
   /// Tries `tuning` against `before`; makes it `best` when it is the fastest tried in this round.
   void consider(const std::string& setting, int value, const Tuning& tuning,
                 std::span<const TuneJob> jobs, const Tuning& before, Tuning& best) {
-    watch_.report({"tuning", -1, -1, fmt::format("{} {}", setting, value)});
+    monitor_.report({"tuning", -1, -1, fmt::format("{} {}", setting, value)});
     TuneTrial trial{setting, value, 0, 0, false, {}};
     try {
       trial.difference = difference(tuning, jobs);
@@ -160,7 +160,7 @@ class Tuner {
         tried.run(job), standing.run(job);  // fills the caches
         double tried_least = std::numeric_limits<double>::infinity(), standing_least = tried_least;
         for (int i = 0; i < options_.repeats; ++i) {
-          if (watch_.stop.stop_requested()) throw Interrupted();
+          if (monitor_.stop.stop_requested()) throw Interrupted();
           standing_least = std::min(standing_least, standing.time(job));
           tried_least = std::min(tried_least, tried.time(job));
           if (tried_least > kHopeless * standing_least) break;
@@ -175,7 +175,7 @@ class Tuner {
 
   Device device_;
   const ProfileOptions& options_;
-  const Watch& watch_;
+  const ProgressMonitor& monitor_;
   std::vector<Workload> works_;
   Tuning default_;
   std::vector<std::vector<double>> expected_;  ///< by job, of the smaller workload
@@ -186,9 +186,10 @@ class Tuner {
 
 }  // namespace
 
-TuneReport tune(const Device& device, const ProfileOptions& options, const Watch& watch) {
+TuneReport tune(const Device& device, const ProfileOptions& options,
+                const ProgressMonitor& monitor) {
   options.validate();
-  return Tuner(device, options, watch).run();
+  return Tuner(device, options, monitor).run();
 }
 
 nlohmann::json to_json(const TuneReport& report) {

@@ -42,11 +42,11 @@ bool looks_like_obj(std::string_view head) {
 
 }  // namespace
 
-SeemingType seeming_type(std::string_view head) {
+DetectedType detected_type(std::string_view head) {
   using namespace std::string_view_literals;
   struct Mark {
     std::string_view bytes;
-    SeemingType type;
+    DetectedType type;
   };
   static constexpr Mark kMarks[] = {
       {"\x89PNG"sv, {"a PNG picture", ""}},
@@ -107,7 +107,7 @@ MeshFile::MeshFile(std::filesystem::path path, std::string extension, std::stop_
 }
 
 void MeshFile::expect_type(std::string_view head) const {
-  const SeemingType seeming = seeming_type(head);
+  const DetectedType seeming = detected_type(head);
   if (!seeming.name.empty() && seeming.extension != extension_) refuse_type("");
 }
 
@@ -127,7 +127,7 @@ void MeshFile::refuse_line(std::size_t line, std::string_view what) const {
 }
 
 void MeshFile::refuse_type(std::string_view what) const {
-  const auto [name, extension] = seeming_type(std::string_view(bytes_).substr(0, kHead));
+  const auto [name, extension] = detected_type(std::string_view(bytes_).substr(0, kHead));
   if (name.empty() || extension == extension_) refuse(what);
   if (!extension.empty()) {
     refuse(

@@ -45,11 +45,11 @@ class MeshFile {
 
 /// What the beginning of a file tells of its type, such as "a PNG picture"; `extension` is that of
 /// a mesh file, and empty for anything else. All is empty when nothing is recognised.
-struct SeemingType {
+struct DetectedType {
   std::string_view name;
   std::string_view extension;
 };
-SeemingType seeming_type(std::string_view head);
+DetectedType detected_type(std::string_view head);
 
 /// Vertices and faces in the order of the file. Coordinates are those of single precision.
 class FaceList {

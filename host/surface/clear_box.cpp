@@ -38,7 +38,8 @@ Grid grid_over(const Box& box, int resolution) {
 }
 
 std::optional<Box> enlarged_until_clear(const GridField& field, double level, Box box,
-                                        int resolution, double limit, const Watch& watch) {
+                                        int resolution, double limit,
+                                        const ProgressMonitor& monitor) {
   const auto inside_below = static_cast<float>(level);
   const auto is_inside = [inside_below](float f) { return f < inside_below; };
   for (;;) {
@@ -47,7 +48,7 @@ std::optional<Box> enlarged_until_clear(const GridField& field, double level, Bo
     bool touched = false;
     for (int axis = 0; axis < 3; ++axis) {
       for (int side = 0; side < 2; ++side) {
-        if (watch.stop.stop_requested()) return std::nullopt;
+        if (monitor.stop.stop_requested()) return std::nullopt;
         if (std::ranges::none_of(field(grid, side_of(grid, axis, side)), is_inside)) continue;
         touched = true;
         double& bound = side == 0 ? box.low[axis] : box.high[axis];

@@ -23,7 +23,8 @@ using GridField = std::function<std::vector<float>(const Grid&, const GridBlock&
 /// @param limit half the side of the cube about the origin that the box may grow to.
 /// @throws Error when the set touches the sides of that cube.
 std::optional<Box> enlarged_until_clear(const GridField& field, double level, Box box,
-                                        int resolution, double limit, const Watch& watch);
+                                        int resolution, double limit,
+                                        const ProgressMonitor& monitor);
 
 /// The box of the inside points of a coarse grid over `box`, with two cells of margin; `box` itself
 /// when no point is inside.

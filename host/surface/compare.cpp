@@ -44,7 +44,8 @@ struct CubeSamples {
 /// @param part the mesh's units.
 std::optional<CubeSamples> sample_cube(const SignedDistance& distance, const Box& about,
                                        const ShapeToMap& shape_to_map, int resolution,
-                                       const std::optional<Box>& part, const Watch& watch) {
+                                       const std::optional<Box>& part,
+                                       const ProgressMonitor& monitor) {
   const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * kCubeSide * about.size().maxCoeff());
   const Box box = part.value_or(Box{about.center() - half, about.center() + half});
   CubeSamples samples;
@@ -61,7 +62,7 @@ std::optional<CubeSamples> sample_cube(const SignedDistance& distance, const Box
 
   std::vector<Eigen::Vector3d> slice;
   for (int z = 0; z < points[2]; ++z) {
-    if (watch.stop.stop_requested()) return std::nullopt;
+    if (monitor.stop.stop_requested()) return std::nullopt;
     slice.clear();
     for (int y = 0; y < points[1]; ++y) {
       for (int x = 0; x < points[0]; ++x) {
@@ -84,13 +85,13 @@ struct EnergySum {
 
 /// Fills IoU and energy of the set F_n < `level` against the mesh. False when a stop was requested.
 bool compare_volumes(const LevelSet& set, double level, const CubeSamples& samples,
-                     const Watch& watch, FitMetrics& metrics) {
+                     const ProgressMonitor& monitor, FitMetrics& metrics) {
   shape::Overlap overlap;
   EnergySum outside, inside;
   std::size_t index = 0;
   const int at_once = slices_at_once(samples.grid);
   for (int z = 0; z < samples.grid.points[2]; z += at_once) {
-    if (watch.stop.stop_requested()) return false;
+    if (monitor.stop.stop_requested()) return false;
     const int count = std::min(at_once, samples.grid.points[2] - z);
     for (const float value : set.over(samples.grid, slices(samples.grid, z, count))) {
       const double distance = samples.distance[index++];
@@ -200,19 +201,19 @@ void CompareOptions::validate() const {
 
 std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
                                 const TriangleMesh& mesh, const CompareOptions& options,
-                                const Watch& watch) {
+                                const ProgressMonitor& monitor) {
   options.validate();
   map.validate();
   const StopRadii stops = find_stop_radii(device, map, options.escape);
   std::vector<int> iterations{1};
   if (options.iterations > 1) iterations.push_back(options.iterations);
   const auto steps = static_cast<double>(1 + iterations.size());
-  const auto report = [&](double done) { watch.report({"comparing", done / steps, -1, ""}); };
+  const auto report = [&](double done) { monitor.report({"comparing", done / steps, -1, ""}); };
 
   report(0);
   const OuterSurface outer = outer_surface(device, mesh);
   const std::optional<CubeSamples> cube = sample_cube(outer.distance, mesh.box(), map.shape_to_map,
-                                                      options.resolution, options.box, watch);
+                                                      options.resolution, options.box, monitor);
   if (!cube) return {};
   const SampledMesh sampled(outer.mesh, outer.distance, options.box);
   if (sampled.points.empty()) {
@@ -220,7 +221,7 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
         "box", "it holds no part of the mesh's surface; give a box that the surface runs through");
   }
   const double variation = slope_variation(device, map, sampled.points);
-  const Watch quiet{{}, watch.stop};
+  const ProgressMonitor quiet{{}, monitor.stop};
   std::vector<FitMetrics> all;
   for (const int n : iterations) {
     report(static_cast<double>(all.size() + 1));
@@ -228,7 +229,7 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
     metrics.iterations = n;
     metrics.slope_variation = variation;
     const LevelSet level_set(device, map, stops, n, options.precision);
-    if (!compare_volumes(level_set, map.surface_level, *cube, watch, metrics)) return all;
+    if (!compare_volumes(level_set, map.surface_level, *cube, monitor, metrics)) return all;
     SurfaceOptions surface;
     surface.resolution = options.resolution;
     surface.iterations = n;

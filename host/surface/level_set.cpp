@@ -102,7 +102,7 @@ void LevelSet::at(const Grid& grid, const GridBlock& block, std::span<const std:
 }
 
 void LevelSet::clamped_at(const Grid& grid, const GridBlock& block,
-                          std::span<const std::int32_t> numbers, const Clamp& clamp,
+                          std::span<const std::int32_t> numbers, const ClampRange& clamp,
                           std::span<float> values) const {
   precision() == Precision::dbl ? clamped_at_in<double>(grid, block, numbers, clamp, values)
                                 : clamped_at_in<float>(grid, block, numbers, clamp, values);
@@ -164,7 +164,7 @@ void LevelSet::at_in(const Grid& grid, const GridBlock& block,
 
 template <class Real>
 void LevelSet::clamped_at_in(const Grid& grid, const GridBlock& block,
-                             std::span<const std::int32_t> numbers, const Clamp& clamp,
+                             std::span<const std::int32_t> numbers, const ClampRange& clamp,
                              std::span<float> values) const {
   if (iterations_ == 1) {
     at_in<Real>(grid, block, numbers, values);

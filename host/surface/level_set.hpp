@@ -33,7 +33,7 @@ struct FieldBounds {
 };
 
 /// Values farther than `reach` from `level` are as good as any of that side.
-struct Clamp {
+struct ClampRange {
   double level = 0;
   double reach = 0;
 };
@@ -78,7 +78,7 @@ class LevelSet {
   /// that is, on the same side. Most points that one iterate or two decide are settled by
   /// `InterpolatedOrbits`, at a fraction of the cost.
   void clamped_at(const Grid& grid, const GridBlock& block, std::span<const std::int32_t> numbers,
-                  const Clamp& clamp, std::span<float> values) const;
+                  const ClampRange& clamp, std::span<float> values) const;
 
   /// F_n at points anywhere on the slice.
   std::vector<float> at(const PointList& points) const;
@@ -102,7 +102,7 @@ class LevelSet {
              std::span<float> values) const;
   template <class Real>
   void clamped_at_in(const Grid& grid, const GridBlock& block,
-                     std::span<const std::int32_t> numbers, const Clamp& clamp,
+                     std::span<const std::int32_t> numbers, const ClampRange& clamp,
                      std::span<float> values) const;
   template <class Real>
   std::vector<float> at_in(const PointList& points) const;

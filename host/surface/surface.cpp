@@ -50,7 +50,7 @@ double reach_about(double level, const StopRadii& stops, int iterations) {
 /// The box asked for, or one that is clear of the set; map units. Nothing when a stop was
 /// requested.
 std::optional<Box> box_to_mesh(const LevelSet& set, const RationalMap& map, const StopRadii& stops,
-                               const SurfaceOptions& options, const Watch& watch) {
+                               const SurfaceOptions& options, const ProgressMonitor& monitor) {
   const ShapeToMap& to_map = map.shape_to_map;
   if (options.box) return Box{to_map.to_map(options.box->low), to_map.to_map(options.box->high)};
   const GridField field = [&set](const Grid& grid, const GridBlock& block) {
@@ -65,7 +65,7 @@ std::optional<Box> box_to_mesh(const LevelSet& set, const RationalMap& map, cons
     box = shrunk_to_inside(field, map.surface_level, {-reach, reach});
   }
   return enlarged_until_clear(field, map.surface_level, box, options.resolution,
-                              2 * farthest_inside(stops), watch);
+                              2 * farthest_inside(stops), monitor);
 }
 
 /// Halves each vertex's edge `halvings` times, keeping the half whose ends lie on different sides
@@ -188,7 +188,7 @@ struct Evaluation {
 SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, double level,
                              double reach, const Grid& grid, const SurfaceOptions& options,
                              const ShapeToMap& shape_to_map, SurfaceSink& sink,
-                             const Watch& watch) {
+                             const ProgressMonitor& monitor) {
   const int slices = grid.points[2];
   const NarrowBand band(set, grid, level);
   Mesher mesher(set, level, reach, grid, options.refine, shape_to_map, sink);
@@ -209,8 +209,8 @@ SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, double
     under_way.pop_front();
     const double fraction = static_cast<double>(meshed) / slices;
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-    watch.report({"extracting the surface", fraction, taken.count() * (1 - fraction) / fraction,
-                  fmt::format("{} triangles", mesher.counts().triangles)});
+    monitor.report({"extracting the surface", fraction, taken.count() * (1 - fraction) / fraction,
+                    fmt::format("{} triangles", mesher.counts().triangles)});
   };
   // Refinement and bounds of blocks use the first queue: neither runs beside a slab's evaluation.
   const std::size_t at_once = options.refine > 0 ? 1 : 2;
@@ -223,7 +223,7 @@ SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, double
             ? std::vector{unclassified_slab(grid, std::min(slices_at_once(grid), slices - z))}
             : band.slabs(z);
     for (const Slab& slab : slabs) {
-      stopped = watch.stop.stop_requested();
+      stopped = monitor.stop.stop_requested();
       if (stopped) break;
       if (under_way.size() == at_once) mesh_first();
       const LevelSet& on = on_second ? second : set;
@@ -254,9 +254,9 @@ namespace surface {
 
 SurfaceReport level_set_surface(const Device& device, const RationalMap& map,
                                 const StopRadii& stops, const SurfaceOptions& options,
-                                SurfaceSink& sink, const Watch& watch) {
+                                SurfaceSink& sink, const ProgressMonitor& monitor) {
   LevelSet set(device, map, stops, options.iterations, options.precision);
-  const std::optional<Box> box = box_to_mesh(set, map, stops, options, watch);
+  const std::optional<Box> box = box_to_mesh(set, map, stops, options, monitor);
   SurfaceReport report;
   if (!box) {
     report.stopped = true;
@@ -268,7 +268,7 @@ SurfaceReport level_set_surface(const Device& device, const RationalMap& map,
   const LevelSet second(sibling, map, stops, options.iterations, options.precision);
   set.reset_counts();
   report = mesh_level_set(set, second, map.surface_level, reach, grid, options, map.shape_to_map,
-                          sink, watch);
+                          sink, monitor);
   sibling.record(nullptr);
   LevelSetCounts counts = set.counts();
   counts += second.counts();
@@ -296,18 +296,18 @@ void MeshSink::triangles(std::span<const Triangle> triangles) {
 
 SurfaceReport extract_surface(const Device& device, const RationalMap& map,
                               const SurfaceOptions& options, SurfaceSink& sink,
-                              const Watch& watch) {
+                              const ProgressMonitor& monitor) {
   options.validate();
   map.validate();
   return level_set_surface(device, map, find_stop_radii(device, map, options.escape), options, sink,
-                           watch);
+                           monitor);
 }
 
 TriangleMesh extract_surface(const Device& device, const RationalMap& map,
-                             const SurfaceOptions& options, const Watch& watch,
+                             const SurfaceOptions& options, const ProgressMonitor& monitor,
                              SurfaceReport* report) {
   MeshSink sink;
-  const SurfaceReport made = extract_surface(device, map, options, sink, watch);
+  const SurfaceReport made = extract_surface(device, map, options, sink, monitor);
   if (report != nullptr) *report = made;
   if (made.stopped) return {};
   return std::move(sink.mesh);

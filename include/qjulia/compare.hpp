@@ -44,7 +44,7 @@ struct FitMetrics {
 /// @throws InputError naming the option or what is wrong with the map or mesh.
 std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
                                 const TriangleMesh& mesh, const CompareOptions& options,
-                                const Watch& watch = {});
+                                const ProgressMonitor& monitor = {});
 
 nlohmann::json to_json(const FitMetrics& metrics);
 

@@ -119,13 +119,13 @@ std::string full_summary(const FitResult& result);
 /// same map as one that was never interrupted, bit for bit (without a time limit).
 /// @throws InputError when the mesh has no interior, or the checkpoint is another fit's.
 FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& options,
-              const Watch& watch = {});
+              const ProgressMonitor& monitor = {});
 
 /// The same with the samples divided over ranks, each with its own device. Every rank calls this
 /// with the same mesh and options and gets the same result; rank 0's alone reports progress, keeps
 /// the checkpoint, and decides about time and stop requests. An error of one rank ends all: there
 /// it is thrown as it is, elsewhere as an Error that names the rank.
 FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& options,
-              const Watch& watch, Ranks& ranks);
+              const ProgressMonitor& monitor, Ranks& ranks);
 
 }  // namespace qjulia

@@ -46,6 +46,6 @@ struct MapKnobs {
 /// The map with the knobs turned. Where the origin moves, the map is calibrated again.
 /// @throws InputError when an option needs what the map does not say: `detail` its own detail,
 ///   `drift` the inradius.
-RationalMap turned(const Device& device, const RationalMap& map, const MapKnobs& knobs);
+RationalMap with_knobs(const Device& device, const RationalMap& map, const MapKnobs& knobs);
 
 }  // namespace qjulia

@@ -72,12 +72,12 @@ struct PictureLayers {
 /// @param layers gets what the pixels show, unless it is null.
 /// @throws InputError naming the option or what is wrong with the map.
 Image render(const Device& device, const RationalMap& map, const PictureOptions& options,
-             const Watch& watch = {}, PictureLayers* layers = nullptr);
+             const ProgressMonitor& monitor = {}, PictureLayers* layers = nullptr);
 
 /// The same view, light and material for a mesh, for comparison.
 /// @param framed what the camera frames, in the mesh's coordinates, such as the map's box.
 Image render_mesh(const Device& device, const TriangleMesh& mesh, const Box& framed,
-                  const PictureOptions& options, const Watch& watch = {},
+                  const PictureOptions& options, const ProgressMonitor& monitor = {},
                   PictureLayers* layers = nullptr);
 
 /// The names of the files that `write_layers` writes.
@@ -94,7 +94,7 @@ std::vector<std::filesystem::path> write_layers(const PictureLayers& layers, int
 /// of the set from the mesh as colour, with a scale: percent of the mesh's box diagonal, and units
 /// of the mesh. Each is as large as the options say. The image is empty when a stop was requested.
 Image comparison(const Device& device, const RationalMap& map, const TriangleMesh& mesh,
-                 const PictureOptions& options, const Watch& watch = {});
+                 const PictureOptions& options, const ProgressMonitor& monitor = {});
 
 /// Images side by side in rows of `columns`, `gap` white pixels between them; smaller images stand
 /// at the upper left of their cells.

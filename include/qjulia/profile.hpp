@@ -66,7 +66,8 @@ struct ProfileReport {
 
 /// Measures the device's limits, then each kernel.
 /// @throws Interrupted when a stop is requested.
-ProfileReport profile(const Device& device, const ProfileOptions& options, const Watch& watch = {});
+ProfileReport profile(const Device& device, const ProfileOptions& options,
+                      const ProgressMonitor& monitor = {});
 
 nlohmann::json to_json(const ProfileReport& report);
 

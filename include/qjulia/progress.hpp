@@ -19,7 +19,7 @@ struct Progress {
 };
 
 /// What every long computation takes. Any member may be empty.
-struct Watch {
+struct ProgressMonitor {
   std::function<void(const Progress&)> on_progress;
   /// When a stop is requested, the computation ends soon, with what it has reached where it can.
   std::stop_token stop;

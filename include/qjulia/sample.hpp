@@ -47,7 +47,7 @@ enum class CellOrder { z_fastest, x_fastest };
 void sample_field(const Device& device, const RationalMap& map, const SampleOptions& options,
                   const CellGrid& grid, CellOrder order,
                   const std::function<void(std::span<const double>)>& take,
-                  const Watch& watch = {});
+                  const ProgressMonitor& monitor = {});
 
 /// The same into a file, written under a temporary name and renamed. `.npy` (NumPy): an array
 /// [x][y][z] in C order, float32, or float64 with double precision. `.vti` (VTK, for ParaView):
@@ -55,6 +55,6 @@ void sample_field(const Device& device, const RationalMap& map, const SampleOpti
 /// @throws InputError for another extension; OutputError.
 CellGrid write_field(const Device& device, const RationalMap& map, const SampleOptions& options,
                      const std::filesystem::path& path, const std::string& comment = {},
-                     const Watch& watch = {});
+                     const ProgressMonitor& monitor = {});
 
 }  // namespace qjulia

@@ -45,7 +45,7 @@ struct ScalingOptions {
 
 /// @throws Interrupted when a stop is requested.
 ScalingReport measure_scaling(const Device& device, const ScalingOptions& options,
-                              const Watch& watch = {});
+                              const ProgressMonitor& monitor = {});
 
 /// The law of points of one number of iterations. Needs three that are not on one line.
 ScalingLaw fit_law(const std::vector<ScalingPoint>& points);

@@ -33,7 +33,7 @@ struct SelfTestReport {
 /// and compares results of small size with references on the host or closed forms: about a second a
 /// program, besides building it. What fails is in the report.
 /// @throws Interrupted when a stop is requested.
-SelfTestReport self_test(const Device& device, const Watch& watch = {});
+SelfTestReport self_test(const Device& device, const ProgressMonitor& monitor = {});
 
 nlohmann::json to_json(const SelfTestReport& report);
 

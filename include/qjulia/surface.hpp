@@ -74,11 +74,11 @@ class MeshSink : public SurfaceSink {
 ///   of the set, or beyond 2³² vertices.
 SurfaceReport extract_surface(const Device& device, const RationalMap& map,
                               const SurfaceOptions& options, SurfaceSink& sink,
-                              const Watch& watch = {});
+                              const ProgressMonitor& monitor = {});
 
 /// The same, in memory. The mesh is empty when a stop was requested.
 TriangleMesh extract_surface(const Device& device, const RationalMap& map,
-                             const SurfaceOptions& options, const Watch& watch = {},
+                             const SurfaceOptions& options, const ProgressMonitor& monitor = {},
                              SurfaceReport* report = nullptr);
 
 }  // namespace qjulia

@@ -13,8 +13,9 @@
 
 namespace qjulia {
 
-/// Records where time goes. Hand it to `Device::record` for kernels and to `Watch` for stages; what
-/// has none of it pays nothing. Several threads may add; reading is for when they are done.
+/// Records where time goes. Hand it to `Device::record` for kernels and to `ProgressMonitor` for
+/// stages; what has none of it pays nothing. Several threads may add; reading is for when they are
+/// done.
 class Trace {
  public:
   using Clock = std::chrono::steady_clock;

@@ -38,7 +38,8 @@ struct TuneReport {
 /// refused and not timed. Times are of the whole workload and of the quarter; a setting is taken
 /// only when it is 3 % faster.
 /// @throws Interrupted when a stop is requested.
-TuneReport tune(const Device& device, const ProfileOptions& options, const Watch& watch = {});
+TuneReport tune(const Device& device, const ProfileOptions& options,
+                const ProgressMonitor& monitor = {});
 
 nlohmann::json to_json(const TuneReport& report);
 

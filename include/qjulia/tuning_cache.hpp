@@ -14,14 +14,14 @@ namespace qjulia {
 /// @throws Error when neither XDG_CACHE_HOME nor HOME says where.
 std::filesystem::path tuning_file(const DeviceInfo& info);
 
-struct KeptTuning {
+struct CachedTuning {
   Device device;        ///< with the settings kept for it, if any
   std::string warning;  ///< why the settings kept for it are not used; empty where nothing is wrong
 };
 
 /// Looks for settings kept for the device. The environment's QJULIA_TUNING=off says not to look; a
 /// layout other than the device's own keeps its defaults.
-KeptTuning with_kept_tuning(const Device& device);
+CachedTuning with_cached_tuning(const Device& device);
 
 /// Keeps the device's settings of this precision, and those of the other as they were.
 /// @throws OutputError when they cannot be written.

@@ -56,11 +56,11 @@ void check_potential(const RationalMap& turned, const RationalMap& map, double f
 
 TEST_CASE("knobs left alone change nothing") {
   const auto map = some_map();
-  CHECK(turned(cpu(), map, {}).factors.size() == map.factors.size());
-  check_potential(turned(cpu(), map, {}), map, 1, 0);
+  CHECK(with_knobs(cpu(), map, {}).factors.size() == map.factors.size());
+  check_potential(with_knobs(cpu(), map, {}), map, 1, 0);
   MapKnobs still;
   still.drift = 0;
-  const auto same = turned(cpu(), map, still);
+  const auto same = with_knobs(cpu(), map, still);
   CHECK(same.log_scale == map.log_scale);
   CHECK(same.shape_to_map.translation == map.shape_to_map.translation);
 }
@@ -72,23 +72,24 @@ TEST_CASE("phase and order keep the potential and change the orbits") {
   MapKnobs order;
   order.order_seed = 9;
   for (const auto& knobs : {phase, order}) {
-    const auto changed = turned(cpu(), map, knobs);
+    const auto changed = with_knobs(cpu(), map, knobs);
     check_potential(changed, map, 1, 0);
     CHECK(norm(changed.phase) == Approx(1));
     const std::vector<Quaternion> start{{0.4, 0.3, -0.2, 0}};
     CHECK(reference::field(changed, start, 2, 1e6) != reference::field(map, start, 2, 1e6));
   }
-  CHECK(turned(cpu(), map, order).factors[3].center == turned(cpu(), map, order).factors[3].center);
+  CHECK(with_knobs(cpu(), map, order).factors[3].center ==
+        with_knobs(cpu(), map, order).factors[3].center);
 }
 
 TEST_CASE("scale shifts the potential and detail stretches it about the level") {
   const auto map = some_map();
   MapKnobs scale;
   scale.scale = 1.25;
-  check_potential(turned(cpu(), map, scale), map, 1, -std::log(1.25));
+  check_potential(with_knobs(cpu(), map, scale), map, 1, -std::log(1.25));
   MapKnobs detail;
   detail.detail = 0.01;
-  check_potential(turned(cpu(), map, detail), map, 2, 0);
+  check_potential(with_knobs(cpu(), map, detail), map, 2, 0);
 }
 
 TEST_CASE("moving the origin keeps the shape and calibrates anew") {
@@ -97,8 +98,8 @@ TEST_CASE("moving the origin keeps the shape and calibrates anew") {
   drift.drift = 0.5;
   MapKnobs translate;
   translate.translate = Eigen::Vector3d(0, 0, 0.5 * 0.4);
-  const auto drifted = turned(cpu(), map, drift);
-  const auto translated = turned(cpu(), map, translate);
+  const auto drifted = with_knobs(cpu(), map, drift);
+  const auto translated = with_knobs(cpu(), map, translate);
   check_potential(drifted, map, 1, 0);
   CHECK(drifted.shape_to_map.translation.z() == Approx(0.3 + 0.5 * 0.4 * 1.5));
   CHECK(translated.log_scale == Approx(drifted.log_scale));
@@ -116,9 +117,9 @@ TEST_CASE("a rotation turns the potential, and about the real axis the orbits to
       Eigen::AngleAxisd(std::numbers::pi * 40 / 180, axis.normalized()).toRotationMatrix();
   MapKnobs knobs;
   knobs.rotate = Rotation{axis, 40};
-  const auto rotated = turned(cpu(), map, knobs);
+  const auto rotated = with_knobs(cpu(), map, knobs);
   knobs.rotate = Rotation{Eigen::Vector3d::UnitX(), 40};
-  const auto rolled = turned(cpu(), map, knobs);
+  const auto rolled = with_knobs(cpu(), map, knobs);
   const Eigen::Matrix3d roll =
       Eigen::AngleAxisd(std::numbers::pi * 40 / 180, Eigen::Vector3d::UnitX()).toRotationMatrix();
   const auto at = [](const RationalMap& some, const Eigen::Vector3d& p, int n) {
@@ -144,14 +145,14 @@ TEST_CASE("a rotation turns the potential, and about the real axis the orbits to
 TEST_CASE("the slice is the W that points are seen on") {
   MapKnobs slice;
   slice.slice = 0.25;
-  CHECK(turned(cpu(), some_map(), slice).slice == 0.25);
+  CHECK(with_knobs(cpu(), some_map(), slice).slice == 0.25);
 }
 
 TEST_CASE("knobs that make no sense are refused by name") {
   const auto refused = [](auto change, const std::string& option) {
     MapKnobs knobs;
     change(knobs);
-    CHECK_THROWS_WITH(turned(cpu(), test::random_map(4, 0.1, 0.6, 1), knobs),
+    CHECK_THROWS_WITH(with_knobs(cpu(), test::random_map(4, 0.1, 0.6, 1), knobs),
                       Catch::Contains(option));
   };
   const double nan = std::nan("");

@@ -22,7 +22,7 @@ struct OddShape {
   std::optional<double> least_iou;
 };
 
-TriangleMesh turned(TriangleMesh mesh, const Eigen::Vector3d& axis, double angle) {
+TriangleMesh with_knobs(TriangleMesh mesh, const Eigen::Vector3d& axis, double angle) {
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
   for (auto& x : mesh.vertices) x = turn * x;
   return mesh;
@@ -32,7 +32,8 @@ TriangleMesh turned(TriangleMesh mesh, const Eigen::Vector3d& axis, double angle
 TriangleMesh linked_tori() {
   return shapes::joined(
       shapes::torus(1, 0.3),
-      shapes::moved(turned(shapes::torus(1, 0.3), {1, 0, 0}, std::numbers::pi / 2), 1, {1, 0, 0}));
+      shapes::moved(with_knobs(shapes::torus(1, 0.3), {1, 0, 0}, std::numbers::pi / 2), 1,
+                    {1, 0, 0}));
 }
 
 /// A box with a square tunnel along z.

@@ -549,7 +549,7 @@ TEST_CASE("a picture counts the pixels that show the set") {
 TEST_CASE("a stopped rendering gives no picture") {
   std::stop_source stop;
   stop.request_stop();
-  Watch watch;
-  watch.stop = stop.get_token();
-  CHECK(render(test::device(), square(), small(8, 8), watch).pixels.empty());
+  ProgressMonitor monitor;
+  monitor.stop = stop.get_token();
+  CHECK(render(test::device(), square(), small(8, 8), monitor).pixels.empty());
 }

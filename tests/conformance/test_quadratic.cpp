@@ -161,7 +161,7 @@ TEST_CASE("knobs of factors are refused, the others turn it") {
   const auto refused = [&](auto change, const std::string& option) {
     MapKnobs knobs;
     change(knobs);
-    CHECK_THROWS_WITH(turned(quadratic_device(), map, knobs), Catch::Contains(option));
+    CHECK_THROWS_WITH(with_knobs(quadratic_device(), map, knobs), Catch::Contains(option));
   };
   refused([](MapKnobs& k) { k.detail = 0.01; }, "detail");
   refused([](MapKnobs& k) { k.order_seed = 1; }, "order_seed");
@@ -170,7 +170,7 @@ TEST_CASE("knobs of factors are refused, the others turn it") {
   MapKnobs knobs;
   knobs.scale = 2;
   knobs.slice = 0.3;
-  const RationalMap other = turned(quadratic_device(), map, knobs);
+  const RationalMap other = with_knobs(quadratic_device(), map, knobs);
   CHECK(other.log_scale == Approx(map.log_scale - std::log(2)));
   CHECK(other.slice == 0.3);
 }

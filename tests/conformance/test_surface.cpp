@@ -218,16 +218,16 @@ TEST_CASE("a set without end is refused") {
 TEST_CASE("a stop request ends an extraction and a comparison, and their results say so") {
   const Device device = test::device();
   std::stop_source source;
-  const Watch watch{[&](const Progress& progress) {
-                      CHECK(progress.fraction < 1);
-                      source.request_stop();
-                    },
-                    source.get_token()};
+  const ProgressMonitor monitor{[&](const Progress& progress) {
+                                  CHECK(progress.fraction < 1);
+                                  source.request_stop();
+                                },
+                                source.get_token()};
   SurfaceReport report;
   const SurfaceOptions options{192, 1, {}};
-  CHECK(extract_surface(device, square(), options, watch, &report).triangles.empty());
+  CHECK(extract_surface(device, square(), options, monitor, &report).triangles.empty());
   CHECK(report.stopped);
-  CHECK(compare(device, square(), shapes::sphere(3), {32, 6}, watch).empty());
+  CHECK(compare(device, square(), shapes::sphere(3), {32, 6}, monitor).empty());
   CHECK_FALSE(extract_surface(device, square(), options, {}, &report).triangles.empty());
   CHECK_FALSE(report.stopped);
 }

@@ -85,12 +85,12 @@ TEST_CASE("what a tuner finds is a setting the device can use, and no slower by 
 TEST_CASE("kept settings come back, those of either precision") {
   const OwnCache cache;
   const Device device = test::device();
-  CHECK(with_kept_tuning(device).warning.empty());
-  CHECK_FALSE(with_kept_tuning(device).device.is_tuned(Precision::single));
+  CHECK(with_cached_tuning(device).warning.empty());
+  CHECK_FALSE(with_cached_tuning(device).device.is_tuned(Precision::single));
 
   keep_tuning(tuned(device), Precision::single);
   CHECK(tuning_file(device.info()).string().starts_with(cache.folder.path().string()));
-  const KeptTuning kept = with_kept_tuning(device);
+  const CachedTuning kept = with_cached_tuning(device);
   CHECK(kept.warning.empty());
   CHECK(kept.device.is_tuned(Precision::single));
   CHECK_FALSE(kept.device.is_tuned(Precision::dbl));
@@ -99,13 +99,13 @@ TEST_CASE("kept settings come back, those of either precision") {
   Tuning wide = device.tuning(Precision::dbl);
   wide.orbit_items = 16;
   keep_tuning(device.with_tuning(Precision::dbl, wide), Precision::dbl);
-  CHECK(with_kept_tuning(device).device.tuning(Precision::dbl) == wide);
-  CHECK(with_kept_tuning(device).device.is_tuned(Precision::single));
+  CHECK(with_cached_tuning(device).device.tuning(Precision::dbl) == wide);
+  CHECK(with_cached_tuning(device).device.is_tuned(Precision::single));
 
   // The defaults of a device are not in its cache's hands.
   CHECK_FALSE(device.is_tuned(Precision::single));
   ::setenv("QJULIA_TUNING", "off", 1);
-  CHECK_FALSE(with_kept_tuning(device).device.is_tuned(Precision::single));
+  CHECK_FALSE(with_cached_tuning(device).device.is_tuned(Precision::single));
 }
 
 TEST_CASE("corrupt and foreign settings are passed over with a warning, and replaced") {
@@ -127,13 +127,13 @@ TEST_CASE("corrupt and foreign settings are passed over with a warning, and repl
         foreign.dump(), future.dump(), wrong.dump(), odd.dump(), good.dump().substr(0, 100)}) {
     put(text);
     CAPTURE(text);
-    const KeptTuning kept = with_kept_tuning(device);
+    const CachedTuning kept = with_cached_tuning(device);
     CHECK_THAT(kept.warning,
                Catch::Contains(file.string()) && Catch::Contains("tune this device again"));
     CHECK_FALSE(kept.device.is_tuned(Precision::single));
   }
   keep_tuning(tuned(device), Precision::single);
-  CHECK(with_kept_tuning(device).device.is_tuned(Precision::single));
+  CHECK(with_cached_tuning(device).device.is_tuned(Precision::single));
 }
 
 TEST_CASE("settings of another device, driver or program are looked for elsewhere") {

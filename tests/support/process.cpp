@@ -69,14 +69,14 @@ pid_t spawn(std::vector<std::string> command, std::vector<std::string> environme
 
 }  // namespace
 
-Finished run(const std::vector<std::string>& command, const RunOptions& options) {
+ProcessResult run(const std::vector<std::string>& command, const RunOptions& options) {
   Pipe out;
   Pipe err;
   const pid_t child = spawn(command, environment_with(options.environment), out, err);
   out.close_write();
   err.close_write();
 
-  Finished result;
+  ProcessResult result;
   const auto end = std::chrono::steady_clock::now() + options.timeout;
   std::array<pollfd, 2> watched{pollfd{out.read_end, POLLIN, 0}, pollfd{err.read_end, POLLIN, 0}};
   while (watched[0].fd >= 0 || watched[1].fd >= 0) {
@@ -114,7 +114,7 @@ Finished run(const std::vector<std::string>& command, const RunOptions& options)
   return result;
 }
 
-Finished run_command(std::vector<std::string> arguments, const RunOptions& options) {
+ProcessResult run_command(std::vector<std::string> arguments, const RunOptions& options) {
   arguments.insert(arguments.begin(), QJULIA_COMMAND);
   return run(arguments, options);
 }

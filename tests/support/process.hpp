@@ -19,7 +19,7 @@ struct RunOptions {
   std::string kill_once{};  ///< SIGKILL is sent once a file of this name exists; empty: never
 };
 
-struct Finished {
+struct ProcessResult {
   int exit_code = -1;  ///< 128 + signal for a program that a signal ended
   bool timed_out = false;
   bool interrupted = false;  ///< whether `interrupt_at` was seen
@@ -29,9 +29,9 @@ struct Finished {
 
 /// @param command the program's path and its arguments.
 /// @throws std::runtime_error when it cannot be started.
-Finished run(const std::vector<std::string>& command, const RunOptions& options = {});
+ProcessResult run(const std::vector<std::string>& command, const RunOptions& options = {});
 
 /// The `qjulia` command that was built, with these arguments.
-Finished run_command(std::vector<std::string> arguments, const RunOptions& options = {});
+ProcessResult run_command(std::vector<std::string> arguments, const RunOptions& options = {});
 
 }  // namespace qjulia::test

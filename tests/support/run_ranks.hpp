@@ -10,8 +10,8 @@
 namespace qjulia::test {
 
 /// @param command of each rank; the environment's QJULIA is the program.
-inline Finished run_ranks(int ranks, const std::vector<std::string>& command,
-                          RunOptions options = {}) {
+inline ProcessResult run_ranks(int ranks, const std::vector<std::string>& command,
+                               RunOptions options = {}) {
   options.environment.merge(
       std::map<std::string, std::string>{{"OMPI_ALLOW_RUN_AS_ROOT", "1"},
                                          {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"},

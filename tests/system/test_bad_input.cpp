@@ -12,7 +12,7 @@
 #include "temporary_folder.hpp"
 
 using Catch::Matchers::Contains;
-using qjulia::test::Finished;
+using qjulia::test::ProcessResult;
 using qjulia::test::TemporaryFolder;
 using Arguments = std::vector<std::string>;
 
@@ -91,7 +91,7 @@ std::vector<BadFile> bad_maps() {
 void check_refused(const TemporaryFolder& folder, const Arguments& arguments,
                    const std::string& word, int exit_code = 2) {
   const auto before = folder.names().size();
-  const Finished result =
+  const ProcessResult result =
       qjulia::test::run_command(arguments, {.timeout = std::chrono::seconds(30)});
   CAPTURE(arguments, result.err);
   CHECK(result.exit_code == exit_code);

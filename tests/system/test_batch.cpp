@@ -12,10 +12,10 @@
 
 using Catch::Matchers::Contains;
 using nlohmann::json;
-using qjulia::test::Finished;
 using qjulia::test::kGoodFits;
 using qjulia::test::make_manifest;
 using qjulia::test::map_bytes;
+using qjulia::test::ProcessResult;
 using qjulia::test::read_summary;
 using qjulia::test::read_text;
 using qjulia::test::run_command;
@@ -51,7 +51,7 @@ TEST_CASE("a batch that is killed is resumed without touching what was done") {
   const TemporaryFolder folder;
   const std::string manifest = make_manifest(folder);
   const std::string out = folder / "out";
-  const Finished killed = run_command({"batch", manifest, "-o", out}, {.kill_at = "[2/6]"});
+  const ProcessResult killed = run_command({"batch", manifest, "-o", out}, {.kill_at = "[2/6]"});
   CHECK(killed.exit_code == 128 + SIGKILL);
   const std::size_t done = statuses_done(out);
   CHECK(done >= 1);
@@ -64,7 +64,7 @@ TEST_CASE("a batch that is killed is resumed without touching what was done") {
     times[name] = std::filesystem::last_write_time(out + "/" + name + ".qjulia.json");
   }
 
-  const Finished resumed = run_command({"batch", manifest, "-o", out, "--resume"});
+  const ProcessResult resumed = run_command({"batch", manifest, "-o", out, "--resume"});
   CAPTURE(resumed.err);
   CHECK(resumed.exit_code == 1);
   CHECK_THAT(resumed.err, Contains("empty.obj"));
@@ -137,7 +137,7 @@ TEST_CASE("the maps of a batch are those of single fits") {
 TEST_CASE("an interrupted batch says so and can be resumed") {
   const TemporaryFolder folder;
   const std::string manifest = make_manifest(folder);
-  const Finished stopped =
+  const ProcessResult stopped =
       run_command({"batch", manifest, "-o", folder / "out"}, {.interrupt_at = "[1/6]"});
   CHECK(stopped.exit_code == 130);
   CHECK(statuses_done(folder / "out") < 5);
@@ -174,7 +174,7 @@ TEST_CASE("a folder in use is refused, and the message says by whom") {
          QJULIA_COMMAND, out, manifest});
   };
   for (const char* more : {"", "--resume"}) {
-    const Finished result = refused(more);
+    const ProcessResult result = refused(more);
     CHECK(result.exit_code == 1);
     CHECK_THAT(result.err, Contains("in use by process 7 on h since now"));
   }
@@ -188,7 +188,8 @@ TEST_CASE("a mesh that vanishes fails its own entry") {
               "[defaults]\nfactors = 24\nmax_evaluations = 40\n[[fit]]\nmesh = "
               "\"ball.obj\"\n[[fit]]\nmesh = \"box.obj\"\n[[fit]]\nmesh = \"torus.obj\"\n");
   const std::string out = folder / "out";
-  const Finished first = run_command({"batch", manifest, "-o", out}, {.interrupt_at = "[1/3]"});
+  const ProcessResult first =
+      run_command({"batch", manifest, "-o", out}, {.interrupt_at = "[1/3]"});
   CHECK(first.exit_code == 130);
   std::filesystem::remove(folder / "ball.obj");   // done
   std::filesystem::remove(folder / "torus.obj");  // not done
@@ -205,14 +206,14 @@ TEST_CASE("checks, status and refusals") {
   const TemporaryFolder folder;
   const std::string manifest = make_manifest(folder);
   const std::string out = folder / "out";
-  const Finished checked = run_command({"batch", manifest, "--check"});
+  const ProcessResult checked = run_command({"batch", manifest, "--check"});
   CHECK(checked.exit_code == 0);
   CHECK_THAT(checked.out, Contains("6 fits"));
 
   const std::string bad = folder.file(
       "bad.toml",
       "[[fit]]\nmesh = \"box.obj\"\nfactorz = 3\n[[fit]]\nmesh = \"ball.obj\"\nfactors = 1\n");
-  const Finished refused = run_command({"batch", bad, "-o", out});
+  const ProcessResult refused = run_command({"batch", bad, "-o", out});
   CHECK(refused.exit_code == 2);
   CHECK_THAT(refused.err,
              Contains("bad.toml:3: 'factorz' is not known") && Contains("max_evaluations"));
@@ -233,7 +234,7 @@ TEST_CASE("checks, status and refusals") {
       "true\npicture_size "
       "= [64, 48]\n[[fit]]\nmesh = \"ball.obj\"\nfactors = 24\nmax_evaluations = 30\npicture = "
       "true\npicture_size = [64, 48]\nreport = true\n");
-  const Finished done = run_command({"batch", one, "-o", out, "--json", "--quiet"});
+  const ProcessResult done = run_command({"batch", one, "-o", out, "--json", "--quiet"});
   CHECK(done.exit_code == 0);
   CHECK(done.err.empty());
   CHECK(json::parse(done.out)["entries"].size() == 2);
@@ -241,7 +242,7 @@ TEST_CASE("checks, status and refusals") {
   CHECK_THAT(read_text(out + "/ball.report.html"),
              Contains("the set, n = 6") && Contains("Hausdorff") && Contains("max_evaluations"));
   CHECK_FALSE(std::filesystem::exists(out + "/box.report.html"));
-  const Finished status = run_command({"batch", "--status", out});
+  const ProcessResult status = run_command({"batch", "--status", out});
   CHECK(status.exit_code == 0);
   CHECK_THAT(status.out, Contains("2 of 2 done"));
 }

@@ -9,10 +9,10 @@
 
 using Catch::Matchers::Contains;
 using nlohmann::json;
-using qjulia::test::Finished;
 using qjulia::test::kGoodFits;
 using qjulia::test::make_manifest;
 using qjulia::test::map_bytes;
+using qjulia::test::ProcessResult;
 using qjulia::test::read_summary;
 using qjulia::test::read_text;
 using qjulia::test::run_command;
@@ -41,7 +41,7 @@ TEST_CASE("a fit whose device fails once is done again, to the same bytes") {
   const TemporaryFolder folder;
   const std::string manifest = make_manifest(folder);
   CHECK(run_command({"batch", manifest, "-o", folder / "good"}).exit_code == 1);
-  const Finished result =
+  const ProcessResult result =
       run_command({"batch", manifest, "-o", folder / "bad"}, with_faults("50:1"));
   CAPTURE(result.err);
   CHECK(result.exit_code == 1);
@@ -61,7 +61,8 @@ TEST_CASE("a device that never works is put out of use, and nothing looks comple
   const TemporaryFolder folder;
   const std::string manifest = make_manifest(folder);
   const std::string out = folder / "out";
-  const Finished result = run_command({"batch", manifest, "-o", out}, with_faults("0:1000000000"));
+  const ProcessResult result =
+      run_command({"batch", manifest, "-o", out}, with_faults("0:1000000000"));
   CAPTURE(result.err);
   CHECK(result.exit_code == 1);
   CHECK_THAT(result.err, Contains("is out of use"));
@@ -91,7 +92,7 @@ cp -rp "$disk/out" "$results"
 )");
   RunOptions options;
   options.environment = {{"QJULIA", QJULIA_COMMAND}};
-  const Finished result =
+  const ProcessResult result =
       qjulia::test::run({"/usr/bin/unshare", "--map-root-user", "--mount", "/bin/bash", script,
                          folder / "disk", manifest, folder / "results"},
                         options);
@@ -123,22 +124,22 @@ TEST_CASE("a fit makes do with less memory on the device, or says what it lacks"
                         "--json", "--device", "cpu"},
                        options);
   };
-  const auto iou = [](const Finished& result) {
+  const auto iou = [](const ProcessResult& result) {
     return json::parse(result.out)["stages"].back()["iou"].get<double>();
   };
-  const Finished whole = fit({}, folder / "whole.qjulia.json");
+  const ProcessResult whole = fit({}, folder / "whole.qjulia.json");
   REQUIRE(whole.exit_code == 0);
 
   // Panels of 1,024 samples by 352 columns (5 · 64 + 16, to an even number of tiles): half as many
   // samples do.
-  const Finished halved = fit(without_memory("1441792"), folder / "halved.qjulia.json");
+  const ProcessResult halved = fit(without_memory("1441792"), folder / "halved.qjulia.json");
   CAPTURE(halved.err);
   CHECK(halved.exit_code == 0);
   CHECK_THAT(halved.err, Contains("refused 1441792 bytes"));
   CHECK(iou(halved) == Approx(iou(whole)).margin(0.02));
 
   // The matrix of 352²: its diagonal does.
-  const Finished diagonal = fit(without_memory("495616"), folder / "diagonal.qjulia.json");
+  const ProcessResult diagonal = fit(without_memory("495616"), folder / "diagonal.qjulia.json");
   CAPTURE(diagonal.err);
   CHECK(diagonal.exit_code == 0);
   CHECK_THAT(diagonal.err, Contains("refused 495616 bytes"));
@@ -146,7 +147,7 @@ TEST_CASE("a fit makes do with less memory on the device, or says what it lacks"
 
   // 20,000 samples of six numbers: nothing stands in for them.
   const std::string nothing = folder / "nothing.qjulia.json";
-  const Finished refused = fit(without_memory("480000"), nothing);
+  const ProcessResult refused = fit(without_memory("480000"), nothing);
   CHECK(refused.exit_code == 1);
   CHECK_THAT(refused.err, Contains("too little memory") && Contains("480000"));
   CHECK_FALSE(std::filesystem::exists(nothing));

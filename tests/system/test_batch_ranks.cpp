@@ -13,10 +13,10 @@
 
 using Catch::Matchers::Contains;
 using nlohmann::json;
-using qjulia::test::Finished;
 using qjulia::test::kGoodFits;
 using qjulia::test::make_manifest;
 using qjulia::test::map_bytes;
+using qjulia::test::ProcessResult;
 using qjulia::test::read_summary;
 using qjulia::test::read_text;
 using qjulia::test::run_command;
@@ -24,7 +24,7 @@ using qjulia::test::TemporaryFolder;
 
 namespace {
 
-Finished run_ranks(const std::vector<std::string>& command) {
+ProcessResult run_ranks(const std::vector<std::string>& command) {
   return qjulia::test::run_ranks(2, command);
 }
 
@@ -34,7 +34,7 @@ TEST_CASE("ranks share a batch and write the bytes of one process") {
   const TemporaryFolder folder;
   const std::string manifest = make_manifest(folder);
   CHECK(run_command({"batch", manifest, "-o", folder / "one"}).exit_code == 1);
-  const Finished ranks = run_ranks({QJULIA_COMMAND, "batch", manifest, "-o", folder / "two"});
+  const ProcessResult ranks = run_ranks({QJULIA_COMMAND, "batch", manifest, "-o", folder / "two"});
   CAPTURE(ranks.err);
   CHECK(ranks.exit_code == 1);
   CHECK_THAT(ranks.err, Contains("rank 0: device") && Contains("rank 1: device"));
@@ -68,7 +68,7 @@ if [ "$OMPI_COMM_WORLD_RANK" = 1 ]; then
 fi
 exec "$QJULIA" batch "$1" -o "$2"
 )");
-  const Finished killed = run_ranks({"/bin/bash", script, manifest, out});
+  const ProcessResult killed = run_ranks({"/bin/bash", script, manifest, out});
   CAPTURE(killed.err);
   CHECK(killed.exit_code != 0);
   std::map<std::string, std::filesystem::file_time_type> times;
@@ -88,7 +88,7 @@ exec "$QJULIA" batch "$1" -o "$2"
 
 TEST_CASE("what is wrong from the start is said once, and every rank ends") {
   const TemporaryFolder folder;
-  const Finished absent =
+  const ProcessResult absent =
       run_ranks({QJULIA_COMMAND, "batch", folder / "absent.toml", "-o", folder / "out"});
   CHECK(absent.exit_code == 2);
   CHECK_THAT(absent.err, Contains("absent.toml"));

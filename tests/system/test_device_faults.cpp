@@ -21,7 +21,7 @@ using qjulia::Device;
 using qjulia::Layout;
 using qjulia::Precision;
 using qjulia::Tuning;
-using qjulia::test::Finished;
+using qjulia::test::ProcessResult;
 using qjulia::test::read_text;
 using qjulia::test::run_command;
 using qjulia::test::RunOptions;
@@ -56,7 +56,7 @@ steps = 10
 )");
 
   /// The command, on a device with the faults given.
-  Finished run(std::vector<std::string> arguments, const Environment& faults = {}) const {
+  ProcessResult run(std::vector<std::string> arguments, const Environment& faults = {}) const {
     RunOptions options;
     options.environment = faults;
     options.environment["LD_PRELOAD"] = QJULIA_FAULTY_OPENCL;
@@ -75,7 +75,7 @@ steps = 10
     const std::string map = folder / "fitted.qjulia.json";
     std::vector<std::string> arguments{"fit", mesh, "-o", map, "--verbose"};
     arguments.insert(arguments.end(), options.begin(), options.end());
-    const Finished finished = run(arguments, faults);
+    const ProcessResult finished = run(arguments, faults);
     INFO(finished.err);
     REQUIRE(finished.exit_code == 0);
     const json whole = json::parse(read_text(map));
@@ -159,10 +159,10 @@ TEST_CASE("a device without double precision works in single, and says so otherw
   auto in_double = kPotential;
   in_double.insert(in_double.begin(), {"fit", bench.mesh, "-o", bench.folder / "d.qjulia.json"});
   in_double.insert(in_double.end(), {"--precision", "double"});
-  const Finished refused = bench.run(in_double, faults);
+  const ProcessResult refused = bench.run(in_double, faults);
   CHECK(refused.exit_code == 2);
   CHECK_THAT(refused.err, Contains("no double precision") && Contains("single"));
-  const Finished devices = bench.run({"devices", "--json"}, faults);
+  const ProcessResult devices = bench.run({"devices", "--json"}, faults);
   CHECK(json::parse(devices.out)["devices"][0]["double_precision"] == false);
 }
 
@@ -175,7 +175,7 @@ TEST_CASE("buffers of at most 64 MB suffice, and smaller ones make sums of fewer
                           const Environment& faults) {
     const std::string file = bench.folder / ("out" + extension);
     command.insert(command.begin() + 1, {map, "-o", file});
-    const Finished finished = bench.run(command, faults);
+    const ProcessResult finished = bench.run(command, faults);
     CAPTURE(finished.err);
     CHECK(finished.exit_code == 0);
     return read_text(file);
@@ -197,8 +197,8 @@ TEST_CASE("buffers of at most 64 MB suffice, and smaller ones make sums of fewer
 TEST_CASE("a launch without resources ends the command with what to do") {
   const Bench bench;
   const std::string map = bench.folder / "none.qjulia.json";
-  const Finished refused = bench.run({"fit", bench.mesh, "-o", map, "--factors", "24"},
-                                     {{"QJULIA_TEST_FAULTS", "30:1"}});
+  const ProcessResult refused = bench.run({"fit", bench.mesh, "-o", map, "--factors", "24"},
+                                          {{"QJULIA_TEST_FAULTS", "30:1"}});
   CHECK(refused.exit_code == 1);
   CHECK_THAT(refused.err, Contains("launching kernel") && Contains("CL_OUT_OF_RESOURCES") &&
                               Contains("qjulia doctor"));
@@ -208,7 +208,7 @@ TEST_CASE("a launch without resources ends the command with what to do") {
 TEST_CASE("--layout and QJULIA_LAYOUT are checked") {
   const Bench bench;
   CHECK(bench.run({"devices", "--layout", "huh"}).exit_code == 2);
-  const Finished refused = bench.run({"devices"}, {{"QJULIA_LAYOUT", "huh"}});
+  const ProcessResult refused = bench.run({"devices"}, {{"QJULIA_LAYOUT", "huh"}});
   CHECK(refused.exit_code == 2);
   CHECK_THAT(refused.err, Contains("QJULIA_LAYOUT") && Contains("cpu, gpu or auto"));
 }
@@ -216,7 +216,7 @@ TEST_CASE("--layout and QJULIA_LAYOUT are checked") {
 TEST_CASE("doctor finds nothing wrong with a good device, in either layout") {
   const Bench bench;
   for (const char* layout : {"cpu", "gpu"}) {
-    const Finished finished = bench.run({"doctor", "--json", "--layout", layout});
+    const ProcessResult finished = bench.run({"doctor", "--json", "--layout", layout});
     CAPTURE(finished.err, finished.out);
     CHECK(finished.exit_code == 0);
     const json report = json::parse(finished.out);
@@ -228,7 +228,7 @@ TEST_CASE("doctor finds nothing wrong with a good device, in either layout") {
 
 TEST_CASE("doctor finds the program that computes wrongly, and the one that does not build") {
   const Bench bench;
-  const auto failed = [](const Finished& finished) {
+  const auto failed = [](const ProcessResult& finished) {
     std::vector<std::string> programs;
     const json report = json::parse(finished.out);
     for (const json& check : report["programs"]) {
@@ -238,13 +238,13 @@ TEST_CASE("doctor finds the program that computes wrongly, and the one that does
     }
     return programs;
   };
-  const Finished wrong =
+  const ProcessResult wrong =
       bench.run({"doctor", "--json", "--layout", "gpu"}, {{"QJULIA_TEST_WRONG_WIDTH", "1"}});
   CHECK(wrong.exit_code == 1);
   CHECK(failed(wrong) == std::vector<std::string>{"gradient_orbit.cl"});
 
   const Environment broken{{"QJULIA_TEST_BROKEN_PROGRAM", "shade.cl"}};
-  const Finished unbuilt = bench.run({"doctor", "--json"}, broken);
+  const ProcessResult unbuilt = bench.run({"doctor", "--json"}, broken);
   CHECK(unbuilt.exit_code == 1);
   CHECK(failed(unbuilt) == std::vector<std::string>{"shade.cl"});
   const json report = json::parse(unbuilt.out);
@@ -253,7 +253,7 @@ TEST_CASE("doctor finds the program that computes wrongly, and the one that does
     CHECK(check["built"] == false);
     CHECK_THAT(read_text(check["build_log"]), Contains("shade.cl did not build"));
   }
-  const Finished told = bench.run({"doctor"}, broken);
+  const ProcessResult told = bench.run({"doctor"}, broken);
   CHECK(told.exit_code == 1);
   CHECK_THAT(told.out, Contains("FAILED shade.cl") && Contains("compiler's log: ") &&
                            Contains("programs failed"));

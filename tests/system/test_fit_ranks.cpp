@@ -11,7 +11,7 @@
 
 using Catch::Matchers::Contains;
 using nlohmann::json;
-using qjulia::test::Finished;
+using qjulia::test::ProcessResult;
 using qjulia::test::read_text;
 using qjulia::test::run_command;
 using qjulia::test::run_ranks;
@@ -78,7 +78,7 @@ TEST_CASE("a fit is the same on one, two and three ranks") {
   CHECK(without_times(alone)["provenance"]["stages"].size() > 1);
   for (const int ranks : {1, 2, 3}) {
     const std::string map = folder / (std::to_string(ranks) + ".qjulia.json");
-    const Finished done = run_ranks(ranks, with_program(fit(mesh, map, 130)));
+    const ProcessResult done = run_ranks(ranks, with_program(fit(mesh, map, 130)));
     CAPTURE(ranks, done.err);
     REQUIRE(done.exit_code == 0);
     CHECK(without_times(map) == without_times(alone));
@@ -86,7 +86,7 @@ TEST_CASE("a fit is the same on one, two and three ranks") {
     CHECK_FALSE(std::filesystem::exists(map + ".checkpoint"));
     auto again = fit(mesh, map, 130);
     again.push_back("--resume");
-    const Finished nothing = run_ranks(ranks, with_program(again));
+    const ProcessResult nothing = run_ranks(ranks, with_program(again));
     CHECK(nothing.exit_code == 0);
     CHECK(count(nothing.err, "there is nothing to resume") == 1);
   }
@@ -100,7 +100,7 @@ TEST_CASE("when a rank is killed the others end, and a resumed fit ends as an un
   const std::string checkpoint = map + ".checkpoint";
   const std::string kill =
       script(folder, "(until [ -e '" + checkpoint + "' ]; do sleep 0.01; done; kill -9 $$) &");
-  const Finished killed = run_ranks(2, by_script(kill, fit(mesh, map, 1500)));
+  const ProcessResult killed = run_ranks(2, by_script(kill, fit(mesh, map, 1500)));
   CAPTURE(killed.err);
   CHECK_FALSE(killed.timed_out);
   CHECK(killed.exit_code != 0);
@@ -120,12 +120,12 @@ TEST_CASE("what one rank cannot do is said once, and ends all with its exit code
   const std::string mesh = torus(folder);
   const std::string map = folder / "map.qjulia.json";
 
-  const Finished absent = run_ranks(2, with_program(fit(folder / "absent.obj", map, 30)));
+  const ProcessResult absent = run_ranks(2, with_program(fit(folder / "absent.obj", map, 30)));
   CHECK(absent.exit_code == 2);
   CHECK(count(absent.err, "absent.obj") == 1);
 
   // Before the fit begins.
-  const Finished no_device = run_ranks(
+  const ProcessResult no_device = run_ranks(
       2, by_script(script(folder, "set -- \"$@\" --device nonesuch"), fit(mesh, map, 30)));
   CHECK(no_device.exit_code == 3);
   CHECK(count(no_device.err, "nonesuch") == 1);
@@ -134,7 +134,8 @@ TEST_CASE("what one rank cannot do is said once, and ends all with its exit code
   const std::string faulty = "export LD_PRELOAD='" QJULIA_FAULTY_OPENCL
                              "' QJULIA_TEST_FAULTS=200:1 "
                              "ASAN_OPTIONS=detect_leaks=0:verify_asan_link_order=0";
-  const Finished failed = run_ranks(2, by_script(script(folder, faulty), fit(mesh, map, 1500)));
+  const ProcessResult failed =
+      run_ranks(2, by_script(script(folder, faulty), fit(mesh, map, 1500)));
   CAPTURE(failed.err);
   CHECK_FALSE(failed.timed_out);
   CHECK(failed.exit_code == 1);
@@ -148,7 +149,7 @@ TEST_CASE("rank 0's time limit ends the fit on all ranks") {
   const std::string map = folder / "map.qjulia.json";
   auto limited = fit(torus(folder), map, 1'000'000);
   limited.insert(limited.end(), {"--time-limit", "6"});
-  const Finished done = run_ranks(2, with_program(limited));
+  const ProcessResult done = run_ranks(2, with_program(limited));
   CAPTURE(done.err);
   CHECK(done.exit_code == 0);
   CHECK(without_times(map)["provenance"]["stopped"] == "time_limit");

@@ -17,8 +17,8 @@ namespace {
 
 /// The command with its output on a disk of `kilobytes`, a mount that only the command and the
 /// shell around it see. Standard output ends in the names of the files that are left.
-qjulia::test::Finished run_on_small_disk(const Arguments& arguments, const std::string& disk,
-                                         int kilobytes) {
+qjulia::test::ProcessResult run_on_small_disk(const Arguments& arguments, const std::string& disk,
+                                              int kilobytes) {
   const std::string script = "mount -t tmpfs -o size=" + std::to_string(kilobytes) +
                              "k tmpfs \"$1\" || exit 99; ls=\"$1\"; shift; \"$@\"; code=$?; "
                              "ls -A \"$ls\"; exit $code";

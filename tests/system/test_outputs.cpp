@@ -18,7 +18,7 @@
 
 using Catch::Matchers::Contains;
 using nlohmann::json;
-using qjulia::test::Finished;
+using qjulia::test::ProcessResult;
 using qjulia::test::read_text;
 using qjulia::test::run_command;
 using qjulia::test::RunOptions;
@@ -51,7 +51,7 @@ void check_refused(const OutputFiles& bench, const Arguments& arguments, const s
                    int exit_code = 2) {
   std::map<std::string, std::string> before, after;
   for (const auto& name : bench.folder.names()) before[name] = read_text(bench.folder / name);
-  const Finished result = run_command(arguments, {.timeout = std::chrono::seconds(30)});
+  const ProcessResult result = run_command(arguments, {.timeout = std::chrono::seconds(30)});
   for (const auto& name : bench.folder.names()) after[name] = read_text(bench.folder / name);
   CAPTURE(arguments, result.err);
   CHECK(result.exit_code == exit_code);
@@ -60,7 +60,7 @@ void check_refused(const OutputFiles& bench, const Arguments& arguments, const s
 }
 
 /// In a shell, with the command's path as $0.
-Finished shell(const std::string& script, const Arguments& arguments) {
+ProcessResult shell(const std::string& script, const Arguments& arguments) {
   Arguments all = {"/bin/bash", "-c", script, QJULIA_COMMAND};
   all.insert(all.end(), arguments.begin(), arguments.end());
   return qjulia::test::run(all);
@@ -152,7 +152,7 @@ TEST_CASE("what is no regular file is written into") {
   CHECK(before.st_ino == after.st_ino);
   CHECK_FALSE(std::filesystem::exists("/dev/null.checkpoint"));
 
-  const Finished full = run_command(bench.fit("/dev/full"));
+  const ProcessResult full = run_command(bench.fit("/dev/full"));
   CHECK(full.exit_code == 1);
   CHECK_THAT(full.err, Contains("cannot write '/dev/full'"));
   CHECK(is_map(run_command(bench.fit("/dev/stdout")).out));
@@ -161,7 +161,7 @@ TEST_CASE("what is no regular file is written into") {
   REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
   std::string received;
   std::jthread reader([&] { received = read_text(pipe); });
-  const Finished piped = run_command(bench.fit(pipe));
+  const ProcessResult piped = run_command(bench.fit(pipe));
   if (piped.exit_code != 0) ::close(::open(pipe.c_str(), O_WRONLY | O_NONBLOCK));
   reader.join();
   CHECK(piped.exit_code == 0);
@@ -176,16 +176,16 @@ TEST_CASE("a command does not depend on anybody who listens") {
        {"2>&-", "2>/dev/full", ">&- 2>&-", "<&- >/dev/full 2>/dev/full"}) {
     CAPTURE(redirection);
     std::filesystem::remove(map);
-    const Finished result =
+    const ProcessResult result =
         shell(std::string("\"$0\" \"$@\" --verbose ") + redirection, bench.fit(map));
     CHECK(result.exit_code == 0);
     CHECK(is_map(read_text(map)));
     CHECK(read_text(bench.mesh) == bench.mesh_text);
   }
-  const Finished deaf = shell("\"$0\" \"$@\" >/dev/full", {"info", map});
+  const ProcessResult deaf = shell("\"$0\" \"$@\" >/dev/full", {"info", map});
   CHECK(deaf.exit_code == 1);
   CHECK_THAT(deaf.err, Contains("standard output"));
-  const Finished gone = shell("\"$0\" \"$@\" | true; exit ${PIPESTATUS[0]}", {"info", map});
+  const ProcessResult gone = shell("\"$0\" \"$@\" | true; exit ${PIPESTATUS[0]}", {"info", map});
   CHECK(gone.exit_code == 0);
 }
 
@@ -209,7 +209,7 @@ TEST_CASE("what a killed run left is gone after the next, and nothing else") {
 TEST_CASE("two signals of one Ctrl-C count once") {
   const OutputFiles bench;
   const std::string map = bench.folder / "map.json";
-  const Finished result = shell(
+  const ProcessResult result = shell(
       "map=$1; shift; \"$0\" \"$@\" -o \"$map\" & pid=$!; "
       "until [ -s \"$map.checkpoint\" ]; do sleep 0.01; done; "
       "kill -INT $pid; kill -TERM $pid; wait $pid",
@@ -223,7 +223,7 @@ TEST_CASE("a checkpoint that cannot be written does not end the fit") {
   const OutputFiles bench;
   const std::string map = bench.folder / "map.json";
   // A folder of its name is refused at once; one that comes later is in the way of each rename.
-  const Finished result = shell(
+  const ProcessResult result = shell(
       "(until [ -s \"$1.checkpoint\" ]; do sleep 0.01; done; rm \"$1.checkpoint\"; "
       "mkdir \"$1.checkpoint\") & map=$1; shift; \"$0\" \"$@\" -o \"$map\"",
       {map, "fit", bench.mesh, "--factors", "48", "--max-evaluations", "400"});
@@ -239,12 +239,12 @@ TEST_CASE("--resume knows a schedule by what it says") {
   const std::string text = read_text(QJULIA_TEST_DATA "/../../host/fit/schedules/fast.toml");
   const std::string schedule = bench.folder.file("s.toml", text);
   const Arguments fit = bench.fit(map, {"--schedule", schedule, "--resume"});
-  const Finished first = run_command(fit);
+  const ProcessResult first = run_command(fit);
   CAPTURE(first.err);
   REQUIRE(first.exit_code == 0);
   CHECK_THAT(run_command(fit).err, Contains("nothing to resume"));
   bench.folder.file("s.toml", text + "# other\n");
-  const Finished edited = run_command(fit);
+  const ProcessResult edited = run_command(fit);
   CHECK(edited.exit_code == 0);
   CHECK_THAT(edited.err, !Contains("nothing to resume"));
 }
@@ -252,7 +252,7 @@ TEST_CASE("--resume knows a schedule by what it says") {
 TEST_CASE("--resume makes the report of a finished map") {
   const OutputFiles bench;
   const std::string map = bench.map(), bytes = read_text(map);
-  const Finished result =
+  const ProcessResult result =
       run_command(bench.fit(map, {"--resume", "--report", bench.folder / "report"}));
   CAPTURE(result.err);
   CHECK(result.exit_code == 0);

@@ -13,7 +13,7 @@
 
 using Catch::Matchers::Contains;
 using nlohmann::json;
-using qjulia::test::Finished;
+using qjulia::test::ProcessResult;
 using qjulia::test::read_text;
 using qjulia::test::run_command;
 using qjulia::test::RunOptions;
@@ -25,7 +25,7 @@ struct TracedFit {
   TemporaryFolder folder;
   std::string map = folder / "torus.qjulia.json";
   std::string trace = folder / "trace.json";
-  Finished finished;
+  ProcessResult finished;
   std::vector<json> stages, kernels;
 
   explicit TracedFit(const RunOptions& options = {}) {
@@ -62,12 +62,12 @@ bool nests(const json& inner, const json& outer) {
 }
 
 /// Of the lines "kernel NAME LAUNCHES launches SECONDS s" of --verbose.
-struct Told {
+struct KernelTotals {
   std::size_t launches = 0, lines = 0;
   double seconds = 0;
 };
-Told told(const std::string& err) {
-  Told sum;
+KernelTotals told(const std::string& err) {
+  KernelTotals sum;
   std::istringstream lines(err);
   for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line);
@@ -109,7 +109,7 @@ TEST_CASE("a fit's trace has its stages and kernels, nested within the whole") {
     last_end = end(event);
     seconds += 1e-6 * length(event);
   }
-  const Told sum = told(fit.finished.err);
+  const KernelTotals sum = told(fit.finished.err);
   CHECK(sum.launches == fit.kernels.size());
   CHECK(seconds == Approx(sum.seconds).margin(0.0006 * static_cast<double>(sum.lines)));
   // Energies of the minimiser ran while it minimised.
@@ -145,7 +145,7 @@ TEST_CASE("other commands leave traces too, and one that cannot be written is to
   CHECK_THAT(read_text(trace), Contains("level_set"));
 
   const std::string none = fit.folder / "none.ply";
-  const Finished refused = run_command(
+  const ProcessResult refused = run_command(
       {"surface", fit.map, "-o", none, "--device", "cpu", "--trace", fit.folder / "no/trace.json"});
   CHECK(refused.exit_code == 1);
   CHECK_THAT(refused.err, Contains("no/trace.json"));

@@ -12,7 +12,7 @@
 
 using Catch::Matchers::Contains;
 using nlohmann::json;
-using qjulia::test::Finished;
+using qjulia::test::ProcessResult;
 using qjulia::test::read_text;
 using qjulia::test::run_command;
 using qjulia::test::RunOptions;
@@ -26,20 +26,20 @@ using Environment = std::map<std::string, std::string>;
 struct Cache {
   TemporaryFolder folder;
 
-  Finished run(std::vector<std::string> arguments, const Environment& more = {}) const {
+  ProcessResult run(std::vector<std::string> arguments, const Environment& more = {}) const {
     RunOptions options;
     options.environment = more;
     options.environment["XDG_CACHE_HOME"] = folder.path().string();
     arguments.insert(arguments.end(), {"--device", "cpu"});
     return run_command(arguments, options);
   }
-  Finished tune(const Environment& more = {}) const {
+  ProcessResult tune(const Environment& more = {}) const {
     return run(
         {"profile", "--tune", "--json", "--samples", "2000", "--factors", "24", "--repeats", "1"},
         more);
   }
   json profile(const Environment& more = {}) const {
-    const Finished result =
+    const ProcessResult result =
         run({"profile", "--json", "--samples", "500", "--factors", "16", "--repeats", "1"}, more);
     INFO(result.err);
     REQUIRE(result.exit_code == 0);
@@ -47,7 +47,7 @@ struct Cache {
   }
   /// Settings as --tune leaves them, but with a lane width that is not the default.
   std::string retuned() const {
-    const Finished result = tune();
+    const ProcessResult result = tune();
     INFO(result.err);
     REQUIRE(result.exit_code == 0);
     std::string file = json::parse(result.out)["file"];
@@ -63,7 +63,7 @@ struct Cache {
 
 TEST_CASE("--tune tries settings, keeps the best, and commands use it") {
   const Cache cache;
-  const Finished result = cache.tune();
+  const ProcessResult result = cache.tune();
   INFO(result.err);
   REQUIRE(result.exit_code == 0);
   const json report = json::parse(result.out);
@@ -84,7 +84,7 @@ TEST_CASE("profile and fit say that settings are tuned, and QJULIA_TUNING=off th
   const json untuned = cache.profile({{"QJULIA_TUNING", "off"}});
   CHECK(untuned["tuned"] == false);
   CHECK(untuned["tuning"]["energy_vectors"] == 4);
-  const Finished told =
+  const ProcessResult told =
       cache.run({"profile", "--samples", "500", "--factors", "16", "--repeats", "1"});
   CHECK_THAT(told.out, Contains("settings: tuned"));
   CHECK_THAT(told.err, Contains("(tuned)"));
@@ -102,7 +102,7 @@ TEST_CASE("corrupt settings are passed over with a warning") {
   const Cache cache;
   const std::string file = cache.retuned();
   std::filesystem::resize_file(file, 50);
-  const Finished result =
+  const ProcessResult result =
       cache.run({"profile", "--json", "--samples", "500", "--factors", "16", "--repeats", "1"});
   CHECK(result.exit_code == 0);
   CHECK_THAT(result.err, Contains(file) && Contains("tune this device again"));
@@ -111,9 +111,10 @@ TEST_CASE("corrupt settings are passed over with a warning") {
 
 TEST_CASE("settings with wrong results are refused and not timed") {
   const Cache cache;
-  const Finished result = cache.tune({{"LD_PRELOAD", QJULIA_FAULTY_OPENCL},
-                                      {"QJULIA_TEST_WRONG_WIDTH", "1"},
-                                      {"ASAN_OPTIONS", "detect_leaks=0:verify_asan_link_order=0"}});
+  const ProcessResult result =
+      cache.tune({{"LD_PRELOAD", QJULIA_FAULTY_OPENCL},
+                  {"QJULIA_TEST_WRONG_WIDTH", "1"},
+                  {"ASAN_OPTIONS", "detect_leaks=0:verify_asan_link_order=0"}});
   INFO(result.err);
   REQUIRE(result.exit_code == 0);
   bool met = false;

@@ -22,17 +22,17 @@ using namespace qjulia;
 using Catch::Matchers::Contains;
 using qjulia::test::read_text;
 using qjulia::test::TemporaryFolder;
-using Work = std::function<batch::EntryResult(const batch::BatchEntry&,
-                                              const std::filesystem::path&, const Watch&)>;
+using Work = std::function<batch::EntryResult(
+    const batch::BatchEntry&, const std::filesystem::path&, const ProgressMonitor&)>;
 
 namespace {
 
-class Pretender final : public batch::BatchWorker {
+class FakeWorker final : public batch::BatchWorker {
  public:
-  explicit Pretender(Work work) : work_(std::move(work)) {}
+  explicit FakeWorker(Work work) : work_(std::move(work)) {}
   batch::EntryResult run(const batch::BatchEntry& entry, const std::filesystem::path& folder,
-                         const Watch& watch) override {
-    return work_(entry, folder, watch);
+                         const ProgressMonitor& monitor) override {
+    return work_(entry, folder, monitor);
   }
 
  private:
@@ -40,16 +40,17 @@ class Pretender final : public batch::BatchWorker {
 };
 
 batch::BatchDevice device(const std::string& name, Work work) {
-  return {name, [work = std::move(work)] { return std::make_unique<Pretender>(work); }};
+  return {name, [work = std::move(work)] { return std::make_unique<FakeWorker>(work); }};
 }
 
 batch::EntryResult write_map(const batch::BatchEntry& entry, const std::filesystem::path& folder,
-                             const Watch&) {
+                             const ProgressMonitor&) {
   std::ofstream(folder / (entry.name + ".qjulia.json")) << "map of " << entry.name;
   return {{entry.name + ".qjulia.json"}, {{"energy", 0.5}}};
 }
 
-batch::EntryResult broken(const batch::BatchEntry&, const std::filesystem::path&, const Watch&) {
+batch::EntryResult broken(const batch::BatchEntry&, const std::filesystem::path&,
+                          const ProgressMonitor&) {
   throw DeviceError("broken", "clFinish", -5);
 }
 
@@ -79,18 +80,18 @@ std::vector<std::string> run(const batch::Manifest& manifest, const batch::Batch
   const auto lock = batch::prepare_batch(manifest, options);
   batch::run_batch(manifest,
                    {device("one",
-                           [&](const auto& entry, const auto& folder, const auto& watch) {
+                           [&](const auto& entry, const auto& folder, const auto& monitor) {
                              worked_on.push_back(entry.name);
-                             return work(entry, folder, watch);
+                             return work(entry, folder, monitor);
                            })},
                    options);
   return worked_on;
 }
 
 batch::EntryResult all_but_b(const batch::BatchEntry& entry, const std::filesystem::path& folder,
-                             const Watch& watch) {
+                             const ProgressMonitor& monitor) {
   if (entry.name == "b") throw InputError("b cannot be read");
-  return write_map(entry, folder, watch);
+  return write_map(entry, folder, monitor);
 }
 
 }  // namespace
@@ -161,15 +162,15 @@ TEST_CASE("a device that keeps failing is retired and its work done by another")
   const auto unsaved =
       batch::run_batch(manifest,
                        {device("broken",
-                               [&](const auto& entry, const auto& path, const auto& watch) {
+                               [&](const auto& entry, const auto& path, const auto& monitor) {
                                  ++failures;
-                                 return broken(entry, path, watch);
+                                 return broken(entry, path, monitor);
                                }),
                         device("good",
-                               [&](const auto& entry, const auto& path, const auto& watch) {
+                               [&](const auto& entry, const auto& path, const auto& monitor) {
                                  // Slow enough for the other to fail three.
                                  std::this_thread::sleep_for(std::chrono::milliseconds(40));
-                                 return write_map(entry, path, watch);
+                                 return write_map(entry, path, monitor);
                                })},
                        options, [&](const batch::BatchEvent& event) {
                          if (event.kind == batch::BatchEvent::Kind::retired) ++retired;
@@ -186,10 +187,11 @@ TEST_CASE("a device that keeps failing is retired and its work done by another")
 TEST_CASE("an entry that every device fails at has failed; the device goes on") {
   const TemporaryFolder folder;
   const batch::Manifest manifest = manifest_of({"huge", "a", "b"});
-  const auto worked_on = run(
-      manifest, options_for(folder), [](const auto& entry, const auto& path, const auto& watch) {
-        return entry.name == "huge" ? broken(entry, path, watch) : write_map(entry, path, watch);
-      });
+  const auto worked_on = run(manifest, options_for(folder),
+                             [](const auto& entry, const auto& path, const auto& monitor) {
+                               return entry.name == "huge" ? broken(entry, path, monitor)
+                                                           : write_map(entry, path, monitor);
+                             });
   CHECK(status_of(folder, "huge").state == batch::EntryState::failed);
   CHECK(status_of(folder, "huge").failed_tries.size() == 3);
   CHECK_THAT(status_of(folder, "huge").error, Contains("CL_OUT_OF_RESOURCES"));
@@ -215,14 +217,15 @@ TEST_CASE("a stop request ends the entry that runs and begins no other") {
   const batch::BatchOptions options = options_for(folder);
   batch::prepare_batch(manifest, options);
   std::stop_source stop;
-  batch::run_batch(manifest,
-                   {device("one",
-                           [&](const auto&, const auto&, const auto& watch) -> batch::EntryResult {
-                             stop.request_stop();
-                             if (watch.stop.stop_requested()) throw Interrupted();
-                             return {};
-                           })},
-                   options, {}, stop.get_token());
+  batch::run_batch(
+      manifest,
+      {device("one",
+              [&](const auto&, const auto&, const auto& monitor) -> batch::EntryResult {
+                stop.request_stop();
+                if (monitor.stop.stop_requested()) throw Interrupted();
+                return {};
+              })},
+      options, {}, stop.get_token());
   CHECK(status_of(folder, "a").state == batch::EntryState::interrupted);
   CHECK(status_of(folder, "b").state == batch::EntryState::waiting);
   CHECK(run(manifest, options_for(folder, true)).size() == 2);
@@ -258,12 +261,13 @@ TEST_CASE("each entry is done once by ranks that share a folder") {
   const auto lock = batch::prepare_batch(manifest, options);
   // The device of one rank never works.
   const auto work = [&](const std::string& who) {
-    return device(who, [who](const batch::BatchEntry& entry, const auto& path, const auto& watch) {
-      // Appended to: a second visit would show.
-      std::ofstream(path / (entry.name + ".visits"), std::ios::app) << who << '\n';
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-      return write_map(entry, path, watch);
-    });
+    return device(who,
+                  [who](const batch::BatchEntry& entry, const auto& path, const auto& monitor) {
+                    // Appended to: a second visit would show.
+                    std::ofstream(path / (entry.name + ".visits"), std::ios::app) << who << '\n';
+                    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+                    return write_map(entry, path, monitor);
+                  });
   };
   constexpr std::size_t kRanks = 3;
   std::barrier meeting(kRanks);
@@ -311,9 +315,9 @@ TEST_CASE("what a killed process worked on is done by the next") {
     const auto lock = batch::prepare_batch(manifest, options);
     batch::run_batch(manifest,
                      {device("one",
-                             [](const auto& entry, const auto& path, const auto& watch) {
+                             [](const auto& entry, const auto& path, const auto& monitor) {
                                if (entry.name == "b") ::raise(SIGKILL);
-                               return write_map(entry, path, watch);
+                               return write_map(entry, path, monitor);
                              })},
                      options);
     ::_exit(0);

@@ -2,12 +2,12 @@
 
 #include <catch2/catch.hpp>
 
-#include "device/launch_pace.hpp"
+#include "device/launch_sizer.hpp"
 #include "device/program_source.hpp"
 #include "qjulia/error.hpp"
 
 using namespace qjulia;
-using device::LaunchPace;
+using device::LaunchSizer;
 
 namespace {
 
@@ -40,25 +40,25 @@ TEST_CASE("an include by name takes the file given, else the source's own") {
 TEST_CASE("launches come to take 80 ms") {
   const double work_a_second = GENERATE(1e6, 1e9, 1e13);
   constexpr double kOverhead = 50e-6;
-  LaunchPace pace(two_units());
+  LaunchSizer sizer(two_units());
   for (int launch = 0; launch < 60; ++launch) {
-    pace.learn(pace.work(), kOverhead + pace.work() / work_a_second);
+    sizer.learn(sizer.work(), kOverhead + sizer.work() / work_a_second);
   }
-  CHECK(pace.work() / work_a_second == Approx(0.08).epsilon(0.01));
+  CHECK(sizer.work() / work_a_second == Approx(0.08).epsilon(0.01));
 }
 
 TEST_CASE("a small launch tells nothing, a slow one does") {
-  LaunchPace pace(two_units());
-  const double work = pace.work();
-  pace.learn(work / 1000, 0.001);
-  CHECK(pace.work() == work);
-  pace.learn(work / 4, 0.2);
-  CHECK(pace.work() == Approx(work / 2));
+  LaunchSizer sizer(two_units());
+  const double work = sizer.work();
+  sizer.learn(work / 1000, 0.001);
+  CHECK(sizer.work() == work);
+  sizer.learn(work / 4, 0.2);
+  CHECK(sizer.work() == Approx(work / 2));
 }
 
-TEST_CASE("a launch without a time leaves a pace that can be used") {
-  LaunchPace pace(two_units());
-  const double work = pace.work();
-  pace.learn(work, 0);
-  CHECK(pace.work() == Approx(2 * work));
+TEST_CASE("a launch without a time leaves a sizer that can be used") {
+  LaunchSizer sizer(two_units());
+  const double work = sizer.work();
+  sizer.learn(work, 0);
+  CHECK(sizer.work() == Approx(2 * work));
 }

@@ -137,11 +137,11 @@ TEST_CASE("stages fit a sphere with the reference evaluator alone") {
   const fitting::Schedule schedule{40, 1e-3, {small_level()}};
   auto budget = budget_of(schedule.evaluations);
   int reports = 0;
-  const Watch watch{[&](const Progress&) { ++reports; }, {}};
+  const ProgressMonitor monitor{[&](const Progress&) { ++reports; }, {}};
   const auto start = fitting::place_factors(reference, pool, options.factors, 1);
   fitting::Checkpoint unkept({}, "");
-  fitting::Stages stages(start, unscaled(draw), reference, options, schedule, budget, unkept, watch,
-                         test::alone());
+  fitting::Stages stages(start, unscaled(draw), reference, options, schedule, budget, unkept,
+                         monitor, test::alone());
   CHECK(stages.run() == StopReason::schedule_done);
   CHECK(budget.evaluations() == 40);
   REQUIRE(stages.reports().size() >= 3);

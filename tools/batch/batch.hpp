@@ -114,7 +114,7 @@ class BatchWorker {
   /// @throws DeviceError, KernelBuildError: the device is to blame, another may do it; Interrupted;
   ///   whatever else: the entry has failed.
   virtual EntryResult run(const BatchEntry& entry, const std::filesystem::path& folder,
-                          const Watch& watch) = 0;
+                          const ProgressMonitor& monitor) = 0;
 
  protected:
   BatchWorker() = default;

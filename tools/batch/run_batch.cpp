@@ -77,7 +77,7 @@ class Runner {
       begin(status);
       if (!worker_) worker_ = device_.open();
       EntryResult result =
-          worker_->run(manifest_.entries[task.index], options_.folder, watch(status, start));
+          worker_->run(manifest_.entries[task.index], options_.folder, monitor(status, start));
       status.files = std::move(result.files);
       status.figures = std::move(result.figures);
       put_back(EntryState::done);
@@ -113,7 +113,7 @@ class Runner {
     tell(Kind::started, &status);
   }
 
-  Watch watch(EntryStatus& status, Clock::time_point start) {
+  ProgressMonitor monitor(EntryStatus& status, Clock::time_point start) {
     return {[this, &status, start, written = start](const Progress& progress) mutable {
               status.progress = progress;
               status.seconds = seconds_since(start);

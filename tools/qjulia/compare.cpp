@@ -68,20 +68,20 @@ int run(const Arguments& arguments, Session& session) {
   session.check_outputs({arguments.map, arguments.mesh}, outputs);
   const RationalMap read = read_map(arguments.map);
   MeshReport report;
-  const TriangleMesh mesh = read_mesh(arguments.mesh, &report, session.watch().stop);
+  const TriangleMesh mesh = read_mesh(arguments.mesh, &report, session.monitor().stop);
   for (const std::string& warning : report.warnings()) {
     session.console.warn(fmt::format("{}: {}", arguments.mesh, warning));
   }
   const Device device = session.open_device(arguments.device);
-  const RationalMap map = turned(device, read, arguments.map_options, arguments.map);
-  const auto metrics = compare(device, map, mesh, options, session.watch());
+  const RationalMap map = with_knobs(device, read, arguments.map_options, arguments.map);
+  const auto metrics = compare(device, map, mesh, options, session.monitor());
   if (session.interrupts.requested()) {
     session.console.note("interrupted");
     return kInterrupted;
   }
   const nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
   if (!arguments.picture.empty()) {
-    const Image image = comparison(device, map, mesh, view, session.watch());
+    const Image image = comparison(device, map, mesh, view, session.monitor());
     if (session.interrupts.requested()) {
       session.console.note("interrupted; no picture was written");
       return kInterrupted;

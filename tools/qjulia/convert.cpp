@@ -32,7 +32,7 @@ int run(const Arguments& arguments, Session& session) {
   // A map that stays as it is needs no device.
   if (!arguments.map_options.given().empty()) {
     const Device device = session.open_device(arguments.device);
-    map = turned(device, map, arguments.map_options, arguments.input);
+    map = with_knobs(device, map, arguments.map_options, arguments.input);
     map.provenance.set("turned", made_with(arguments.input, arguments.map_options, device.info()));
   } else if (is_original_file(arguments.input)) {
     map.provenance.set("converted", converted_from(arguments.input));

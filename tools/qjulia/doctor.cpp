@@ -80,7 +80,7 @@ std::string verdict(const SelfTestReport& report) {
 
 int run(const std::string& wanted, Session& session) {
   const Device device = session.open_device(wanted);
-  const SelfTestReport report = self_test(device, session.watch());
+  const SelfTestReport report = self_test(device, session.monitor());
   std::string text = about(device);
   nlohmann::json json = to_json(report);
   for (std::size_t i = 0; i < report.checks.size(); ++i) {

@@ -87,7 +87,7 @@ void check_files(const Arguments& arguments, const FitOptions& options, Session&
 TriangleMesh read_mesh(const Arguments& arguments, Session& session) {
   const TraceStage stage(session.trace(), "read the mesh");
   MeshReport report;
-  TriangleMesh mesh = qjulia::read_mesh(arguments.mesh, &report, session.watch().stop);
+  TriangleMesh mesh = qjulia::read_mesh(arguments.mesh, &report, session.monitor().stop);
   for (const std::string& warning : report.warnings()) {
     session.console.warn(fmt::format("{}: {}", arguments.mesh, warning));
   }
@@ -100,7 +100,7 @@ bool make_report(const Arguments& arguments, const Device& device, const Triangl
   const TraceStage stage(session.trace(), "report");
   const std::string title = std::filesystem::path(arguments.mesh).filename().string();
   const report::FitReport report =
-      report::make_report(device, mesh, result, title, {}, session.watch());
+      report::make_report(device, mesh, result, title, {}, session.monitor());
   if (session.interrupts.requested()) return false;
   report::write_report(report, report_file(arguments));
   return true;
@@ -149,8 +149,8 @@ Start start(const Arguments& arguments, const FitOptions& options, LaunchedRanks
     start.mesh = read_mesh(arguments, session);
     start.device = session.open_device(device);
   } else {
-    start.mesh = qjulia::read_mesh(arguments.mesh, nullptr, session.watch().stop);
-    auto [chosen, warning] = with_kept_tuning(Device::choose(device));
+    start.mesh = qjulia::read_mesh(arguments.mesh, nullptr, session.monitor().stop);
+    auto [chosen, warning] = with_cached_tuning(Device::choose(device));
     if (!warning.empty()) session.console.warn(warning);
     start.device = std::move(chosen);
   }
@@ -206,7 +206,7 @@ int run(const Arguments& arguments, Session& session) {
     remaining.time_limit = std::max(options.time_limit - session.seconds(), 1e-3);
     remaining.checkpoint = checkpoint_file(arguments);
     remaining.resume = arguments.resume;
-    FitResult result = fit(*begun.device, begun.mesh, remaining, session.watch(), *ranks);
+    FitResult result = fit(*begun.device, begun.mesh, remaining, session.monitor(), *ranks);
     return ranks->rank() == 0 ? save(arguments, options, begun, std::move(result), session) : kDone;
   });
 }

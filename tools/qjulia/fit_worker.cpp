@@ -27,16 +27,16 @@ nlohmann::json without_times(nlohmann::json provenance) {
 
 class FitWorker final : public batch::BatchWorker {
  public:
-  explicit FitWorker(KeptTuning kept)
+  explicit FitWorker(CachedTuning kept)
       : device_(std::move(kept.device)), tuning_warning_(std::move(kept.warning)) {}
 
   batch::EntryResult run(const batch::BatchEntry& entry, const std::filesystem::path& folder,
-                         const Watch& watch) override {
+                         const ProgressMonitor& monitor) override {
     const FitOptions options = checked_options(entry.options);
     MeshReport mesh_report;
-    const TriangleMesh mesh = read_mesh(entry.mesh, &mesh_report, watch.stop);
+    const TriangleMesh mesh = read_mesh(entry.mesh, &mesh_report, monitor.stop);
     device_.reset_kernel_times();
-    FitResult result = fit_resumable(mesh, options, folder / (entry.name + ".checkpoint"), watch);
+    FitResult result = fit_resumable(mesh, options, folder / (entry.name + ".checkpoint"), monitor);
     if (result.stopped == StopReason::interrupted) throw Interrupted();
 
     double kernel_seconds = 0;
@@ -49,13 +49,13 @@ class FitWorker final : public batch::BatchWorker {
     result.map.provenance = without_times(provenance(entry.mesh, options, device_, result));
     write_map(result.map, file(".qjulia.json"));
     if (entry.outputs.surface) {
-      write_mesh(surface(entry, result.map, watch), file(*entry.outputs.surface));
+      write_mesh(surface(entry, result.map, monitor), file(*entry.outputs.surface));
     }
-    if (entry.outputs.picture) write_png(picture(entry, result.map, watch), file(".png"));
+    if (entry.outputs.picture) write_png(picture(entry, result.map, monitor), file(".png"));
     if (entry.outputs.report) {
       const report::FitReport report =
-          report::make_report(device_, mesh, result, entry.name, {}, watch);
-      if (watch.stop.stop_requested()) throw Interrupted();
+          report::make_report(device_, mesh, result, entry.name, {}, monitor);
+      if (monitor.stop.stop_requested()) throw Interrupted();
       report::write_report(report, file(".report.html"));
     }
     std::filesystem::remove(folder / (entry.name + ".checkpoint"));
@@ -75,36 +75,38 @@ class FitWorker final : public batch::BatchWorker {
 
  private:
   FitResult fit_resumable(const TriangleMesh& mesh, FitOptions options,
-                          const std::filesystem::path& checkpoint, const Watch& watch) const {
+                          const std::filesystem::path& checkpoint,
+                          const ProgressMonitor& monitor) const {
     options.checkpoint = checkpoint;
     options.resume = true;
     try {
-      return fit(device_, mesh, options, watch);
+      return fit(device_, mesh, options, monitor);
     } catch (const InputError&) {
       // The checkpoint may be of other options or another device: then the fit starts afresh.
       if (!std::filesystem::remove(checkpoint)) throw;
-      return fit(device_, mesh, options, watch);
+      return fit(device_, mesh, options, monitor);
     }
   }
 
   TriangleMesh surface(const batch::BatchEntry& entry, const RationalMap& map,
-                       const Watch& watch) const {
+                       const ProgressMonitor& monitor) const {
     SurfaceOptions options;
     options.resolution = entry.outputs.surface_resolution;
-    TriangleMesh mesh = extract_surface(device_, map, options, watch);
-    if (watch.stop.stop_requested()) throw Interrupted();
+    TriangleMesh mesh = extract_surface(device_, map, options, monitor);
+    if (monitor.stop.stop_requested()) throw Interrupted();
     if (mesh.triangles.empty()) {
       throw Error("the set is empty, so there is no surface; try a smaller detail");
     }
     return mesh;
   }
 
-  Image picture(const batch::BatchEntry& entry, const RationalMap& map, const Watch& watch) const {
+  Image picture(const batch::BatchEntry& entry, const RationalMap& map,
+                const ProgressMonitor& monitor) const {
     PictureOptions options;
     options.width = entry.outputs.picture_width;
     options.height = entry.outputs.picture_height;
-    Image image = render(device_, map, options, watch);
-    if (watch.stop.stop_requested()) throw Interrupted();
+    Image image = render(device_, map, options, monitor);
+    if (monitor.stop.stop_requested()) throw Interrupted();
     return image;
   }
 
@@ -132,7 +134,7 @@ batch::FitKey fit_key(const batch::BatchEntry& entry) {
 }
 
 std::unique_ptr<batch::BatchWorker> make_fit_worker(const std::string& device) {
-  return std::make_unique<FitWorker>(with_kept_tuning(Device::choose(device)));
+  return std::make_unique<FitWorker>(with_cached_tuning(Device::choose(device)));
 }
 
 }  // namespace qjulia::tools

@@ -62,7 +62,7 @@ struct Arguments {
 /// without, but for what has to be computed.
 std::optional<Device> device_for(const Arguments& arguments, Answer& answer) {
   try {
-    auto [device, warning] = with_kept_tuning(Device::choose(arguments.device));
+    auto [device, warning] = with_cached_tuning(Device::choose(arguments.device));
     if (!warning.empty()) answer.add("note          " + warning);
     return device;
   } catch (const NoDeviceError& error) {
@@ -254,7 +254,7 @@ int run(const Arguments& arguments, Session& session) {
   if (arguments.printable && !mesh) {
     throw InputError(fmt::format("--printable needs a mesh, and '{}' is not one", arguments.file));
   }
-  const Answer answer = mesh ? mesh_info(arguments, session.watch().stop)
+  const Answer answer = mesh ? mesh_info(arguments, session.monitor().stop)
                              : map_info(arguments, session.console.verbose());
   session.console.result(answer.text, answer.json);
   return kDone;

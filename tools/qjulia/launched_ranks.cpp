@@ -25,7 +25,7 @@
 namespace qjulia::tools {
 namespace {
 
-class Alone final : public LaunchedRanks {
+class SingleRank final : public LaunchedRanks {
  public:
   int rank() const override { return 0; }
   int size() const override { return 1; }
@@ -159,7 +159,7 @@ int together(LaunchedRanks& ranks, const std::function<int()>& work) {
 }
 
 std::unique_ptr<LaunchedRanks> join_ranks() {
-  if (!is_launched()) return std::make_unique<Alone>();
+  if (!is_launched()) return std::make_unique<SingleRank>();
 #ifdef QJULIA_MPI
   // Before message passing starts, since that may look for OpenCL devices too.
   const auto own = kernel_cache() / fmt::format("rank-{}", launched_rank());

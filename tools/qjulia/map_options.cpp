@@ -14,9 +14,9 @@ namespace {
 constexpr const char* kGroup = "Map options";
 
 /// Adds options to one command and one group, and remembers them.
-class Adder {
+class OptionAdder {
  public:
-  Adder(Command command, MapOptions& options) : command_(command), options_(options) {}
+  OptionAdder(Command command, MapOptions& options) : command_(command), options_(options) {}
 
   void number(const std::string& name, Target target, const char* type,
               const std::string& description) {
@@ -73,7 +73,7 @@ std::vector<std::string> MapOptions::given() const {
 
 void add_knobs(Command command, MapOptions& options) {
   MapKnobs& knobs = options.knobs;
-  Adder add(command, options);
+  OptionAdder add(command, options);
   add.number("--detail", &knobs.detail, "FRACTION",
              "Thickness of the fractal shell as a fraction of the shape's box diagonal: 0.005 "
              "smooth, 0.01 first detail, 0.02 to 0.03 clearly fractal, 0.05 heavily grooved, "
@@ -114,7 +114,7 @@ void add_knobs(Command command, MapOptions& options) {
 }
 
 void add_map_options(Command command, MapOptions& options) {
-  Adder add(command, options);
+  OptionAdder add(command, options);
   add.number("--iterations", &options.iterations, "INT",
              "Iterations n, 1 to 16: 1 is the fitted shape itself, 2 and 3 have fewer octaves of "
              "detail, 6 is the set as it stays (8 where --detail is above 0.03)");
@@ -128,13 +128,13 @@ void add_box(Command command, MapOptions& options, const std::string& otherwise)
       throw InputError("give X0 Y0 Z0 X1 Y1 Z1 with X0 < X1, Y0 < Y1 and Z0 < Z1");
     }
   };
-  Adder(command, options)
+  OptionAdder(command, options)
       .numbers("--box", 6, "X0 Y0 Z0 X1 Y1 Z1", take,
                "Part of space to look at, shape units. " + otherwise);
 }
 
 void add_precision(Command command, MapOptions& options) {
-  Adder(command, options)
+  OptionAdder(command, options)
       .remember(command.choice("--precision", options.precision,
                                {{"single", Precision::single}, {"double", Precision::dbl}},
                                "Arithmetic of the orbits: single, or double where the device has "
@@ -142,17 +142,17 @@ void add_precision(Command command, MapOptions& options) {
 }
 
 void add_escape(Command command, MapOptions& options, const std::string& otherwise) {
-  Adder(command, options)
+  OptionAdder(command, options)
       .number("--escape", &options.escape, "R",
               "Radius, map units, beyond which an orbit ends as outside: a radius smaller than "
               "the set's own cuts into it. " +
                   otherwise);
 }
 
-RationalMap turned(const Device& device, const RationalMap& map, const MapOptions& options,
-                   const std::string& file) {
+RationalMap with_knobs(const Device& device, const RationalMap& map, const MapOptions& options,
+                       const std::string& file) {
   try {
-    return turned(device, map, options.knobs);
+    return with_knobs(device, map, options.knobs);
   } catch (const OptionError& error) {
     throw OptionError(error.field(), fmt::format("'{}': {}", file, error.problem()));
   } catch (const InputError& error) {

@@ -47,8 +47,8 @@ extern const char* const kDefaultEscape;
 extern const char* const kMapOptionsHelp;
 
 /// The map with its knobs turned. @throws InputError naming the option and `file`.
-RationalMap turned(const Device& device, const RationalMap& map, const MapOptions& options,
-                   const std::string& file);
+RationalMap with_knobs(const Device& device, const RationalMap& map, const MapOptions& options,
+                       const std::string& file);
 
 /// The options by name, null where not given.
 nlohmann::json to_json(const MapOptions& options);

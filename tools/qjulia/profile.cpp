@@ -86,7 +86,7 @@ std::string table(const TuneReport& report, const std::string& file) {
 int run_tune(const Arguments& arguments, Session& session) {
   const Device device = session.open_device(arguments.device);
   const std::string file = tuning_file(device.info()).string();
-  const TuneReport report = tune(device, arguments.options, session.watch());
+  const TuneReport report = tune(device, arguments.options, session.monitor());
   keep_tuning(device.with_tuning(report.precision, report.tuning), report.precision);
   nlohmann::json json = to_json(report);
   json["file"] = file;
@@ -115,7 +115,7 @@ int run_scaling(const Arguments& arguments, Session& session) {
   const Device device = session.open_device(arguments.device);
   ScalingOptions options;
   options.precision = arguments.options.precision;
-  const ScalingReport report = measure_scaling(device, options, session.watch());
+  const ScalingReport report = measure_scaling(device, options, session.monitor());
   session.console.result(table(report), to_json(report));
   return kDone;
 }
@@ -142,7 +142,7 @@ int run(Arguments arguments, Session& session) {
   if (arguments.tune) return run_tune(arguments, session);
   if (arguments.scaling) return run_scaling(arguments, session);
   const Device device = session.open_device(arguments.device);
-  const ProfileReport report = profile(device, options, session.watch());
+  const ProfileReport report = profile(device, options, session.monitor());
   if (!arguments.plot.empty()) {
     write_png(draw_plot(report::roofline(report)), arguments.plot, {{"qjulia", made_by(report)}});
   }

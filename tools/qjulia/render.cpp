@@ -68,7 +68,7 @@ Scene read_scene(const Arguments& arguments, Session& session) {
     return scene;
   }
   MeshReport report;
-  scene.mesh = read_mesh(arguments.input, &report, session.watch().stop);
+  scene.mesh = read_mesh(arguments.input, &report, session.monitor().stop);
   for (const std::string& warning : report.warnings()) {
     session.console.warn(fmt::format("{}: {}", arguments.input, warning));
   }
@@ -76,12 +76,13 @@ Scene read_scene(const Arguments& arguments, Session& session) {
 }
 
 Image draw(const Device& device, const Scene& scene, const std::string& input,
-           const MapOptions& map_options, const PictureOptions& options, const Watch& watch,
-           PictureLayers* layers = nullptr) {
+           const MapOptions& map_options, const PictureOptions& options,
+           const ProgressMonitor& monitor, PictureLayers* layers = nullptr) {
   if (is_mesh_file(input)) {
-    return render_mesh(device, scene.mesh, scene.mesh.box(), options, watch, layers);
+    return render_mesh(device, scene.mesh, scene.mesh.box(), options, monitor, layers);
   }
-  return render(device, turned(device, scene.map, map_options, input), options, watch, layers);
+  return render(device, with_knobs(device, scene.map, map_options, input), options, monitor,
+                layers);
 }
 
 /// Says so when a picture shows nothing.
@@ -108,7 +109,7 @@ class Preview {
     options.height = std::max(1, options.height / reduction);
     options.samples_per_axis = 1;
     const Image image = tools::draw(device, scene, arguments.input, arguments.map_options, options,
-                                    session.watch());
+                                    session.monitor());
     if (image.pixels.empty()) return false;
     write_png(image, path_, {{"Software", program_name()}});
     session.console.note(fmt::format("preview: {}, {:.1f} s", path_.string(), session.seconds()));
@@ -194,7 +195,7 @@ int run_sweep(const Arguments& arguments, const PictureOptions& options, const S
     PictureOptions frame_options = options;
     set(sweep, value, map_options, frame_options);
     const Image image =
-        draw(device, scene, arguments.input, map_options, frame_options, session.watch());
+        draw(device, scene, arguments.input, map_options, frame_options, session.monitor());
     if (session.interrupts.requested()) {
       session.console.note(fmt::format("interrupted; {} pictures were written", files.size()));
       return kInterrupted;
@@ -235,7 +236,7 @@ int run(const Arguments& arguments, Session& session) {
       arguments.preview && preview.draw(device, scene, arguments, options, session);
   PictureLayers layers;
   const Image image = draw(device, scene, arguments.input, arguments.map_options, options,
-                           session.watch(), arguments.layers.empty() ? nullptr : &layers);
+                           session.monitor(), arguments.layers.empty() ? nullptr : &layers);
   if (session.interrupts.requested()) {
     session.console.note(has_preview ? "interrupted; only the preview was written"
                                      : "interrupted; nothing was written");

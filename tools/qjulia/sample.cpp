@@ -43,10 +43,10 @@ int run(const Arguments& arguments, Session& session) {
                                            extensions(FileContent::field, FileUse::write)}});
   const RationalMap read = read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
-  const RationalMap map = turned(device, read, arguments.map_options, arguments.map);
+  const RationalMap map = with_knobs(device, read, arguments.map_options, arguments.map);
   nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
   const CellGrid grid =
-      write_field(device, map, options, arguments.output, one_line(how), session.watch());
+      write_field(device, map, options, arguments.output, one_line(how), session.monitor());
   session.report_kernels(device);
   const double seconds = session.seconds();
   session.console.summary(fmt::format("{} x {} x {} cells, {} precision, {:.1f} s\nfield: {}",

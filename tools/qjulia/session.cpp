@@ -20,7 +20,7 @@ void Session::check_outputs(const std::vector<std::filesystem::path>& inputs,
   are_outputs_checked_ = true;
 }
 
-Watch Session::watch() {
+ProgressMonitor Session::monitor() {
   return {[this](const Progress& progress) { console.progress(progress); }, interrupts.token(),
           trace_};
 }
@@ -38,7 +38,7 @@ void Session::finish() {
 }
 
 Device Session::open_device(const std::string& wanted) {
-  const auto [device, warning] = with_kept_tuning(Device::choose(wanted));
+  const auto [device, warning] = with_cached_tuning(Device::choose(wanted));
   if (!warning.empty()) console.warn(warning);
   const bool tuned = device.is_tuned(Precision::single) || device.is_tuned(Precision::dbl);
   console.note(fmt::format(

@@ -27,7 +27,7 @@ class Session {
                      std::vector<base::Output> outputs);
   /// Progress to the console, stop requests from signals, stages to the trace. Valid as long as
   /// this session.
-  Watch watch();
+  ProgressMonitor monitor();
   /// Chooses a device, with the settings kept for it, and says which. @throws NoDeviceError
   Device open_device(const std::string& wanted);
   /// What is traced, if anything is.

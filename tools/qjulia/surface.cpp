@@ -33,7 +33,7 @@ struct Arguments {
 };
 
 /// What was written.
-struct Made {
+struct WrittenSurface {
   SurfaceReport report;
   SurfaceFigures figures;
   std::size_t non_manifold_edges = 0;
@@ -70,23 +70,25 @@ RationalMap scaled(RationalMap map, std::optional<double> millimetres, const std
 bool is_ply(const Arguments& arguments) { return extension_of(arguments.output) == ".ply"; }
 
 /// Straight to the file; memory does not grow with what it holds.
-Made stream(const Arguments& arguments, const Device& device, const RationalMap& map,
-            const SurfaceOptions& options, const std::string& note, const Watch& watch) {
+WrittenSurface stream(const Arguments& arguments, const Device& device, const RationalMap& map,
+                      const SurfaceOptions& options, const std::string& note,
+                      const ProgressMonitor& monitor) {
   PlyFile file(arguments.output, note);
   FigureSink sink(&file);
-  Made made;
-  made.report = extract_surface(device, map, options, sink, watch);
-  made.figures = sink.figures();
-  if (made.report.triangles > 0 && !made.report.stopped) file.commit();
-  return made;
+  WrittenSurface written;
+  written.report = extract_surface(device, map, options, sink, monitor);
+  written.figures = sink.figures();
+  if (written.report.triangles > 0 && !written.report.stopped) file.commit();
+  return written;
 }
 
 /// By way of memory: for formats that need their counts first, and to choose among components.
-Made collect(const Arguments& arguments, const Device& device, const RationalMap& map,
-             const SurfaceOptions& options, const std::string& note, const Watch& watch) {
-  Made made;
-  TriangleMesh mesh = extract_surface(device, map, options, watch, &made.report);
-  if (mesh.triangles.empty()) return made;
+WrittenSurface collect(const Arguments& arguments, const Device& device, const RationalMap& map,
+                       const SurfaceOptions& options, const std::string& note,
+                       const ProgressMonitor& monitor) {
+  WrittenSurface written;
+  TriangleMesh mesh = extract_surface(device, map, options, monitor, &written.report);
+  if (mesh.triangles.empty()) return written;
   const double least = arguments.largest_component ? 1 : arguments.min_component.value_or(0);
   if (least > 0) mesh = large_components(mesh, least);
   if (is_ply(arguments)) {
@@ -100,12 +102,12 @@ Made collect(const Arguments& arguments, const Device& device, const RationalMap
     write_mesh(mesh, arguments.output, note);
   }
   const MeshReport report = inspect(mesh);
-  made.report.vertices = report.vertices;
-  made.report.triangles = report.triangles;
-  made.report.open_edges = report.open_edges;
-  made.non_manifold_edges = report.non_manifold_edges;
-  made.figures = measure(mesh);
-  return made;
+  written.report.vertices = report.vertices;
+  written.report.triangles = report.triangles;
+  written.report.open_edges = report.open_edges;
+  written.non_manifold_edges = report.non_manifold_edges;
+  written.figures = measure(mesh);
+  return written;
 }
 
 int run(const Arguments& arguments, Session& session) {
@@ -114,15 +116,15 @@ int run(const Arguments& arguments, Session& session) {
                                            extensions(FileContent::mesh, FileUse::write)}});
   const RationalMap read = read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
-  const RationalMap map = scaled(turned(device, read, arguments.map_options, arguments.map),
+  const RationalMap map = scaled(with_knobs(device, read, arguments.map_options, arguments.map),
                                  arguments.millimetres, arguments.map, options);
 
   const bool whole = !arguments.largest_component && arguments.min_component.value_or(0) == 0;
   nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
   how["resolution"] = options.resolution;
-  const Made made = (whole && is_ply(arguments) ? stream : collect)(arguments, device, map, options,
-                                                                    one_line(how), session.watch());
-  const SurfaceReport& report = made.report;
+  const WrittenSurface written = (whole && is_ply(arguments) ? stream : collect)(
+      arguments, device, map, options, one_line(how), session.monitor());
+  const SurfaceReport& report = written.report;
   if (report.stopped) throw Interrupted();
   if (report.triangles == 0) {
     throw Error(
@@ -130,8 +132,8 @@ int run(const Arguments& arguments, Session& session) {
                     "--iterations or another --box",
                     arguments.map));
   }
-  const bool closed = report.open_edges == 0 && made.non_manifold_edges == 0;
-  const std::size_t components = made.figures.components;
+  const bool closed = report.open_edges == 0 && written.non_manifold_edges == 0;
+  const std::size_t components = written.figures.components;
   session.report_kernels(device);
   const double seconds = session.seconds();
   session.console.summary(
@@ -143,9 +145,9 @@ int run(const Arguments& arguments, Session& session) {
        {"triangles", report.triangles},
        {"components", components},
        {"open_edges", report.open_edges},
-       {"non_manifold_edges", made.non_manifold_edges},
+       {"non_manifold_edges", written.non_manifold_edges},
        {"closed", closed},
-       {"figures", to_json(made.figures)},
+       {"figures", to_json(written.figures)},
        {"made_with", how},
        {"resolution", options.resolution},
        {"points", to_json(report)},

@@ -85,7 +85,8 @@ void ReportOptions::validate() const {
 }
 
 FitReport make_report(const Device& device, const TriangleMesh& mesh, const FitResult& result,
-                      const std::string& title, const ReportOptions& options, const Watch& watch) {
+                      const std::string& title, const ReportOptions& options,
+                      const ProgressMonitor& monitor) {
   options.validate();
   FitReport report{title, result, {}, {}};
   PictureOptions picture;
@@ -94,16 +95,16 @@ FitReport make_report(const Device& device, const TriangleMesh& mesh, const FitR
   const auto add = [&](const std::string& caption, Image image) {
     if (!image.pixels.empty()) report.pictures.push_back({caption, std::move(image)});
   };
-  add("the mesh", render_mesh(device, mesh, mesh.box(), picture, watch));
+  add("the mesh", render_mesh(device, mesh, mesh.box(), picture, monitor));
   picture.iterations = 1;
-  add("the potential, n = 1", render(device, result.map, picture, watch));
+  add("the potential, n = 1", render(device, result.map, picture, monitor));
   picture.iterations = options.iterations;
   add(fmt::format("the set, n = {}", options.iterations),
-      render(device, result.map, picture, watch));
-  if (watch.stop.stop_requested()) return report;
+      render(device, result.map, picture, monitor));
+  if (monitor.stop.stop_requested()) return report;
   CompareOptions comparison;
   comparison.iterations = options.iterations;
-  report.metrics = compare(device, result.map, mesh, comparison, watch);
+  report.metrics = compare(device, result.map, mesh, comparison, monitor);
   return report;
 }
 

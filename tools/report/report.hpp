@@ -37,7 +37,7 @@ struct FitReport {
 /// pictures when a stop was requested.
 FitReport make_report(const Device& device, const TriangleMesh& mesh, const FitResult& result,
                       const std::string& title, const ReportOptions& options = {},
-                      const Watch& watch = {});
+                      const ProgressMonitor& monitor = {});
 
 /// One page that needs nothing else: pictures and curves stand in the text. Well-formed XML too.
 std::string report_html(const FitReport& report);

@@ -9,11 +9,11 @@ namespace qjulia::device {
 
 /// The work that takes about 80 ms, in a unit of the kernel's own: short enough for the watchdog of
 /// a display and for a stop request, long enough that the launch itself costs nothing.
-class LaunchPace {
+class LaunchSizer {
  public:
-  LaunchPace() = default;
+  LaunchSizer() = default;
   /// The first guess, for units that cost about as much as a logarithm.
-  explicit LaunchPace(const DeviceInfo& info)
+  explicit LaunchSizer(const DeviceInfo& info)
       : work_(kFirstWorkPerUnit * std::max(1U, info.compute_units)) {}
 
   double work() const { return work_; }
