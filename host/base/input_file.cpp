@@ -13,6 +13,7 @@
 
 #include "base/text.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/progress.hpp"
 
 namespace qjulia::base {
 namespace {
@@ -59,7 +60,7 @@ void InputFile::wait() const {
   constexpr int kMilliseconds = 100;
   pollfd waiting{descriptor_, POLLIN, 0};
   while (::poll(&waiting, 1, kMilliseconds) <= 0) {
-    if (stop_.stop_requested()) throw Interrupted();
+    throw_if_stopped(stop_);
   }
 }
 
@@ -67,7 +68,7 @@ void InputFile::read(std::string& bytes, std::uint64_t count) {
   try {
     if (size_ > 0) bytes.reserve(std::min(size_, count));
     while (bytes.size() < count) {
-      if (stop_.stop_requested()) throw Interrupted();
+      throw_if_stopped(stop_);
       if (is_pipe_) wait();
       const std::size_t before = bytes.size();
       const std::uint64_t left = size_ > before ? size_ - before : 1U << 16U;

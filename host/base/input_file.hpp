@@ -26,7 +26,7 @@ class InputFile {
   std::uint64_t size() const { return size_; }
 
   /// Appends to `bytes` until it holds `count` bytes or the file ends.
-  /// @throws InputError beyond the limit or where reading fails, Interrupted.
+  /// @throws InputError beyond the limit or where reading fails.
   void read(std::string& bytes, std::uint64_t count);
   void read_all(std::string& bytes) { read(bytes, limit_ + 1); }
 

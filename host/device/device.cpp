@@ -6,6 +6,7 @@
 #include <cctype>
 #include <charconv>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "device/context.hpp"
@@ -72,6 +73,10 @@ DeviceInfo find_device(const std::string& wanted) {
 }
 
 }  // namespace
+
+const char* to_string(Precision precision) {
+  return precision == Precision::dbl ? "double" : "single";
+}
 
 std::string to_string(DeviceKind kind) {
   switch (kind) {
@@ -140,9 +145,7 @@ Device Device::choose(const std::string& wanted) {
 
 const DeviceInfo& Device::info() const { return context_->info(); }
 
-namespace {
-constexpr std::array kPrecisions{Precision::single, Precision::dbl};
-}  // namespace
+namespace {}  // namespace
 
 Device::Device(std::shared_ptr<device::Context> context)
     : context_(std::move(context)), layout_(device::suited_layout(info())) {

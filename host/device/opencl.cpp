@@ -1,5 +1,9 @@
 #include "device/opencl.hpp"
 
+#include <algorithm>
+#include <array>
+#include <utility>
+
 #include "qjulia/error.hpp"
 
 namespace qjulia::device {
@@ -48,46 +52,29 @@ void check(cl_int code, const std::string& device, const std::string& call) {
 }
 
 std::string error_name(int code) {
-  switch (code) {
-    case CL_DEVICE_NOT_AVAILABLE:
-      return "CL_DEVICE_NOT_AVAILABLE";
-    case CL_COMPILER_NOT_AVAILABLE:
-      return "CL_COMPILER_NOT_AVAILABLE";
-    case CL_MEM_OBJECT_ALLOCATION_FAILURE:
-      return "CL_MEM_OBJECT_ALLOCATION_FAILURE";
-    case CL_OUT_OF_RESOURCES:
-      return "CL_OUT_OF_RESOURCES";
-    case CL_OUT_OF_HOST_MEMORY:
-      return "CL_OUT_OF_HOST_MEMORY";
-    case CL_BUILD_PROGRAM_FAILURE:
-      return "CL_BUILD_PROGRAM_FAILURE";
-    case CL_INVALID_VALUE:
-      return "CL_INVALID_VALUE";
-    case CL_INVALID_MEM_OBJECT:
-      return "CL_INVALID_MEM_OBJECT";
-    case CL_INVALID_BUFFER_SIZE:
-      return "CL_INVALID_BUFFER_SIZE";
-    case CL_INVALID_BUILD_OPTIONS:
-      return "CL_INVALID_BUILD_OPTIONS";
-    case CL_INVALID_KERNEL_NAME:
-      return "CL_INVALID_KERNEL_NAME";
-    case CL_INVALID_KERNEL_ARGS:
-      return "CL_INVALID_KERNEL_ARGS";
-    case CL_INVALID_ARG_INDEX:
-      return "CL_INVALID_ARG_INDEX";
-    case CL_INVALID_ARG_VALUE:
-      return "CL_INVALID_ARG_VALUE";
-    case CL_INVALID_ARG_SIZE:
-      return "CL_INVALID_ARG_SIZE";
-    case CL_INVALID_WORK_GROUP_SIZE:
-      return "CL_INVALID_WORK_GROUP_SIZE";
-    case CL_INVALID_WORK_ITEM_SIZE:
-      return "CL_INVALID_WORK_ITEM_SIZE";
-    case CL_INVALID_GLOBAL_WORK_SIZE:
-      return "CL_INVALID_GLOBAL_WORK_SIZE";
-    default:
-      return "OpenCL error";
-  }
+#define QJ_NAMED(code) \
+  std::pair { code, #code }
+  constexpr std::array kNames{QJ_NAMED(CL_DEVICE_NOT_AVAILABLE),
+                              QJ_NAMED(CL_COMPILER_NOT_AVAILABLE),
+                              QJ_NAMED(CL_MEM_OBJECT_ALLOCATION_FAILURE),
+                              QJ_NAMED(CL_OUT_OF_RESOURCES),
+                              QJ_NAMED(CL_OUT_OF_HOST_MEMORY),
+                              QJ_NAMED(CL_BUILD_PROGRAM_FAILURE),
+                              QJ_NAMED(CL_INVALID_VALUE),
+                              QJ_NAMED(CL_INVALID_MEM_OBJECT),
+                              QJ_NAMED(CL_INVALID_BUFFER_SIZE),
+                              QJ_NAMED(CL_INVALID_BUILD_OPTIONS),
+                              QJ_NAMED(CL_INVALID_KERNEL_NAME),
+                              QJ_NAMED(CL_INVALID_KERNEL_ARGS),
+                              QJ_NAMED(CL_INVALID_ARG_INDEX),
+                              QJ_NAMED(CL_INVALID_ARG_VALUE),
+                              QJ_NAMED(CL_INVALID_ARG_SIZE),
+                              QJ_NAMED(CL_INVALID_WORK_GROUP_SIZE),
+                              QJ_NAMED(CL_INVALID_WORK_ITEM_SIZE),
+                              QJ_NAMED(CL_INVALID_GLOBAL_WORK_SIZE)};
+#undef QJ_NAMED
+  const auto* const found = std::ranges::find(kNames, code, [](const auto& n) { return n.first; });
+  return found == kNames.end() ? "OpenCL error" : found->second;
 }
 
 }  // namespace qjulia::device

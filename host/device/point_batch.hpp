@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "device/context.hpp"
+#include "qjulia/progress.hpp"
 
 namespace qjulia::device {
 
@@ -61,7 +62,7 @@ class PointBatch {
   /// @param arguments (part) → the launch's arguments.
   /// @param take (i, reals) gets the kOutputs reals of point i, in the points' order.
   /// @param group work-items of a work-group; 0: the device's own choice.
-  /// @param stop ends it between launches: the points that are left are not taken.
+  /// @param stop ends it between launches.
   template <std::size_t kInputs, std::size_t kOutputs, class Coordinates, class Arguments,
             class Take>
   void run(std::size_t points, const Coordinates& coordinates, const Arguments& arguments,
@@ -83,7 +84,8 @@ void PointBatch::run(std::size_t points, const Coordinates& coordinates, const A
                      const Take& take, std::size_t group, const std::stop_token& stop) {
   std::vector<double> sent, found;
   RealBuffer in, out;
-  for (std::size_t first = 0; first < points && !stop.stop_requested();) {
+  for (std::size_t first = 0; first < points;) {
+    throw_if_stopped(stop);
     const double item_cost = cost_ * static_cast<double>(points_per_item_);
     const std::size_t most = std::min(context_.items_per_launch(kernel_, item_cost),
                                       std::max<std::size_t>(1, kMostPoints / points_per_item_));

@@ -21,13 +21,6 @@ using nlohmann::json;
 constexpr const char* kFormat = "qjulia-tuning";
 constexpr int kVersion = 1;
 
-struct Entry {
-  const char* name;
-  Precision precision;
-};
-constexpr std::array<Entry, 2> kEntries{
-    {{"single", Precision::single}, {"double", Precision::dbl}}};
-
 std::string kernels_hash() {
   base::FnvHash hash;
   for (const auto& [path, text] : device::embedded_kernels()) {
@@ -74,7 +67,8 @@ json read_entries(const std::filesystem::path& path, const DeviceInfo& info) {
     throw InputError("it is of another device, driver or program");
   }
   json entries = json::object();
-  for (const auto& [name, precision] : kEntries) {
+  for (const Precision precision : kPrecisions) {
+    const char* const name = to_string(precision);
     if (const auto found = kept.find(name); found != kept.end()) {
       entries[name] = to_json(tuning_from(*found));
     }
@@ -104,8 +98,8 @@ CachedTuning with_cached_tuning(const Device& device) {
   if (!std::filesystem::exists(path, ignored)) return kept;
   try {
     const json entries = read_entries(path, device.info());
-    for (const auto& [name, precision] : kEntries) {
-      if (entries.contains(name)) {
+    for (const Precision precision : kPrecisions) {
+      if (const char* const name = to_string(precision); entries.contains(name)) {
         kept.device = kept.device.with_tuning(precision, tuning_from(entries[name]));
       }
     }
@@ -131,9 +125,7 @@ void keep_tuning(const Device& device, Precision precision) {
   file["format"] = kFormat;
   file["version"] = kVersion;
   file["owner"] = owner(device.info());
-  for (const auto& entry : kEntries) {
-    if (entry.precision == precision) file[entry.name] = to_json(device.tuning(precision));
-  }
+  file[to_string(precision)] = to_json(device.tuning(precision));
   base::write_file(path, file.dump(2, ' ', true, json::error_handler_t::replace) + "\n");
 }
 

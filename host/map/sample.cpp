@@ -94,7 +94,7 @@ void sample_field(const Device& device, const RationalMap& map, const SampleOpti
   const auto start = std::chrono::steady_clock::now();
   std::vector<Eigen::Vector3d> points;
   for (std::size_t first = 0; first < all; first += points.size()) {
-    if (monitor.stop.stop_requested()) throw Interrupted();
+    throw_if_stopped(monitor.stop);
     points.resize(std::min(kPiece, all - first));
     for (std::size_t i = 0; i < points.size(); ++i) {
       points[i] = map.shape_to_map.to_map(center_at(grid, order, first + i));

@@ -136,7 +136,6 @@ Image comparison(const Device& device, const RationalMap& map, const TriangleMes
       device, mesh, options.box.value_or(map.box.value_or(mesh.box())), options, monitor);
   const Image fitted = render(device, map, potential, monitor);
   const Image set = render(device, map, options, monitor, &seen);
-  if (original.pixels.empty() || fitted.pixels.empty() || set.pixels.empty()) return {};
   const std::vector<double> distances = distances_of(outer_surface(device, mesh).distance, seen);
   const double diagonal = mesh.box().diagonal();
   const double full = scale_of(distances, 0.01 * diagonal);

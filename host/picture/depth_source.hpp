@@ -40,7 +40,7 @@ struct MarchedSet {
   std::optional<Box> part;                  ///< map units: what lies outside it is cut away
   Precision precision = Precision::single;  ///< of rays and orbits
   Material material = Material::clay;       ///< what `traits` are of
-  std::stop_token stop{};                   ///< ends `depths` early: they are then of no use
+  std::stop_token stop{};                   ///< ends `depths`
 };
 
 /// A map's iterated set, in map coordinates, ray-marched on the device.

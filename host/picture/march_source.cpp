@@ -125,7 +125,7 @@ class MarchSource : public DepthSource {
       throw Error(fmt::format(
           "the set is too small for its distance of {:.2g} from the eye or the map's origin to be "
           "drawn in {} precision",
-          view.eye.norm() + band_.radius, precision_ == Precision::dbl ? "double" : "single"));
+          view.eye.norm() + band_.radius, to_string(precision_)));
     }
     const std::size_t share = kRaysALane * device_map_.lanes();
     device::PointBatch batch(context, kernel_, precision_, share,

@@ -12,6 +12,7 @@
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/picture.hpp"
+#include "qjulia/progress.hpp"
 
 namespace qjulia {
 
@@ -123,7 +124,7 @@ Image render_source(const Device& device, DepthSource& source, const Box& framed
   std::vector<std::vector<float>> maps;
   for (const Light& light : lights) {
     maps.push_back(source.depths(light.view, 0, light.view.rows));
-    if (monitor.stop.stop_requested()) return {};
+    throw_if_stopped(monitor.stop);
     report(rays(light.view));
   }
   const Vector3d up = axis(options.camera.up);
@@ -145,7 +146,7 @@ Image render_source(const Device& device, DepthSource& source, const Box& framed
     strip.halo = row * samples - from;
     strip.depths = source.depths(view, from, to - from);
     if (options.material != Material::clay) strip.traits = traits_of(view, strip, source);
-    if (monitor.stop.stop_requested()) return {};
+    throw_if_stopped(monitor.stop);
     const Shaded shaded = shading.shade(view, strip, layers != nullptr);
     image.pixels.insert(image.pixels.end(), shaded.pixels.begin(), shaded.pixels.end());
     image.covered += covered_pixels(view, strip);

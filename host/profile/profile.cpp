@@ -52,7 +52,7 @@ class Bench {
     work();  // builds the kernels, fills the caches
     std::vector<double> seconds, wall;
     for (int i = 0; i < options_.repeats; ++i) {
-      if (monitor_.stop.stop_requested()) throw Interrupted();
+      throw_if_stopped(monitor_.stop);
       const KernelSeconds run = timed(device_, work);
       seconds.push_back(run.device);
       wall.push_back(run.wall);

@@ -8,8 +8,6 @@
 namespace qjulia {
 namespace {
 
-const char* name(Precision precision) { return precision == Precision::dbl ? "double" : "single"; }
-
 nlohmann::json or_null(const std::optional<double>& value) {
   return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
 }
@@ -25,7 +23,7 @@ nlohmann::json to_json(const KernelFigures& f) {
           {"samples", f.samples},
           {"factors", f.factors},
           {"width", f.width},
-          {"precision", name(f.precision)},
+          {"precision", to_string(f.precision)},
           {"median_seconds", f.median_seconds},
           {"min_seconds", f.min_seconds},
           {"wall_seconds", f.wall_seconds},
@@ -42,7 +40,7 @@ nlohmann::json to_json(const KernelFigures& f) {
 bool same_work(const KernelFigures& f, const nlohmann::json& old) {
   return old.at("kernel") == f.kernel && old.at("iterations") == f.iterations &&
          old.at("samples") == f.samples && old.at("factors") == f.factors &&
-         old.at("width") == f.width && old.at("precision") == name(f.precision);
+         old.at("width") == f.width && old.at("precision") == to_string(f.precision);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "profile/stopwatch.hpp"
 #include "profile/workload.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/progress.hpp"
 
 namespace qjulia {
 
@@ -33,7 +34,7 @@ ScalingPoint measure(const Device& device, const Workload& work, int iterations,
   const auto evaluator = fitting::make_device_evaluator(device, work.samples, energy, precision);
   double least = std::numeric_limits<double>::infinity(), spent = 0;
   for (int run = 0; run < 2 || (run < kMostRuns && spent < kSecondsEach); ++run) {
-    if (monitor.stop.stop_requested()) throw Interrupted();
+    throw_if_stopped(monitor.stop);
     const double seconds = timed(device, [&] { evaluator->evaluate(work.map, true); }).device;
     least = std::min(least, seconds);
     spent += seconds;

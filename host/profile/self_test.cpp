@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "base/random.hpp"
 #include "device/point_batch.hpp"
@@ -395,8 +396,6 @@ ProgramCheck run(const Check& check, const Device& device, Precision precision) 
                       {}};
   try {
     result.difference = check.difference(device, precision);
-  } catch (const Interrupted&) {
-    throw;
   } catch (const KernelBuildError& error) {
     result.is_built = false;
     result.problem = error.what();
@@ -419,7 +418,7 @@ SelfTestReport self_test(const Device& device, const ProgressMonitor& monitor) {
   const double all = static_cast<double>(precisions.size() * std::size(kChecks));
   for (const Precision precision : precisions) {
     for (const Check& check : kChecks) {
-      if (monitor.stop.stop_requested()) throw Interrupted();
+      throw_if_stopped(monitor.stop);
       monitor.report({"checking", static_cast<double>(report.checks.size()) / all, -1,
                       std::string(check.program)});
       report.checks.push_back(run(check, device, precision));
@@ -434,7 +433,7 @@ nlohmann::json to_json(const SelfTestReport& report) {
   for (const ProgramCheck& c : report.checks) {
     checks.push_back(
         {{"program", c.program},
-         {"precision", c.precision == Precision::dbl ? "double" : "single"},
+         {"precision", to_string(c.precision)},
          {"passed", c.has_passed()},
          {"built", c.is_built},
          {"compared", c.compared},

@@ -14,6 +14,7 @@
 #include "device/quirks.hpp"
 #include "profile/tune_jobs.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/progress.hpp"
 
 namespace qjulia {
 
@@ -160,7 +161,7 @@ class Tuner {
         tried.run(job), standing.run(job);  // fills the caches
         double tried_least = std::numeric_limits<double>::infinity(), standing_least = tried_least;
         for (int i = 0; i < options_.repeats; ++i) {
-          if (monitor_.stop.stop_requested()) throw Interrupted();
+          throw_if_stopped(monitor_.stop);
           standing_least = std::min(standing_least, standing.time(job));
           tried_least = std::min(tried_least, tried.time(job));
           if (tried_least > kHopeless * standing_least) break;
@@ -203,12 +204,9 @@ nlohmann::json to_json(const TuneReport& report) {
          {"taken", t.taken},
          {"refused", t.refused.empty() ? nlohmann::json(nullptr) : nlohmann::json(t.refused)}});
   }
-  return {{"device", report.device.name},
-          {"precision", report.precision == Precision::dbl ? "double" : "single"},
-          {"tolerance", report.tolerance},
-          {"tuning", to_json(report.tuning)},
-          {"time_ratio", report.time_ratio},
-          {"trials", trials}};
+  return {{"device", report.device.name},    {"precision", to_string(report.precision)},
+          {"tolerance", report.tolerance},   {"tuning", to_json(report.tuning)},
+          {"time_ratio", report.time_ratio}, {"trials", trials}};
 }
 
 }  // namespace qjulia

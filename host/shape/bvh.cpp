@@ -8,6 +8,7 @@
 
 #include "layout/bvh.h"
 #include "qjulia/error.hpp"
+#include "qjulia/progress.hpp"
 
 namespace qjulia::shape {
 namespace {
@@ -76,7 +77,7 @@ std::size_t Builder::add_nodes(std::size_t count) {
 
 void Builder::split(std::size_t node, std::size_t first, std::size_t last, int depth) {
   constexpr std::size_t kPolled = std::size_t{1} << 14;  // smaller parts take no time to speak of
-  if (last - first > kPolled && stop_.stop_requested()) throw Interrupted();
+  if (last - first > kPolled) throw_if_stopped(stop_);
   set_node(node, first, last);
   const std::size_t middle = last - first <= kLeafTriangles ? first : partition(first, last, depth);
   const bool is_leaf = middle == first;

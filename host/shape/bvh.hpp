@@ -17,7 +17,7 @@ struct Bvh {
   /// Binned surface-area heuristic (Wald 2007) with median splits below a fixed depth; the same
   /// tree for the same mesh. Each node carries the dipole of its triangles (Barill et al. 2018),
   /// used beyond `accuracy` (their beta) times its radius.
-  /// @param stop ends building. @throws Interrupted.
+  /// @param stop ends building.
   Bvh(const TriangleMesh& mesh, double accuracy, std::stop_token stop = {});
 };
 

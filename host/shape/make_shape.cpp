@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "qjulia/error.hpp"
+#include "qjulia/progress.hpp"
 #include "qjulia/shape.hpp"
 #include "shape/mesh_report.hpp"
 
@@ -51,7 +52,7 @@ DeepestPoint deepest_interior_point(const SignedDistance& distance, const Box& b
   const Eigen::Vector3d middle = box.center();
   Probe best{middle, 0, 0};
   for (int level = 0; level < kMostLevels && !centers.empty(); ++level, cell /= 2) {
-    if (stop.stop_requested()) throw Interrupted();
+    throw_if_stopped(stop);
     const auto distances = distance.at(centers);
     std::vector<Probe> probes;
     for (std::size_t i = 0; i < centers.size(); ++i) {

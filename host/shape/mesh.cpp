@@ -6,6 +6,7 @@
 
 #include "base/union_find.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/progress.hpp"
 #include "shape/mesh_report.hpp"
 
 namespace qjulia {
@@ -14,9 +15,7 @@ namespace {
 constexpr std::size_t kElementsPolled = std::size_t{1}
                                         << 16;  ///< triangles or vertices between two polls
 
-void poll(const std::stop_token& stop) {
-  if (stop.stop_requested()) throw Interrupted();
-}
+void poll(const std::stop_token& stop) { throw_if_stopped(stop); }
 
 std::size_t count_components(const TriangleMesh& mesh, const std::stop_token& stop) {
   base::UnionFind components(mesh.vertices.size());

@@ -11,6 +11,7 @@
 #include "base/text.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/file_types.hpp"
+#include "qjulia/progress.hpp"
 
 namespace qjulia::shape {
 namespace {
@@ -140,9 +141,7 @@ void MeshFile::refuse_type(std::string_view what) const {
                                        extension_list(FileContent::mesh, FileUse::read))));
 }
 
-void MeshFile::poll() const {
-  if (stop_.stop_requested()) throw Interrupted();
-}
+void MeshFile::poll() const { throw_if_stopped(stop_); }
 
 void FaceList::add_vertex(const Eigen::Vector3f& x) {
   if (vertices.size() % kPolled == 0) file_.poll();

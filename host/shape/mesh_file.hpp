@@ -18,7 +18,7 @@ namespace qjulia::shape {
 /// A mesh file in memory, with what is needed to complain about it.
 class MeshFile {
  public:
-  /// @throws InputError when the file cannot be read or is obviously of another type, Interrupted.
+  /// @throws InputError when the file cannot be read or is obviously of another type.
   MeshFile(std::filesystem::path path, std::string extension, std::stop_token stop);
 
   std::string_view bytes() const { return bytes_; }

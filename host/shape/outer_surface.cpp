@@ -3,6 +3,7 @@
 #include <array>
 
 #include "qjulia/error.hpp"
+#include "qjulia/progress.hpp"
 #include "qjulia/shape.hpp"
 
 namespace qjulia {
@@ -87,7 +88,7 @@ TriangleMesh without_hidden(const TriangleMesh& mesh, const SignedDistance& dist
   }
   TriangleMesh outer;
   while (!waiting.empty()) {
-    if (stop.stop_requested()) throw Interrupted();
+    throw_if_stopped(stop);
     const auto first =
         waiting.end() - static_cast<std::ptrdiff_t>(std::min(kPiecesAtOnce, waiting.size()));
     const std::vector<Piece> pieces(first, waiting.end());

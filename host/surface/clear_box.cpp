@@ -37,9 +37,8 @@ Grid grid_over(const Box& box, int resolution) {
   return grid;
 }
 
-std::optional<Box> enlarged_until_clear(const GridField& field, double level, Box box,
-                                        int resolution, double limit,
-                                        const ProgressMonitor& monitor) {
+Box enlarged_until_clear(const GridField& field, double level, Box box, int resolution,
+                         double limit, const ProgressMonitor& monitor) {
   const auto inside_below = static_cast<float>(level);
   const auto is_inside = [inside_below](float f) { return f < inside_below; };
   for (;;) {
@@ -48,7 +47,7 @@ std::optional<Box> enlarged_until_clear(const GridField& field, double level, Bo
     bool touched = false;
     for (int axis = 0; axis < 3; ++axis) {
       for (int side = 0; side < 2; ++side) {
-        if (monitor.stop.stop_requested()) return std::nullopt;
+        throw_if_stopped(monitor.stop);
         if (std::ranges::none_of(field(grid, side_of(grid, axis, side)), is_inside)) continue;
         touched = true;
         double& bound = side == 0 ? box.low[axis] : box.high[axis];

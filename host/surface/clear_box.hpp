@@ -2,7 +2,6 @@
 /// The box in which a set is meshed.
 
 #include <functional>
-#include <optional>
 #include <vector>
 
 #include "qjulia/progress.hpp"
@@ -19,12 +18,11 @@ Grid grid_over(const Box& box, int resolution);
 using GridField = std::function<std::vector<float>(const Grid&, const GridBlock&)>;
 
 /// Moves those sides of `box` outward that the set {field < level} touches on the grid of
-/// `resolution` cells, until it touches none. Map units. Nothing when a stop was requested.
+/// `resolution` cells, until it touches none. Map units.
 /// @param limit half the side of the cube about the origin that the box may grow to.
 /// @throws Error when the set touches the sides of that cube.
-std::optional<Box> enlarged_until_clear(const GridField& field, double level, Box box,
-                                        int resolution, double limit,
-                                        const ProgressMonitor& monitor);
+Box enlarged_until_clear(const GridField& field, double level, Box box, int resolution,
+                         double limit, const ProgressMonitor& monitor);
 
 /// The box of the inside points of a coarse grid over `box`, with two cells of margin; `box` itself
 /// when no point is inside.

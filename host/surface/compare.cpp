@@ -38,14 +38,12 @@ struct CubeSamples {
 };
 
 /// `resolution` cells along the longest side of `part`, or where there is none, `resolution`³ of a
-/// cube centred on the box `about`, side 1.15 × its longest side. Nothing when a stop was
-/// requested.
+/// cube centred on the box `about`, side 1.15 × its longest side.
 /// @param distance of the mesh.
 /// @param part the mesh's units.
-std::optional<CubeSamples> sample_cube(const SignedDistance& distance, const Box& about,
-                                       const ShapeToMap& shape_to_map, int resolution,
-                                       const std::optional<Box>& part,
-                                       const ProgressMonitor& monitor) {
+CubeSamples sample_cube(const SignedDistance& distance, const Box& about,
+                        const ShapeToMap& shape_to_map, int resolution,
+                        const std::optional<Box>& part, const ProgressMonitor& monitor) {
   const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * kCubeSide * about.size().maxCoeff());
   const Box box = part.value_or(Box{about.center() - half, about.center() + half});
   CubeSamples samples;
@@ -62,7 +60,7 @@ std::optional<CubeSamples> sample_cube(const SignedDistance& distance, const Box
 
   std::vector<Eigen::Vector3d> slice;
   for (int z = 0; z < points[2]; ++z) {
-    if (monitor.stop.stop_requested()) return std::nullopt;
+    throw_if_stopped(monitor.stop);
     slice.clear();
     for (int y = 0; y < points[1]; ++y) {
       for (int x = 0; x < points[0]; ++x) {
@@ -83,15 +81,15 @@ struct EnergySum {
   double mean() const { return weight > 0 ? agreement / weight : 0; }
 };
 
-/// Fills IoU and energy of the set F_n < `level` against the mesh. False when a stop was requested.
-bool compare_volumes(const LevelSet& set, double level, const CubeSamples& samples,
+/// Fills IoU and energy of the set F_n < `level` against the mesh.
+void compare_volumes(const LevelSet& set, double level, const CubeSamples& samples,
                      const ProgressMonitor& monitor, FitMetrics& metrics) {
   shape::Overlap overlap;
   EnergySum outside, inside;
   std::size_t index = 0;
   const int at_once = slices_at_once(samples.grid);
   for (int z = 0; z < samples.grid.points[2]; z += at_once) {
-    if (monitor.stop.stop_requested()) return false;
+    throw_if_stopped(monitor.stop);
     const int count = std::min(at_once, samples.grid.points[2] - z);
     for (const float value : set.over(samples.grid, slices(samples.grid, z, count))) {
       const double distance = samples.distance[index++];
@@ -106,7 +104,6 @@ bool compare_volumes(const LevelSet& set, double level, const CubeSamples& sampl
   }
   metrics.iou = overlap.iou();
   metrics.energy = -0.5 * (outside.mean() + inside.mean());
-  return true;
 }
 
 bool holds(const std::optional<Box>& part, const Eigen::Vector3d& x) {
@@ -212,9 +209,8 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
 
   report(0);
   const OuterSurface outer = outer_surface(device, mesh);
-  const std::optional<CubeSamples> cube = sample_cube(outer.distance, mesh.box(), map.shape_to_map,
-                                                      options.resolution, options.box, monitor);
-  if (!cube) return {};
+  const CubeSamples cube = sample_cube(outer.distance, mesh.box(), map.shape_to_map,
+                                       options.resolution, options.box, monitor);
   const SampledMesh sampled(outer.mesh, outer.distance, options.box);
   if (sampled.points.empty()) {
     throw OptionError(
@@ -229,13 +225,13 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
     metrics.iterations = n;
     metrics.slope_variation = variation;
     const LevelSet level_set(device, map, stops, n, options.precision);
-    if (!compare_volumes(level_set, map.surface_level, *cube, monitor, metrics)) return all;
+    compare_volumes(level_set, map.surface_level, cube, monitor, metrics);
     SurfaceOptions surface;
     surface.resolution = options.resolution;
     surface.iterations = n;
     surface.precision = options.precision;
     MeshSink set;
-    if (level_set_surface(device, map, stops, surface, set, quiet).stopped) return all;
+    level_set_surface(device, map, stops, surface, set, quiet);
     compare_surfaces(device, set.mesh, sampled, options.box, mesh.box().diagonal(), metrics);
     all.push_back(metrics);
   }

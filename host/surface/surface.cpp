@@ -47,10 +47,9 @@ double reach_about(double level, const StopRadii& stops, int iterations) {
   return std::clamp(nearer, kLeastReach, kMostReach);
 }
 
-/// The box asked for, or one that is clear of the set; map units. Nothing when a stop was
-/// requested.
-std::optional<Box> box_to_mesh(const LevelSet& set, const RationalMap& map, const StopRadii& stops,
-                               const SurfaceOptions& options, const ProgressMonitor& monitor) {
+/// The box asked for, or one that is clear of the set; map units.
+Box box_to_mesh(const LevelSet& set, const RationalMap& map, const StopRadii& stops,
+                const SurfaceOptions& options, const ProgressMonitor& monitor) {
   const ShapeToMap& to_map = map.shape_to_map;
   if (options.box) return Box{to_map.to_map(options.box->low), to_map.to_map(options.box->high)};
   const GridField field = [&set](const Grid& grid, const GridBlock& block) {
@@ -184,7 +183,7 @@ struct Evaluation {
 /// Marching cubes of {F_n = level} over the grid, slab by slab.
 /// @param set, second the same set on a device and on its sibling: two slabs are evaluated at a
 ///   time, so that the device is busy while the host looks through what came back.
-/// @return vertices, triangles, open edges and whether it was stopped.
+/// @return vertices, triangles and open edges.
 SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, double level,
                              double reach, const Grid& grid, const SurfaceOptions& options,
                              const ShapeToMap& shape_to_map, SurfaceSink& sink,
@@ -215,16 +214,14 @@ SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, double
   // Refinement and bounds of blocks use the first queue: neither runs beside a slab's evaluation.
   const std::size_t at_once = options.refine > 0 ? 1 : 2;
   bool on_second = false;
-  bool stopped = false;
-  for (int z = 0; z < slices && !stopped;) {
+  for (int z = 0; z < slices;) {
     while (!under_way.empty()) mesh_first();
     const std::vector<Slab> slabs =
         options.dense
             ? std::vector{unclassified_slab(grid, std::min(slices_at_once(grid), slices - z))}
             : band.slabs(z);
     for (const Slab& slab : slabs) {
-      stopped = monitor.stop.stop_requested();
-      if (stopped) break;
+      throw_if_stopped(monitor.stop);
       if (under_way.size() == at_once) mesh_first();
       const LevelSet& on = on_second ? second : set;
       under_way.push_back({slab, std::async(std::launch::async, [&evaluate, &on, slab, z] {
@@ -236,9 +233,7 @@ SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, double
   }
   while (!under_way.empty()) mesh_first();
   mesher.wait();
-  SurfaceReport report = mesher.counts();
-  report.stopped = stopped;
-  return report;
+  return mesher.counts();
 }
 
 }  // namespace
@@ -256,19 +251,14 @@ SurfaceReport level_set_surface(const Device& device, const RationalMap& map,
                                 const StopRadii& stops, const SurfaceOptions& options,
                                 SurfaceSink& sink, const ProgressMonitor& monitor) {
   LevelSet set(device, map, stops, options.iterations, options.precision);
-  const std::optional<Box> box = box_to_mesh(set, map, stops, options, monitor);
-  SurfaceReport report;
-  if (!box) {
-    report.stopped = true;
-    return report;
-  }
-  const Grid grid = grid_over(*box, options.resolution);
+  const Box box = box_to_mesh(set, map, stops, options, monitor);
+  const Grid grid = grid_over(box, options.resolution);
   const double reach = reach_about(map.surface_level, stops, options.iterations);
   const Device sibling = device.sibling();
   const LevelSet second(sibling, map, stops, options.iterations, options.precision);
   set.reset_counts();
-  report = mesh_level_set(set, second, map.surface_level, reach, grid, options, map.shape_to_map,
-                          sink, monitor);
+  SurfaceReport report = mesh_level_set(set, second, map.surface_level, reach, grid, options,
+                                        map.shape_to_map, sink, monitor);
   sibling.record(nullptr);
   LevelSetCounts counts = set.counts();
   counts += second.counts();
@@ -309,7 +299,6 @@ TriangleMesh extract_surface(const Device& device, const RationalMap& map,
   MeshSink sink;
   const SurfaceReport made = extract_surface(device, map, options, sink, monitor);
   if (report != nullptr) *report = made;
-  if (made.stopped) return {};
   return std::move(sink.mesh);
 }
 

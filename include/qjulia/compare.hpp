@@ -39,8 +39,7 @@ struct FitMetrics {
 };
 
 /// Metrics at n = 1 and at `options.iterations`. The IoU is taken at cell centres of a cube centred
-/// on the mesh's box, side 1.15 × its longest side; or of `options.box`. A stop request ends it
-/// with the metrics that are complete: fewer than asked for.
+/// on the mesh's box, side 1.15 × its longest side; or of `options.box`.
 /// @throws InputError naming the option or what is wrong with the map or mesh.
 std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
                                 const TriangleMesh& mesh, const CompareOptions& options,

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -19,6 +19,10 @@ class Context;
 }
 
 enum class Precision { single, dbl };
+inline constexpr std::array kPrecisions{Precision::single, Precision::dbl};
+
+/// "single" or "double".
+const char* to_string(Precision precision);
 
 enum class DeviceKind { cpu, gpu, accelerator, other };
 

@@ -52,7 +52,7 @@ struct MeshReport {
 /// @param report what was found, unless null. @param stop ends reading.
 /// @throws InputError naming the file: missing, empty, of another type, truncated, an index out of
 ///   range, a coordinate that is not finite or beyond ±1e12, no triangle with area, a longest side
-///   below 1e-12. Interrupted when a stop is requested.
+///   below 1e-12.
 TriangleMesh read_mesh(const std::filesystem::path& path, MeshReport* report = nullptr,
                        std::stop_token stop = {});
 

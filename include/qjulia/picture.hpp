@@ -67,8 +67,7 @@ struct PictureLayers {
 };
 
 /// A picture of {F_n < L}. Lights stay with the camera's azimuth; the ground lies under the set's
-/// lowest point. The same options, map and device give the same bytes. The image is empty when a
-/// stop was requested.
+/// lowest point. The same options, map and device give the same bytes.
 /// @param layers gets what the pixels show, unless it is null.
 /// @throws InputError naming the option or what is wrong with the map.
 Image render(const Device& device, const RationalMap& map, const PictureOptions& options,
@@ -92,7 +91,7 @@ std::vector<std::filesystem::path> write_layers(const PictureLayers& layers, int
 
 /// The mesh, the map's potential (n = 1) and its set in one view; and the distance of what is seen
 /// of the set from the mesh as colour, with a scale: percent of the mesh's box diagonal, and units
-/// of the mesh. Each is as large as the options say. The image is empty when a stop was requested.
+/// of the mesh. Each is as large as the options say.
 Image comparison(const Device& device, const RationalMap& map, const TriangleMesh& mesh,
                  const PictureOptions& options, const ProgressMonitor& monitor = {});
 

@@ -65,7 +65,6 @@ struct ProfileReport {
 };
 
 /// Measures the device's limits, then each kernel.
-/// @throws Interrupted when a stop is requested.
 ProfileReport profile(const Device& device, const ProfileOptions& options,
                       const ProgressMonitor& monitor = {});
 

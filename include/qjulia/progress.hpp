@@ -6,6 +6,7 @@
 #include <stop_token>
 #include <string>
 
+#include "qjulia/error.hpp"
 #include "qjulia/trace.hpp"
 
 namespace qjulia {
@@ -18,10 +19,16 @@ struct Progress {
   std::string detail;        ///< figures worth showing, such as "E −0.97, IoU 0.95"
 };
 
+/// To be called now and then by all that takes a stop token. @throws Interrupted
+inline void throw_if_stopped(const std::stop_token& stop) {
+  if (stop.stop_requested()) throw Interrupted();
+}
+
 /// What every long computation takes. Any member may be empty.
 struct ProgressMonitor {
   std::function<void(const Progress&)> on_progress;
-  /// When a stop is requested, the computation ends soon, with what it has reached where it can.
+  /// When a stop is requested, the computation soon throws `Interrupted`; `fit` returns the map
+  /// that it has reached.
   std::stop_token stop;
   /// Takes the stages of the work, where it is divided into any.
   std::shared_ptr<Trace> trace{};

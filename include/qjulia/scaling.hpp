@@ -43,7 +43,6 @@ struct ScalingOptions {
   Precision precision = Precision::single;
 };
 
-/// @throws Interrupted when a stop is requested.
 ScalingReport measure_scaling(const Device& device, const ScalingOptions& options,
                               const ProgressMonitor& monitor = {});
 

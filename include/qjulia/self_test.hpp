@@ -1,7 +1,7 @@
 #pragma once
 /// Whether a device computes what it should.
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -32,7 +32,6 @@ struct SelfTestReport {
 /// Builds every program in the device's layout, in double precision too where the device has it,
 /// and compares results of small size with references on the host or closed forms: about a second a
 /// program, besides building it. What fails is in the report.
-/// @throws Interrupted when a stop is requested.
 SelfTestReport self_test(const Device& device, const ProgressMonitor& monitor = {});
 
 nlohmann::json to_json(const SelfTestReport& report);

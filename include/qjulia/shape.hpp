@@ -17,7 +17,7 @@ namespace qjulia {
 class SignedDistance {
  public:
   /// @param stop ends the preparation, which takes seconds for millions of triangles.
-  /// @throws InputError when the mesh has no extent, Interrupted.
+  /// @throws InputError when the mesh has no extent.
   SignedDistance(const Device& device, const TriangleMesh& mesh,
                  Precision precision = Precision::single, std::stop_token stop = {});
 
@@ -54,7 +54,7 @@ struct OuterSurface {
 /// Triangles with the inside on both sides, as where bodies overlap or lie in one another, are left
 /// out, and so are those of inside-out bodies with the outside on both sides; triangles that are so
 /// in part are cut. A mesh less than 0.2 % of whose area is hidden so is its own outer surface.
-/// @param stop ends the search. @throws InputError when the mesh has no extent, Interrupted.
+/// @param stop ends the search. @throws InputError when the mesh has no extent.
 OuterSurface outer_surface(const Device& device, const TriangleMesh& mesh,
                            std::stop_token stop = {});
 
@@ -74,14 +74,14 @@ struct DeepestPoint {
   Eigen::Vector3d position;
   double inradius;
 };
-/// @param stop ends the search. @throws InputError when the mesh has no interior, Interrupted.
+/// @param stop ends the search. @throws InputError when the mesh has no interior.
 DeepestPoint deepest_interior_point(const SignedDistance& distance, const Box& box,
                                     std::stop_token stop = {});
 
 /// Normalises a mesh: scale so that the longest side is 3, origin at the deepest interior point.
 /// @param stop ends the preparation.
 /// @throws InputError when the mesh is flat, has no interior, or is too large or too small (as for
-///   `read_mesh`); Interrupted.
+///   `read_mesh`).
 Shape make_shape(const Device& device, const TriangleMesh& mesh, std::stop_token stop = {});
 
 }  // namespace qjulia

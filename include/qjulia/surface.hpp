@@ -30,7 +30,6 @@ struct SurfaceReport {
   std::size_t vertices = 0;
   std::size_t triangles = 0;
   std::size_t open_edges = 0;        ///< where the box cuts the set; two triangles share any other
-  bool stopped = false;              ///< a stop was requested: the mesh is a part, and not closed
   std::uint64_t grid_points = 0;     ///< of the grid
   std::uint64_t potentials = 0;      ///< points where F_1 was evaluated, not interpolated
   std::uint64_t settled = 0;         ///< points settled by interpolated F_1 and images
@@ -68,15 +67,14 @@ class MeshSink : public SurfaceSink {
 /// is closed and 2-manifold where the set stays clear of the box, and oriented outward. It has no
 /// triangles when the box holds no surface. F_1 is bounded over blocks of points, evaluated where
 /// these bounds do not settle the side, and iterated where F_1 does not: the cost grows with the
-/// band about the surface. Memory is that of a few slabs. A stop request ends the extraction
-/// (`SurfaceReport::stopped`).
+/// band about the surface. Memory is that of a few slabs.
 /// @throws InputError naming the option or what is wrong with the map; Error when no box is clear
 ///   of the set, or beyond 2³² vertices.
 SurfaceReport extract_surface(const Device& device, const RationalMap& map,
                               const SurfaceOptions& options, SurfaceSink& sink,
                               const ProgressMonitor& monitor = {});
 
-/// The same, in memory. The mesh is empty when a stop was requested.
+/// The same, in memory.
 TriangleMesh extract_surface(const Device& device, const RationalMap& map,
                              const SurfaceOptions& options, const ProgressMonitor& monitor = {},
                              SurfaceReport* report = nullptr);

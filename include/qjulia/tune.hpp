@@ -37,7 +37,6 @@ struct TuneReport {
 /// default settings by more than 1e-4 (double: 1e-10), at a quarter of the workload's samples, is
 /// refused and not timed. Times are of the whole workload and of the quarter; a setting is taken
 /// only when it is 3 % faster.
-/// @throws Interrupted when a stop is requested.
 TuneReport tune(const Device& device, const ProfileOptions& options,
                 const ProgressMonitor& monitor = {});
 

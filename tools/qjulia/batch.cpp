@@ -199,9 +199,8 @@ void describe_options(Command command, Arguments& a) {
 }  // namespace
 
 void add_batch(CommandLine& program, ChosenCommand& chosen) {
-  const Command command =
-      program.add_command("batch", "Fit many meshes, resumable after any interruption");
-  command.footer(
+  const CommandText text{
+      "batch", "Fit many meshes, resumable after any interruption",
       "A manifest:\n"
       "  [defaults]\n"
       "  factors = 331               any option of 'qjulia fit', with _ for -\n"
@@ -217,13 +216,9 @@ void add_batch(CommandLine& program, ChosenCommand& chosen) {
       "  qjulia batch shapes.toml -o results --resume     after whatever has happened\n"
       "  qjulia batch --status results\n"
       "  mpirun -np 4 qjulia batch shapes.toml -o results   on the machines mpirun is told\n"
-      "'--device all' uses every device there is. Exit code 1 while any entry is not done.");
-  auto arguments = std::make_shared<Arguments>();
-  describe_options(command, *arguments);
-  add_verbosity(command, chosen.verbosity);
-  command.on_chosen([arguments, &chosen] {
-    chosen.run = [arguments](Session& session) { return run(*arguments, session); };
-  });
+      "'--device all' uses every device there is. Exit code 1 while any entry is not done.",
+      /*can_trace=*/false};
+  add_command(program, chosen, text, describe_options, run);
 }
 
 }  // namespace qjulia::tools

@@ -3,9 +3,11 @@
 /// `chosen` to what runs it.
 
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "command_line.hpp"
+#include "options.hpp"
 #include "session.hpp"
 
 namespace qjulia::tools {
@@ -16,6 +18,29 @@ struct ChosenCommand {
   /// Does the work and returns the exit code.
   std::function<int(Session&)> run;
 };
+
+/// What the program's help and the command's own say of it.
+struct CommandText {
+  std::string name;
+  std::string description;
+  std::string footer;
+  bool can_trace = true;  ///< takes --trace
+};
+
+/// @param describe adds the options that set what `run` gets, to a command in its final place.
+template <class Arguments>
+void add_command(CommandLine& program, ChosenCommand& chosen, const CommandText& text,
+                 void (*describe)(Command, Arguments&), int (*run)(const Arguments&, Session&)) {
+  const Command command = program.add_command(text.name, text.description);
+  command.footer(text.footer);
+  const auto arguments = std::make_shared<Arguments>();
+  describe(command, *arguments);
+  if (text.can_trace) add_trace(command, chosen.trace);
+  add_verbosity(command, chosen.verbosity);
+  command.on_chosen([arguments, run, &chosen] {
+    chosen.run = [arguments, run](Session& session) { return run(*arguments, session); };
+  });
+}
 
 void add_devices(CommandLine& program, ChosenCommand& chosen);
 void add_doctor(CommandLine& program, ChosenCommand& chosen);

@@ -43,55 +43,26 @@ std::string table(const std::vector<FitMetrics>& metrics) {
                      metrics.front().slope_variation);
 }
 
-/// The camera's view as asked for, of what is compared.
-PictureOptions picture_options(const Arguments& arguments, const CompareOptions& options) {
-  PictureOptions picture = arguments.view;
-  picture.iterations = options.iterations;
-  picture.box = options.box;
-  picture.escape = options.escape;
-  picture.precision = options.precision;
-  picture.validate();
-  return picture;
-}
-
 int run(const Arguments& arguments, Session& session) {
-  CompareOptions options = arguments.options;
-  options.iterations = arguments.map_options.iterations;
-  options.box = arguments.map_options.box;
-  options.escape = arguments.map_options.escape;
-  options.precision = arguments.map_options.precision;
-  options.validate();
-  arguments.map_options.knobs.validate();
-  const PictureOptions view = picture_options(arguments, options);
+  const CompareOptions options = checked(arguments.options, arguments.map_options);
+  const PictureOptions view = checked(arguments.view, arguments.map_options);
   std::vector<base::Output> outputs;
   if (!arguments.picture.empty()) outputs.push_back({"--picture", arguments.picture, {".png"}});
   session.check_outputs({arguments.map, arguments.mesh}, outputs);
   const RationalMap read = read_map(arguments.map);
-  MeshReport report;
-  const TriangleMesh mesh = read_mesh(arguments.mesh, &report, session.monitor().stop);
-  for (const std::string& warning : report.warnings()) {
-    session.console.warn(fmt::format("{}: {}", arguments.mesh, warning));
-  }
+  const TriangleMesh mesh = session.read_mesh(arguments.mesh);
   const Device device = session.open_device(arguments.device);
   const RationalMap map = with_knobs(device, read, arguments.map_options, arguments.map);
   const auto metrics = compare(device, map, mesh, options, session.monitor());
-  if (session.interrupts.requested()) {
-    session.console.note("interrupted");
-    return kInterrupted;
-  }
   const nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
   if (!arguments.picture.empty()) {
     const Image image = comparison(device, map, mesh, view, session.monitor());
-    if (session.interrupts.requested()) {
-      session.console.note("interrupted; no picture was written");
-      return kInterrupted;
-    }
     if (image.covered == 0) {
       session.console.warn("the picture shows nothing of the set; try another --box or camera");
     }
-    nlohmann::json told = how;
-    told["picture"] = to_json(view);
-    write_png(image, arguments.picture, {{"Software", program_name()}, {"qjulia", one_line(told)}});
+    nlohmann::json picture = how;
+    picture["picture"] = to_json(view);
+    write_picture(image, arguments.picture, picture);
   }
   session.report_kernels(device);
   nlohmann::json list = nlohmann::json::array();
@@ -108,21 +79,7 @@ int run(const Arguments& arguments, Session& session) {
   return kDone;
 }
 
-}  // namespace
-
-void add_compare(CommandLine& program, ChosenCommand& chosen) {
-  const Command command = program.add_command("compare", "Measure how well a map fits a mesh");
-  command.footer(
-      "Example:\n"
-      "  qjulia compare bunny.qjulia.json bunny.obj\n"
-      "  qjulia compare bunny.qjulia.json bunny.obj --picture bunny.png --azimuth 120\n"
-      "IoU is volume in common over volume in either: 1 is a perfect fit. It is taken over a cube\n"
-      "centred on the mesh's box, side 1.15 times its longest side. Distances are between the two\n"
-      "surfaces. Roughness is the set's area over the mesh's: detail makes it grow. Energy is -1\n"
-      "for a perfect fit. The first line is for n = 1, the second for --iterations.\n" +
-      std::string(kMapOptionsHelp));
-  auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+void describe_options(Command command, Arguments& a) {
   a.view.width = 640;
   a.view.height = 480;
   command.file("MAP", a.map, "Map file that 'qjulia fit' wrote").required().type("");
@@ -137,16 +94,24 @@ void add_compare(CommandLine& program, ChosenCommand& chosen) {
       .type("FILE.png");
   add_size(command, a.view);
   add_camera(command, a.view.camera);
-  add_map_options(command, a.map_options);
-  add_box(command, a.map_options, "Only what lies in it is compared. Default: all");
-  add_escape(command, a.map_options, kDefaultEscape);
-  add_precision(command, a.map_options);
+  add_map_options(command, a.map_options, "Only what lies in it is compared. Default: all");
   add_device(command, a.device);
-  add_trace(command, chosen.trace);
-  add_verbosity(command, chosen.verbosity);
-  command.on_chosen([arguments, &chosen] {
-    chosen.run = [arguments](Session& session) { return run(*arguments, session); };
-  });
+}
+
+}  // namespace
+
+void add_compare(CommandLine& program, ChosenCommand& chosen) {
+  const CommandText text{
+      "compare", "Measure how well a map fits a mesh",
+      "Example:\n"
+      "  qjulia compare bunny.qjulia.json bunny.obj\n"
+      "  qjulia compare bunny.qjulia.json bunny.obj --picture bunny.png --azimuth 120\n"
+      "IoU is volume in common over volume in either: 1 is a perfect fit. It is taken over a cube\n"
+      "centred on the mesh's box, side 1.15 times its longest side. Distances are between the two\n"
+      "surfaces. Roughness is the set's area over the mesh's: detail makes it grow. Energy is -1\n"
+      "for a perfect fit. The first line is for n = 1, the second for --iterations.\n" +
+          std::string(kMapOptionsHelp)};
+  add_command(program, chosen, text, describe_options, run);
 }
 
 }  // namespace qjulia::tools

@@ -43,29 +43,28 @@ int run(const Arguments& arguments, Session& session) {
   return kDone;
 }
 
-}  // namespace
-
-void add_convert(CommandLine& program, ChosenCommand& chosen) {
-  const Command command = program.add_command("convert", "Make a map file of another map");
-  command.footer(
-      "Examples:\n"
-      "  qjulia convert bunny.o3d bunny.qjulia.json      a map of the original program\n"
-      "  qjulia convert bunny.qjulia.json crust.qjulia.json --drift 0.8 --detail 0.03\n"
-      "The second writes a map with its settings baked in: 'surface' and 'render' make of it,\n"
-      "without options, what they would make of the first with these.\n" +
-      std::string(kMapOptionsHelp));
-  auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+void describe_options(Command command, Arguments& a) {
   command.file("IN", a.input, "Map: .o3d of the original program, or .qjulia.json")
       .required()
       .type("");
   command.file("OUT", a.output, "Map file to write, such as bunny.qjulia.json").required().type("");
   add_knobs(command, a.map_options);
   add_device(command, a.device);
-  add_verbosity(command, chosen.verbosity);
-  command.on_chosen([arguments, &chosen] {
-    chosen.run = [arguments](Session& session) { return run(*arguments, session); };
-  });
+}
+
+}  // namespace
+
+void add_convert(CommandLine& program, ChosenCommand& chosen) {
+  const CommandText text{
+      "convert", "Make a map file of another map",
+      "Examples:\n"
+      "  qjulia convert bunny.o3d bunny.qjulia.json      a map of the original program\n"
+      "  qjulia convert bunny.qjulia.json crust.qjulia.json --drift 0.8 --detail 0.03\n"
+      "The second writes a map with its settings baked in: 'surface' and 'render' make of it,\n"
+      "without options, what they would make of the first with these.\n" +
+          std::string(kMapOptionsHelp),
+      /*can_trace=*/false};
+  add_command(program, chosen, text, describe_options, run);
 }
 
 }  // namespace qjulia::tools

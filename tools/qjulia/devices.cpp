@@ -51,21 +51,16 @@ int run(const std::string& wanted, Session& session) {
 }  // namespace
 
 void add_devices(CommandLine& program, ChosenCommand& chosen) {
-  const Command command =
-      program.add_command("devices", "List the OpenCL devices that can compute");
-  command.footer(
+  const CommandText text{
+      "devices", "List the OpenCL devices that can compute",
       "Examples:\n"
       "  qjulia devices                  every device; the one commands use has a star\n"
       "  qjulia devices --device cpu     would this choose the right one?\n"
       "'qjulia doctor' checks a device; docs/devices.md says what is known of each platform.\n"
       "Exit code 3 means that there is none, or none of that name. On a machine without a GPU,\n"
-      "'apt-get install pocl-opencl-icd' makes the CPU one.");
-  auto device = std::make_shared<std::string>();
-  add_device(command, *device);
-  add_verbosity(command, chosen.verbosity);
-  command.on_chosen([device, &chosen] {
-    chosen.run = [device](Session& session) { return run(*device, session); };
-  });
+      "'apt-get install pocl-opencl-icd' makes the CPU one.",
+      /*can_trace=*/false};
+  add_command(program, chosen, text, add_device, run);
 }
 
 }  // namespace qjulia::tools

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "base/output_file.hpp"
 #include "commands.hpp"
@@ -17,14 +18,11 @@
 namespace qjulia::tools {
 namespace {
 
-constexpr std::array kPrecisions{Precision::single, Precision::dbl};
-
-const char* name(Precision precision) { return precision == Precision::dbl ? "double" : "single"; }
-
 /// Where the compiler's log of a program that did not build is kept; empty where it cannot be.
 std::string keep_log(const ProgramCheck& check) {
-  const auto path = std::filesystem::temp_directory_path() /
-                    fmt::format("qjulia-doctor-{}-{}.log", check.program, name(check.precision));
+  const auto path =
+      std::filesystem::temp_directory_path() /
+      fmt::format("qjulia-doctor-{}-{}.log", check.program, to_string(check.precision));
   try {
     base::write_file(path, check.problem + "\n");
   } catch (const OutputError&) {
@@ -37,7 +35,7 @@ std::string first_line(const std::string& text) { return text.substr(0, text.fin
 
 std::string line(const ProgramCheck& check, const std::string& log) {
   const std::string begin = fmt::format("{:6} {:22} {}", check.has_passed() ? "ok" : "FAILED",
-                                        check.program, name(check.precision));
+                                        check.program, to_string(check.precision));
   if (!log.empty()) return fmt::format("{}  did not build; the compiler's log: {}", begin, log);
   if (!check.problem.empty()) return fmt::format("{}  {}", begin, first_line(check.problem));
   return fmt::format("{}  {:7.1e} of {:7.1e}  {}", begin, check.difference, check.tolerance,
@@ -60,7 +58,7 @@ std::string about(const Device& device) {
     if (precision == Precision::dbl && !info.has_double) continue;
     const Tuning& tuning = device.tuning(precision);
     text += fmt::format("layout:   {}, {}: lane width {}, groups of {} sum together{}\n",
-                        to_string(device.layout()), name(precision), tuning.lane_width,
+                        to_string(device.layout()), to_string(precision), tuning.lane_width,
                         tuning.orbit_group, device.is_tuned(precision) ? " (tuned)" : "");
   }
   return text;
@@ -92,7 +90,7 @@ int run(const std::string& wanted, Session& session) {
   json["program"] = program_name();
   json["device"] = to_json(device.info());
   for (const Precision precision : kPrecisions) {
-    json["tuning"][name(precision)] = to_json(device.tuning(precision));
+    json["tuning"][to_string(precision)] = to_json(device.tuning(precision));
   }
   session.console.result(text + verdict(report), json);
   return report.has_passed() ? kDone : kFailed;
@@ -101,9 +99,8 @@ int run(const std::string& wanted, Session& session) {
 }  // namespace
 
 void add_doctor(CommandLine& program, ChosenCommand& chosen) {
-  const Command command =
-      program.add_command("doctor", "Check that a device computes what it should");
-  command.footer(
+  const CommandText text{
+      "doctor", "Check that a device computes what it should",
       "Examples:\n"
       "  qjulia doctor                   the device that commands would use\n"
       "  qjulia doctor --device gpu      the first GPU\n"
@@ -112,14 +109,8 @@ void add_doctor(CommandLine& program, ChosenCommand& chosen) {
       "small\n"
       "results with references on the host: a few seconds, more while a driver compiles for the\n"
       "first time. Exit code 1 when a program fails. docs/devices.md says what is known of each\n"
-      "platform, and how to install its driver.");
-  auto device = std::make_shared<std::string>();
-  add_device(command, *device);
-  add_trace(command, chosen.trace);
-  add_verbosity(command, chosen.verbosity);
-  command.on_chosen([device, &chosen] {
-    chosen.run = [device](Session& session) { return run(*device, session); };
-  });
+      "platform, and how to install its driver."};
+  add_command(program, chosen, text, add_device, run);
 }
 
 }  // namespace qjulia::tools

@@ -20,15 +20,6 @@ void check_outputs(const std::vector<std::filesystem::path>& inputs,
   for (const base::Output& output : outputs) base::check_writable(output);
 }
 
-void require_extension(const std::filesystem::path& path,
-                       std::initializer_list<const char*> extensions) {
-  if (std::ranges::find(extensions, extension_of(path)) != extensions.end()) return;
-  std::string list;
-  for (const char* extension : extensions)
-    list += std::string(list.empty() ? "" : ", ") + extension;
-  throw InputError(fmt::format("--output: '{}' must end in {}", path.string(), list));
-}
-
 bool is_mesh_file(const std::filesystem::path& path) {
   return has_type(path, FileContent::mesh, FileUse::read);
 }

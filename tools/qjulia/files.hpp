@@ -15,10 +15,6 @@ namespace qjulia::tools {
 void check_outputs(const std::vector<std::filesystem::path>& inputs,
                    const std::vector<base::Output>& outputs);
 
-/// Whether the name ends in `extension`, in any case.
-void require_extension(const std::filesystem::path& path,
-                       std::initializer_list<const char*> extensions);
-
 /// Whether the name is that of a mesh: .obj, .off, .ply or .stl.
 bool is_mesh_file(const std::filesystem::path& path);
 

@@ -84,26 +84,13 @@ void check_files(const Arguments& arguments, const FitOptions& options, Session&
   session.check_outputs(inputs, outputs);
 }
 
-TriangleMesh read_mesh(const Arguments& arguments, Session& session) {
-  const TraceStage stage(session.trace(), "read the mesh");
-  MeshReport report;
-  TriangleMesh mesh = qjulia::read_mesh(arguments.mesh, &report, session.monitor().stop);
-  for (const std::string& warning : report.warnings()) {
-    session.console.warn(fmt::format("{}: {}", arguments.mesh, warning));
-  }
-  return mesh;
-}
-
-/// @return whether it was made: not when it was interrupted.
-bool make_report(const Arguments& arguments, const Device& device, const TriangleMesh& mesh,
+void make_report(const Arguments& arguments, const Device& device, const TriangleMesh& mesh,
                  const FitResult& result, Session& session) {
   const TraceStage stage(session.trace(), "report");
   const std::string title = std::filesystem::path(arguments.mesh).filename().string();
   const report::FitReport report =
       report::make_report(device, mesh, result, title, {}, session.monitor());
-  if (session.interrupts.requested()) return false;
   report::write_report(report, report_file(arguments));
-  return true;
 }
 
 /// What --resume does with a finished map: its report, if it is asked for.
@@ -113,9 +100,9 @@ int show_finished(const Arguments& arguments, const std::string& device_name, Se
       fmt::format("map: {} is finished; there is nothing to resume", arguments.output);
   if (!arguments.report.empty()) {
     const FitResult result = finished_fit(read_map(arguments.output), arguments.output);
-    const TriangleMesh mesh = read_mesh(arguments, session);
+    const TriangleMesh mesh = session.read_mesh(arguments.mesh);
     const Device device = session.open_device(device_name);
-    if (!make_report(arguments, device, mesh, result, session)) throw Interrupted();
+    make_report(arguments, device, mesh, result, session);
     text += "\nreport: " + report_file(arguments).string();
     json["report"] = report_file(arguments).string();
   }
@@ -146,7 +133,7 @@ Start start(const Arguments& arguments, const FitOptions& options, LaunchedRanks
     check_files(arguments, options, session);
     start.is_done = arguments.resume && is_done(arguments, options);
     if (start.is_done) return start;
-    start.mesh = read_mesh(arguments, session);
+    start.mesh = session.read_mesh(arguments.mesh);
     start.device = session.open_device(device);
   } else {
     start.mesh = qjulia::read_mesh(arguments.mesh, nullptr, session.monitor().stop);
@@ -172,8 +159,10 @@ int save(const Arguments& arguments, const FitOptions& options, const Start& sta
   }
   for (const std::string& warning : result.warnings) session.console.warn(warning);
   if (!arguments.report.empty() && !interrupted) {
-    interrupted = !make_report(arguments, *start.device, start.mesh, result, session);
-    if (interrupted) {
+    try {
+      make_report(arguments, *start.device, start.mesh, result, session);
+    } catch (const Interrupted&) {
+      interrupted = true;
       session.console.warn("interrupted; the map is finished, and --resume makes its report");
     }
   }
@@ -231,21 +220,15 @@ void describe_options(Command command, Arguments& a) {
 }  // namespace
 
 void add_fit(CommandLine& program, ChosenCommand& chosen) {
-  const Command command = program.add_command("fit", "Fit a map to a mesh");
-  command.footer(
+  const CommandText text{
+      "fit", "Fit a map to a mesh",
       "Examples:\n"
       "  qjulia fit bunny.obj -o bunny.qjulia.json\n"
       "  qjulia fit bunny.obj -o quick.qjulia.json --factors 100 --time-limit 20\n"
       "Meshes with holes are welcome; what is wrong with them is reported. Ctrl-C ends the fit\n"
       "and saves what was reached (exit code 130); --resume then goes on. A resumed fit ends with\n"
-      "the same map as one that was never stopped, unless a time limit ends it.");
-  auto arguments = std::make_shared<Arguments>();
-  describe_options(command, *arguments);
-  add_trace(command, chosen.trace);
-  add_verbosity(command, chosen.verbosity);
-  command.on_chosen([arguments, &chosen] {
-    chosen.run = [arguments](Session& session) { return run(*arguments, session); };
-  });
+      "the same map as one that was never stopped, unless a time limit ends it."};
+  add_command(program, chosen, text, describe_options, run);
 }
 
 }  // namespace qjulia::tools

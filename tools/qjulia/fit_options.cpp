@@ -59,9 +59,7 @@ void add_fit_options(Command command, FitArguments& a) {
               "Equal parts of the samples over which energies are summed; under mpirun, ranks "
               "share them. The same number gives the same factors bit for bit on any number of "
               "ranks. Default: the number of ranks");
-  command.choice("--precision", a.options.precision,
-                 {{"single", Precision::single}, {"double", Precision::dbl}},
-                 "Arithmetic on the device");
+  add_precision(command, a.options.precision, "Arithmetic on the device");
 }
 
 FitOptions checked_options(const FitArguments& arguments) {

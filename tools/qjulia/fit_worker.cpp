@@ -55,7 +55,6 @@ class FitWorker final : public batch::BatchWorker {
     if (entry.outputs.report) {
       const report::FitReport report =
           report::make_report(device_, mesh, result, entry.name, {}, monitor);
-      if (monitor.stop.stop_requested()) throw Interrupted();
       report::write_report(report, file(".report.html"));
     }
     std::filesystem::remove(folder / (entry.name + ".checkpoint"));
@@ -93,7 +92,6 @@ class FitWorker final : public batch::BatchWorker {
     SurfaceOptions options;
     options.resolution = entry.outputs.surface_resolution;
     TriangleMesh mesh = extract_surface(device_, map, options, monitor);
-    if (monitor.stop.stop_requested()) throw Interrupted();
     if (mesh.triangles.empty()) {
       throw Error("the set is empty, so there is no surface; try a smaller detail");
     }
@@ -105,9 +103,7 @@ class FitWorker final : public batch::BatchWorker {
     PictureOptions options;
     options.width = entry.outputs.picture_width;
     options.height = entry.outputs.picture_height;
-    Image image = render(device_, map, options, monitor);
-    if (monitor.stop.stop_requested()) throw Interrupted();
-    return image;
+    return render(device_, map, options, monitor);
   }
 
   Device device_;

@@ -260,11 +260,21 @@ int run(const Arguments& arguments, Session& session) {
   return kDone;
 }
 
+void describe_options(Command command, Arguments& a) {
+  command.file("FILE", a.file, "Map, or mesh (.obj, .off, .ply, .stl)").required().type("");
+  command.flag("--check-precision", a.check_precision,
+               "Also count the points near a map's surface that are inside in single and "
+               "outside in double precision, or the other way round");
+  command.flag("--printable", a.printable,
+               "Also whether a mesh is one closed body, and how thick its walls are");
+  add_device(command, a.device);
+}
+
 }  // namespace
 
 void add_info(CommandLine& program, ChosenCommand& chosen) {
-  const Command command = program.add_command("info", "Say what is in a map or mesh");
-  command.footer(
+  const CommandText text{
+      "info", "Say what is in a map or mesh",
       "Examples:\n"
       "  qjulia info bunny.obj                    is it closed? how large? how thick inside?\n"
       "  qjulia info bunny.stl --printable        and how thick are its walls?\n"
@@ -272,21 +282,9 @@ void add_info(CommandLine& program, ChosenCommand& chosen) {
       "lies\n"
       "  qjulia info bunny.qjulia.json --verbose  and how it was made\n"
       "Orbits within r_in stay for ever, orbits beyond r_out leave. F1 at the origin should be\n"
-      "below -2: nearer 0 the set dissolves.");
-  auto arguments = std::make_shared<Arguments>();
-  command.file("FILE", arguments->file, "Map, or mesh (.obj, .off, .ply, .stl)")
-      .required()
-      .type("");
-  command.flag("--check-precision", arguments->check_precision,
-               "Also count the points near a map's surface that are inside in single and "
-               "outside in double precision, or the other way round");
-  command.flag("--printable", arguments->printable,
-               "Also whether a mesh is one closed body, and how thick its walls are");
-  add_device(command, arguments->device);
-  add_verbosity(command, chosen.verbosity);
-  command.on_chosen([arguments, &chosen] {
-    chosen.run = [arguments](Session& session) { return run(*arguments, session); };
-  });
+      "below -2: nearer 0 the set dissolves.",
+      /*can_trace=*/false};
+  add_command(program, chosen, text, describe_options, run);
 }
 
 }  // namespace qjulia::tools

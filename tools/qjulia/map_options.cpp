@@ -61,8 +61,6 @@ const char* const kMapOptionsHelp =
     "--rotate, then --drift and --translate as one move, after which the map is calibrated again,\n"
     "and --scale last.";
 
-const char* const kDefaultEscape = "Default: farther than any orbit returns from";
-
 std::vector<std::string> MapOptions::given() const {
   std::vector<std::string> names;
   for (const Option& option : options) {
@@ -113,40 +111,29 @@ void add_knobs(Command command, MapOptions& options) {
              "Above 1 the set swells, below 1 it wears away; 1 changes nothing");
 }
 
-void add_map_options(Command command, MapOptions& options) {
+void add_map_options(Command command, MapOptions& options, const std::string& box,
+                     const std::string& escape) {
   OptionAdder add(command, options);
   add.number("--iterations", &options.iterations, "INT",
              "Iterations n, 1 to 16: 1 is the fitted shape itself, 2 and 3 have fewer octaves of "
              "detail, 6 is the set as it stays (8 where --detail is above 0.03)");
   add_knobs(command, options);
-}
-
-void add_box(Command command, MapOptions& options, const std::string& otherwise) {
-  const auto take = [&options](const std::vector<double>& b) {
-    options.box = Box{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
-    if (!(options.box->size().array() > 0).all()) {
-      throw InputError("give X0 Y0 Z0 X1 Y1 Z1 with X0 < X1, Y0 < Y1 and Z0 < Z1");
-    }
-  };
-  OptionAdder(command, options)
-      .numbers("--box", 6, "X0 Y0 Z0 X1 Y1 Z1", take,
-               "Part of space to look at, shape units. " + otherwise);
-}
-
-void add_precision(Command command, MapOptions& options) {
-  OptionAdder(command, options)
-      .remember(command.choice("--precision", options.precision,
-                               {{"single", Precision::single}, {"double", Precision::dbl}},
-                               "Arithmetic of the orbits: single, or double where the device has "
-                               "it"));
-}
-
-void add_escape(Command command, MapOptions& options, const std::string& otherwise) {
-  OptionAdder(command, options)
-      .number("--escape", &options.escape, "R",
-              "Radius, map units, beyond which an orbit ends as outside: a radius smaller than "
-              "the set's own cuts into it. " +
-                  otherwise);
+  add.numbers(
+      "--box", 6, "X0 Y0 Z0 X1 Y1 Z1",
+      [&options](const std::vector<double>& b) {
+        options.box = Box{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
+        if (!(options.box->size().array() > 0).all()) {
+          throw InputError("give X0 Y0 Z0 X1 Y1 Z1 with X0 < X1, Y0 < Y1 and Z0 < Z1");
+        }
+      },
+      "Part of space to look at, shape units. " + box);
+  add.number("--escape", &options.escape, "R",
+             "Radius, map units, beyond which an orbit ends as outside: a radius smaller than "
+             "the set's own cuts into it. " +
+                 escape);
+  add.remember(add_precision(command, options.precision,
+                             "Arithmetic of the orbits: single, or double where the device has "
+                             "it"));
 }
 
 RationalMap with_knobs(const Device& device, const RationalMap& map, const MapOptions& options,
@@ -163,7 +150,7 @@ RationalMap with_knobs(const Device& device, const RationalMap& map, const MapOp
 nlohmann::json to_json(const MapOptions& options) {
   nlohmann::json json = to_json(options.knobs);
   json["iterations"] = options.iterations;
-  json["precision"] = options.precision == Precision::dbl ? "double" : "single";
+  json["precision"] = to_string(options.precision);
   json["box"] = options.box ? to_json(*options.box) : nlohmann::json();
   json["escape"] = options.escape ? nlohmann::json(*options.escape) : nlohmann::json();
   return json;

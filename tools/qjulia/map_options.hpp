@@ -28,20 +28,24 @@ struct MapOptions {
 /// The knobs alone. `options` must stay where it is.
 void add_knobs(Command command, MapOptions& options);
 
-/// --iterations and the knobs. `options` must stay where it is.
-void add_map_options(Command command, MapOptions& options);
+/// All of them: --iterations, the knobs, --box, --escape, --precision. `options` must stay where it
+/// is.
+/// @param box, escape what holds without --box and --escape.
+void add_map_options(Command command, MapOptions& options, const std::string& box,
+                     const std::string& escape = "Default: farther than any orbit returns from");
 
-/// --box. @param otherwise what holds without it.
-void add_box(Command command, MapOptions& options, const std::string& otherwise);
-
-/// --precision.
-void add_precision(Command command, MapOptions& options);
-
-/// --escape. @param otherwise what holds without it.
-void add_escape(Command command, MapOptions& options, const std::string& otherwise);
-
-/// The escape radius of commands that look at the set: what add_escape() says of it.
-extern const char* const kDefaultEscape;
+/// A command's own options with what was given here. @throws InputError where either cannot be
+/// used.
+template <class Options>
+Options checked(Options own, const MapOptions& options) {
+  own.iterations = options.iterations;
+  own.box = options.box;
+  if (options.escape) own.escape = *options.escape;
+  own.precision = options.precision;
+  options.knobs.validate();
+  own.validate();
+  return own;
+}
 
 /// How these options act together, for the end of a command's help.
 extern const char* const kMapOptionsHelp;

@@ -19,6 +19,13 @@ void add_verbosity(Command command, Verbosity& verbosity) {
                "standard error");
 }
 
+Option add_precision(Command command, Precision& precision, const std::string& description) {
+  return command.choice("--precision", precision,
+                        {{to_string(Precision::single), Precision::single},
+                         {to_string(Precision::dbl), Precision::dbl}},
+                        description);
+}
+
 void add_device(Command command, std::string& device) {
   command
       .add("--device", &device,

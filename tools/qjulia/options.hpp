@@ -6,11 +6,15 @@
 
 #include "command_line.hpp"
 #include "console.hpp"
+#include "qjulia/device.hpp"
 
 namespace qjulia::tools {
 
 /// --quiet, --verbose, --json.
 void add_verbosity(Command command, Verbosity& verbosity);
+
+/// --precision.
+Option add_precision(Command command, Precision& precision, const std::string& description);
 
 /// --device.
 void add_device(Command command, std::string& device);

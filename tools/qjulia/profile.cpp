@@ -127,7 +127,8 @@ std::string made_by(const ProfileReport& report) {
   return one_line(json);
 }
 
-int run(Arguments arguments, Session& session) {
+int run(const Arguments& given, Session& session) {
+  Arguments arguments = given;
   ProfileOptions& options = arguments.options;
   if (arguments.lane_width) options.lane_width = *arguments.lane_width;
   options.validate();
@@ -153,33 +154,7 @@ int run(Arguments arguments, Session& session) {
   return slower.empty() ? kDone : kFailed;
 }
 
-}  // namespace
-
-void add_profile(CommandLine& program, ChosenCommand& chosen) {
-  const Command command =
-      program.add_command("profile", "Measure the kernels against the device's limits");
-  command.footer(
-      "Examples:\n"
-      "  qjulia profile\n"
-      "  qjulia profile --json > before.json\n"
-      "  qjulia profile --baseline before.json --tolerance 0.1    exit code 1 if slower\n"
-      "  qjulia profile --plot roofline.png\n"
-      "  qjulia profile --scaling                                 cost against size\n"
-      "  qjulia profile --tune                                    once a device; a minute or two\n"
-      "A pair is one factor at one sample for one iterate. The share of the limit compares the\n"
-      "multiplications and divisions in the kernel's source with the measured peak multiply-add\n"
-      "rate. The predicted time is what the compiled\n"
-      "kernel's instructions, as counted for GPUs, and its memory traffic take at these limits.\n"
-      "Rays and distances end early by design: they have times only. Times are from the\n"
-      "device's own clock; use an idle machine.\n"
-      "Tuned settings are kept for the device, its driver and this program in\n"
-      "$XDG_CACHE_HOME/qjulia (~/.cache/qjulia), and every command uses them from then on. Sums\n"
-      "are then taken in another order: maps fitted before and after differ slightly,\n"
-      "as they do between machines tuned differently. QJULIA_TUNING=off in the environment keeps "
-      "to\n"
-      "the defaults, which are the same everywhere.");
-  auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+void describe_options(Command command, Arguments& a) {
   const Option tune = command.flag(
       "--tune", a.tune,
       "Find the lane width, samples per work-item and tile sizes that are fastest here, check that "
@@ -198,9 +173,7 @@ void add_profile(CommandLine& program, ChosenCommand& chosen) {
            "Lanes of a work-item: 1, 8 or 16. Default: what suits the device")
       .excludes(tune)
       .excludes(scaling);
-  command.choice("--precision", a.options.precision,
-                 {{"single", Precision::single}, {"double", Precision::dbl}},
-                 "Arithmetic on the device");
+  add_precision(command, a.options.precision, "Arithmetic on the device");
   command
       .file("--baseline", a.baseline,
             "An earlier --json report: exit code 1 if a kernel has become slower")
@@ -217,11 +190,33 @@ void add_profile(CommandLine& program, ChosenCommand& chosen) {
   command.add("--tolerance", &a.tolerance,
               "What counts as slower: 0.2 is 20 % over the baseline's median");
   add_device(command, a.device);
-  add_trace(command, chosen.trace);
-  add_verbosity(command, chosen.verbosity);
-  command.on_chosen([arguments, &chosen] {
-    chosen.run = [arguments](Session& session) { return run(*arguments, session); };
-  });
+}
+
+}  // namespace
+
+void add_profile(CommandLine& program, ChosenCommand& chosen) {
+  const CommandText text{
+      "profile", "Measure the kernels against the device's limits",
+      "Examples:\n"
+      "  qjulia profile\n"
+      "  qjulia profile --json > before.json\n"
+      "  qjulia profile --baseline before.json --tolerance 0.1    exit code 1 if slower\n"
+      "  qjulia profile --plot roofline.png\n"
+      "  qjulia profile --scaling                                 cost against size\n"
+      "  qjulia profile --tune                                    once a device; a minute or two\n"
+      "A pair is one factor at one sample for one iterate. The share of the limit compares the\n"
+      "multiplications and divisions in the kernel's source with the measured peak multiply-add\n"
+      "rate. The predicted time is what the compiled\n"
+      "kernel's instructions, as counted for GPUs, and its memory traffic take at these limits.\n"
+      "Rays and distances end early by design: they have times only. Times are from the\n"
+      "device's own clock; use an idle machine.\n"
+      "Tuned settings are kept for the device, its driver and this program in\n"
+      "$XDG_CACHE_HOME/qjulia (~/.cache/qjulia), and every command uses them from then on. Sums\n"
+      "are then taken in another order: maps fitted before and after differ slightly,\n"
+      "as they do between machines tuned differently. QJULIA_TUNING=off in the environment keeps "
+      "to\n"
+      "the defaults, which are the same everywhere."};
+  add_command(program, chosen, text, describe_options, run);
 }
 
 }  // namespace qjulia::tools

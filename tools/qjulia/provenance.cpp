@@ -74,7 +74,7 @@ nlohmann::json to_json(const FitOptions& options) {
                          {"max_evaluations", options.max_evaluations},
                          {"unknowns", options.unknowns == Unknowns::all ? "all" : "exponents"},
                          {"placement", options.placement == Placement::paper ? "paper" : "depth"},
-                         {"precision", options.precision == Precision::dbl ? "double" : "single"},
+                         {"precision", to_string(options.precision)},
                          {"sample_parts", options.sample_parts},
                          {"schedule", options.schedule},
                          {"polish", options.polish}};
@@ -117,6 +117,11 @@ nlohmann::json converted_from(const std::filesystem::path& input) {
 
 std::string one_line(const nlohmann::json& json) {
   return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+}
+
+void write_picture(const Image& image, const std::filesystem::path& path,
+                   const nlohmann::json& how) {
+  write_png(image, path, {{"Software", program_name()}, {"qjulia", one_line(how)}});
 }
 
 nlohmann::json to_json(const PictureOptions& options) {

@@ -42,6 +42,10 @@ nlohmann::json converted_from(const std::filesystem::path& input);
 /// On one line in ASCII, for the text of files. File names may hold any bytes.
 std::string one_line(const nlohmann::json& json);
 
+/// A .png whose text chunks say which program made it, and `how`. @throws OutputError
+void write_picture(const Image& image, const std::filesystem::path& path,
+                   const nlohmann::json& how);
+
 /// Size, samples and camera.
 nlohmann::json to_json(const PictureOptions& options);
 

@@ -34,7 +34,7 @@ int run(const ChosenCommand& chosen) {
     session.finish();
     return session.console.is_result_lost() ? std::max<int>(code, kFailed) : code;
   } catch (const Interrupted&) {
-    session.console.note("interrupted; nothing was written");
+    session.console.note("interrupted; " + session.written_so_far);
     return kInterrupted;
   }
 }

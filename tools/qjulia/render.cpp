@@ -37,13 +37,7 @@ struct Arguments {
 };
 
 PictureOptions checked_options(const Arguments& arguments) {
-  PictureOptions options = arguments.options;
-  options.iterations = arguments.map_options.iterations;
-  options.box = arguments.map_options.box;
-  options.escape = arguments.map_options.escape;
-  options.precision = arguments.map_options.precision;
-  options.validate();
-  arguments.map_options.knobs.validate();
+  const PictureOptions options = checked(arguments.options, arguments.map_options);
   const auto given = arguments.map_options.given();
   if (is_mesh_file(arguments.input) && !given.empty()) {
     throw InputError(
@@ -62,17 +56,8 @@ struct Scene {
 };
 
 Scene read_scene(const Arguments& arguments, Session& session) {
-  Scene scene;
-  if (!is_mesh_file(arguments.input)) {
-    scene.map = read_map(arguments.input);
-    return scene;
-  }
-  MeshReport report;
-  scene.mesh = read_mesh(arguments.input, &report, session.monitor().stop);
-  for (const std::string& warning : report.warnings()) {
-    session.console.warn(fmt::format("{}: {}", arguments.input, warning));
-  }
-  return scene;
+  if (is_mesh_file(arguments.input)) return {{}, session.read_mesh(arguments.input)};
+  return {read_map(arguments.input), {}};
 }
 
 Image draw(const Device& device, const Scene& scene, const std::string& input,
@@ -101,8 +86,7 @@ class Preview {
   explicit Preview(const std::filesystem::path& picture)
       : path_(picture.parent_path() / (picture.stem().string() + ".preview.png")) {}
 
-  /// @return whether it was written: not when it was interrupted.
-  bool draw(const Device& device, const Scene& scene, const Arguments& arguments,
+  void draw(const Device& device, const Scene& scene, const Arguments& arguments,
             PictureOptions options, Session& session) const {
     const int reduction = std::max(kReduction, (options.width + kWidest - 1) / kWidest);
     options.width = std::max(1, options.width / reduction);
@@ -110,10 +94,9 @@ class Preview {
     options.samples_per_axis = 1;
     const Image image = tools::draw(device, scene, arguments.input, arguments.map_options, options,
                                     session.monitor());
-    if (image.pixels.empty()) return false;
     write_png(image, path_, {{"Software", program_name()}});
     session.console.note(fmt::format("preview: {}, {:.1f} s", path_.string(), session.seconds()));
-    return true;
+    session.written_so_far = "only the preview was written";
   }
 
   const std::filesystem::path& path() const { return path_; }
@@ -196,21 +179,17 @@ int run_sweep(const Arguments& arguments, const PictureOptions& options, const S
     set(sweep, value, map_options, frame_options);
     const Image image =
         draw(device, scene, arguments.input, map_options, frame_options, session.monitor());
-    if (session.interrupts.requested()) {
-      session.console.note(fmt::format("interrupted; {} pictures were written", files.size()));
-      return kInterrupted;
-    }
     warn_if_empty(image, arguments.input, session);
     how = made_with(arguments.input, map_options, device.info());
     how["picture"] = to_json(frame_options);
     files.push_back(frame_path(arguments.output, files.size() + 1).string());
-    write_png(image, files.back(), {{"Software", program_name()}, {"qjulia", one_line(how)}});
+    write_picture(image, files.back(), how);
+    session.written_so_far = fmt::format("{} pictures were written", files.size());
     frames.push_back(captioned(image, caption));
   }
   const auto count = static_cast<int>(frames.size());
   how["sweep"] = {{"name", sweep.name}, {"values", sweep.values}};
-  write_png(contact_sheet(frames, sheet_columns(count)), arguments.output,
-            {{"Software", program_name()}, {"qjulia", one_line(how)}});
+  write_picture(contact_sheet(frames, sheet_columns(count)), arguments.output, how);
   session.report_kernels(device);
   const double seconds = session.seconds();
   session.console.summary(
@@ -232,20 +211,14 @@ int run(const Arguments& arguments, Session& session) {
   const Device device = session.open_device(arguments.device);
 
   const Preview preview(arguments.output);
-  const bool has_preview =
-      arguments.preview && preview.draw(device, scene, arguments, options, session);
+  if (arguments.preview) preview.draw(device, scene, arguments, options, session);
   PictureLayers layers;
   const Image image = draw(device, scene, arguments.input, arguments.map_options, options,
                            session.monitor(), arguments.layers.empty() ? nullptr : &layers);
-  if (session.interrupts.requested()) {
-    session.console.note(has_preview ? "interrupted; only the preview was written"
-                                     : "interrupted; nothing was written");
-    return kInterrupted;
-  }
   warn_if_empty(image, arguments.input, session);
   nlohmann::json how = made_with(arguments.input, arguments.map_options, device.info());
   how["picture"] = to_json(options);
-  write_png(image, arguments.output, {{"Software", program_name()}, {"qjulia", one_line(how)}});
+  write_picture(image, arguments.output, how);
   std::vector<std::string> layer_files;
   if (!arguments.layers.empty()) {
     for (const auto& path : write_layers(layers, image.width, arguments.layers)) {
@@ -309,18 +282,15 @@ void describe_options(Command command, Arguments& a) {
   command.flag("--preview", a.preview,
                "First write a rough picture, up to 320 wide, as NAME.preview.png; it goes "
                "when\nthe picture is done");
-  add_map_options(command, a.map_options);
-  add_box(command, a.map_options, "The set is cut open at its faces. Default: all of it");
-  add_escape(command, a.map_options, kDefaultEscape);
-  add_precision(command, a.map_options);
+  add_map_options(command, a.map_options, "The set is cut open at its faces. Default: all of it");
   add_device(command, a.device);
 }
 
 }  // namespace
 
 void add_render(CommandLine& program, ChosenCommand& chosen) {
-  const Command command = program.add_command("render", "Draw a picture of a map's set");
-  command.footer(
+  const CommandText text{
+      "render", "Draw a picture of a map's set",
       "Examples:\n"
       "  qjulia render bunny.qjulia.json -o bunny.png\n"
       "  qjulia render bunny.qjulia.json -o ears.png --size 1920x1080 --azimuth 120 --zoom 2\n"
@@ -332,14 +302,8 @@ void add_render(CommandLine& program, ChosenCommand& chosen) {
       "Rays meet the set itself, not a mesh of it: the picture is as sharp as its pixels. The "
       "file's\n"
       "text chunk 'qjulia' says how it was made.\n" +
-      std::string(kMapOptionsHelp));
-  auto arguments = std::make_shared<Arguments>();
-  describe_options(command, *arguments);
-  add_trace(command, chosen.trace);
-  add_verbosity(command, chosen.verbosity);
-  command.on_chosen([arguments, &chosen] {
-    chosen.run = [arguments](Session& session) { return run(*arguments, session); };
-  });
+          std::string(kMapOptionsHelp)};
+  add_command(program, chosen, text, describe_options, run);
 }
 
 }  // namespace qjulia::tools

@@ -26,19 +26,8 @@ struct Arguments {
   SampleOptions options;
 };
 
-SampleOptions checked_options(const Arguments& arguments) {
-  SampleOptions options = arguments.options;
-  options.iterations = arguments.map_options.iterations;
-  options.box = arguments.map_options.box;
-  if (arguments.map_options.escape) options.escape = *arguments.map_options.escape;
-  options.precision = arguments.map_options.precision;
-  arguments.map_options.knobs.validate();
-  options.validate();
-  return options;
-}
-
 int run(const Arguments& arguments, Session& session) {
-  const SampleOptions options = checked_options(arguments);
+  const SampleOptions options = checked(arguments.options, arguments.map_options);
   session.check_outputs({arguments.map}, {{"--output", arguments.output,
                                            extensions(FileContent::field, FileUse::write)}});
   const RationalMap read = read_map(arguments.map);
@@ -51,8 +40,7 @@ int run(const Arguments& arguments, Session& session) {
   const double seconds = session.seconds();
   session.console.summary(fmt::format("{} x {} x {} cells, {} precision, {:.1f} s\nfield: {}",
                                       grid.cells[0], grid.cells[1], grid.cells[2],
-                                      options.precision == Precision::dbl ? "double" : "single",
-                                      seconds, arguments.output),
+                                      to_string(options.precision), seconds, arguments.output),
                           {{"field", arguments.output},
                            {"cells", grid.cells},
                            {"box", to_json(grid.box)},
@@ -62,21 +50,7 @@ int run(const Arguments& arguments, Session& session) {
   return kDone;
 }
 
-}  // namespace
-
-void add_sample(CommandLine& program, ChosenCommand& chosen) {
-  const Command command = program.add_command("sample", "Write a map's field on a grid");
-  command.footer(
-      "Examples:\n"
-      "  qjulia sample bunny.qjulia.json -o bunny.npy --resolution 256\n"
-      "  qjulia sample bunny.qjulia.json -o ear.vti --box 0 0.1 -0.1 0.2 0.3 0.1\n"
-      "Values are F_n at cell centres: the logarithm of the last iterate's norm, where iteration\n"
-      "ends at --escape or after --iterations. A point is inside where F_n is below the map's\n"
-      "surface level ('qjulia info' and --json tell it). In .npy the array is [x][y][z]; ParaView\n"
-      "opens .vti, and a contour of F at the level is the set's surface.\n" +
-      std::string(kMapOptionsHelp));
-  auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+void describe_options(Command command, Arguments& a) {
   command.file("MAP", a.map, "Map file that 'qjulia fit' wrote").required().type("");
   command
       .file("-o,--output", a.output,
@@ -84,16 +58,24 @@ void add_sample(CommandLine& program, ChosenCommand& chosen) {
       .required()
       .type("FIELD");
   command.add("--resolution", &a.options.resolution, "Cells along the box's longest side");
-  add_map_options(command, a.map_options);
-  add_box(command, a.map_options, "Default: the shape's box plus 5 %");
-  add_escape(command, a.map_options, "Default: 20");
-  add_precision(command, a.map_options);
+  add_map_options(command, a.map_options, "Default: the shape's box plus 5 %", "Default: 20");
   add_device(command, a.device);
-  add_trace(command, chosen.trace);
-  add_verbosity(command, chosen.verbosity);
-  command.on_chosen([arguments, &chosen] {
-    chosen.run = [arguments](Session& session) { return run(*arguments, session); };
-  });
+}
+
+}  // namespace
+
+void add_sample(CommandLine& program, ChosenCommand& chosen) {
+  const CommandText text{
+      "sample", "Write a map's field on a grid",
+      "Examples:\n"
+      "  qjulia sample bunny.qjulia.json -o bunny.npy --resolution 256\n"
+      "  qjulia sample bunny.qjulia.json -o ear.vti --box 0 0.1 -0.1 0.2 0.3 0.1\n"
+      "Values are F_n at cell centres: the logarithm of the last iterate's norm, where iteration\n"
+      "ends at --escape or after --iterations. A point is inside where F_n is below the map's\n"
+      "surface level ('qjulia info' and --json tell it). In .npy the array is [x][y][z]; ParaView\n"
+      "opens .vti, and a contour of F at the level is the set's surface.\n" +
+          std::string(kMapOptionsHelp)};
+  add_command(program, chosen, text, describe_options, run);
 }
 
 }  // namespace qjulia::tools

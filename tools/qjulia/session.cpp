@@ -37,6 +37,16 @@ void Session::finish() {
   console.note("trace: " + trace_file_);
 }
 
+TriangleMesh Session::read_mesh(const std::string& file) {
+  const TraceStage stage(trace_, "read the mesh");
+  MeshReport report;
+  TriangleMesh mesh = qjulia::read_mesh(file, &report, interrupts.token());
+  for (const std::string& warning : report.warnings()) {
+    console.warn(fmt::format("{}: {}", file, warning));
+  }
+  return mesh;
+}
+
 Device Session::open_device(const std::string& wanted) {
   const auto [device, warning] = with_cached_tuning(Device::choose(wanted));
   if (!warning.empty()) console.warn(warning);

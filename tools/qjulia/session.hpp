@@ -10,6 +10,7 @@
 #include "files.hpp"
 #include "interrupts.hpp"
 #include "qjulia/device.hpp"
+#include "qjulia/mesh.hpp"
 
 namespace qjulia::tools {
 
@@ -28,6 +29,8 @@ class Session {
   /// Progress to the console, stop requests from signals, stages to the trace. Valid as long as
   /// this session.
   ProgressMonitor monitor();
+  /// Reads a mesh, and warns of what is wrong with it. @throws InputError
+  TriangleMesh read_mesh(const std::string& file);
   /// Chooses a device, with the settings kept for it, and says which. @throws NoDeviceError
   Device open_device(const std::string& wanted);
   /// What is traced, if anything is.
@@ -43,6 +46,7 @@ class Session {
   // The signals are blocked before anything can start a thread.
   Interrupts interrupts;
   Console console;
+  std::string written_so_far = "nothing was written";  ///< what an interrupted command says
 
  private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();

@@ -39,17 +39,6 @@ struct WrittenSurface {
   std::size_t non_manifold_edges = 0;
 };
 
-SurfaceOptions checked_options(const Arguments& arguments) {
-  SurfaceOptions options = arguments.options;
-  options.iterations = arguments.map_options.iterations;
-  options.box = arguments.map_options.box;
-  options.escape = arguments.map_options.escape;
-  options.precision = arguments.map_options.precision;
-  arguments.map_options.knobs.validate();
-  options.validate();
-  return options;
-}
-
 /// The map with shapes that are as long as was asked for; a box that was given goes with it.
 RationalMap scaled(RationalMap map, std::optional<double> millimetres, const std::string& file,
                    SurfaceOptions& options) {
@@ -78,7 +67,7 @@ WrittenSurface stream(const Arguments& arguments, const Device& device, const Ra
   WrittenSurface written;
   written.report = extract_surface(device, map, options, sink, monitor);
   written.figures = sink.figures();
-  if (written.report.triangles > 0 && !written.report.stopped) file.commit();
+  if (written.report.triangles > 0) file.commit();
   return written;
 }
 
@@ -111,7 +100,7 @@ WrittenSurface collect(const Arguments& arguments, const Device& device, const R
 }
 
 int run(const Arguments& arguments, Session& session) {
-  SurfaceOptions options = checked_options(arguments);
+  SurfaceOptions options = checked(arguments.options, arguments.map_options);
   session.check_outputs({arguments.map}, {{"--output", arguments.output,
                                            extensions(FileContent::mesh, FileUse::write)}});
   const RationalMap read = read_map(arguments.map);
@@ -125,7 +114,6 @@ int run(const Arguments& arguments, Session& session) {
   const WrittenSurface written = (whole && is_ply(arguments) ? stream : collect)(
       arguments, device, map, options, one_line(how), session.monitor());
   const SurfaceReport& report = written.report;
-  if (report.stopped) throw Interrupted();
   if (report.triangles == 0) {
     throw Error(
         fmt::format("the set of '{}' is empty in this box; try a smaller --detail, fewer "
@@ -155,21 +143,7 @@ int run(const Arguments& arguments, Session& session) {
   return kDone;
 }
 
-}  // namespace
-
-void add_surface(CommandLine& program, ChosenCommand& chosen) {
-  const Command command = program.add_command("surface", "Make a mesh of a map's set");
-  command.footer(
-      "Examples:\n"
-      "  qjulia surface bunny.qjulia.json -o bunny.ply\n"
-      "  qjulia surface bunny.qjulia.json -o fine.stl --resolution 512 --detail 0.03\n"
-      "  qjulia surface bunny.qjulia.json -o print.stl --millimetres 80 --largest-component\n"
-      "  qjulia surface bunny.qjulia.json -o crust.ply --drift 0.8 --phase 0.8 0.6 0 0\n"
-      "The mesh lies in the fitted shape's own coordinates. Only the undecided shell about\n"
-      "the surface is iterated: time grows with its volume, memory with the mesh and one slab.\n" +
-      std::string(kMapOptionsHelp));
-  auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+void describe_options(Command command, Arguments& a) {
   command.file("MAP", a.map, "Map file that 'qjulia fit' wrote").required().type("");
   command
       .file("-o,--output", a.output,
@@ -197,16 +171,25 @@ void add_surface(CommandLine& program, ChosenCommand& chosen) {
   command.flag("--dense", a.options.dense,
                "Run the orbit of every point of the grid to its end: the same mesh, much\n"
                "slower, without trusting r_in, r_out and bounds");
-  add_map_options(command, a.map_options);
-  add_box(command, a.map_options, "Default: the shape's box plus 5 %, grown until the set fits in");
-  add_escape(command, a.map_options, kDefaultEscape);
-  add_precision(command, a.map_options);
+  add_map_options(command, a.map_options,
+                  "Default: the shape's box plus 5 %, grown until the set fits in");
   add_device(command, a.device);
-  add_trace(command, chosen.trace);
-  add_verbosity(command, chosen.verbosity);
-  command.on_chosen([arguments, &chosen] {
-    chosen.run = [arguments](Session& session) { return run(*arguments, session); };
-  });
+}
+
+}  // namespace
+
+void add_surface(CommandLine& program, ChosenCommand& chosen) {
+  const CommandText text{
+      "surface", "Make a mesh of a map's set",
+      "Examples:\n"
+      "  qjulia surface bunny.qjulia.json -o bunny.ply\n"
+      "  qjulia surface bunny.qjulia.json -o fine.stl --resolution 512 --detail 0.03\n"
+      "  qjulia surface bunny.qjulia.json -o print.stl --millimetres 80 --largest-component\n"
+      "  qjulia surface bunny.qjulia.json -o crust.ply --drift 0.8 --phase 0.8 0.6 0 0\n"
+      "The mesh lies in the fitted shape's own coordinates. Only the undecided shell about\n"
+      "the surface is iterated: time grows with its volume, memory with the mesh and one slab.\n" +
+          std::string(kMapOptionsHelp)};
+  add_command(program, chosen, text, describe_options, run);
 }
 
 }  // namespace qjulia::tools

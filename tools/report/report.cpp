@@ -93,7 +93,7 @@ FitReport make_report(const Device& device, const TriangleMesh& mesh, const FitR
   picture.width = options.width;
   picture.height = options.height;
   const auto add = [&](const std::string& caption, Image image) {
-    if (!image.pixels.empty()) report.pictures.push_back({caption, std::move(image)});
+    report.pictures.push_back({caption, std::move(image)});
   };
   add("the mesh", render_mesh(device, mesh, mesh.box(), picture, monitor));
   picture.iterations = 1;
@@ -101,7 +101,6 @@ FitReport make_report(const Device& device, const TriangleMesh& mesh, const FitR
   picture.iterations = options.iterations;
   add(fmt::format("the set, n = {}", options.iterations),
       render(device, result.map, picture, monitor));
-  if (monitor.stop.stop_requested()) return report;
   CompareOptions comparison;
   comparison.iterations = options.iterations;
   report.metrics = compare(device, result.map, mesh, comparison, monitor);

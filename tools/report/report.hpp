@@ -33,8 +33,7 @@ struct FitReport {
   std::vector<FitMetrics> metrics;       ///< at n = 1 and at the options' n
 };
 
-/// Draws the mesh, the potential (n = 1) and the set, and measures the fit. A report without
-/// pictures when a stop was requested.
+/// Draws the mesh, the potential (n = 1) and the set, and measures the fit.
 FitReport make_report(const Device& device, const TriangleMesh& mesh, const FitResult& result,
                       const std::string& title, const ReportOptions& options = {},
                       const ProgressMonitor& monitor = {});
