@@ -28,7 +28,7 @@ class BandGrid {
  public:
   BandGrid(const Device& device, const MarchedSet& set, const Band& band);
 
-  /// As shared/picture_layout.h says, with the safe steps at its points (ray_march.cl).
+  /// As layout/picture_layout.h says, with the safe steps at its points (ray_march.cl).
   const device::RealBuffer& layout() const { return layout_; }
   const device::RealBuffer& safe() const { return safe_; }
 

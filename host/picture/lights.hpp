@@ -15,7 +15,7 @@ struct Light {
   double softness = 0;                                ///< tangent of its angular radius
   View view;
 
-  /// As shared/picture_layout.h says; `first_texel` is where its depth map begins in the atlas.
+  /// As layout/picture_layout.h says; `first_texel` is where its depth map begins in the atlas.
   std::vector<float> packed(std::size_t first_texel) const;
 };
 

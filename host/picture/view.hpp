@@ -28,7 +28,7 @@ struct View {
   /// The view whose pixels are this one's squares of `samples` × `samples`.
   View coarse() const;
 
-  /// As shared/picture_layout.h says.
+  /// As layout/picture_layout.h says.
   std::vector<double> packed() const;
 };
 
