@@ -13,14 +13,7 @@
 
 using Catch::Matchers::Contains;
 using nlohmann::json;
-using qjulia::test::kGoodFits;
-using qjulia::test::make_manifest;
-using qjulia::test::map_bytes;
-using qjulia::test::ProcessResult;
-using qjulia::test::read_summary;
-using qjulia::test::read_text;
-using qjulia::test::run_command;
-using qjulia::test::TemporaryFolder;
+using namespace qjulia::test;
 
 namespace {
 

@@ -21,11 +21,7 @@ using qjulia::Device;
 using qjulia::Layout;
 using qjulia::Precision;
 using qjulia::Tuning;
-using qjulia::test::ProcessResult;
-using qjulia::test::read_text;
-using qjulia::test::run_command;
-using qjulia::test::RunOptions;
-using qjulia::test::TemporaryFolder;
+using namespace qjulia::test;
 
 namespace {
 

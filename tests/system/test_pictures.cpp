@@ -12,9 +12,7 @@
 
 using Catch::Matchers::Contains;
 using nlohmann::json;
-using qjulia::test::read_text;
-using qjulia::test::run_command;
-using qjulia::test::TemporaryFolder;
+using namespace qjulia::test;
 using Names = std::vector<std::string>;
 
 namespace {

@@ -13,11 +13,7 @@
 
 using Catch::Matchers::Contains;
 using nlohmann::json;
-using qjulia::test::ProcessResult;
-using qjulia::test::read_text;
-using qjulia::test::run_command;
-using qjulia::test::RunOptions;
-using qjulia::test::TemporaryFolder;
+using namespace qjulia::test;
 
 namespace {
 
