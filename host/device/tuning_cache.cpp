@@ -111,7 +111,7 @@ CachedTuning with_cached_tuning(const Device& device) {
   return kept;
 }
 
-void keep_tuning(const Device& device, Precision precision) {
+void save_tuning(const Device& device, Precision precision) {
   const std::filesystem::path path = tuning_file(device.info());
   std::error_code failed;
   std::filesystem::create_directories(path.parent_path(), failed);

@@ -113,7 +113,7 @@ double signed_volume(const TriangleMesh& mesh) {
   return volume - normals.dot(weighted / area) / 3;
 }
 
-TriangleMesh turned_outward(TriangleMesh mesh) {
+TriangleMesh oriented_outward(TriangleMesh mesh) {
   if (signed_volume(mesh) < 0) {
     for (auto& [a, b, c] : mesh.triangles) std::swap(b, c);
   }

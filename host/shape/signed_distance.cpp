@@ -34,7 +34,7 @@ ShapeToMap unit_frame(const TriangleMesh& mesh) {
 
 TriangleMesh in_frame(TriangleMesh mesh, const ShapeToMap& frame) {
   for (auto& x : mesh.vertices) x = frame.to_map(x);
-  return turned_outward(std::move(mesh));
+  return oriented_outward(std::move(mesh));
 }
 
 }  // namespace

@@ -72,6 +72,6 @@ MeshReport inspect(const TriangleMesh& mesh);
 double signed_volume(const TriangleMesh& mesh);
 
 /// The mesh, with all triangles turned when its signed volume is negative.
-TriangleMesh turned_outward(TriangleMesh mesh);
+TriangleMesh oriented_outward(TriangleMesh mesh);
 
 }  // namespace qjulia

@@ -25,6 +25,6 @@ CachedTuning with_cached_tuning(const Device& device);
 
 /// Keeps the device's settings of this precision, and those of the other as they were.
 /// @throws OutputError when they cannot be written.
-void keep_tuning(const Device& device, Precision precision);
+void save_tuning(const Device& device, Precision precision);
 
 }  // namespace qjulia

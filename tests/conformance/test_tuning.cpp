@@ -88,7 +88,7 @@ TEST_CASE("kept settings come back, those of either precision") {
   CHECK(with_cached_tuning(device).warning.empty());
   CHECK_FALSE(with_cached_tuning(device).device.is_tuned(Precision::single));
 
-  keep_tuning(tuned(device), Precision::single);
+  save_tuning(tuned(device), Precision::single);
   CHECK(tuning_file(device.info()).string().starts_with(cache.folder.path().string()));
   const CachedTuning kept = with_cached_tuning(device);
   CHECK(kept.warning.empty());
@@ -98,7 +98,7 @@ TEST_CASE("kept settings come back, those of either precision") {
 
   Tuning wide = device.tuning(Precision::dbl);
   wide.orbit_items = 16;
-  keep_tuning(device.with_tuning(Precision::dbl, wide), Precision::dbl);
+  save_tuning(device.with_tuning(Precision::dbl, wide), Precision::dbl);
   CHECK(with_cached_tuning(device).device.tuning(Precision::dbl) == wide);
   CHECK(with_cached_tuning(device).device.is_tuned(Precision::single));
 
@@ -111,7 +111,7 @@ TEST_CASE("kept settings come back, those of either precision") {
 TEST_CASE("corrupt and foreign settings are passed over with a warning, and replaced") {
   const OwnCache cache;
   const Device device = test::device();
-  keep_tuning(tuned(device), Precision::single);
+  save_tuning(tuned(device), Precision::single);
   const std::filesystem::path file = tuning_file(device.info());
   std::ifstream stream(file);
   const auto good = nlohmann::json::parse(stream);
@@ -132,7 +132,7 @@ TEST_CASE("corrupt and foreign settings are passed over with a warning, and repl
                Catch::Contains(file.string()) && Catch::Contains("tune this device again"));
     CHECK_FALSE(kept.device.is_tuned(Precision::single));
   }
-  keep_tuning(tuned(device), Precision::single);
+  save_tuning(tuned(device), Precision::single);
   CHECK(with_cached_tuning(device).device.is_tuned(Precision::single));
 }
 

@@ -89,7 +89,7 @@ struct KeptSettings {
   TemporaryFolder folder;
   explicit KeptSettings(const Tuning& tuning) {
     ::setenv("XDG_CACHE_HOME", folder.path().c_str(), 1);
-    keep_tuning(Device::choose("cpu").with_tuning(Precision::single, tuning), Precision::single);
+    save_tuning(Device::choose("cpu").with_tuning(Precision::single, tuning), Precision::single);
   }
 };
 

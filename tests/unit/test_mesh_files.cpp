@@ -528,5 +528,5 @@ TEST_CASE("signed volume") {
   CHECK(signed_volume(shapes::inside_out(shapes::box())) == Approx(-8));
   CHECK(signed_volume(shapes::moved(shapes::box(), 1, {1e8, 0, 0})) == Approx(8));
   CHECK(signed_volume(shapes::open_box()) > 0);
-  CHECK(signed_volume(turned_outward(shapes::inside_out(shapes::box()))) == Approx(8));
+  CHECK(signed_volume(oriented_outward(shapes::inside_out(shapes::box()))) == Approx(8));
 }

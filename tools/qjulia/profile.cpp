@@ -87,7 +87,7 @@ int run_tune(const Arguments& arguments, Session& session) {
   const Device device = session.open_device(arguments.device);
   const std::string file = tuning_file(device.info()).string();
   const TuneReport report = tune(device, arguments.options, session.monitor());
-  keep_tuning(device.with_tuning(report.precision, report.tuning), report.precision);
+  save_tuning(device.with_tuning(report.precision, report.tuning), report.precision);
   nlohmann::json json = to_json(report);
   json["file"] = file;
   session.console.result(table(report, file), json);
