@@ -38,14 +38,6 @@ RationalMap lump() {
   return map;
 }
 
-void require_closed_manifold(const TriangleMesh& mesh) {
-  const auto count = test::count_edges(mesh);
-  REQUIRE(count.edges > 0);
-  REQUIRE(count.open == 0);
-  REQUIRE(count.badly_shared == 0);
-  REQUIRE(test::pinched_vertices(mesh) == 0);
-}
-
 /// Energy of F_1 = 2 ln |q| against the ball of radius r, by its definition.
 double ball_energy(double r, int resolution) {
   const double cell = 1.15 * 2 * r / resolution;
@@ -71,7 +63,7 @@ const double kBallVolume = 4 * M_PI / 3;
 TEST_CASE("the set of q² is the unit ball, found without a box") {
   const int iterations = GENERATE(1, 6);
   const TriangleMesh mesh = extract_surface(test::device(), square(), {48, iterations, {}});
-  require_closed_manifold(mesh);
+  test::require_closed_manifold(mesh);
   CHECK(test::enclosed_volume(mesh) == Approx(kBallVolume).epsilon(0.01));
   CHECK(test::surface_area(mesh) == Approx(4 * M_PI).epsilon(iterations == 1 ? 0.01 : 0.04));
 }
@@ -81,7 +73,7 @@ TEST_CASE("surfaces come in the shape's own coordinates") {
   map.shape_to_map = {2, {-0.5, 1, 3}};
   map.box = Box{{-0.25, -1, -2}, {0.75, 0, -1}};
   const TriangleMesh mesh = extract_surface(test::device(), map, {64, 1, {}});
-  require_closed_manifold(mesh);
+  test::require_closed_manifold(mesh);
   const Eigen::Vector3d center(0.25, -0.5, -1.5);
   for (const auto& v : mesh.vertices) CHECK((v - center).norm() == Approx(0.5).epsilon(0.002));
 }
@@ -90,7 +82,7 @@ TEST_CASE("a box that is too small grows until the set is clear of it") {
   RationalMap map = square();
   map.box = Box{{-0.2, -0.9, -0.5}, {0.7, 0.6, 0.8}};
   const TriangleMesh mesh = extract_surface(test::device(), map, {64, 1, {}});
-  require_closed_manifold(mesh);
+  test::require_closed_manifold(mesh);
   CHECK(test::enclosed_volume(mesh) == Approx(kBallVolume).epsilon(0.01));
 }
 
@@ -111,7 +103,7 @@ TEST_CASE("iterated sets are closed and manifold too, over several slabs") {
   const int iterations = GENERATE(1, 2, 5);
   RationalMap map = lump();
   const TriangleMesh mesh = extract_surface(device, map, {128, iterations, {}});
-  require_closed_manifold(mesh);
+  test::require_closed_manifold(mesh);
   // The volume that orbits at cell centres have.
   const Field field(device, map, Precision::single, find_stop_radii(device, map));
   const Box box = mesh.box();
@@ -143,7 +135,7 @@ TEST_CASE("looking at the shell alone gives the mesh of looking everywhere") {
   options.dense = true;
   SurfaceReport dense;
   const TriangleMesh same = extract_surface(device, map, options, {}, &dense);
-  require_closed_manifold(mesh);
+  test::require_closed_manifold(mesh);
   CHECK(mesh.triangles == same.triangles);
   CHECK(mesh.vertices == same.vertices);
   CHECK(mesh.normals == same.normals);
@@ -172,7 +164,7 @@ TEST_CASE("refined vertices lie where the set ends, closer with every halving") 
     SurfaceOptions options{64, 6, {}};
     options.refine = halvings;
     const TriangleMesh mesh = extract_surface(device, map, options);
-    require_closed_manifold(mesh);
+    test::require_closed_manifold(mesh);
     const double step = mesh.box().size().maxCoeff() / 64 / 50;
     std::vector<Eigen::Vector3d> points;
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <catch2/catch.hpp>
 #include <cstddef>
 #include <map>
 #include <set>
@@ -64,6 +65,14 @@ inline std::size_t pinched_vertices(const TriangleMesh& mesh) {
     if (steps != degree[vertex]) ++pinched;
   }
   return pinched;
+}
+
+inline void require_closed_manifold(const TriangleMesh& mesh) {
+  const auto count = count_edges(mesh);
+  REQUIRE(count.edges > 0);
+  REQUIRE(count.open == 0);
+  REQUIRE(count.badly_shared == 0);
+  REQUIRE(pinched_vertices(mesh) == 0);
 }
 
 inline double enclosed_volume(const TriangleMesh& mesh) {

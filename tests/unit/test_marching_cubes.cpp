@@ -53,14 +53,6 @@ TriangleMesh mesh_of(const std::vector<float>& values, int n, double level, doub
   return std::move(sink.mesh);
 }
 
-void require_closed_manifold(const TriangleMesh& mesh) {
-  const auto count = test::count_edges(mesh);
-  REQUIRE(count.edges > 0);
-  REQUIRE(count.open == 0);
-  REQUIRE(count.badly_shared == 0);
-  REQUIRE(test::pinched_vertices(mesh) == 0);
-}
-
 /// The same edge seen from the cell on the other side of the face across `axis`.
 std::uint8_t shifted(std::uint8_t edge, int axis) {
   const surface::CubeEdge& e = surface::cube_edges()[edge];
@@ -151,7 +143,7 @@ TEST_CASE("a random field has a closed manifold surface") {
   const auto values =
       field(n, 1.0F, [&](int, int, int) { return inside(random) ? -size(random) : size(random); });
   const TriangleMesh mesh = mesh_of(values, n, 0, kNoClamp);
-  require_closed_manifold(mesh);
+  test::require_closed_manifold(mesh);
   for (const Triangle& t : mesh.triangles) CHECK(test::triangle_area(mesh, t) > 0);
 }
 
@@ -165,7 +157,7 @@ TEST_CASE("values at, far from and without relation to the level give distinct v
       field(n, 1.0F, [&](int, int, int) { return choices[random() % choices.size()]; });
   const auto reach = GENERATE(2.0, kNoClamp);
   const TriangleMesh mesh = mesh_of(values, n, 0.5, reach);
-  require_closed_manifold(mesh);
+  test::require_closed_manifold(mesh);
   std::vector<std::array<double, 3>> positions;
   for (const auto& v : mesh.vertices) {
     CHECK(v.allFinite());
@@ -183,7 +175,7 @@ TEST_CASE("a ball has the volume and area of a ball") {
     return static_cast<float>(d.norm() - radius + 3);
   });
   const TriangleMesh mesh = mesh_of(ball, n, 3, kNoClamp);
-  require_closed_manifold(mesh);
+  test::require_closed_manifold(mesh);
   const double area = 4 * M_PI * radius * radius;
   CHECK(test::enclosed_volume(mesh) == Approx(area * radius / 3).epsilon(0.003));
   CHECK(test::surface_area(mesh) == Approx(area).epsilon(0.003));
