@@ -76,10 +76,9 @@ std::string table(const TuneReport& report, const std::string& file) {
                         t.time_ratio > 0 ? fmt::format("{:.3f}", t.time_ratio) : "-",
                         t.taken ? "taken" : t.refused.substr(0, t.refused.find('\n')));
   }
-  text +=
-      "\n" + (report.time_ratio < 1
-                  ? fmt::format("tuned: {:.3f} times the time with the defaults", report.time_ratio)
-                  : std::string("the defaults stay: nothing was faster"));
+  text += report.time_ratio < 1
+              ? fmt::format("\ntuned: {:.3f} times the time with the defaults", report.time_ratio)
+              : "\nthe defaults stay: nothing was faster";
   return text + fmt::format("\nsettings: {}\nkept in: {}", to_json(report.tuning).dump(), file);
 }
 
