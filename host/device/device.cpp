@@ -145,8 +145,6 @@ Device Device::choose(const std::string& wanted) {
 
 const DeviceInfo& Device::info() const { return context_->info(); }
 
-namespace {}  // namespace
-
 Device::Device(std::shared_ptr<device::Context> context)
     : context_(std::move(context)), layout_(device::suited_layout(info())) {
   *this = with_layout(layout_);
