@@ -27,11 +27,23 @@ TEST_CASE("--help teaches and --version tells, on standard output") {
   }
 }
 
+TEST_CASE("--help names the map options, --help-all and 'help COMMAND' explain them") {
+  const auto brief = run_command({"render", "--help"});
+  CHECK_THAT(brief.out, Contains("--order-seed") && !Contains("Shuffles"));
+  CHECK(brief.out.find("Examples") < brief.out.find("Options"));
+  const auto all = run_command({"render", "--help-all"});
+  CHECK(all.exit_code == 0);
+  CHECK_THAT(all.out, Contains("Shuffles"));
+  CHECK(run_command({"help", "render"}).out == all.out);
+  CHECK(run_command({"help"}).out == run_command({"--help"}).out);
+}
+
 TEST_CASE("bad usage is exit code 2 and names what was wrong") {
   CHECK(run_command({}).exit_code == 2);
   const auto command = run_command({"frobnicate"});
   CHECK(command.exit_code == 2);
-  CHECK_THAT(command.err, Contains("frobnicate"));
+  CHECK_THAT(command.err, Contains("frobnicate") && !Contains("did you mean"));
+  CHECK_THAT(run_command({"surfcae"}).err, Contains("did you mean 'surface'?"));
   const auto option = run_command({"devices", "--frobnicate"});
   CHECK(option.exit_code == 2);
   CHECK_THAT(option.err, Contains("--frobnicate"));

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <numeric>
 #include <sstream>
 
 #include "exit_code.hpp"
@@ -15,9 +16,16 @@
 namespace qjulia::tools {
 namespace {
 
-/// CLI11's help with descriptions broken into lines.
+/// CLI11's help with descriptions broken into lines and examples first. --help lists options of
+/// further groups by name alone; --help-all explains them.
 class HelpFormat : public CLI::Formatter {
  public:
+  std::string make_help(const CLI::App* app, std::string name,
+                        CLI::AppFormatMode mode) const override {
+    return make_description(app) + make_usage(app, std::move(name)) + '\n' + make_footer(app) +
+           make_positionals(app) + groups(app, mode) + make_subcommands(app, mode);
+  }
+
   std::string make_option_desc(const CLI::Option* option) const override {
     constexpr std::size_t kColumns = 64;
     std::istringstream words(CLI::Formatter::make_option_desc(option));
@@ -32,7 +40,70 @@ class HelpFormat : public CLI::Formatter {
     }
     return text + line;
   }
+
+ private:
+  static constexpr const char* kFirstGroup = "Options";
+
+  std::string groups(const CLI::App* app, CLI::AppFormatMode mode) const {
+    std::string text;
+    for (const std::string& group : app->get_groups()) {
+      const auto options = app->get_options([&](const CLI::Option* option) {
+        return option->get_group() == group && option->nonpositional();
+      });
+      if (group.empty() || options.empty()) continue;
+      text += mode == CLI::AppFormatMode::All || group == kFirstGroup
+                  ? make_group(group, false, options)
+                  : names_of(group, options);
+    }
+    return text;
+  }
+
+  static std::string names_of(const std::string& group,
+                              const std::vector<const CLI::Option*>& all) {
+    constexpr std::size_t kColumns = 92;
+    std::string text = fmt::format("\n{} (--help-all explains them):\n", group);
+    std::string line = " ";
+    for (const CLI::Option* option : all) {
+      const std::string name = option->get_name();
+      if (line.size() + 1 + name.size() > kColumns) {
+        text += line + '\n';
+        line = " ";
+      }
+      line += ' ' + name;
+    }
+    return text + line + '\n';
+  }
 };
+
+/// Letters to insert, leave out or replace to make one word of the other.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row.back();
+}
+
+/// @throws InputError that suggests the nearest command
+void check_command(const CLI::App& app, const std::string& word) {
+  const CLI::App* nearest = nullptr;
+  std::size_t least = 3;  // more letters than that are no typing error
+  for (const CLI::App* command : app.get_subcommands({})) {
+    const std::size_t distance = edit_distance(word, command->get_name());
+    if (distance == 0) return;
+    if (distance < least) nearest = command;
+    least = std::min(least, distance);
+  }
+  throw InputError(fmt::format(
+      "there is no command '{}'{}; 'qjulia --help' lists the commands", word,
+      nearest ? fmt::format("; did you mean '{}'?", nearest->get_name()) : std::string()));
+}
 
 /// An option was given a value that it cannot use.
 struct BadValue {
@@ -245,7 +316,9 @@ CommandLine::~CommandLine() = default;
 Command CommandLine::root() const { return Command(app_.get()); }
 
 Command CommandLine::add_command(const std::string& name, const std::string& description) {
-  return Command(app_->add_subcommand(name, description));
+  CLI::App* const command = app_->add_subcommand(name, description);
+  command->set_help_all_flag("--help-all", "Print this help with the options of all groups");
+  return Command(command);
 }
 
 void CommandLine::version(const std::string& text) { app_->set_version_flag("--version", text); }
@@ -254,7 +327,13 @@ std::string CommandLine::help() const { return app_->help(); }
 
 std::optional<int> CommandLine::parse(int argc, const char* const* argv) {
   std::vector<std::string> words;
-  for (int i = argc - 1; i > 0; --i) words.push_back(with_zero(argv[i]));  // last one first
+  for (int i = 1; i < argc; ++i) words.push_back(with_zero(argv[i]));
+  if (!words.empty() && words.front() == "help") {  // help COMMAND: COMMAND --help-all
+    words.erase(words.begin());
+    words.emplace_back(words.empty() ? "--help" : "--help-all");
+  }
+  if (!words.empty() && !words.front().starts_with('-')) check_command(*app_, words.front());
+  std::ranges::reverse(words);  // as CLI11 takes them
   try {
     app_->parse(std::move(words));
     return std::nullopt;
