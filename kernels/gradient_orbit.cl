@@ -1,6 +1,7 @@
 // Energy and gradient for n iterates, by reverse mode over the iterates of each sample
 // (docs/maths.md, "Gradient"). Memory per sample does not depend on the number of factors: unit
 // versors are undone by their conjugates, so prefix and suffix products are walked, not stored.
+// F is that of the map's kind: what is fitted is not steeper outside.
 
 #include "factor_sums.clh"
 #include "loss.clh"
@@ -46,12 +47,12 @@ static inline orbit run_orbit(qlane q, global const real* map, int factors, int 
     lane next;
     if (i + 1 < n) {
       qlane versor;
-      next = map_step(q, map, factors, &versor);
+      next = kind_step(q, map, factors, &versor);
       orbit_keep(kept, i, versor, next);
       lane norm = lane_exp(lane_min(next, lane_of((real)40)));
       q = q_where(live & isless(next, escape), q_scale(norm, versor), q);
     } else {
-      next = map_modulus(q, map, factors);
+      next = kind_modulus(q, map, factors);
     }
     o.last = lane_where(live, next, o.last);
     o.executed += ilane_where(live, (ilane)1, (ilane)0);

@@ -1,7 +1,8 @@
 // Where grid points and their images lie, foretold. Within a slice F and the versor U are smooth
 // but for U on the lines where some q - c_k is real and negative. So both are computed at nodes,
 // every `spacing` points along x and y, and interpolated: first along y, to every row; then along
-// x, to the points. What is left to evaluate of the second iterate is F alone.
+// x, to the points. What is left to evaluate of the second iterate is F alone. The F interpolated
+// is that of the map's kind, which is smooth where the map's own bends (map_steep).
 //
 // The nodes of a slice form a lattice; node (0, 0) lies 2 * spacing points before the first point
 // of the slice, so that every point has two nodes before that at or before it, and three after.
@@ -10,8 +11,8 @@
 #include "layout/settling.h"
 #include "map.clh"
 
-// F and U at the points of these numbers in a block of grid points (block_point), as numbers
-// slots[i] among `field`, and four reals each among `versors`.
+// The kind's F and U at the points of these numbers in a block of grid points (block_point), as
+// numbers slots[i] among `field`, and four reals each among `versors`.
 kernel void block_images(global const int* numbers, global const int* slots, qj_grid_block block,
                          int spacing, int first_group, int groups, global const real* map,
                          int factors, global real* field, global real* versors) {
@@ -21,7 +22,7 @@ kernel void block_images(global const int* numbers, global const int* slots, qj_
   qlane q = block_point(point_numbers(numbers, g), block, spacing, map[QJ_MAP_SLICE]);
   qlane u;
   real f[QJ_WIDTH], x[QJ_WIDTH], y[QJ_WIDTH], z[QJ_WIDTH], w[QJ_WIDTH];
-  lane_store(map_step(q, map, factors, &u), f, 0);
+  lane_store(kind_step(q, map, factors, &u), f, 0);
   lane_store(u.x, x, 0);
   lane_store(u.y, y, 0);
   lane_store(u.z, z, 0);
@@ -189,14 +190,18 @@ kernel void settle_points(global const int* numbers, qj_grid_block block, qj_set
   }
   lane l = lane_of(settling.level);
   lane off = QJ_POINT_MARGIN * change;
-  lane result = short_of(r.f, off, l);
+  lane result = map_steep(short_of(r.f, off, l), map);
   ilane sure = isless(result, lane_of(settling.below)) | isgreater(result, lane_of(settling.above));
   result = lane_where(sure, result, l);
   lane outer = lane_of(fmin(map[QJ_MAP_LOG_ESCAPE], map[QJ_MAP_LOG_OUTER]));
-  ilane goes_on = isgreater(r.f - off, lane_of(map[QJ_MAP_LOG_INNER])) & isless(r.f + off, outer);
+  lane lowest = map_steep(r.f - off, map), highest = map_steep(r.f + off, map);
+  ilane goes_on = isgreater(lowest, lane_of(map[QJ_MAP_LOG_INNER])) & isless(highest, outer);
   if (lane_any(goes_on)) {
-    qlane image = q_scale(lane_exp(r.f) * lane_rsqrt(fmax(q_dot(r.u, r.u), lane_of(QJ_TINY))), r.u);
-    lane found = short_of(map_modulus(image, map, factors), QJ_IMAGE_MARGIN * change, l);
+    lane radius = lane_exp(map_steep(r.f, map));
+    qlane image = q_scale(radius * lane_rsqrt(fmax(q_dot(r.u, r.u), lane_of(QJ_TINY))), r.u);
+    // Where F is steeper, so is the image's distance, and with it what the image's F can be off.
+    lane image_off = (1 + map[QJ_MAP_STEEPER]) * QJ_IMAGE_MARGIN * change;
+    lane found = map_steep(short_of(kind_modulus(image, map, factors), image_off, l), map);
     result = lane_where(goes_on & lane_not(sure), found, result);
   }
   qlane q = block_point(point_numbers(numbers, g), block, 1, map[QJ_MAP_SLICE]);

@@ -37,6 +37,7 @@ std::vector<double> pack_map(const RationalMap& map, const StopRadii& stops) {
   reals[QJ_MAP_LOG_INNER] = log_or(stops.inner, -kNone);
   reals[QJ_MAP_LOG_OUTER] = log_or(stops.outer, kNone);
   reals[QJ_MAP_SURFACE_LEVEL] = map.surface_level;
+  reals[QJ_MAP_STEEPER] = map.tufts - 1;
   double* component = reals.data() + QJ_MAP_HEADER;
   for (std::size_t k = 0; k < factors; ++k) {
     const auto& [center, exponent] = map.factors[k];

@@ -96,6 +96,7 @@ void MapKnobs::validate() const {
     throw OptionError("translate", "give three numbers");
   }
   if (scale) base::expect_positive("scale", *scale);
+  if (tufts) base::expect_between("tufts", *tufts, 1.0, kMostTufts);
 }
 
 RationalMap with_knobs(const Device& device, const RationalMap& map, const MapKnobs& knobs) {
@@ -116,6 +117,7 @@ RationalMap with_knobs(const Device& device, const RationalMap& map, const MapKn
   if (knobs.translate) offset += map.shape_to_map.scale * *knobs.translate;
   if (offset != Eigen::Vector3d::Zero()) result = calibrated_inside(device, moved(result, offset));
   if (knobs.scale) result.log_scale -= std::log(*knobs.scale);
+  if (knobs.tufts) result.tufts = *knobs.tufts;
   return result;
 }
 

@@ -21,7 +21,7 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* kFormat = "qjulia-map";
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;                                         // the newest
 constexpr std::uintmax_t kLargestFile = std::uintmax_t{64} << 20U;  // bytes
 constexpr int kDeepest = 64;                                        // levels of nesting
 
@@ -134,9 +134,9 @@ void check_header(const Object& map, const std::string& source) {
     fail(source, fmt::format("\"format\" must be \"{}\": this is no map file", kFormat));
   }
   const json& version = map.at("version");
-  if (!version.is_number_integer() || version != kVersion) {
-    fail(source, fmt::format("\"version\" is {}, and this program reads version {}: use a newer "
-                             "program, or convert the file",
+  if (!version.is_number_integer() || version < 1 || version > kVersion) {
+    fail(source, fmt::format("\"version\" is {}, and this program reads versions 1 to {}: use a "
+                             "newer program, or convert the file",
                              version.dump(), kVersion));
   }
 }
@@ -169,6 +169,9 @@ std::vector<std::string_view> keys_of_kinds(const RationalMap& map) {
   return keys;
 }
 
+/// The oldest version of the format that can hold the map: other programs may read no newer one.
+int version_of(const RationalMap& map) { return map.tufts == 1 ? 1 : 2; }
+
 /// The factors in their order.
 std::vector<Factor> read_factors(const Object& top, const std::string& source) {
   const json& factors = top.array("factors");
@@ -198,7 +201,7 @@ json to_json(const RationalMap& map) {
   for (const Factor& factor : map.factors) factors.push_back(to_json(factor));
   json result = {
       {"format", kFormat},
-      {"version", kVersion},
+      {"version", version_of(map)},
       {"kind", map.kind()},
       {"slice", map.slice},
       {"log_scale", map.log_scale},
@@ -210,6 +213,7 @@ json to_json(const RationalMap& map) {
   map::visit_map_members(
       map, [&](const char* name, const Quaternion& value) { result[name] = to_json(value); });
   if (map::takes_factors(map)) result["factors"] = factors;
+  if (map.tufts != 1) result["tufts"] = map.tufts;
   if (map.detail) result["detail"] = *map.detail;
   if (map.inradius) result["inradius"] = *map.inradius;
   if (map.box) result["box"] = json::array({to_json(map.box->low), to_json(map.box->high)});
@@ -225,10 +229,12 @@ RationalMap map_from_json(const json& value, const std::string& source) {
   if (map::takes_factors(map)) keys.emplace_back("factors");
   keys.insert(keys.end(), {"format", "version", "kind", "slice", "log_scale", "surface_level",
                            "phase", "shape_to_map", "detail", "inradius", "box", "provenance"});
+  if (top.at("version") > 1) keys.emplace_back("tufts");
   top.expect_only(keys);
   map.slice = top.number("slice");
   map.log_scale = top.number("log_scale");
   if (top.has("surface_level")) map.surface_level = top.number("surface_level");
+  if (top.has("tufts")) map.tufts = top.number("tufts");
   if (top.has("phase")) map.phase = top.quaternion("phase");
   map::visit_map_members(
       map, [&](const char* name, Quaternion& member) { member = top.quaternion(name); });
@@ -274,8 +280,8 @@ void write_map(const RationalMap& map, const std::filesystem::path& path) {
   map.validate();
   const json value = to_json(map);
   std::string text = "{\n";
-  std::vector<std::string_view> keys{"format",    "version",       "kind", "slice",
-                                     "log_scale", "surface_level", "phase"};
+  std::vector<std::string_view> keys{"format",    "version",       "kind",  "slice",
+                                     "log_scale", "surface_level", "tufts", "phase"};
   const std::vector<std::string_view> of_kinds = keys_of_kinds(map);
   keys.insert(keys.end(), of_kinds.begin(), of_kinds.end());
   keys.insert(keys.end(), {"shape_to_map", "detail", "inradius", "box"});

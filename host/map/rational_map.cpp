@@ -83,6 +83,9 @@ void RationalMap::validate() const {
   check_number(slice, "slice", kLargestCoordinate);
   check_number(log_scale, "log_scale");
   check_number(surface_level, "surface_level");
+  if (!(tufts >= 1 && tufts <= kMostTufts)) {
+    throw InputError(fmt::format("the map's tufts is {}: it must be 1 to {}", tufts, kMostTufts));
+  }
   check_quaternion(phase, "phase");
   constexpr double kUnitTolerance = 1e-6;
   if (std::abs(norm(phase) - 1) > kUnitTolerance) {

@@ -31,6 +31,7 @@ struct FactorOf {
 template <class T>
 struct MapOf {
   T log_scale;
+  double level, tufts;
   QuaternionOf<T> phase;
   std::vector<FactorOf<T>> factors;
   std::optional<QuaternionOf<T>> modulus_c, versor_c;  ///< c where it is quadratic
@@ -49,7 +50,8 @@ QuaternionOf<T> convert(const Quaternion& q) {
 
 template <class T>
 MapOf<T> convert(const RationalMap& map) {
-  MapOf<T> result{T(map.log_scale), convert<T>(map.phase), {}, {}, {}};
+  MapOf<T> result{
+      T(map.log_scale), map.surface_level, map.tufts, convert<T>(map.phase), {}, {}, {}};
   if (const auto* kind = std::get_if<QuadraticModulus>(&map.modulus)) {
     result.modulus_c = convert<T>(kind->c);
   } else if (!std::holds_alternative<FactorsModulus>(map.modulus)) {
@@ -114,6 +116,9 @@ StepOf<T> step_of(const MapOf<T>& map, const QuaternionOf<T>& q) {
   }
   if (map.modulus_c) result.log_norm += quadratic(q, *map.modulus_c).log_norm;
   if (map.versor_c) result.versor = product(result.versor, quadratic(q, *map.versor_c).versor);
+  if (value_of(result.log_norm) > map.level) {
+    result.log_norm = map.level + map.tufts * (result.log_norm - map.level);
+  }
   return result;
 }
 

@@ -171,8 +171,8 @@ void LevelSet::clamped_at_in(const Grid& grid, const GridBlock& block,
     return;
   }
   InterpolatedOrbits<Real> orbits(map_, grid, block,
-                                  std::min<double>(below_, clamp.level - clamp.reach), clamp.level,
-                                  std::max<double>(above_, clamp.level + clamp.reach));
+                                  std::min<double>(below_, clamp.level - clamp.below), clamp.level,
+                                  std::max<double>(above_, clamp.level + clamp.above));
   const std::vector<std::int32_t> others = orbits.settle(numbers, values);
   counts_.settled += numbers.size() - others.size();
   counts_.nodes += orbits.nodes();

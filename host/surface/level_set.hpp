@@ -32,10 +32,11 @@ struct FieldBounds {
   std::vector<float> low, high;
 };
 
-/// Values farther than `reach` from `level` are as good as any of that side.
+/// Values farther than `below` under `level` or `above` over it are as good as any of that side.
 struct ClampRange {
   double level = 0;
-  double reach = 0;
+  double below = 0;
+  double above = 0;
 };
 
 /// How many points were asked for what.

@@ -9,12 +9,14 @@
 #include "surface/cube_cases.hpp"
 
 namespace qjulia::surface {
-MarchingCubes::MarchingCubes(const std::array<int, 3>& points, double level, double reach)
+MarchingCubes::MarchingCubes(const std::array<int, 3>& points, double level, double reach,
+                             double steepness)
     : points_(points),
       nx_(static_cast<std::size_t>(points[0])),
       ny_(static_cast<std::size_t>(points[1])),
       level_(static_cast<float>(level)),
       reach_(static_cast<float>(reach)),
+      flatten_(static_cast<float>(1 / steepness)),
       on_z_(nx_ * ny_) {
   for (Slice* slice : {&lower_, &upper_}) {
     slice->difference.resize(nx_ * ny_);
@@ -69,7 +71,8 @@ void MarchingCubes::classify(std::span<const float> values, Slice& slice) const 
       }
       for (; i < end; ++i) {
         slice.inside[i] = values[i] < level_ ? 1 : 0;
-        slice.difference[i] = std::clamp(values[i] - level_, -reach_, reach_);
+        const float over = values[i] - level_;
+        slice.difference[i] = std::clamp(over > 0 ? flatten_ * over : over, -reach_, reach_);
       }
     }
   }

@@ -41,8 +41,9 @@ struct MeshPart {
 class MarchingCubes {
  public:
   /// @param reach differences from the level are clamped to it before interpolation; for fields
-  ///   that jump.
-  MarchingCubes(const std::array<int, 3>& points, double level, double reach);
+  ///   that jump. @param steepness of the field above the level; divided by it, the field
+  ///   interpolates as well as below.
+  MarchingCubes(const std::array<int, 3>& points, double level, double reach, double steepness = 1);
 
   /// The next slice, x fastest; values of points whose sides are known are ignored. `slab` must
   /// live until the slice after this one was added.
@@ -76,7 +77,7 @@ class MarchingCubes {
 
   std::array<int, 3> points_;
   std::size_t nx_, ny_;
-  float level_, reach_;
+  float level_, reach_, flatten_;
   int slices_ = 0;  ///< slices seen
   Slice lower_, upper_;
   std::vector<std::uint32_t> on_z_;  ///< vertices on the edges from the lower to the upper slice

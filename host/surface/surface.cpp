@@ -40,10 +40,11 @@ double farthest_inside(const StopRadii& stops) {
   return std::isfinite(stops.outer) && stops.outer > 0 ? stops.outer : stops.escape;
 }
 
-/// Differences from the level are clamped to it.
-double reach_about(double level, const StopRadii& stops, int iterations) {
+/// Differences from the level are clamped to it, those above it after division by the tufts.
+double reach_about(double level, double tufts, const StopRadii& stops, int iterations) {
   if (iterations == 1) return std::numeric_limits<double>::infinity();
-  const double nearer = std::min(level - std::log(stops.inner), std::log(stops.outer) - level);
+  const double nearer =
+      std::min(level - std::log(stops.inner), (std::log(stops.outer) - level) / tufts);
   return std::clamp(nearer, kLeastReach, kMostReach);
 }
 
@@ -114,14 +115,14 @@ std::vector<std::int32_t> unknown_points(const Grid& grid, const Slab& slab) {
 /// From slabs to triangles, on a thread of its own: one slab is meshed while the next is evaluated.
 class Mesher {
  public:
-  Mesher(const LevelSet& set, double level, double reach, const Grid& grid, int halvings,
-         const ShapeToMap& shape_to_map, SurfaceSink& sink)
+  Mesher(const LevelSet& set, const RationalMap& map, double reach, const Grid& grid, int halvings,
+         SurfaceSink& sink)
       : set_(set),
-        level_(level),
+        level_(map.surface_level),
         grid_(grid),
         halvings_(halvings),
-        cubes_(grid.points, level, reach),
-        builder_(grid, shape_to_map, sink) {}
+        cubes_(grid.points, level_, reach, map.tufts),
+        builder_(grid, map.shape_to_map, sink) {}
 
   /// Meshes the next slab, after the one before is done; takes `values` and leaves a buffer of
   /// unspecified values. @throws what meshing the slab before threw.
@@ -184,18 +185,19 @@ struct Evaluation {
 /// @param set, second the same set on a device and on its sibling: two slabs are evaluated at a
 ///   time, so that the device is busy while the host looks through what came back.
 /// @return vertices, triangles and open edges.
-SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, double level,
+SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, const RationalMap& map,
                              double reach, const Grid& grid, const SurfaceOptions& options,
-                             const ShapeToMap& shape_to_map, SurfaceSink& sink,
-                             const ProgressMonitor& monitor) {
+                             SurfaceSink& sink, const ProgressMonitor& monitor) {
+  const double level = map.surface_level;
   const int slices = grid.points[2];
   const NarrowBand band(set, grid, level);
-  Mesher mesher(set, level, reach, grid, options.refine, shape_to_map, sink);
+  Mesher mesher(set, map, reach, grid, options.refine, sink);
   const auto evaluate = [&](const LevelSet& on, const Slab& slab, int z) {
     const GridBlock block = surface::slices(grid, z, slab.slices);
     if (options.dense) return on.densely_over(grid, block, level);
     std::vector<float> values(block.size());
-    on.clamped_at(grid, block, unknown_points(grid, slab), {level, reach}, values);
+    on.clamped_at(grid, block, unknown_points(grid, slab), {level, reach, map.tufts * reach},
+                  values);
     return values;
   };
   const auto start = std::chrono::steady_clock::now();
@@ -253,12 +255,11 @@ SurfaceReport level_set_surface(const Device& device, const RationalMap& map,
   LevelSet set(device, map, stops, options.iterations, options.precision);
   const Box box = box_to_mesh(set, map, stops, options, monitor);
   const Grid grid = grid_over(box, options.resolution);
-  const double reach = reach_about(map.surface_level, stops, options.iterations);
+  const double reach = reach_about(map.surface_level, map.tufts, stops, options.iterations);
   const Device sibling = device.sibling();
   const LevelSet second(sibling, map, stops, options.iterations, options.precision);
   set.reset_counts();
-  SurfaceReport report = mesh_level_set(set, second, map.surface_level, reach, grid, options,
-                                        map.shape_to_map, sink, monitor);
+  SurfaceReport report = mesh_level_set(set, second, map, reach, grid, options, sink, monitor);
   sibling.record(nullptr);
   LevelSetCounts counts = set.counts();
   counts += second.counts();

@@ -36,6 +36,9 @@ struct MapKnobs {
   std::optional<Eigen::Vector3d> translate;
   /// S ← S − ln s: above 1 the set grows, below it shrinks.
   std::optional<double> scale;
+  /// How many times as steep F is outside the shape, 1 … kMostTufts: what stands off the shape gets
+  /// so much shorter, and few tufts come loose.
+  std::optional<double> tufts;
 
   /// @throws InputError naming the option: a number that is not finite, a phase or an axis of zero,
   /// a scale

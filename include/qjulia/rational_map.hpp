@@ -32,11 +32,15 @@ struct ShapeToMap {
   Eigen::Vector3d to_shape(const Eigen::Vector3d& x) const { return (x - translation) / scale; }
 };
 
+/// The largest RationalMap::tufts.
+constexpr double kMostTufts = 100;
+
 /// A map as the map file holds it (docs/map-format.md).
 struct RationalMap {
-  double slice = 0;              ///< W of the points that 3-D coordinates stand for
-  double log_scale = 0;          ///< S, added to every kind of F
-  double surface_level = 0;      ///< L: a point is inside at n when F_n < L
+  double slice = 0;          ///< W of the points that 3-D coordinates stand for
+  double log_scale = 0;      ///< S, added to every kind of F
+  double surface_level = 0;  ///< L: a point is inside at n when F_n < L
+  double tufts = 1;          ///< k: where F > L, it is L + k (F − L) instead; 1 … kMostTufts
   Quaternion phase{1, 0, 0, 0};  ///< p, in front of every kind of U
   Modulus modulus;
   Versor versor;
@@ -60,8 +64,8 @@ struct RationalMap {
   /// @throws InputError naming what is wrong: no factors where they are needed, or some where they
   ///   are not; a number that is not finite or beyond ±1e15, in map coordinates ±1e9 (single
   ///   precision squares the one and takes fourth powers of the other), a phase that is not a unit
-  ///   quaternion, a scale that is not positive, different numbers of one name in the modulus and
-  ///   the versor.
+  ///   quaternion, a scale that is not positive, tufts out of range, different numbers of one name
+  ///   in the modulus and the versor.
   void validate() const;
 };
 

@@ -13,6 +13,7 @@
 #define QJ_MAP_SURFACE_LEVEL 9 /* L: inside means F_n < L */
 #define QJ_MAP_MODULUS 10      /* where what the modulus keeps begins in this buffer */
 #define QJ_MAP_VERSOR 11       /* the same of the versor */
+#define QJ_MAP_STEEPER 12      /* k - 1: F - L is k times as large where it is positive */
 #define QJ_MAP_HEADER 16
 
 #define QJ_MAP_EXPONENT 0

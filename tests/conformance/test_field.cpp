@@ -81,6 +81,41 @@ TEST_CASE("F_n in float is the reference's within rounding, which iteration ampl
   }
 }
 
+TEST_CASE("above the level F is steeper, and one time as steep is the same field bit for bit") {
+  const int width = GENERATE(from_range(test::lane_widths()));
+  const auto precision = GENERATE(Precision::single, Precision::dbl);
+  if (!test::can_check(test::device(), precision)) return;
+  const Device device = test::device().with_lane_width(width);
+  RationalMap map = general_map();
+  const auto points = points_in(1.5, 1001);
+  map.surface_level = 0.2;
+  map.tufts = 2.5;
+  const Field field(device, map, precision);
+  for (const int n : {1, 2, 3}) {
+    const auto error = errors(field, map, points, n);
+    CAPTURE(width, n, error.back());
+    CHECK(error[error.size() / 2] < 5e-6);
+    CHECK(error[error.size() * 99 / 100] < 5e-6 * std::pow(25, n - 1));
+  }
+  const auto steep = field.at(points);
+  const auto slopes = field.gradient_at(points);
+  map.tufts = 1;
+  const auto plain = Field(device, map, precision).at(points);
+  const auto plain_slopes = Field(device, map, precision).gradient_at(points);
+  map.surface_level = 0;
+  CHECK(Field(device, map, precision).at(points, 3) ==
+        Field(device, general_map(), precision).at(points, 3));
+  std::size_t above = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const bool outside = plain[i] > 0.2;
+    above += outside ? 1U : 0U;
+    CHECK(steep[i] == Approx(outside ? 0.2 + 2.5 * (plain[i] - 0.2) : plain[i]).epsilon(1e-5));
+    CHECK(norm(slopes[i]) == Approx((outside ? 2.5 : 1) * norm(plain_slopes[i])).epsilon(1e-5));
+  }
+  CHECK(above > points.size() / 10);
+  CHECK(above < points.size() * 9 / 10);
+}
+
 TEST_CASE("far away F_1 is S + degree ln |q|, and starts beyond the escape radius do not iterate") {
   const int width = GENERATE(from_range(test::lane_widths()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);

@@ -134,6 +134,18 @@ TEST_CASE("settled points are on their side, by no more than their orbits have i
   CHECK(settled.nodes < all / 4);
 }
 
+TEST_CASE("points are settled on their side where the field is steeper outside") {
+  const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
+  const surface::Grid grid = fine_grid();
+  RationalMap map = map_with_lines(grid);
+  map.surface_level = kLevel;
+  map.tufts = 2.5;
+  const Settled settled = check_settled(device, grid, map, kBounds);
+  const std::size_t all = points_of(grid, 0).size();
+  CHECK(settled.by_point > all / 20);
+  CHECK(settled.by_image > all / 20);
+}
+
 TEST_CASE("points of a tiny grid are settled too") {
   surface::Grid grid = fine_grid();
   grid.origin = {-0.6, 0.1, 0.15};

@@ -1,6 +1,7 @@
 // What each knob must leave as it is.
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
@@ -92,6 +93,22 @@ TEST_CASE("scale shifts the potential and detail stretches it about the level") 
   check_potential(with_knobs(cpu(), map, detail), map, 2, 0);
 }
 
+TEST_CASE("tufts stretch the potential about the level, outside alone") {
+  RationalMap map = some_map();
+  map.surface_level = 0.1;
+  MapKnobs knobs;
+  knobs.tufts = 3;
+  const RationalMap steep = turned(cpu(), map, knobs);
+  CHECK(steep.tufts == 3);
+  const auto plain = above_level(map);
+  const auto found = above_level(steep);
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    CHECK(found[i] == Approx(plain[i] > 0 ? 3 * plain[i] : plain[i]).margin(1e-12));
+  }
+  CHECK(std::ranges::count_if(plain, [](double f) { return f > 0; }) > 5);
+  CHECK(std::ranges::count_if(plain, [](double f) { return f < 0; }) > 5);
+}
+
 TEST_CASE("moving the origin keeps the shape and calibrates anew") {
   const auto map = calibrated(cpu(), some_map());
   MapKnobs drift;
@@ -162,5 +179,8 @@ TEST_CASE("knobs that make no sense are refused by name") {
   refused([&](MapKnobs& k) { k.slice = nan; }, "slice");
   refused([](MapKnobs& k) { k.drift = 0.5; }, "drift");  // nor the inradius
   refused([](MapKnobs& k) { k.scale = 0; }, "scale");
+  refused([](MapKnobs& k) { k.tufts = 0.9; }, "tufts");
+  refused([&](MapKnobs& k) { k.tufts = nan; }, "tufts");
+  refused([](MapKnobs& k) { k.tufts = 101; }, "tufts");
   refused([&](MapKnobs& k) { k.translate = Eigen::Vector3d(0, nan, 0); }, "translate");
 }

@@ -68,6 +68,25 @@ TEST_CASE("the set of q² is the unit ball, found without a box") {
   CHECK(test::surface_area(mesh) == Approx(4 * M_PI).epsilon(iterations == 1 ? 0.01 : 0.04));
 }
 
+TEST_CASE("a field that is steeper outside has the same surface at n = 1") {
+  RationalMap map = lump();
+  const TriangleMesh mesh = extract_surface(test::device(), map, {48, 1, {}});
+  map.tufts = 4;
+  const TriangleMesh same = extract_surface(test::device(), map, {48, 1, {}});
+  REQUIRE(same.triangles == mesh.triangles);
+  double farthest = 0;
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    farthest = std::max(farthest, (same.vertices[i] - mesh.vertices[i]).norm());
+  }
+  CHECK(farthest < 1e-4);
+  // Of the same map, the iterated set is smaller.
+  const auto volume = [&](double tufts) {
+    map.tufts = tufts;
+    return test::enclosed_volume(extract_surface(test::device(), map, {48, 6, {}}));
+  };
+  CHECK(volume(4) < volume(1));
+}
+
 TEST_CASE("surfaces come in the shape's own coordinates") {
   RationalMap map = square();
   map.shape_to_map = {2, {-0.5, 1, 3}};
@@ -129,6 +148,7 @@ TEST_CASE("looking at the shell alone gives the mesh of looking everywhere") {
   RationalMap map = test::armed_ball_map(60);
   for (Factor& factor : map.factors) factor.exponent /= detail;
   map.log_scale /= detail;
+  map.tufts = GENERATE(1.0, 2.0);
   SurfaceOptions options{resolution, iterations, {}};
   SurfaceReport sparse;
   const TriangleMesh mesh = extract_surface(device, map, options, {}, &sparse);

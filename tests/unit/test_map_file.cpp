@@ -121,6 +121,27 @@ TEST_CASE("level, phase, detail, inradius, box and provenance may be left out") 
   CHECK(map.provenance.json() == json::object());
 }
 
+TEST_CASE("tufts need version 2, and no map without them does") {
+  const Folder folder;
+  RationalMap map = full_map();
+  CHECK(to_json(map)["version"] == 1);
+  CHECK_FALSE(to_json(map).contains("tufts"));
+  map.tufts = 2;
+  CHECK(to_json(map)["version"] == 2);
+  write_map(map, folder / "a.json");
+  CHECK(read_map(folder / "a.json").tufts == 2);
+  json text = to_json(map);
+  text["version"] = 1;
+  CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("unknown key \"tufts\""));
+  for (const double wrong : {0.5, -2.0, 101.0}) {
+    text = to_json(map);
+    text["tufts"] = wrong;
+    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("tufts"));
+  }
+  text["tufts"] = "2";
+  CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("tufts"));
+}
+
 TEST_CASE("a modulus of one kind and a versor of another make the way to a file and back") {
   const Folder folder;
   RationalMap map = full_map();
@@ -184,7 +205,7 @@ TEST_CASE("every value that is wrong is named") {
   const auto wrong = GENERATE(values<Wrong>({
       {"/format", "stl", "format"},
       {"/format", 3, "format"},
-      {"/version", 2, "version"},
+      {"/version", 3, "version"},
       {"/version", "1", "version"},
       {"/version", 1.5, "version"},
       {"/kind", "quadratic", "factors"},
