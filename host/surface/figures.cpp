@@ -215,23 +215,20 @@ nlohmann::json to_json(const SurfaceFigures& figures) {
           {"box_sizes", figures.box_sizes}};
 }
 
-TriangleMesh large_components(const TriangleMesh& mesh, double least) {
+namespace {
+
+base::UnionFind components_of(const TriangleMesh& mesh) {
   base::UnionFind components(mesh.vertices.size());
   for (const auto& [a, b, c] : mesh.triangles) {
     components.unite(a, b);
     components.unite(b, c);
   }
-  std::vector<double> area(mesh.vertices.size());
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const Eigen::Vector3d& p = mesh.vertices[a];
-    area[components.root(a)] += 0.5 * (mesh.vertices[b] - p).cross(mesh.vertices[c] - p).norm();
-  }
-  const auto largest = std::ranges::max_element(area);
-  const auto keeps = [&](std::uint32_t v) {
-    const std::uint32_t r = components.root(v);
-    if (least >= 1) return area.begin() + r == largest;
-    return area[r] >= least * *largest;
-  };
+  return components;
+}
+
+/// The vertices v for which `keeps` holds, and the triangles on them.
+template <class Keeps>
+TriangleMesh part_of(const TriangleMesh& mesh, const Keeps& keeps) {
   TriangleMesh kept;
   std::vector<std::uint32_t> number(mesh.vertices.size());
   for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
@@ -244,6 +241,50 @@ TriangleMesh large_components(const TriangleMesh& mesh, double least) {
     if (keeps(a)) kept.triangles.push_back({number[a], number[b], number[c]});
   }
   return kept;
+}
+
+}  // namespace
+
+TriangleMesh large_components(const TriangleMesh& mesh, double least) {
+  base::UnionFind components = components_of(mesh);
+  std::vector<double> area(mesh.vertices.size());
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Eigen::Vector3d& p = mesh.vertices[a];
+    area[components.root(a)] += 0.5 * (mesh.vertices[b] - p).cross(mesh.vertices[c] - p).norm();
+  }
+  const auto largest = std::ranges::max_element(area);
+  return part_of(mesh, [&](std::uint32_t v) {
+    const std::uint32_t r = components.root(v);
+    if (least >= 1) return area.begin() + r == largest;
+    return area[r] >= least * *largest;
+  });
+}
+
+LoosePieces drop_loose_pieces(TriangleMesh& mesh) {
+  constexpr double kLeast = 0.01;  // of the largest part's volume
+  LoosePieces dropped;
+  if (mesh.triangles.empty()) return dropped;
+  base::UnionFind components = components_of(mesh);
+  std::vector<double> volume(mesh.vertices.size());
+  for (const auto& [a, b, c] : mesh.triangles) {
+    // From a vertex of the part: far from the origin, volumes would cancel.
+    const std::uint32_t r = components.root(a);
+    const Eigen::Vector3d& apex = mesh.vertices[r];
+    const Eigen::Vector3d p = mesh.vertices[a] - apex;
+    const Eigen::Vector3d q = mesh.vertices[b] - apex;
+    volume[r] += p.dot(q.cross(mesh.vertices[c] - apex)) / 6;
+  }
+  // Those of bubbles are negative.
+  for (double& v : volume) v = std::abs(v);
+  const double least = kLeast * *std::ranges::max_element(volume);
+  const auto keeps = [&](std::uint32_t v) { return volume[components.root(v)] >= least; };
+  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (components.root(v) != v || keeps(v)) continue;
+    ++dropped.count;
+    dropped.volume += volume[v];
+  }
+  if (dropped.count > 0) mesh = part_of(mesh, keeps);
+  return dropped;
 }
 
 WallThickness wall_thickness(const Device& device, const TriangleMesh& mesh) {

@@ -64,6 +64,16 @@ SurfaceFigures measure(const TriangleMesh& mesh);
 /// largest (the first of several).
 TriangleMesh large_components(const TriangleMesh& mesh, double least);
 
+/// What `drop_loose_pieces` left out.
+struct LoosePieces {
+  std::size_t count = 0;
+  double volume = 0;  ///< sum of sizes, the mesh's units
+};
+
+/// Drops the connected parts that enclose less than a hundredth of the volume of the largest:
+/// flakes beside the body, and bubbles in it.
+LoosePieces drop_loose_pieces(TriangleMesh& mesh);
+
 /// How thick the walls of a closed mesh are: diameters of the largest balls inside that touch the
 /// surface at sampled points, in the mesh's units.
 struct WallThickness {

@@ -80,11 +80,13 @@ TEST_CASE("admesh has nothing to repair") {
 TEST_CASE("parts are left out by size, and every format holds the same mesh") {
   const TemporaryFolder folder;
   const std::string map = crumbly_map(folder);
-  const json all = made({"surface", map, "-o", folder / "all.ply", "--resolution", "64"});
+  const json all =
+      made({"surface", map, "-o", folder / "all.ply", "--resolution", "64", "--keep-loose"});
   CHECK(all["components"].get<int>() > 1);
   for (const std::string name : {"all.obj", "all.off", "all.glb"}) {
     CAPTURE(name);
-    const json other = made({"surface", map, "-o", folder / name, "--resolution", "64"});
+    const json other =
+        made({"surface", map, "-o", folder / name, "--resolution", "64", "--keep-loose"});
     for (const char* key : {"vertices", "triangles", "components", "open_edges", "closed"}) {
       CHECK(other[key] == all[key]);
     }
@@ -102,6 +104,12 @@ TEST_CASE("parts are left out by size, and every format holds the same mesh") {
   const json one =
       made({"surface", map, "-o", folder / "one.ply", "--resolution", "64", "--largest-component"});
   CHECK(few["components"].get<int>() < all["components"].get<int>());
+  const json body = made({"surface", map, "-o", folder / "body.ply", "--resolution", "64"});
+  CHECK(body["loose_pieces"].get<int>() > 0);
+  CHECK(body["loose_volume"].get<double>() > 0);
+  CHECK(body["components"].get<int>() + body["loose_pieces"].get<int>() ==
+        all["components"].get<int>());
+  CHECK(all["loose_pieces"] == 0);
   CHECK(one["components"] == 1);
 
   // The binary glTF: its length, its JSON, and as many indices as it says.

@@ -99,6 +99,25 @@ TEST_CASE("small components are left out") {
   CHECK(inspect(large_components(mesh, 0.05)).components == 1);
 }
 
+TEST_CASE("flakes and bubbles are dropped, and bodies of a hundredth of the largest are not") {
+  const double ball = signed_volume(shapes::sphere(3));
+  TriangleMesh bubble = shapes::sphere(2, 0.2);
+  for (auto& [a, b, c] : bubble.triangles) std::swap(b, c);
+  TriangleMesh mesh = shapes::joined(shapes::moved(shapes::sphere(3), 0.25, {9, 0, 0}),
+                                     shapes::moved(shapes::sphere(3), 0.2, {5, 0, 0}));
+  mesh = shapes::joined(shapes::joined(mesh, shapes::sphere(3)), bubble);
+  const double far = 1e4;
+  for (auto& v : mesh.vertices) v.x() += far;
+  const LoosePieces dropped = drop_loose_pieces(mesh);
+  CHECK(dropped.count == 2);
+  CHECK(dropped.volume == Approx(0.008 * ball - signed_volume(bubble)).epsilon(1e-6));
+  CHECK(inspect(mesh).components == 2);
+  CHECK(signed_volume(mesh) == Approx((1 + 1.0 / 64) * ball).epsilon(1e-6));
+  CHECK(drop_loose_pieces(mesh).count == 0);
+  TriangleMesh none;
+  CHECK(drop_loose_pieces(none).count == 0);
+}
+
 TEST_CASE("a ply file written in pieces is the mesh") {
   const test::TemporaryFolder folder;
   const TriangleMesh mesh = shapes::sphere(2);

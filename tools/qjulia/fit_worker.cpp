@@ -8,6 +8,7 @@
 #include "fit_options.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/figures.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/surface.hpp"
@@ -95,6 +96,7 @@ class FitWorker final : public batch::BatchWorker {
     if (mesh.triangles.empty()) {
       throw Error("the set is empty, so there is no surface; try a smaller detail");
     }
+    drop_loose_pieces(mesh);
     return mesh;
   }
 

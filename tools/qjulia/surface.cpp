@@ -27,6 +27,7 @@ struct Arguments {
   std::string device;
   MapOptions map_options;
   SurfaceOptions options;
+  bool keep_loose = false;
   bool largest_component = false;
   std::optional<double> min_component;  ///< of the largest one's area
   std::optional<double> millimetres;    ///< instead of shape units
@@ -37,6 +38,7 @@ struct WrittenSurface {
   SurfaceReport report;
   SurfaceFigures figures;
   std::size_t non_manifold_edges = 0;
+  LoosePieces loose;  ///< not written
 };
 
 /// The map with shapes that are as long as was asked for; a box that was given goes with it.
@@ -54,6 +56,11 @@ RationalMap scaled(RationalMap map, std::optional<double> millimetres, const std
   if (map.inradius) *map.inradius *= factor;
   map.shape_to_map.scale /= factor;
   return map;
+}
+
+/// Loose pieces are dropped unless components are chosen otherwise.
+bool drops_loose(const Arguments& arguments) {
+  return !arguments.keep_loose && !arguments.largest_component && !arguments.min_component;
 }
 
 bool is_ply(const Arguments& arguments) { return extension_of(arguments.output) == ".ply"; }
@@ -79,6 +86,7 @@ WrittenSurface collect(const Arguments& arguments, const Device& device, const R
   TriangleMesh mesh = extract_surface(device, map, options, monitor, &written.report);
   if (mesh.triangles.empty()) return written;
   const double least = arguments.largest_component ? 1 : arguments.min_component.value_or(0);
+  if (drops_loose(arguments)) written.loose = drop_loose_pieces(mesh);
   if (least > 0) mesh = large_components(mesh, least);
   if (is_ply(arguments)) {
     std::vector<Eigen::Vector3d> normals;
@@ -108,7 +116,8 @@ int run(const Arguments& arguments, Session& session) {
   const RationalMap map = scaled(with_knobs(device, read, arguments.map_options, arguments.map),
                                  arguments.millimetres, arguments.map, options);
 
-  const bool whole = !arguments.largest_component && arguments.min_component.value_or(0) == 0;
+  const bool whole = !drops_loose(arguments) && !arguments.largest_component &&
+                     arguments.min_component.value_or(0) == 0;
   nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
   how["resolution"] = options.resolution;
   const WrittenSurface written = (whole && is_ply(arguments) ? stream : collect)(
@@ -122,16 +131,27 @@ int run(const Arguments& arguments, Session& session) {
   }
   const bool closed = report.open_edges == 0 && written.non_manifold_edges == 0;
   const std::size_t components = written.figures.components;
+  const double loose_share = written.loose.volume / (written.figures.volume + written.loose.volume);
+  std::string left_out;
+  if (written.loose.count > 0) {
+    left_out =
+        fmt::format("\n{} loose piece{} left out, {:.2g} % of the volume; --keep-loose keeps {}",
+                    written.loose.count, written.loose.count == 1 ? "" : "s", 100 * loose_share,
+                    written.loose.count == 1 ? "it" : "them");
+  }
   session.report_kernels(device);
   const double seconds = session.seconds();
   session.console.summary(
-      fmt::format("{} vertices, {} triangles, {} component{}, {}; {:.1f} s\nmesh: {}",
+      fmt::format("{} vertices, {} triangles, {} component{}, {}; {:.1f} s{}\nmesh: {}",
                   report.vertices, report.triangles, components, components == 1 ? "" : "s",
-                  closed ? "closed and manifold" : "not closed", seconds, arguments.output),
+                  closed ? "closed and manifold" : "not closed", seconds, left_out,
+                  arguments.output),
       {{"mesh", arguments.output},
        {"vertices", report.vertices},
        {"triangles", report.triangles},
        {"components", components},
+       {"loose_pieces", written.loose.count},
+       {"loose_volume", written.loose.volume},
        {"open_edges", report.open_edges},
        {"non_manifold_edges", written.non_manifold_edges},
        {"closed", closed},
@@ -154,13 +174,19 @@ void describe_options(Command command, Arguments& a) {
   command.add("--refine", &a.options.refine,
               "Bisection steps per crossed grid edge: vertices lie on the iterated set's\n"
               "boundary instead of where its field is interpolated. 6 is plenty");
-  const Option largest = command.flag("--largest-component", a.largest_component,
-                                      "Leave out all but the largest connected part");
+  const Option keep = command.flag("--keep-loose", a.keep_loose,
+                                   "Keep all connected parts. Default: parts that enclose less "
+                                   "than a hundredth of the largest one's volume are left out");
+  const Option largest = command
+                             .flag("--largest-component", a.largest_component,
+                                   "Leave out all but the largest connected part")
+                             .excludes(keep);
   command
       .add("--min-component", &a.min_component,
            "Leave out connected parts with less than this fraction, 0 to 1, of the largest one's "
            "area")
       .excludes(largest)
+      .excludes(keep)
       .range(0.0, 1.0)
       .type("FRACTION");
   command
@@ -184,7 +210,7 @@ void add_surface(CommandLine& program, ChosenCommand& chosen) {
       "Examples:\n"
       "  qjulia surface bunny.qjulia.json -o bunny.ply\n"
       "  qjulia surface bunny.qjulia.json -o fine.stl --resolution 512 --detail 0.03\n"
-      "  qjulia surface bunny.qjulia.json -o print.stl --millimetres 80 --largest-component\n"
+      "  qjulia surface bunny.qjulia.json -o print.stl --millimetres 80\n"
       "  qjulia surface bunny.qjulia.json -o crust.ply --drift 0.8 --phase 0.8 0.6 0 0\n"
       "The mesh lies in the fitted shape's own coordinates. Only the undecided shell about\n"
       "the surface is iterated: time grows with its volume, memory with the mesh and one slab.\n" +
