@@ -78,7 +78,10 @@ int largest_draw(const Schedule& schedule) {
 
 void FitOptions::validate() const {
   base::expect_between("factors", factors, 8, 20'000);
-  base::expect_between("detail", detail, 0.001, 0.1, "of the box's diagonal");
+  if (const auto* number = std::get_if<double>(&detail)) {
+    base::expect_between("detail", *number, 0.0001, 0.1, "of the box's diagonal");
+  }
+  base::expect_between("tufts", tufts, 1.0, kMostTufts);
   if (!(time_limit > 0)) {
     throw OptionError("time_limit", fmt::format("{} is out of range; give seconds", time_limit));
   }
@@ -139,10 +142,6 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   if (team.size() > 1 || options.sample_parts > 1) {
     make_evaluator = distributed(team, std::move(make_evaluator), options.sample_parts);
   }
-  Schedule schedule = find_schedule(options.schedule);
-  if (options.polish) schedule = with_polish(std::move(schedule), options.detail);
-  Budget budget(options, schedule.evaluations, start, kReserve, monitor.stop, team);
-
   monitor.report({"measuring the mesh", 0, -1, ""});
   const auto in_stage = [&](const char* name, const auto& work) {
     const TraceStage stage(monitor.trace, name);
@@ -150,6 +149,11 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   };
   const Shape shape =
       in_stage("measure the mesh", [&] { return make_shape(device, mesh, monitor.stop); });
+  const double detail =
+      team.broadcast({chosen_detail(options.detail, thinness(shape.mesh))}).front();
+  Schedule schedule = find_schedule(options.schedule);
+  if (options.polish) schedule = with_polish(std::move(schedule), detail);
+  Budget budget(options, schedule.evaluations, start, kReserve, monitor.stop, team);
   FitResult result;
   if (shape.has_hidden_parts) {
     result.warnings.emplace_back(
@@ -182,7 +186,7 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   };
   const auto overlap = [&](const RationalMap& map, int n) { return cube.iou(map, n); };
   const auto with_detail = [&](const RationalMap& map, double iou) {
-    return finish_map(device, map, iou, shape, pool, options.detail, result.warnings);
+    return finish_map(device, map, iou, shape, pool, detail, result.warnings);
   };
   Stages stages(std::move(placed), {draw, overlap, with_detail}, make_evaluator, options, schedule,
                 budget, checkpoint, monitor, team);
@@ -191,6 +195,7 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   result.stopped = stages.run();
   result.stages = stages.reports();
   result.map = in_stage("calibration", [&] { return stages.map(); });
+  result.map.tufts = options.tufts;
   budget.update();
   result.evaluations = budget.evaluations();
   result.seconds = budget.seconds();

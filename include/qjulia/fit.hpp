@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "qjulia/detail_choice.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/progress.hpp"
@@ -30,11 +31,12 @@ struct FitOptions {
   /// preconditioner is diagonal, and each evaluation gains less). Raise them where the IoU stays
   /// below what you want though the energy no longer falls; lower them for quick trials.
   int factors = 331;
-  /// δ, the thickness of the fractal shell as a fraction of the box's diagonal, 0.001 … 0.1. Below
-  /// 0.01 the set is smooth, from 0.05 it is heavily grooved. Lower it where the fit warns that the
-  /// set is near dissolving. `with_detail` changes it afterwards without another fit; a polished
-  /// map was polished for this one.
-  double detail = 0.02;
+  /// δ, the thickness of the fractal shell as a fraction of the box's diagonal, 0.0001 … 0.1, or a
+  /// word for one that suits the mesh: thin limbs bear less than a round body. Of a body, the set
+  /// is smooth below 0.01 and heavily grooved from 0.05 on. Lower it where limbs are lost.
+  /// `with_detail` changes it afterwards without another fit; a polished map was polished for this
+  /// one.
+  DetailChoice detail = DetailWord::automatic;
   /// Change it to see how much of a result is chance: samples and relocated factors are drawn with
   /// it.
   std::uint64_t seed = 1;
@@ -68,6 +70,9 @@ struct FitOptions {
   /// A file to keep the fit in while it is under way, rewritten at each stage's end and every 10 s:
   /// the caller removes it once the result is safe. Set it for fits that take minutes. Empty: none.
   std::filesystem::path checkpoint;
+  /// The map's RationalMap::tufts, which the fit itself does not need. Raise it where pieces come
+  /// loose; 1 leaves all tufts that stand off the shape.
+  double tufts = 2;
   /// Goes on from the checkpoint, where there is one. The other options, the mesh and the device
   /// must be those it was written with; the time limit may differ.
   bool resume = false;

@@ -3,6 +3,7 @@
 
 #include "qjulia/compare.hpp"
 #include "qjulia/detail.hpp"
+#include "qjulia/detail_choice.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"

@@ -99,6 +99,37 @@ TEST_CASE("at n = 1, phase and order keep the surface and the other options chan
   CHECK(map.surface({"--scale", "1.2"}) != plain);
 }
 
+TEST_CASE("words for the detail suit the map's own shape, and tufts make a map of version 2") {
+  const Map map;
+  const auto converted = [&](const Arguments& options) {
+    Arguments arguments = {"convert", map.file, map.folder / "out.qjulia.json"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const auto result = run_command(arguments);
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    return json::parse(read_text(map.folder / "out.qjulia.json"));
+  };
+  const auto detail = [&](const std::string& word) {
+    return converted({"--detail", word})["detail"].get<double>();
+  };
+  const double automatic = detail("auto");
+  CHECK(automatic > 0.001);
+  CHECK(automatic <= 0.02);
+  CHECK(detail("smooth") == Approx(automatic / 8));
+  CHECK(detail("clear") == Approx(automatic / 2));
+  CHECK(detail("wild") == Approx(2 * automatic));
+  CHECK(detail("0.013") == 0.013);
+  CHECK(converted({})["version"] == 1);
+  const json steep = converted({"--tufts", "2.5"});
+  CHECK(steep["version"] == 2);
+  CHECK(steep["tufts"] == 2.5);
+  CHECK(steep["provenance"]["turned"]["map_options"]["tufts"] == 2.5);
+  const auto refused =
+      run_command({"surface", map.file, "-o", map.folder / "out.ply", "--detail", "rough"});
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.err, Contains("auto, smooth, clear or wild"));
+}
+
 TEST_CASE("a sampled field is shifted by --scale") {
   const Map map;
   const auto values = [&](const Arguments& more) {

@@ -1,12 +1,14 @@
-// Changing the shell without changing the shape.
+// Changing the shell without changing the shape; details by words.
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "map/reference_iteration.hpp"
 #include "qjulia/detail.hpp"
+#include "qjulia/detail_choice.hpp"
 #include "qjulia/error.hpp"
 #include "random_maps.hpp"
+#include "shapes.hpp"
 
 using namespace qjulia;
 
@@ -64,4 +66,37 @@ TEST_CASE("details that cannot be are refused, and the message says what can") {
   RationalMap unknown = map;
   unknown.detail.reset();
   CHECK_THROWS_WITH(with_detail(unknown, 0.02), Catch::Contains("detail"));
+}
+
+TEST_CASE("a cube and a ball are equally thick, and thinness has no unit") {
+  const double thickest = 6 * std::sqrt(3.0);
+  CHECK(thinness(shapes::box({-1, 2, 3}, {1, 4, 5})) == Approx(thickest));
+  CHECK(thinness(shapes::box({0, 0, 0}, {1e-3, 1e-3, 1e-3})) == Approx(thickest));
+  CHECK(thinness(shapes::sphere(5)) == Approx(thickest).epsilon(2e-3));
+  // Sides 1, 1, 10: diagonal √102, area 42, volume 10.
+  CHECK(thinness(shapes::box({0, 0, 0}, {1, 1, 10})) == Approx(std::sqrt(102.0) * 4.2));
+}
+
+TEST_CASE("words give thick shapes two per cent, thin ones less, and keep their order") {
+  const auto detail = [](DetailWord word, double thin) { return chosen_detail(word, thin); };
+  CHECK(detail(DetailWord::automatic, 10.3) == Approx(0.02));
+  CHECK(detail(DetailWord::automatic, 19.3) == Approx(0.02));  // the bunny
+  CHECK(detail(DetailWord::automatic, 22.5) == Approx(0.0165).epsilon(0.01));
+  CHECK(detail(DetailWord::automatic, 61.2) == Approx(0.0039).epsilon(0.01));  // a figure
+  CHECK(detail(DetailWord::automatic, 80.4) == Approx(0.00286).epsilon(0.01));
+  for (const double thin : {10.4, 30.0, 1000.0}) {
+    const double automatic = detail(DetailWord::automatic, thin);
+    CHECK(detail(DetailWord::smooth, thin) == Approx(automatic / 8));
+    CHECK(detail(DetailWord::clear, thin) == Approx(automatic / 2));
+    CHECK(detail(DetailWord::wild, thin) == Approx(2 * automatic));
+  }
+  CHECK(chosen_detail(0.037, 1e9) == 0.037);
+}
+
+TEST_CASE("choices are written as they are given") {
+  CHECK(to_string(DetailChoice()) == "auto");
+  CHECK(to_string(DetailWord::smooth) == "smooth");
+  CHECK(to_string(DetailWord::clear) == "clear");
+  CHECK(to_string(DetailWord::wild) == "wild");
+  CHECK(to_string(0.02) == "0.02");
 }

@@ -51,7 +51,11 @@ TEST_CASE("fit options that make no sense are refused by name") {
   refused([](FitOptions& o) { o.factors = 0; }, "factors");
   refused([](FitOptions& o) { o.factors = 1'000'000; }, "factors");
   refused([&](FitOptions& o) { o.detail = nan; }, "detail");
-  refused([](FitOptions& o) { o.detail = -1; }, "detail");
+  refused([](FitOptions& o) { o.detail = -1.0; }, "detail");
+  refused([](FitOptions& o) { o.detail = 0.11; }, "detail");
+  refused([](FitOptions& o) { o.detail = 0.00009; }, "detail");
+  refused([](FitOptions& o) { o.tufts = 0.99; }, "tufts");
+  refused([&](FitOptions& o) { o.tufts = nan; }, "tufts");
   refused([](FitOptions& o) { o.time_limit = -5; }, "time_limit");
   refused([&](FitOptions& o) { o.time_limit = nan; }, "time_limit");
   refused([](FitOptions& o) { o.max_evaluations = -1; }, "max_evaluations");

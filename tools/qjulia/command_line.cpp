@@ -198,6 +198,8 @@ std::string with_zero(const std::string& word) {
 
 }  // namespace
 
+double finite_number(const std::string& word) { return read_number<double>(word); }
+
 Option Option::type(const std::string& word) const {
   option_->type_name(word);
   return *this;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "map_options.hpp"
 #include "options.hpp"
 #include "qjulia/error.hpp"
 
@@ -26,10 +27,15 @@ void add_fit_options(Command command, FitArguments& a) {
   command.add("--factors", &a.options.factors,
               "Factors of the map, 8 to 20000: more follow the shape more closely, and cost "
               "time in proportion");
-  command.add("--detail", &a.options.detail,
-              "Thickness of the fractal shell as a fraction of the shape's box diagonal, 0.001 to "
-              "0.1: 0.005 smooth, 0.01 first detail, 0.02 to 0.03 clearly fractal, 0.05 heavily "
-              "grooved. 'surface' and 'render' can change it later");
+  add_detail(
+      command, [&a](const DetailChoice& detail) { a.options.detail = detail; },
+      "'surface' and 'render' can change it later")
+      .default_text(to_string(a.options.detail));
+  command.add(
+      "--tufts", &a.options.tufts,
+      "How many times as steep the field is outside the shape, 1 to 100: above 1 tufts that "
+      "stand off the shape are shorter, and fewer pieces come loose. 'surface' and 'render' "
+      "can change it later");
   command
       .add("--time-limit", &a.time_limit,
            "Seconds of the whole command; the map reached by then is saved. Default: none")

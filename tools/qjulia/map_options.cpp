@@ -6,7 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include "options.hpp"
+#include "provenance.hpp"
+#include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/surface.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -37,11 +40,27 @@ class OptionAdder {
   MapOptions& options_;
 };
 
+/// Longest side of the grid on which a map's own shape is measured, cells.
+constexpr int kThinnessCells = 128;
+
+/// Of the shape that the map fits, as the map has it.
+double thinness_of(const Device& device, const RationalMap& map) {
+  SurfaceOptions options;
+  options.iterations = 1;
+  options.resolution = kThinnessCells;
+  const TriangleMesh mesh = extract_surface(device, map, options);
+  if (mesh.triangles.empty()) {
+    throw OptionError("detail",
+                      "the map's own shape is empty, so that no word suits it; give a "
+                      "number");
+  }
+  return thinness(mesh);
+}
+
 nlohmann::json to_json(const MapKnobs& knobs) {
   nlohmann::json json = {{"detail", nullptr},    {"order_seed", nullptr}, {"phase", nullptr},
                          {"slice", nullptr},     {"rotate", nullptr},     {"drift", nullptr},
-                         {"translate", nullptr}, {"scale", nullptr}};
-  if (knobs.detail) json["detail"] = *knobs.detail;
+                         {"translate", nullptr}, {"scale", nullptr},      {"tufts", nullptr}};
   if (knobs.order_seed) json["order_seed"] = *knobs.order_seed;
   if (const auto& p = knobs.phase) json["phase"] = {p->x, p->y, p->z, p->w};
   if (knobs.slice) json["slice"] = *knobs.slice;
@@ -51,6 +70,7 @@ nlohmann::json to_json(const MapKnobs& knobs) {
   if (knobs.drift) json["drift"] = *knobs.drift;
   if (const auto& t = knobs.translate) json["translate"] = {t->x(), t->y(), t->z()};
   if (knobs.scale) json["scale"] = *knobs.scale;
+  if (knobs.tufts) json["tufts"] = *knobs.tufts;
   return json;
 }
 
@@ -59,7 +79,7 @@ nlohmann::json to_json(const MapKnobs& knobs) {
 const char* const kMapOptionsHelp =
     "The map's options work together, in this order: --detail, --order-seed, --phase, --slice,\n"
     "--rotate, then --drift and --translate as one move, after which the map is calibrated again,\n"
-    "and --scale last.";
+    "and --scale and --tufts last.";
 
 std::vector<std::string> MapOptions::given() const {
   std::vector<std::string> names;
@@ -69,13 +89,35 @@ std::vector<std::string> MapOptions::given() const {
   return names;
 }
 
+Option add_detail(Command command, std::function<void(const DetailChoice&)> take,
+                  const std::string& description) {
+  const auto read = [take = std::move(take)](const std::string& text) {
+    for (const auto word :
+         {DetailWord::automatic, DetailWord::smooth, DetailWord::clear, DetailWord::wild}) {
+      if (text == to_string(word)) return take(word);
+    }
+    try {
+      take(finite_number(text));
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("{}; give one, or auto, smooth, clear or wild", error.what()));
+    }
+  };
+  return command
+      .word("--detail", read,
+            "Thickness of the fractal shell: 'auto' is as much as the shape bears without losing "
+            "limbs, 'smooth' an eighth of it, 'clear' half, 'wild' twice as much; or a number, the "
+            "fraction of the shape's box diagonal, from 0.0001 to 0.1. A round body bears 0.02 and "
+            "is heavily grooved at 0.05, a thin figure bears 0.004. " +
+                description)
+      .type("WORD|FRACTION");
+}
+
 void add_knobs(Command command, MapOptions& options) {
   MapKnobs& knobs = options.knobs;
   OptionAdder add(command, options);
-  add.number("--detail", &knobs.detail, "FRACTION",
-             "Thickness of the fractal shell as a fraction of the shape's box diagonal: 0.005 "
-             "smooth, 0.01 first detail, 0.02 to 0.03 clearly fractal, 0.05 heavily grooved, "
-             "beyond 0.07 it dissolves. Default: the map's own");
+  add.remember(add_detail(
+      command, [&options](const DetailChoice& detail) { options.detail = detail; },
+      "Default: the map's own"));
   add.number("--order-seed", &knobs.order_seed, "N",
              "Shuffles the map's factors by this seed: another pattern of grooves on the same "
              "shape. Default: the map's own order");
@@ -109,6 +151,10 @@ void add_knobs(Command command, MapOptions& options) {
       "where it is, and iteration turns about another point of it");
   add.number("--scale", &knobs.scale, "S",
              "Above 1 the set swells, below 1 it wears away; 1 changes nothing");
+  add.number("--tufts", &knobs.tufts, "K",
+             "How many times as steep the field is outside the shape, 1 to 100: above 1 tufts that "
+             "stand off the shape are shorter, and fewer pieces come loose. Default: the map's "
+             "own");
 }
 
 void add_map_options(Command command, MapOptions& options, const std::string& box,
@@ -139,7 +185,13 @@ void add_map_options(Command command, MapOptions& options, const std::string& bo
 RationalMap with_knobs(const Device& device, const RationalMap& map, const MapOptions& options,
                        const std::string& file) {
   try {
-    return with_knobs(device, map, options.knobs);
+    MapKnobs knobs = options.knobs;
+    if (options.detail) {
+      const bool needs_shape = std::holds_alternative<DetailWord>(*options.detail);
+      if (needs_shape) with_detail(map, 1e-4);  // throws where no detail can be had
+      knobs.detail = chosen_detail(*options.detail, needs_shape ? thinness_of(device, map) : 0);
+    }
+    return with_knobs(device, map, knobs);
   } catch (const OptionError& error) {
     throw OptionError(error.field(), fmt::format("'{}': {}", file, error.problem()));
   } catch (const InputError& error) {
@@ -149,6 +201,7 @@ RationalMap with_knobs(const Device& device, const RationalMap& map, const MapOp
 
 nlohmann::json to_json(const MapOptions& options) {
   nlohmann::json json = to_json(options.knobs);
+  if (options.detail) json["detail"] = to_json(*options.detail);
   json["iterations"] = options.iterations;
   json["precision"] = to_string(options.precision);
   json["box"] = options.box ? to_json(*options.box) : nlohmann::json();

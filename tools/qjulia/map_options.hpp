@@ -2,18 +2,21 @@
 /// Options of every command that looks at a map's set: what is turned on the map before it is used,
 /// and how it is iterated.
 
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "command_line.hpp"
+#include "qjulia/detail_choice.hpp"
 #include "qjulia/knobs.hpp"
 
 namespace qjulia::tools {
 
 struct MapOptions {
-  MapKnobs knobs;
+  MapKnobs knobs;                      ///< without its detail
+  std::optional<DetailChoice> detail;  ///< instead of knobs.detail
   int iterations = 6;
   std::optional<Box> box;        ///< shape units
   std::optional<double> escape;  ///< map units
@@ -24,6 +27,10 @@ struct MapOptions {
 
   std::vector<Option> options;  ///< the parser's
 };
+
+/// --detail, a number or a word. @param take takes what was given.
+Option add_detail(Command command, std::function<void(const DetailChoice&)> take,
+                  const std::string& description);
 
 /// The knobs alone. `options` must stay where it is.
 void add_knobs(Command command, MapOptions& options);

@@ -66,9 +66,15 @@ nlohmann::json file_json(const std::filesystem::path& path) {
   return {{"name", base::to_utf8(path.filename().string())}, {"fnv1a64", file_hash(path)}};
 }
 
+nlohmann::json to_json(const DetailChoice& detail) {
+  if (const auto* number = std::get_if<double>(&detail)) return *number;
+  return to_string(detail);
+}
+
 nlohmann::json to_json(const FitOptions& options) {
   nlohmann::json json = {{"factors", options.factors},
-                         {"detail", options.detail},
+                         {"detail", to_json(options.detail)},
+                         {"tufts", options.tufts},
                          {"seed", options.seed},
                          {"time_limit", nullptr},
                          {"max_evaluations", options.max_evaluations},

@@ -13,6 +13,9 @@ namespace qjulia::tools {
 /// A file by its name and the hash of its bytes. @throws InputError when it cannot be read.
 nlohmann::json file_json(const std::filesystem::path& path);
 
+/// The number or the word.
+nlohmann::json to_json(const DetailChoice& detail);
+
 /// Every option of a fit, by its name on the command line. No time limit is null.
 nlohmann::json to_json(const FitOptions& options);
 

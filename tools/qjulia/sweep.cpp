@@ -43,11 +43,12 @@ const std::map<std::string, Setter>& setters() {
       {"detail",
        [](double v, MapOptions& m, PictureOptions&) {
          if (v <= 0) throw InputError(fmt::format("--sweep detail: {} is not positive", v));
-         m.knobs.detail = v;
+         m.detail = v;
        }},
       {"drift", [](double v, MapOptions& m, PictureOptions&) { m.knobs.drift = v; }},
       {"slice", [](double v, MapOptions& m, PictureOptions&) { m.knobs.slice = v; }},
       {"scale", [](double v, MapOptions& m, PictureOptions&) { m.knobs.scale = v; }},
+      {"tufts", [](double v, MapOptions& m, PictureOptions&) { m.knobs.tufts = v; }},
       {"order-seed",
        [](double v, MapOptions& m, PictureOptions&) {
          const int seed = whole("order-seed", v);
@@ -86,7 +87,8 @@ std::vector<double> numbers(const std::string& text, char between, const std::st
 }  // namespace
 
 const char* const kSweepNames =
-    "detail, drift, slice, scale, order-seed, phase-i, phase-j, phase-k (the phase cos A + i sin "
+    "detail, drift, slice, scale, tufts, order-seed, phase-i, phase-j, phase-k (the phase cos A + "
+    "i sin "
     "A, A in degrees), iterations, azimuth, elevation, zoom";
 
 Sweep parse_sweep(const std::string& text) {

@@ -1,0 +1,66 @@
+#include "qjulia/detail_choice.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+
+namespace qjulia {
+namespace {
+
+constexpr double kThinnessOfBall = 6 * std::numbers::sqrt3;
+constexpr double kThickest = 0.02;
+constexpr double kShare = 0.2;
+
+double of_automatic(DetailWord word) {
+  switch (word) {
+    case DetailWord::automatic:
+      return 1;
+    case DetailWord::smooth:
+      return 0.125;
+    case DetailWord::clear:
+      return 0.5;
+    case DetailWord::wild:
+      break;
+  }
+  return 2;
+}
+
+const char* name(DetailWord word) {
+  switch (word) {
+    case DetailWord::automatic:
+      return "auto";
+    case DetailWord::smooth:
+      return "smooth";
+    case DetailWord::clear:
+      return "clear";
+    case DetailWord::wild:
+      break;
+  }
+  return "wild";
+}
+
+}  // namespace
+
+std::string to_string(const DetailChoice& detail) {
+  if (const auto* word = std::get_if<DetailWord>(&detail)) return name(*word);
+  return fmt::format("{}", std::get<double>(detail));
+}
+
+double thinness(const TriangleMesh& mesh) {
+  double area = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Eigen::Vector3d& p = mesh.vertices[a];
+    area += 0.5 * (mesh.vertices[b] - p).cross(mesh.vertices[c] - p).norm();
+  }
+  return mesh.box().diagonal() * area / std::abs(signed_volume(mesh));
+}
+
+double chosen_detail(const DetailChoice& detail, double thinness) {
+  if (const auto* number = std::get_if<double>(&detail)) return *number;
+  const double beyond = std::max(thinness - kThinnessOfBall, kShare / kThickest);
+  return of_automatic(std::get<DetailWord>(detail)) * kShare / beyond;
+}
+
+}  // namespace qjulia

@@ -1,0 +1,35 @@
+#pragma once
+/// How thick a shell is asked for: a number, or a word that suits thick and thin shapes alike.
+
+#include <string>
+#include <variant>
+
+#include "qjulia/mesh.hpp"
+
+namespace qjulia {
+
+/// Relative to what the shape can bear without losing limbs.
+enum class DetailWord {
+  automatic,  ///< fractal, and still the shape
+  smooth,     ///< an eighth of it: grooves too fine to see
+  clear,      ///< half of it
+  wild        ///< twice as much
+};
+
+/// δ as a fraction of the box's diagonal, or a word that is turned into it for a shape.
+using DetailChoice = std::variant<DetailWord, double>;
+
+/// "auto", "smooth", "clear" or "wild", or a number in as many digits as it takes.
+std::string to_string(const DetailChoice& detail);
+
+/// How thin a shape is: its box's diagonal times area over volume. 6 √3 ≈ 10.4 for a ball and a
+/// cube, 19 for the bunny, 61 for a standing figure with fingers.
+/// @param mesh without hidden parts; units do not matter.
+double thinness(const TriangleMesh& mesh);
+
+/// δ for a shape of that thinness: 0.2 / (thinness − 6 √3), at most 0.02, is `automatic`. The set
+/// of a ball lacks nothing of it whatever δ; of other shapes it lacks about 0.15 to 0.3 times
+/// δ (thinness − 6 √3) (docs/fitting.md).
+double chosen_detail(const DetailChoice& detail, double thinness);
+
+}  // namespace qjulia
