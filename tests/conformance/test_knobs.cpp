@@ -106,7 +106,7 @@ TEST_CASE("tufts stretch the potential about the level, outside alone") {
     CHECK(found[i] == Approx(plain[i] > 0 ? 3 * plain[i] : plain[i]).margin(1e-12));
   }
   CHECK(std::ranges::count_if(plain, [](double f) { return f > 0; }) > 5);
-  CHECK(std::ranges::count_if(plain, [](double f) { return f < 0; }) > 5);
+  CHECK(std::ranges::count_if(plain, [](double f) { return f < 0; }) > 2);
 }
 
 TEST_CASE("moving the origin keeps the shape and calibrates anew") {
