@@ -98,7 +98,7 @@ TEST_CASE("tufts stretch the potential about the level, outside alone") {
   map.surface_level = 0.1;
   MapKnobs knobs;
   knobs.tufts = 3;
-  const RationalMap steep = turned(cpu(), map, knobs);
+  const RationalMap steep = with_knobs(cpu(), map, knobs);
   CHECK(steep.tufts == 3);
   const auto plain = above_level(map);
   const auto found = above_level(steep);
