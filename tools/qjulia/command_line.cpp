@@ -100,9 +100,10 @@ void check_command(const CLI::App& app, const std::string& word) {
     if (distance < least) nearest = command;
     least = std::min(least, distance);
   }
-  throw InputError(fmt::format(
-      "there is no command '{}'{}; 'qjulia --help' lists the commands", word,
-      nearest ? fmt::format("; did you mean '{}'?", nearest->get_name()) : std::string()));
+  const std::string guess =
+      nearest ? fmt::format("did you mean '{}'? ", nearest->get_name()) : std::string();
+  throw InputError(
+      fmt::format("there is no command '{}'; {}'qjulia --help' lists the commands", word, guess));
 }
 
 /// An option was given a value that it cannot use.
