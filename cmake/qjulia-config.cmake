@@ -1,6 +1,6 @@
 # find_package(qjulia) gives qjulia::qjulia.
 include(CMakeFindDependencyMacro)
-foreach(dependency Eigen3 nlohmann_json OpenCL OpenMesh PNG fmt Threads)
+foreach(dependency Eigen3 nlohmann_json OpenCL OpenMesh PNG ZLIB fmt Threads)
   find_dependency(${dependency})
 endforeach()
 find_dependency(PkgConfig)

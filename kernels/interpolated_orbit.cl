@@ -59,7 +59,13 @@ static inline void load_nodes(global const real* field, global const real* verso
   }
 }
 
-static inline lane log_image_size(log_image of) { return fabs(of.f) + sqrt(q_dot(of.u, of.u)); }
+static inline lane log_image_size(log_image of) {
+#ifdef QJ_MODULUS_IS_CHEAP
+  return sqrt(q_dot(of.u, of.u));  // F itself is at hand
+#else
+  return fabs(of.f) + sqrt(q_dot(of.u, of.u));
+#endif
+}
 
 static inline log_image weighted(const log_image* images, const lane* weights) {
   log_image sum;
@@ -189,7 +195,18 @@ kernel void settle_points(global const int* numbers, qj_grid_block block, qj_set
     change = fma(fabs(six[m]), lane_load(changes, 0), change);
   }
   lane l = lane_of(settling.level);
+  qlane q = block_point(point_numbers(numbers, g), block, 1, map[QJ_MAP_SLICE]);
+#ifdef QJ_MODULUS_IS_CHEAP
+  r.f = kind_modulus(q, map, factors);
+  lane off = lane_of(QJ_INTERPOLATION_ROUNDING);
+  // The image is off by what U is, times its distance from the origin.
+  lane image_off =
+      QJ_POINT_MARGIN * change * lane_exp(map_steep(r.f, map)) * kind_modulus_slope(map);
+#else
   lane off = QJ_POINT_MARGIN * change;
+  // Where F is steeper, so is the image's distance, and with it what the image's F can be off.
+  lane image_off = (1 + map[QJ_MAP_STEEPER]) * QJ_IMAGE_MARGIN * change;
+#endif
   lane result = map_steep(short_of(r.f, off, l), map);
   ilane sure = isless(result, lane_of(settling.below)) | isgreater(result, lane_of(settling.above));
   result = lane_where(sure, result, l);
@@ -199,12 +216,9 @@ kernel void settle_points(global const int* numbers, qj_grid_block block, qj_set
   if (lane_any(goes_on)) {
     lane radius = lane_exp(map_steep(r.f, map));
     qlane image = q_scale(radius * lane_rsqrt(fmax(q_dot(r.u, r.u), lane_of(QJ_TINY))), r.u);
-    // Where F is steeper, so is the image's distance, and with it what the image's F can be off.
-    lane image_off = (1 + map[QJ_MAP_STEEPER]) * QJ_IMAGE_MARGIN * change;
     lane found = map_steep(short_of(kind_modulus(image, map, factors), image_off, l), map);
     result = lane_where(goes_on & lane_not(sure), found, result);
   }
-  qlane q = block_point(point_numbers(numbers, g), block, 1, map[QJ_MAP_SLICE]);
   ilane escapes = isgreater(map_log_radius(q), lane_of(map[QJ_MAP_LOG_ESCAPE] - (real)1e-4f));
   lane_store(lane_where(escapes, l, result), settled, g);
 }

@@ -149,6 +149,12 @@ RealBuffer Context::upload_real(std::span<const double> values, Precision precis
   return buffer;
 }
 
+RealBuffer Context::upload_real(std::span<const float> values) {
+  RealBuffer buffer = allocate_real(values.size(), Precision::single);
+  write_bytes(buffer, std::as_bytes(values));
+  return buffer;
+}
+
 void Context::write(const RealBuffer& buffer, std::span<const double> values) {
   if (buffer.precision() == Precision::dbl) {
     write_bytes(buffer, std::as_bytes(values));

@@ -153,6 +153,7 @@ class Context {
     return buffer;
   }
   RealBuffer upload_real(std::span<const double> values, Precision precision);
+  RealBuffer upload_real(std::span<const float> values);
 
   /// Copies to the buffer's beginning. The values may be changed as soon as this returns.
   template <class T>

@@ -37,7 +37,11 @@ RationalMap change_detail(const RationalMap& map, double wanted) {
 
 RationalMap steepened(const RationalMap& map, double t) {
   RationalMap result = map;
-  for (Factor& factor : result.factors) factor.exponent *= t;
+  if (auto* distance = std::get_if<DistanceModulus>(&result.modulus)) {
+    distance->shell /= t;
+  } else {
+    for (Factor& factor : result.factors) factor.exponent *= t;
+  }
   result.log_scale = t * (map.log_scale - map.surface_level) + map.surface_level;
   if (result.detail) *result.detail /= t;
   return result;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "layout/distance_layout.h"
 #include "layout/map_layout.h"
 #include "map/kinds.hpp"
 
@@ -10,49 +11,82 @@ namespace qjulia::map {
 namespace {
 
 static_assert(kMostIterations == QJ_MOST_ITERATIONS);
+static_assert(DistanceGridData::kCoarse == QJ_DISTANCE_MARGIN);
 
+/// What a grid's F costs, in factors' logarithms; measured.
+constexpr double kGridCost = 40;
 constexpr double kNone = 1e30;  // stands for a logarithm without bound, in any precision
 
 double log_or(double radius, double otherwise) {
   return radius > 0 && std::isfinite(radius) ? std::log(radius) : otherwise;
 }
 
-void append(std::vector<double>& reals, const Quaternion& q) {
-  reals.insert(reals.end(), {q.x, q.y, q.z, q.w});
+template <class Real>
+void append(std::vector<Real>& reals, const Quaternion& q) {
+  for (const double x : {q.x, q.y, q.z, q.w}) reals.push_back(static_cast<Real>(x));
+}
+
+template <class Real>
+void append(std::vector<Real>& reals, const DistanceModulus& modulus) {
+  const std::vector<float>& coefficients = modulus.grid->coefficients();
+  const std::size_t begin = reals.size();
+  reals.reserve(begin + QJ_DISTANCE_HEADER + coefficients.size() + 1);
+  reals.resize(begin + QJ_DISTANCE_HEADER, Real{0});
+  Real* header = reals.data() + begin;
+  const bool is_round = modulus.fourth == FourthCoordinate::round;
+  header[QJ_DISTANCE_PER_SHELL] = static_cast<Real>(1 / modulus.shell);
+  header[QJ_DISTANCE_INRADIUS] = static_cast<Real>(modulus.inradius);
+  header[QJ_DISTANCE_FOURTH] = static_cast<Real>(is_round ? 1 : 0);
+  header[QJ_DISTANCE_STEP] = static_cast<Real>(modulus.step);
+  header[QJ_DISTANCE_SLOPE] = static_cast<Real>(modulus.grid->slope());
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    header[QJ_DISTANCE_ORIGIN + axis] =
+        static_cast<Real>(modulus.origin[static_cast<Eigen::Index>(axis)]);
+    header[QJ_DISTANCE_CELLS + axis] = static_cast<Real>(modulus.grid->data().cells[axis]);
+  }
+  reals.insert(reals.end(), coefficients.begin(), coefficients.end());
+  reals.push_back(Real{0});
+}
+
+/// As layout/map_layout.h says.
+template <class Real>
+std::vector<Real> packed(const RationalMap& map, const StopRadii& stops) {
+  const std::size_t factors = map.factors.size();
+  const std::size_t stride = QJ_MAP_STRIDE(factors);
+  std::vector<Real> reals(QJ_MAP_SIZE(factors), Real{0});
+  const auto set = [&](std::size_t at, double value) { reals[at] = static_cast<Real>(value); };
+  set(QJ_MAP_LOG_SCALE, map.log_scale);
+  set(QJ_MAP_SLICE, map.slice);
+  set(QJ_MAP_PHASE + 0, map.phase.x);
+  set(QJ_MAP_PHASE + 1, map.phase.y);
+  set(QJ_MAP_PHASE + 2, map.phase.z);
+  set(QJ_MAP_PHASE + 3, map.phase.w);
+  set(QJ_MAP_LOG_ESCAPE, log_or(stops.escape, kNone));
+  set(QJ_MAP_LOG_INNER, log_or(stops.inner, -kNone));
+  set(QJ_MAP_LOG_OUTER, log_or(stops.outer, kNone));
+  set(QJ_MAP_SURFACE_LEVEL, map.surface_level);
+  set(QJ_MAP_STEEPER, map.tufts - 1);
+  for (std::size_t k = 0; k < factors; ++k) {
+    const auto& [center, exponent] = map.factors[k];
+    set(QJ_MAP_HEADER + QJ_MAP_EXPONENT * stride + k, exponent);
+    set(QJ_MAP_HEADER + QJ_MAP_CENTER_X * stride + k, center.x);
+    set(QJ_MAP_HEADER + QJ_MAP_CENTER_Y * stride + k, center.y);
+    set(QJ_MAP_HEADER + QJ_MAP_CENTER_Z * stride + k, center.z);
+    set(QJ_MAP_HEADER + QJ_MAP_CENTER_W * stride + k, center.w);
+  }
+  // The modulus comes last: it may be large, and reals hold its place exactly all the same.
+  const auto add = [&](const char* /*name*/, const auto& member) { append(reals, member); };
+  set(QJ_MAP_VERSOR, static_cast<double>(reals.size()));
+  visit_members(map.versor, add);
+  set(QJ_MAP_MODULUS, static_cast<double>(reals.size()));
+  visit_members(map.modulus, add);
+  return reals;
 }
 
 }  // namespace
 
 std::vector<double> pack_map(const RationalMap& map, const StopRadii& stops) {
-  const std::size_t factors = map.factors.size();
-  const std::size_t stride = QJ_MAP_STRIDE(factors);
-  std::vector<double> reals(QJ_MAP_SIZE(factors), 0.0);
-  reals[QJ_MAP_LOG_SCALE] = map.log_scale;
-  reals[QJ_MAP_SLICE] = map.slice;
-  reals[QJ_MAP_PHASE + 0] = map.phase.x;
-  reals[QJ_MAP_PHASE + 1] = map.phase.y;
-  reals[QJ_MAP_PHASE + 2] = map.phase.z;
-  reals[QJ_MAP_PHASE + 3] = map.phase.w;
-  reals[QJ_MAP_LOG_ESCAPE] = log_or(stops.escape, kNone);
-  reals[QJ_MAP_LOG_INNER] = log_or(stops.inner, -kNone);
-  reals[QJ_MAP_LOG_OUTER] = log_or(stops.outer, kNone);
-  reals[QJ_MAP_SURFACE_LEVEL] = map.surface_level;
-  reals[QJ_MAP_STEEPER] = map.tufts - 1;
-  double* component = reals.data() + QJ_MAP_HEADER;
-  for (std::size_t k = 0; k < factors; ++k) {
-    const auto& [center, exponent] = map.factors[k];
-    component[QJ_MAP_EXPONENT * stride + k] = exponent;
-    component[QJ_MAP_CENTER_X * stride + k] = center.x;
-    component[QJ_MAP_CENTER_Y * stride + k] = center.y;
-    component[QJ_MAP_CENTER_Z * stride + k] = center.z;
-    component[QJ_MAP_CENTER_W * stride + k] = center.w;
-  }
-  const auto add = [&](const char* /*name*/, const auto& member) { append(reals, member); };
-  reals[QJ_MAP_MODULUS] = static_cast<double>(reals.size());
-  visit_members(map.modulus, add);
-  reals[QJ_MAP_VERSOR] = static_cast<double>(reals.size());
-  visit_members(map.versor, add);
-  return reals;
+  return packed<double>(map, stops);
 }
 
 DeviceMap::DeviceMap(const Device& device, const RationalMap& map, const StopRadii& stops,
@@ -62,12 +96,17 @@ DeviceMap::DeviceMap(const Device& device, const RationalMap& map, const StopRad
       precision_(precision),
       kinds_{{"QJ_MODULUS", name_of(map.modulus) + "_modulus.clh"},
              {"QJ_VERSOR", name_of(map.versor) + "_versor.clh"}},
-      slice_(map.slice) {
+      modulus_cost_(std::holds_alternative<DistanceModulus>(map.modulus) ? kGridCost
+                                                                         : std::max(1, factors_)),
+      step_cost_(modulus_cost_ + 4 * std::max(1, factors_)),
+      slice_(map.slice),
+      log_inner_(log_or(stops.inner, -kNone)),
+      log_outer_(std::min(log_or(stops.escape, kNone), log_or(stops.outer, kNone))) {
   for (const Factor& factor : map.factors) centers_.push_back(factor.center);
-  const auto packed = pack_map(map, stops);
-  buffer_ = context().upload_real(packed, precision);
-  log_inner_ = packed[QJ_MAP_LOG_INNER];
-  log_outer_ = std::min(packed[QJ_MAP_LOG_ESCAPE], packed[QJ_MAP_LOG_OUTER]);
+  buffer_ =
+      precision == Precision::dbl
+          ? context().upload_real(std::span<const double>(packed<double>(map, stops)), precision)
+          : context().upload_real(std::span<const float>(packed<float>(map, stops)));
 }
 
 device::Kernel DeviceMap::kernel(const char* file, const char* name) const {

@@ -39,8 +39,8 @@ class DeviceMap {
   double log_outer() const { return log_outer_; }
 
   /// What F, and what a whole iterate costs at a point, in factors' logarithms.
-  double modulus_cost() const { return std::max(1, factors_); }
-  double step_cost() const { return 5 * modulus_cost(); }
+  double modulus_cost() const { return modulus_cost_; }
+  double step_cost() const { return step_cost_; }
 
   /// Points to a work-item.
   std::size_t lanes() const;
@@ -54,6 +54,7 @@ class DeviceMap {
   int factors_;
   Precision precision_;
   std::map<std::string, std::string> kinds_;  ///< the files of modulus and versor
+  double modulus_cost_, step_cost_;
   std::vector<Quaternion> centers_;
   double slice_;
   double log_inner_, log_outer_;

@@ -11,6 +11,14 @@
 
 namespace qjulia::map {
 
+/// One visitor of several functions.
+template <class... Functions>
+struct Overloaded : Functions... {
+  using Functions::operator()...;
+};
+template <class... Functions>
+Overloaded(Functions...) -> Overloaded<Functions...>;
+
 /// The name of a modulus' or a versor's kind.
 template <class Kinds>
 std::string name_of(const Kinds& kinds) {
@@ -25,6 +33,12 @@ bool takes_factors(const Kinds& kinds) {
 /// Whether the modulus or the versor is made of the map's factors.
 inline bool takes_factors(const RationalMap& map) {
   return takes_factors(map.modulus) || takes_factors(map.versor);
+}
+
+/// The first version of map files that can hold it.
+template <class Kinds>
+int file_version_of(const Kinds& kinds) {
+  return std::visit([](const auto& kind) { return kind.kFileVersion; }, kinds);
 }
 
 /// The kind of that name; none where there is no such kind.

@@ -22,11 +22,14 @@ void expect_no_knobs_of_factors(const RationalMap& map, const MapKnobs& knobs) {
     throw OptionError(field, fmt::format("it changes factors, and a {} map has {}", map.kind(),
                                          map.factors.empty() ? "none" : "more than these"));
   };
-  refuse(knobs.detail.has_value(), "detail");
-  refuse(knobs.order_seed.has_value(), "order_seed");
+  // A grid has a shell of its own, and moves; its axes stay.
+  const bool has_grid = std::holds_alternative<DistanceModulus>(map.modulus);
+  const bool moves = has_grid && std::holds_alternative<FactorsVersor>(map.versor);
+  refuse(knobs.detail && !has_grid, "detail");
+  refuse(knobs.order_seed && !moves, "order_seed");
   refuse(knobs.rotate.has_value(), "rotate");
-  refuse(knobs.drift.has_value(), "drift");
-  refuse(knobs.translate.has_value(), "translate");
+  refuse(knobs.drift && !moves, "drift");
+  refuse(knobs.translate && !moves, "translate");
 }
 
 /// Fisher and Yates.
@@ -69,12 +72,13 @@ RationalMap rotated(RationalMap map, const Rotation& rotation) {
   return map;
 }
 
-/// All centres and the window they are seen through moved together: the shape stays in its own
-/// coordinates, the origin of iteration moves by −offset (map units).
+/// All centres, a grid, and the window they are seen through moved together: the shape stays in its
+/// own coordinates, the origin of iteration moves by −offset (map units).
 RationalMap moved(RationalMap map, const Eigen::Vector3d& offset) {
   for (Factor& factor : map.factors) {
     factor.center = factor.center + Quaternion{offset.x(), offset.y(), offset.z(), 0};
   }
+  if (auto* distance = std::get_if<DistanceModulus>(&map.modulus)) distance->origin += offset;
   map.shape_to_map.translation += offset;
   return map;
 }

@@ -12,116 +12,23 @@
 
 #include "base/input_file.hpp"
 #include "base/output_file.hpp"
+#include "map/distance_file.hpp"
+#include "map/json_object.hpp"
 #include "map/kinds.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia {
 namespace {
 
+using map::fail;
+using map::Object;
 using nlohmann::json;
 
 constexpr const char* kFormat = "qjulia-map";
-constexpr int kVersion = 2;                                         // the newest
+/// A map is written as the first version that can hold it.
+constexpr int kNewestVersion = 2;
 constexpr std::uintmax_t kLargestFile = std::uintmax_t{64} << 20U;  // bytes
 constexpr int kDeepest = 64;                                        // levels of nesting
-
-[[noreturn]] void fail(const std::string& source, const std::string& what) {
-  throw InputError(fmt::format("map '{}': {}", source, what));
-}
-
-/// A JSON object and what messages call it. Every member asked for must be of its type.
-class Object {
- public:
-  Object(const json& value, std::string source, std::string name)
-      : value_(value), source_(std::move(source)), name_(std::move(name)) {
-    if (!value_.is_object()) {
-      fail(source_,
-           fmt::format("{} must be an object, but is {}",
-                       name_.empty() ? "the file" : '"' + name_ + '"', value_.type_name()));
-    }
-  }
-
-  bool has(const char* key) const { return value_.contains(key); }
-
-  const json& at(const char* key) const {
-    const auto found = value_.find(key);
-    if (found == value_.end()) {
-      fail(source_, fmt::format("the key \"{}\" is missing; a map file needs it", path(key)));
-    }
-    return *found;
-  }
-
-  double number(const char* key) const { return number(at(key), path(key)); }
-
-  std::string text(const char* key) const {
-    const json& value = at(key);
-    if (!value.is_string()) wrong(path(key), "a string", value);
-    return value.get<std::string>();
-  }
-
-  const json& array(const char* key) const {
-    const json& value = at(key);
-    if (!value.is_array()) wrong(path(key), "an array", value);
-    return value;
-  }
-
-  Quaternion quaternion(const char* key) const {
-    const auto v = numbers<4>(at(key), path(key));
-    return {v[0], v[1], v[2], v[3]};
-  }
-
-  Eigen::Vector3d vector(const char* key) const {
-    return Eigen::Vector3d(numbers<3>(at(key), path(key)).data());
-  }
-
-  Box box(const char* key) const {
-    const json& value = array(key);
-    if (value.size() != 2) wrong(path(key), "two corners", value);
-    return {Eigen::Vector3d(numbers<3>(value[0], path(key) + "[0]").data()),
-            Eigen::Vector3d(numbers<3>(value[1], path(key) + "[1]").data())};
-  }
-
-  Object object(const char* key) const { return {at(key), source_, path(key)}; }
-
-  /// Refuses members with other names: a misspelt one would be ignored in silence.
-  void expect_only(std::span<const std::string_view> keys) const {
-    for (const auto& [key, unused] : value_.items()) {
-      if (std::ranges::find(keys, std::string_view(key)) == keys.end()) {
-        fail(source_,
-             fmt::format("unknown key \"{}\"; remove it or correct its name", path(key.c_str())));
-      }
-    }
-  }
-
- private:
-  std::string path(const char* key) const { return name_.empty() ? key : name_ + '.' + key; }
-
-  [[noreturn]] void wrong(const std::string& path, const char* wanted, const json& value) const {
-    fail(source_, fmt::format("\"{}\" must be {}, but is {}", path, wanted,
-                              value.is_array() ? fmt::format("an array of {}", value.size())
-                                               : std::string(value.type_name())));
-  }
-
-  double number(const json& value, const std::string& path) const {
-    if (!value.is_number()) wrong(path, "a finite number", value);
-    return value.get<double>();
-  }
-
-  template <std::size_t N>
-  std::array<double, N> numbers(const json& value, const std::string& path) const {
-    if (!value.is_array() || value.size() != N) {
-      wrong(path, N == 3 ? "an array of 3 numbers" : "an array of 4 numbers", value);
-    }
-    std::array<double, N> result{};
-    for (std::size_t i = 0; i < N; ++i)
-      result[i] = number(value[i], fmt::format("{}[{}]", path, i));
-    return result;
-  }
-
-  const json& value_;
-  std::string source_;
-  std::string name_;
-};
 
 json to_json(const Quaternion& q) { return {q.x, q.y, q.z, q.w}; }
 json to_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -134,11 +41,16 @@ void check_header(const Object& map, const std::string& source) {
     fail(source, fmt::format("\"format\" must be \"{}\": this is no map file", kFormat));
   }
   const json& version = map.at("version");
-  if (!version.is_number_integer() || version < 1 || version > kVersion) {
+  if (!version.is_number_integer() || version < 1 || version > kNewestVersion) {
     fail(source, fmt::format("\"version\" is {}, and this program reads versions 1 to {}: use a "
                              "newer program, or convert the file",
-                             version.dump(), kVersion));
+                             version.dump(), kNewestVersion));
   }
+}
+
+int file_version(const RationalMap& map) {
+  return std::max({map.tufts == 1 ? 1 : 2, map::file_version_of(map.modulus),
+                   map::file_version_of(map.versor)});
 }
 
 /// Sets the map's modulus and versor to the kinds that the file's "kind" names.
@@ -155,9 +67,15 @@ void read_kinds(const Object& top, const std::string& source, RationalMap& map) 
     map.versor = *versor;
   }
   // One kind of map has one name.
-  if (kind == map.kind()) return;
-  fail(source, fmt::format("unknown \"kind\" {}: it must be \"rational\" or \"quadratic\"",
-                           json(kind).dump()));
+  if (kind != map.kind()) {
+    fail(source, fmt::format("unknown \"kind\" {}: it must be \"rational\", \"quadratic\" or "
+                             "\"distance/factors\"",
+                             json(kind).dump()));
+  }
+  if (top.at("version") < file_version(map)) {
+    fail(source, fmt::format("a {} map needs version {}, and \"version\" is {}", kind,
+                             file_version(map), top.at("version").dump()));
+  }
 }
 
 /// The keys of what the map's kinds keep, each once, modulus first.
@@ -168,9 +86,6 @@ std::vector<std::string_view> keys_of_kinds(const RationalMap& map) {
   });
   return keys;
 }
-
-/// The oldest version of the format that can hold the map: other programs may read no newer one.
-int version_of(const RationalMap& map) { return map.tufts == 1 ? 1 : 2; }
 
 /// The factors in their order.
 std::vector<Factor> read_factors(const Object& top, const std::string& source) {
@@ -201,7 +116,7 @@ json to_json(const RationalMap& map) {
   for (const Factor& factor : map.factors) factors.push_back(to_json(factor));
   json result = {
       {"format", kFormat},
-      {"version", version_of(map)},
+      {"version", file_version(map)},
       {"kind", map.kind()},
       {"slice", map.slice},
       {"log_scale", map.log_scale},
@@ -210,8 +125,12 @@ json to_json(const RationalMap& map) {
       {"shape_to_map",
        {{"scale", map.shape_to_map.scale}, {"translation", to_json(map.shape_to_map.translation)}}},
       {"provenance", map.provenance.json()}};
-  map::visit_map_members(
-      map, [&](const char* name, const Quaternion& value) { result[name] = to_json(value); });
+  map::visit_map_members(map, map::Overloaded{[&](const char* name, const Quaternion& value) {
+                                                result[name] = to_json(value);
+                                              },
+                                              [&](const char* name, const DistanceModulus& value) {
+                                                result[name] = map::distance_json(value);
+                                              }});
   if (map::takes_factors(map)) result["factors"] = factors;
   if (map.tufts != 1) result["tufts"] = map.tufts;
   if (map.detail) result["detail"] = *map.detail;
@@ -236,8 +155,12 @@ RationalMap map_from_json(const json& value, const std::string& source) {
   if (top.has("surface_level")) map.surface_level = top.number("surface_level");
   if (top.has("tufts")) map.tufts = top.number("tufts");
   if (top.has("phase")) map.phase = top.quaternion("phase");
-  map::visit_map_members(
-      map, [&](const char* name, Quaternion& member) { member = top.quaternion(name); });
+  map::visit_map_members(map, map::Overloaded{[&](const char* name, Quaternion& member) {
+                                                member = top.quaternion(name);
+                                              },
+                                              [&](const char* name, DistanceModulus& member) {
+                                                member = map::read_distance(top.object(name));
+                                              }});
   if (map::takes_factors(map)) map.factors = read_factors(top, source);
   const Object shape_to_map = top.object("shape_to_map");
   shape_to_map.expect_only(std::array<std::string_view, 2>{"scale", "translation"});

@@ -38,14 +38,20 @@ void check_positive(double value, const std::string& name) {
   throw InputError(fmt::format("the map's {} is {}: it must be positive", name, value));
 }
 
+using map::Overloaded;
+
 /// A file holds one number of each name.
 void check_members(const RationalMap& map) {
   std::map<std::string, Quaternion> seen;
-  map::visit_map_members(map, [&](const char* name, const Quaternion& value) {
+  const auto check_one = [&](const char* name, const Quaternion& value) {
     check_quaternion(value, name, kLargestCoordinate);
     if (seen.emplace(name, value).first->second == value) return;
     throw InputError(fmt::format("the map's {} differs between its modulus and its versor", name));
-  });
+  };
+  map::visit_map_members(
+      map, Overloaded{check_one, [](const char* /*name*/, const DistanceModulus& distance) {
+                        distance.validate();
+                      }});
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "map/reference_iteration.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -35,6 +37,7 @@ struct MapOf {
   QuaternionOf<T> phase;
   std::vector<FactorOf<T>> factors;
   std::optional<QuaternionOf<T>> modulus_c, versor_c;  ///< c where it is quadratic
+  std::optional<DistanceModulus> distance;
 };
 
 template <class T>
@@ -51,9 +54,11 @@ QuaternionOf<T> convert(const Quaternion& q) {
 template <class T>
 MapOf<T> convert(const RationalMap& map) {
   MapOf<T> result{
-      T(map.log_scale), map.surface_level, map.tufts, convert<T>(map.phase), {}, {}, {}};
+      T(map.log_scale), map.surface_level, map.tufts, convert<T>(map.phase), {}, {}, {}, {}};
   if (const auto* kind = std::get_if<QuadraticModulus>(&map.modulus)) {
     result.modulus_c = convert<T>(kind->c);
+  } else if (const auto* by_distance = std::get_if<DistanceModulus>(&map.modulus)) {
+    result.distance = *by_distance;
   } else if (!std::holds_alternative<FactorsModulus>(map.modulus)) {
     throw std::logic_error("the reference does not know this kind of modulus");
   }
@@ -106,14 +111,85 @@ StepOf<T> quadratic(const QuaternionOf<T>& q, const QuaternionOf<T>& c) {
   return power<T>({square.x + c.x, square.y + c.y, square.z + c.z, square.w + c.w}, T(1));
 }
 
+/// The quadratic B-spline about 0.
+template <class T>
+T spline(const T& x) {
+  const T a = value_of(x) < 0 ? T(-x) : x;
+  if (value_of(a) >= 1.5) return T(0);
+  return value_of(a) >= 0.5 ? T(0.5 * (1.5 - a) * (1.5 - a)) : T(0.75 - a * a);
+}
+
+/// Σ c B(u − i − ½) B(v − j − ½) B(w − k − ½) over the coefficients c of cells (i, j, k).
+template <class T, class Coefficient>
+T spline_sum(const std::array<T, 3>& at, const Coefficient& coefficient) {
+  std::array<int, 3> first{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    first[axis] = static_cast<int>(std::floor(value_of(at[axis]))) - 1;
+  }
+  T sum(0);
+  for (int k = first[2]; k < first[2] + 3; ++k) {
+    for (int j = first[1]; j < first[1] + 3; ++j) {
+      for (int i = first[0]; i < first[0] + 3; ++i) {
+        sum += coefficient(i, j, k) * spline(T(at[0] - (i + 0.5))) * spline(T(at[1] - (j + 0.5))) *
+               spline(T(at[2] - (k + 0.5)));
+      }
+    }
+  }
+  return sum;
+}
+
+/// Both splines of a grid, each by itself; cells.
+template <class T>
+T grid_distance(const DistanceGridData& data, const std::array<T, 3>& at) {
+  const auto [nx, ny, nz] = data.coarse_cells();
+  const auto number = [nx = nx, ny = ny](int i, int j, int k) {
+    return static_cast<std::size_t>((k * ny + j) * nx + i);
+  };
+  const auto correction = [&](int i, int j, int k) {
+    const auto block = static_cast<std::uint32_t>(number(i / 4, j / 4, k / 4));
+    const auto found = std::ranges::lower_bound(data.blocks, block);
+    if (found == data.blocks.end() || *found != block) return 0.0;
+    const auto cell = static_cast<std::size_t>((k % 4 * 4 + j % 4) * 4 + i % 4);
+    return data.corrections[64 * static_cast<std::size_t>(found - data.blocks.begin()) + cell] /
+           256.0;
+  };
+  return spline_sum<T>({T(at[0] / 4), T(at[1] / 4), T(at[2] / 4)},
+                       [&](int i, int j, int k) { return data.coarse[number(i, j, k)] / 64.0; }) +
+         spline_sum<T>(at, correction);
+}
+
+/// d₄ / δ.
+template <class T>
+T distance_field(const DistanceModulus& modulus, const QuaternionOf<T>& q) {
+  using std::sqrt;
+  const std::array<T, 3> x{q.x, q.y, q.z};
+  std::array<T, 3> at;
+  T beyond2(0);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    at[axis] = (x[axis] - modulus.origin[static_cast<Eigen::Index>(axis)]) / modulus.step;
+    const double end = modulus.grid->data().cells[axis] - 4;
+    const double nearest = std::clamp(value_of(at[axis]), 4.0, end);
+    if (nearest == value_of(at[axis])) continue;
+    beyond2 += (at[axis] - nearest) * (at[axis] - nearest);
+    at[axis] = T(nearest);
+  }
+  T d = grid_distance(modulus.grid->data(), at);
+  if (value_of(beyond2) > 0) d += sqrt(beyond2);
+  const T depth = d * modulus.step + modulus.inradius;
+  const bool is_round = modulus.fourth == FourthCoordinate::round;
+  const T radius = is_round ? T(sqrt(depth * depth + q.w * q.w)) : depth;
+  return (radius - modulus.inradius) / modulus.shell;
+}
+
 template <class T>
 StepOf<T> step_of(const MapOf<T>& map, const QuaternionOf<T>& q) {
   StepOf<T> result{map.log_scale, map.phase};
   for (const auto& [c, a] : map.factors) {
     const StepOf<T> one = power<T>({q.x - c.x, q.y - c.y, q.z - c.z, q.w - c.w}, a);
-    if (!map.modulus_c) result.log_norm += one.log_norm;
+    if (!map.modulus_c && !map.distance) result.log_norm += one.log_norm;
     if (!map.versor_c) result.versor = product(result.versor, one.versor);
   }
+  if (map.distance) result.log_norm += distance_field(*map.distance, q);
   if (map.modulus_c) result.log_norm += quadratic(q, *map.modulus_c).log_norm;
   if (map.versor_c) result.versor = product(result.versor, quadratic(q, *map.versor_c).versor);
   if (value_of(result.log_norm) > map.level) {

@@ -33,9 +33,11 @@ std::vector<Quaternion> probe_directions(const RationalMap& map) {
   return directions;
 }
 
-/// The longest |c_k|.
+/// Half of where r_in is looked for when nothing else says how far: the longest |c_k|, or r_in of
+/// the shape.
 double reach(const RationalMap& map) {
-  double longest = 0;
+  const auto* distance = std::get_if<DistanceModulus>(&map.modulus);
+  double longest = distance == nullptr ? 0 : distance->inradius;
   for (const Factor& factor : map.factors) longest = std::max(longest, norm(factor.center));
   return longest;
 }
@@ -134,9 +136,9 @@ StopRadii find_stop_radii(const Device& device, const RationalMap& map,
                     {0, 0, std::numeric_limits<double>::infinity()});
   const std::vector<Quaternion> directions = probe_directions(map);
   StopRadii stops;
-  const bool bounded = map.degree() > 1;
-  stops.outer =
-      bounded ? outer_radius(field, map, directions) : std::numeric_limits<double>::infinity();
+  stops.outer = map.degree() > 1 ? outer_radius(field, map, directions)
+                                 : std::numeric_limits<double>::infinity();
+  const bool bounded = std::isfinite(stops.outer);
   if (bounded) stops.escape = std::min(1.25 * stops.outer, kLargestEscape);
   stops.inner = inner_radius(field, map, directions, bounded ? stops.outer : 2 * reach(map));
   if (escape) {

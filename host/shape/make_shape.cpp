@@ -87,7 +87,8 @@ DeepestPoint deepest_interior_point(const SignedDistance& distance, const Box& b
   return {best.position, best.depth};
 }
 
-Shape make_shape(const Device& device, const TriangleMesh& mesh, std::stop_token stop) {
+Shape make_shape(const Device& device, const TriangleMesh& mesh, std::stop_token stop,
+                 std::optional<SignedDistance>* distance) {
   constexpr double kLongestSide = 3;
   constexpr double kLeastVolume = 1e-7;  // over the longest side cubed
   Shape result;
@@ -102,6 +103,7 @@ Shape make_shape(const Device& device, const TriangleMesh& mesh, std::stop_token
   result.mesh = std::move(outer.mesh);
   result.has_hidden_parts = outer.leaves_out;
   const DeepestPoint deepest = deepest_interior_point(outer.distance, result.box, stop);
+  if (distance != nullptr) *distance = outer.distance;
   const double scale = kLongestSide / result.box.size().maxCoeff();
   result.shape_to_map = {scale, -scale * deepest.position};
   result.inradius = scale * deepest.inradius;

@@ -5,8 +5,11 @@
 /// A kind is a struct here with the members that a map file and a device hold, its functions in
 /// host/map/NAME_modulus.cpp, and its field on the device in kernels/NAME_modulus.clh.
 
+#include <Eigen/Core>
+#include <memory>
 #include <variant>
 
+#include "qjulia/distance_grid.hpp"
 #include "qjulia/quaternion.hpp"
 
 namespace qjulia {
@@ -23,6 +26,7 @@ struct OuterBound {
 struct FactorsModulus {
   static constexpr const char* kName = "factors";
   static constexpr bool kTakesFactors = true;
+  static constexpr int kFileVersion = 1;  ///< of map files that can hold it
 
   bool operator==(const FactorsModulus&) const = default;
 
@@ -40,6 +44,7 @@ struct FactorsModulus {
 struct QuadraticModulus {
   static constexpr const char* kName = "quadratic";
   static constexpr bool kTakesFactors = false;
+  static constexpr int kFileVersion = 1;
 
   Quaternion c;  ///< map coordinates
 
@@ -52,6 +57,38 @@ struct QuadraticModulus {
   OuterBound outer_bound(const RationalMap& map) const;
 };
 
-using Modulus = std::variant<FactorsModulus, QuadraticModulus>;
+/// How far a point is from a shape of three dimensions in the fourth.
+enum class FourthCoordinate {
+  round,    ///< d₄ = √((d + r_in)² + W²) − r_in: about as round as the shape is thick
+  ignored,  ///< d₄ = d: the set has no end along W, and is rougher
+};
+
+/// F = S + d₄(q) / δ, with d₄ from the signed distance d to a shape, which a grid holds. Beyond the
+/// grid, d is that of the nearest point of it and the way there.
+struct DistanceModulus {
+  static constexpr const char* kName = "distance";
+  static constexpr bool kTakesFactors = false;
+  static constexpr int kFileVersion = 2;
+
+  std::shared_ptr<const DistanceGrid> grid;          ///< none: no valid map
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< of the grid, map units
+  double step = 0;                                   ///< of the grid, map units a cell
+  double shell = 0;                                  ///< δ, map units
+  double inradius = 0;                               ///< r_in, map units
+  FourthCoordinate fourth = FourthCoordinate::round;
+
+  bool operator==(const DistanceModulus& other) const;
+  /// Its members are one object of a map file.
+  template <class Self, class Visit>
+  static void members(Self& self, const Visit& visit) {
+    visit("distance", self);
+  }
+  /// @throws InputError naming what is wrong.
+  void validate() const;
+  double degree(const RationalMap& map) const;
+  OuterBound outer_bound(const RationalMap& map) const;
+};
+
+using Modulus = std::variant<FactorsModulus, QuadraticModulus, DistanceModulus>;
 
 }  // namespace qjulia

@@ -15,6 +15,7 @@ namespace qjulia {
 struct FactorsVersor {
   static constexpr const char* kName = "factors";
   static constexpr bool kTakesFactors = true;
+  static constexpr int kFileVersion = 1;  ///< of map files that can hold it
 
   bool operator==(const FactorsVersor&) const = default;
 
@@ -27,6 +28,7 @@ struct FactorsVersor {
 struct QuadraticVersor {
   static constexpr const char* kName = "quadratic";
   static constexpr bool kTakesFactors = false;
+  static constexpr int kFileVersion = 1;
 
   Quaternion c;  ///< map coordinates
 

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <vector>
 
+#include "distance_map.hpp"
 #include "map/reference_iteration.hpp"
 #include "random_maps.hpp"
 #include "surface/interpolated_orbits.hpp"
@@ -144,6 +145,19 @@ TEST_CASE("points are settled on their side where the field is steeper outside")
   const std::size_t all = points_of(grid, 0).size();
   CHECK(settled.by_point > all / 20);
   CHECK(settled.by_image > all / 20);
+}
+
+TEST_CASE("with a distance for a modulus they are too, across its creases") {
+  const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
+  surface::Grid grid = fine_grid();
+  grid.origin = {-0.9, -0.6, 0.3};  // across the crease between the balls
+  RationalMap map = test::distance_map(0.15, 4);
+  map.tufts = GENERATE(1.0, 2.0);
+  const Settled settled = check_settled(device, grid, map, kBounds);
+  const std::size_t all = points_of(grid, 0).size();
+  CHECK(settled.by_point > all / 20);
+  CHECK(settled.by_image > all / 20);
+  CHECK(settled.close > settled.by_point);
 }
 
 TEST_CASE("points of a tiny grid are settled too") {

@@ -206,6 +206,7 @@ TEST_CASE("every value that is wrong is named") {
       {"/format", "stl", "format"},
       {"/format", 3, "format"},
       {"/version", 3, "version"},
+      {"/version", 0, "version"},
       {"/version", "1", "version"},
       {"/version", 1.5, "version"},
       {"/kind", "quadratic", "factors"},

@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include "qjulia/error.hpp"
-#include "report/base64.hpp"
 #include "report/html.hpp"
 #include "report/report.hpp"
 #include "temporary_folder.hpp"
@@ -50,15 +49,6 @@ report::FitReport some_report() {
 }
 
 }  // namespace
-
-TEST_CASE("base64 is that of RFC 4648") {
-  CHECK(report::base64("") == "");
-  CHECK(report::base64("f") == "Zg==");
-  CHECK(report::base64("fo") == "Zm8=");
-  CHECK(report::base64("foo") == "Zm9v");
-  CHECK(report::base64("foobar") == "Zm9vYmFy");
-  CHECK(report::base64("\xff\xfe\xfd") == "//79");
-}
 
 TEST_CASE("text in a page is escaped, whatever its bytes") {
   CHECK(html::escaped("a<b> & \"c\"") == "a&lt;b&gt; &amp; &quot;c&quot;");

@@ -140,6 +140,22 @@ Answer mesh_info(const Arguments& arguments, const std::stop_token& stop) {
   return answer;
 }
 
+void describe_member(const char* name, const Quaternion& q, Answer& answer) {
+  answer.add(fmt::format("{:<13} ({}, {}, {}, {})", name, q.x, q.y, q.z, q.w));
+  answer.json[name] = {q.x, q.y, q.z, q.w};
+}
+
+void describe_member(const char* name, const DistanceModulus& distance, Answer& answer) {
+  const auto [nx, ny, nz] = distance.grid->data().cells;
+  const bool is_round = distance.fourth == FourthCoordinate::round;
+  answer.add(fmt::format("{:<13} {} x {} x {} cells of {:.3g}, map units; fourth coordinate {}",
+                         name, nx, ny, nz, distance.step, is_round ? "round" : "ignored"));
+  answer.json[name] = {{"cells", {nx, ny, nz}},
+                       {"step", distance.step},
+                       {"shell", distance.shell},
+                       {"fourth", is_round ? "round" : "ignored"}};
+}
+
 /// What the modulus and the versor are made of.
 void describe_kind(const RationalMap& map, Answer& answer) {
   answer.json["kind"] = map.kind();
@@ -152,10 +168,9 @@ void describe_kind(const RationalMap& map, Answer& answer) {
         fmt::format("factors       {}: {} roots, {} poles", map.factors.size(), roots, poles));
     answer.json.update({{"factors", map.factors.size()}, {"roots", roots}, {"poles", poles}});
   }
-  const auto describe = [&](const char* name, const Quaternion& q) {
+  const auto describe = [&](const char* name, const auto& member) {
     if (answer.json.contains(name)) return;  // the modulus and the versor have it in common
-    answer.add(fmt::format("{:<13} ({}, {}, {}, {})", name, q.x, q.y, q.z, q.w));
-    answer.json[name] = {q.x, q.y, q.z, q.w};
+    describe_member(name, member, answer);
   };
   std::visit([&](const auto& kind) { kind.members(kind, describe); }, map.modulus);
   std::visit([&](const auto& kind) { kind.members(kind, describe); }, map.versor);
@@ -223,13 +238,16 @@ Answer map_info(const Arguments& arguments, bool verbose) {
   Answer answer{fmt::format("{}: {} map{}", arguments.file, map.kind(), formula),
                 {{"file", arguments.file}, {"type", "map"}}};
   describe_kind(map, answer);
+  const std::string degree = std::isfinite(map.degree())
+                                 ? fmt::format("{:.4g}{}", map.degree(),
+                                               map.is_rational() ? " (sum of the exponents)" : "")
+                                 : "none: F grows with the distance";
   answer.add(
-      fmt::format("degree        {:.4g}{}\n"
+      fmt::format("degree        {}\n"
                   "log scale     {:.6g}\n"
                   "level         {:.6g}\n"
                   "slice         {:.4g}",
-                  map.degree(), map.is_rational() ? " (sum of the exponents)" : "", map.log_scale,
-                  map.surface_level, map.slice));
+                  degree, map.log_scale, map.surface_level, map.slice));
   answer.json.update({{"degree", map.degree()},
                       {"log_scale", map.log_scale},
                       {"surface_level", map.surface_level},

@@ -117,6 +117,14 @@ nlohmann::json made_with(const std::filesystem::path& input, const MapOptions& o
   return json;
 }
 
+nlohmann::json shape_provenance(const std::filesystem::path& mesh_path,
+                                const nlohmann::json& options, const Device& device) {
+  return {{"program", program_json()},
+          {"mesh", file_json(mesh_path)},
+          {"options", options},
+          {"device", device_json(device.info())}};
+}
+
 nlohmann::json converted_from(const std::filesystem::path& input) {
   return {{"program", program_json()}, {"input", file_json(input)}};
 }

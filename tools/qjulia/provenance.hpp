@@ -39,6 +39,10 @@ std::string program_name();
 nlohmann::json made_with(const std::filesystem::path& input, const MapOptions& options,
                          const DeviceInfo& device);
 
+/// How a map was made of a mesh without a fit: program, mesh (name and hash), options, device.
+nlohmann::json shape_provenance(const std::filesystem::path& mesh_path,
+                                const nlohmann::json& options, const Device& device);
+
 /// Program and input (name and hash).
 nlohmann::json converted_from(const std::filesystem::path& input);
 

@@ -20,6 +20,7 @@ constexpr const char* kExamples =
     "  qjulia devices                                  what can compute here\n"
     "  qjulia doctor                                   does it compute what it should?\n"
     "  qjulia fit bunny.obj -o bunny.qjulia.json       mesh to map; a minute or so\n"
+    "  qjulia shape bunny.obj -o exact.qjulia.json     the same in seconds, larger and exact\n"
     "  qjulia render bunny.qjulia.json -o bunny.png    map to picture\n"
     "  qjulia surface bunny.qjulia.json -o bunny.ply   map to mesh, for Blender or a printer\n"
     "  qjulia compare bunny.qjulia.json bunny.obj      how well does it fit?\n"
@@ -50,8 +51,8 @@ int main(int argc, char** argv) {
   program.root().footer(kExamples);
   program.version(std::string("qjulia ") + version());
   ChosenCommand chosen;
-  for (const auto add : {add_devices, add_doctor, add_fit, add_surface, add_render, add_sample,
-                         add_compare, add_convert, add_info, add_batch, add_profile}) {
+  for (const auto add : {add_devices, add_doctor, add_fit, add_shape, add_surface, add_render,
+                         add_sample, add_compare, add_convert, add_info, add_batch, add_profile}) {
     add(program, chosen);
   }
   try {

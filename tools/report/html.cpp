@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "report/base64.hpp"
+#include "base/base64.hpp"
 
 namespace qjulia::html {
 namespace {
@@ -67,7 +67,7 @@ std::string figure(const Image& image, const std::string& caption) {
   return fmt::format(
       "<figure><img alt=\"{0}\" width=\"{1}\" height=\"{2}\" src=\"data:image/png;base64,{3}\"/>"
       "<figcaption>{0}</figcaption></figure>\n",
-      label, image.width, image.height, report::base64(png_bytes(image)));
+      label, image.width, image.height, base::base64(png_bytes(image)));
 }
 
 std::string page(const std::string& title, const std::string& body) {

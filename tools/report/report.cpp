@@ -4,11 +4,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/base64.hpp"
 #include "base/output_file.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/plot.hpp"
-#include "report/base64.hpp"
 #include "report/html.hpp"
 
 namespace qjulia::report {
@@ -35,7 +35,7 @@ std::string curve(const std::vector<StageReport>& stages, const char* label, boo
   // As a picture of its own: names inside a plot are those of every other plot.
   return fmt::format(
       "<figure><img alt=\"{} against {}\" src=\"data:image/svg+xml;base64,{}\"/></figure>\n",
-      html::escaped(label), plot.x.label, base64(plot_svg(plot)));
+      html::escaped(label), plot.x.label, base::base64(plot_svg(plot)));
 }
 
 std::string curves(const std::vector<StageReport>& stages) {

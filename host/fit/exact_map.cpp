@@ -1,0 +1,118 @@
+#include "qjulia/exact_map.hpp"
+
+#include <cmath>
+#include <optional>
+
+#include "base/random.hpp"
+#include "base/range_check.hpp"
+#include "fit/distance_grid.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/field.hpp"
+#include "qjulia/shape.hpp"
+
+namespace qjulia {
+namespace {
+
+constexpr int kFewestCells = 32, kMostCells = 384;
+
+/// Roots of whole powers 2 … 13 at random points of the inside.
+/// @param distances of points, map units.
+std::vector<Factor> random_roots(const fitting::Distances& distances, const Box& box, int count,
+                                 std::uint64_t seed) {
+  constexpr std::size_t kAtOnce = 4096;
+  constexpr int kMostTries = 1000;
+  base::Random random(seed);
+  const auto within = [&](double low, double high) { return random.uniform(low, high); };
+  std::vector<Factor> roots;
+  const auto wanted = static_cast<std::size_t>(count);
+  for (int tried = 0; tried < kMostTries && roots.size() < wanted; ++tried) {
+    std::vector<Eigen::Vector3d> points;
+    for (std::size_t i = 0; i < kAtOnce; ++i) {
+      const double x = within(box.low.x(), box.high.x());
+      const double y = within(box.low.y(), box.high.y());
+      points.emplace_back(x, y, within(box.low.z(), box.high.z()));
+    }
+    const std::vector<double> found = distances(points);
+    for (std::size_t i = 0; i < kAtOnce && roots.size() < wanted; ++i) {
+      if (found[i] >= 0) continue;
+      const double power = 2 + static_cast<double>(random.index(12));
+      roots.push_back({{points[i].x(), points[i].y(), points[i].z(), 0}, power});
+    }
+  }
+  if (roots.size() < wanted) {
+    throw InputError("the mesh has too little inside to place the versor's roots in");
+  }
+  return roots;
+}
+
+/// From another map's coordinates to this one's.
+std::vector<Factor> moved(std::vector<Factor> factors, const ShapeToMap& from,
+                          const ShapeToMap& to) {
+  for (Factor& factor : factors) {
+    Quaternion& c = factor.center;
+    const Eigen::Vector3d x = to.to_map(from.to_shape(Eigen::Vector3d(c.x, c.y, c.z)));
+    c = {x.x(), x.y(), x.z(), c.w * to.scale / from.scale};
+  }
+  return factors;
+}
+
+}  // namespace
+
+void ExactMapOptions::validate() const {
+  base::expect_between("resolution", resolution, kFewestCells, kMostCells, "cells");
+  if (const auto* number = std::get_if<double>(&detail)) {
+    base::expect_between("detail", *number, 0.0001, 0.1, "of the box's diagonal");
+  }
+  base::expect_between("roots", roots, 1, kMostRoots);
+}
+
+RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
+                      const ExactMapOptions& options, const ProgressMonitor& monitor) {
+  options.validate();
+  constexpr double kSteps = 4;
+  int step = 0;
+  const auto report = [&](const char* what) {
+    throw_if_stopped(monitor.stop);
+    monitor.report({what, step++ / kSteps, -1, ""});
+  };
+  report("preparing the mesh");
+  std::optional<SignedDistance> to_surface;
+  const Shape shape = make_shape(device, mesh, monitor.stop, &to_surface);
+  const ShapeToMap& to_map = shape.shape_to_map;
+  const fitting::Distances distances = [&](std::span<const Eigen::Vector3d> points) {
+    std::vector<Eigen::Vector3d> own(points.size());
+    for (std::size_t i = 0; i < own.size(); ++i) own[i] = to_map.to_shape(points[i]);
+    std::vector<double> found = to_surface->at(own);
+    for (double& d : found) d *= to_map.scale;
+    return found;
+  };
+  const Box box{to_map.to_map(shape.box.low), to_map.to_map(shape.box.high)};
+
+  report("sampling the distance");
+  const fitting::PlacedGrid placed =
+      fitting::sampled_distance(distances, box, (options.resolution + 3) / 4 * 4, monitor.stop);
+  DistanceModulus modulus;
+  modulus.grid = placed.grid;
+  modulus.origin = placed.origin;
+  modulus.step = placed.step;
+  const double detail = chosen_detail(options.detail, thinness(shape.mesh));
+  modulus.shell = detail * box.diagonal();
+  modulus.inradius = shape.inradius;
+  modulus.fourth = options.fourth;
+
+  report("placing the versor");
+  RationalMap map;
+  map.modulus = modulus;
+  map.factors = options.factors.empty() ? random_roots(distances, box, options.roots, options.seed)
+                                        : moved(options.factors, options.factors_frame, to_map);
+  map.phase = options.phase;
+  map.shape_to_map = to_map;
+  map.detail = detail;
+  map.inradius = shape.inradius / to_map.scale;
+  map.box = shape.box;
+
+  report("calibrating");
+  return calibrated(device, map);
+}
+
+}  // namespace qjulia

@@ -1,0 +1,62 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+#include "qjulia/error.hpp"
+#include "qjulia/rational_map.hpp"
+
+namespace qjulia {
+namespace {
+
+void check_positive(double value, const char* name) {
+  constexpr double kLeast = 1e-9, kMost = 1e9;  // single precision squares them
+  if (value >= kLeast && value <= kMost) return;
+  throw InputError(fmt::format("the map's distance.{} is {}: it must be within {} … {}", name,
+                               value, kLeast, kMost));
+}
+
+}  // namespace
+
+bool DistanceModulus::operator==(const DistanceModulus& other) const {
+  const bool same_grid =
+      grid == other.grid || (grid && other.grid && grid->data() == other.grid->data());
+  return same_grid && origin == other.origin && step == other.step && shell == other.shell &&
+         inradius == other.inradius && fourth == other.fourth;
+}
+
+void DistanceModulus::validate() const {
+  if (!grid) throw InputError("the map's distance has no grid");
+  check_positive(step, "step");
+  check_positive(shell, "shell");
+  check_positive(inradius, "inradius");
+  constexpr double kMost = 1e9;
+  if (origin.cwiseAbs().maxCoeff() <= kMost) return;
+  throw InputError("the map's distance.origin must have finite numbers within ±1e9");
+}
+
+/// Far out F grows as ‖q‖.
+double DistanceModulus::degree(const RationalMap& /*map*/) const {
+  return std::numeric_limits<double>::infinity();
+}
+
+/// With R the radius of a ball about the origin that holds the inside, d(x) ≥ ‖x‖ − R, because
+/// the segment from x away from the origin, or towards it, has a point of the surface no farther
+/// off; and so d₄(q) ≥ ‖q‖ − R. The radius where (r − R)/δ + S = ln r is found by bisection. A cell
+/// is added for what the spline differs from the distance.
+OuterBound DistanceModulus::outer_bound(const RationalMap& map) const {
+  if (fourth == FourthCoordinate::ignored) return {std::numeric_limits<double>::infinity(), true};
+  const Eigen::Vector3d center = -origin / step;
+  const double reach = step * (1 + grid->farthest_inside({center.x(), center.y(), center.z()}));
+  const auto excess = [&](double r) { return (r - reach) / shell + map.log_scale - std::log(r); };
+  // Beyond δ it rises.
+  double low = std::max(reach, shell), high = low;
+  while (excess(high) <= 0) high += shell;
+  for (int step_number = 0; step_number < 50; ++step_number) {
+    const double middle = 0.5 * (low + high);
+    (excess(middle) > 0 ? high : low) = middle;
+  }
+  return {high, true};
+}
+
+}  // namespace qjulia

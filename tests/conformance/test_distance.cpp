@@ -1,0 +1,295 @@
+// Maps whose modulus is a distance, through everything that iterates maps.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "distance_map.hpp"
+#include "map/reference_iteration.hpp"
+#include "qjulia/compare.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/exact_map.hpp"
+#include "qjulia/knobs.hpp"
+#include "qjulia/picture.hpp"
+#include "qjulia/surface.hpp"
+#include "shapes.hpp"
+#include "surface/level_set.hpp"
+#include "test_device.hpp"
+#include "worse.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+const Device& distance_device() { return test::shared_device(); }
+
+/// Within the grid's domain, beyond it, and out of the slice.
+std::vector<Quaternion> points_about(double reach, std::size_t count) {
+  std::mt19937_64 bits(4);
+  std::vector<Quaternion> points;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double x = test::uniform(bits, -reach, reach);
+    const double y = test::uniform(bits, -reach, reach);
+    const double z = test::uniform(bits, -reach, reach);
+    points.push_back({x, y, z, test::uniform(bits, -0.4, 0.4)});
+  }
+  return points;
+}
+
+DistanceModulus& modulus_of(RationalMap& map) { return std::get<DistanceModulus>(map.modulus); }
+
+}  // namespace
+
+TEST_CASE("kernels iterate a map with a distance as the reference does") {
+  const auto variant = GENERATE(from_range(test::variants()));
+  const auto precision = GENERATE(Precision::single, Precision::dbl);
+  if (!test::can_check(test::device(), precision)) return;
+  const auto device = variant.of(test::device());
+  RationalMap map = test::distance_map();
+  if (GENERATE(false, true)) modulus_of(map).fourth = FourthCoordinate::ignored;
+  map.phase = {0.8, 0, 0.6, 0};
+  const auto points = points_about(2, 1001);
+  const Field field(device, map, precision);
+  const bool twice = precision == Precision::dbl;
+  for (const int n : {1, 2, 3}) {
+    const auto expected = reference::field(map, points, n, 20);
+    const auto values = field.at(points, n);
+    std::vector<double> errors;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const double error = std::abs(values[i] - expected[i]) / std::max(1.0, std::abs(expected[i]));
+      errors.push_back(std::isfinite(error) ? error : 1e9);
+    }
+    std::ranges::sort(errors);
+    CAPTURE(variant, n, errors.back());
+    // The grid is in single precision for all, but coefficients are sums of few bits. Iterates
+    // multiply what rounding leaves by the map's derivative.
+    CHECK(errors[errors.size() / 2] < (twice ? 1e-9 : 5e-6));
+    if (n == 1) CHECK(errors.back() < (twice ? 1e-9 : 5e-5));
+    CHECK(errors[errors.size() * 95 / 100] < (twice ? 1e-6 : 5e-5) * std::pow(30, n - 1));
+  }
+}
+
+TEST_CASE("its gradient is that of the reference") {
+  const auto variant = GENERATE(from_range(test::variants()));
+  const auto precision = GENERATE(Precision::single, Precision::dbl);
+  if (!test::can_check(test::device(), precision)) return;
+  RationalMap map = test::distance_map();
+  if (GENERATE(false, true)) modulus_of(map).fourth = FourthCoordinate::ignored;
+  const auto points = points_about(2, 203);
+  const auto gradients = Field(variant.of(test::device()), map, precision).gradient_at(points);
+  constexpr double kStep = 1e-5;
+  double worst = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto slope = [&](const Quaternion& along) {
+      const auto f = reference::field(
+          map, std::vector{points[i] + kStep * along, points[i] - kStep * along}, 1, 1e6);
+      return (f[0] - f[1]) / (2 * kStep);
+    };
+    const Quaternion expected{slope({1, 0, 0, 0}), slope({0, 1, 0, 0}), slope({0, 0, 1, 0}),
+                              slope({0, 0, 0, 1})};
+    worst = test::worse(worst, norm(gradients[i] - expected) / std::max(1.0, norm(expected)));
+  }
+  // Second derivatives jump between cells.
+  CHECK(worst < 2e-3);
+}
+
+TEST_CASE("bounds over cubes hold F, within the domain and across its end") {
+  const auto variant = GENERATE(from_range(test::variants()));
+  RationalMap map = test::distance_map();
+  map.slice = 0.1;
+  const surface::LevelSet set(variant.of(test::device()), map, {0.4, 1.9, 50}, 1);
+  const double half_side = GENERATE(0.01, 0.1, 0.4);
+  std::mt19937_64 bits(9);
+  surface::PointList centers;
+  for (int i = 0; i < 61; ++i) {
+    const double x = test::uniform(bits, -2, 2);
+    const double y = test::uniform(bits, -2, 2);
+    centers.add(x, y, test::uniform(bits, -2, 2));
+  }
+  const auto bounds = set.bounds(centers, half_side);
+  std::size_t wrong = 0;
+  for (std::size_t i = 0; i < centers.size(); ++i) {
+    for (int k = 0; k < 60; ++k) {
+      const auto offset = [&] { return half_side * test::uniform(bits, -1, 1); };
+      const double x = centers.x[i] + offset();
+      const double y = centers.y[i] + offset();
+      const double f = reference::step(map, {x, y, centers.z[i] + offset(), map.slice}).log_norm;
+      if (f < static_cast<double>(bounds.low[i]) || f > static_cast<double>(bounds.high[i])) {
+        ++wrong;
+      }
+    }
+    // No wider than a slope of 1.6 makes them, in or √(1 + 1.6²) out of the domain.
+    const double width = static_cast<double>(bounds.high[i] - bounds.low[i]);
+    CHECK(width < 2 * half_side * std::sqrt(3.0) * 1.95 / modulus_of(map).shell + 0.1);
+  }
+  CHECK(wrong == 0);
+}
+
+TEST_CASE("its radii decide no orbit wrongly, and none returns from beyond r_out") {
+  RationalMap map = test::distance_map();
+  const StopRadii stops = find_stop_radii(distance_device(), map);
+  CHECK(stops.inner > 0.3);
+  CHECK(stops.outer < 2.2);
+  CHECK(stops.escape == Approx(1.25 * stops.outer));
+  std::mt19937_64 bits(6);
+  for (int i = 0; i < 3000; ++i) {
+    const auto at = [&] { return test::uniform(bits, -3, 3); };
+    const double x = at();
+    const double y = at();
+    const double z = at();
+    const Quaternion q{x, y, z, at()};
+    if (norm(q) > stops.outer) CHECK(reference::step(map, q).log_norm > std::log(norm(q)));
+  }
+  const auto points = points_about(1.4, 1500);
+  const auto plain = reference::field(map, points, 6, 20);
+  const auto decided =
+      Field(distance_device(), map, Precision::single, stops).decided_at(points, 6);
+  std::size_t different = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if ((plain[i] < map.surface_level) != (decided[i] < map.surface_level)) ++different;
+  }
+  CHECK(different <= 3);  // by rounding, at the set's boundary
+  modulus_of(map).fourth = FourthCoordinate::ignored;
+  CHECK_FALSE(std::isfinite(find_stop_radii(distance_device(), map).outer));
+}
+
+TEST_CASE("the sparse surface is the dense one") {
+  const auto variant = GENERATE(from_range(test::variants()));
+  const Device device = variant.of(distance_device());
+  RationalMap map = test::distance_map(0.08);
+  if (GENERATE(false, true)) modulus_of(map).fourth = FourthCoordinate::ignored;
+  SurfaceOptions options;
+  options.resolution = 80;
+  SurfaceReport report;
+  const TriangleMesh sparse = extract_surface(device, map, options, {}, &report);
+  options.dense = true;
+  const TriangleMesh dense = extract_surface(device, map, options);
+  REQUIRE(sparse.triangles.size() > 5000);
+  CHECK(sparse.triangles == dense.triangles);
+  CHECK(report.open_edges == 0);
+  CHECK(report.potentials < report.grid_points / 2);
+}
+
+TEST_CASE("at n = 1 the set is the shape") {
+  RationalMap map = test::distance_map();
+  SurfaceOptions options;
+  options.resolution = 64;
+  options.iterations = 1;
+  double worst = 0;
+  for (const auto& x : extract_surface(distance_device(), map, options).vertices) {
+    worst = test::worse(worst, std::abs(test::two_balls(x)));
+  }
+  CHECK(worst < 0.4 * modulus_of(map).step);
+}
+
+TEST_CASE("knobs turn the shell, the roots and the origin, and what cannot turn says so") {
+  RationalMap map = test::distance_map();
+  const auto with = [&](auto change) {
+    MapKnobs knobs;
+    change(knobs);
+    return with_knobs(distance_device(), map, knobs);
+  };
+  RationalMap thick = with([&](MapKnobs& k) { k.detail = 2 * *map.detail; });
+  CHECK(modulus_of(thick).shell == Approx(2 * modulus_of(map).shell));
+  CHECK(thick.factors[0].exponent == map.factors[0].exponent);
+  CHECK(thick.surface_level == Approx(map.surface_level));
+  CHECK(with([](MapKnobs& k) { k.order_seed = 3; }).factors[0].center != map.factors[0].center);
+  RationalMap moved = with([](MapKnobs& k) { k.translate = Eigen::Vector3d(0.2, 0, 0); });
+  // The shape stays in its own coordinates.
+  const Eigen::Vector3d x(0.55, 0.2, 0.3);
+  const auto f = [&](const RationalMap& m) {
+    const Eigen::Vector3d p = m.shape_to_map.to_map(x);
+    return reference::step(m, {p.x(), p.y(), p.z(), 0}).log_norm - m.surface_level;
+  };
+  CHECK(f(moved) == Approx(f(map)).margin(1e-6));
+  CHECK(moved.factors[0].center.x == Approx(map.factors[0].center.x + 0.2));
+  CHECK_THROWS_WITH(with([](MapKnobs& k) {
+                      k.rotate = Rotation{{0, 1, 0}, 90};
+                    }),
+                    Catch::Contains("rotate"));
+}
+
+TEST_CASE("an exact map has the mesh's shape") {
+  const TriangleMesh mesh = GENERATE(shapes::torus(), shapes::box({-1, -0.7, -0.4}, {1, 0.7, 0.4}),
+                                     shapes::moved(shapes::sphere(), 40, {100, -20, 3}));
+  ExactMapOptions options;
+  options.resolution = 96;
+  options.detail = 0.01;
+  options.roots = 8;
+  const RationalMap map = exact_map(distance_device(), mesh, options);
+  map.validate();
+  CHECK(map.factors.size() == 8);
+  for (const Factor& factor : map.factors) {
+    CHECK(factor.exponent >= 2);
+    CHECK(factor.exponent <= 13);
+    CHECK(factor.exponent == std::round(factor.exponent));
+    CHECK(reference::step(map, factor.center).log_norm < map.surface_level);
+  }
+  CompareOptions compared;
+  compared.resolution = 64;
+  const auto metrics = compare(distance_device(), map, mesh, compared);
+  CHECK(metrics[0].iou > 0.995);
+  CHECK(metrics[0].slope_variation < 0.08);  // a box has edges
+  CHECK(metrics[1].iou > 0.93);
+}
+
+TEST_CASE("an exact map is the same every time, and another with another seed") {
+  const TriangleMesh mesh = shapes::torus();
+  ExactMapOptions options;
+  options.resolution = 48;
+  const auto first = exact_map(distance_device(), mesh, options);
+  const auto again = exact_map(distance_device(), mesh, options);
+  CHECK(first.modulus == again.modulus);
+  CHECK(first.factors[5].center == again.factors[5].center);
+  options.seed = 2;
+  CHECK(exact_map(distance_device(), mesh, options).factors[5].center != first.factors[5].center);
+}
+
+TEST_CASE("factors of another map keep their places in the shape") {
+  const TriangleMesh mesh = shapes::torus();
+  ExactMapOptions options;
+  options.resolution = 48;
+  options.factors = {{{0.4, 0.1, -0.2, 0.3}, 1.5}, {{0, 0.2, 0, 0}, -0.5}};
+  options.factors_frame = {0.5, {0.1, 0, 0}};
+  const RationalMap map = exact_map(distance_device(), mesh, options);
+  const Eigen::Vector3d expected = map.shape_to_map.to_map({0.6, 0.2, -0.4});
+  CHECK(map.factors[0].center.x == Approx(expected.x()));
+  CHECK(map.factors[0].center.z == Approx(expected.z()));
+  CHECK(map.factors[0].center.w == Approx(0.3 * map.shape_to_map.scale / 0.5));
+  CHECK(map.factors[1].exponent == -0.5);
+}
+
+TEST_CASE("options of exact maps are checked") {
+  const auto refused = [](auto change, const char* field) {
+    ExactMapOptions options;
+    change(options);
+    CHECK_THROWS_WITH(options.validate(), Catch::Contains(field));
+  };
+  refused([](ExactMapOptions& o) { o.resolution = 8; }, "resolution");
+  refused([](ExactMapOptions& o) { o.resolution = 1000; }, "resolution");
+  refused([](ExactMapOptions& o) { o.detail = 0; }, "detail");
+  refused([](ExactMapOptions& o) { o.roots = 0; }, "roots");
+}
+
+TEST_CASE("a picture of a ball by its distance is that of a ball by a root") {
+  ExactMapOptions options;
+  options.resolution = 64;
+  options.roots = 1;
+  const RationalMap exact = exact_map(distance_device(), shapes::sphere(4), options);
+  PictureOptions picture;
+  picture.width = picture.height = 48;
+  picture.samples_per_axis = 1;
+  picture.iterations = 1;
+  const Image image = render(distance_device(), exact, picture);
+  RationalMap root;
+  root.factors = {{{}, 2}};
+  root.shape_to_map = exact.shape_to_map;
+  root.box = exact.box;
+  root.log_scale = -2 * std::log(1.5);  // F_1 = 0 at radius 1.5, map units
+  const Image expected = render(distance_device(), root, picture);
+  REQUIRE(image.pixels.size() == expected.pixels.size());
+  int different = 0;
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    if (std::abs(int{image.pixels[i]} - int{expected.pixels[i]}) > 12) ++different;
+  }
+  CHECK(different < 150);  // of 6912, at the rim
+}

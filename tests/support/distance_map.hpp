@@ -1,0 +1,55 @@
+#pragma once
+/// A map whose modulus is the distance to two balls that overlap, so that it has a crease.
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "fit/distance_grid.hpp"
+#include "qjulia/rational_map.hpp"
+#include "random_maps.hpp"
+
+namespace qjulia::test {
+
+/// Signed distance outside and near the surface; inside, that of the deeper ball.
+inline double two_balls(const Eigen::Vector3d& x) {
+  return std::min((x - Eigen::Vector3d(0.1, 0, 0)).norm() - 0.7,
+                  (x - Eigen::Vector3d(-0.9, 0.3, 0.1)).norm() - 0.45);
+}
+
+constexpr double kBallsInradius = 0.7;
+
+inline fitting::PlacedGrid two_balls_grid(int resolution = 48) {
+  const auto distances = [](std::span<const Eigen::Vector3d> points) {
+    std::vector<double> found(points.size());
+    std::ranges::transform(points, found.begin(), two_balls);
+    return found;
+  };
+  const Box box{{-1.35, -0.7, -0.7}, {0.8, 0.75, 0.7}};
+  return fitting::sampled_distance(distances, box, resolution, {});
+}
+
+/// Calibrated by hand: L = S = ln 0.75.
+inline RationalMap distance_map(double shell = 0.1, int roots = 6) {
+  static const fitting::PlacedGrid placed = two_balls_grid();
+  RationalMap map = random_map(static_cast<std::size_t>(roots), 1, 4, 11);
+  for (Factor& factor : map.factors) {
+    factor.center = {0.4 * factor.center.x, 0.4 * factor.center.y, 0.4 * factor.center.z, 0};
+    factor.exponent = std::abs(factor.exponent);
+  }
+  DistanceModulus modulus;
+  modulus.grid = placed.grid;
+  modulus.origin = placed.origin;
+  modulus.step = placed.step;
+  modulus.shell = shell;
+  modulus.inradius = kBallsInradius;
+  map.modulus = modulus;
+  map.log_scale = map.surface_level = std::log(0.75);
+  map.box = Box{{-1.35, -0.7, -0.7}, {0.8, 0.75, 0.7}};
+  map.detail = shell / map.box->diagonal();
+  map.inradius = kBallsInradius;
+  return map;
+}
+
+}  // namespace qjulia::test

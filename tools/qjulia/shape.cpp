@@ -1,0 +1,151 @@
+/// qjulia shape: a mesh in, a map out that holds the mesh's own distance.
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "files.hpp"
+#include "map_options.hpp"
+#include "options.hpp"
+#include "provenance.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/exact_map.hpp"
+#include "qjulia/map_file.hpp"
+#include "qjulia/mesh.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+struct Arguments {
+  std::string mesh;
+  std::string output;
+  std::string device;
+  std::string versor = "random:30:1";
+  ExactMapOptions options;
+};
+
+/// @return the number that is all of `text`. @throws InputError
+template <class Number>
+Number number(std::string_view text, const std::string& versor) {
+  Number value{};
+  const char* const end = text.data() + text.size();
+  const auto [stopped, code] = std::from_chars(text.data(), end, value);
+  if (code != std::errc{} || stopped != end) {
+    throw InputError(fmt::format(
+        "--versor: '{}' is not random:K:SEED with two whole numbers, such as random:30:1", versor));
+  }
+  return value;
+}
+
+/// Sets the versor that `--versor` asks for.
+void choose_versor(const Arguments& arguments, ExactMapOptions& options) {
+  constexpr std::string_view kRandom = "random:";
+  const std::string_view versor = arguments.versor;
+  if (versor.starts_with(kRandom)) {
+    const std::string_view numbers = versor.substr(kRandom.size());
+    const auto colon = numbers.find(':');
+    options.roots = number<int>(numbers.substr(0, colon), arguments.versor);
+    if (options.roots < 1 || options.roots > ExactMapOptions::kMostRoots) {
+      throw InputError(fmt::format("--versor: '{}' has {} roots; give 1 to {}", versor,
+                                   options.roots, ExactMapOptions::kMostRoots));
+    }
+    const auto seed = colon == std::string_view::npos ? "1" : numbers.substr(colon + 1);
+    options.seed = number<std::uint64_t>(seed, arguments.versor);
+    return;
+  }
+  const RationalMap map = read_map(arguments.versor);
+  if (!std::holds_alternative<FactorsVersor>(map.versor)) {
+    throw InputError(fmt::format("--versor: '{}' is a {} map; give one whose versor is of factors",
+                                 arguments.versor, map.kind()));
+  }
+  options.factors = map.factors;
+  options.factors_frame = map.shape_to_map;
+  options.phase = map.phase;
+}
+
+nlohmann::json options_json(const Arguments& arguments) {
+  const bool is_round = arguments.options.fourth == FourthCoordinate::round;
+  return {{"resolution", arguments.options.resolution},
+          {"detail", to_string(arguments.options.detail)},
+          {"versor", arguments.versor},
+          {"fourth", is_round ? "round" : "ignored"}};
+}
+
+int run(const Arguments& arguments, Session& session) {
+  ExactMapOptions options = arguments.options;
+  const bool from_file = !arguments.versor.starts_with("random:");
+  std::vector<std::filesystem::path> inputs{arguments.mesh};
+  if (from_file) inputs.emplace_back(arguments.versor);
+  if (is_mesh_file(arguments.output)) {
+    throw InputError(fmt::format("--output: '{}' has the name of a mesh; end it in .qjulia.json",
+                                 arguments.output));
+  }
+  session.check_outputs(inputs, {{"--output", arguments.output}});
+  choose_versor(arguments, options);
+  options.validate();
+  const TriangleMesh mesh = session.read_mesh(arguments.mesh);
+  const Device device = session.open_device(arguments.device);
+  RationalMap map = exact_map(device, mesh, options, session.monitor());
+  map.provenance.set("shape", shape_provenance(arguments.mesh, options_json(arguments), device));
+  write_map(map, arguments.output);
+  session.report_kernels(device);
+  const auto& distance = std::get<DistanceModulus>(map.modulus);
+  const auto [nx, ny, nz] = distance.grid->data().cells;
+  session.console.summary(
+      fmt::format("{} x {} x {} cells, {} factors, {:.1f} s\nmap: {}\nnext: qjulia render {} -o "
+                  "picture.png",
+                  nx, ny, nz, map.factors.size(), session.seconds(), arguments.output,
+                  arguments.output),
+      {{"map", arguments.output},
+       {"cells", {nx, ny, nz}},
+       {"factors", map.factors.size()},
+       {"seconds", session.seconds()}});
+  return kDone;
+}
+
+void describe_options(Command command, Arguments& a) {
+  command.file("MESH", a.mesh, "Triangle mesh: .obj, .off, .ply or .stl").required().type("");
+  command.file("-o,--output", a.output, "Map file to write, such as bunny.qjulia.json")
+      .required()
+      .type("MAP");
+  add_detail(
+      command, [&a](const DetailChoice& detail) { a.options.detail = detail; },
+      "'surface' and 'render' can change it later")
+      .default_text(to_string(a.options.detail));
+  command
+      .add("--versor", &a.versor,
+           "What gives the grooves their pattern: random:K:SEED for K roots placed at random "
+           "in the shape, or a map file whose factors are taken")
+      .type("random:K:SEED|MAP");
+  command
+      .add("--resolution", &a.options.resolution,
+           "Cells of the grid along its longest side, 32 to 384: more where limbs are thinner "
+           "than two cells")
+      .type("INT");
+  command.choice("--fourth", a.options.fourth,
+                 {{"round", FourthCoordinate::round}, {"ignored", FourthCoordinate::ignored}},
+                 "Where the shape ends along the fourth coordinate: round, as thick as it is "
+                 "elsewhere; or nowhere, which is rougher");
+  add_device(command, a.device);
+}
+
+}  // namespace
+
+void add_shape(CommandLine& program, ChosenCommand& chosen) {
+  const CommandText text{
+      "shape", "Make a map that has a mesh's exact shape, without a fit",
+      "Examples:\n"
+      "  qjulia shape human.obj -o human.qjulia.json\n"
+      "  qjulia shape human.obj -o other.qjulia.json --versor random:30:2\n"
+      "  qjulia shape bunny.obj -o bunny.qjulia.json --versor fitted.qjulia.json\n"
+      "The map holds the mesh's distance on a grid: up to a megabyte or so, where a fitted map "
+      "has\n"
+      "some kilobytes, but thin limbs and sharp edges are all there. The versor, which gives the\n"
+      "grooves their pattern, is free. See docs/exact-maps.md."};
+  add_command(program, chosen, text, describe_options, run);
+}
+
+}  // namespace qjulia::tools
