@@ -27,6 +27,7 @@ class Random {
   /// The state as the standard writes it, to go on from later.
   std::string state() const {
     std::ostringstream text;
+    text.exceptions(std::ios::badbit);  // else a lack of memory cuts it short
     text << bits_;
     return text.str();
   }

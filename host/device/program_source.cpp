@@ -25,10 +25,12 @@ class Expansion {
     if (!seen_.insert(path).second) return;
     text_ += fmt::format("#line 1 \"{}\"\n", path);
     std::istringstream lines{std::string(embedded_kernels().find(path)->second)};
+    lines.exceptions(std::ios::badbit);  // else a lack of memory is the end of the file
     int number = 0;
     for (std::string line; std::getline(lines, line);) {
       ++number;
       std::istringstream words(line);
+      words.exceptions(std::ios::badbit);
       std::string directive, name, file;
       words >> directive >> name >> file;
       if (directive == "#include") {

@@ -29,6 +29,7 @@ class HelpFormat : public CLI::Formatter {
   std::string make_option_desc(const CLI::Option* option) const override {
     constexpr std::size_t kColumns = 64;
     std::istringstream words(CLI::Formatter::make_option_desc(option));
+    words.exceptions(std::ios::badbit);
     std::string text;
     std::string line;
     for (std::string word; words >> word;) {

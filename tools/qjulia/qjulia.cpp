@@ -47,15 +47,16 @@ int main(int argc, char** argv) {
   using namespace qjulia;
   using namespace qjulia::tools;
   prepare_standard_streams();
-  CommandLine program(kDescription, "qjulia");
-  program.root().footer(kExamples);
-  program.version(std::string("qjulia ") + version());
-  ChosenCommand chosen;
-  for (const auto add : {add_devices, add_doctor, add_fit, add_shape, add_surface, add_render,
-                         add_sample, add_compare, add_convert, add_info, add_batch, add_profile}) {
-    add(program, chosen);
-  }
   try {
+    CommandLine program(kDescription, "qjulia");
+    program.root().footer(kExamples);
+    program.version(std::string("qjulia ") + version());
+    ChosenCommand chosen;
+    for (const auto add :
+         {add_devices, add_doctor, add_fit, add_shape, add_surface, add_render, add_sample,
+          add_compare, add_convert, add_info, add_batch, add_profile}) {
+      add(program, chosen);
+    }
     if (const auto code = program.parse(argc, argv)) return *code;
     if (!chosen.run) {
       print_error(program.help());
