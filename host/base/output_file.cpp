@@ -166,7 +166,9 @@ int create_locked(const std::filesystem::path& path) {
   // Between the two calls it may have been taken for a leftover.
   const bool taken = ::flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
   struct stat info {};
-  if (!taken && ::fstat(file, &info) == 0 && info.st_nlink > 0) return file;
+  const bool known = ::fstat(file, &info) == 0;
+  if (!taken && known && info.st_nlink > 0) return file;
+  if (!taken && !known) ::unlink(path.c_str());
   ::close(file);
   errno = EEXIST;
   return -1;
@@ -262,9 +264,11 @@ void OutputFile::commit() {
 }
 
 void OutputFile::write_into_target() {
-  const int file = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
-  if (file < 0) fail("it cannot be opened", errno);
+  // Without O_NONBLOCK a pipe would be waited for here until somebody reads it.
+  const int file = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+  if (file < 0) fail(errno == ENXIO ? "nobody reads it" : "it cannot be opened", errno);
   FileBuffer target(file);
+  if (::fcntl(file, F_SETFL, O_WRONLY | O_APPEND) != 0) fail("it cannot be opened", errno);
   std::ostream out(&target);
   std::istream in(buffer_.get());
   in.seekg(0);

@@ -4,10 +4,10 @@
 
 #include <array>
 #include <cstdlib>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "base/fnv_hash.hpp"
+#include "base/input_file.hpp"
 #include "base/output_file.hpp"
 #include "device/embedded_kernels.hpp"
 #include "qjulia/error.hpp"
@@ -57,8 +57,8 @@ std::filesystem::path cache_folder() {
 
 /// The settings in a file, by entry. @throws InputError saying what is wrong with it.
 json read_entries(const std::filesystem::path& path, const DeviceInfo& info) {
-  std::ifstream file(path, std::ios::binary);
-  const json kept = json::parse(file, nullptr, false);
+  constexpr std::uint64_t kLargestFile = std::uint64_t{1} << 20;
+  const json kept = json::parse(base::read_text_file(path, "tuning", kLargestFile), nullptr, false);
   if (!kept.is_object() || kept.value("format", json()) != kFormat ||
       kept.value("version", json()) != kVersion) {
     throw InputError("it is not a file of tuned settings");

@@ -4,12 +4,11 @@
 
 #include <array>
 #include <bit>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "base/fnv_hash.hpp"
+#include "base/input_file.hpp"
 #include "base/output_file.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
@@ -57,9 +56,12 @@ Checkpoint::Checkpoint(std::filesystem::path path, std::string key, double inter
     : path_(std::move(path)), key_(std::move(key)), interval_(interval) {}
 
 std::string Checkpoint::bytes() const {
-  std::ifstream file(path_, std::ios::binary);
-  if (path_.empty() || !file) return {};
-  return {std::istreambuf_iterator<char>(file), {}};
+  constexpr std::uint64_t kLargestFile = std::uint64_t{16} << 30;
+  std::error_code ignored;
+  if (path_.empty() || !std::filesystem::exists(path_, ignored)) return {};
+  std::string bytes;
+  base::InputFile(path_, "checkpoint", kLargestFile).read_all(bytes);
+  return bytes;
 }
 
 std::optional<FitState> Checkpoint::load(Team& team) const {

@@ -180,8 +180,8 @@ RationalMap map_from_json(const json& value, const std::string& source) {
   return map;
 }
 
-RationalMap read_map(const std::filesystem::path& path) {
-  const std::string text = base::read_text_file(path, "map", kLargestFile);
+RationalMap read_map(const std::filesystem::path& path, std::stop_token stop) {
+  const std::string text = base::read_text_file(path, "map", kLargestFile, std::move(stop));
   json value;
   try {
     value = json::parse(text, [&](int depth, json::parse_event_t, json&) {

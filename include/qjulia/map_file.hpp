@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <stop_token>
 #include <string>
 
 #include "qjulia/rational_map.hpp"
@@ -10,7 +11,8 @@
 namespace qjulia {
 
 /// @throws InputError naming the file and the key that is missing, of the wrong type or not finite.
-RationalMap read_map(const std::filesystem::path& path);
+/// @param stop ends waiting for a pipe: Interrupted.
+RationalMap read_map(const std::filesystem::path& path, std::stop_token stop = {});
 
 /// Written under a temporary name and renamed, so that `path` never holds half a map.
 /// @throws OutputError

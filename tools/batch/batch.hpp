@@ -53,10 +53,11 @@ using FitOptionsCheck = std::function<void(const std::vector<ManifestOption>&)>;
 /// Reads a TOML manifest (docs/batch.md). Mesh paths are relative to the manifest's folder.
 /// @param meshes_may_be_missing entries whose mesh does not exist are kept: for a batch that is
 ///   resumed after a mesh has vanished.
+/// @param stop ends waiting for a pipe: Interrupted.
 /// @throws InputError naming file, line and what to do, of everything that is wrong at once: not
 ///   TOML, unknown keys, values of the wrong kind, two entries of one name, missing meshes.
 Manifest read_manifest(const std::filesystem::path& file, const FitOptionsCheck& check,
-                       bool meshes_may_be_missing = false);
+                       bool meshes_may_be_missing = false, std::stop_token stop = {});
 
 /// What makes a fit the same fit: hashes of what it reads and of how it is done.
 struct FitKey {

@@ -54,8 +54,9 @@ std::optional<std::string> as_text(const toml::node& node) {
 
 class Reader {
  public:
-  Reader(std::filesystem::path file, const FitOptionsCheck& check, bool meshes_may_be_missing)
-      : check_(check), meshes_may_be_missing_(meshes_may_be_missing) {
+  Reader(std::filesystem::path file, const FitOptionsCheck& check, bool meshes_may_be_missing,
+         std::stop_token stop)
+      : check_(check), meshes_may_be_missing_(meshes_may_be_missing), stop_(std::move(stop)) {
     manifest_.file = std::move(file);
   }
 
@@ -84,7 +85,7 @@ class Reader {
  private:
   toml::table parse() const {
     constexpr std::uint64_t kLargestFile = std::uint64_t{16} << 20;
-    return base::parse_toml(base::read_text_file(manifest_.file, "manifest", kLargestFile),
+    return base::parse_toml(base::read_text_file(manifest_.file, "manifest", kLargestFile, stop_),
                             manifest_.file.string());
   }
 
@@ -259,6 +260,7 @@ class Reader {
   const FitOptionsCheck& check_;
   bool meshes_may_be_missing_;
   Manifest manifest_;
+  std::stop_token stop_;
   Problems problems_;
   std::map<std::string, std::size_t> lines_;  ///< of the entries met, by name
 };
@@ -266,8 +268,8 @@ class Reader {
 }  // namespace
 
 Manifest read_manifest(const std::filesystem::path& file, const FitOptionsCheck& check,
-                       bool meshes_may_be_missing) {
-  return Reader(file, check, meshes_may_be_missing).read();
+                       bool meshes_may_be_missing, std::stop_token stop) {
+  return Reader(file, check, meshes_may_be_missing, std::move(stop)).read();
 }
 
 }  // namespace qjulia::batch

@@ -72,15 +72,16 @@ std::optional<Task> Queue::next(std::size_t runner, const std::set<std::size_t>&
 }
 
 void Queue::put_back(const EntryStatus& status, std::size_t index) {
-  bool saved = true;
+  std::optional<EntryStatus> unsaved;
   try {
     write_status(options_.folder, status);
-  } catch (const OutputError&) {
-    saved = false;
+  } catch (const OutputError& error) {
+    unsaved = status;
+    if (unsaved->error.empty()) unsaved->error = error.what();
   }
   const std::lock_guard lock(mutex_);
   std::erase_if(unsaved_, [&](const EntryStatus& s) { return s.name == status.name; });
-  if (!saved) unsaved_.push_back(status);
+  if (unsaved) unsaved_.push_back(std::move(*unsaved));
   put_back_.emplace_back(index, status.state);
   if (is_settled(status.state)) settled_here_[index] = {status, Settled::By::this_rank};
   tell();

@@ -242,7 +242,11 @@ std::vector<EntryStatus> run_batch(const Manifest& manifest,
     threads.reserve(devices.size());
     for (std::size_t i = 0; i < devices.size(); ++i) {
       threads.emplace_back([&, i, stop] {
-        Runner(i, manifest, devices[i], options, queue, observer, stop).run();
+        try {
+          Runner(i, manifest, devices[i], options, queue, observer, stop).run();
+        } catch (const std::exception& error) {
+          observer({.kind = Kind::retired, .device = devices[i].name, .message = error.what()});
+        }
         queue.leave();
       });
     }

@@ -6,10 +6,10 @@
 #include <array>
 #include <cmath>
 #include <ctime>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "base/input_file.hpp"
 #include "base/output_file.hpp"
 #include "qjulia/error.hpp"
 
@@ -17,6 +17,8 @@ namespace qjulia::batch {
 namespace {
 
 using nlohmann::json;
+
+constexpr std::uint64_t kLargestFile = std::uint64_t{64} << 20;
 
 constexpr std::array<std::pair<EntryState, const char*>, 6> kStates{
     {{EntryState::waiting, "waiting"},
@@ -101,11 +103,13 @@ std::filesystem::path status_path(const std::filesystem::path& folder, const std
 
 std::optional<EntryStatus> read_status(const std::filesystem::path& folder,
                                        const std::string& name) {
-  std::ifstream file(status_path(folder, name));
-  if (!file) return std::nullopt;
+  const auto path = status_path(folder, name);
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return std::nullopt;
+  const std::string text = base::read_text_file(path, "status", kLargestFile);
   try {
-    return status_from(json::parse(file));
-  } catch (const std::exception&) {  // JSON's, or the stream's own where a folder has the name
+    return status_from(json::parse(text));
+  } catch (const json::exception&) {
     return std::nullopt;
   }
 }
@@ -128,8 +132,12 @@ std::string time_stamp() {
 }
 
 std::vector<EntryStatus> read_batch(const std::filesystem::path& folder, bool is_running) {
-  std::ifstream file(folder / "batch.json");
-  const json index = json::parse(file, nullptr, false);
+  const auto path = folder / "batch.json";
+  std::error_code ignored;
+  json index;
+  if (std::filesystem::is_regular_file(path, ignored)) {
+    index = json::parse(base::read_text_file(path, "batch", kLargestFile), nullptr, false);
+  }
   std::vector<EntryStatus> all;
   try {
     for (const json& entry : index.at("entries")) {

@@ -90,6 +90,9 @@ std::vector<batch::EntryStatus> final_states(const std::filesystem::path& folder
 int finish(const Arguments& arguments, const std::vector<batch::EntryStatus>& unsaved,
            Session& session) {
   const auto entries = final_states(arguments.folder, unsaved);
+  for (const batch::EntryStatus& status : unsaved) {
+    if (status.state == batch::EntryState::done) session.console.warn(status.error);
+  }
   batch::write_summary(arguments.folder, entries);
   std::string text = totals(entries) + fmt::format("; {:.1f} s", session.seconds());
   for (const batch::EntryStatus& entry : entries) {
@@ -105,18 +108,18 @@ int finish(const Arguments& arguments, const std::vector<batch::EntryStatus>& un
   return count(entries, batch::EntryState::done) == entries.size() ? kDone : kFailed;
 }
 
-batch::Manifest read(const Arguments& arguments) {
+batch::Manifest read(const Arguments& arguments, const std::stop_token& stop) {
   if (arguments.manifest.empty()) {
     throw InputError("batch needs a MANIFEST, or --status with the folder of a batch");
   }
   const batch::FitOptionsCheck check = [](const std::vector<batch::ManifestOption>& options) {
     checked_options(options);
   };
-  return batch::read_manifest(arguments.manifest, check, arguments.resume);
+  return batch::read_manifest(arguments.manifest, check, arguments.resume, stop);
 }
 
 int check(const Arguments& arguments, Session& session) {
-  const auto fits = read(arguments).entries.size();
+  const auto fits = read(arguments, session.interrupts.token()).entries.size();
   session.console.result(
       fmt::format("{}: {} fit{}, nothing wrong", arguments.manifest, fits, fits == 1 ? "" : "s"),
       {{"manifest", arguments.manifest}, {"fits", fits}});
@@ -132,7 +135,7 @@ struct Start {
 };
 
 Start start(const Arguments& arguments, const LaunchedRanks& ranks, Session& session) {
-  Start start{read(arguments), {}, {}, {}};
+  Start start{read(arguments, session.interrupts.token()), {}, {}, {}};
   if (arguments.folder.empty()) throw InputError("batch needs -o, the folder to write to");
   if (arguments.retry_failed && !arguments.resume) {
     throw InputError("--retry-failed needs --resume; without it, everything is done again");

@@ -49,7 +49,7 @@ int run(const Arguments& arguments, Session& session) {
   std::vector<base::Output> outputs;
   if (!arguments.picture.empty()) outputs.push_back({"--picture", arguments.picture, {".png"}});
   session.check_outputs({arguments.map, arguments.mesh}, outputs);
-  const RationalMap read = read_map(arguments.map);
+  const RationalMap read = read_map(arguments.map, session.interrupts.token());
   const TriangleMesh mesh = session.read_mesh(arguments.mesh);
   const Device device = session.open_device(arguments.device);
   const RationalMap map = with_knobs(device, read, arguments.map_options, arguments.map);

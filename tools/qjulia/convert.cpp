@@ -21,14 +21,14 @@ struct Arguments {
   MapOptions map_options;
 };
 
-RationalMap read_any(const std::string& file) {
-  return is_original_file(file) ? read_original(file) : read_map(file);
+RationalMap read_any(const std::string& file, const std::stop_token& stop) {
+  return is_original_file(file) ? read_original(file) : read_map(file, stop);
 }
 
 int run(const Arguments& arguments, Session& session) {
   arguments.map_options.knobs.validate();
   session.check_outputs({arguments.input}, {{"OUT", arguments.output, {".json"}}});
-  RationalMap map = read_any(arguments.input);
+  RationalMap map = read_any(arguments.input, session.interrupts.token());
   // A map that stays as it is needs no device.
   if (!arguments.map_options.given().empty()) {
     const Device device = session.open_device(arguments.device);

@@ -11,6 +11,8 @@
 #include <filesystem>
 #include <vector>
 
+#include "qjulia/error.hpp"
+
 namespace qjulia::tools {
 namespace {
 
@@ -44,6 +46,18 @@ std::string cache_obstacle() {
       folder.string(), variable, problem);
 }
 
+std::string memory_obstacle() {
+  constexpr rlim_t kNeeded = rlim_t{1} << 30;
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur >= kNeeded) return {};
+  return fmt::format(
+      "the process may use {} MiB of address space only; raise the limit with 'ulimit -v "
+      "unlimited'",
+      limit.rlim_cur >> 20U);
+}
+
+}  // namespace
+
 std::string descriptor_obstacle() {
   constexpr int kNeeded = 12;
   std::vector<int> files;
@@ -60,17 +74,11 @@ std::string descriptor_obstacle() {
                      limit.rlim_cur);
 }
 
-std::string memory_obstacle() {
-  constexpr rlim_t kNeeded = rlim_t{1} << 30;
-  rlimit limit{};
-  if (::getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur >= kNeeded) return {};
-  return fmt::format(
-      "the process may use {} MiB of address space only; raise the limit with 'ulimit -v "
-      "unlimited'",
-      limit.rlim_cur >> 20U);
+void expect_descriptors() {
+  if (const std::string problem = descriptor_obstacle(); !problem.empty()) {
+    throw NoDeviceError(problem);
+  }
 }
-
-}  // namespace
 
 std::string device_obstacle() {
   for (const auto obstacle : {descriptor_obstacle, memory_obstacle, cache_obstacle}) {

@@ -7,4 +7,11 @@ namespace qjulia::tools {
 /// kernels that cannot be written, limits on open files or memory. Empty: nothing that is known.
 std::string device_obstacle();
 
+/// The same of limits on open files alone.
+std::string descriptor_obstacle();
+
+/// Call it before drivers are asked: some end the process when too few files may be open.
+/// @throws NoDeviceError
+void expect_descriptors();
+
 }  // namespace qjulia::tools

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
+#include "device_obstacles.hpp"
 #include "exit_code.hpp"
 #include "options.hpp"
 #include "qjulia/error.hpp"
@@ -32,6 +33,7 @@ std::string to_text(const DeviceInfo& d, bool chosen, bool verbose) {
 }
 
 int run(const std::string& wanted, Session& session) {
+  expect_descriptors();
   const DeviceInfo chosen = Device::choose(wanted).info();
   std::string text;
   nlohmann::json list = nlohmann::json::array();

@@ -40,9 +40,12 @@ std::string message_of(const std::exception& error) {
   if (const auto* option = dynamic_cast<const OptionError*>(&error)) {
     return option_name(option->field()) + ": " + option->problem();
   }
-  if (dynamic_cast<const NoDeviceError*>(&error) != nullptr && list_devices().empty()) {
+  if (dynamic_cast<const NoDeviceError*>(&error) != nullptr) {
+    // With too few descriptors drivers are not even asked.
     const std::string obstacle = device_obstacle();
-    if (!obstacle.empty()) return "no OpenCL device can be used: " + obstacle;
+    if (!obstacle.empty() && (obstacle == descriptor_obstacle() || list_devices().empty())) {
+      return "no OpenCL device can be used: " + obstacle;
+    }
   }
   return error.what();
 }

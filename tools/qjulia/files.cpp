@@ -1,14 +1,21 @@
 #include "files.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
-#include <array>
+#include <cerrno>
+#include <chrono>
 #include <cstdint>
-#include <fstream>
+#include <cstring>
+#include <limits>
 #include <string>
+#include <thread>
 
 #include "base/fnv_hash.hpp"
+#include "base/input_file.hpp"
+#include "base/output_file.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/file_types.hpp"
 
@@ -18,6 +25,29 @@ void check_outputs(const std::vector<std::filesystem::path>& inputs,
                    const std::vector<base::Output>& outputs) {
   base::check_distinct(inputs, outputs);
   for (const base::Output& output : outputs) base::check_writable(output);
+}
+
+bool is_named_pipe(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::is_fifo(path, ignored) &&
+         !base::link_target(path).string().starts_with("/proc/");
+}
+
+std::shared_ptr<const int> opened_when_read(const std::filesystem::path& pipe,
+                                            const std::stop_token& stop) {
+  constexpr std::chrono::milliseconds kBetweenTries{50};
+  int file = -1;
+  while ((file = ::open(pipe.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC)) < 0) {
+    if (errno != ENXIO && errno != EINTR) {
+      throw OutputError(fmt::format("cannot write '{}': {}", pipe.string(), std::strerror(errno)));
+    }
+    if (stop.stop_requested()) throw Interrupted();
+    std::this_thread::sleep_for(kBetweenTries);
+  }
+  return {new int(file), [](const int* open) {
+            ::close(*open);
+            delete open;
+          }};
 }
 
 bool is_mesh_file(const std::filesystem::path& path) {
@@ -31,13 +61,15 @@ bool is_original_file(const std::filesystem::path& path) {
 }
 
 std::string file_hash(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
+  constexpr std::uint64_t kBlock = std::uint64_t{1} << 20;
+  base::InputFile file(path, "file", std::numeric_limits<std::uint64_t>::max());
   base::FnvHash hash;
-  std::array<char, 65536> block;
-  while (file.read(block.data(), block.size()) || file.gcount() > 0) {
-    hash.add(std::string_view(block.data(), static_cast<std::size_t>(file.gcount())));
-  }
-  if (!file.eof()) throw InputError(fmt::format("cannot read '{}'", path.string()));
+  std::string block;
+  do {
+    block.clear();
+    file.read(block, kBlock);
+    hash.add(block);
+  } while (!block.empty());
   return hash.text();
 }
 

@@ -2,6 +2,8 @@
 /// What commands ask of files before they start long work.
 
 #include <filesystem>
+#include <memory>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +16,14 @@ namespace qjulia::tools {
 /// `check_writable` of base/output_check.hpp. @throws InputError, OutputError
 void check_outputs(const std::vector<std::filesystem::path>& inputs,
                    const std::vector<base::Output>& outputs);
+
+/// Whether it is a pipe that others can open by its name.
+bool is_named_pipe(const std::filesystem::path& path);
+
+/// Waits until somebody reads the pipe. @return its descriptor, which closes itself.
+/// @throws OutputError, Interrupted
+std::shared_ptr<const int> opened_when_read(const std::filesystem::path& pipe,
+                                            const std::stop_token& stop);
 
 /// Whether the name is that of a mesh: .obj, .off, .ply or .stl.
 bool is_mesh_file(const std::filesystem::path& path);

@@ -121,8 +121,7 @@ batch::FitKey fit_key(const batch::BatchEntry& entry) {
       outputs.surface ? outputs.surface_resolution : 0, outputs.picture,
       outputs.picture ? outputs.picture_width : 0, outputs.picture ? outputs.picture_height : 0);
   const FitOptions options = checked_options(entry.options);
-  batch::FitKey key{{},
-                    text_hash(to_json(options).dump() + schedule_text(options.schedule) + rest)};
+  batch::FitKey key{{}, text_hash(to_json(options).dump() + rest)};
   try {
     key.inputs = file_hash(entry.mesh);
   } catch (const InputError&) {

@@ -232,8 +232,8 @@ void describe_precision(const RationalMap& map, const Device& device, Answer& an
       {"points", check.points}, {"different", check.different}, {"iterations", check.iterations}};
 }
 
-Answer map_info(const Arguments& arguments, bool verbose) {
-  const RationalMap map = read_map(arguments.file);
+Answer map_info(const Arguments& arguments, const Session& session) {
+  const RationalMap map = read_map(arguments.file, session.interrupts.token());
   const char* formula = std::holds_alternative<QuadraticModulus>(map.modulus) ? " q² + c" : "";
   Answer answer{fmt::format("{}: {} map{}", arguments.file, map.kind(), formula),
                 {{"file", arguments.file}, {"type", "map"}}};
@@ -259,7 +259,7 @@ Answer map_info(const Arguments& arguments, bool verbose) {
     describe_orbits(map, *device, answer);
     if (arguments.check_precision) describe_precision(map, *device, answer);
   }
-  if (verbose) answer.add("provenance    " + map.provenance.json().dump(2));
+  if (session.console.verbose()) answer.add("provenance    " + map.provenance.json().dump(2));
   return answer;
 }
 
@@ -272,8 +272,8 @@ int run(const Arguments& arguments, Session& session) {
   if (arguments.printable && !mesh) {
     throw InputError(fmt::format("--printable needs a mesh, and '{}' is not one", arguments.file));
   }
-  const Answer answer = mesh ? mesh_info(arguments, session.monitor().stop)
-                             : map_info(arguments, session.console.verbose());
+  const Answer answer =
+      mesh ? mesh_info(arguments, session.monitor().stop) : map_info(arguments, session);
   session.console.result(answer.text, answer.json);
   return kDone;
 }

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "device_obstacles.hpp"
 #include "exit_code.hpp"
 #include "failure.hpp"
 #include "qjulia/error.hpp"
@@ -185,6 +186,7 @@ std::vector<DeviceInfo> divided(const std::vector<DeviceInfo>& devices, int loca
 }
 
 std::vector<DeviceInfo> devices_of(const LaunchedRanks& ranks, const std::string& wanted) {
+  expect_descriptors();
   const DeviceInfo first = Device::choose(wanted == "all" ? "" : wanted).info();
   std::vector<DeviceInfo> shared{first};
   const bool by_kind = wanted.empty() || wanted == "gpu" || wanted == "cpu";

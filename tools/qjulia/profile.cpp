@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "base/input_file.hpp"
 #include "commands.hpp"
 #include "exit_code.hpp"
 #include "files.hpp"
@@ -59,9 +59,9 @@ std::string table(const ProfileReport& report) {
 }
 
 nlohmann::json read_baseline(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw InputError(fmt::format("--baseline '{}' cannot be opened", path));
-  auto json = nlohmann::json::parse(file, nullptr, false);
+  constexpr std::uint64_t kLargestFile = std::uint64_t{16} << 20;
+  auto json =
+      nlohmann::json::parse(base::read_text_file(path, "baseline", kLargestFile), nullptr, false);
   if (json.is_discarded()) {
     throw InputError(fmt::format("--baseline '{}' is not JSON; make it with --json", path));
   }

@@ -63,7 +63,10 @@ nlohmann::json device_json(const DeviceInfo& device) {
 }  // namespace
 
 nlohmann::json file_json(const std::filesystem::path& path) {
-  return {{"name", base::to_utf8(path.filename().string())}, {"fnv1a64", file_hash(path)}};
+  nlohmann::json json = {{"name", base::to_utf8(path.filename().string())}, {"fnv1a64", nullptr}};
+  // What came through a pipe is gone.
+  if (std::filesystem::is_regular_file(path)) json["fnv1a64"] = file_hash(path);
+  return json;
 }
 
 nlohmann::json to_json(const DetailChoice& detail) {
@@ -83,12 +86,10 @@ nlohmann::json to_json(const FitOptions& options) {
                          {"precision", to_string(options.precision)},
                          {"sample_parts", options.sample_parts},
                          {"schedule", options.schedule},
+                         // Its name may say something else another day.
+                         {"schedule_fnv1a64", text_hash(schedule_text(options.schedule))},
                          {"polish", options.polish}};
   if (std::isfinite(options.time_limit)) json["time_limit"] = options.time_limit;
-  // A file of this name may say something else another day.
-  if (is_schedule_file(options.schedule)) {
-    json["schedule_fnv1a64"] = text_hash(schedule_text(options.schedule));
-  }
   return json;
 }
 

@@ -57,7 +57,7 @@ struct Scene {
 
 Scene read_scene(const Arguments& arguments, Session& session) {
   if (is_mesh_file(arguments.input)) return {{}, session.read_mesh(arguments.input)};
-  return {read_map(arguments.input), {}};
+  return {read_map(arguments.input, session.interrupts.token()), {}};
 }
 
 Image draw(const Device& device, const Scene& scene, const std::string& input,

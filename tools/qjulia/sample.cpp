@@ -30,7 +30,7 @@ int run(const Arguments& arguments, Session& session) {
   const SampleOptions options = checked(arguments.options, arguments.map_options);
   session.check_outputs({arguments.map}, {{"--output", arguments.output,
                                            extensions(FileContent::field, FileUse::write)}});
-  const RationalMap read = read_map(arguments.map);
+  const RationalMap read = read_map(arguments.map, session.interrupts.token());
   const Device device = session.open_device(arguments.device);
   const RationalMap map = with_knobs(device, read, arguments.map_options, arguments.map);
   nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());

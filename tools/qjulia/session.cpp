@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "device_obstacles.hpp"
 #include "files.hpp"
 #include "qjulia/tuning_cache.hpp"
 
@@ -17,6 +18,11 @@ void Session::check_outputs(const std::vector<std::filesystem::path>& inputs,
                             std::vector<base::Output> outputs) {
   if (trace_) outputs.push_back({"--trace", trace_file_});
   tools::check_outputs(inputs, outputs);
+  for (const base::Output& output : outputs) {
+    if (is_named_pipe(output.path)) {
+      pipes_.push_back(opened_when_read(output.path, interrupts.token()));
+    }
+  }
   are_outputs_checked_ = true;
 }
 
@@ -48,6 +54,7 @@ TriangleMesh Session::read_mesh(const std::string& file) {
 }
 
 Device Session::open_device(const std::string& wanted) {
+  expect_descriptors();
   const auto [device, warning] = with_cached_tuning(Device::choose(wanted));
   if (!warning.empty()) console.warn(warning);
   const bool tuned = device.is_tuned(Precision::single) || device.is_tuned(Precision::dbl);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "console.hpp"
 #include "files.hpp"
@@ -23,7 +24,8 @@ class Session {
   double seconds() const {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   }
-  /// `check_outputs` of files.hpp, with the trace.
+  /// `check_outputs` of files.hpp, with the trace. Pipes among the outputs are waited for until
+  /// somebody reads them, as a shell's '>' does. @throws InputError, OutputError, Interrupted
   void check_outputs(const std::vector<std::filesystem::path>& inputs,
                      std::vector<base::Output> outputs);
   /// Progress to the console, stop requests from signals, stages to the trace. Valid as long as
@@ -52,6 +54,7 @@ class Session {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::string trace_file_;
   bool are_outputs_checked_ = false;
+  std::vector<std::shared_ptr<const int>> pipes_;  ///< outputs; open, so that readers wait
   std::shared_ptr<Trace> trace_;
   std::optional<Device> traced_;
 };

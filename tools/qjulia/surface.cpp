@@ -111,7 +111,7 @@ int run(const Arguments& arguments, Session& session) {
   SurfaceOptions options = checked(arguments.options, arguments.map_options);
   session.check_outputs({arguments.map}, {{"--output", arguments.output,
                                            extensions(FileContent::mesh, FileUse::write)}});
-  const RationalMap read = read_map(arguments.map);
+  const RationalMap read = read_map(arguments.map, session.interrupts.token());
   const Device device = session.open_device(arguments.device);
   const RationalMap map = scaled(with_knobs(device, read, arguments.map_options, arguments.map),
                                  arguments.millimetres, arguments.map, options);
