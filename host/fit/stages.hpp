@@ -52,7 +52,7 @@ class Stages {
   const Schedule& schedule_;
   Budget& budget_;
   Checkpoint& checkpoint_;
-  const ProgressMonitor& monitor_;
+  ProgressMonitor monitor_;
   Team& team_;
   base::Random random_;
   std::vector<StageReport> reports_;
