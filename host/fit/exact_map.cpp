@@ -63,6 +63,7 @@ void ExactMapOptions::validate() const {
   if (const auto* number = std::get_if<double>(&detail)) {
     base::expect_between("detail", *number, 0.0001, 0.1, "of the box's diagonal");
   }
+  base::expect_between("tufts", tufts, 1.0, kMostTufts);
   base::expect_between("roots", roots, 1, kMostRoots);
 }
 
@@ -108,6 +109,7 @@ RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
   map.phase = options.phase;
   map.shape_to_map = to_map;
   map.detail = detail;
+  map.tufts = options.tufts;
   map.inradius = shape.inradius / to_map.scale;
   map.box = shape.box;
 

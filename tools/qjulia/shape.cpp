@@ -70,6 +70,7 @@ nlohmann::json options_json(const Arguments& arguments) {
   const bool is_round = arguments.options.fourth == FourthCoordinate::round;
   return {{"resolution", arguments.options.resolution},
           {"detail", to_string(arguments.options.detail)},
+          {"tufts", arguments.options.tufts},
           {"versor", arguments.versor},
           {"fourth", is_round ? "round" : "ignored"}};
 }
@@ -115,6 +116,10 @@ void describe_options(Command command, Arguments& a) {
       command, [&a](const DetailChoice& detail) { a.options.detail = detail; },
       "'surface' and 'render' can change it later")
       .default_text(to_string(a.options.detail));
+  command.add("--tufts", &a.options.tufts,
+              "How many times as steep the field is outside the shape, 1 to 100: above 1 tufts "
+              "that stand off the shape are shorter, and fewer pieces come loose. 'surface' and "
+              "'render' can change it later");
   command
       .add("--versor", &a.versor,
            "What gives the grooves their pattern: random:K:SEED for K roots placed at random "
