@@ -18,6 +18,7 @@
 #include "base/output_file.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/file_types.hpp"
+#include "qjulia/progress.hpp"
 
 namespace qjulia::tools {
 
@@ -41,7 +42,7 @@ std::shared_ptr<const int> opened_when_read(const std::filesystem::path& pipe,
     if (errno != ENXIO && errno != EINTR) {
       throw OutputError(fmt::format("cannot write '{}': {}", pipe.string(), std::strerror(errno)));
     }
-    if (stop.stop_requested()) throw Interrupted();
+    throw_if_stopped(stop);
     std::this_thread::sleep_for(kBetweenTries);
   }
   return {new int(file), [](const int* open) {
