@@ -22,10 +22,10 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-const test::TemporaryFolder folder;
+const test::TemporaryFolder scratch;
 
 std::filesystem::path pipe_named(const std::string& name) {
-  const auto path = folder.path() / name;
+  const auto path = scratch.path() / name;
   REQUIRE(::mkfifo(path.c_str(), 0600) == 0);
   return path;
 }
@@ -37,18 +37,18 @@ TEST_CASE("files that are not there, folders and devices are refused") {
     CHECK_THROWS_WITH(base::read_text_file(path, "map", 1000),
                       Contains("cannot read map '" + path.string()) && Contains(why));
   };
-  refused(folder.path() / "gone", "no such file");
-  refused(folder.path(), "a folder");
+  refused(scratch.path() / "gone", "no such file");
+  refused(scratch.path(), "a folder");
   refused("/dev/zero", "a device");
   refused("/dev/null", "a device");
 }
 
 TEST_CASE("the size of a file is limited, and the limit is named") {
-  const auto path = folder.file("long", std::string(2000, 'x'));
+  const auto path = scratch.file("long", std::string(2000, 'x'));
   CHECK(base::read_text_file(path, "map", 2000).size() == 2000);
   CHECK_THROWS_WITH(base::read_text_file(path, "map", 1999), Contains("1.952 KiB at most"));
   // A file with holes takes no room on the disk.
-  const auto huge = folder.file("huge.obj", "");
+  const auto huge = scratch.file("huge.obj", "");
   std::filesystem::resize_file(huge, std::uintmax_t{1} << 40);
   CHECK_THROWS_WITH(read_mesh(huge), Contains("1 TiB") && Contains("16 GiB at most"));
   // Zeros up to the limit are recognised before they are all read.
@@ -95,7 +95,7 @@ TEST_CASE("a stop request ends waiting for a pipe that nobody writes into") {
 
 TEST_CASE("texts lose a byte order mark, and wide encodings are refused by name") {
   const auto text = [](std::string_view bytes) {
-    return base::read_text_file(folder.file("text", bytes), "manifest", 1000);
+    return base::read_text_file(scratch.file("text", bytes), "manifest", 1000);
   };
   using namespace std::string_view_literals;
   CHECK(text("\xEF\xBB\xBFmesh") == "mesh");

@@ -17,14 +17,14 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-const test::TemporaryFolder folder;
+const test::TemporaryFolder mesh_folder;
 
 constexpr const char* kTetrahedron =
     "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 
 /// The mesh file is refused with a message that names it and says `why`.
 void check_refused(const std::string& name, std::string_view bytes, const std::string& why) {
-  const auto path = folder.file(name, bytes);
+  const auto path = mesh_folder.file(name, bytes);
   CAPTURE(name, bytes.substr(0, 200));
   CHECK_THROWS_AS(read_mesh(path), InputError);
   CHECK_THROWS_WITH(read_mesh(path), Contains(name) && Contains(why));
@@ -32,7 +32,7 @@ void check_refused(const std::string& name, std::string_view bytes, const std::s
 
 TriangleMesh read_text(const std::string& name, std::string_view bytes,
                        MeshReport* report = nullptr) {
-  return read_mesh(folder.file(name, bytes), report);
+  return read_mesh(mesh_folder.file(name, bytes), report);
 }
 
 std::string bytes_of(const std::filesystem::path& path) {
@@ -45,7 +45,7 @@ std::string bytes_of(const std::filesystem::path& path) {
 TEST_CASE("every format is written and read back") {
   const std::string name = GENERATE("m.ply", "m.stl", "m.obj", "m.off", "M.PLY");
   const TriangleMesh mesh = shapes::torus(1, 0.35, 24, 12);
-  const auto path = folder.path() / name;
+  const auto path = mesh_folder.path() / name;
   write_mesh(mesh, path);
   MeshReport report;
   const TriangleMesh read = read_mesh(path, &report);
@@ -68,17 +68,18 @@ TEST_CASE("every format is written and read back") {
 
 TEST_CASE("binary formats have the size their layout asks for") {
   const TriangleMesh mesh = shapes::sphere(1);
-  write_mesh(mesh, folder.path() / "size.stl");
-  CHECK(std::filesystem::file_size(folder.path() / "size.stl") == 84 + 50 * mesh.triangles.size());
-  write_mesh(mesh, folder.path() / "size.ply");
-  const std::string ply = bytes_of(folder.path() / "size.ply");
+  write_mesh(mesh, mesh_folder.path() / "size.stl");
+  CHECK(std::filesystem::file_size(mesh_folder.path() / "size.stl") ==
+        84 + 50 * mesh.triangles.size());
+  write_mesh(mesh, mesh_folder.path() / "size.ply");
+  const std::string ply = bytes_of(mesh_folder.path() / "size.ply");
   CHECK(ply.size() ==
         ply.find("end_header\n") + 11 + 12 * mesh.vertices.size() + 13 * mesh.triangles.size());
 }
 
 TEST_CASE("writing to an unknown format or a missing folder fails") {
-  CHECK_THROWS_AS(write_mesh(shapes::box(), folder.path() / "box.gltf"), InputError);
-  CHECK_THROWS_AS(write_mesh(shapes::box(), folder.path() / "no" / "box.ply"), OutputError);
+  CHECK_THROWS_AS(write_mesh(shapes::box(), mesh_folder.path() / "box.gltf"), InputError);
+  CHECK_THROWS_AS(write_mesh(shapes::box(), mesh_folder.path() / "no" / "box.ply"), OutputError);
 }
 
 TEST_CASE("obj: indices of every kind") {
@@ -165,8 +166,8 @@ TEST_CASE("stl: text") {
 }
 
 TEST_CASE("stl: binary") {
-  write_mesh(shapes::box(), folder.path() / "box.stl");
-  const std::string bytes = bytes_of(folder.path() / "box.stl");
+  write_mesh(shapes::box(), mesh_folder.path() / "box.stl");
+  const std::string bytes = bytes_of(mesh_folder.path() / "box.stl");
   check_refused("empty.stl", "", "empty");
   check_refused("short.stl", bytes.substr(0, bytes.size() - 7), "cut off");
   check_refused("header.stl", bytes.substr(0, 84), "cut off");
@@ -262,8 +263,8 @@ TEST_CASE("ply: what is wrong is refused") {
                 "property list int int vertex_indices\nend_header\n" +
                     std::string(12, '\0') + "\xff\xff\xff\x7f" + std::string(8, '\0'),
                 "early");
-  write_mesh(shapes::sphere(2), folder.path() / "sphere.ply");
-  const std::string sphere = bytes_of(folder.path() / "sphere.ply");
+  write_mesh(shapes::sphere(2), mesh_folder.path() / "sphere.ply");
+  const std::string sphere = bytes_of(mesh_folder.path() / "sphere.ply");
   check_refused("cut_faces.ply", std::string_view(sphere).substr(0, sphere.size() - 1), "early");
   check_refused("cut_vertices.ply", std::string_view(sphere).substr(0, 600), "promises");
 }
@@ -284,8 +285,8 @@ TEST_CASE("files with damaged bytes are refused or read, never worse") {
   const TriangleMesh sphere = shapes::sphere(1);
   std::mt19937 random(6);
   for (const std::string name : {"damaged.ply", "damaged.obj", "damaged.off", "damaged.stl"}) {
-    write_mesh(sphere, folder.path() / name);
-    const std::string bytes = bytes_of(folder.path() / name);
+    write_mesh(sphere, mesh_folder.path() / name);
+    const std::string bytes = bytes_of(mesh_folder.path() / name);
     for (int trial = 0; trial < 150; ++trial) {
       std::string damaged =
           bytes.substr(0, trial % 3 == 0 ? random() % bytes.size() : bytes.size());
@@ -307,10 +308,10 @@ TEST_CASE("files with damaged bytes are refused or read, never worse") {
 }
 
 TEST_CASE("a mesh that is missing, a folder or of another type is refused") {
-  CHECK_THROWS_WITH(read_mesh(folder.path() / "gone.obj"),
+  CHECK_THROWS_WITH(read_mesh(mesh_folder.path() / "gone.obj"),
                     Contains("gone.obj") && Contains("no such file"));
-  std::filesystem::create_directory(folder.path() / "folder.obj");
-  CHECK_THROWS_WITH(read_mesh(folder.path() / "folder.obj"), Contains("folder"));
+  std::filesystem::create_directory(mesh_folder.path() / "folder.obj");
+  CHECK_THROWS_WITH(read_mesh(mesh_folder.path() / "folder.obj"), Contains("folder"));
   check_refused("scene.gltf", "{}", ".ply");
   check_refused("noextension", "v 0 0 0\n", ".ply");
 }
@@ -328,9 +329,9 @@ TEST_CASE("nothing is lost where OpenMesh's own meshes would drop faces") {
 }
 
 TEST_CASE("equal vertices are welded and triangles without area dropped") {
-  write_mesh(shapes::soup(shapes::box()), folder.path() / "soup.obj");
+  write_mesh(shapes::soup(shapes::box()), mesh_folder.path() / "soup.obj");
   MeshReport report;
-  const TriangleMesh mesh = read_mesh(folder.path() / "soup.obj", &report);
+  const TriangleMesh mesh = read_mesh(mesh_folder.path() / "soup.obj", &report);
   CHECK(mesh.vertices.size() == 8);
   CHECK(report.welded_vertices == 28);
   CHECK(report.closed());
@@ -411,8 +412,8 @@ TEST_CASE("repeated triangles are dropped and counted") {
   };
   const TriangleMesh sphere = shapes::sphere(1);
   const auto read_back = [&](const TriangleMesh& mesh, MeshReport& report) {
-    write_mesh(mesh, folder.path() / "repeated.obj");
-    return read_mesh(folder.path() / "repeated.obj", &report);
+    write_mesh(mesh, mesh_folder.path() / "repeated.obj");
+    return read_mesh(mesh_folder.path() / "repeated.obj", &report);
   };
   MeshReport once;
   const TriangleMesh plain = read_back(sphere, once);
@@ -484,8 +485,8 @@ TEST_CASE("a file of another type is refused with what it seems to be") {
   check_refused("stl_inside.off", "solid part\n facet normal 0 0 1\n", "its name ends in .stl");
   check_refused("off_inside.stl", "OFF\n3 1 0\n0 0 0\n", "its name ends in .off");
   // The count of a binary file is wrong.
-  write_mesh(shapes::box(), folder.path() / "count.stl");
-  std::string bytes = bytes_of(folder.path() / "count.stl");
+  write_mesh(shapes::box(), mesh_folder.path() / "count.stl");
+  std::string bytes = bytes_of(mesh_folder.path() / "count.stl");
   bytes[80] = 13;
   check_refused("count.stl", bytes,
                 "promises 13 triangles (734 bytes) and it holds 12 (684 bytes)");
@@ -503,8 +504,8 @@ TEST_CASE("a stop request ends reading") {
   std::stop_source source;
   source.request_stop();
   for (const std::string name : {"stop.obj", "stop.off", "stop.ply", "stop.stl"}) {
-    write_mesh(shapes::sphere(1), folder.path() / name);
-    CHECK_THROWS_AS(read_mesh(folder.path() / name, nullptr, source.get_token()), Interrupted);
+    write_mesh(shapes::sphere(1), mesh_folder.path() / name);
+    CHECK_THROWS_AS(read_mesh(mesh_folder.path() / name, nullptr, source.get_token()), Interrupted);
   }
 }
 
