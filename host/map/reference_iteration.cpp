@@ -142,8 +142,9 @@ T spline_sum(const std::array<T, 3>& at, const Coefficient& coefficient) {
 template <class T>
 T grid_distance(const DistanceGridData& data, const std::array<T, 3>& at) {
   const auto [nx, ny, nz] = data.coarse_cells();
-  const auto number = [nx = nx, ny = ny](int i, int j, int k) {
-    return static_cast<std::size_t>((k * ny + j) * nx + i);
+  const auto wide = [](int n) { return static_cast<std::size_t>(n); };
+  const auto number = [wide, nx = wide(nx), ny = wide(ny)](int i, int j, int k) {
+    return (wide(k) * ny + wide(j)) * nx + wide(i);
   };
   const auto correction = [&](int i, int j, int k) {
     const auto block = static_cast<std::uint32_t>(number(i / 4, j / 4, k / 4));

@@ -56,8 +56,10 @@ def few_files(bench):
 
 def small_files(bench):
     folder = bench.folder("small_files")
-    told = bench.run(folder, ["render", "ball.obj", "-o", "a.png", "--size", "640x480"],
-                     [(resource.RLIMIT_FSIZE, 4096)])
+    render = ["render", "ball.obj", "-o", "a.png", "--size", "640x480"]
+    bench.run(folder, render)  # compiled kernels are kept in larger files
+    (folder / "a.png").unlink()
+    told = bench.run(folder, render, [(resource.RLIMIT_FSIZE, 4096)])
     bench.check("files of 4 KiB at most: exit code 1, a message, no picture",
                 told.returncode == 1 and "cannot write 'a.png'" in told.stderr
                 and not (folder / "a.png").exists(), told)

@@ -37,7 +37,7 @@ struct Arguments {
 };
 
 PictureOptions checked_options(const Arguments& arguments) {
-  const PictureOptions options = checked(arguments.options, arguments.map_options);
+  PictureOptions options = checked(arguments.options, arguments.map_options);
   const auto given = arguments.map_options.given();
   if (is_mesh_file(arguments.input) && !given.empty()) {
     throw InputError(
