@@ -16,7 +16,9 @@ void prepare_standard_streams() {
     [[maybe_unused]] const int file =
         ::open("/dev/null", stream == STDERR_FILENO ? O_WRONLY : O_RDONLY);
   }
+  // Writing fails instead, and says which file.
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
 }
 
 void print_error(const std::string& text) {
