@@ -72,14 +72,14 @@ def hash_of(fault):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("qjulia")
-    parser.add_argument("library")
+    parser.add_argument("interposed")
     parser.add_argument("folder")
     parser.add_argument("--faults", type=int, default=1200)
     parser.add_argument("--only", help="the commands whose names hold this")
     arguments = parser.parse_args()
     shutil.rmtree(arguments.folder, ignore_errors=True)
     workshop = Workshop(arguments.qjulia, arguments.folder)
-    library = os.path.abspath(arguments.library)
+    library = os.path.abspath(arguments.interposed)
     workshop.environment["QJULIA_TEST_SPARED"] = spared(workshop.qjulia)
     commands = [c for c in tiny_commands(workshop) if (arguments.only or "") in c.name]
     trials = []

@@ -82,7 +82,7 @@ int run(const Arguments& arguments, Session& session) {
 void describe_options(Command command, Arguments& a) {
   a.view.width = 640;
   a.view.height = 480;
-  command.file("MAP", a.map, "Map file that 'qjulia fit' wrote").required().type("");
+  command.file("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'").required().type("");
   command.file("MESH", a.mesh, "The mesh it was fitted to: .obj, .off, .ply or .stl")
       .required()
       .type("");

@@ -12,8 +12,8 @@ namespace {
 
 constexpr const char* kDescription =
     "What would a Mandelbrot-like set in the shape of this mesh look like?\n"
-    "qjulia fits an iterated quaternion rational map to a triangle mesh. The map is a few\n"
-    "kilobytes and has no resolution: make surfaces and pictures of it as fine as you like.";
+    "qjulia fits an iterated quaternion rational map to a triangle mesh. The map is some\n"
+    "fifty kilobytes and has no resolution: make surfaces and pictures as fine as you like.";
 
 constexpr const char* kExamples =
     "First steps:\n"
@@ -21,6 +21,7 @@ constexpr const char* kExamples =
     "  qjulia doctor                                   does it compute what it should?\n"
     "  qjulia fit bunny.obj -o bunny.qjulia.json       mesh to map; a minute or so\n"
     "  qjulia shape bunny.obj -o exact.qjulia.json     the same in seconds, larger and exact\n"
+    "  qjulia shape human.obj -o human.qjulia.json     the mesh's exact shape, in seconds\n"
     "  qjulia render bunny.qjulia.json -o bunny.png    map to picture\n"
     "  qjulia surface bunny.qjulia.json -o bunny.ply   map to mesh, for Blender or a printer\n"
     "  qjulia compare bunny.qjulia.json bunny.obj      how well does it fit?\n"

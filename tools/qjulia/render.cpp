@@ -245,7 +245,8 @@ int run(const Arguments& arguments, Session& session) {
 void describe_options(Command command, Arguments& a) {
   command
       .file("MAP", a.input,
-            "Map file that 'qjulia fit' wrote; or a mesh (.obj, .off, .ply, .stl), drawn in "
+            "Map file of 'qjulia fit' or 'qjulia shape'; or a mesh (.obj, .off, .ply, .stl), drawn "
+            "in "
             "the same view and light for comparison")
       .required()
       .type("");

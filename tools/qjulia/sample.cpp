@@ -51,7 +51,7 @@ int run(const Arguments& arguments, Session& session) {
 }
 
 void describe_options(Command command, Arguments& a) {
-  command.file("MAP", a.map, "Map file that 'qjulia fit' wrote").required().type("");
+  command.file("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'").required().type("");
   command
       .file("-o,--output", a.output,
             "Field to write: " + extension_list(FileContent::field, FileUse::write))

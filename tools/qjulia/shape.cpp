@@ -146,10 +146,10 @@ void add_shape(CommandLine& program, ChosenCommand& chosen) {
       "  qjulia shape human.obj -o human.qjulia.json\n"
       "  qjulia shape human.obj -o other.qjulia.json --versor random:30:2\n"
       "  qjulia shape bunny.obj -o bunny.qjulia.json --versor fitted.qjulia.json\n"
-      "The map holds the mesh's distance on a grid: up to a megabyte or so, where a fitted map "
-      "has\n"
-      "some kilobytes, but thin limbs and sharp edges are all there. The versor, which gives the\n"
-      "grooves their pattern, is free. See docs/exact-maps.md."};
+      "The map holds the mesh's distance on a grid: about a megabyte, where a fitted map has\n"
+      "some fifty kilobytes, but thin limbs and sharp edges are all there. The versor, which "
+      "gives\n"
+      "the grooves their pattern, is free. See docs/exact-maps.md."};
   add_command(program, chosen, text, describe_options, run);
 }
 

@@ -164,7 +164,7 @@ int run(const Arguments& arguments, Session& session) {
 }
 
 void describe_options(Command command, Arguments& a) {
-  command.file("MAP", a.map, "Map file that 'qjulia fit' wrote").required().type("");
+  command.file("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'").required().type("");
   command
       .file("-o,--output", a.output,
             "Mesh to write: " + extension_list(FileContent::mesh, FileUse::write))
