@@ -68,7 +68,7 @@ static inline orbit run_orbit(qlane q, global const real* map, int factors, int 
 // With P_k the product of the versors up to the k-th and C_k the cotangent of P_k, all that is
 // asked of them is t = vec(P_k* C_k). To strip the k-th versor is to turn t about its axis n_k by
 // 2 a_k t_k. Of t, the part along n_k is the cotangent of a_k t_k, the part across turns the axis.
-static inline qlane pull_back(qlane q, qlane u, lane f_bar, qlane u_bar, global const real* map,
+factor_loop qlane pull_back(qlane q, qlane u, lane f_bar, qlane u_bar, global const real* map,
                               int factors, factor_sums sums) {
   int stride = QJ_MAP_STRIDE(factors);
   int tile = sums_tile(factors);
@@ -116,7 +116,7 @@ static inline qlane pull_back(qlane q, qlane u, lane f_bar, qlane u_bar, global 
 }
 
 // The same where no lane has an iterate after this one: F alone matters, and no versor.
-static inline qlane pull_back_last(qlane q, lane f_bar, global const real* map, int factors,
+factor_loop qlane pull_back_last(qlane q, lane f_bar, global const real* map, int factors,
                                    factor_sums sums) {
   int stride = QJ_MAP_STRIDE(factors);
   int tile = sums_tile(factors);
