@@ -38,7 +38,18 @@ bool allows(const FileType& type, FileContent content, FileUse use) {
   return type.content == content && (use == FileUse::read ? type.is_read : type.is_written);
 }
 
-const char* name_of(FileContent content) {
+}  // namespace
+
+std::string extension_of(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  // Not tolower, which depends on the locale.
+  std::ranges::transform(extension, extension.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return extension;
+}
+
+const char* to_string(FileContent content) {
   switch (content) {
     case FileContent::mesh:
       return "mesh";
@@ -58,15 +69,10 @@ const char* name_of(FileContent content) {
   return "";
 }
 
-}  // namespace
-
-std::string extension_of(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  // Not tolower, which depends on the locale.
-  std::ranges::transform(extension, extension.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
-  return extension;
+std::optional<FileContent> content_of(const std::filesystem::path& path) {
+  const auto* type = std::ranges::find(kTypes, extension_of(path), &FileType::extension);
+  if (type == kTypes.end()) return {};
+  return type->content;
 }
 
 bool has_type(const std::filesystem::path& path, FileContent content, FileUse use) {
@@ -97,7 +103,7 @@ std::string extension_list(FileContent content, FileUse use) {
 std::string expect_type(const std::filesystem::path& path, FileContent content, FileUse use) {
   if (has_type(path, content, use)) return extension_of(path);
   throw InputError(fmt::format("cannot {} {} '{}': its name must end in {}",
-                               use == FileUse::read ? "read" : "write", name_of(content),
+                               use == FileUse::read ? "read" : "write", to_string(content),
                                path.string(), extension_list(content, use)));
 }
 

@@ -26,6 +26,7 @@ void Budget::update() {
 void Budget::carry(int evaluations, double seconds) {
   evaluations_ = evaluations;
   carried_seconds_ = seconds;
+  time_limit_ += seconds;  // the limit is that of this process
 }
 
 double Budget::fraction() const {

@@ -20,7 +20,7 @@ class Budget {
          double reserve, std::stop_token stop, Team& team);
 
   void count_evaluation() { ++evaluations_; }
-  /// What an earlier process has spent on the same fit.
+  /// What an earlier process has spent on the same fit; the time limit is what this one may add.
   void carry(int evaluations, double seconds);
   /// Looks at the clock and for a stop request.
   void update();

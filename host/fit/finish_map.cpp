@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "fit/even_sides.hpp"
 #include "qjulia/detail.hpp"
@@ -24,23 +25,30 @@ std::vector<Eigen::Vector3d> positions(const std::vector<SurfacePoint>& points) 
   return found;
 }
 
-/// How poor the fit is and where the surface is missed most: F₁ at a surface point over the mean
-/// slope is about how far the map's own surface is.
+/// About how far the map's own surface is from each point, over the diagonal of the shape's box:
+/// |F₁ - L| over the mean slope.
+std::vector<double> distances(const Device& device, const RationalMap& map,
+                              const std::vector<Eigen::Vector3d>& surface) {
+  const Field field(device, map);
+  const double diagonal = map.shape_to_map.scale * map.box->diagonal();
+  const double unit = shell_thickness(field, surface, map.slice) / diagonal;
+  std::vector<double> found = field.at(on_slice(surface, map.slice));
+  for (double& f : found) f = unit * std::abs(f - map.surface_level);
+  return found;
+}
+
+/// How poor the fit is and where the surface is missed most.
 std::string poor_fit(const Device& device, const RationalMap& map, double iou,
                      const std::vector<Eigen::Vector3d>& surface) {
-  const Field field(device, map);
-  const double thickness = shell_thickness(field, surface, map.slice);
-  const auto off = field.at(on_slice(surface, map.slice));
-  const auto worst =
-      std::ranges::max_element(off, [](double a, double b) { return std::abs(a) < std::abs(b); });
+  const auto off = distances(device, map, surface);
+  const auto worst = std::ranges::max_element(off);
   const Eigen::Vector3d where =
       map.shape_to_map.to_shape(surface[static_cast<std::size_t>(worst - off.begin())]);
   return fmt::format(
       "the fit reaches an IoU of {:.2f} only; it is farthest off the surface, by about {:.2g} % of "
       "the diagonal, near ({:.4g}, {:.4g}, {:.4g}). More factors or more time follow the shape "
       "more closely",
-      iou, 100 * std::abs(*worst) * thickness / (map.shape_to_map.scale * map.box->diagonal()),
-      where.x(), where.y(), where.z());
+      iou, 100 * *worst, where.x(), where.y(), where.z());
 }
 
 }  // namespace
@@ -74,6 +82,11 @@ RationalMap finish_map(const Device& device, RationalMap map, double iou, const 
                     depth, kDeepEnough));
   }
   return map;
+}
+
+double mean_distance(const Device& device, const RationalMap& map, const SamplePool& pool) {
+  const auto all = distances(device, map, positions(pool.surface));
+  return std::reduce(all.begin(), all.end()) / static_cast<double>(all.size());
 }
 
 }  // namespace qjulia::fitting

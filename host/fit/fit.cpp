@@ -110,8 +110,9 @@ std::string brief_summary(const FitResult& result) {
   std::string text;
   if (!result.stages.empty()) {
     const StageReport& last = result.stages.back();
-    text = fmt::format("energy {:.4g}, IoU {:.3f} at n = {} on a coarse grid\n", last.energy_after,
-                       last.iou, last.iterations);
+    text = fmt::format(
+        "IoU {:.3f} at n = {} on a coarse grid, mean distance {:.3g} % of the diagonal\n", last.iou,
+        last.iterations, 100 * result.mean_distance);
   }
   return text + fmt::format("{} factors, {} evaluations in {:.1f} s; ended: {}",
                             result.map.factors.size(), result.evaluations, result.seconds,
@@ -131,6 +132,26 @@ std::string full_summary(const FitResult& result) {
 }
 
 namespace {
+
+/// Fits that make fewer of their schedule's evaluations are seldom settled: their last stages,
+/// which bring the surface in, have hardly begun.
+constexpr int kSettlingShare = 4;
+
+/// A warning about a fit that ended early; empty when it has had its time.
+std::string unsettled(const FitResult& result, int schedule_evaluations) {
+  if (result.evaluations == 0) {
+    return "the fit ended before its first evaluation: the map is only where its factors begin";
+  }
+  if (result.stopped != StopReason::time_limit ||
+      result.evaluations * kSettlingShare >= schedule_evaluations) {
+    return {};
+  }
+  return fmt::format(
+      "the time limit ended the fit after {} of {} evaluations, before it could "
+      "settle; {} factors need about {:.0f} s here, and fewer settle sooner",
+      result.evaluations, schedule_evaluations, result.map.factors.size(),
+      result.seconds * schedule_evaluations / kSettlingShare / result.evaluations);
+}
 
 FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
                  const FitOptions& options, const ProgressMonitor& monitor) {
@@ -195,10 +216,14 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   result.stopped = stages.run();
   result.stages = stages.reports();
   result.map = in_stage("calibration", [&] { return stages.map(); });
+  result.mean_distance = mean_distance(device, result.map, pool);
   result.map.tufts = options.tufts;
   budget.update();
   result.evaluations = budget.evaluations();
   result.seconds = budget.seconds();
+  if (const std::string warning = unsettled(result, schedule.evaluations); !warning.empty()) {
+    result.warnings.push_back(warning);
+  }
   if (!checkpoint.problem().empty()) {
     result.warnings.push_back("the fit could not be kept while it was under way: " +
                               checkpoint.problem());

@@ -175,8 +175,8 @@ std::optional<StopReason> Stages::run_stage() {
   reports_.push_back({level.name, budget_.evaluations() - evaluations, result.energy_before,
                       result.energy_after, budget_.seconds() - start, overlap, level.iterations});
   monitor_.report({"fitting", budget_.fraction(), budget_.seconds_left(),
-                   fmt::format("energy {:.3e}, IoU {:.4f}, {}, {} evaluations", result.energy_after,
-                               reports_.back().iou, level.name, budget_.evaluations())});
+                   fmt::format("IoU {:.4f}, {}, {} evaluations", reports_.back().iou, level.name,
+                               budget_.evaluations())});
   if (result.stopped || !converged(level, result)) return result.stopped;
   if (++level_ == static_cast<int>(schedule_.levels.size())) return StopReason::converged;
   return std::nullopt;

@@ -3,6 +3,7 @@
 /// case of its letters.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,8 +12,14 @@ namespace qjulia {
 enum class FileContent { mesh, map, original_map, picture, field, manifest, report };
 enum class FileUse { read, write };
 
+/// As in "map".
+const char* to_string(FileContent content);
+
 /// The extension with its dot, in lower case; empty when there is none.
 std::string extension_of(const std::filesystem::path& path);
+
+/// What the name promises; none for an extension that is not in the table.
+std::optional<FileContent> content_of(const std::filesystem::path& path);
 
 /// Whether the name's extension is that of a file which can be read, or written, as `content`.
 bool has_type(const std::filesystem::path& path, FileContent content, FileUse use);

@@ -40,9 +40,9 @@ struct FitOptions {
   /// Change it to see how much of a result is chance: samples and relocated factors are drawn with
   /// it.
   std::uint64_t seed = 1;
-  /// Seconds of the whole fit. Set it where a deadline matters more than the result: the levels of
-  /// the schedule then share the time, and results differ from run to run. For results that repeat,
-  /// limit evaluations.
+  /// Seconds of the whole fit, or what a resumed one may add. Set it where a deadline matters more
+  /// than the result: the levels of the schedule then share the time, and results differ from run
+  /// to run. For results that repeat, limit evaluations.
   double time_limit = std::numeric_limits<double>::infinity();
   /// Of energy and gradient; 0: the schedule's own number. The levels share whatever it is, so that
   /// a hundred give a rough map of the same kind.
@@ -111,13 +111,15 @@ struct FitResult {
   StopReason stopped = StopReason::schedule_done;
   int evaluations = 0;  ///< of energy and gradient, a resumed fit's earlier ones included
   double seconds = 0;   ///< the same for wall time
+  /// Of the fitted surface (n = 1) from the mesh, to first order, over the diagonal of its box.
+  double mean_distance = 0;
   std::vector<StageReport> stages;
   std::vector<std::string> warnings;  ///< what a user should know about the map, a sentence each
 };
 
-/// Two lines: energy and IoU reached, evaluations, time, and why the fit ended.
+/// Two lines: IoU and mean distance reached, evaluations, time, and why the fit ended.
 std::string brief_summary(const FitResult& result);
-/// A line for each stage, then the brief summary.
+/// A line for each stage with its energies, then the brief summary.
 std::string full_summary(const FitResult& result);
 
 /// Fits a map to a mesh. A stop request ends the fit with what was reached. A resumed fit gives the

@@ -233,6 +233,7 @@ TEST_CASE("names of outputs are checked before the work") {
   check_refused(folder, {"render", map, "-o", folder / "out.bmp"}, "out.bmp");
   check_refused(folder, {"sample", map, "-o", folder / "out.raw"}, "out.raw");
   check_refused(folder, {"fit", mesh, "-o", mesh}, "sphere.obj");
+  check_refused(folder, {"fit", mesh, "-o", folder / "out.png"}, "has the name of a picture");
 
   const std::string nowhere = folder / "no/such/folder/out";
   check_refused(folder, {"fit", mesh, "-o", nowhere + ".qjulia.json"}, "no/such/folder", 1);

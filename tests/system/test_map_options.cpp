@@ -84,6 +84,10 @@ TEST_CASE("a mesh file tells how it was made, where its format has room") {
   check(json::parse(
       json::parse(glb.substr(begin, glb.find("BIN") - 4 - begin))["asset"]["extras"]["made_with"]
           .get<std::string>()));
+  const auto info = run_command({"info", map.folder / "a.glb", "--json"});
+  REQUIRE(info.exit_code == 0);
+  check(json::parse(info.out)["made_with"]);
+  CHECK(json::parse(info.out)["triangles"].get<int>() > 100);
 }
 
 TEST_CASE("at n = 1, phase and order keep the surface and the other options change it") {
@@ -222,4 +226,12 @@ TEST_CASE("pictures say how they were made") {
   CHECK(options["iterations"] == 4);
   CHECK(options["detail"].is_null());
   CHECK_THAT(read_text(picture), Contains("tEXtqjulia") && Contains(made["input"].dump()));
+  const auto info = run_command({"info", picture, "--json"});
+  REQUIRE(info.exit_code == 0);
+  CHECK(json::parse(info.out)["made_with"] == made);
+
+  const auto foreign =
+      run_command({"info", map.folder.file("b.png", read_text(picture).substr(0, 40))});
+  CHECK(foreign.exit_code == 2);
+  CHECK_THAT(foreign.err, Contains("b.png") && Contains("does not say how it was made"));
 }

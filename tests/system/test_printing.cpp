@@ -69,6 +69,13 @@ TEST_CASE("admesh has nothing to repair") {
   const double wall = info["printable"]["median_wall"];
   CHECK(wall > 0.5);
   CHECK(wall < 80);
+  // Two lines of a nozzle fit the median wall, or do not.
+  const auto with_nozzle = [&](double width) {
+    return made({"info", stl, "--printable", "--nozzle", std::to_string(width)})["printable"];
+  };
+  CHECK(with_nozzle(0.45 * wall)["ready"] == true);
+  CHECK(with_nozzle(0.55 * wall)["ready"] == false);
+  CHECK_THAT(with_nozzle(0.55 * wall)["advice"].get<std::string>(), Contains("--millimetres"));
   // The shape's box, 2.4 a side, is 80 mm long.
   const double length = info["box"][1][0].get<double>() - info["box"][0][0].get<double>();
   CHECK(length > 40);

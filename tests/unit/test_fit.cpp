@@ -27,6 +27,13 @@ TEST_CASE("a budget is spent by evaluations, time or a stop request") {
   hurried.time_limit = 1e-9;
   CHECK(budget_of(100, hurried).spent() == StopReason::time_limit);
 
+  FitOptions limited;
+  limited.time_limit = 100;
+  auto resumed = budget_of(100, limited);
+  resumed.carry(30, 250);
+  CHECK_FALSE(resumed.spent());
+  CHECK(resumed.time_left() == Approx(100).margin(1));
+
   std::stop_source source;
   auto interrupted = budget_of(100, {}, source.get_token());
   CHECK_FALSE(interrupted.spent());

@@ -55,6 +55,13 @@ bool is_mesh_file(const std::filesystem::path& path) {
   return has_type(path, FileContent::mesh, FileUse::read);
 }
 
+void check_map_name(const std::filesystem::path& path) {
+  const auto content = content_of(path);
+  if (!content || *content == FileContent::map) return;
+  throw InputError(fmt::format("--output: '{}' has the name of a {}; end it in .qjulia.json",
+                               path.string(), to_string(*content)));
+}
+
 bool is_schedule_file(const std::string& schedule) { return extension_of(schedule) == ".toml"; }
 
 bool is_original_file(const std::filesystem::path& path) {

@@ -28,6 +28,9 @@ std::shared_ptr<const int> opened_when_read(const std::filesystem::path& pipe,
 /// Whether the name is that of a mesh: .obj, .off, .ply or .stl.
 bool is_mesh_file(const std::filesystem::path& path);
 
+/// @throws InputError when a map to be written has the name of another type, such as x.png.
+void check_map_name(const std::filesystem::path& path);
+
 /// Whether a schedule's name is that of a file: .toml.
 bool is_schedule_file(const std::string& schedule);
 

@@ -68,10 +68,7 @@ std::filesystem::path checkpoint_file(const Arguments& arguments) {
 }
 
 void check_files(const Arguments& arguments, const FitOptions& options, Session& session) {
-  if (is_mesh_file(arguments.output)) {
-    throw InputError(fmt::format("--output: '{}' has the name of a mesh; end it in .qjulia.json",
-                                 arguments.output));
-  }
+  check_map_name(arguments.output);
   std::vector<std::filesystem::path> inputs{arguments.mesh};
   if (is_schedule_file(options.schedule)) inputs.emplace_back(options.schedule);
   std::vector<base::Output> outputs{{"--output", arguments.output}};

@@ -38,7 +38,8 @@ void add_fit_options(Command command, FitArguments& a) {
       "can change it later");
   command
       .add("--time-limit", &a.time_limit,
-           "Seconds of the whole command; the map reached by then is saved. Default: none")
+           "Seconds of the whole command, with --resume of this run; the map reached by then is "
+           "saved. Default: none")
       .type("SECONDS");
   command.add("--max-evaluations", &a.options.max_evaluations,
               "Maximum number of evaluations of energy and gradient; 0: the schedule's default");

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "commands.hpp"
+#include "embedded_note.hpp"
 #include "exit_code.hpp"
 #include "files.hpp"
 #include "map_options.hpp"
@@ -56,6 +57,7 @@ struct Arguments {
   std::string device;
   bool check_precision = false;
   bool printable = false;
+  double nozzle = 0.4;
 };
 
 /// The device, or none where none was asked for by name and there is none: a file can be described
@@ -87,22 +89,56 @@ void describe_interior(const TriangleMesh& mesh, const Device& device, const std
   }
 }
 
+/// What to do before this mesh, in millimetres, is printed; empty when nothing.
+std::string print_advice(const TriangleMesh& mesh, const MeshReport& report,
+                         const WallThickness& walls, double nozzle) {
+  if (!report.closed() || report.is_inside_out) {
+    return "close its surface first; 'qjulia surface' writes closed meshes";
+  }
+  if (report.components > 1) {
+    return fmt::format(
+        "it falls into {} bodies; 'qjulia surface' leaves loose pieces out, and a "
+        "smaller --detail makes fewer",
+        report.components);
+  }
+  // Slicers want two lines a wall.
+  const double least = 2 * nozzle;
+  if (walls.median >= least) return "";
+  return fmt::format(
+      "half of its walls are thinner than two lines; make it {:.0f} mm long, as "
+      "'qjulia surface --millimetres' does",
+      std::ceil(mesh.box().size().maxCoeff() * least / walls.median));
+}
+
+/// What a line as wide as the nozzle smooths away: edges, and grooves finer than it.
+std::string lost_detail(const WallThickness& walls, double nozzle) {
+  if (walls.thinnest >= nozzle) return "all detail shows";
+  return fmt::format("{} than a tenth of the surface is finer than a line and comes out smoother",
+                     walls.tenth < nozzle ? "more" : "less");
+}
+
 /// What a printer needs: no open edge, one body, walls it can make.
 void describe_print(const TriangleMesh& mesh, const MeshReport& report, const Device& device,
-                    Answer& answer) {
+                    double nozzle, Answer& answer) {
   const WallThickness walls = wall_thickness(device, mesh);
   const bool printable = report.closed() && report.components == 1 && !report.is_inside_out;
+  const std::string advice = print_advice(mesh, report, walls, nozzle);
   answer.json["printable"] = {{"closed_body", printable},
                               {"thinnest_wall", walls.thinnest},
                               {"tenth_of_walls_below", walls.tenth},
-                              {"median_wall", walls.median}};
+                              {"median_wall", walls.median},
+                              {"nozzle", nozzle},
+                              {"ready", advice.empty()},
+                              {"advice", advice}};
   answer.add(fmt::format(
       "printing      {}: {} open edges, {} non-manifold edges, {} {}\n"
       "walls         1 % are under {:.3g}, 10 % under {:.3g}; the median is {:.3g} (units of the "
-      "file)",
+      "file)\n"
+      "verdict       {} with a nozzle of {:.3g} mm (units taken as millimetres): {}",
       printable ? "one closed body" : "not one closed body", report.open_edges,
       report.non_manifold_edges, report.components, report.components == 1 ? "body" : "bodies",
-      walls.thinnest, walls.tenth, walls.median));
+      walls.thinnest, walls.tenth, walls.median, advice.empty() ? "ready to print" : "not yet",
+      nozzle, advice.empty() ? lost_detail(walls, nozzle) : advice));
 }
 
 Answer mesh_info(const Arguments& arguments, const std::stop_token& stop) {
@@ -134,7 +170,7 @@ Answer mesh_info(const Arguments& arguments, const std::stop_token& stop) {
                  {"warnings", report.warnings()}};
   if (const auto device = device_for(arguments, answer)) {
     describe_interior(mesh, *device, stop, answer);
-    if (arguments.printable) describe_print(mesh, report, *device, answer);
+    if (arguments.printable) describe_print(mesh, report, *device, arguments.nozzle, answer);
   }
   for (const std::string& warning : report.warnings()) answer.add("note          " + warning);
   return answer;
@@ -263,6 +299,24 @@ Answer map_info(const Arguments& arguments, const Session& session) {
   return answer;
 }
 
+/// A picture or scene of ours: what it shows, and how it was made.
+Answer note_info(const Arguments& arguments, const Session& session) {
+  const nlohmann::json note = read_embedded_note(arguments.file, session.interrupts.token());
+  const nlohmann::json& made = note.at("made_with");
+  const bool is_picture = note.contains("width");
+  Answer answer{is_picture ? fmt::format("{}: picture, {} x {} pixels", arguments.file,
+                                         note.at("width").dump(), note.at("height").dump())
+                           : fmt::format("{}: mesh, {} vertices, {} triangles", arguments.file,
+                                         note.at("vertices").dump(), note.at("triangles").dump()),
+                {{"file", arguments.file}, {"type", is_picture ? "picture" : "mesh"}}};
+  answer.json.update(note);
+  if (made.contains("input") && made["input"].contains("name")) {
+    answer.add("made from     " + made["input"]["name"].dump());
+  }
+  answer.add("made with     " + made.dump());
+  return answer;
+}
+
 int run(const Arguments& arguments, Session& session) {
   const bool mesh = is_mesh_file(arguments.file);
   if (mesh && arguments.check_precision) {
@@ -272,19 +326,26 @@ int run(const Arguments& arguments, Session& session) {
   if (arguments.printable && !mesh) {
     throw InputError(fmt::format("--printable needs a mesh, and '{}' is not one", arguments.file));
   }
-  const Answer answer =
-      mesh ? mesh_info(arguments, session.monitor().stop) : map_info(arguments, session);
+  const Answer answer = mesh ? mesh_info(arguments, session.monitor().stop)
+                        : can_hold_note(arguments.file) ? note_info(arguments, session)
+                                                        : map_info(arguments, session);
   session.console.result(answer.text, answer.json);
   return kDone;
 }
 
 void describe_options(Command command, Arguments& a) {
-  command.file("FILE", a.file, "Map, or mesh (.obj, .off, .ply, .stl)").required().type("");
+  command
+      .file("FILE", a.file,
+            "Map, mesh (.obj, .off, .ply, .stl), or a .png or .glb that qjulia made")
+      .required()
+      .type("");
   command.flag("--check-precision", a.check_precision,
                "Also count the points near a map's surface that are inside in single and "
                "outside in double precision, or the other way round");
   command.flag("--printable", a.printable,
-               "Also whether a mesh is one closed body, and how thick its walls are");
+               "Also whether a mesh is ready to print: one closed body, with walls that the "
+               "nozzle can make");
+  command.add("--nozzle", &a.nozzle, "Width of the printer's nozzle, millimetres").range(0.01, 10);
   add_device(command, a.device);
 }
 
@@ -295,7 +356,7 @@ void add_info(CommandLine& program, ChosenCommand& chosen) {
       "info", "Say what is in a map or mesh",
       "Examples:\n"
       "  qjulia info bunny.obj                    is it closed? how large? how thick inside?\n"
-      "  qjulia info bunny.stl --printable        and how thick are its walls?\n"
+      "  qjulia info bunny.stl --printable        is it ready to print?\n"
       "  qjulia info bunny.qjulia.json            factors, detail, radii, how deep its origin "
       "lies\n"
       "  qjulia info bunny.qjulia.json --verbose  and how it was made\n"

@@ -104,8 +104,12 @@ nlohmann::json to_json(const StageReport& stage) {
 }
 
 nlohmann::json final_figures(const FitResult& result) {
-  if (result.stages.empty()) return {{"energy", nullptr}, {"iou", nullptr}};
-  return {{"energy", result.stages.back().energy_after}, {"iou", result.stages.back().iou}};
+  nlohmann::json json = {
+      {"energy", nullptr}, {"iou", nullptr}, {"mean_distance", result.mean_distance}};
+  if (result.stages.empty()) return json;
+  json["energy"] = result.stages.back().energy_after;
+  json["iou"] = result.stages.back().iou;
+  return json;
 }
 
 std::string program_name() { return std::string("qjulia ") + version(); }
@@ -160,6 +164,7 @@ FitResult finished_fit(RationalMap map, const std::filesystem::path& file) {
       result.stages.push_back(stage_from(stage));
     result.evaluations = made.at("evaluations");
     result.seconds = made.at("seconds");
+    result.mean_distance = number(made.at("metrics").value("mean_distance", nlohmann::json()));
     result.stopped = stop_reason(made.at("stopped"));
     result.warnings = made.at("warnings").get<std::vector<std::string>>();
   } catch (const nlohmann::json::exception&) {

@@ -80,10 +80,7 @@ int run(const Arguments& arguments, Session& session) {
   const bool from_file = !arguments.versor.starts_with("random:");
   std::vector<std::filesystem::path> inputs{arguments.mesh};
   if (from_file) inputs.emplace_back(arguments.versor);
-  if (is_mesh_file(arguments.output)) {
-    throw InputError(fmt::format("--output: '{}' has the name of a mesh; end it in .qjulia.json",
-                                 arguments.output));
-  }
+  check_map_name(arguments.output);
   session.check_outputs(inputs, {{"--output", arguments.output}});
   choose_versor(arguments, options);
   options.validate();
