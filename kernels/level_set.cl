@@ -94,16 +94,17 @@ kernel void level_set_advance(global const real* points, global const real* fiel
 }
 
 // Bounds of the field over cubes in the slice that reach `half_side` from their centres along each
-// axis: of F_1, and where they reach beyond the escape radius, of ln |q|. centers: three arrays X,
-// Y, Z of `stride` reals. bounds: two, the lowest and the highest.
+// axis: those of map_bounds, and where they reach beyond the escape radius, of ln |q|. centers:
+// three arrays X, Y, Z of `stride` reals. bounds: two, the lowest and the highest.
 kernel void level_set_bounds(global const real* centers, int stride, int groups, real half_side,
-                             global const real* map, int factors, global real* bounds) {
+                             global const real* map, int factors, int iterations,
+                             global real* bounds) {
   int g = (int)get_global_id(0);
   if (g >= groups) return;
   qlane q = q_make(lane_load(centers, g), lane_load(centers + stride, g),
                    lane_load(centers + 2 * stride, g), lane_of(map[QJ_MAP_SLICE]));
   lane lowest, highest;
-  map_modulus_bounds(q, half_side, map, factors, &lowest, &highest);
+  map_bounds(q, half_side, map, factors, iterations, &lowest, &highest);
   lane ln2 = lane_of(QJ_LN2), reach = lane_of(half_side * (real)1.7320509f);
   lane farthest = ln2 * lane_log2(sqrt(fmax(q_dot(q, q), lane_of(QJ_TINY))) + reach);
   ilane escapes = isgreater(farthest, lane_of(map[QJ_MAP_LOG_ESCAPE] - (real)1e-4f));

@@ -30,12 +30,11 @@ static inline void clip_to_seen(global const real* grid, lane_ray r, lane* start
   *end = fmax(*end, *start);
 }
 
-// How far the band {F_1 < far_level} is from each point of a grid, at least; not above 0 in it.
-// Near a pole outside the shape F_1 is high without the band being far, so that no step is longer
-// than the distance to where F_1 is not smooth. One work-item per QJ_WIDTH points, from
-// `first_group` on; safe: groups * QJ_WIDTH elements.
+// How far the band {F_1 < far_level} is from each point of a grid, at least; not above 0 in it. One
+// work-item per QJ_WIDTH points, from `first_group` on; safe: groups * QJ_WIDTH elements.
 kernel void safe_steps(global const real* grid, int first_group, int groups, global const real* map,
-                       int factors, real far_level, real steepest, global real* safe) {
+                       int factors, int iterations, real far_level, real steepest,
+                       global real* safe) {
   int g = (int)get_global_id(0);
   if (g >= groups) return;
   int nx = (int)grid[QJ_GRID_POINTS], ny = (int)grid[QJ_GRID_POINTS + 1];
@@ -45,9 +44,8 @@ kernel void safe_steps(global const real* grid, int first_group, int groups, glo
   lane x = fma(to_lane(index % nx), lane_of(step), lane_of(grid[QJ_GRID_ORIGIN]));
   lane y = fma(to_lane(row % ny), lane_of(step), lane_of(grid[QJ_GRID_ORIGIN + 1]));
   lane z = fma(to_lane(row / ny), lane_of(step), lane_of(grid[QJ_GRID_ORIGIN + 2]));
-  lane nearest;
-  lane f = map_modulus_near(q_make(x, y, z, lane_of(map[QJ_MAP_SLICE])), map, factors, &nearest);
-  lane_store(fmin((f - far_level) / steepest, nearest), safe, g);
+  qlane q = q_make(x, y, z, lane_of(map[QJ_MAP_SLICE]));
+  lane_store(map_safe_step(q, map, factors, iterations, far_level, steepest), safe, g);
 }
 
 // Depths along rays of a view. rays: three arrays of march.stride reals, the pixel coordinates x

@@ -69,7 +69,8 @@ double effective_radius(const Field& field, double level, double limit) {
 RationalMap calibrated(const Device& device, const RationalMap& map) {
   // Map coordinates are such that the shape's longest side is 3: nothing lies beyond its diagonal.
   const double limit = 3 * std::sqrt(3.0);
-  const double radius = effective_radius(Field(device, map), map.surface_level, limit);
+  const double radius =
+      effective_radius(Field(device, without_portals(map)), map.surface_level, limit);
   if (!(radius > 1e-6 * limit)) {
     throw InputError("the map cannot be calibrated: its origin is not inside the fitted shape");
   }

@@ -1,10 +1,12 @@
 #include "map/device_map.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "layout/distance_layout.h"
 #include "layout/map_layout.h"
+#include "layout/portal_layout.h"
 #include "map/kinds.hpp"
 
 namespace qjulia::map {
@@ -48,6 +50,26 @@ void append(std::vector<Real>& reals, const DistanceModulus& modulus) {
   reals.push_back(Real{0});
 }
 
+template <class Real>
+void append(std::vector<Real>& reals, const Portal& portal) {
+  std::array<double, QJ_PORTAL_SIZE> all{};
+  const Eigen::Matrix3d matrix = portal.scale * portal.rotation.matrix();
+  all[QJ_PORTAL_RADIUS] = portal.radius;
+  all[QJ_PORTAL_SCALE] = portal.scale;
+  all[QJ_PORTAL_MASK] = portal.mask == PortalMask::none      ? 0
+                        : portal.mask == PortalMask::outside ? 1
+                                                             : -1;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    all[QJ_PORTAL_CENTER + i] = portal.center[row];
+    all[QJ_PORTAL_DESTINATION + i] = portal.destination[row];
+    for (std::size_t j = 0; j < 3; ++j) {
+      all[QJ_PORTAL_MATRIX + 3 * i + j] = matrix(row, static_cast<Eigen::Index>(j));
+    }
+  }
+  for (const double x : all) reals.push_back(static_cast<Real>(x));
+}
+
 /// As layout/map_layout.h says.
 template <class Real>
 std::vector<Real> packed(const RationalMap& map, const StopRadii& stops) {
@@ -78,6 +100,9 @@ std::vector<Real> packed(const RationalMap& map, const StopRadii& stops) {
   const auto add = [&](const char* /*name*/, const auto& member) { append(reals, member); };
   set(QJ_MAP_VERSOR, static_cast<double>(reals.size()));
   visit_members(map.versor, add);
+  set(QJ_MAP_PORTALS, static_cast<double>(reals.size()));
+  set(QJ_MAP_PORTAL_COUNT, static_cast<double>(map.portals.size()));
+  for (const Portal& portal : map.portals) append(reals, portal);
   set(QJ_MAP_MODULUS, static_cast<double>(reals.size()));
   visit_members(map.modulus, add);
   return reals;
@@ -102,6 +127,7 @@ DeviceMap::DeviceMap(const Device& device, const RationalMap& map, const StopRad
       slice_(map.slice),
       log_inner_(log_or(stops.inner, -kNone)),
       log_outer_(std::min(log_or(stops.escape, kNone), log_or(stops.outer, kNone))) {
+  if (!map.portals.empty()) kinds_.emplace("QJ_PORTALS", "portals.clh");
   for (const Factor& factor : map.factors) centers_.push_back(factor.center);
   buffer_ =
       precision == Precision::dbl

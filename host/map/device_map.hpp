@@ -24,7 +24,8 @@ class DeviceMap {
 
   const Device& device() const { return device_; }
   device::Context& context() const { return device_.context(); }
-  /// A kernel built for this map's kinds of modulus and versor, its lane width and precision.
+  /// A kernel built for this map's kinds of modulus and versor, for portals where it has some, its
+  /// lane width and precision.
   device::Kernel kernel(const char* file, const char* name) const;
   const device::RealBuffer& buffer() const { return buffer_; }
   int factors() const { return factors_; }
@@ -32,6 +33,7 @@ class DeviceMap {
   device::Argument real(double value) const { return device::Argument::real(value, precision_); }
 
   const std::vector<Quaternion>& centers() const { return centers_; }
+  bool has_portals() const { return kinds_.contains("QJ_PORTALS"); }
   double slice() const { return slice_; }
 
   /// ln of the radius below which an iterate never leaves, and of that above which none returns.
@@ -53,7 +55,7 @@ class DeviceMap {
   device::RealBuffer buffer_;
   int factors_;
   Precision precision_;
-  std::map<std::string, std::string> kinds_;  ///< the files of modulus and versor
+  std::map<std::string, std::string> kinds_;  ///< the files of modulus, versor and portals
   double modulus_cost_, step_cost_;
   std::vector<Quaternion> centers_;
   double slice_;

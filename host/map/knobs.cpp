@@ -2,12 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
-#include <numbers>
 
 #include "base/random.hpp"
 #include "base/range_check.hpp"
+#include "map/portals.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
@@ -41,6 +40,12 @@ void shuffle(std::vector<Factor>& factors, std::uint64_t seed) {
 
 /// @throws InputError naming the options that moved the origin out of the shape.
 RationalMap calibrated_inside(const Device& device, const RationalMap& map) {
+  if (map::holds_origin(map.portals)) {
+    throw InputError(
+        "drift and translate move the origin of iteration into a portal, and no orbit would come "
+        "to "
+        "rest; use less");
+  }
   try {
     return calibrated(device, map);
   } catch (const InputError&) {
@@ -57,28 +62,35 @@ Box turned_box(const Box& box, const Eigen::Matrix3d& turn, const Eigen::Vector3
   return {center - half, center + half};
 }
 
-/// All centres turned about the origin.
+/// All centres, and portals, turned about the origin.
 RationalMap rotated(RationalMap map, const Rotation& rotation) {
-  const Eigen::Matrix3d turn =
-      Eigen::AngleAxisd(rotation.degrees * std::numbers::pi / 180, rotation.axis.normalized())
-          .toRotationMatrix();
+  const Eigen::Matrix3d turn = rotation.matrix();
   for (Factor& factor : map.factors) {
     const Eigen::Vector3d c =
         turn * Eigen::Vector3d(factor.center.x, factor.center.y, factor.center.z);
     factor.center = {c.x(), c.y(), c.z(), factor.center.w};
+  }
+  for (Portal& portal : map.portals) {
+    portal.center = turn * portal.center;
+    portal.destination = turn * portal.destination;
+    portal.rotation = Rotation::of(turn * portal.rotation.matrix() * turn.transpose());
   }
   const Eigen::Vector3d origin = map.shape_to_map.to_shape(Eigen::Vector3d::Zero());
   if (map.box) map.box = turned_box(*map.box, turn, origin);
   return map;
 }
 
-/// All centres, a grid, and the window they are seen through moved together: the shape stays in its
-/// own coordinates, the origin of iteration moves by −offset (map units).
+/// All centres, a grid, portals, and the window they are seen through moved together: the shape
+/// stays in its own coordinates, the origin of iteration moves by −offset (map units).
 RationalMap moved(RationalMap map, const Eigen::Vector3d& offset) {
   for (Factor& factor : map.factors) {
     factor.center = factor.center + Quaternion{offset.x(), offset.y(), offset.z(), 0};
   }
   if (auto* distance = std::get_if<DistanceModulus>(&map.modulus)) distance->origin += offset;
+  for (Portal& portal : map.portals) {
+    portal.center += offset;
+    portal.destination += offset;
+  }
   map.shape_to_map.translation += offset;
   return map;
 }

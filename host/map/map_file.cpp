@@ -15,6 +15,7 @@
 #include "map/distance_file.hpp"
 #include "map/json_object.hpp"
 #include "map/kinds.hpp"
+#include "map/portals.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia {
@@ -49,7 +50,7 @@ void check_header(const Object& map, const std::string& source) {
 }
 
 int file_version(const RationalMap& map) {
-  return std::max({map.tufts == 1 ? 1 : 2, map::file_version_of(map.modulus),
+  return std::max({map.tufts == 1 && map.portals.empty() ? 1 : 2, map::file_version_of(map.modulus),
                    map::file_version_of(map.versor)});
 }
 
@@ -133,6 +134,7 @@ json to_json(const RationalMap& map) {
                                               }});
   if (map::takes_factors(map)) result["factors"] = factors;
   if (map.tufts != 1) result["tufts"] = map.tufts;
+  if (!map.portals.empty()) result["portals"] = map::portals_json(map.portals);
   if (map.detail) result["detail"] = *map.detail;
   if (map.inradius) result["inradius"] = *map.inradius;
   if (map.box) result["box"] = json::array({to_json(map.box->low), to_json(map.box->high)});
@@ -148,12 +150,13 @@ RationalMap map_from_json(const json& value, const std::string& source) {
   if (map::takes_factors(map)) keys.emplace_back("factors");
   keys.insert(keys.end(), {"format", "version", "kind", "slice", "log_scale", "surface_level",
                            "phase", "shape_to_map", "detail", "inradius", "box", "provenance"});
-  if (top.at("version") > 1) keys.emplace_back("tufts");
+  if (top.at("version") > 1) keys.insert(keys.end(), {"tufts", "portals"});
   top.expect_only(keys);
   map.slice = top.number("slice");
   map.log_scale = top.number("log_scale");
   if (top.has("surface_level")) map.surface_level = top.number("surface_level");
   if (top.has("tufts")) map.tufts = top.number("tufts");
+  if (top.has("portals")) map.portals = map::read_portals(top.array("portals"), source);
   if (top.has("phase")) map.phase = top.quaternion("phase");
   map::visit_map_members(map, map::Overloaded{[&](const char* name, Quaternion& member) {
                                                 member = top.quaternion(name);
@@ -203,8 +206,8 @@ void write_map(const RationalMap& map, const std::filesystem::path& path) {
   map.validate();
   const json value = to_json(map);
   std::string text = "{\n";
-  std::vector<std::string_view> keys{"format",    "version",       "kind",  "slice",
-                                     "log_scale", "surface_level", "tufts", "phase"};
+  std::vector<std::string_view> keys{"format",        "version", "kind",  "slice",  "log_scale",
+                                     "surface_level", "tufts",   "phase", "portals"};
   const std::vector<std::string_view> of_kinds = keys_of_kinds(map);
   keys.insert(keys.end(), of_kinds.begin(), of_kinds.end());
   keys.insert(keys.end(), {"shape_to_map", "detail", "inradius", "box"});

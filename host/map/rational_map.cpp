@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "map/kinds.hpp"
+#include "map/portals.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 
@@ -71,6 +72,11 @@ std::string RationalMap::kind() const {
   return of_modulus == of_versor ? of_modulus : of_modulus + '/' + of_versor;
 }
 
+RationalMap without_portals(RationalMap map) {
+  map.portals.clear();
+  return map;
+}
+
 RationalMap quadratic_map(const Quaternion& c) {
   RationalMap map;
   map.modulus = QuadraticModulus{c};
@@ -92,6 +98,7 @@ void RationalMap::validate() const {
   if (!(tufts >= 1 && tufts <= kMostTufts)) {
     throw InputError(fmt::format("the map's tufts is {}: it must be 1 to {}", tufts, kMostTufts));
   }
+  map::check_portals(portals);
   check_quaternion(phase, "phase");
   constexpr double kUnitTolerance = 1e-6;
   if (std::abs(norm(phase) - 1) > kUnitTolerance) {

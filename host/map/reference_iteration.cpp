@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <unsupported/Eigen/AutoDiff>
 
+#include "qjulia/field.hpp"
+
 namespace qjulia::reference {
 namespace {
 
@@ -38,6 +40,7 @@ struct MapOf {
   std::vector<FactorOf<T>> factors;
   std::optional<QuaternionOf<T>> modulus_c, versor_c;  ///< c where it is quadratic
   std::optional<DistanceModulus> distance;
+  std::vector<Portal> portals;
 };
 
 template <class T>
@@ -54,7 +57,8 @@ QuaternionOf<T> convert(const Quaternion& q) {
 template <class T>
 MapOf<T> convert(const RationalMap& map) {
   MapOf<T> result{
-      T(map.log_scale), map.surface_level, map.tufts, convert<T>(map.phase), {}, {}, {}, {}};
+      T(map.log_scale), map.surface_level, map.tufts, convert<T>(map.phase), {}, {}, {}, {},
+      map.portals};
   if (const auto* kind = std::get_if<QuadraticModulus>(&map.modulus)) {
     result.modulus_c = convert<T>(kind->c);
   } else if (const auto* by_distance = std::get_if<DistanceModulus>(&map.modulus)) {
@@ -182,8 +186,9 @@ T distance_field(const DistanceModulus& modulus, const QuaternionOf<T>& q) {
   return (radius - modulus.inradius) / modulus.shell;
 }
 
+/// Without portals.
 template <class T>
-StepOf<T> step_of(const MapOf<T>& map, const QuaternionOf<T>& q) {
+StepOf<T> plain_step_of(const MapOf<T>& map, const QuaternionOf<T>& q) {
   StepOf<T> result{map.log_scale, map.phase};
   for (const auto& [c, a] : map.factors) {
     const StepOf<T> one = power<T>({q.x - c.x, q.y - c.y, q.z - c.z, q.w - c.w}, a);
@@ -199,19 +204,71 @@ StepOf<T> step_of(const MapOf<T>& map, const QuaternionOf<T>& q) {
   return result;
 }
 
-template <class T>
-T field_at(const MapOf<T>& map, const Quaternion& start, int iterations, double escape) {
+/// F of the last of these iterates, `step` being one.
+template <class T, class Step>
+T last_field(QuaternionOf<T> q, int iterations, double escape, const Step& step) {
   using std::exp;
-  QuaternionOf<T> q = convert<T>(start);
-  T log_norm(std::log(norm(start)));
+  T log_norm(std::log(std::sqrt(value_of(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w))));
   for (int i = 0; i < iterations && value_of(log_norm) < std::log(escape); ++i) {
-    const StepOf<T> next = step_of(map, q);
+    const StepOf<T> next = step(q);
     log_norm = next.log_norm;
     const T radius = exp(log_norm);
     const QuaternionOf<T>& u = next.versor;
     q = {radius * u.x, radius * u.y, radius * u.z, radius * u.w};
   }
   return log_norm;
+}
+
+/// Rodrigues' formula: v turned about the axis.
+template <class T>
+std::array<T, 3> turned(const Rotation& rotation, const std::array<T, 3>& v) {
+  const double angle = rotation.degrees * std::numbers::pi / 180;
+  const double c = std::cos(angle), s = std::sin(angle);
+  const auto& a = rotation.axis;
+  const double length = std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+  const std::array<double, 3> k{a[0] / length, a[1] / length, a[2] / length};
+  const T along = k[0] * v[0] + k[1] * v[1] + k[2] * v[2];
+  std::array<T, 3> result;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3, l = (i + 2) % 3;
+    result[i] = v[i] * c + (k[j] * v[l] - k[l] * v[j]) * s + k[i] * along * (1 - c);
+  }
+  return result;
+}
+
+/// Whether the portal takes q: within its ball, and on the side that its mask asks for.
+template <class T>
+bool takes(const Portal& portal, const MapOf<T>& map, const QuaternionOf<T>& q) {
+  const double x = value_of(q.x) - portal.center.x(), y = value_of(q.y) - portal.center.y(),
+               z = value_of(q.z) - portal.center.z(), w = value_of(q.w);
+  if (x * x + y * y + z * z + w * w >= portal.radius * portal.radius) return false;
+  if (portal.mask == PortalMask::none) return true;
+  const double f = value_of(last_field(
+      q, 4, kLargestEscape, [&](const QuaternionOf<T>& at) { return plain_step_of(map, at); }));
+  return (f < map.level) == (portal.mask == PortalMask::inside);
+}
+
+template <class T>
+StepOf<T> step_of(const MapOf<T>& map, const QuaternionOf<T>& q) {
+  using std::log, std::sqrt;
+  for (const Portal& portal : map.portals) {
+    if (!takes(portal, map, q)) continue;
+    const auto x = turned<T>(
+        portal.rotation,
+        {T(q.x - portal.center.x()), T(q.y - portal.center.y()), T(q.z - portal.center.z())});
+    const QuaternionOf<T> p{T(portal.destination.x() + portal.scale * x[0]),
+                            T(portal.destination.y() + portal.scale * x[1]),
+                            T(portal.destination.z() + portal.scale * x[2]), T(portal.scale * q.w)};
+    const T length = sqrt(p.x * p.x + p.y * p.y + p.z * p.z + p.w * p.w);
+    return {log(length), {p.x / length, p.y / length, p.z / length, p.w / length}};
+  }
+  return plain_step_of(map, q);
+}
+
+template <class T>
+T field_at(const MapOf<T>& map, const Quaternion& start, int iterations, double escape) {
+  return last_field(convert<T>(start), iterations, escape,
+                    [&](const QuaternionOf<T>& q) { return step_of(map, q); });
 }
 
 /// The scalars of a map in the order of the unknowns.

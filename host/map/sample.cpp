@@ -9,6 +9,7 @@
 
 #include "base/range_check.hpp"
 #include "map/box_option.hpp"
+#include "map/portals.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 
@@ -18,14 +19,13 @@ using namespace map;
 namespace {
 
 constexpr int kMostCells = 8192;
-constexpr double kBoxMargin = 0.05;  // about the shape's box, of its longest side
+constexpr double kBoxMargin = 0.05;  // about the box of shape and copies, of its longest side
 constexpr std::size_t kPiece = std::size_t{1} << 20U;
 
 Box default_box(const Device& device, const RationalMap& map) {
-  if (map.box) {
-    const Eigen::Vector3d margin =
-        Eigen::Vector3d::Constant(kBoxMargin * map.box->size().maxCoeff());
-    return {map.box->low - margin, map.box->high + margin};
+  if (const std::optional<Box> box = box_with_copies(map)) {
+    const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kBoxMargin * box->size().maxCoeff());
+    return {box->low - margin, box->high + margin};
   }
   const StopRadii stops = find_stop_radii(device, map);
   const Eigen::Vector3d reach = Eigen::Vector3d::Constant(std::min(stops.outer, stops.escape));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "map/portals.hpp"
 #include "map/sphere_directions.hpp"
 #include "map/sphere_search.hpp"
 #include "qjulia/error.hpp"
@@ -132,15 +133,19 @@ StopRadii find_stop_radii(const Device& device, const RationalMap& map,
                                             kLargestEscape));
   }
   // F_1 itself, however far out: no escape radius.
-  const Field field(device, map, Precision::single,
+  const Field field(device, without_portals(map), Precision::single,
                     {0, 0, std::numeric_limits<double>::infinity()});
   const std::vector<Quaternion> directions = probe_directions(map);
   StopRadii stops;
   stops.outer = map.degree() > 1 ? outer_radius(field, map, directions)
                                  : std::numeric_limits<double>::infinity();
   const bool bounded = std::isfinite(stops.outer);
+  // Portals lead back from anywhere in their balls: no orbit stops there.
+  const auto [nearest, farthest] = portal_reach(map.portals);
+  stops.outer = std::max(stops.outer, farthest);
   if (bounded) stops.escape = std::min(1.25 * stops.outer, kLargestEscape);
-  stops.inner = inner_radius(field, map, directions, bounded ? stops.outer : 2 * reach(map));
+  stops.inner = inner_radius(field, map, directions,
+                             std::min(nearest, bounded ? stops.outer : 2 * reach(map)));
   if (escape) {
     stops.escape = *escape;
     // Orbits that stay in this ball may leave the smaller one.

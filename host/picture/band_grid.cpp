@@ -99,11 +99,15 @@ Band find_band(const Device& device, const MarchedSet& set, const Box& shape) {
                                    : std::log(std::min(band.stops.outer, band.stops.escape));
   const Eigen::Vector3d corner = Eigen::Vector3d::Constant(band.radius);
   const Box within{shape.low.cwiseMax(-corner), shape.high.cwiseMin(corner)};
-  const Field field(device, map, Precision::single, band.stops);
+  const Field field(device, without_portals(map), Precision::single, band.stops);
   const Box ball{-corner, corner};
   std::optional<double> steepest = steepest_slope(field, map.slice, band.level, within);
   if (!steepest) steepest = steepest_slope(field, map.slice, band.level, ball);
   band.steepest = steepest.value_or(20 / ball.diagonal());
+  // In a portal F_1 = ln ‖image‖ rises by its scale over the image's radius.
+  for (const Portal& portal : map.portals) {
+    band.steepest = std::max(band.steepest, portal.scale / std::exp(band.level));
+  }
   return band;
 }
 
@@ -141,6 +145,7 @@ std::vector<double> BandGrid::safe_steps(const surface::Grid& grid) const {
                                              device::narrow(part.items),
                                              device_map_.buffer(),
                                              device_map_.factors(),
+                                             iterations_,
                                              device_map_.real(band_.level),
                                              device_map_.real(band_.steepest),
                                              part.out};

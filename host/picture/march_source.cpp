@@ -119,7 +119,9 @@ class MarchSource : public DepthSource {
     // Fine enough for what a pixel can show, and for the shell's own grain.
     const double shell = 1 / band_.steepest;
     const double finest = finest_step(view);
-    const double step = std::max(finest, std::clamp(view.footprint, shell / 40, shell / 6));
+    // Copies in portals have finer grain than any shell: there pixels alone decide.
+    const double grain = device_map_.has_portals() ? 0 : shell / 40;
+    const double step = std::max(finest, std::clamp(view.footprint, grain, shell / 6));
     const double tolerance = std::max(finest, view.tolerance);
     if (grid_.step() < 4 * finest) {
       throw Error(fmt::format(

@@ -7,6 +7,7 @@
 #include "base/range_check.hpp"
 #include "layout/picture_layout.h"
 #include "map/box_option.hpp"
+#include "map/portals.hpp"
 #include "picture/depth_grid.hpp"
 #include "picture/shading.hpp"
 #include "qjulia/error.hpp"
@@ -156,12 +157,13 @@ Image render_source(const Device& device, DepthSource& source, const Box& framed
   return image;
 }
 
-/// What a map's pictures show: the part asked for, else the shape's box, or where none is known,
-/// the source's bounds.
+/// What a map's pictures show: the part asked for, else the box of the shape and its copies, or
+/// where none is known, the source's bounds.
 Box framed_box(const RationalMap& map, const std::optional<Box>& part, const DepthSource& source) {
   if (part) return *part;
-  if (!map.box) return source.bounds();
-  return {map.shape_to_map.to_map(map.box->low), map.shape_to_map.to_map(map.box->high)};
+  const std::optional<Box> box = map::box_with_copies(map);
+  if (!box) return source.bounds();
+  return {map.shape_to_map.to_map(box->low), map.shape_to_map.to_map(box->high)};
 }
 
 }  // namespace

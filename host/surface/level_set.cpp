@@ -129,6 +129,7 @@ FieldBounds LevelSet::bounds(const PointList& centers, double half_side) const {
                                              map_.real(half_side),
                                              map_.buffer(),
                                              map_.factors(),
+                                             iterations_,
                                              part.out};
       },
       [&](std::size_t i, const std::array<double, 2>& f) {
@@ -166,7 +167,8 @@ template <class Real>
 void LevelSet::clamped_at_in(const Grid& grid, const GridBlock& block,
                              std::span<const std::int32_t> numbers, const ClampRange& clamp,
                              std::span<float> values) const {
-  if (iterations_ == 1) {
+  // F jumps at portals' rims, and images fall on them.
+  if (iterations_ == 1 || map_.has_portals()) {
     at_in<Real>(grid, block, numbers, values);
     return;
   }

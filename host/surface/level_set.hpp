@@ -27,7 +27,7 @@ struct PointList {
   void copy(std::size_t begin, std::size_t count, std::size_t stride, std::span<Real> out) const;
 };
 
-/// Least and greatest F_1, for each of several cubes.
+/// Least and greatest F_1, or where that decides nothing F_2, for each of several cubes.
 struct FieldBounds {
   std::vector<float> low, high;
 };
@@ -85,7 +85,8 @@ class LevelSet {
   std::vector<float> at(const PointList& points) const;
 
   /// Bounds of F_1 over cubes that reach `half_side` from their centres along each axis; of
-  /// ln |q| where they reach beyond the escape radius. Rounding is allowed for.
+  /// ln |q| where they reach beyond the escape radius; of F_2 where a portal leads to an image that
+  /// goes on. Rounding is allowed for.
   FieldBounds bounds(const PointList& centers, double half_side) const;
 
   /// Where F_1 is below it, F_n is below `level` for certain; −infinity where that is not known.

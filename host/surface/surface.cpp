@@ -13,6 +13,7 @@
 
 #include "base/range_check.hpp"
 #include "map/box_option.hpp"
+#include "map/portals.hpp"
 #include "qjulia/field.hpp"
 #include "surface/clear_box.hpp"
 #include "surface/level_set.hpp"
@@ -32,7 +33,7 @@ constexpr int kMostHalvings = 20;
 /// r_in or r_out. Larger ones put vertices farther from bisected ones (with 2 they are a fifth
 /// farther off; bunny, n = 6, 384 cells); less than a quarter flattens where iterates are smooth.
 constexpr double kLeastReach = 0.25, kMostReach = 1;
-/// The shape's box is widened by this on each side to begin with.
+/// The box of shape and copies is widened by this on each side to begin with.
 constexpr double kMargin = 0.05;
 
 /// No point of the set is farther from the origin, map units.
@@ -57,9 +58,9 @@ Box box_to_mesh(const LevelSet& set, const RationalMap& map, const StopRadii& st
     return set.over(grid, block);
   };
   Box box;
-  if (map.box) {
-    const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kMargin * map.box->size().maxCoeff());
-    box = {to_map.to_map(map.box->low - margin), to_map.to_map(map.box->high + margin)};
+  if (const std::optional<Box> known = map::box_with_copies(map)) {
+    const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kMargin * known->size().maxCoeff());
+    box = {to_map.to_map(known->low - margin), to_map.to_map(known->high + margin)};
   } else {
     const Eigen::Vector3d reach = Eigen::Vector3d::Constant(farthest_inside(stops));
     box = shrunk_to_inside(field, map.surface_level, {-reach, reach});

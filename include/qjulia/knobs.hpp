@@ -7,14 +7,9 @@
 
 #include "qjulia/device.hpp"
 #include "qjulia/rational_map.hpp"
+#include "qjulia/rotation.hpp"
 
 namespace qjulia {
-
-/// A turn about an axis through the origin.
-struct Rotation {
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< of any length but 0
-  double degrees = 0;
-};
 
 /// Changes to a map, applied in the order they stand in. An empty one leaves the map as it is.
 struct MapKnobs {

@@ -11,6 +11,7 @@
 
 #include "qjulia/box.hpp"
 #include "qjulia/modulus.hpp"
+#include "qjulia/portal.hpp"
 #include "qjulia/provenance.hpp"
 #include "qjulia/quaternion.hpp"
 #include "qjulia/versor.hpp"
@@ -47,6 +48,8 @@ struct RationalMap {
   /// Product order, left to right; what a modulus and a versor of factors are made of. Empty where
   /// neither is.
   std::vector<Factor> factors;
+  /// Balls in which the map is another; they have no point in common, and none holds the origin.
+  std::vector<Portal> portals;
   ShapeToMap shape_to_map;
   std::optional<double> detail;    ///< δ as a fraction of the box's diagonal
   std::optional<double> inradius;  ///< of the shape, shape units
@@ -65,9 +68,12 @@ struct RationalMap {
   ///   are not; a number that is not finite or beyond ±1e15, in map coordinates ±1e9 (single
   ///   precision squares the one and takes fourth powers of the other), a phase that is not a unit
   ///   quaternion, a scale that is not positive, tufts out of range, different numbers of one name
-  ///   in the modulus and the versor.
+  ///   in the modulus and the versor, portals that overlap or hold the origin.
   void validate() const;
 };
+
+/// The same map without its portals.
+RationalMap without_portals(RationalMap map);
 
 /// R(q) = q² + c.
 RationalMap quadratic_map(const Quaternion& c);

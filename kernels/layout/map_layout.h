@@ -1,8 +1,8 @@
 #pragma once
 /* How a map lies in a device buffer of reals: a header; then five arrays over the factors
    (exponent, centre X, Y, Z, W), each padded with neutral factors (exponent 0) to QJ_MAP_STRIDE;
-   then what the kind of modulus keeps besides factors, and the same of the versor. Compiled by host
-   and device. */
+   then what the kind of versor keeps besides factors, the portals (layout/portal_layout.h), and what
+   the modulus keeps. Compiled by host and device. */
 
 #define QJ_MAP_LOG_SCALE 0  /* S */
 #define QJ_MAP_SLICE 1      /* W of the points 3-D coordinates stand for */
@@ -14,6 +14,8 @@
 #define QJ_MAP_MODULUS 10      /* where what the modulus keeps begins in this buffer */
 #define QJ_MAP_VERSOR 11       /* the same of the versor */
 #define QJ_MAP_STEEPER 12      /* k - 1: F - L is k times as large where it is positive */
+#define QJ_MAP_PORTALS 13      /* where the portals begin */
+#define QJ_MAP_PORTAL_COUNT 14 /* how many there are */
 #define QJ_MAP_HEADER 16
 
 #define QJ_MAP_EXPONENT 0
@@ -25,7 +27,7 @@
 
 /* Factors per component array: the count rounded up to a multiple of the widest lane. */
 #define QJ_MAP_STRIDE(factors) (((factors) + 15) / 16 * 16)
-/* Reals before those of the modulus and the versor. */
+/* Reals before those of versor, portals and modulus. */
 #define QJ_MAP_SIZE(factors) (QJ_MAP_HEADER + QJ_MAP_COMPONENTS * QJ_MAP_STRIDE(factors))
 
 /* Most iterates any kernel runs. */

@@ -34,6 +34,7 @@ for kernel in kernels/*.cl; do
       if grep -q '"map.clh"' "$kernel" && ! grep -q factor_sums.clh "$kernel"; then
         for file in kernels/*_modulus.clh; do check "$kernel" $defines "-DQJ_MODULUS=\"${file##*/}\""; done
         for file in kernels/*_versor.clh; do check "$kernel" $defines "-DQJ_VERSOR=\"${file##*/}\""; done
+        check "$kernel" $defines '-DQJ_PORTALS="portals.clh"'
       fi
       if grep -q factor_sums.clh "$kernel"; then check "$kernel" $defines -DQJ_GROUP=64; fi
     done

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -132,6 +133,41 @@ TEST_CASE("words for the detail suit the map's own shape, and tufts make a map o
       run_command({"surface", map.file, "-o", map.folder / "out.ply", "--detail", "rough"});
   CHECK(refused.exit_code == 2);
   CHECK_THAT(refused.err, Contains("auto, smooth, clear or wild"));
+}
+
+TEST_CASE("portals are put on a map, told by info, and moved by convert; wrong ones are refused") {
+  const Map map;
+  const std::string with = map.folder / "with.qjulia.json";
+  const auto made = run_command({"portals", map.file, "-o", with, "--count", "2", "--size", "0.2",
+                                 "--device", "cpu", "--json"});
+  INFO(made.err);
+  REQUIRE(made.exit_code == 0);
+  const json summary = json::parse(made.out);
+  CHECK(summary["depth"] == 2);
+  CHECK(summary["iterations"] == 8);
+  json text = json::parse(read_text(with));
+  CHECK(text["version"] == 2);
+  REQUIRE(text["portals"].size() == summary["portals"]);
+  CHECK(text["portals"][0]["scale"] == Approx(5));
+  CHECK(text["portals"][0]["mask"] == "outside");
+  CHECK(text["provenance"]["portals"]["size"] == 0.2);
+  const auto told = run_command({"info", with, "--device", "cpu"});
+  CHECK_THAT(told.out, Contains("portal ") && Contains("mask outside"));
+  const std::string moved = map.folder / "moved.qjulia.json";
+  REQUIRE(run_command({"convert", with, moved, "--translate", "0.01", "0", "0", "--device", "cpu"})
+              .exit_code == 0);
+  CHECK(json::parse(read_text(moved))["portals"][0]["center"][0].get<double>() ==
+        Approx(text["portals"][0]["center"][0].get<double>() + 0.01));
+
+  text["portals"][0]["scale"] = 0;
+  std::ofstream(with) << text.dump();
+  const auto refused = run_command({"render", with, "-o", map.folder / "out.png"});
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.err, Contains("portals[0].scale"));
+  const auto too_large =
+      run_command({"portals", map.file, "-o", moved, "--size", "0.9", "--device", "cpu"});
+  CHECK(too_large.exit_code == 2);
+  CHECK_THAT(too_large.err, Contains("--size"));
 }
 
 TEST_CASE("a sampled field is shifted by --scale") {

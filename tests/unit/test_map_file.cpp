@@ -142,6 +142,69 @@ TEST_CASE("tufts need version 2, and no map without them does") {
   CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("tufts"));
 }
 
+TEST_CASE("portals make the way to a file and back, in version 2") {
+  const Folder folder;
+  RationalMap map = full_map();
+  map.portals = {
+      {{1, 0.5, -0.25}, 0.3, 4.5, {{0, 1, 2}, 33}, {0.1, 0.2, -0.3}, PortalMask::outside},
+      {{-1, 1.0 / 3, 0}, 0.2, 2, {}, {0, 0, 0}, PortalMask::none},
+      {{0, -2, 0}, 0.5, 1e-3, {}, {0, 0, 0}, PortalMask::inside}};
+  CHECK(to_json(map)["version"] == 2);
+  CHECK_FALSE(to_json(full_map()).contains("portals"));
+  write_map(map, folder / "a.json");
+  CHECK(read_map(folder / "a.json").portals == map.portals);
+  json text = to_json(map);
+  CHECK_FALSE(text["portals"][1].contains("rotation"));
+  text["version"] = 1;
+  CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("unknown key \"portals\""));
+}
+
+TEST_CASE("portals that no map can have are refused, and the key is named") {
+  const Folder folder;
+  RationalMap map = full_map();
+  map.portals.resize(2);
+  for (Portal& portal : map.portals) {
+    portal.radius = 0.5;
+    portal.scale = 4;
+  }
+  map.portals[0].center.x() = 1;
+  map.portals[1].center.x() = -1;
+  const auto refused = [&](const char* pointer, const json& value, const char* part) {
+    json text = to_json(map);
+    text[json::json_pointer(pointer)] = value;
+    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains(part));
+  };
+  refused("/portals/1/center", {1.4, 0, 0}, "portals[0] and portals[1] overlap");
+  refused("/portals/0/center", {0.4, 0.1, 0}, "portals[0] holds the origin");
+  refused("/portals/1/radius", 1, "portals[1] holds the origin");
+  for (const json& wrong : {json(0), json(-2), json(1e-4), json(1e7), json("4"), json()}) {
+    refused("/portals/1/scale", wrong, "portals[1].scale");
+  }
+  for (const json& wrong : {json(0), json(-0.1), json(1e10), json::array({1})}) {
+    refused("/portals/0/radius", wrong, "portals[0].radius");
+  }
+  for (const json& wrong : {json{0, 0, 0, 20}, json{1, 0, 0}, json{1, 0, 0, 1e12}, json(90)}) {
+    refused("/portals/0/rotation", wrong, "portals[0].rotation");
+  }
+  refused("/portals/0/destination", {0, 0}, "portals[0].destination");
+  refused("/portals/0/destination", {0, 0, 1e12}, "portals[0].destination");
+  refused("/portals/0/center", {2e9, 0, 0}, "portals[0].center");
+  refused("/portals/0/mask", "outer", "mask");
+  refused("/portals/0/mask", 1, "portals[0].mask");
+  refused("/portals/0/colour", 1, "unknown key \"portals[0].colour\"");
+  refused("/portals", json::object(), "\"portals\" must be an array");
+  refused("/portals/0", 3, "portals[0]");
+  json text = to_json(map);
+  for (const char* key : {"center", "radius", "scale"}) {
+    text = to_json(map);
+    text["portals"][1].erase(key);
+    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains(fmt::format("portals[1].{}", key)));
+  }
+  text = to_json(map);
+  for (int i = 0; i < 70; ++i) text["portals"].push_back(text["portals"][0]);
+  CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("may have 64"));
+}
+
 TEST_CASE("a modulus of one kind and a versor of another make the way to a file and back") {
   const Folder folder;
   RationalMap map = full_map();

@@ -212,6 +212,23 @@ void describe_kind(const RationalMap& map, Answer& answer) {
   std::visit([&](const auto& kind) { kind.members(kind, describe); }, map.versor);
 }
 
+void describe_portals(const RationalMap& map, Answer& answer) {
+  if (map.portals.empty()) return;
+  nlohmann::json all = nlohmann::json::array();
+  for (const Portal& portal : map.portals) {
+    const Eigen::Vector3d& c = portal.center;
+    answer.add(
+        fmt::format("portal        radius {:.4g} about ({:.4g}, {:.4g}, {:.4g}), map units; "
+                    "scale {:.4g}, mask {}",
+                    portal.radius, c.x(), c.y(), c.z(), portal.scale, to_string(portal.mask)));
+    all.push_back({{"center", {c.x(), c.y(), c.z()}},
+                   {"radius", portal.radius},
+                   {"scale", portal.scale},
+                   {"mask", to_string(portal.mask)}});
+  }
+  answer.json["portals"] = all;
+}
+
 void describe_shape(const RationalMap& map, Answer& answer) {
   if (map.detail) {
     answer.add(fmt::format("detail        {:.4g} of the box's diagonal", *map.detail));
@@ -290,6 +307,7 @@ Answer map_info(const Arguments& arguments, const Session& session) {
                       {"slice", map.slice},
                       {"phase", {map.phase.x, map.phase.y, map.phase.z, map.phase.w}},
                       {"provenance", map.provenance.json()}});
+  describe_portals(map, answer);
   describe_shape(map, answer);
   if (const auto device = device_for(arguments, answer)) {
     describe_orbits(map, *device, answer);

@@ -48,7 +48,7 @@ double thinness_of(const Device& device, const RationalMap& map) {
   SurfaceOptions options;
   options.iterations = 1;
   options.resolution = kThinnessCells;
-  const TriangleMesh mesh = extract_surface(device, map, options);
+  const TriangleMesh mesh = extract_surface(device, without_portals(map), options);
   if (mesh.triangles.empty()) {
     throw OptionError("detail",
                       "the map's own shape is empty, so that no word suits it; give a "

@@ -1,0 +1,181 @@
+#include "map/portals.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "map/json_object.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/field.hpp"
+
+namespace qjulia {
+
+const char* to_string(PortalMask mask) {
+  switch (mask) {
+    case PortalMask::none:
+      return "none";
+    case PortalMask::outside:
+      return "outside";
+    case PortalMask::inside:
+      return "inside";
+  }
+  return "";
+}
+
+namespace map {
+namespace {
+
+constexpr std::array kMasks{PortalMask::none, PortalMask::outside, PortalMask::inside};
+
+void check_portal(const Portal& portal, const std::string& name) {
+  const auto refuse = [&](const char* key, const std::string& what) {
+    throw InputError(fmt::format("the map's {}.{} {}", name, key, what));
+  };
+  const auto check_point = [&](const Eigen::Vector3d& x, const char* key) {
+    if (x.cwiseAbs().maxCoeff() <= kLargestEscape) return;
+    refuse(key, fmt::format("must have finite numbers within ±{}", kLargestEscape));
+  };
+  check_point(portal.center, "center");
+  check_point(portal.destination, "destination");
+  if (!(portal.radius > 0 && portal.radius <= kLargestEscape)) {
+    refuse("radius", fmt::format("is {}: it must be positive, and at most {}", portal.radius,
+                                 kLargestEscape));
+  }
+  if (!(portal.scale >= Portal::kLeastScale && portal.scale <= Portal::kMostScale)) {
+    refuse("scale", fmt::format("is {}: it must be {} to {}", portal.scale, Portal::kLeastScale,
+                                Portal::kMostScale));
+  }
+  const Rotation& rotation = portal.rotation;
+  const double longest = rotation.axis.cwiseAbs().maxCoeff();
+  if (!(longest > 0 && longest <= kLargestEscape && std::abs(rotation.degrees) <= kLargestEscape)) {
+    refuse("rotation", "must be an axis, not all zero, and degrees");
+  }
+}
+
+/// A box in both.
+Box common(const Box& a, const Box& b) { return {a.low.cwiseMax(b.low), a.high.cwiseMin(b.high)}; }
+
+/// The smallest box that holds what the portal takes to points of a box; map coordinates.
+Box preimage(const Portal& portal, const Box& box) {
+  const Eigen::Matrix3d back = portal.rotation.matrix().transpose() / portal.scale;
+  const Eigen::Vector3d center = portal.center + back * (box.center() - portal.destination);
+  const Eigen::Vector3d half = 0.5 * back.cwiseAbs() * box.size();
+  const Eigen::Vector3d ball = Eigen::Vector3d::Constant(portal.radius);
+  return common({center - half, center + half}, {portal.center - ball, portal.center + ball});
+}
+
+}  // namespace
+
+void check_portals(const std::vector<Portal>& portals) {
+  if (portals.size() > kMostPortals) {
+    throw InputError(
+        fmt::format("the map has {} portals: it may have {}", portals.size(), kMostPortals));
+  }
+  for (std::size_t i = 0; i < portals.size(); ++i) {
+    check_portal(portals[i], fmt::format("portals[{}]", i));
+    if (holds_origin({portals[i]})) {
+      throw InputError(fmt::format(
+          "the map's portals[{}] holds the origin of iteration, and no orbit would come to rest: "
+          "make its radius smaller, or move its center",
+          i));
+    }
+    for (std::size_t j = 0; j < i; ++j) {
+      const double between = (portals[i].center - portals[j].center).norm();
+      if (between >= portals[i].radius + portals[j].radius) continue;
+      throw InputError(fmt::format(
+          "the map's portals[{}] and portals[{}] overlap: make a radius smaller, or move a center",
+          j, i));
+    }
+  }
+}
+
+bool holds_origin(const std::vector<Portal>& portals) { return portal_reach(portals).first <= 0; }
+
+std::pair<double, double> portal_reach(const std::vector<Portal>& portals) {
+  std::pair<double, double> reach{std::numeric_limits<double>::infinity(), 0};
+  for (const Portal& portal : portals) {
+    const double distance = portal.center.norm();
+    reach.first = std::min(reach.first, distance - portal.radius);
+    reach.second = std::max(reach.second, distance + portal.radius);
+  }
+  return reach;
+}
+
+std::optional<Box> box_with_copies(const RationalMap& map) {
+  if (!map.box || map.portals.empty()) return map.box;
+  const ShapeToMap& to_map = map.shape_to_map;
+  const Box shape{to_map.to_map(map.box->low), to_map.to_map(map.box->high)};
+  // Copies stand on copies, each so much smaller that few of them widen the box.
+  constexpr int kDepth = 4;
+  Box all = shape;
+  for (int depth = 0; depth < kDepth; ++depth) {
+    const Box before = all;
+    for (const Portal& portal : map.portals) {
+      const Box copy = preimage(portal, before);
+      if ((copy.size().array() < 0).any()) continue;
+      all = {all.low.cwiseMin(copy.low), all.high.cwiseMax(copy.high)};
+    }
+  }
+  return Box{to_map.to_shape(all.low), to_map.to_shape(all.high)};
+}
+
+nlohmann::json portals_json(const std::vector<Portal>& portals) {
+  const auto numbers = [](const Eigen::Vector3d& v) { return nlohmann::json{v.x(), v.y(), v.z()}; };
+  nlohmann::json all = nlohmann::json::array();
+  for (const Portal& portal : portals) {
+    nlohmann::json one = {
+        {"center", numbers(portal.center)}, {"radius", portal.radius}, {"scale", portal.scale}};
+    const Rotation& rotation = portal.rotation;
+    if (rotation != Rotation{}) {
+      one["rotation"] = {rotation.axis.x(), rotation.axis.y(), rotation.axis.z(), rotation.degrees};
+    }
+    if (portal.destination != Eigen::Vector3d::Zero()) {
+      one["destination"] = numbers(portal.destination);
+    }
+    if (portal.mask != PortalMask::none) one["mask"] = to_string(portal.mask);
+    all.push_back(one);
+  }
+  return all;
+}
+
+std::vector<Portal> read_portals(const nlohmann::json& portals, const std::string& source) {
+  // More are refused before they are read.
+  std::vector<Portal> result;
+  if (portals.size() > kMostPortals) {
+    fail(source,
+         fmt::format("\"portals\" has {}: a map may have {}", portals.size(), kMostPortals));
+  }
+  for (std::size_t i = 0; i < portals.size(); ++i) {
+    const Object object(portals[i], source, fmt::format("portals[{}]", i));
+    object.expect_only(std::array<std::string_view, 6>{"center", "radius", "scale", "rotation",
+                                                       "destination", "mask"});
+    Portal portal;
+    portal.center = object.vector("center");
+    portal.radius = object.number("radius");
+    portal.scale = object.number("scale");
+    if (object.has("rotation")) {
+      const Quaternion rotation = object.quaternion("rotation");
+      portal.rotation = {{rotation.x, rotation.y, rotation.z}, rotation.w};
+    }
+    if (object.has("destination")) portal.destination = object.vector("destination");
+    if (object.has("mask")) {
+      const std::string mask = object.text("mask");
+      const auto* const known =
+          std::ranges::find_if(kMasks, [&](PortalMask m) { return mask == to_string(m); });
+      if (known == kMasks.end()) {
+        object.refuse("has a \"mask\" that is none of \"none\", \"outside\" and \"inside\"");
+      }
+      portal.mask = *known;
+    }
+    result.push_back(portal);
+  }
+  return result;
+}
+
+}  // namespace map
+}  // namespace qjulia

@@ -1,0 +1,433 @@
+// Maps with portals, through everything that iterates maps.
+
+#include <Eigen/Geometry>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "distance_map.hpp"
+#include "map/portals.hpp"
+#include "map/reference_iteration.hpp"
+#include "picture/depth_source.hpp"
+#include "picture/view.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/knobs.hpp"
+#include "qjulia/portal_choice.hpp"
+#include "qjulia/surface.hpp"
+#include "surface/level_set.hpp"
+#include "test_device.hpp"
+#include "worse.hpp"
+
+using namespace qjulia;
+using Eigen::Vector3d;
+
+namespace {
+
+/// Two balls with a copy on either side, turned and led elsewhere than to the origin, and a third
+/// of which only the part inside the shape is left.
+RationalMap map_with_portals(PortalMask mask = PortalMask::none) {
+  RationalMap map = test::distance_map(0.12);
+  map.phase = {0.8, 0, 0.6, 0};
+  map.portals = {{{1.05, 0.1, 0}, 0.4, 4.5, {{0.2, 1, -0.4}, 70}, {-0.3, 0.1, 0}, mask},
+                 {{-1.5, 0.5, 0.1}, 0.35, 3.5, {{1, 0, 0}, 0}, {-0.3, 0.1, 0}, mask},
+                 {{-0.2, -0.75, 0}, 0.15, 6, {{0, 0, 1}, -40}, {-0.2, 0.1, 0}, PortalMask::inside}};
+  return map;
+}
+
+RationalMap factors_with_portals(PortalMask mask) {
+  RationalMap map = test::random_map(9, 0.2, 0.9, 3);
+  map.surface_level = -0.2;
+  map.portals = {{{0.9, 0.2, 0.1}, 0.5, 2.5, {{0, 1, 1}, 50}, {0.1, 0, 0}, mask},
+                 {{-0.8, -0.1, 0.4}, 0.45, 3, {}, {0, 0, 0}, mask}};
+  return map;
+}
+
+std::vector<Quaternion> points_about(const Vector3d& middle, double reach, std::size_t count) {
+  std::mt19937_64 bits(8);
+  std::vector<Quaternion> points;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double x = middle.x() + test::uniform(bits, -reach, reach);
+    const double y = middle.y() + test::uniform(bits, -reach, reach);
+    const double z = middle.z() + test::uniform(bits, -reach, reach);
+    points.push_back({x, y, z, test::uniform(bits, -0.3, 0.3) * reach});
+  }
+  return points;
+}
+
+/// How near q is to a portal's rim.
+double to_rim(const RationalMap& map, const Quaternion& q) {
+  double nearest = 1e9;
+  for (const Portal& portal : map.portals) {
+    const Vector3d x = Vector3d(q.x, q.y, q.z) - portal.center;
+    nearest = std::min(nearest, std::abs(std::hypot(x.norm(), q.w) - portal.radius));
+  }
+  return nearest;
+}
+
+/// Where the portal leads a point, by Rodrigues' formula in Eigen's terms.
+Quaternion led_by(const Portal& portal, const Quaternion& q) {
+  const Vector3d x =
+      portal.destination +
+      portal.scale * (portal.rotation.matrix() * (Vector3d(q.x, q.y, q.z) - portal.center));
+  return {x.x(), x.y(), x.z(), portal.scale * q.w};
+}
+
+/// The point it leads to q.
+Quaternion led_to(const Portal& portal, const Quaternion& q) {
+  const Vector3d x = portal.center + portal.rotation.matrix().transpose() *
+                                         (Vector3d(q.x, q.y, q.z) - portal.destination) /
+                                         portal.scale;
+  return {x.x(), x.y(), x.z(), q.w / portal.scale};
+}
+
+}  // namespace
+
+TEST_CASE("kernels iterate a map with portals as the reference does") {
+  const auto variant = GENERATE(from_range(test::variants()));
+  const auto precision = GENERATE(Precision::single, Precision::dbl);
+  if (!test::can_check(test::device(), precision)) return;
+  const auto mask = GENERATE(PortalMask::none, PortalMask::outside, PortalMask::inside);
+  const RationalMap map = GENERATE_COPY(map_with_portals(mask), factors_with_portals(mask));
+  const bool twice = precision == Precision::dbl;
+  auto points = points_about({0, 0, 0}, 1.7, 801);
+  for (const Portal& portal : map.portals) {
+    const auto near = points_about(portal.center, 0.7 * portal.radius, 300);
+    points.insert(points.end(), near.begin(), near.end());
+  }
+  const Field field(variant.of(test::shared_device()), map, precision);
+  std::size_t in_portals = 0;
+  for (const Quaternion& q : points) {
+    for (const Portal& p : map.portals) {
+      in_portals += std::hypot((Vector3d(q.x, q.y, q.z) - p.center).norm(), q.w) < p.radius ? 1 : 0;
+    }
+  }
+  CHECK(in_portals > 300);
+  for (const int n : {1, 2, 3}) {
+    const auto expected = reference::field(map, points, n, 20);
+    const auto values = field.at(points, n);
+    std::vector<double> errors;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const double error = std::abs(values[i] - expected[i]) / std::max(1.0, std::abs(expected[i]));
+      errors.push_back(std::isfinite(error) ? error : 1e9);
+    }
+    std::ranges::sort(errors);
+    CAPTURE(variant, twice, n, errors.back());
+    CHECK(errors[errors.size() / 2] < (twice ? 1e-9 : 1e-5));
+    if (n == 1 && mask == PortalMask::none) CHECK(errors.back() < (twice ? 1e-8 : 1e-4));
+    // Further orbits may be at a rim, or at the set's boundary, where rounding decides.
+    CHECK(errors[errors.size() * 95 / 100] < (twice ? 1e-6 : 5e-5) * std::pow(30, n - 1));
+  }
+}
+
+TEST_CASE("in a portal the gradient is that of the image's radius") {
+  const auto variant = GENERATE(from_range(test::variants()));
+  const RationalMap map = map_with_portals();
+  std::vector<Quaternion> points;
+  for (const Portal& portal : map.portals) {
+    for (const Quaternion& q : points_about(portal.center, 0.7 * portal.radius, 60)) {
+      if (to_rim(map, q) > 0.01) points.push_back(q);
+    }
+  }
+  const auto gradients =
+      Field(variant.of(test::shared_device()), map, Precision::single).gradient_at(points);
+  constexpr double kStep = 1e-5;
+  double worst = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto slope = [&](const Quaternion& along) {
+      const auto f = reference::field(
+          map, std::vector{points[i] + kStep * along, points[i] - kStep * along}, 1, 1e6);
+      return (f[0] - f[1]) / (2 * kStep);
+    };
+    const Quaternion expected{slope({1, 0, 0, 0}), slope({0, 1, 0, 0}), slope({0, 0, 1, 0}),
+                              slope({0, 0, 0, 1})};
+    // The third portal's mask jumps at the set's boundary.
+    if (norm(expected) > 1e3) continue;
+    worst = test::worse(worst, norm(gradients[i] - expected) / std::max(1.0, norm(expected)));
+  }
+  CHECK(worst < 2e-3);
+}
+
+TEST_CASE("bounds over cubes tell sides that orbits have") {
+  const auto variant = GENERATE(from_range(test::variants()));
+  const auto mask = GENERATE(PortalMask::none, PortalMask::outside);
+  const int iterations = GENERATE(1, 5);
+  RationalMap map = map_with_portals(mask);
+  map.slice = 0.05;
+  const StopRadii stops = find_stop_radii(test::shared_device(), map);
+  const surface::LevelSet set(variant.of(test::shared_device()), map, stops, iterations);
+  const double level = map.surface_level;
+  const double half_side = GENERATE(0.004, 0.02, 0.1);
+  std::mt19937_64 bits(9);
+  surface::PointList centers;
+  for (std::size_t i = 0; i < 151; ++i) {
+    const double x = test::uniform(bits, -2, 1.6);
+    const double y = test::uniform(bits, -1.2, 1.2);
+    const double z = test::uniform(bits, -0.6, 0.6);
+    if (i % 3 == 0) {
+      centers.add(x, y, z);
+      continue;
+    }
+    const Portal& portal = map.portals[i % 3 - 1];
+    const Vector3d in_ball = portal.center + 0.5 * portal.radius * Vector3d(x, y, z);
+    centers.add(in_ball.x(), in_ball.y(), in_ball.z());
+  }
+  const auto bounds = set.bounds(centers, half_side);
+  std::size_t wrong = 0, decided_in_portals = 0;
+  for (std::size_t i = 0; i < centers.size(); ++i) {
+    const auto low = static_cast<double>(bounds.low[i]), high = static_cast<double>(bounds.high[i]);
+    const bool inside = high < set.certainly_inside_below(level);
+    const bool outside = low > set.certainly_outside_above(level);
+    CHECK(low <= high);
+    if (!inside && !outside) continue;
+    const Vector3d center(centers.x[i], centers.y[i], centers.z[i]);
+    for (const Portal& portal : map.portals) {
+      if ((center - portal.center).norm() + 0.05 < portal.radius) ++decided_in_portals;
+    }
+    std::vector<Quaternion> points;
+    for (int k = 0; k < 30; ++k) {
+      const auto offset = [&] { return half_side * test::uniform(bits, -1, 1); };
+      const double x = center.x() + offset();
+      const double y = center.y() + offset();
+      points.push_back({x, y, center.z() + offset(), map.slice});
+    }
+    for (const double f : reference::field(map, points, iterations, stops.escape)) {
+      if ((f < level) != inside) ++wrong;
+    }
+  }
+  CAPTURE(half_side, decided_in_portals);
+  CHECK(wrong == 0);
+  // Images that go on are bounded too.
+  if (half_side < 0.01 && iterations > 1) CHECK(decided_in_portals > 10);
+}
+
+TEST_CASE("no portal reaches the ball that orbits stay in, or beyond which none returns") {
+  RationalMap map = map_with_portals();
+  const StopRadii plain = find_stop_radii(test::shared_device(), without_portals(map));
+  const StopRadii stops = find_stop_radii(test::shared_device(), map);
+  const auto [nearest, farthest] = map::portal_reach(map.portals);
+  CHECK(stops.inner > 0);
+  CHECK(stops.inner <= nearest);
+  CHECK(stops.outer == std::max(plain.outer, farthest));
+  CHECK(stops.escape == Approx(1.25 * stops.outer));
+  const auto points = points_about({-0.2, 0, 0}, 1.4, 2000);
+  const auto ended = reference::field(map, points, 6, 20);
+  const auto decided =
+      Field(test::shared_device(), map, Precision::single, stops).decided_at(points, 6);
+  std::size_t different = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if ((ended[i] < map.surface_level) != (decided[i] < map.surface_level)) ++different;
+  }
+  CHECK(different <= 6);  // by rounding, at the set's boundary
+}
+
+TEST_CASE("a portal of scale 1 to its own centre changes no orbit that does not enter it") {
+  const auto variant = GENERATE(from_range(test::variants()));
+  RationalMap map = test::distance_map(0.12);
+  const Portal still{{1.0, 0.2, 0}, 0.3, 1, {}, {1.0, 0.2, 0}, PortalMask::none};
+  map.portals = {still};
+  const auto points = points_about({0, 0, 0}, 1.6, 1201);
+  const Device device = variant.of(test::shared_device());
+  for (const int n : {1, 3}) {
+    const auto found = Field(device, map).at(points, n);
+    const auto plain = Field(device, without_portals(map)).at(points, n);
+    std::size_t outside = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      Quaternion q = points[i];
+      bool enters = false;
+      for (int k = 0; k < n && norm(q) < 20; ++k) {
+        const double rim = std::hypot(q.x - 1.0, q.y - 0.2, std::hypot(q.z, q.w)) - 0.3;
+        enters = enters || rim < 1e-3;
+        const auto [f, u] = reference::step(without_portals(map), q);
+        q = std::exp(std::min(f, 40.0)) * u;
+      }
+      // Within it a point stays where it is.
+      const bool starts_within =
+          (Vector3d(points[i].x, points[i].y, points[i].z) - still.center).norm() < 0.25 &&
+          std::abs(points[i].w) < 0.1;
+      if (starts_within) CHECK(found[i] == Approx(std::log(norm(points[i]))).margin(1e-5));
+      if (enters) continue;
+      ++outside;
+      CHECK(found[i] == plain[i]);
+    }
+    CHECK(outside > points.size() / 2);
+  }
+}
+
+TEST_CASE("copies on copies are the set, three deep") {
+  const auto variant = GENERATE(from_range(test::variants()));
+  const RationalMap map = map_with_portals();
+  const Portal& portal = map.portals[0];
+  const Field field(variant.of(test::shared_device()), map, Precision::single);
+  // About the tip that the portal itself stands on: the chain goes on into it.
+  const auto points = points_about({0.75, 0.1, 0}, 0.35, 600);
+  const auto whole = field.at(points, 3);
+  std::vector<Quaternion> copies = points;
+  for (int depth = 1; depth <= 3; ++depth) {
+    for (Quaternion& q : copies) q = led_to(portal, q);
+    const auto found = field.at(copies, 3 + depth);
+    std::size_t compared = 0, different = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      // Only what lies in the ball at each depth.
+      Quaternion q = copies[i];
+      bool stays = true;
+      for (int k = 0; k < depth; ++k, q = led_by(portal, q)) {
+        const Vector3d x = Vector3d(q.x, q.y, q.z) - portal.center;
+        stays = stays && std::hypot(x.norm(), q.w) < portal.radius - 1e-3;
+      }
+      if (!stays) continue;
+      ++compared;
+      if ((found[i] < map.surface_level) != (whole[i] < map.surface_level)) ++different;
+    }
+    CAPTURE(depth, compared);
+    CHECK(compared > 200);
+    CHECK(different <= compared / 50);  // rounding, at the set's boundary
+  }
+}
+
+TEST_CASE("the sparse surface of a map with portals is the dense one, with its copies") {
+  const auto variant = GENERATE(from_range(test::variants()));
+  const auto mask = GENERATE(PortalMask::none, PortalMask::outside);
+  const Device device = variant.of(test::shared_device());
+  const RationalMap map = map_with_portals(mask);
+  SurfaceOptions options;
+  options.resolution = 96;
+  options.iterations = GENERATE(1, 6);
+  SurfaceReport report;
+  const TriangleMesh sparse = extract_surface(device, map, options, {}, &report);
+  options.dense = true;
+  const TriangleMesh dense = extract_surface(device, map, options);
+  REQUIRE(sparse.triangles.size() > 4000);
+  CHECK(sparse.triangles == dense.triangles);
+  CHECK(report.open_edges == 0);
+  CHECK(report.potentials < report.grid_points * 3 / 5);
+  // Copies stand where the shape does not reach.
+  CHECK(sparse.box().high.x() > map.box->high.x() + 0.1);
+}
+
+TEST_CASE("rays find the set that orbits have") {
+  const auto variant = GENERATE(from_range(test::variants()));
+  const auto mask = GENERATE(PortalMask::none, PortalMask::outside);
+  const int iterations = GENERATE(1, 5);
+  const RationalMap map = map_with_portals(mask);
+  const Device device = variant.of(test::shared_device());
+  picture::MarchedSet set{map, iterations, {}, {}, Precision::single, Material::clay, {}};
+  const auto source = picture::march_source(device, set);
+  constexpr int kPixels = 28;
+  const Box framed = *map::box_with_copies(map);
+  picture::View view = picture::camera_view({}, framed, kPixels, kPixels, 1);
+  view.footprint *= 0.1;  // steps as fine as those of larger pictures
+  const auto depths = source->depths(view, 0, kPixels);
+  const StopRadii stops = find_stop_radii(test::shared_device(), map);
+  const Field field(test::shared_device(), map, Precision::single, stops);
+  std::size_t hits = 0, through = 0, early = 0;
+  for (int row = 0; row < kPixels; ++row) {
+    for (int column = 0; column < kPixels; ++column) {
+      const Vector3d direction =
+          (view.dir + (column + 0.5) * view.dir_dx + (row + 0.5) * view.dir_dy).normalized();
+      const auto depth =
+          static_cast<double>(depths[static_cast<std::size_t>(row * kPixels + column)]);
+      std::vector<Quaternion> points;
+      std::vector<double> where;
+      const double from = view.eye.norm() - 2.5;
+      for (int k = 0; k < 400; ++k) {
+        where.push_back(from + 0.0125 * k);
+        const Vector3d x = view.eye + where.back() * direction;
+        points.push_back({x.x(), x.y(), x.z(), map.slice});
+      }
+      const auto values = field.decided_at(points, iterations);
+      double first = -1;
+      for (std::size_t k = 0; k < values.size() && first < 0; ++k) {
+        if (values[k] < map.surface_level) first = where[k];
+      }
+      hits += first >= 0 ? 1 : 0;
+      if (first >= 0 && (depth < 0 || depth > first + 0.025)) ++through;
+      if (depth >= 0 && first < 0) ++early;  // what is thinner than the steps here
+    }
+  }
+  CAPTURE(hits, through, early);
+  CHECK(hits > 120);
+  CHECK(through <= hits / 50);
+  CHECK(early <= hits / 10);
+}
+
+TEST_CASE("knobs move portals with the shape") {
+  RationalMap map = map_with_portals();
+  MapKnobs knobs;
+  knobs.translate = Vector3d(0.05, -0.1, 0.02);
+  const RationalMap moved = with_knobs(test::shared_device(), map, knobs);
+  const double shift = moved.surface_level - map.surface_level;  // calibration
+  std::size_t different = 0;
+  for (const Quaternion& q : points_about(map.portals[0].center, 0.3, 200)) {
+    const Quaternion there = q + Quaternion{0.05, -0.1, 0.02, 0};
+    const auto [f, u] = reference::step(map, q);
+    const auto [g, v] = reference::step(moved, there);
+    // Images in portals move along; others turn about the origin.
+    const Quaternion a = std::exp(f) * u + Quaternion{0.05, -0.1, 0.02, 0}, b = std::exp(g) * v;
+    const bool in_portal = to_rim(map, q) > 1e-6 &&
+                           (Vector3d(q.x, q.y, q.z) - map.portals[0].center).norm() < 0.28 &&
+                           std::abs(q.w) < 0.1;
+    if (in_portal && norm(a - b) > 1e-9) ++different;
+    if (!in_portal && to_rim(map, q) > 0.3 && std::abs(g - f - shift) > 1e-9) ++different;
+  }
+  CHECK(different == 0);
+  CHECK(moved.portals[1].radius == map.portals[1].radius);
+  // The origin must not get into one.
+  knobs.translate = Vector3d(-0.9, 0, 0);
+  CHECK_THROWS_WITH(with_knobs(test::shared_device(), map, knobs), Catch::Contains("portal"));
+
+  RationalMap factors = factors_with_portals(PortalMask::none);
+  knobs = {};
+  knobs.rotate = Rotation{{1, 0, 0}, 35};  // about the real axis: the map itself turns
+  const RationalMap turned = with_knobs(test::shared_device(), factors, knobs);
+  const Eigen::Matrix3d turn = knobs.rotate->matrix();
+  double worst = 0;
+  for (const Quaternion& q : points_about({0, 0, 0}, 1.4, 300)) {
+    const auto turned_about = [&](const Quaternion& p) {
+      const Vector3d x = turn * Vector3d(p.x, p.y, p.z);
+      return Quaternion{x.x(), x.y(), x.z(), p.w};
+    };
+    if (to_rim(factors, q) < 1e-6) continue;
+    const bool within = std::ranges::any_of(factors.portals, [&](const Portal& p) {
+      return std::hypot((Vector3d(q.x, q.y, q.z) - p.center).norm(), q.w) < p.radius;
+    });
+    if (!within) continue;
+    const auto [f, u] = reference::step(factors, q);
+    const auto [g, v] = reference::step(turned, turned_about(q));
+    worst = test::worse(worst, norm(turned_about(std::exp(f) * u) - std::exp(g) * v));
+  }
+  CHECK(worst < 1e-9);
+}
+
+TEST_CASE("portals are proposed on tips, apart from each other and clear of the origin") {
+  const RationalMap map = test::distance_map(0.05);
+  PortalOptions options;
+  options.count = 4;
+  options.size = 0.25;
+  const auto portals = proposed_portals(test::shared_device(), map, options);
+  REQUIRE(portals.size() >= 2);
+  RationalMap with = map;
+  with.portals = portals;
+  CHECK_NOTHROW(with.validate());
+  // The farthest tip along the surface is the small ball's far side.
+  CHECK(portals[0].center.x() < -1.2);
+  CHECK(proposed_portals(test::shared_device(), with, options) == portals);
+  CHECK(visible_depth(portals) == 3);
+  // What was inside is inside, and the copies are there besides.
+  SurfaceOptions surface;
+  surface.resolution = 64;
+  const auto volume = [&](const RationalMap& m) {
+    const TriangleMesh mesh = extract_surface(test::shared_device(), m, surface);
+    double sum = 0;
+    for (const auto& [a, b, c] : mesh.triangles) {
+      sum += mesh.vertices[a].dot(mesh.vertices[b].cross(mesh.vertices[c])) / 6;
+    }
+    return sum;
+  };
+  const double plain = volume(map), stacked = volume(with);
+  CHECK(stacked > plain * (1 + 0.5 * static_cast<double>(portals.size()) * std::pow(0.25, 3)));
+  CHECK(stacked < plain * 1.2);
+  options.size = 0.7;
+  CHECK_THROWS_WITH(proposed_portals(test::shared_device(), map, options), Catch::Contains("size"));
+  options = {};
+  options.count = 0;
+  CHECK_THROWS_WITH(options.validate(), Catch::Contains("count"));
+}

@@ -1,0 +1,101 @@
+/// qjulia portals: copies of a map's set on its own tips.
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "files.hpp"
+#include "options.hpp"
+#include "provenance.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/field.hpp"
+#include "qjulia/map_file.hpp"
+#include "qjulia/portal_choice.hpp"
+#include "qjulia/surface.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+struct Arguments {
+  std::string map;
+  std::string output;
+  std::string device;
+  PortalOptions options;
+};
+
+int run(const Arguments& arguments, Session& session) {
+  const PortalOptions& options = arguments.options;
+  options.validate();
+  session.check_outputs({arguments.map}, {{"--output", arguments.output, {".json"}}});
+  RationalMap map = read_map(arguments.map, session.interrupts.token());
+  const Device device = session.open_device(arguments.device);
+  map.portals = proposed_portals(device, map, options, session.monitor());
+  map.provenance.set("portals", {{"map", arguments.map},
+                                 {"count", options.count},
+                                 {"size", options.size},
+                                 {"mask", to_string(options.mask)}});
+  write_map(map, arguments.output);
+  session.report_kernels(device);
+  const int depth = visible_depth(map.portals);
+  const int iterations = std::min(kMostIterations, SurfaceOptions{}.iterations + depth);
+  std::string text;
+  for (const Portal& portal : map.portals) {
+    const Eigen::Vector3d at = map.shape_to_map.to_shape(portal.center);
+    text += fmt::format("copy about ({:.3g}, {:.3g}, {:.3g}), {:.3g} of the shape's size\n", at.x(),
+                        at.y(), at.z(), 1 / portal.scale);
+  }
+  if (std::ssize(map.portals) < options.count) {
+    session.console.note(fmt::format(
+        "no more than {} copies fit; a smaller --size leaves more room", map.portals.size()));
+  }
+  session.console.summary(
+      fmt::format("{}a copy needs one iteration more than what it is a copy of: {} for copies on "
+                  "copies {} deep\nmap: {}\nnext: qjulia render {} -o picture.png --iterations {}",
+                  text, iterations, depth, arguments.output, arguments.output, iterations),
+      {{"map", arguments.output},
+       {"portals", map.portals.size()},
+       {"depth", depth},
+       {"iterations", iterations}});
+  return kDone;
+}
+
+void describe_options(Command command, Arguments& a) {
+  command.file("MAP", a.map, "Map file of any kind; portals that it has are replaced")
+      .required()
+      .type("");
+  command.file("-o,--output", a.output, "Map file to write, such as stacked.qjulia.json")
+      .required()
+      .type("MAP");
+  command.add("--count", &a.options.count, "Copies on the shape itself, 1 to 16").type("N");
+  command.add("--size", &a.options.size, "Size of a copy as a fraction of the shape's, 0.02 to 0.6")
+      .type("FRACTION");
+  command.choice(
+      "--mask", a.options.mask,
+      {{"outside", PortalMask::outside},
+       {"inside", PortalMask::inside},
+       {"none", PortalMask::none}},
+      "Points of its ball that a portal takes: those outside the shape, so that the copy "
+      "is added to it; those inside, so that of the shape only what lies in the copy is "
+      "left; or all, so that the copy stands in place of the shape");
+  add_device(command, a.device);
+}
+
+}  // namespace
+
+void add_portals(CommandLine& program, ChosenCommand& chosen) {
+  const CommandText text{
+      "portals", "Plant copies of a map's set on its own tips",
+      "Examples:\n"
+      "  qjulia portals bunny.qjulia.json -o stack.qjulia.json --count 2\n"
+      "  qjulia render stack.qjulia.json -o stack.png --iterations 9\n"
+      "Portals are balls in which the map moves, turns and enlarges space instead, so that a copy\n"
+      "of the set stands there, with copies on it in turn. Copies are put on protrusions, far "
+      "apart\n"
+      "from each other. The map file lists them under \"portals\": move, turn and scale them\n"
+      "there. See docs/portals.md."};
+  add_command(program, chosen, text, describe_options, run);
+}
+
+}  // namespace qjulia::tools
