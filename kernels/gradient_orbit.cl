@@ -69,7 +69,7 @@ static inline orbit run_orbit(qlane q, global const real* map, int factors, int 
 // asked of them is t = vec(P_k* C_k). To strip the k-th versor is to turn t about its axis n_k by
 // 2 a_k t_k. Of t, the part along n_k is the cotangent of a_k t_k, the part across turns the axis.
 factor_loop qlane pull_back(qlane q, qlane u, lane f_bar, qlane u_bar, global const real* map,
-                              int factors, factor_sums sums) {
+                            int factors, factor_sums sums) {
   int stride = QJ_MAP_STRIDE(factors);
   int tile = sums_tile(factors);
   global const real* components = map + QJ_MAP_HEADER;
@@ -117,7 +117,7 @@ factor_loop qlane pull_back(qlane q, qlane u, lane f_bar, qlane u_bar, global co
 
 // The same where no lane has an iterate after this one: F alone matters, and no versor.
 factor_loop qlane pull_back_last(qlane q, lane f_bar, global const real* map, int factors,
-                                   factor_sums sums) {
+                                 factor_sums sums) {
   int stride = QJ_MAP_STRIDE(factors);
   int tile = sums_tile(factors);
   global const real* components = map + QJ_MAP_HEADER;
