@@ -6,39 +6,23 @@
 // run. An orbit that escapes with its m-th iterate tells a distance too: each iterate stretches by
 // about |grad F_1|, so that it is about (F_m - ln r_out) / |grad F_1|^m.
 
+#include "block_points.clh"
 #include "grid.clh"
+#include "image_lattice.clh"
 #include "layout/march.h"
 #include "map.clh"
 #include "view.clh"
 
-static inline qlane point_on(lane_ray r, lane t, real slice) {
-  return q_make(fma(t, r.dx, r.ox), fma(t, r.dy, r.oy), fma(t, r.dz, r.oz), lane_of(slice));
-}
-
-// Narrows start … end to the ray's part inside the box that is seen; start = end where that is
-// none.
-static inline void clip_to_seen(global const real* grid, lane_ray r, lane* start, lane* end) {
-  lane o[3] = {r.ox, r.oy, r.oz}, d[3] = {r.dx, r.dy, r.dz};
-  for (int i = 0; i < 3; ++i) {
-    // A ray along a face of the box runs inside or outside of it: neither bound is NaN.
-    lane speed = lane_where(isless(fabs(d[i]), lane_of((real)1e-9f)), lane_of((real)1e-9f), d[i]);
-    lane a = (grid[QJ_GRID_SEEN_LOW + i] - o[i]) / speed;
-    lane b = (grid[QJ_GRID_SEEN_HIGH + i] - o[i]) / speed;
-    *start = fmax(*start, fmin(a, b));
-    *end = fmin(*end, fmax(a, b));
-  }
-  *end = fmax(*end, *start);
-}
-
-// How far the band {F_1 < far_level} is from each point of a grid, at least; not above 0 in it. One
-// work-item per QJ_WIDTH points, from `first_group` on; safe: groups * QJ_WIDTH elements.
-kernel void safe_steps(global const real* grid, int first_group, int groups, global const real* map,
-                       int factors, int iterations, real far_level, real steepest,
-                       global real* safe) {
+// How far the band {F_1 < far_level} is, at least, from the points of these numbers of a grid; not
+// above 0 in it. One work-item per QJ_WIDTH numbers, from `first_group` on; numbers: whole groups;
+// safe: groups * QJ_WIDTH elements.
+kernel void safe_steps(global const real* grid, global const int* numbers, int first_group,
+                       int groups, global const real* map, int factors, int iterations,
+                       real far_level, real steepest, global real* safe) {
   int g = (int)get_global_id(0);
   if (g >= groups) return;
   int nx = (int)grid[QJ_GRID_POINTS], ny = (int)grid[QJ_GRID_POINTS + 1];
-  ilane index = LANE_NUMBERS + (ilane)(first_group + g) * QJ_WIDTH;
+  ilane index = point_numbers(numbers, first_group + g);
   ilane row = index / nx;
   real step = grid[QJ_GRID_STEP];
   lane x = fma(to_lane(index % nx), lane_of(step), lane_of(grid[QJ_GRID_ORIGIN]));
@@ -48,143 +32,218 @@ kernel void safe_steps(global const real* grid, int first_group, int groups, glo
   lane_store(map_safe_step(q, map, factors, iterations, far_level, steepest), safe, g);
 }
 
+// What all rays of a launch have in common.
+typedef struct {
+  qj_march march;
+  global const real* grid;
+  global const real* safe;
+  real level, far_level, above, below;
+  real near;   // nearer than this to the band, orbits tell what the grid is too coarse for
+  real shell;  // 1 / steepest
+} marching;
+
+// A ray on its way: depths along it.
+typedef struct {
+  real3 origin, direction;
+  real start, end;
+  real t;
+  real outside;  // the last depth known to be outside; below `start` where none is known
+  real back;     // how far a hint that lies inside is taken back
+  real probe;    // the depth whose orbit is run
+  int id;
+  bool hit;  // is bisecting between `outside` and t
+} marched_ray;
+
+static inline marched_ray new_ray(const marching* with, global const real* view,
+                                  global const real* rays, int id) {
+  marched_ray r;
+  r.id = id;
+  r.origin = view_point(view, rays[id], rays[with->march.stride + id], 0, &r.direction);
+  // The part of the ray inside the ball, then inside the box that is seen.
+  real middle = -dot(r.origin, r.direction), radius = with->march.radius;
+  real half2 = fma(middle, middle, radius * radius - dot(r.origin, r.origin));
+  real half_chord = sqrt(fmax(half2, (real)0));
+  r.start = fmax(middle - half_chord, (real)0);
+  r.end = half2 > 0 ? middle + half_chord : r.start;
+  // A ray along a face of the box runs inside or outside of it: neither bound is NaN.
+  const real least = (real)1e-9f;
+  real3 speed = select(r.direction, (real3)(least), isless(fabs(r.direction), (real3)(least)));
+  real3 a = (real3_at(with->grid + QJ_GRID_SEEN_LOW) - r.origin) / speed;
+  real3 b = (real3_at(with->grid + QJ_GRID_SEEN_HIGH) - r.origin) / speed;
+  real3 in = fmin(a, b), out = fmax(a, b);
+  r.start = fmax(r.start, fmax(in.x, fmax(in.y, in.z)));
+  r.end = fmax(fmin(r.end, fmin(out.x, fmin(out.y, out.z))), r.start);
+  r.t = fmax(rays[2 * with->march.stride + id], r.start);
+  r.outside = r.t > r.start ? (real)-1 : r.start;
+  r.back = 4 * with->march.shortest;
+  r.probe = r.t;
+  r.hit = false;
+  return r;
+}
+
+// Takes safe steps up to the band; false where the ray ends before it.
+static inline bool reaches_band(const marching* with, marched_ray* r) {
+  real t = r->t;
+  while (t < r->end) {
+    real3 p = r->origin + t * r->direction;
+    real step = grid_value(with->grid, with->safe, p.x, p.y, p.z);
+    if (step < with->near) break;
+    t += step;
+  }
+  if (t > r->t) r->outside = fmax(t - with->near, r->start);
+  r->t = t;
+  return t < r->end;
+}
+
+// Whether an orbit ends with its iterate number `done`, of this F.
+static inline bool ends(const marching* with, real f, int done) {
+  return done >= with->march.iterations || f <= with->below || f >= with->above;
+}
+
+// Takes what the orbit at `probe` tells, which ended with its iterate number `done`; true when the
+// hit is known.
+static inline bool is_found(const marching* with, marched_ray* r, real f, int done) {
+  bool inside = f < with->level;
+  if (!inside) r->outside = r->probe;
+  if (r->hit) {
+    if (inside) r->t = r->probe;
+  } else if (!inside) {
+    real away = f - with->far_level;
+    for (int i = 0; i < done; ++i) away *= with->shell;
+    r->t += fmax(fmin(away, with->grid[QJ_GRID_STEP]), with->march.shortest);
+  } else if (r->outside < r->start) {
+    // A hint that lies inside is taken back.
+    r->t = fmax(r->t - r->back, r->start);
+    if (r->t <= r->start) r->outside = r->start;
+    r->back *= 2;
+  } else {
+    r->hit = true;
+  }
+  return r->hit && r->t - r->outside <= with->march.tolerance;
+}
+
+static inline real one_of(lane v) {
+  real values[QJ_WIDTH];
+  lane_store(v, values, 0);
+  return values[0];
+}
+
+// What a lane waits for.
+#define WAITS_FOR_RAY 0
+#define WAITS_FOR_ORBIT 1
+#define WAITS_FOR_F 2
+#define WAITS_FOR_VERSOR 3
+
+// A versor costs as much as five F. So lanes wait for one until so many do.
+#define MANY_VERSORS ((5 * QJ_WIDTH + 7) / 8)
+
 // Depths along rays of a view. rays: three arrays of march.stride reals, the pixel coordinates x
 // and y of each ray and a hint: a depth close before its hit, or 0. grid, safe: of `safe_steps`.
+// nodes, node_field, node_versors, trusted: a lattice of images.
 //
-// A work-item has the rays item * march.share ... of march.count. Its lanes go each its own way: a
-// turn of the loop is one iterate for every lane, and a lane whose ray has ended takes the next
-// one. What a ray finds does not depend on its companions.
+// A work-item has the rays item * march.share ... of march.count. Its lanes go each its own way: on
+// by what grid and lattice tell, until an orbit needs F, or a versor, of a point; a turn of the
+// loop computes one of them for all lanes that wait for it. What a ray finds does not depend on its
+// companions.
 kernel void march_depth(global const real* map, int factors, qj_march march,
                         global const real* view, global const real* rays, global const real* grid,
-                        global const real* safe, global real* depth) {
+                        global const real* safe, global const real* nodes,
+                        global const real* node_field, global const real* node_versors,
+                        global const uchar* trusted, global real* depth) {
   int next_ray = (int)get_global_id(0) * march.share;
   if (next_ray >= march.count) return;
   int last_ray = min(next_ray + march.share, march.count);
-  real slice = map[QJ_MAP_SLICE];
-  real level = map[QJ_MAP_SURFACE_LEVEL];
-  real above = fmin(map[QJ_MAP_LOG_ESCAPE], map[QJ_MAP_LOG_OUTER]);
-  real below = map[QJ_MAP_LOG_INNER];
+  image_lattice lattice = {nodes, node_field, node_versors, trusted};
+  marching with;
+  with.march = march;
+  with.grid = grid;
+  with.safe = safe;
+  with.level = map[QJ_MAP_SURFACE_LEVEL];
+  with.above = fmin(map[QJ_MAP_LOG_ESCAPE], map[QJ_MAP_LOG_OUTER]);
+  with.below = map[QJ_MAP_LOG_INNER];
   // One iterate decides every point by itself.
-  real far_level = march.iterations == 1 ? level : above;
-  real log_shell = -log(march.steepest);
-  // Nearer than this to the band, orbits tell what the grid is too coarse for.
-  real near = (real)0.25 * grid[QJ_GRID_STEP];
+  with.far_level = march.iterations == 1 ? with.level : with.above;
+  with.near = (real)0.25 * grid[QJ_GRID_STEP];
+  with.shell = 1 / march.steepest;
 
-  int id[QJ_WIDTH];
-  real values[QJ_WIDTH], ends[QJ_WIDTH];
+  marched_ray ray[QJ_WIDTH];
+  int waits[QJ_WIDTH], done[QJ_WIDTH];  // iterates of the orbit
+  real x[QJ_WIDTH], y[QJ_WIDTH], z[QJ_WIDTH], w[QJ_WIDTH], f[QJ_WIDTH];
   QJ_INT flags[QJ_WIDTH];
-  real pixel_x[QJ_WIDTH], pixel_y[QJ_WIDTH], hints[QJ_WIDTH];
-  real ox[QJ_WIDTH], oy[QJ_WIDTH], oz[QJ_WIDTH], dx[QJ_WIDTH], dy[QJ_WIDTH], dz[QJ_WIDTH];
-  for (int i = 0; i < QJ_WIDTH; ++i) pixel_x[i] = pixel_y[i] = hints[i] = 0;
-
-  lane_ray ray;
-  ray.ox = ray.oy = ray.oz = ray.dx = ray.dy = ray.dz = lane_of(0);
-  lane start = lane_of(0), end = start, t = start;
-  lane outside = start;  // the last depth known to be outside; below `start` where none is known
-  lane back = start;     // how far a hint that lies inside is taken back
-  lane probe = start;    // the depth whose orbit is run
-  qlane q = q_make(start, start, start, start);
-  ilane done = (ilane)0;  // iterates of the orbit
-  ilane live = (ilane)0;  // has a ray
-  ilane hit = (ilane)0;   // is bisecting
+  for (int i = 0; i < QJ_WIDTH; ++i) {
+    waits[i] = WAITS_FOR_RAY;
+    x[i] = y[i] = z[i] = w[i] = f[i] = 0;
+  }
   for (;;) {
-    // New rays for lanes without one, and steps up to the band.
-    for (;;) {
-      if (!lane_all(live) && next_ray < last_ray) {
-        lane_store(live, flags, 0);
-        for (int i = 0; i < QJ_WIDTH; ++i) {
-          QJ_INT idle = flags[i] == 0 && next_ray < last_ray;
-          if (idle) {
-            id[i] = next_ray++;
-            pixel_x[i] = rays[id[i]];
-            pixel_y[i] = rays[march.stride + id[i]];
-            hints[i] = rays[2 * march.stride + id[i]];
-          }
-          flags[i] = -idle;
+    int fields = 0, versors = 0;
+    for (int i = 0; i < QJ_WIDTH; ++i) {
+      marched_ray* r = &ray[i];
+      while (waits[i] <= WAITS_FOR_ORBIT) {
+        if (waits[i] == WAITS_FOR_RAY) {
+          if (next_ray >= last_ray) break;
+          *r = new_ray(&with, view, rays, next_ray++);
         }
-        ilane fresh = (ilane)(lane_load(flags, 0));
-        ray = view_ray(view, lane_load(pixel_x, 0), lane_load(pixel_y, 0));
-        // The part of the ray inside the ball.
-        lane middle = -fma(ray.ox, ray.dx, fma(ray.oy, ray.dy, ray.oz * ray.dz));
-        lane o2 = fma(ray.ox, ray.ox, fma(ray.oy, ray.oy, ray.oz * ray.oz));
-        lane half2 = fma(middle, middle, march.radius * march.radius - o2);
-        lane half_chord = sqrt(fmax(half2, lane_of(0)));
-        start = fmax(middle - half_chord, lane_of(0));
-        end = lane_where(isgreater(half2, lane_of(0)), middle + half_chord, start);
-        clip_to_seen(grid, ray, &start, &end);
-        lane first = fmax(lane_load(hints, 0), start);
-        t = lane_where(fresh, first, t);
-        outside =
-            lane_where(fresh, lane_where(isgreater(first, start), lane_of(-1), start), outside);
-        back = lane_where(fresh, lane_of(4 * march.shortest), back);
-        done = ilane_where(fresh, (ilane)0, done);
-        hit &= lane_not(fresh);
-        live |= fresh;
-        lane_store(ray.ox, ox, 0), lane_store(ray.oy, oy, 0), lane_store(ray.oz, oz, 0);
-        lane_store(ray.dx, dx, 0), lane_store(ray.dy, dy, 0), lane_store(ray.dz, dz, 0);
-        lane_store(end, ends, 0);
-      }
-      lane_store(t, values, 0);
-      lane_store(live & lane_not(hit) & (ilane)(done == 0), flags, 0);
-      for (int i = 0; i < QJ_WIDTH; ++i) {
-        if (flags[i] == 0) continue;
-        real s = values[i];
-        while (s < ends[i]) {
-          real step = grid_value(grid, safe, fma(s, dx[i], ox[i]), fma(s, dy[i], oy[i]),
-                                 fma(s, dz[i], oz[i]));
-          if (step < near) break;
-          s += step;
+        if (!r->hit && !reaches_band(&with, r)) {
+          depth[r->id] = QJ_NO_HIT;
+          waits[i] = WAITS_FOR_RAY;
+          continue;
         }
-        if (s >= ends[i]) depth[id[i]] = QJ_NO_HIT;
-        values[i] = s;
+        r->probe = r->hit ? (real)0.5 * (r->outside + r->t) : r->t;
+        real3 p = r->origin + r->probe * r->direction;
+        x[i] = p.x, y[i] = p.y, z[i] = p.z, w[i] = map[QJ_MAP_SLICE];
+        done[i] = 0;
+        waits[i] = WAITS_FOR_F;
+#ifndef QJ_MODULUS_IS_CHEAP
+        foretold_image image;
+        if (!lattice_image(lattice, p, &image)) continue;
+        real first = one_of(map_steep(lane_of(image.f), map));
+        done[i] = 1;
+        if (ends(&with, first, 1)) {
+          bool found = is_found(&with, r, first, 1);
+          if (found) depth[r->id] = (real)0.5 * (r->outside + r->t);
+          waits[i] = found ? WAITS_FOR_RAY : WAITS_FOR_ORBIT;
+          continue;
+        }
+        image.u *= one_of(lane_exp(lane_of(first))) * rsqrt(dot(image.u, image.u));
+        x[i] = image.u.x, y[i] = image.u.y, z[i] = image.u.z, w[i] = image.u.w;
+#endif
       }
-      ilane marching = (ilane)(lane_load(flags, 0));
-      lane reached = lane_load(values, 0);
-      ilane advanced = marching & isgreater(reached, t);
-      outside = lane_where(advanced, fmax(reached - near, start), outside);
-      t = reached;
-      live &= lane_not(marching & isgreaterequal(t, end));
-      if (lane_all(live) || next_ray >= last_ray) break;
+      fields += waits[i] == WAITS_FOR_F;
+      versors += waits[i] == WAITS_FOR_VERSOR;
     }
-    if (!lane_any(live)) return;
-
-    // One iterate.
-    ilane begin = (ilane)(done == 0);
-    probe = lane_where(begin, lane_where(hit, (real)0.5 * (outside + t), t), probe);
-    qlane p = point_on(ray, probe, slice);
-    q = q_where(begin, p, q);
-    qlane u = q;
-    lane f = march.iterations == 1 ? map_modulus(q, map, factors) : map_step(q, map, factors, &u);
-    done += 1;
-    q = q_scale(lane_exp(fmin(f, lane_of((real)40))), u);
-    ilane ended = live & ((ilane)(done >= march.iterations) | islessequal(f, lane_of(below)) |
-                          isgreaterequal(f, lane_of(above)));
-
-    // What orbits that ended tell.
-    ilane inside = ended & isless(f, lane_of(level));
-    ilane bisected = ended & hit;
-    ilane marched = ended & lane_not(hit);
-    t = lane_where(bisected & inside, probe, t);
-    outside = lane_where((bisected | marched) & lane_not(inside), probe, outside);
-    // A hint that lies inside is taken back.
-    ilane too_far = marched & inside & isless(outside, start);
-    hit |= marched & inside & lane_not(too_far);
-    lane away =
-        fmin((f - far_level) * lane_exp(to_lane(done) * log_shell), lane_of(grid[QJ_GRID_STEP]));
-    t = lane_where(marched & lane_not(inside), t + fmax(away, lane_of(march.shortest)), t);
-    t = lane_where(too_far, fmax(t - back, start), t);
-    outside = lane_where(too_far & islessequal(t, start), start, outside);
-    back = lane_where(too_far, 2 * back, back);
-    done = ilane_where(ended, (ilane)0, done);
-
-    ilane found = hit & live & islessequal(t - outside, lane_of(march.tolerance));
-    if (lane_any(found)) {
-      lane_store(found, flags, 0);
-      lane_store((real)0.5 * (outside + t), values, 0);
+    if (fields + versors == 0) return;
+    qlane q = q_make(lane_load(x, 0), lane_load(y, 0), lane_load(z, 0), lane_load(w, 0));
+    if (fields == 0 || versors >= MANY_VERSORS) {
       for (int i = 0; i < QJ_WIDTH; ++i) {
-        if (flags[i] != 0) depth[id[i]] = values[i];
+        flags[i] = -(QJ_INT)(waits[i] == WAITS_FOR_VERSOR);
+        if (waits[i] == WAITS_FOR_VERSOR) waits[i] = WAITS_FOR_F;
       }
-      live &= lane_not(found);
+      q = q_where((ilane)(lane_load(flags, 0)), map_image(q, lane_load(f, 0), map, factors), q);
+      lane_store(q.x, x, 0), lane_store(q.y, y, 0), lane_store(q.z, z, 0), lane_store(q.w, w, 0);
+      continue;
+    }
+    real next[QJ_WIDTH];
+    lane_store(map_modulus(q, map, factors), next, 0);
+    for (int i = 0; i < QJ_WIDTH; ++i) {
+      if (waits[i] != WAITS_FOR_F) continue;
+      f[i] = next[i];
+      ++done[i];
+      waits[i] = WAITS_FOR_VERSOR;
+      if (ends(&with, f[i], done[i])) {
+        bool found = is_found(&with, &ray[i], f[i], done[i]);
+        if (found) depth[ray[i].id] = (real)0.5 * (ray[i].outside + ray[i].t);
+        waits[i] = found ? WAITS_FOR_RAY : WAITS_FOR_ORBIT;
+      }
+#ifdef QJ_MODULUS_IS_CHEAP
+      foretold_image image;
+      if (waits[i] == WAITS_FOR_VERSOR && done[i] == 1 &&
+          lattice_image(lattice, (real3)(x[i], y[i], z[i]), &image)) {
+        image.u *= one_of(lane_exp(lane_min(lane_of(f[i]), lane_of((real)40)))) *
+                   rsqrt(dot(image.u, image.u));
+        x[i] = image.u.x, y[i] = image.u.y, z[i] = image.u.z, w[i] = image.u.w;
+        waits[i] = WAITS_FOR_F;
+      }
+#endif
     }
   }
 }

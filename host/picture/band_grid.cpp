@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numeric>
 #include <optional>
 
 #include "base/random.hpp"
@@ -13,7 +13,10 @@ namespace qjulia::picture {
 namespace {
 
 constexpr int kFirstCells = 64;  ///< along the ball, to find the band's box
-constexpr int kCells = 144;      ///< along the band's longest side
+/// Of a step taken from a coarser grid this share is safe: F₁ bends between its points.
+constexpr double kCoarseShare = 0.75;
+/// Rays end before they are this many shells deep in the band.
+constexpr double kDeepest = 2.5;
 
 /// Nearly the greatest ‖∇F₁‖ where F₁ = level: the 95th percentile over points scattered in the
 /// box and led there by Newton's steps along the gradient. Nothing where none of them gets there.
@@ -56,6 +59,34 @@ surface::Grid grid_over(const Box& box, int cells) {
     grid.points[i] = std::max(2, static_cast<int>(std::ceil(side / grid.step)) + 1);
   }
   return grid;
+}
+
+std::vector<std::int32_t> all_numbers(const surface::Grid& grid) {
+  std::vector<std::int32_t> numbers(surface::whole(grid).size());
+  std::iota(numbers.begin(), numbers.end(), 0);
+  return numbers;
+}
+
+/// Trilinear between the grid's points; beyond it, as at its nearest face.
+double interpolated(const surface::Grid& grid, const std::vector<double>& values,
+                    const Eigen::Vector3d& p) {
+  std::array<std::size_t, 3> low{};
+  std::array<double, 3> way{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto axis = static_cast<Eigen::Index>(a);
+    const double at = std::clamp((p[axis] - grid.origin[axis]) / grid.step, 0.0,
+                                 std::max(0.0, grid.points[a] - 1.001));
+    low[a] = static_cast<std::size_t>(at);
+    way[a] = at - std::floor(at);
+  }
+  const auto row = static_cast<std::size_t>(grid.points[0]);
+  const std::size_t slice = row * static_cast<std::size_t>(grid.points[1]);
+  const double* c = values.data() + low[2] * slice + low[1] * row + low[0];
+  const auto along_x = [&](const double* v) { return std::lerp(v[0], v[1], way[0]); };
+  const auto along_y = [&](const double* v) {
+    return std::lerp(along_x(v), along_x(v + row), way[1]);
+  };
+  return std::lerp(along_y(c), along_y(c + slice), way[2]);
 }
 
 /// The box of the points whose safe step is shorter than a cell, and a cell around.
@@ -117,30 +148,40 @@ BandGrid::BandGrid(const Device& device, const MarchedSet& set, const Band& band
       iterations_(set.iterations),
       precision_(set.precision),
       band_(band),
-      device_map_(device, set.map, band.stops, set.precision) {
+      device_map_(device, set.map, band.stops, set.precision),
+      inner_((device_map_.log_inner() - band.level) / band.steepest),
+      deepest_(std::max(inner_, -kDeepest / band.steepest)) {
   device::Context& context = device_.context();
   const Eigen::Vector3d corner = Eigen::Vector3d::Constant(band.radius);
   const surface::Grid first = grid_over({-corner, corner}, kFirstCells);
-  bounds_ = close_box(first, safe_steps(first));
+  const std::vector<double> first_steps = safe_steps(first, all_numbers(first));
+  bounds_ = close_box(first, first_steps);
   if (set.part) {
     const std::optional<Box> seen = common(bounds_, *set.part);
     is_empty_ = !seen;
     bounds_ = seen.value_or(*set.part);
   }
-  grid_ = grid_over(bounds_, kCells);
+  grid_ = grid_over(bounds_, set.cells);
   layout_ = context.upload_real(packed(grid_, bounds_), precision_);
-  safe_ = context.upload_real(safe_steps(grid_), precision_);
+  steps_ = safe_steps(grid_, first, first_steps);
+  safe_ = context.upload_real(steps_, precision_);
 }
 
-std::vector<double> BandGrid::safe_steps(const surface::Grid& grid) const {
-  const auto layout = device_.context().upload_real(packed(grid, {}), precision_);
-  device::PointBatch batch(device_.context(), device_map_.kernel("ray_march.cl", "safe_steps"),
-                           precision_, device_map_.lanes(), device_map_.modulus_cost());
-  std::vector<double> safe(surface::whole(grid).size());
+std::vector<double> BandGrid::safe_steps(const surface::Grid& grid,
+                                         std::vector<std::int32_t> numbers) const {
+  std::vector<double> safe(numbers.size());
+  if (numbers.empty()) return safe;
+  device::Context& context = device_.context();
+  const auto layout = context.upload_real(packed(grid, {}), precision_);
+  numbers.resize(device_map_.groups(numbers.size()) * device_map_.lanes(), numbers.back());
+  const auto sent = context.upload<std::int32_t>(numbers);
+  device::PointBatch batch(context, device_map_.kernel("ray_march.cl", "safe_steps"), precision_,
+                           device_map_.lanes(), device_map_.modulus_cost());
   batch.run<0, 1>(
       safe.size(), device::PointBatch::NoInputs{},
       [&](const device::PointBatch::Part& part) {
         return std::vector<device::Argument>{layout,
+                                             sent,
                                              device::narrow(part.first / device_map_.lanes()),
                                              device::narrow(part.items),
                                              device_map_.buffer(),
@@ -154,19 +195,55 @@ std::vector<double> BandGrid::safe_steps(const surface::Grid& grid) const {
   return safe;
 }
 
+std::vector<double> BandGrid::safe_steps(const surface::Grid& grid, const surface::Grid& coarse,
+                                         const std::vector<double>& coarse_steps) const {
+  const double near = coarse.step + grid.step;
+  std::vector<double> safe(surface::whole(grid).size());
+  std::vector<std::int32_t> numbers;
+  std::size_t number = 0;
+  for (int k = 0; k < grid.points[2]; ++k) {
+    for (int j = 0; j < grid.points[1]; ++j) {
+      for (int i = 0; i < grid.points[0]; ++i, ++number) {
+        const double step = interpolated(coarse, coarse_steps, grid.at(Eigen::Vector3d(i, j, k)));
+        safe[number] = (step > 0 ? kCoarseShare : 1) * step;
+        if (step < near && step > deepest_ - near) numbers.push_back(device::narrow(number));
+      }
+    }
+  }
+  const std::vector<double> found = safe_steps(grid, numbers);
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    safe[static_cast<std::size_t>(numbers[i])] = found[i];
+  }
+  return safe;
+}
+
+bool BandGrid::has_orbits_near(const Eigen::Vector3d& p, double reach) const {
+  const double step = interpolated(grid_, steps_, p);
+  return step < 0.25 * grid_.step + reach && step > deepest_ - reach;
+}
+
 std::vector<float> BandGrid::depths(const View& view, int first_row, int rows) {
   device::Context& context = device_.context();
   if (values_.size() == 0) {
-    std::vector<double> values;
-    const int slices_a_part = surface::slices_at_once(grid_);
+    // Where F₁ alone tells the side, the safe step tells F₁.
+    const double outside = band_.level - map_.surface_level;
+    std::vector<double> values(steps_.size());
+    std::vector<std::int32_t> undecided;
+    for (std::size_t i = 0; i < steps_.size(); ++i) {
+      values[i] = outside + band_.steepest * steps_[i];
+      if (steps_[i] < 0 && steps_[i] > inner_ - grid_.step) {
+        undecided.push_back(device::narrow(i));
+      }
+    }
     const surface::LevelSet set(device_, map_, band_.stops, iterations_, precision_);
-    for (int z = 0; z < grid_.points[2]; z += slices_a_part) {
-      const auto part =
-          set.over(grid_, surface::slices(grid_, z, std::min(slices_a_part, grid_.points[2] - z)));
-      values.insert(values.end(), part.begin(), part.end());
+    std::vector<float> found(steps_.size());
+    set.at(grid_, surface::whole(grid_), undecided, found);
+    for (const std::int32_t i : undecided) {
+      const auto number = static_cast<std::size_t>(i);
+      values[number] = double{found[number]} - map_.surface_level;
     }
     // Far values say nothing about where between two points the surface lies.
-    for (double& value : values) value = std::clamp(value - map_.surface_level, -1.0, 1.0);
+    for (double& value : values) value = std::clamp(value, -1.0, 1.0);
     values_ = context.upload_real(values, precision_);
     grid_depth_ = context.kernel("ray_grid.cl", "grid_depth", {1, precision_, {}});
   }

@@ -40,8 +40,16 @@ class BandGrid {
   bool is_empty() const { return is_empty_; }
   double step() const { return grid_.step; }
 
+  /// Whether rays are likely to ask for orbits at most `reach` from p, map coordinates.
+  bool has_orbits_near(const Eigen::Vector3d& p, double reach) const;
+
  private:
-  std::vector<double> safe_steps(const surface::Grid& grid) const;
+  /// The safe steps at the points of these numbers.
+  std::vector<double> safe_steps(const surface::Grid& grid,
+                                 std::vector<std::int32_t> numbers) const;
+  /// At all points of `grid`, given those of a coarser one: computed near the band alone.
+  std::vector<double> safe_steps(const surface::Grid& grid, const surface::Grid& coarse,
+                                 const std::vector<double>& coarse_steps) const;
 
   Device device_;
   RationalMap map_;
@@ -52,6 +60,9 @@ class BandGrid {
   surface::Grid grid_;
   Box bounds_;
   bool is_empty_ = false;
+  std::vector<double> steps_;  ///< at the grid's points
+  double inner_;               ///< safe step at F₁ = ln r_in
+  double deepest_;             ///< few orbits are asked for where the safe step is less
   device::RealBuffer layout_, safe_, values_;
   device::Kernel grid_depth_;
 };

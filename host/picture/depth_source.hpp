@@ -41,6 +41,7 @@ struct MarchedSet {
   Precision precision = Precision::single;  ///< of rays and orbits
   Material material = Material::clay;       ///< what `traits` are of
   std::stop_token stop{};                   ///< ends `depths`
+  int cells = 144;                          ///< along the band, for safe steps and coarse depths
 };
 
 /// A map's iterated set, in map coordinates, ray-marched on the device.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 
 #include "device/point_batch.hpp"
 #include "layout/march.h"
@@ -10,6 +11,7 @@
 #include "picture/band_grid.hpp"
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
+#include "picture/image_lattice.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::picture {
@@ -17,6 +19,13 @@ namespace {
 
 /// What a ray costs, in iterates.
 constexpr double kIteratesARay = 30;
+
+/// The set may seem to lie elsewhere by this share of a pixel.
+constexpr double kDisplacement = 0.125;
+/// Maps whose iterate costs less, in factors' logarithms, are not worth foretelling.
+constexpr double kWorthForetelling = 150;
+/// A lattice for the part of the band in sight is made where that is less than this share of it.
+constexpr double kPart = 0.5;
 
 /// Rays that each lane takes in turn, so that lanes whose rays end early are not idle.
 constexpr std::size_t kRaysALane = 16;
@@ -41,6 +50,25 @@ std::vector<Ray> all_rays(int columns, int first_row, int rows) {
     }
   }
   return rays;
+}
+
+/// A box about what rays of the view meet in `bounds`.
+Box box_in_sight(const View& view, const Box& bounds) {
+  const double middle = (bounds.center() - view.eye).norm(), reach = 0.5 * bounds.diagonal();
+  Box sight{Eigen::Vector3d::Constant(1e30), Eigen::Vector3d::Constant(-1e30)};
+  for (const double x : {0.0, double(view.columns)}) {
+    for (const double y : {0.0, double(view.rows)}) {
+      const Eigen::Vector3d origin = view.eye + x * view.eye_dx + y * view.eye_dy;
+      const Eigen::Vector3d direction = view.dir + x * view.dir_dx + y * view.dir_dy;
+      // As far along the view's axis as the bounds reach.
+      for (const double depth : {std::max(0.0, middle - reach), middle + reach}) {
+        const Eigen::Vector3d p = origin + depth * direction;
+        sight.low = sight.low.cwiseMin(p);
+        sight.high = sight.high.cwiseMax(p);
+      }
+    }
+  }
+  return {sight.low.cwiseMax(bounds.low), sight.high.cwiseMin(bounds.high)};
 }
 
 /// A map's box in map coordinates, or where it knows none, one that holds most of its factors.
@@ -112,6 +140,22 @@ class MarchSource : public DepthSource {
   Box bounds() const override { return grid_.bounds(); }
 
  private:
+  /// What serves the view's rays; made at the first call.
+  const ImageLattice& lattice_for(const View& view) {
+    const double displacement = kDisplacement * view.footprint * view.samples;
+    Box box = box_in_sight(view, grid_.bounds());
+    if (device_map_.step_cost() < kWorthForetelling || iterations_ == 1 ||
+        (box.size().array() <= 0).any()) {
+      if (lattices_.empty()) lattices_.emplace_back(device_map_);
+      return lattices_.front();
+    }
+    const auto found = std::ranges::find_if(
+        lattices_, [&](const ImageLattice& made) { return made.serves(box, displacement); });
+    if (found != lattices_.end()) return *found;
+    if (box.size().prod() > kPart * grid_.bounds().size().prod()) box = grid_.bounds();
+    return lattices_.emplace_back(device_map_, grid_, box, displacement, band_.steepest);
+  }
+
   /// Depths of the given rays, in their order.
   std::vector<float> march(const View& view, const std::vector<Ray>& rays) {
     device::Context& context = device_.context();
@@ -129,6 +173,7 @@ class MarchSource : public DepthSource {
           "drawn in {} precision",
           view.eye.norm() + band_.radius, to_string(precision_)));
     }
+    const ImageLattice& lattice = lattice_for(view);
     const std::size_t share = kRaysALane * device_map_.lanes();
     device::PointBatch batch(context, kernel_, precision_, share,
                              device_map_.step_cost() * kIteratesARay);
@@ -151,9 +196,18 @@ class MarchSource : public DepthSource {
                                   .count = device::narrow(part.count),
                                   .share = device::narrow(share)};
           });
-          return std::vector<device::Argument>{
-              device_map_.buffer(), device_map_.factors(), march,   packed, part.in,
-              grid_.layout(),       grid_.safe(),          part.out};
+          return std::vector<device::Argument>{device_map_.buffer(),
+                                               device_map_.factors(),
+                                               march,
+                                               packed,
+                                               part.in,
+                                               grid_.layout(),
+                                               grid_.safe(),
+                                               lattice.layout(),
+                                               lattice.field(),
+                                               lattice.versors(),
+                                               lattice.trusted(),
+                                               part.out};
         },
         [&](std::size_t i, const std::array<double, 1>& depth) {
           depths[i] = static_cast<float>(depth[0]);
@@ -216,6 +270,7 @@ class MarchSource : public DepthSource {
   BandGrid grid_;
   map::DeviceMap device_map_;
   device::Kernel kernel_;
+  std::deque<ImageLattice> lattices_;
 };
 
 }  // namespace
