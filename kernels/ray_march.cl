@@ -35,6 +35,7 @@ kernel void safe_steps(global const real* grid, global const int* numbers, int f
 // What all rays of a launch have in common.
 typedef struct {
   qj_march march;
+  global const real* view;
   global const real* grid;
   global const real* safe;
   real level, far_level, above, below;
@@ -44,48 +45,52 @@ typedef struct {
 
 // A ray on its way: depths along it.
 typedef struct {
-  real3 origin, direction;
+  real x, y;  // pixel coordinates
   real start, end;
   real t;
   real outside;  // the last depth known to be outside; below `start` where none is known
   real back;     // how far a hint that lies inside is taken back
-  real probe;    // the depth whose orbit is run
   int id;
   bool hit;  // is bisecting between `outside` and t
 } marched_ray;
 
-static inline marched_ray new_ray(const marching* with, global const real* view,
-                                  global const real* rays, int id) {
+static inline marched_ray new_ray(const marching* with, global const real* rays, int id) {
   marched_ray r;
   r.id = id;
-  r.origin = view_point(view, rays[id], rays[with->march.stride + id], 0, &r.direction);
+  r.x = rays[id], r.y = rays[with->march.stride + id];
+  real3 direction, origin = view_point(with->view, r.x, r.y, 0, &direction);
   // The part of the ray inside the ball, then inside the box that is seen.
-  real middle = -dot(r.origin, r.direction), radius = with->march.radius;
-  real half2 = fma(middle, middle, radius * radius - dot(r.origin, r.origin));
+  real middle = -dot(origin, direction), radius = with->march.radius;
+  real half2 = fma(middle, middle, radius * radius - dot(origin, origin));
   real half_chord = sqrt(fmax(half2, (real)0));
   r.start = fmax(middle - half_chord, (real)0);
   r.end = half2 > 0 ? middle + half_chord : r.start;
   // A ray along a face of the box runs inside or outside of it: neither bound is NaN.
   const real least = (real)1e-9f;
-  real3 speed = select(r.direction, (real3)(least), isless(fabs(r.direction), (real3)(least)));
-  real3 a = (real3_at(with->grid + QJ_GRID_SEEN_LOW) - r.origin) / speed;
-  real3 b = (real3_at(with->grid + QJ_GRID_SEEN_HIGH) - r.origin) / speed;
+  real3 speed = select(direction, (real3)(least), isless(fabs(direction), (real3)(least)));
+  real3 a = (real3_at(with->grid + QJ_GRID_SEEN_LOW) - origin) / speed;
+  real3 b = (real3_at(with->grid + QJ_GRID_SEEN_HIGH) - origin) / speed;
   real3 in = fmin(a, b), out = fmax(a, b);
   r.start = fmax(r.start, fmax(in.x, fmax(in.y, in.z)));
   r.end = fmax(fmin(r.end, fmin(out.x, fmin(out.y, out.z))), r.start);
   r.t = fmax(rays[2 * with->march.stride + id], r.start);
   r.outside = r.t > r.start ? (real)-1 : r.start;
   r.back = 4 * with->march.shortest;
-  r.probe = r.t;
   r.hit = false;
   return r;
 }
 
+// The depth whose orbit is run.
+static inline real probe_of(const marched_ray* r) {
+  return r->hit ? (real)0.5 * (r->outside + r->t) : r->t;
+}
+
 // Takes safe steps up to the band; false where the ray ends before it.
 static inline bool reaches_band(const marching* with, marched_ray* r) {
+  real3 direction, origin = view_point(with->view, r->x, r->y, 0, &direction);
   real t = r->t;
   while (t < r->end) {
-    real3 p = r->origin + t * r->direction;
+    real3 p = origin + t * direction;
     real step = grid_value(with->grid, with->safe, p.x, p.y, p.z);
     if (step < with->near) break;
     t += step;
@@ -100,13 +105,14 @@ static inline bool ends(const marching* with, real f, int done) {
   return done >= with->march.iterations || f <= with->below || f >= with->above;
 }
 
-// Takes what the orbit at `probe` tells, which ended with its iterate number `done`; true when the
+// Takes what the orbit at probe_of(r) tells, which ended with its iterate number `done`; true when the
 // hit is known.
 static inline bool is_found(const marching* with, marched_ray* r, real f, int done) {
   bool inside = f < with->level;
-  if (!inside) r->outside = r->probe;
+  real probe = probe_of(r);
+  if (!inside) r->outside = probe;
   if (r->hit) {
-    if (inside) r->t = r->probe;
+    if (inside) r->t = probe;
   } else if (!inside) {
     real away = f - with->far_level;
     for (int i = 0; i < done; ++i) away *= with->shell;
@@ -156,6 +162,7 @@ kernel void march_depth(global const real* map, int factors, qj_march march,
   image_lattice lattice = {nodes, node_field, node_versors, trusted};
   marching with;
   with.march = march;
+  with.view = view;
   with.grid = grid;
   with.safe = safe;
   with.level = map[QJ_MAP_SURFACE_LEVEL];
@@ -181,15 +188,14 @@ kernel void march_depth(global const real* map, int factors, qj_march march,
       while (waits[i] <= WAITS_FOR_ORBIT) {
         if (waits[i] == WAITS_FOR_RAY) {
           if (next_ray >= last_ray) break;
-          *r = new_ray(&with, view, rays, next_ray++);
+          *r = new_ray(&with, rays, next_ray++);
         }
         if (!r->hit && !reaches_band(&with, r)) {
           depth[r->id] = QJ_NO_HIT;
           waits[i] = WAITS_FOR_RAY;
           continue;
         }
-        r->probe = r->hit ? (real)0.5 * (r->outside + r->t) : r->t;
-        real3 p = r->origin + r->probe * r->direction;
+        real3 p = view_point(view, r->x, r->y, probe_of(r), 0);
         x[i] = p.x, y[i] = p.y, z[i] = p.z, w[i] = map[QJ_MAP_SLICE];
         done[i] = 0;
         waits[i] = WAITS_FOR_F;

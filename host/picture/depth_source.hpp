@@ -21,6 +21,9 @@ class DepthSource {
   /// meets nothing.
   virtual std::vector<float> depths(const View& view, int first_row, int rows) = 0;
 
+  /// Computes what rays of the view need.
+  virtual void prepare(const View& view) { static_cast<void>(view); }
+
   /// What colours the points given (arrays X, Y, Z of as many), 0 … 1 each; empty where nothing
   /// does.
   virtual std::vector<float> traits(const std::vector<double>& points) {
@@ -41,13 +44,14 @@ struct MarchedSet {
   Precision precision = Precision::single;  ///< of rays and orbits
   Material material = Material::clay;       ///< what `traits` are of
   std::stop_token stop{};                   ///< ends `depths`
+  bool foretells = true;                    ///< first iterates are interpolated where that will do
   int cells = 144;                          ///< along the band, for safe steps and coarse depths
 };
 
 /// A map's iterated set, in map coordinates, ray-marched on the device.
 std::unique_ptr<DepthSource> march_source(const Device& device, const MarchedSet& set);
 
-/// A mesh, in its own coordinates, rasterised on the host. `mesh` must outlive the source.
-std::unique_ptr<DepthSource> mesh_source(const TriangleMesh& mesh);
+/// A mesh, as `to_scene` takes it, rasterised on the host.
+std::unique_ptr<DepthSource> mesh_source(TriangleMesh mesh, const ShapeToMap& to_scene = {});
 
 }  // namespace qjulia::picture

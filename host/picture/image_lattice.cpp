@@ -12,10 +12,12 @@ namespace qjulia::picture {
 namespace {
 
 /// Interpolation between nodes that F and U turn h radians apart at is off by about kError h⁴, as
-/// the median; a tenth of what is allowed.
-constexpr double kError = 0.07, kShare = 0.1;
+/// the median; a third of what is allowed.
+constexpr double kError = 0.07, kShare = 0.3;
 /// Radians from node to node.
-constexpr double kNearest = 0.1, kFarthest = 0.6;
+constexpr double kNearest = 0.1, kFarthest = 0.8;
+/// A lattice made for this many times the displacement serves as well.
+constexpr double kSlack = 1.5;
 /// For memory's sake.
 constexpr double kMostNodes = 4e6;
 
@@ -114,7 +116,7 @@ ImageLattice::ImageLattice(const map::DeviceMap& map, const BandGrid& band, cons
 }
 
 bool ImageLattice::serves(const Box& box, double displacement) const {
-  return displacement >= displacement_ && holds(box_, box);
+  return kSlack * displacement >= displacement_ && holds(box_, box);
 }
 
 /// The kind's F and U at the grid's points of these numbers, point i in slot slots[i].

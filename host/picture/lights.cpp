@@ -1,6 +1,7 @@
 #include "picture/lights.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -12,9 +13,11 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kSkyLights = 64;  ///< over the whole sphere
-constexpr int kSkyMap = 160;    ///< texels a side
+// Texels a side at full fineness, and at least.
+constexpr int kSkyMap = 160;
 constexpr int kRimMap = 384;
 constexpr int kKeyMap = 768;
+constexpr int kLeastMap = 64;
 constexpr double kKeySoftness = 0.05;
 
 /// What the surroundings send from a direction whose sine of elevation is `rise`, per steradian:
@@ -22,6 +25,10 @@ constexpr double kKeySoftness = 0.05;
 Vector3d surroundings(double rise) {
   const Vector3d horizon(0.12, 0.13, 0.145), zenith(0.22, 0.235, 0.26), floor(0.085, 0.078, 0.068);
   return rise > 0 ? Vector3d(horizon + rise * (zenith - horizon)) : floor;
+}
+
+int map_size(int full, double fineness) {
+  return std::max(kLeastMap, static_cast<int>(std::lround(full * fineness)));
 }
 
 }  // namespace
@@ -49,30 +56,42 @@ std::vector<float> Light::packed(std::size_t first_texel) const {
   return reals;
 }
 
-std::vector<Light> studio_lights(const Camera& camera, const Box& held) {
-  Camera level = camera;
+std::vector<Light> sky_lights(char up, const Box& held, double fineness) {
+  Camera level;
+  level.up = up;
+  level.azimuth = 0;
   level.elevation = 0;
   const CameraAxes axes = camera_axes(level);
-  const auto from = [&](double right, double up, double back) -> Vector3d {
-    return (right * axes.right + up * axes.up + back * axes.back).normalized();
-  };
+  const int size = map_size(kSkyMap, std::sqrt(fineness));
   std::vector<Light> lights;
-  const auto add = [&](const Vector3d& towards, const Vector3d& color, double softness, int size) {
-    lights.push_back({towards, color, softness, parallel_view(towards, held, size)});
-  };
-  add(from(-0.78, 0.78, 0.42), {1.35, 1.26, 1.10}, kKeySoftness, kKeyMap);
   // A Fibonacci spiral: nearly even over the sphere.
   for (int i = 0; i < kSkyLights; ++i) {
     const double rise = 1 - (2 * i + 1.0) / kSkyLights;
     const double around = std::numbers::pi * (1 + std::sqrt(5.0)) * i;
     const double level_part = std::sqrt(1 - rise * rise);
     const double steradians = 4 * std::numbers::pi / kSkyLights;
-    add(from(level_part * std::cos(around), rise, level_part * std::sin(around)),
-        steradians * surroundings(rise), 0, kSkyMap);
+    const Vector3d towards = level_part * std::cos(around) * axes.right + rise * axes.up +
+                             level_part * std::sin(around) * axes.back;
+    lights.push_back(
+        {towards, steradians * surroundings(rise), 0, parallel_view(towards, held, size)});
     lights.back().view.coarse_will_do = true;
   }
-  add(from(0.75, 0.40, -0.60), {0.50, 0.54, 0.60}, 0, kRimMap);
-  lights.back().view.coarse_will_do = true;
+  return lights;
+}
+
+LampLights lamps(const Camera& camera, const Box& held, double fineness) {
+  Camera level = camera;
+  level.elevation = 0;
+  const CameraAxes axes = camera_axes(level);
+  const auto from = [&](double right, double up, double back) -> Vector3d {
+    return (right * axes.right + up * axes.up + back * axes.back).normalized();
+  };
+  const auto lamp = [&](const Vector3d& towards, const Vector3d& color, double softness, int size) {
+    return Light{towards, color, softness, parallel_view(towards, held, map_size(size, fineness))};
+  };
+  LampLights lights{lamp(from(-0.78, 0.78, 0.42), {1.35, 1.26, 1.10}, kKeySoftness, kKeyMap),
+                    lamp(from(0.75, 0.40, -0.60), {0.50, 0.54, 0.60}, 0, kRimMap)};
+  lights.rim.view.coarse_will_do = true;
   return lights;
 }
 

@@ -19,9 +19,15 @@ struct Light {
   std::vector<float> packed(std::size_t first_texel) const;
 };
 
-/// Lights that stay with the camera's azimuth, so that the shape turns under them. The key light
-/// comes first; the rim light, which casts no shadow on the ground, last. @param held a box that
-/// holds the shape.
-std::vector<Light> studio_lights(const Camera& camera, const Box& held);
+/// @param held a box that holds the shape. @param fineness of the depth maps: 1 for a picture of
+/// 1280 × 960, in proportion for smaller ones.
+std::vector<Light> sky_lights(char up, const Box& held, double fineness);
+
+/// They stay with the camera's azimuth, so that the shape turns under them.
+struct LampLights {
+  Light key;  ///< with a penumbra
+  Light rim;  ///< casts no shadow on the ground
+};
+LampLights lamps(const Camera& camera, const Box& held, double fineness);
 
 }  // namespace qjulia::picture

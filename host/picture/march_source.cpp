@@ -27,6 +27,9 @@ constexpr double kWorthForetelling = 150;
 /// A lattice for the part of the band in sight is made where that is less than this share of it.
 constexpr double kPart = 0.5;
 
+/// For memory's sake: one for the lights, one for the camera.
+constexpr std::size_t kMostLattices = 2;
+
 /// Rays that each lane takes in turn, so that lanes whose rays end early are not idle.
 constexpr std::size_t kRaysALane = 16;
 
@@ -86,6 +89,7 @@ class MarchSource : public DepthSource {
         iterations_(set.iterations),
         precision_(set.precision),
         material_(set.material),
+        foretells_(set.foretells),
         stop_(set.stop),
         band_(find_band(device, set, shape_box(set.map))),
         grid_(device, set, band_),
@@ -106,6 +110,10 @@ class MarchSource : public DepthSource {
     const int to = std::min(coarse.rows, (first_row + rows - 1) / view.samples + 2);
     const DepthGrid pixels{coarse.columns, to - from, march_rows(coarse, from, to - from)};
     return refine(view, first_row, rows, from, pixels);
+  }
+
+  void prepare(const View& view) override {
+    if (!grid_.is_empty()) lattice_for(view);
   }
 
   std::vector<float> traits(const std::vector<double>& points) override {
@@ -144,7 +152,7 @@ class MarchSource : public DepthSource {
   const ImageLattice& lattice_for(const View& view) {
     const double displacement = kDisplacement * view.footprint * view.samples;
     Box box = box_in_sight(view, grid_.bounds());
-    if (device_map_.step_cost() < kWorthForetelling || iterations_ == 1 ||
+    if (!foretells_ || device_map_.step_cost() < kWorthForetelling || iterations_ == 1 ||
         (box.size().array() <= 0).any()) {
       if (lattices_.empty()) lattices_.emplace_back(device_map_);
       return lattices_.front();
@@ -153,6 +161,7 @@ class MarchSource : public DepthSource {
         lattices_, [&](const ImageLattice& made) { return made.serves(box, displacement); });
     if (found != lattices_.end()) return *found;
     if (box.size().prod() > kPart * grid_.bounds().size().prod()) box = grid_.bounds();
+    if (lattices_.size() == kMostLattices) lattices_.pop_front();
     return lattices_.emplace_back(device_map_, grid_, box, displacement, band_.steepest);
   }
 
@@ -265,6 +274,7 @@ class MarchSource : public DepthSource {
   int iterations_;
   Precision precision_;
   Material material_;
+  bool foretells_;
   std::stop_token stop_;
   Band band_;
   BandGrid grid_;

@@ -1,6 +1,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "layout/picture_layout.h"
 #include "picture/depth_source.hpp"
@@ -14,7 +15,7 @@ using Eigen::Vector3d;
 /// is linear in p; with p = eye + s dir + x eye_dx + y eye_dy in a parallel one, (s, x, y) is.
 class MeshSource : public DepthSource {
  public:
-  explicit MeshSource(const TriangleMesh& mesh) : mesh_(mesh) {}
+  explicit MeshSource(TriangleMesh mesh) : mesh_(std::move(mesh)) {}
 
   std::vector<float> depths(const View& view, int first_row, int rows) override {
     const bool parallel = view.dir_dx.isZero(0);
@@ -83,13 +84,14 @@ class MeshSource : public DepthSource {
     }
   }
 
-  const TriangleMesh& mesh_;
+  TriangleMesh mesh_;
 };
 
 }  // namespace
 
-std::unique_ptr<DepthSource> mesh_source(const TriangleMesh& mesh) {
-  return std::make_unique<MeshSource>(mesh);
+std::unique_ptr<DepthSource> mesh_source(TriangleMesh mesh, const ShapeToMap& to_scene) {
+  for (Vector3d& vertex : mesh.vertices) vertex = to_scene.to_map(vertex);
+  return std::make_unique<MeshSource>(std::move(mesh));
 }
 
 }  // namespace qjulia::picture

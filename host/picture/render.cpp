@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <utility>
 
 #include "base/range_check.hpp"
 #include "layout/picture_layout.h"
@@ -24,12 +27,18 @@ using Eigen::Vector3d;
 
 constexpr int kHalo = 2;               ///< rows of samples that normals look beyond a strip
 constexpr int kStripSamples = 400000;  ///< keeps memory small and launches short
-constexpr int kFloorMap = 256;
+constexpr int kFloorMap = 256;         ///< texels a side at full fineness
+/// A picture as large as this has light maps and grids at full fineness; a smaller one has coarser
+/// ones, down to kLeastFineness.
+constexpr double kFullWidth = 1280, kFullHeight = 960, kLeastFineness = 0.2;
+/// What a sample of the picture, a texel of a light, and the band's grids cost, in marched rays.
+constexpr double kSampleCost = 0.4, kCoarseCost = 0.05, kGridCost = 3e5;
+constexpr double kEverywhere = 1e6;  ///< map units: farther than any set reaches
 
 /// The lowest point of the shape along `up`.
-double lowest(DepthSource& source, const Vector3d& up) {
+double lowest(DepthSource& source, const Vector3d& up, double fineness) {
   const Box bounds = source.bounds();
-  const View view = parallel_view(-up, bounds, kFloorMap);
+  const View view = parallel_view(-up, bounds, static_cast<int>(std::lround(kFloorMap * fineness)));
   double nearest = bounds.size().dot(up);
   for (const float depth : source.depths(view, 0, view.rows)) {
     if (depth >= 0) nearest = std::min(nearest, static_cast<double>(depth));
@@ -106,64 +115,47 @@ std::size_t covered_pixels(const View& view, const Strip& strip) {
   return static_cast<std::size_t>(std::ranges::count(covered, true));
 }
 
-/// @param to_scene from the shape's coordinates to those of source and frame.
-Image render_source(const Device& device, DepthSource& source, const Box& framed,
-                    const ShapeToMap& to_scene, const PictureOptions& options,
-                    const ProgressMonitor& monitor, PictureLayers* layers) {
-  const int samples = options.samples_per_axis;
-  const View view = camera_view(options.camera, framed, options.width, options.height, samples);
-  const auto lights = studio_lights(options.camera, source.bounds());
-  const auto rays = [](const View& v) { return double(v.columns) * double(v.rows); };
-  double all = rays(view);
-  for (const Light& light : lights) all += rays(light.view);
-  double done = 0;
-  const auto report = [&](double more) {
-    done += more;
-    monitor.report({"rendering", done / all, -1, {}});
-  };
-
-  std::vector<std::vector<float>> maps;
-  for (const Light& light : lights) {
-    maps.push_back(source.depths(light.view, 0, light.view.rows));
-    throw_if_stopped(monitor.stop);
-    report(rays(light.view));
+/// The camera aimed in the scene's coordinates instead of the shape's.
+Camera in_scene(Camera camera, const ShapeToMap& to_scene) {
+  if (camera.look_at) camera.look_at = to_scene.to_map(*camera.look_at);
+  if (camera.frame) {
+    camera.frame = Box{to_scene.to_map(camera.frame->low), to_scene.to_map(camera.frame->high)};
   }
-  const Vector3d up = axis(options.camera.up);
-  const Scene scene{up, lowest(source, up), framed.center(), 0.5 * framed.diagonal()};
-  const Shading shading(device, scene, lights, maps);
-
-  if (layers != nullptr) *layers = {};
-  Image image{options.width, options.height, {}};
-  image.pixels.reserve(3 * static_cast<std::size_t>(image.width) *
-                       static_cast<std::size_t>(image.height));
-  const int strip_rows = std::max(1, kStripSamples / (view.columns * samples));
-  for (int row = 0; row < options.height; row += strip_rows) {
-    Strip strip;
-    strip.first_row = row;
-    strip.rows = std::min(strip_rows, options.height - row);
-    strip.samples = samples;
-    const int from = std::max(0, row * samples - kHalo);
-    const int to = std::min(view.rows, (row + strip.rows) * samples + kHalo);
-    strip.halo = row * samples - from;
-    strip.depths = source.depths(view, from, to - from);
-    if (options.material != Material::clay) strip.traits = traits_of(view, strip, source);
-    throw_if_stopped(monitor.stop);
-    const Shaded shaded = shading.shade(view, strip, layers != nullptr);
-    image.pixels.insert(image.pixels.end(), shaded.pixels.begin(), shaded.pixels.end());
-    image.covered += covered_pixels(view, strip);
-    if (layers != nullptr) add_layers(view, strip, shaded.normals, to_scene, *layers);
-    report(double(view.columns) * strip.rows * samples);
-  }
-  return image;
+  return camera;
 }
 
-/// What a map's pictures show: the part asked for, else the box of the shape and its copies, or
-/// where none is known, the source's bounds.
+/// What a map's pictures show: the part asked for (shape units), else the box of the shape and its
+/// copies, or where none is known, the source's bounds.
 Box framed_box(const RationalMap& map, const std::optional<Box>& part, const DepthSource& source) {
-  if (part) return *part;
-  const std::optional<Box> box = map::box_with_copies(map);
+  const std::optional<Box> box = part ? part : map::box_with_copies(map);
   if (!box) return source.bounds();
   return {map.shape_to_map.to_map(box->low), map.shape_to_map.to_map(box->high)};
+}
+
+/// The part of space that the options leave of the map's set, map coordinates. @throws OptionError
+std::optional<Box> part_left(const RationalMap& map, const PictureOptions& options) {
+  if (!options.box && options.cuts.empty()) return std::nullopt;
+  const Vector3d everywhere = Vector3d::Constant(kEverywhere / map.shape_to_map.scale);
+  Box part = options.box.value_or(Box{-everywhere, everywhere});
+  for (const Cut& cut : options.cuts) {
+    const auto axis = static_cast<Eigen::Index>(cut.axis - 'x');
+    double at = cut.at;
+    if (cut.is_percent) {
+      const std::optional<Box>& whole = options.box ? options.box : map.box;
+      if (!whole) {
+        throw OptionError("cut", "the map keeps no box of its shape; give a coordinate");
+      }
+      at = std::lerp(whole->low[axis], whole->high[axis], cut.at / 100);
+    }
+    part.high[axis] = std::min(part.high[axis], at);
+  }
+  if (!(part.size().array() > 0).all()) throw OptionError("cut", "nothing is left of the box");
+  return Box{map.shape_to_map.to_map(part.low), map.shape_to_map.to_map(part.high)};
+}
+
+void expect_axis(const char* field, char axis) {
+  if (axis >= 'x' && axis <= 'z') return;
+  throw OptionError(field, fmt::format("'{}' is not an axis; give x, y or z", axis));
 }
 
 }  // namespace
@@ -190,30 +182,71 @@ void PictureOptions::validate() const {
   base::expect_between("zoom", camera.zoom, 0.01, 1000.0);
   base::expect_between("field_of_view", camera.field_of_view, 1.0, 120.0, "degrees");
   map::expect_box(box);
-  if (camera.up < 'x' || camera.up > 'z') {
-    throw OptionError("up", fmt::format("'{}' is not an axis; give x, y or z", camera.up));
+  map::expect_box(camera.frame, "frame");
+  if (camera.look_at) {
+    for (const double c : *camera.look_at) base::expect_finite("look_at", c);
   }
+  for (const Cut& cut : cuts) {
+    base::expect_finite("cut", cut.at);
+    expect_axis("cut", cut.axis);
+  }
+  expect_axis("up", camera.up);
 }
 
-Image render(const Device& device, const RationalMap& map, const PictureOptions& options,
-             const ProgressMonitor& monitor, PictureLayers* layers) {
+struct Studio::Impl {
+  Device device;
+  PictureOptions options;
+  std::unique_ptr<DepthSource> source;
+  Box framed;           ///< in the scene
+  ShapeToMap to_scene;  ///< from the shape's coordinates to those of source and frame
+  double fineness = 1;
+  Vector3d up = Vector3d::Zero();
+  std::vector<Light> sky{};
+  std::vector<std::vector<float>> sky_maps{};
+  double ground = 0;  ///< height along up
+
+  Image picture(const Camera& camera, const ProgressMonitor& monitor, PictureLayers* layers);
+
+ private:
+  void look_around(const std::function<void(const View&)>& report);
+};
+
+namespace {
+
+double rays(const View& view) { return double(view.columns) * double(view.rows); }
+
+double cost(const View& view) {
+  return rays(view) * (view.coarse_will_do ? kCoarseCost : view.samples > 1 ? kSampleCost : 1);
+}
+
+double fineness_of(const PictureOptions& options) {
+  const double share = std::max(options.width / kFullWidth, options.height / kFullHeight);
+  return std::clamp(share, kLeastFineness, 1.0);
+}
+
+}  // namespace
+
+Studio::Studio(const Device& device, const RationalMap& map, const PictureOptions& options,
+               const std::stop_token& stop) {
   options.validate();
   map.validate();
-  MarchedSet set{map,         options.iterations, options.escape,
-                 {},          options.precision,  options.material,
-                 monitor.stop};
-  if (options.box) {
-    set.part =
-        Box{map.shape_to_map.to_map(options.box->low), map.shape_to_map.to_map(options.box->high)};
-  }
-  const auto source = march_source(device, set);
-  return render_source(device, *source, framed_box(map, set.part, *source), map.shape_to_map,
-                       options, monitor, layers);
+  const double fineness = fineness_of(options);
+  MarchedSet set{map,
+                 options.iterations,
+                 options.escape,
+                 part_left(map, options),
+                 options.precision,
+                 options.material,
+                 stop};
+  set.cells = static_cast<int>(set.cells * std::sqrt(fineness));
+  auto source = march_source(device, set);
+  const Box framed = framed_box(map, options.box, *source);
+  impl_ = std::make_unique<Impl>(
+      Impl{device, options, std::move(source), framed, map.shape_to_map, fineness});
 }
 
-Image render_mesh(const Device& device, const TriangleMesh& mesh, const Box& framed,
-                  const PictureOptions& options, const ProgressMonitor& monitor,
-                  PictureLayers* layers) {
+Studio::Studio(const Device& device, const TriangleMesh& mesh, const Box& framed,
+               const PictureOptions& options) {
   options.validate();
   const double side = framed.size().maxCoeff();
   if (!(side > 0) || !std::isfinite(side)) {
@@ -221,11 +254,107 @@ Image render_mesh(const Device& device, const TriangleMesh& mesh, const Box& fra
   }
   // As large as maps are, so that both are lit alike.
   const ShapeToMap to_scene{3 / side, -3 / side * framed.center()};
-  TriangleMesh scaled = mesh;
-  for (Vector3d& vertex : scaled.vertices) vertex = to_scene.to_map(vertex);
-  return render_source(device, *mesh_source(scaled),
-                       {to_scene.to_map(framed.low), to_scene.to_map(framed.high)}, to_scene,
-                       options, monitor, layers);
+  impl_ =
+      std::make_unique<Impl>(Impl{device, options, mesh_source(mesh, to_scene),
+                                  Box{to_scene.to_map(framed.low), to_scene.to_map(framed.high)},
+                                  to_scene, fineness_of(options)});
+}
+
+Studio::~Studio() = default;
+Studio::Studio(Studio&&) noexcept = default;
+Studio& Studio::operator=(Studio&&) noexcept = default;
+
+Image Studio::picture(const Camera& camera, const ProgressMonitor& monitor, PictureLayers* layers) {
+  impl_->options.camera = camera;
+  impl_->options.validate();
+  return impl_->picture(camera, monitor, layers);
+}
+
+/// What the sky and the ground need, at the first picture.
+void Studio::Impl::look_around(const std::function<void(const View&)>& report) {
+  if (up == axis(options.camera.up)) return;
+  up = axis(options.camera.up);
+  sky = sky_lights(options.camera.up, source->bounds(), fineness);
+  sky_maps.clear();
+  for (const Light& light : sky) {
+    sky_maps.push_back(source->depths(light.view, 0, light.view.rows));
+    report(light.view);
+  }
+  ground = lowest(*source, up, fineness);
+}
+
+Image Studio::Impl::picture(const Camera& camera, const ProgressMonitor& monitor,
+                            PictureLayers* layers) {
+  const auto start = std::chrono::steady_clock::now();
+  const int samples = options.samples_per_axis;
+  const View view =
+      camera_view(in_scene(camera, to_scene), framed, options.width, options.height, samples);
+  const LampLights with = lamps(camera, source->bounds(), fineness);
+  const bool is_first = up != axis(camera.up);
+  double all = cost(view) + cost(with.key.view) + cost(with.rim.view);
+  if (is_first) {
+    all += kGridCost;
+    for (const Light& light : sky_lights(camera.up, source->bounds(), fineness)) {
+      all += cost(light.view);
+    }
+  }
+  double done = 0;
+  const auto report = [&](double more) {
+    throw_if_stopped(monitor.stop);
+    done += more;
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    monitor.report(
+        {"rendering", done / all, taken.count() * (all - done) / std::max(done, 1.0), {}});
+  };
+
+  // The finest view first: what is computed for it serves the others.
+  source->prepare(view);
+  if (is_first) report(kGridCost);
+  look_around([&](const View& seen) { report(cost(seen)); });
+  std::vector<Light> lights{with.key};
+  lights.insert(lights.end(), sky.begin(), sky.end());
+  lights.push_back(with.rim);
+  std::vector<std::vector<float>> maps{source->depths(with.key.view, 0, with.key.view.rows)};
+  maps.insert(maps.end(), sky_maps.begin(), sky_maps.end());
+  maps.push_back(source->depths(with.rim.view, 0, with.rim.view.rows));
+  report(cost(with.key.view) + cost(with.rim.view));
+  const Scene scene{up, ground, framed.center(), 0.5 * framed.diagonal()};
+  const Shading shading(device, scene, lights, maps);
+
+  if (layers != nullptr) *layers = {};
+  Image image{options.width, options.height, {}};
+  image.pixels.reserve(3 * static_cast<std::size_t>(image.width) *
+                       static_cast<std::size_t>(image.height));
+  const int strip_rows = std::max(1, kStripSamples / (view.columns * samples));
+  for (int row = 0; row < options.height; row += strip_rows) {
+    Strip strip;
+    strip.first_row = row;
+    strip.rows = std::min(strip_rows, options.height - row);
+    strip.samples = samples;
+    const int from = std::max(0, row * samples - kHalo);
+    const int to = std::min(view.rows, (row + strip.rows) * samples + kHalo);
+    strip.halo = row * samples - from;
+    strip.depths = source->depths(view, from, to - from);
+    if (options.material != Material::clay) strip.traits = traits_of(view, strip, *source);
+    throw_if_stopped(monitor.stop);
+    const Shaded shaded = shading.shade(view, strip, layers != nullptr);
+    image.pixels.insert(image.pixels.end(), shaded.pixels.begin(), shaded.pixels.end());
+    image.covered += covered_pixels(view, strip);
+    if (layers != nullptr) add_layers(view, strip, shaded.normals, to_scene, *layers);
+    report(cost(view) * strip.rows / options.height);
+  }
+  return image;
+}
+
+Image render(const Device& device, const RationalMap& map, const PictureOptions& options,
+             const ProgressMonitor& monitor, PictureLayers* layers) {
+  return Studio(device, map, options, monitor.stop).picture(options.camera, monitor, layers);
+}
+
+Image render_mesh(const Device& device, const TriangleMesh& mesh, const Box& framed,
+                  const PictureOptions& options, const ProgressMonitor& monitor,
+                  PictureLayers* layers) {
+  return Studio(device, mesh, framed, options).picture(options.camera, monitor, layers);
 }
 
 }  // namespace qjulia

@@ -44,6 +44,19 @@ double framing_distance(const Camera& camera, const Box& box, double tan_x, doub
   return distance;
 }
 
+/// By how much the view of `whole` is narrowed so that `frame` fills it from the same distance.
+double narrowing(const Camera& camera, const Box& frame, double distance, double tan_x,
+                 double tan_y) {
+  // The distance rises with the narrowing.
+  double low = 1e-3, high = 1e6;
+  for (int halving = 0; halving < 60; ++halving) {
+    const double middle = std::sqrt(low * high);
+    const bool fits = framing_distance(camera, frame, tan_x / middle, tan_y / middle) < distance;
+    (fits ? low : high) = middle;
+  }
+  return low;
+}
+
 }  // namespace
 
 View View::coarse() const {
@@ -91,12 +104,14 @@ View camera_view(const Camera& camera, const Box& framed, int width, int height,
   const double tan_y = std::tan(0.5 * camera.field_of_view * kDegree);
   const double tan_x = tan_y * columns / rows;
   const double distance = framing_distance(camera, framed, kFill * tan_x, kFill * tan_y);
-  const double pixel = 2 * tan_y / rows / camera.zoom;
+  const double narrowed =
+      camera.frame ? narrowing(camera, *camera.frame, distance, kFill * tan_x, kFill * tan_y) : 1;
+  const double pixel = 2 * tan_y / rows / (narrowed * camera.zoom);
   View view;
   view.columns = columns;
   view.rows = rows;
   view.samples = samples;
-  view.eye = framed.center() + distance * axes.back;
+  view.eye = camera.look_at.value_or(camera.frame.value_or(framed).center()) + distance * axes.back;
   view.dir_dx = pixel * axes.right;
   view.dir_dy = -pixel * axes.up;
   view.dir = -axes.back - 0.5 * columns * view.dir_dx - 0.5 * rows * view.dir_dy;

@@ -4,8 +4,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -30,6 +32,18 @@ struct Camera {
   double zoom = 1;            ///< 1 frames the whole shape
   double field_of_view = 30;  ///< degrees, vertical
   char up = 'y';              ///< the shape's axis that points up: x, y or z
+  /// Shape units: the point in the middle of the picture. By default the middle of what is framed.
+  std::optional<Eigen::Vector3d> look_at{};
+  /// Shape units: what fills the picture, seen from as far as the whole shape would be. By default
+  /// the whole shape.
+  std::optional<Box> frame{};
+};
+
+/// A plane across an axis, beyond which the set is cut away.
+struct Cut {
+  char axis = 'z';          ///< x, y or z
+  double at = 0;            ///< along the axis: shape units, or per cent of the shape's box
+  bool is_percent = false;  ///< what `at` is
 };
 
 /// What gives the set its colour.
@@ -49,6 +63,7 @@ struct PictureOptions {
   Precision precision = Precision::single;  ///< of rays and orbits; double where the device has it
   /// Shape units: only this part of the set is drawn, cut open, and framed. By default all of it.
   std::optional<Box> box;
+  std::vector<Cut> cuts;  ///< of maps; what is framed stays
   Camera camera;
   Material material = Material::clay;  ///< of maps; meshes are of clay
   void validate() const;               ///< @throws InputError
@@ -64,6 +79,31 @@ struct PictureLayers {
   std::vector<float> depth;     ///< along the ray, from the camera; infinity where nothing is
   std::vector<float> normal;    ///< 3 a pixel: of length 1, towards the camera; 0 where nothing is
   std::vector<float> position;  ///< 3 a pixel; not a number where nothing is
+};
+
+/// A map's set, or a mesh, to be drawn from several sides: what no camera changes is computed once.
+class Studio {
+ public:
+  /// @param options hold for every picture; their camera is the first one's, and says which axis is
+  /// up. @param stop ends the work, here and in the pictures. @throws InputError naming the option
+  /// or what is wrong with the map.
+  Studio(const Device& device, const RationalMap& map, const PictureOptions& options,
+         const std::stop_token& stop = {});
+  /// @param framed what the camera frames, in the mesh's
+  /// coordinates, such as the map's box.
+  Studio(const Device& device, const TriangleMesh& mesh, const Box& framed,
+         const PictureOptions& options);
+  ~Studio();
+  Studio(Studio&&) noexcept;
+  Studio& operator=(Studio&&) noexcept;
+
+  /// @param layers gets what the pixels show, unless it is null.
+  Image picture(const Camera& camera, const ProgressMonitor& monitor = {},
+                PictureLayers* layers = nullptr);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 /// A picture of {F_n < L}. Lights stay with the camera's azimuth; the ground lies under the set's

@@ -10,10 +10,12 @@
 
 #include "armed_ball.hpp"
 #include "device/context.hpp"
+#include "distance_map.hpp"
 #include "layout/picture_layout.h"
 #include "map/reference_iteration.hpp"
 #include "picture/band_grid.hpp"
 #include "picture/depth_source.hpp"
+#include "picture/image_lattice.hpp"
 #include "png_file.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/field.hpp"
@@ -214,6 +216,173 @@ TEST_CASE("a part of the ball is cut open at the faces of its box") {
       CHECK(worst < (coarse ? 0.05 : 1e-3));
     }
     CHECK(source->bounds().high.z() == 0.25);
+  }
+}
+
+TEST_CASE("cuts show the inside, and leave the rest where it is seen") {
+  const Device device = test::device();
+  RationalMap map = square();
+  map.shape_to_map = {2, {0, 1, 0}};  // the ball has radius 0.5 about (0, -0.5, 0)
+  map.box = Box{{-0.5, -1, -0.5}, {0.5, 0, 0.5}};
+  PictureOptions options = small(60, 45);
+  PictureLayers whole, cut;
+  render(device, map, options, {}, &whole);
+  options.cuts = {{'z', 0.1, false}, {'y', 1, false}};
+  const Image image = render(device, map, options, {}, &cut);
+  int flat = 0, beyond = 0, elsewhere = 0;
+  for (std::size_t i = 0; i < cut.depth.size(); ++i) {
+    const float z = cut.position[3 * i + 2];
+    if (z > 0.11F) ++beyond;
+    if (std::abs(z - 0.1F) < 0.005F) ++flat;
+    if (whole.position[3 * i + 2] < 0.08F && std::abs(whole.depth[i] - cut.depth[i]) > 0.01F) {
+      ++elsewhere;
+    }
+  }
+  CHECK(flat > 300);
+  CHECK(beyond == 0);
+  CHECK(elsewhere == 0);
+  options.cuts = {{'z', 60, true}};
+  CHECK(render(device, map, options).pixels == image.pixels);
+  options.cuts = {{'w', 60, true}};
+  CHECK_THROWS_WITH(render(device, map, options), Catch::Contains("cut: 'w'"));
+  options.box = map.box;
+  options.cuts = {{'x', 0, true}};
+  CHECK_THROWS_WITH(render(device, map, options), Catch::Contains("cut: nothing is left"));
+  options.box.reset();
+  map.box.reset();
+  CHECK_THROWS_WITH(render(device, map, options), Catch::Contains("give a coordinate"));
+}
+
+TEST_CASE("foretold images give the picture that computed ones give") {
+  // A distance's modulus is never foretold, its versor is.
+  const bool distance = GENERATE(false, true);
+  RationalMap map = distance ? test::distance_map(0.1, 60) : test::armed_ball_map(60);
+  if (distance) {
+    for (Factor& factor : map.factors)
+      factor.exponent *= 0.06;  // it turns about as fast as F rises
+  } else {
+    map = calibrated(test::device(), steepened(map, 12));
+  }
+  for (const int width : test::lane_widths()) {
+    const Device device = with_width(width);
+    for (const Precision precision : {Precision::single, Precision::dbl}) {
+      if (precision == Precision::dbl && !test::can_check(device, precision)) continue;
+      CAPTURE(distance, width, precision == Precision::dbl);
+      picture::MarchedSet set{map, 6, {}, {}, precision};
+      const picture::View view = picture::camera_view(
+          {}, {map.shape_to_map.to_map(map.box->low), map.shape_to_map.to_map(map.box->high)}, 120,
+          90, 1);
+      const auto found = picture::march_source(device, set)->depths(view, 0, view.rows);
+      set.foretells = false;
+      const auto expected = picture::march_source(device, set)->depths(view, 0, view.rows);
+      CHECK(found != expected);
+      const auto seen = [&](int column, int row) {
+        return expected[static_cast<std::size_t>(row * 120 + column)] >= 0;
+      };
+      int edges = 0, one = 0, hits = 0, far = 0;
+      for (int row = 1; row < 89; ++row) {
+        for (int column = 1; column < 119; ++column) {
+          const auto i = static_cast<std::size_t>(row * 120 + column);
+          const bool here = seen(column, row);
+          if (here != seen(column + 1, row) || here != seen(column, row + 1)) ++edges;
+          if (here != (found[i] >= 0)) ++one;
+          if (here) ++hits;
+          if (here && found[i] >= 0 && std::abs(found[i] - expected[i]) > view.footprint) ++far;
+        }
+      }
+      // An eighth of a pixel is what the set may be displaced by.
+      CHECK(edges > 200);
+      CHECK(one <= edges / 16);
+      CHECK(far <= 0.02 * hits);
+    }
+  }
+}
+
+TEST_CASE("a lattice trusts cells where it foretells images, and no others") {
+  const Device any = test::device();
+  const RationalMap map = calibrated(any, steepened(test::armed_ball_map(60), 12));
+  for (const int width : test::lane_widths()) {
+    CAPTURE(width);
+    const Device device = with_width(width);
+    const picture::MarchedSet set{map, 6, {}, {}, Precision::single};
+    const picture::Band band = picture::find_band(device, set, *map.box);
+    const picture::BandGrid grid(device, set, band);
+    const map::DeviceMap device_map(device, map, band.stops, Precision::single);
+    const double allowed = 0.02;
+    const picture::ImageLattice lattice(device_map, grid, grid.bounds(), allowed / band.steepest,
+                                        band.steepest);
+    std::vector<double> layout(QJ_GRID_SIZE), field(lattice.field().size()),
+        versors(lattice.versors().size());
+    std::vector<std::uint8_t> trusted(lattice.trusted().size());
+    device::Context& context = device.context();
+    context.read(lattice.layout(), layout);
+    context.read(lattice.field(), field);
+    context.read(lattice.versors(), versors);
+    context.read(lattice.trusted(), std::span(trusted));
+    const int nx = static_cast<int>(layout[QJ_GRID_POINTS]);
+    const int ny = static_cast<int>(layout[QJ_GRID_POINTS + 1]);
+    // Lagrange's polynomial through four nodes, written as it stands in books.
+    const auto weight = [](int m, double s) {
+      double w = 1;
+      for (int j = -1; j <= 2; ++j) {
+        if (j != m) w *= (s - j) / (m - j);
+      }
+      return w;
+    };
+    int checked = 0, wrong = 0;
+    for (std::size_t cell = 0; cell < trusted.size(); ++cell) {
+      if (trusted[cell] == 0 || cell % 7 != 0) continue;
+      const int number = static_cast<int>(cell), row = number / nx;
+      const std::array<int, 3> at{number % nx, row % ny, row / ny};
+      const std::array<double, 3> way{std::fmod(0.37 * number, 1), std::fmod(0.71 * number, 1),
+                                      std::fmod(0.13 * number, 1)};
+      double f = 0;
+      Eigen::Vector4d u = Eigen::Vector4d::Zero();
+      for (int k = -1; k <= 2; ++k) {
+        for (int j = -1; j <= 2; ++j) {
+          for (int i = -1; i <= 2; ++i) {
+            const auto node =
+                static_cast<std::size_t>(((at[2] + k) * ny + at[1] + j) * nx + at[0] + i);
+            const double w = weight(i, way[0]) * weight(j, way[1]) * weight(k, way[2]);
+            f += w * field[node];
+            u += w * Eigen::Vector4d(versors[4 * node], versors[4 * node + 1],
+                                     versors[4 * node + 2], versors[4 * node + 3]);
+          }
+        }
+      }
+      const auto place = [&](std::size_t axis) {
+        return layout[QJ_GRID_ORIGIN + axis] + layout[QJ_GRID_STEP] * (at[axis] + way[axis]);
+      };
+      const auto step = reference::step(map, {place(0), place(1), place(2), map.slice});
+      const Eigen::Vector4d expected(step.versor.x, step.versor.y, step.versor.z, step.versor.w);
+      ++checked;
+      if (std::abs(f - step.log_norm) + (u - expected).norm() > 2 * allowed) ++wrong;
+    }
+    CHECK(checked > 500);
+    CHECK(wrong <= 0.01 * checked);
+    const auto share =
+        static_cast<double>(std::ranges::count(trusted, 1)) / static_cast<double>(trusted.size());
+    CHECK(share < 0.9);  // far from the band nothing is foretold
+  }
+}
+
+TEST_CASE("a studio's pictures are those drawn one by one, and tell when they will be done") {
+  const Device device = test::device();
+  const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 12));
+  PictureOptions options = small(48, 36);
+  Studio studio(device, map, options);
+  for (const double azimuth : {30.0, 150.0}) {
+    options.camera.azimuth = azimuth;
+    std::vector<Progress> told;
+    ProgressMonitor monitor;
+    monitor.on_progress = [&](const Progress& progress) { told.push_back(progress); };
+    CHECK(studio.picture(options.camera, monitor).pixels == render(device, map, options).pixels);
+    REQUIRE(told.size() > 1);
+    CHECK(told.back().fraction == Approx(1));
+    for (std::size_t i = 0; i < told.size(); ++i) {
+      CHECK(told[i].seconds_left >= 0);
+      if (i > 0) CHECK(told[i].fraction > told[i - 1].fraction);
+    }
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "obj_text.hpp"
@@ -54,7 +55,7 @@ TEST_CASE("render writes layers, and a preview that goes when the picture is don
   CHECK_THAT(clay.err, Contains("--material"));
 }
 
-TEST_CASE("a picture of nothing is drawn with a warning") {
+TEST_CASE("a picture of nothing is drawn with a warning, and a part of nothing is refused") {
   const Ball ball;
   const TemporaryFolder folder;
   const auto drawn = [&](const std::vector<std::string>& more) {
@@ -66,13 +67,32 @@ TEST_CASE("a picture of nothing is drawn with a warning") {
   };
   for (const std::vector<std::string>& nothing :
        {std::vector<std::string>{"--slice", "50"},
-        std::vector<std::string>{"--box", "3", "3", "3", "4", "4", "4"}}) {
+        std::vector<std::string>{"--look-at", "0", "9", "0"}}) {
     const auto result = drawn(nothing);
     INFO(result.err);
     CHECK(result.exit_code == 0);
     CHECK_THAT(result.err, Contains("shows nothing of"));
     CHECK(json::parse(result.out)["covered_pixels"] == 0);
   }
+  std::filesystem::remove(folder / "a.png");
+  for (const std::vector<std::string>& nothing :
+       {std::vector<std::string>{"--box", "3", "3", "3", "4", "4", "4"},
+        std::vector<std::string>{"--cut", "x=-200%"}}) {
+    const auto result = drawn(nothing);
+    INFO(result.err);
+    CHECK(result.exit_code == 1);
+    CHECK_THAT(result.err, Contains("is empty in this box") && Contains("--cut"));
+    CHECK(folder.names().empty());
+  }
+  for (const char* cut : {"z", "w=1", "z=", "z=50%%", "x=1,", "x=nan"}) {
+    const auto result = drawn({"--cut", cut});
+    INFO(cut << ": " << result.err);
+    CHECK(result.exit_code == 2);
+    CHECK_THAT(result.err, Contains("--cut"));
+  }
+  const auto inverted = drawn({"--frame", "1", "0", "0", "0", "1", "1"});
+  CHECK(inverted.exit_code == 2);
+  CHECK_THAT(inverted.err, Contains("--frame"));
   const auto result = drawn({});
   CHECK(result.exit_code == 0);
   CHECK_THAT(result.err, !Contains("shows nothing"));

@@ -155,6 +155,40 @@ TEST_CASE("a framed box's upright cylinder stays in the picture, with a margin")
   CHECK(widest > 0.7);
 }
 
+TEST_CASE("a camera looks at the point and the frame that it is given") {
+  const Box box{{-1, -2, 0}, {3, 1, 1}};
+  Camera camera;
+  camera.azimuth = 37;
+  const double far = (picture::camera_view(camera, box, 320, 200, 1).eye - box.center()).norm();
+  // Where a point is seen, 0 at the middle, 1 at the edges.
+  const auto seen = [&](const Vector3d& p) -> Eigen::Vector2d {
+    const picture::View view = picture::camera_view(camera, box, 320, 200, 1);
+    Eigen::Matrix3d columns;
+    columns << view.dir, view.dir_dx, view.dir_dy;
+    const Vector3d at = columns.inverse() * (p - view.eye);
+    REQUIRE(at[0] > 0);
+    return {at[1] / at[0] / 160 - 1, at[2] / at[0] / 100 - 1};
+  };
+  camera.look_at = Vector3d(2, 0.5, 0.3);
+  CHECK(seen(*camera.look_at).norm() < 1e-9);
+  CHECK(seen(box.center()).norm() > 0.1);
+  camera.look_at.reset();
+  camera.frame = Box{{2, 0, 0.2}, {2.4, 0.3, 0.5}};
+  CHECK(seen(camera.frame->center()).norm() < 1e-9);
+  double widest = 0;
+  for (int i = 0; i < 500; ++i) {
+    const Vector3d unit(std::sin(i), i % 2 == 0 ? -1 : 1, std::cos(i));
+    const Vector3d p = camera.frame->center() + 0.5 * camera.frame->size().cwiseProduct(unit);
+    widest = std::max(widest, seen(p).cwiseAbs().maxCoeff());
+  }
+  CHECK(widest < 0.97);
+  CHECK(widest > 0.7);
+  const picture::View view = picture::camera_view(camera, box, 320, 200, 1);
+  CHECK((view.eye - camera.frame->center()).norm() == Approx(far));
+  camera.look_at = Vector3d(2, 0, 0.2);  // a corner of the frame
+  CHECK(seen(*camera.look_at).norm() < 1e-9);
+}
+
 TEST_CASE("a rasterised triangle has the depths of its plane, in both kinds of view") {
   TriangleMesh mesh;
   mesh.vertices = {{-1, -1, 0.2}, {1, -1, -0.3}, {0, 1, 0.4},

@@ -9,7 +9,7 @@ namespace qjulia::tools {
 /// --size.
 void add_size(Command command, PictureOptions& options);
 
-/// --azimuth, --elevation, --zoom, --field-of-view, --up.
+/// --azimuth, --elevation, --zoom, --look-at, --frame, --field-of-view, --up.
 void add_camera(Command command, Camera& camera);
 
 }  // namespace qjulia::tools

@@ -145,12 +145,24 @@ void write_picture(const Image& image, const std::filesystem::path& path,
 
 nlohmann::json to_json(const PictureOptions& options) {
   const Camera& camera = options.camera;
+  nlohmann::json cuts = nlohmann::json::array();
+  for (const Cut& cut : options.cuts) {
+    cuts.push_back({{"axis", std::string(1, cut.axis)},
+                    {"at", cut.at},
+                    {"unit", cut.is_percent ? "percent" : "shape"}});
+  }
+  nlohmann::json look_at, frame;
+  if (const auto& p = camera.look_at) look_at = {p->x(), p->y(), p->z()};
+  if (camera.frame) frame = to_json(*camera.frame);
   return {{"width", options.width},
           {"height", options.height},
           {"samples", options.samples_per_axis},
           {"azimuth", camera.azimuth},
           {"elevation", camera.elevation},
           {"zoom", camera.zoom},
+          {"look_at", look_at},
+          {"frame", frame},
+          {"cuts", cuts},
           {"field_of_view", camera.field_of_view},
           {"material", to_string(options.material)},
           {"up", std::string(1, camera.up)}};

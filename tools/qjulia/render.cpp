@@ -36,9 +36,28 @@ struct Arguments {
   PictureOptions options;
 };
 
+/// "z=50%,x=0.2": axes, and where they are cut.
+std::vector<Cut> parse_cuts(const std::string& text) {
+  std::vector<Cut> cuts;
+  for (std::size_t from = 0; from <= text.size();) {
+    const std::size_t comma = std::min(text.find(',', from), text.size());
+    std::string word = text.substr(from, comma - from);
+    from = comma + 1;
+    if (word.size() < 3 || word[0] < 'x' || word[0] > 'z' || word[1] != '=') {
+      throw InputError(fmt::format("'{}' is not AXIS=PLACE, such as z=50% or x=0.2", word));
+    }
+    Cut cut{word[0], 0, word.back() == '%'};
+    if (cut.is_percent) word.pop_back();
+    cut.at = finite_number(word.substr(2));
+    cuts.push_back(cut);
+  }
+  return cuts;
+}
+
 PictureOptions checked_options(const Arguments& arguments) {
   PictureOptions options = checked(arguments.options, arguments.map_options);
-  const auto given = arguments.map_options.given();
+  auto given = arguments.map_options.given();
+  if (!options.cuts.empty()) given.emplace_back("--cut");
   if (is_mesh_file(arguments.input) && !given.empty()) {
     throw InputError(
         fmt::format("{} needs a map, and '{}' is a mesh", given.front(), arguments.input));
@@ -60,19 +79,22 @@ Scene read_scene(const Arguments& arguments, Session& session) {
   return {read_map(arguments.input, session.interrupts.token()), {}};
 }
 
-Image draw(const Device& device, const Scene& scene, const std::string& input,
-           const MapOptions& map_options, const PictureOptions& options,
-           const ProgressMonitor& monitor, PictureLayers* layers = nullptr) {
-  if (is_mesh_file(input)) {
-    return render_mesh(device, scene.mesh, scene.mesh.box(), options, monitor, layers);
-  }
-  return render(device, with_knobs(device, scene.map, map_options, input), options, monitor,
-                layers);
+Studio studio_of(const Device& device, const Scene& scene, const std::string& input,
+                 const MapOptions& map_options, const PictureOptions& options, Session& session) {
+  if (is_mesh_file(input)) return {device, scene.mesh, scene.mesh.box(), options};
+  return {device, with_knobs(device, scene.map, map_options, input), options,
+          session.interrupts.token()};
 }
 
-/// Says so when a picture shows nothing.
-void warn_if_empty(const Image& image, const std::string& input, Session& session) {
+/// Says so when a picture shows nothing. @throws Error where a part of the set was asked for.
+void warn_if_empty(const Image& image, const std::string& input, const PictureOptions& options,
+                   Session& session) {
   if (image.covered > 0) return;
+  const bool is_aimed = options.camera.look_at || options.camera.frame || options.camera.zoom > 1;
+  if ((options.box || !options.cuts.empty()) && !is_aimed) {
+    throw Error(
+        fmt::format("the set of '{}' is empty in this box; try another --box or --cut", input));
+  }
   session.console.warn(
       fmt::format("the picture shows nothing of '{}'; try another --box, --slice, --detail or "
                   "camera",
@@ -92,8 +114,9 @@ class Preview {
     options.width = std::max(1, options.width / reduction);
     options.height = std::max(1, options.height / reduction);
     options.samples_per_axis = 1;
-    const Image image = tools::draw(device, scene, arguments.input, arguments.map_options, options,
-                                    session.monitor());
+    const Image image =
+        studio_of(device, scene, arguments.input, arguments.map_options, options, session)
+            .picture(options.camera, session.monitor());
     write_png(image, path_, {{"Software", program_name()}});
     session.console.note(fmt::format("preview: {}, {:.1f} s", path_.string(), session.seconds()));
     session.written_so_far = "only the preview was written";
@@ -127,8 +150,7 @@ std::optional<Sweep> wanted_sweep(const Arguments& arguments, const PictureOptio
     map_options.knobs.validate();
     changed.validate();
   }
-  const bool of_map = sweep.name != "azimuth" && sweep.name != "elevation" && sweep.name != "zoom";
-  if (of_map && is_mesh_file(arguments.input)) {
+  if (!is_of_camera(sweep) && is_mesh_file(arguments.input)) {
     throw InputError(
         fmt::format("--sweep {} needs a map, and '{}' is a mesh", sweep.name, arguments.input));
   }
@@ -162,6 +184,19 @@ int sheet_columns(int count) {
   return std::min({least, least + 1, least + 2}, [&](int a, int b) { return empty(a) < empty(b); });
 }
 
+/// Tells of a picture as a part of all, `done` of which came before it.
+ProgressMonitor part_monitor(Session& session, std::size_t done, std::size_t all) {
+  ProgressMonitor monitor = session.monitor();
+  monitor.on_progress = [&session, show = monitor.on_progress, done, all](Progress progress) {
+    if (!show) return;
+    progress.fraction = (static_cast<double>(done) + progress.fraction) / static_cast<double>(all);
+    progress.seconds_left =
+        session.seconds() * (1 - progress.fraction) / std::max(progress.fraction, 1e-6);
+    show(progress);
+  };
+  return monitor;
+}
+
 /// A picture for each value, numbered, and all of them with captions on one sheet.
 int run_sweep(const Arguments& arguments, const PictureOptions& options, const Sweep& sweep,
               Session& session) {
@@ -170,6 +205,7 @@ int run_sweep(const Arguments& arguments, const PictureOptions& options, const S
   std::vector<Image> frames;
   std::vector<std::string> files;
   nlohmann::json how;
+  std::optional<Studio> studio;
   for (const double value : sweep.values) {
     const std::string caption = fmt::format("{} {:.4g}", sweep.name, value);
     session.console.note(
@@ -177,9 +213,12 @@ int run_sweep(const Arguments& arguments, const PictureOptions& options, const S
     MapOptions map_options = arguments.map_options;
     PictureOptions frame_options = options;
     set(sweep, value, map_options, frame_options);
-    const Image image =
-        draw(device, scene, arguments.input, map_options, frame_options, session.monitor());
-    warn_if_empty(image, arguments.input, session);
+    if (!studio || !is_of_camera(sweep)) {
+      studio = studio_of(device, scene, arguments.input, map_options, frame_options, session);
+    }
+    const Image image = studio->picture(frame_options.camera,
+                                        part_monitor(session, frames.size(), sweep.values.size()));
+    warn_if_empty(image, arguments.input, frame_options, session);
     how = made_with(arguments.input, map_options, device.info());
     how["picture"] = to_json(frame_options);
     files.push_back(frame_path(arguments.output, files.size() + 1).string());
@@ -213,9 +252,10 @@ int run(const Arguments& arguments, Session& session) {
   const Preview preview(arguments.output);
   if (arguments.preview) preview.draw(device, scene, arguments, options, session);
   PictureLayers layers;
-  const Image image = draw(device, scene, arguments.input, arguments.map_options, options,
-                           session.monitor(), arguments.layers.empty() ? nullptr : &layers);
-  warn_if_empty(image, arguments.input, session);
+  const Image image =
+      studio_of(device, scene, arguments.input, arguments.map_options, options, session)
+          .picture(options.camera, session.monitor(), arguments.layers.empty() ? nullptr : &layers);
+  warn_if_empty(image, arguments.input, options, session);
   nlohmann::json how = made_with(arguments.input, arguments.map_options, device.info());
   how["picture"] = to_json(options);
   write_picture(image, arguments.output, how);
@@ -254,6 +294,12 @@ void describe_options(Command command, Arguments& a) {
   add_size(command, a.options);
   command.add("--samples", &a.options.samples_per_axis, "Anti-aliasing: N x N rays per pixel");
   add_camera(command, a.options.camera);
+  command
+      .word(
+          "--cut", [&a](const std::string& text) { a.options.cuts = parse_cuts(text); },
+          "Cut away what lies beyond a place along an axis, and show the inside: a coordinate, "
+          "shape units, or per cent of the shape's box; several with commas, x=0.2,z=50%")
+      .type("AXIS=PLACE");
   command
       .add("--sweep", &a.sweep,
            std::string("Pictures for several values of one option, NAME=FROM:TO:COUNT or "
@@ -294,7 +340,8 @@ void add_render(CommandLine& program, ChosenCommand& chosen) {
       "render", "Draw a picture of a map's set",
       "Examples:\n"
       "  qjulia render bunny.qjulia.json -o bunny.png\n"
-      "  qjulia render bunny.qjulia.json -o ears.png --size 1920x1080 --azimuth 120 --zoom 2\n"
+      "  qjulia render bunny.qjulia.json -o ears.png --frame -0.1 0.1 -0.2 0.5 0.9 0.3\n"
+      "  qjulia render bunny.qjulia.json -o inside.png --cut z=50% --azimuth 0\n"
       "  qjulia render bunny.obj -o mesh.png             the mesh in the same view\n"
       "  qjulia render bunny.qjulia.json -o crust.png --drift 0.8 --detail 0.03\n"
       "  qjulia render bunny.qjulia.json -o drift.png --sweep drift=0:1.05:12 --size 480x360\n"

@@ -122,6 +122,10 @@ Sweep turntable(double first, int count) {
   return sweep;
 }
 
+bool is_of_camera(const Sweep& sweep) {
+  return sweep.name == "azimuth" || sweep.name == "elevation" || sweep.name == "zoom";
+}
+
 void set(const Sweep& sweep, double value, MapOptions& map, PictureOptions& picture) {
   setters().at(sweep.name)(value, map, picture);
 }

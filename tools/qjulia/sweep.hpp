@@ -23,6 +23,9 @@ Sweep parse_sweep(const std::string& text);
 /// `count` azimuths once around, from `first` on.
 Sweep turntable(double first, int count);
 
+/// Whether only the camera moves.
+bool is_of_camera(const Sweep& sweep);
+
 /// Sets the swept option to `value`. @throws InputError where it must be whole and is not.
 void set(const Sweep& sweep, double value, MapOptions& map, PictureOptions& picture);
 
