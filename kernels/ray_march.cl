@@ -105,8 +105,8 @@ static inline bool ends(const marching* with, real f, int done) {
   return done >= with->march.iterations || f <= with->below || f >= with->above;
 }
 
-// Takes what the orbit at probe_of(r) tells, which ended with its iterate number `done`; true when the
-// hit is known.
+// Takes what the orbit at probe_of(r) tells, which ended with its iterate number `done`; true when
+// the hit is known.
 static inline bool is_found(const marching* with, marched_ray* r, real f, int done) {
   bool inside = f < with->level;
   real probe = probe_of(r);

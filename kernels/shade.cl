@@ -65,34 +65,38 @@ static inline real seen_hard(global const real* map, int size, real2 texel, real
 
 #define MOST_PENUMBRA 24  // texels
 
-// The same with a penumbra as wide as the blockers' mean distance makes it. `shift` in [0, 1)^2
-// moves the taps within their cells, so that the samples of a pixel complement each other.
+// By a golden angle. Points i of n at sqrt((i + 1/2) / n) along directions that turn so from one to
+// the next lie evenly in the unit disc, and no row of them runs along an edge of a shadow.
+static inline real2 golden_turn(real2 v) {
+  const real c = (real)-0.737368878, s = (real)0.675490294;
+  return (real2)(v.x * c - v.y * s, v.x * s + v.y * c);
+}
+
+// The same with a penumbra as wide as the blockers' mean distance makes it, but no narrower than
+// `least`. The samples of a pixel begin with different directions, so that their taps complement
+// each other.
 static inline real seen_soft(global const real* map, int size, real2 texel, real depth,
-                             real softness, real2 shift) {
-  const int taps = 7;
+                             real softness, real least, real2 direction) {
+  const int searched = 32;
   real sum = 0, blockers = 0;
-  for (int j = 0; j < taps; ++j) {
-    for (int i = 0; i < taps; ++i) {
-      real2 offset = ((real2)((real)i, (real)j) + shift) * ((real)2 / taps) - 1;
-      real2 p = floor(texel + offset * MOST_PENUMBRA);
-      real d = before(map, size, (int)p.x, (int)p.y, depth);
-      if (d > 0 && d * softness > length(offset) * MOST_PENUMBRA) sum += d, blockers += 1;
-    }
+#pragma unroll 1
+  for (int i = 0; i < searched; ++i) {
+    real away = MOST_PENUMBRA * sqrt(((real)i + (real)0.5) / searched);
+    real2 p = floor(texel + away * direction);
+    direction = golden_turn(direction);
+    real d = before(map, size, (int)p.x, (int)p.y, depth);
+    if (d > 0 && d * softness > away) sum += d, blockers += 1;
   }
-  real radius = (real)1;
-  if (blockers > 0) radius = clamp(sum / blockers * softness, (real)1, (real)MOST_PENUMBRA);
-  real lit = 0, weight = 0;
-  for (int j = 0; j < taps; ++j) {
-    for (int i = 0; i < taps; ++i) {
-      real2 offset = ((real2)((real)i, (real)j) + shift) * ((real)2 / taps) - 1;
-      real w = 1 - dot(offset, offset);
-      if (w <= 0) continue;
-      real2 p = floor(texel + offset * radius);
-      weight += w;
-      if (before(map, size, (int)p.x, (int)p.y, depth) <= 0) lit += w;
-    }
+  const real step = blockers > 0 ? (real)0.025 : (real)0.0833333333;  // 40 taps, or 12
+  real radius = least;
+  if (blockers > 0) radius = clamp(sum / blockers * softness, least, (real)MOST_PENUMBRA);
+  real lit = 0;
+#pragma unroll 1
+  for (real r2 = (real)0.5 * step; r2 < 1; r2 += step) {
+    lit += (1 - r2) * seen_hard(map, size, texel + radius * sqrt(r2) * direction, depth);
+    direction = golden_turn(direction);
   }
-  return lit / weight;
+  return lit * 2 * step;  // the weights' sum is half the taps
 }
 
 // Whether and where light falls on a point, as a light's depth map sees it.
@@ -223,10 +227,11 @@ kernel void key_light(qj_light_arguments with, global const real* restrict recei
   if (dot(n, real3_at(from + QJ_LIGHT_DIRECTION)) > 0) {
     light_sight s = sight_of(p, n, from);
     int i = r % with.wide % with.samples, j = r / with.wide % with.samples;
-    real2 shift = (real2)((real)0.5);
-    if (r < with.ground) shift = ((real2)((real)i, (real)j) + (real)0.5) / (real)with.samples;
+    real2 first = (real2)((real)1, r < with.ground ? (real)0.25 * (real)(j * with.samples + i) : 0);
+    first *= rsqrt(dot(first, first));
     seen = seen_soft(maps + (int)from[QJ_LIGHT_MAP_FIRST], (int)from[QJ_LIGHT_MAP_SIZE], s.texel,
-                     s.depth, from[QJ_LIGHT_SOFTNESS] / from[QJ_LIGHT_TEXEL], shift);
+                     s.depth, from[QJ_LIGHT_SOFTNESS] / from[QJ_LIGHT_TEXEL],
+                     r < with.ground ? (real)1 : (real)2.5, first);
   }
   light[(size_t)r * QJ_RECEIVED_SIZE + QJ_RECEIVED_KEY] = seen;
 }
@@ -275,10 +280,13 @@ static inline real3 trait_albedo(real t) {
   return mix(c, high, clamp(t - 2, (real)0, (real)1));
 }
 
+// How much of the sky is seen, with what comes through gaps that depth maps are too coarse to see.
+static inline real open_share(irradiance e) {
+  return mix((real)0.06, (real)1, luminance(e.sky) / fmax(luminance(e.open_sky), (real)1e-6f));
+}
+
 static inline real3 lit(real3 albedo, irradiance e) {
-  real v = luminance(e.sky) / fmax(luminance(e.open_sky), (real)1e-6f);
-  // What comes through gaps that depth maps are too coarse to see.
-  v = mix((real)0.06, (real)1, v);
+  real v = open_share(e);
   real3 diffuse = albedo * (e.key + e.open_sky * with_bounces(v, albedo));
   return diffuse + (real)0.10 * e.highlight;
 }
@@ -312,7 +320,9 @@ static inline real3 ground(real3 origin, real3 direction, global const real* res
   real away;
   if (!ground_point(origin, direction, scene, &p, &away)) return color;
   irradiance e = received_by(real3_at(scene + QJ_SCENE_UP), direction, key_light, light);
-  real3 share = (e.sky + e.key) / (e.open_sky + e.open_key);
+  // The ground is bright, and lights the shape's underside, which lights it in turn.
+  real3 sky = e.open_sky * with_bounces(open_share(e), color);
+  real3 share = (sky + e.key) / (e.open_sky + e.open_key);
   return color * mix(share, (real3)(1), smoothstep((real)4, (real)6, away));
 }
 
