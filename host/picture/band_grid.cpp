@@ -15,6 +15,7 @@ namespace {
 constexpr int kFirstCells = 64;  ///< along the ball, to find the band's box
 /// Of a step taken from a coarser grid this share is safe: F₁ bends between its points.
 constexpr double kCoarseShare = 0.75;
+constexpr double kNone = 1e30;
 /// Rays end before they are this many shells deep in the band.
 constexpr double kDeepest = 2.5;
 
@@ -149,7 +150,8 @@ BandGrid::BandGrid(const Device& device, const MarchedSet& set, const Band& band
       precision_(set.precision),
       band_(band),
       device_map_(device, set.map, band.stops, set.precision),
-      inner_((device_map_.log_inner() - band.level) / band.steepest),
+      inner_(device_map_.has_portals() ? -kNone
+                                       : (device_map_.log_inner() - band.level) / band.steepest),
       deepest_(std::max(inner_, -kDeepest / band.steepest)) {
   device::Context& context = device_.context();
   const Eigen::Vector3d corner = Eigen::Vector3d::Constant(band.radius);
@@ -197,6 +199,8 @@ std::vector<double> BandGrid::safe_steps(const surface::Grid& grid,
 
 std::vector<double> BandGrid::safe_steps(const surface::Grid& grid, const surface::Grid& coarse,
                                          const std::vector<double>& coarse_steps) const {
+  // Between points of the coarse grid there may be a portal.
+  if (device_map_.has_portals()) return safe_steps(grid, all_numbers(grid));
   const double near = coarse.step + grid.step;
   std::vector<double> safe(surface::whole(grid).size());
   std::vector<std::int32_t> numbers;

@@ -695,6 +695,41 @@ TEST_CASE("shading gives the stored pictures") {
   check(render_mesh(device, mesh, *map.box, options), "mesh");
 }
 
+TEST_CASE("shadows on the ground are soft, without hatching, and nowhere black") {
+  const Device device = test::device();
+  const TriangleMesh sphere = shapes::sphere(4);
+  PictureLayers layers;
+  const PictureOptions options = small(320, 240);
+  const Image image = render_mesh(device, sphere, sphere.box(), options, {}, &layers);
+  const auto brightness = [&](int column, int row) {
+    const std::uint8_t* rgb = &image.pixels[3 * static_cast<std::size_t>(row * 320 + column)];
+    return (rgb[0] + rgb[1] + rgb[2]) / 3.0;
+  };
+  const auto is_ground = [&](int column, int row) {
+    for (int j = row - 3; j <= row + 3; ++j) {
+      for (int i = column - 3; i <= column + 3; ++i) {
+        if (std::isfinite(layers.depth[static_cast<std::size_t>(j * 320 + i)])) return false;
+      }
+    }
+    return true;
+  };
+  double darkest = 255, brightest = 0, roughest = 0;
+  for (int row = 3; row < 237; ++row) {
+    for (int column = 3; column < 317; ++column) {
+      if (!is_ground(column, row)) continue;
+      const double here = brightness(column, row);
+      darkest = std::min(darkest, here);
+      brightest = std::max(brightest, here);
+      const double across = brightness(column - 1, row) + brightness(column + 1, row) - 2 * here;
+      const double down = brightness(column, row - 1) + brightness(column, row + 1) - 2 * here;
+      roughest = std::max({roughest, std::abs(across), std::abs(down)});
+    }
+  }
+  CHECK(darkest > 65);
+  CHECK(darkest < 0.7 * brightest);  // there is a shadow
+  CHECK(roughest < 40);
+}
+
 TEST_CASE("a picture counts the pixels that show the set") {
   const Device device = test::device();
   PictureLayers layers;
