@@ -1,8 +1,8 @@
 #pragma once
 /* How a map lies in a device buffer of reals: a header; then five arrays over the factors
    (exponent, centre X, Y, Z, W), each padded with neutral factors (exponent 0) to QJ_MAP_STRIDE;
-   then what the kind of versor keeps besides factors, the portals (layout/portal_layout.h), and what
-   the modulus keeps. Compiled by host and device. */
+   then what the kind of versor keeps besides factors, the portals (layout/portal_layout.h), and
+   what the modulus keeps. Compiled by host and device. */
 
 #define QJ_MAP_LOG_SCALE 0  /* S */
 #define QJ_MAP_SLICE 1      /* W of the points 3-D coordinates stand for */
