@@ -65,6 +65,7 @@ void ExactMapOptions::validate() const {
   }
   base::expect_between("tufts", tufts, 1.0, kMostTufts);
   base::expect_between("roots", roots, 1, kMostRoots);
+  if (noise) noise->validate();
 }
 
 RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
@@ -104,8 +105,13 @@ RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
   report("placing the versor");
   RationalMap map;
   map.modulus = modulus;
-  map.factors = options.factors.empty() ? random_roots(distances, box, options.roots, options.seed)
-                                        : moved(options.factors, options.factors_frame, to_map);
+  if (options.noise) {
+    map.versor = *options.noise;
+  } else if (options.factors.empty()) {
+    map.factors = random_roots(distances, box, options.roots, options.seed);
+  } else {
+    map.factors = moved(options.factors, options.factors_frame, to_map);
+  }
   map.phase = options.phase;
   map.shape_to_map = to_map;
   map.detail = detail;

@@ -6,6 +6,7 @@
 
 #include "layout/distance_layout.h"
 #include "layout/map_layout.h"
+#include "layout/noise_layout.h"
 #include "layout/portal_layout.h"
 #include "map/kinds.hpp"
 
@@ -17,7 +18,15 @@ static_assert(DistanceGridData::kCoarse == QJ_DISTANCE_MARGIN);
 
 /// What a grid's F costs, in factors' logarithms; measured.
 constexpr double kGridCost = 40;
+/// What an octave of noise costs; a versor's factor costs 4.
+constexpr double kOctaveCost = 20;
 constexpr double kNone = 1e30;  // stands for a logarithm without bound, in any precision
+
+double versor_cost(const RationalMap& map) {
+  const auto* noise = std::get_if<NoiseVersor>(&map.versor);
+  return noise != nullptr ? kOctaveCost * noise->octaves
+                          : 4 * static_cast<double>(std::max<std::size_t>(1, map.factors.size()));
+}
 
 double log_or(double radius, double otherwise) {
   return radius > 0 && std::isfinite(radius) ? std::log(radius) : otherwise;
@@ -48,6 +57,20 @@ void append(std::vector<Real>& reals, const DistanceModulus& modulus) {
   }
   reals.insert(reals.end(), coefficients.begin(), coefficients.end());
   reals.push_back(Real{0});
+}
+
+template <class Real>
+void append(std::vector<Real>& reals, const NoiseVersor& noise) {
+  std::array<double, QJ_NOISE_SIZE> all{};
+  all[QJ_NOISE_OCTAVES] = noise.octaves;
+  all[QJ_NOISE_SCALE] = noise.scale;
+  all[QJ_NOISE_SEED] = noise.seed & 0xffffU;
+  all[QJ_NOISE_SEED + 1] = noise.seed >> 16U;
+  all[QJ_NOISE_COMPONENTS] = noise.values == NoiseValues::quaternions ? 4 : 3;
+  for (std::size_t i = 0; i < 3; ++i) {
+    all[QJ_NOISE_ORIGIN + i] = noise.origin[static_cast<Eigen::Index>(i)];
+  }
+  for (const double x : all) reals.push_back(static_cast<Real>(x));
 }
 
 template <class Real>
@@ -123,10 +146,11 @@ DeviceMap::DeviceMap(const Device& device, const RationalMap& map, const StopRad
              {"QJ_VERSOR", name_of(map.versor) + "_versor.clh"}},
       modulus_cost_(std::holds_alternative<DistanceModulus>(map.modulus) ? kGridCost
                                                                          : std::max(1, factors_)),
-      step_cost_(modulus_cost_ + 4 * std::max(1, factors_)),
+      step_cost_(modulus_cost_ + versor_cost(map)),
       slice_(map.slice),
       log_inner_(log_or(stops.inner, -kNone)),
       log_outer_(std::min(log_or(stops.escape, kNone), log_or(stops.outer, kNone))) {
+  interpolates_ = map.portals.empty() && !std::holds_alternative<NoiseVersor>(map.versor);
   if (!map.portals.empty()) kinds_.emplace("QJ_PORTALS", "portals.clh");
   for (const Factor& factor : map.factors) centers_.push_back(factor.center);
   buffer_ =

@@ -34,6 +34,9 @@ class DeviceMap {
 
   const std::vector<Quaternion>& centers() const { return centers_; }
   bool has_portals() const { return kinds_.contains("QJ_PORTALS"); }
+  /// Whether orbits may be interpolated. F jumps at portals' rims, and images fall on them; a
+  /// noise's direction turns at once about its zeros, which nothing tells of.
+  bool interpolates() const { return interpolates_; }
   double slice() const { return slice_; }
 
   /// ln of the radius below which an iterate never leaves, and of that above which none returns.
@@ -59,6 +62,7 @@ class DeviceMap {
   double modulus_cost_, step_cost_;
   std::vector<Quaternion> centers_;
   double slice_;
+  bool interpolates_;
   double log_inner_, log_outer_;
 };
 

@@ -21,11 +21,14 @@ void expect_no_knobs_of_factors(const RationalMap& map, const MapKnobs& knobs) {
     throw OptionError(field, fmt::format("it changes factors, and a {} map has {}", map.kind(),
                                          map.factors.empty() ? "none" : "more than these"));
   };
-  // A grid has a shell of its own, and moves; its axes stay.
+  // A grid has a shell of its own, and moves; its axes stay. So does a noise.
   const bool has_grid = std::holds_alternative<DistanceModulus>(map.modulus);
-  const bool moves = has_grid && std::holds_alternative<FactorsVersor>(map.versor);
-  refuse(knobs.detail && !has_grid, "detail");
-  refuse(knobs.order_seed && !moves, "order_seed");
+  const bool has_noise = std::holds_alternative<NoiseVersor>(map.versor);
+  const bool has_factors = std::holds_alternative<FactorsVersor>(map.versor);
+  const bool factors_are_modulus = has_noise && std::holds_alternative<FactorsModulus>(map.modulus);
+  const bool moves = factors_are_modulus || (has_grid && (has_factors || has_noise));
+  refuse(knobs.detail && !has_grid && !factors_are_modulus, "detail");
+  refuse(knobs.order_seed && !(has_grid && has_factors), "order_seed");
   refuse(knobs.rotate.has_value(), "rotate");
   refuse(knobs.drift && !moves, "drift");
   refuse(knobs.translate && !moves, "translate");
@@ -87,6 +90,7 @@ RationalMap moved(RationalMap map, const Eigen::Vector3d& offset) {
     factor.center = factor.center + Quaternion{offset.x(), offset.y(), offset.z(), 0};
   }
   if (auto* distance = std::get_if<DistanceModulus>(&map.modulus)) distance->origin += offset;
+  if (auto* noise = std::get_if<NoiseVersor>(&map.versor)) noise->origin += offset;
   for (Portal& portal : map.portals) {
     portal.center += offset;
     portal.destination += offset;

@@ -15,6 +15,7 @@
 #include "map/distance_file.hpp"
 #include "map/json_object.hpp"
 #include "map/kinds.hpp"
+#include "map/noise_file.hpp"
 #include "map/portals.hpp"
 #include "qjulia/error.hpp"
 
@@ -69,8 +70,8 @@ void read_kinds(const Object& top, const std::string& source, RationalMap& map) 
   }
   // One kind of map has one name.
   if (kind != map.kind()) {
-    fail(source, fmt::format("unknown \"kind\" {}: it must be \"rational\", \"quadratic\" or "
-                             "\"distance/factors\"",
+    fail(source, fmt::format("unknown \"kind\" {}: it must be \"rational\", \"quadratic\", or a "
+                             "modulus and a versor such as \"distance/noise\"",
                              json(kind).dump()));
   }
   if (top.at("version") < file_version(map)) {
@@ -131,6 +132,9 @@ json to_json(const RationalMap& map) {
                                               },
                                               [&](const char* name, const DistanceModulus& value) {
                                                 result[name] = map::distance_json(value);
+                                              },
+                                              [&](const char* name, const NoiseVersor& value) {
+                                                result[name] = map::noise_json(value);
                                               }});
   if (map::takes_factors(map)) result["factors"] = factors;
   if (map.tufts != 1) result["tufts"] = map.tufts;
@@ -163,6 +167,9 @@ RationalMap map_from_json(const json& value, const std::string& source) {
                                               },
                                               [&](const char* name, DistanceModulus& member) {
                                                 member = map::read_distance(top.object(name));
+                                              },
+                                              [&](const char* name, NoiseVersor& member) {
+                                                member = map::read_noise(top.object(name));
                                               }});
   if (map::takes_factors(map)) map.factors = read_factors(top, source);
   const Object shape_to_map = top.object("shape_to_map");

@@ -50,9 +50,7 @@ void check_members(const RationalMap& map) {
     throw InputError(fmt::format("the map's {} differs between its modulus and its versor", name));
   };
   map::visit_map_members(
-      map, Overloaded{check_one, [](const char* /*name*/, const DistanceModulus& distance) {
-                        distance.validate();
-                      }});
+      map, Overloaded{check_one, [](const char* /*name*/, const auto& kind) { kind.validate(); }});
 }
 
 }  // namespace

@@ -152,8 +152,7 @@ class MarchSource : public DepthSource {
   const ImageLattice& lattice_for(const View& view) {
     const double displacement = kDisplacement * view.footprint * view.samples;
     Box box = box_in_sight(view, grid_.bounds());
-    // F jumps at portals' rims, and images fall on them.
-    if (!foretells_ || device_map_.has_portals() || device_map_.step_cost() < kWorthForetelling ||
+    if (!foretells_ || !device_map_.interpolates() || device_map_.step_cost() < kWorthForetelling ||
         iterations_ == 1 || (box.size().array() <= 0).any()) {
       if (lattices_.empty()) lattices_.emplace_back(device_map_);
       return lattices_.front();

@@ -167,8 +167,7 @@ template <class Real>
 void LevelSet::clamped_at_in(const Grid& grid, const GridBlock& block,
                              std::span<const std::int32_t> numbers, const ClampRange& clamp,
                              std::span<float> values) const {
-  // F jumps at portals' rims, and images fall on them.
-  if (iterations_ == 1 || map_.has_portals()) {
+  if (iterations_ == 1 || !map_.interpolates()) {
     at_in<Real>(grid, block, numbers, values);
     return;
   }

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "qjulia/detail_choice.hpp"
@@ -28,6 +29,9 @@ struct ExactMapOptions {
   /// and Kim 2023 draw them): more roots, finer grooves. Where `factors` are given, they are it.
   int roots = 30;
   std::uint64_t seed = 1;
+  /// The versor is this noise, where given, and not of factors; `scale` in cells a map unit, of
+  /// which the shape's longest side has 3.
+  std::optional<NoiseVersor> noise;
   std::vector<Factor> factors;  ///< in map coordinates of `factors_frame`
   ShapeToMap factors_frame;
   Quaternion phase{1, 0, 0, 0};  ///< p, in front of the versor
@@ -35,7 +39,8 @@ struct ExactMapOptions {
   void validate() const;  ///< @throws OptionError
 };
 
-/// A map of kind "distance/factors", calibrated. The same on every run for the same device.
+/// A map of kind "distance/factors" or "distance/noise", calibrated. The same on every run for the
+/// same device.
 /// @throws InputError when the mesh has no inside, Interrupted.
 RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
                       const ExactMapOptions& options, const ProgressMonitor& monitor = {});

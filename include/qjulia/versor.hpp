@@ -5,6 +5,8 @@
 /// A kind is a struct here with the members that a map file and a device hold, and its field on the
 /// device in kernels/NAME_versor.clh.
 
+#include <Eigen/Core>
+#include <cstdint>
 #include <variant>
 
 #include "qjulia/quaternion.hpp"
@@ -39,6 +41,37 @@ struct QuadraticVersor {
   }
 };
 
-using Versor = std::variant<FactorsVersor, QuadraticVersor>;
+/// Which quaternions a noise gives.
+enum class NoiseValues {
+  vectors,      ///< W = 0: with the phase 1, images stay in the slice W = 0
+  quaternions,  ///< of all four components
+};
+
+/// U = p · n/|n|, n gradient noise at (X, Y, Z) (Perlin 2002): the sum of octaves, each of twice
+/// the frequency and half the strength of the one before.
+struct NoiseVersor {
+  static constexpr const char* kName = "noise";
+  static constexpr bool kTakesFactors = false;
+  static constexpr int kFileVersion = 2;
+  static constexpr int kMostOctaves = 8;
+  static constexpr double kLeastScale = 1e-3, kMostScale = 1e4;
+
+  int octaves = 2;         ///< 1 … 8
+  double scale = 3;        ///< lattice cells a map unit, of the first octave
+  std::uint32_t seed = 1;  ///< another seed is another noise
+  NoiseValues values = NoiseValues::vectors;
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< where the lattice begins, map coordinates
+
+  bool operator==(const NoiseVersor&) const = default;
+  /// Its members are one object of a map file.
+  template <class Self, class Visit>
+  static void members(Self& self, const Visit& visit) {
+    visit("noise", self);
+  }
+  /// @throws InputError naming what is wrong.
+  void validate() const;
+};
+
+using Versor = std::variant<FactorsVersor, QuadraticVersor, NoiseVersor>;
 
 }  // namespace qjulia

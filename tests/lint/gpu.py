@@ -36,9 +36,9 @@ LOCAL_BYTES = 65536
 OTHERS = ("nvptx64", "spir64")
 # Programs that know one of these options are compiled with each of its values.
 OPTIONS = {"QJ_GROUP": (64,)}
-# Programs that are compiled for maps with portals too; the rows of these have the name behind a +.
-PORTALS = "-DQJ_PORTALS=\"portals.clh\""
-WITH_PORTALS = ("field", "level_set", "orbit_trait", "ray_march")
+# Programs that are compiled for these kinds of map too; the rows of these have the name behind a +.
+MAPS = {"portals": "-DQJ_PORTALS=\"portals.clh\"", "noise": "-DQJ_VERSOR=\"noise_versor.clh\""}
+OF_MAPS = ("field", "level_set", "orbit_trait", "ray_march")
 # Loops that take the time, by the name their figures have: kernel, and the rank of the loop among
 # the kernel's by multiply-adds.
 HOT_LOOPS = {"log_norm": ("energy_terms", 3),
@@ -191,7 +191,8 @@ def main():
     header_path = pathlib.Path("host/profile/instruction_counts.hpp")
     jobs = [(program, target, double, defines, ())
             for program in sorted(pathlib.Path("kernels").glob("*.cl"))
-            for defines in builds(program) + [[PORTALS]] * (program.stem in WITH_PORTALS)
+            for defines in builds(program) + [[of] for of in MAPS.values()
+                                              if program.stem in OF_MAPS]
             for double in (0, 1) for target in (*GPUS, *OTHERS)]
     # One pair a trip, so that instructions of a loop are those of a pair.
     counted = [(program, "gfx906", 0, defines, ("-fno-unroll-loops",))
@@ -219,7 +220,7 @@ def main():
         if target in GPUS:
             for name, (registers, scratch, local, group) in kernels_of_amd(text).items():
                 waves = occupancy(GPUS[target], registers, local, group)
-                stem = program.stem + "+portals" * (PORTALS in defines)
+                stem = program.stem + "".join("+" + n for n, of in MAPS.items() if of in defines)
                 rows.append((target, precision, stem, name, registers, scratch, local, waves))
     head = table_line(("target", "real", "program", "kernel", "registers", "scratch", "local",
                        "waves"))

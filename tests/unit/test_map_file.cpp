@@ -205,6 +205,42 @@ TEST_CASE("portals that no map can have are refused, and the key is named") {
   CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("may have 64"));
 }
 
+TEST_CASE("a noise makes the way to a file and back, and what is wrong with it is named") {
+  const Folder folder;
+  RationalMap map = full_map();
+  map.versor = NoiseVersor{5, 7.25, 4294967295, NoiseValues::quaternions, {0.1, 0.2, -0.3}};
+  CHECK(map.kind() == "factors/noise");
+  CHECK(to_json(map)["version"] == 2);
+  write_map(map, folder / "a.json");
+  CHECK(read_map(folder / "a.json").versor == map.versor);
+  const auto refused = [&](const char* key, const json& value, const char* part) {
+    json text = to_json(map);
+    text["noise"][key] = value;
+    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains(part));
+  };
+  for (const json& wrong : {json(0), json(9), json(-1), json(1.5), json("2")}) {
+    refused("octaves", wrong, "noise.octaves");
+  }
+  for (const json& wrong : {json(0), json(-3), json(1e5), json()}) {
+    refused("scale", wrong, "noise.scale");
+  }
+  for (const json& wrong : {json(-1), json(0.5), json(4294967296), json(1e300)}) {
+    refused("seed", wrong, "\"seed\"");
+  }
+  refused("values", "vector", "\"values\"");
+  refused("origin", {1, 2}, "noise.origin");
+  refused("origin", {1e12, 0, 0}, "noise.origin");
+  refused("colour", 1, "unknown key \"noise.colour\"");
+  json text = to_json(map);
+  text["version"] = 1;
+  CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("needs version 2"));
+  for (const char* key : {"octaves", "scale", "seed", "values", "origin"}) {
+    text = to_json(map);
+    text["noise"].erase(key);
+    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains(fmt::format("noise.{}", key)));
+  }
+}
+
 TEST_CASE("a modulus of one kind and a versor of another make the way to a file and back") {
   const Folder folder;
   RationalMap map = full_map();

@@ -192,6 +192,14 @@ void describe_member(const char* name, const DistanceModulus& distance, Answer& 
                        {"fourth", is_round ? "round" : "ignored"}};
 }
 
+void describe_member(const char* name, const NoiseVersor& noise, Answer& answer) {
+  const char* values = noise.values == NoiseValues::vectors ? "vectors" : "quaternions";
+  answer.add(fmt::format("{:<13} {} octaves from {:.4g} cells a map unit on, seed {}; {}", name,
+                         noise.octaves, noise.scale, noise.seed, values));
+  answer.json[name] = {
+      {"octaves", noise.octaves}, {"scale", noise.scale}, {"seed", noise.seed}, {"values", values}};
+}
+
 /// What the modulus and the versor are made of.
 void describe_kind(const RationalMap& map, Answer& answer) {
   answer.json["kind"] = map.kind();

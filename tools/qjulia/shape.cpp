@@ -40,10 +40,57 @@ Number number(std::string_view text, const std::string& versor) {
   return value;
 }
 
+constexpr std::string_view kRandom = "random:";
+constexpr std::string_view kNoise = "noise", kNoise4 = "noise4";
+/// Of the shape, map units.
+constexpr double kLongestSide = 3;
+
+/// What stands before the first colon.
+std::string_view kind_of(std::string_view versor) { return versor.substr(0, versor.find(':')); }
+
+bool is_file(std::string_view versor) {
+  const std::string_view kind = kind_of(versor);
+  return !versor.starts_with(kRandom) && kind != kNoise && kind != kNoise4;
+}
+
+/// Of "noise[:OCTAVES[:SCALE[:SEED]]]", scale in cells along the shape's longest side.
+NoiseVersor noise_of(std::string_view versor) {
+  NoiseVersor noise;
+  if (kind_of(versor) == kNoise4) noise.values = NoiseValues::quaternions;
+  std::vector<std::string_view> words;
+  for (auto colon = versor.find(':'); colon != std::string_view::npos; colon = versor.find(':')) {
+    versor.remove_prefix(colon + 1);
+    words.push_back(kind_of(versor));
+  }
+  const auto read = [&]<class Number>(std::size_t at, Number& value) {
+    if (at >= words.size()) return true;
+    const char* const end = words[at].data() + words[at].size();
+    const auto [stopped, code] = std::from_chars(words[at].data(), end, value);
+    return code == std::errc{} && stopped == end;
+  };
+  double scale = kLongestSide * noise.scale;
+  const bool is_read =
+      words.size() <= 3 && read(0, noise.octaves) && read(1, scale) && read(2, noise.seed);
+  noise.scale = scale / kLongestSide;
+  const double least = kLongestSide * NoiseVersor::kLeastScale;
+  const double most = kLongestSide * NoiseVersor::kMostScale;
+  if (!is_read || noise.octaves < 1 || noise.octaves > NoiseVersor::kMostOctaves ||
+      !(scale >= least && scale <= most)) {
+    throw InputError(fmt::format(
+        "--versor: give noise:OCTAVES:SCALE:SEED, such as noise:2:9:1, with 1 to {} octaves, a "
+        "scale of {} to {} and a whole number as the seed",
+        NoiseVersor::kMostOctaves, least, most));
+  }
+  return noise;
+}
+
 /// Sets the versor that `--versor` asks for.
 void choose_versor(const Arguments& arguments, ExactMapOptions& options) {
-  constexpr std::string_view kRandom = "random:";
   const std::string_view versor = arguments.versor;
+  if (kind_of(versor) == kNoise || kind_of(versor) == kNoise4) {
+    options.noise = noise_of(versor);
+    return;
+  }
   if (versor.starts_with(kRandom)) {
     const std::string_view numbers = versor.substr(kRandom.size());
     const auto colon = numbers.find(':');
@@ -77,9 +124,8 @@ nlohmann::json options_json(const Arguments& arguments) {
 
 int run(const Arguments& arguments, Session& session) {
   ExactMapOptions options = arguments.options;
-  const bool from_file = !arguments.versor.starts_with("random:");
   std::vector<std::filesystem::path> inputs{arguments.mesh};
-  if (from_file) inputs.emplace_back(arguments.versor);
+  if (is_file(arguments.versor)) inputs.emplace_back(arguments.versor);
   check_map_name(arguments.output);
   session.check_outputs(inputs, {{"--output", arguments.output}});
   choose_versor(arguments, options);
@@ -93,10 +139,11 @@ int run(const Arguments& arguments, Session& session) {
   const auto& distance = std::get<DistanceModulus>(map.modulus);
   const auto [nx, ny, nz] = distance.grid->data().cells;
   session.console.summary(
-      fmt::format("{} x {} x {} cells, {} factors, {:.1f} s\nmap: {}\nnext: qjulia render {} -o "
+      fmt::format("{} x {} x {} cells, {}, {:.1f} s\nmap: {}\nnext: qjulia render {} -o "
                   "picture.png",
-                  nx, ny, nz, map.factors.size(), session.seconds(), arguments.output,
-                  arguments.output),
+                  nx, ny, nz,
+                  options.noise ? "noise" : fmt::format("{} factors", map.factors.size()),
+                  session.seconds(), arguments.output, arguments.output),
       {{"map", arguments.output},
        {"cells", {nx, ny, nz}},
        {"factors", map.factors.size()},
@@ -120,8 +167,10 @@ void describe_options(Command command, Arguments& a) {
   command
       .add("--versor", &a.versor,
            "What gives the grooves their pattern: random:K:SEED for K roots placed at random "
-           "in the shape, or a map file whose factors are taken")
-      .type("random:K:SEED|MAP");
+           "in the shape; noise:OCTAVES:SCALE:SEED for gradient noise, SCALE its cells along the "
+           "shape's longest side (noise4 the same in all four components); or a map file whose "
+           "factors are taken")
+      .type("random:K:SEED|noise:N:SCALE:SEED|MAP");
   command
       .add("--resolution", &a.options.resolution,
            "Cells of the grid along its longest side, 32 to 384: more where limbs are thinner "
@@ -142,6 +191,7 @@ void add_shape(CommandLine& program, ChosenCommand& chosen) {
       "Examples:\n"
       "  qjulia shape human.obj -o human.qjulia.json\n"
       "  qjulia shape human.obj -o other.qjulia.json --versor random:30:2\n"
+      "  qjulia shape human.obj -o noise.qjulia.json --versor noise:2:9:1\n"
       "  qjulia shape bunny.obj -o bunny.qjulia.json --versor fitted.qjulia.json\n"
       "The map holds the mesh's distance on a grid: about a megabyte, where a fitted map has\n"
       "some fifty kilobytes, but thin limbs and sharp edges are all there. The versor, which "

@@ -1,0 +1,172 @@
+// Maps whose versor is noise, through everything that iterates maps.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "distance_map.hpp"
+#include "map/reference_iteration.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/exact_map.hpp"
+#include "qjulia/knobs.hpp"
+#include "qjulia/surface.hpp"
+#include "shapes.hpp"
+#include "test_device.hpp"
+#include "worse.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+RationalMap noise_map(NoiseValues values, int octaves = 3) {
+  RationalMap map = test::distance_map(0.1);
+  map.factors.clear();
+  map.versor = NoiseVersor{octaves, 4.3, 3000000019U, values, {0.1, -0.2, 0.05}};
+  return map;
+}
+
+std::vector<Quaternion> points_within(double reach, std::size_t count) {
+  std::mt19937_64 bits(14);
+  std::vector<Quaternion> points;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double x = test::uniform(bits, -reach, reach);
+    const double y = test::uniform(bits, -reach, reach);
+    const double z = test::uniform(bits, -reach, reach);
+    points.push_back({x, y, z, test::uniform(bits, -0.3, 0.3)});
+  }
+  return points;
+}
+
+Quaternion versor_at(const RationalMap& map, const Quaternion& q) {
+  return reference::step(map, q).versor;
+}
+
+}  // namespace
+
+TEST_CASE("kernels iterate a map with a noise as the reference does") {
+  const auto variant = GENERATE(from_range(test::variants()));
+  const auto precision = GENERATE(Precision::single, Precision::dbl);
+  if (!test::can_check(test::device(), precision)) return;
+  const auto values = GENERATE(NoiseValues::vectors, NoiseValues::quaternions);
+  RationalMap map = noise_map(values);
+  if (GENERATE(false, true)) {
+    // The modulus of factors, and a phase.
+    map = test::random_map(7, 0.1, 0.6, 5);
+    map.versor = NoiseVersor{1, 2.5, 7, values, {0, 0, 0}};
+    map.phase = {0.8, 0, 0.6, 0};
+  }
+  const bool twice = precision == Precision::dbl;
+  const auto points = points_within(1.4, 1001);
+  const Field field(variant.of(test::shared_device()), map, precision);
+  for (const int n : {1, 2, 3}) {
+    const auto expected = reference::field(map, points, n, 20);
+    const auto found = field.at(points, n);
+    std::vector<double> errors;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const double error = std::abs(found[i] - expected[i]) / std::max(1.0, std::abs(expected[i]));
+      errors.push_back(std::isfinite(error) ? error : 1e9);
+    }
+    std::ranges::sort(errors);
+    CAPTURE(variant, twice, n, errors.back());
+    CHECK(errors[errors.size() / 2] < (twice ? 1e-9 : 1e-5));
+    CHECK(errors[errors.size() * 95 / 100] < (twice ? 1e-6 : 5e-5) * std::pow(30, n - 1));
+  }
+}
+
+TEST_CASE(
+    "a noise's versors are smooth unit quaternions of every direction, other with each seed") {
+  RationalMap map = noise_map(NoiseValues::vectors, 1);
+  const auto points = points_within(1.2, 4000);
+  Quaternion mean;
+  double out_of_slice = 0, worst = 0, turn = 0;
+  for (const Quaternion& q : points) {
+    const Quaternion u = versor_at(map, q);
+    worst = test::worse(worst, std::abs(norm(u) - 1));
+    out_of_slice = test::worse(out_of_slice, std::abs(u.w));
+    mean = mean + (1.0 / 4000) * u;
+    turn += norm(versor_at(map, q + Quaternion{1e-4, 0, 0, 0}) - u) / 4000;
+  }
+  CHECK(worst < 1e-12);
+  CHECK(out_of_slice == 0);
+  CHECK(norm(mean) < 0.25);
+  CHECK(turn < 1e-4 * 60);
+  auto& noise = std::get<NoiseVersor>(map.versor);
+  const Quaternion before = versor_at(map, points[0]);
+  noise.seed += 1;
+  CHECK(norm(versor_at(map, points[0]) - before) > 1e-3);
+  // Octaves add finer turns.
+  noise.octaves = 5;
+  double rough = 0;
+  for (const Quaternion& q : points) {
+    rough += norm(versor_at(map, q + Quaternion{1e-4, 0, 0, 0}) - versor_at(map, q)) / 4000;
+  }
+  CHECK(rough > 1.5 * turn);
+  noise.values = NoiseValues::quaternions;
+  double w = 0;
+  for (const Quaternion& q : points) w = std::max(w, std::abs(versor_at(map, q).w));
+  CHECK(w > 0.9);
+}
+
+TEST_CASE(
+    "with vectors, orbits that start in the slice W = 0 stay in it, and r_out and r_in hold") {
+  const RationalMap map = noise_map(NoiseValues::vectors);
+  const StopRadii stops = find_stop_radii(test::shared_device(), map);
+  CHECK(stops.inner > 0.3);
+  auto points = points_within(1.3, 1500);
+  for (Quaternion& q : points) {
+    q.w = 0;
+    const auto [f, u] = reference::step(map, q);
+    CHECK(u.w == 0);
+  }
+  const auto plain = reference::field(map, points, 6, 20);
+  const auto decided =
+      Field(test::shared_device(), map, Precision::single, stops).decided_at(points, 6);
+  std::size_t different = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if ((plain[i] < map.surface_level) != (decided[i] < map.surface_level)) ++different;
+  }
+  CHECK(different <= 6);  // by rounding, at the set's boundary
+}
+
+TEST_CASE("the sparse surface of a noise is the dense one") {
+  const auto variant = GENERATE(from_range(test::variants()));
+  const Device device = variant.of(test::shared_device());
+  const RationalMap map = noise_map(GENERATE(NoiseValues::vectors, NoiseValues::quaternions));
+  SurfaceOptions options;
+  options.resolution = 80;
+  SurfaceReport report;
+  const TriangleMesh sparse = extract_surface(device, map, options, {}, &report);
+  options.dense = true;
+  REQUIRE(sparse.triangles.size() > 5000);
+  CHECK(sparse.triangles == extract_surface(device, map, options).triangles);
+  CHECK(report.settled == 0);
+  CHECK(report.potentials < report.grid_points * 3 / 4);
+}
+
+TEST_CASE("an exact map takes a noise, which moves with the shape") {
+  ExactMapOptions options;
+  options.resolution = 48;
+  options.noise = NoiseVersor{};
+  const RationalMap map = exact_map(test::shared_device(), shapes::torus(), options);
+  CHECK(map.kind() == "distance/noise");
+  CHECK(map.factors.empty());
+  MapKnobs knobs;
+  knobs.translate = Eigen::Vector3d(0.02, 0.01, 0);
+  const RationalMap moved = with_knobs(test::shared_device(), map, knobs);
+  const double scale = map.shape_to_map.scale;
+  const Quaternion q{0.3, -0.2, 0.1, 0.05};
+  const Quaternion there = q + Quaternion{0.02 * scale, 0.01 * scale, 0, 0};
+  CHECK(norm(versor_at(moved, there) - versor_at(map, q)) < 1e-9);
+  knobs = {};
+  knobs.order_seed = 1;
+  CHECK_THROWS_WITH(with_knobs(test::shared_device(), map, knobs), Catch::Contains("order_seed"));
+  knobs = {};
+  knobs.detail = 0.01;
+  RationalMap factors = test::random_map(7, 0.4, 0.9, 5);
+  for (Factor& factor : factors.factors) factor.exponent = std::abs(factor.exponent);
+  factors.versor = NoiseVersor{};
+  factors.detail = 0.02;
+  const RationalMap thin = with_knobs(test::shared_device(), factors, knobs);
+  CHECK(thin.factors[2].exponent == Approx(2 * factors.factors[2].exponent));
+  options.noise->octaves = 0;
+  CHECK_THROWS_WITH(options.validate(), Catch::Contains("octaves"));
+}
