@@ -340,7 +340,7 @@ void add_render(CommandLine& program, ChosenCommand& chosen) {
       "render", "Draw a picture of a map's set",
       "Examples:\n"
       "  qjulia render bunny.qjulia.json -o bunny.png\n"
-      "  qjulia render bunny.qjulia.json -o ears.png --frame -0.1 0.1 -0.2 0.5 0.9 0.3\n"
+      "  qjulia render bunny.qjulia.json -o ears.png --frame -0.8 0.6 -0.8 0.15 1 0.15\n"
       "  qjulia render bunny.qjulia.json -o inside.png --cut z=50% --azimuth 0\n"
       "  qjulia render bunny.obj -o mesh.png             the mesh in the same view\n"
       "  qjulia render bunny.qjulia.json -o crust.png --drift 0.8 --detail 0.03\n"
