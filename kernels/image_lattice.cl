@@ -12,7 +12,7 @@ kernel void trust_cells(global const int* cells, int count, global const real* m
   int number = (int)get_global_id(0);
   if (number >= count) return;
   image_lattice lattice = {grid, field, versors, trusted};
-  foretold_image image = interpolated_image(lattice, cells[number], (real3)((real)0.5));
+  predicted_image image = interpolated_image(lattice, cells[number], (real3)((real)0.5));
   real4 off = image.u - vload4((size_t)number, middle_versors);
   real error = sqrt(dot(off, off));
 #ifdef QJ_MODULUS_IS_CHEAP

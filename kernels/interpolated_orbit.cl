@@ -1,4 +1,4 @@
-// Where grid points and their images lie, foretold. Within a slice F and the versor U are smooth
+// Where grid points and their images lie, predicted. Within a slice F and the versor U are smooth
 // but for U on the lines where some q - c_k is real and negative. So both are computed at nodes,
 // every `spacing` points along x and y, and interpolated: first along y, to every row; then along
 // x, to the points. What is left to evaluate of the second iterate is F alone. The F interpolated

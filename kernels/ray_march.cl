@@ -200,7 +200,7 @@ kernel void march_depth(global const real* map, int factors, qj_march march,
         done[i] = 0;
         waits[i] = WAITS_FOR_F;
 #ifndef QJ_MODULUS_IS_CHEAP
-        foretold_image image;
+        predicted_image image;
         if (!lattice_image(lattice, p, &image)) continue;
         real first = one_of(map_steep(lane_of(image.f), map));
         done[i] = 1;
@@ -241,7 +241,7 @@ kernel void march_depth(global const real* map, int factors, qj_march march,
         waits[i] = found ? WAITS_FOR_RAY : WAITS_FOR_ORBIT;
       }
 #ifdef QJ_MODULUS_IS_CHEAP
-      foretold_image image;
+      predicted_image image;
       if (waits[i] == WAITS_FOR_VERSOR && done[i] == 1 &&
           lattice_image(lattice, (real3)(x[i], y[i], z[i]), &image)) {
         image.u *= one_of(lane_exp(lane_min(lane_of(f[i]), lane_of((real)40)))) *

@@ -253,8 +253,8 @@ TEST_CASE("cuts show the inside, and leave the rest where it is seen") {
   CHECK_THROWS_WITH(render(device, map, options), Catch::Contains("give a coordinate"));
 }
 
-TEST_CASE("foretold images give the picture that computed ones give") {
-  // A distance's modulus is never foretold, its versor is.
+TEST_CASE("interpolated images give the picture that computed ones give") {
+  // A distance's modulus is never interpolated, its versor is.
   const bool distance = GENERATE(false, true);
   RationalMap map = distance ? test::distance_map(0.1, 60) : test::armed_ball_map(60);
   if (distance) {
@@ -362,7 +362,7 @@ TEST_CASE("a lattice trusts cells where it foretells images, and no others") {
     CHECK(wrong <= 0.01 * checked);
     const auto share =
         static_cast<double>(std::ranges::count(trusted, 1)) / static_cast<double>(trusted.size());
-    CHECK(share < 0.9);  // far from the band nothing is foretold
+    CHECK(share < 0.9);  // far from the band nothing is known beforehand
   }
 }
 
