@@ -86,7 +86,7 @@ RationalMap finish_map(const Device& device, RationalMap map, double iou, const 
 
 double mean_distance(const Device& device, const RationalMap& map, const SamplePool& pool) {
   const auto all = distances(device, map, positions(pool.surface));
-  return std::reduce(all.begin(), all.end()) / static_cast<double>(all.size());
+  return std::accumulate(all.begin(), all.end(), 0.0) / static_cast<double>(all.size());
 }
 
 }  // namespace qjulia::fitting

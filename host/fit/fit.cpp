@@ -133,24 +133,23 @@ std::string full_summary(const FitResult& result) {
 
 namespace {
 
-/// Fits that make fewer of their schedule's evaluations are seldom settled: their last stages,
+/// A fit that makes less than this part of its evaluations has seldom settled: its last stages,
 /// which bring the surface in, have hardly begun.
 constexpr int kSettlingShare = 4;
 
 /// A warning about a fit that ended early; empty when it has had its time.
-std::string unsettled(const FitResult& result, int schedule_evaluations) {
+std::string unsettled(const FitResult& result, int planned) {
   if (result.evaluations == 0) {
     return "the fit ended before its first evaluation: the map is only where its factors begin";
   }
-  if (result.stopped != StopReason::time_limit ||
-      result.evaluations * kSettlingShare >= schedule_evaluations) {
+  if (result.stopped != StopReason::time_limit || result.evaluations >= planned / kSettlingShare) {
     return {};
   }
   return fmt::format(
       "the time limit ended the fit after {} of {} evaluations, before it could "
       "settle; {} factors need about {:.0f} s here, and fewer settle sooner",
-      result.evaluations, schedule_evaluations, result.map.factors.size(),
-      result.seconds * schedule_evaluations / kSettlingShare / result.evaluations);
+      result.evaluations, planned, result.map.factors.size(),
+      result.seconds * planned / kSettlingShare / result.evaluations);
 }
 
 FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
@@ -183,11 +182,9 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   const SignedDistance distance = in_stage("signed distance", [&] {
     return SignedDistance(device, shape.mesh, Precision::single, monitor.stop);
   });
+  const int planned = options.max_evaluations > 0 ? options.max_evaluations : schedule.evaluations;
   SamplePool pool = in_stage("sample pool", [&] {
-    return make_sample_pool(
-        shape, distance, options.seed,
-        options.max_evaluations > 0 ? options.max_evaluations : schedule.evaluations,
-        largest_draw(schedule));
+    return make_sample_pool(shape, distance, options.seed, planned, largest_draw(schedule));
   });
   team.adopt(pool.surface);
   team.adopt(pool.near);
@@ -221,7 +218,7 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   budget.update();
   result.evaluations = budget.evaluations();
   result.seconds = budget.seconds();
-  if (const std::string warning = unsettled(result, schedule.evaluations); !warning.empty()) {
+  if (const std::string warning = unsettled(result, planned); !warning.empty()) {
     result.warnings.push_back(warning);
   }
   if (!checkpoint.problem().empty()) {
