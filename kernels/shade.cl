@@ -187,17 +187,16 @@ kernel void ground_receivers(qj_strip_arguments strip, global const real* restri
   put_real3(receiver + QJ_RECEIVER_NORMAL, lit ? real3_at(scene + QJ_SCENE_UP) : (real3)(0));
 }
 
-// What the sky, all but the key light, sends to each receiver, and what it would send with nothing
-// in the way. Receivers from `ground` on get no rim light, which is last.
+// What the sky, all but the key light, sends to the receivers before the ground's, and what it
+// would send with nothing in the way.
 kernel void sky_light(qj_light_arguments with, global const real* restrict receivers,
                       global const real* restrict lights, global const real* restrict maps,
                       global real* restrict light) {
   int r = (int)get_global_id(0);
-  if (r >= with.receivers) return;
+  if (r >= with.ground) return;
   real3 p = real3_at(receivers + (size_t)r * QJ_RECEIVER_SIZE + QJ_RECEIVER_POINT);
   real3 n = real3_at(receivers + (size_t)r * QJ_RECEIVER_SIZE + QJ_RECEIVER_NORMAL);
-  int count = r < with.ground ? with.lights : with.lights - 1;
-  if (dot(n, n) == 0) count = 0;
+  int count = dot(n, n) == 0 ? 0 : with.lights;
   real3 sky = (real3)(0), open_sky = (real3)(0);
   for (int i = 0; i < count; ++i) {
     global const real* from = lights + i * QJ_LIGHT_SIZE;
@@ -211,6 +210,38 @@ kernel void sky_light(qj_light_arguments with, global const real* restrict recei
   }
   put_real3(light + (size_t)r * QJ_RECEIVED_SIZE + QJ_RECEIVED_SKY, sky);
   put_real3(light + (size_t)r * QJ_RECEIVED_SIZE + QJ_RECEIVED_OPEN_SKY, open_sky);
+}
+
+static inline real luminance(real3 c) { return dot(c, (real3)(0.2126f, 0.7152f, 0.0722f)); }
+
+// The share of the sky's light that reaches each receiver, points of the ground, with the shadows
+// of lights as soft as they say.
+kernel void ground_sky(qj_light_arguments with, global const real* restrict receivers,
+                       global const real* restrict lights, global const real* restrict maps,
+                       global real* restrict share) {
+  int r = (int)get_global_id(0);
+  if (r >= with.receivers) return;
+  real3 p = real3_at(receivers + (size_t)r * QJ_RECEIVER_SIZE + QJ_RECEIVER_POINT);
+  real3 n = real3_at(receivers + (size_t)r * QJ_RECEIVER_SIZE + QJ_RECEIVER_NORMAL);
+  real sum = 0, open_sum = 0;
+  for (int i = 0; i < with.lights; ++i) {
+    global const real* from = lights + i * QJ_LIGHT_SIZE;
+    if (dot(n, real3_at(from + QJ_LIGHT_DIRECTION)) <= 0) continue;
+    light_sight s = sight_of(p, n, from);
+    real open = s.cosine * luminance(real3_at(from + QJ_LIGHT_COLOR));
+    real2 half_map = (real2)((real)0.5 * from[QJ_LIGHT_MAP_SIZE]);
+    real2 beyond = fabs(s.texel - half_map) - half_map;
+    open_sum += open;
+    // No texel of the map is near enough.
+    if (fmax(beyond.x, beyond.y) > MOST_PENUMBRA) {
+      sum += open;
+      continue;
+    }
+    sum += open * seen_soft(maps + (int)from[QJ_LIGHT_MAP_FIRST], (int)from[QJ_LIGHT_MAP_SIZE],
+                            s.texel, s.depth, from[QJ_LIGHT_SOFTNESS] / from[QJ_LIGHT_TEXEL],
+                            (real)1, (real2)(1, 0));
+  }
+  share[r] = sum / fmax(open_sum, (real)1e-6f);
 }
 
 // The share of the key light that reaches each receiver. Samples of a pixel take their taps at
@@ -257,8 +288,6 @@ static inline irradiance received_by(real3 n, real3 view_direction,
   return e;
 }
 
-static inline real luminance(real3 c) { return dot(c, (real3)(0.2126f, 0.7152f, 0.0722f)); }
-
 // Ambient visibility with light bounced between surfaces of this albedo. Jimenez et al. 2016,
 // "Practical real-time strategies for accurate indirect occlusion", Eq. 10.
 static inline real3 with_bounces(real v, real3 albedo) {
@@ -268,25 +297,23 @@ static inline real3 with_bounces(real v, real3 albedo) {
   return fmax((real3)(v), ((v * a + b) * v + c) * v);
 }
 
-#define CLAY ((real3)(0.66f, 0.45f, 0.32f))
-
-// Colours of traits 0 … 1: indigo, teal, sand, rust.
-static inline real3 trait_albedo(real t) {
-  real3 low = (real3)(0.13f, 0.15f, 0.36f), second = (real3)(0.13f, 0.42f, 0.46f);
-  real3 third = (real3)(0.80f, 0.68f, 0.42f), high = (real3)(0.62f, 0.20f, 0.10f);
-  t *= 3;
-  real3 c = mix(low, second, clamp(t, (real)0, (real)1));
-  c = mix(c, third, clamp(t - 1, (real)0, (real)1));
-  return mix(c, high, clamp(t - 2, (real)0, (real)1));
+// Colours of traits 0 … 1, through those of the scene.
+static inline real3 trait_albedo(real t, global const real* restrict scene) {
+  int last = (int)scene[QJ_SCENE_STOPS] - 1;
+  real3 c = real3_at(scene + QJ_SCENE_STOP);
+  t *= (real)last;
+#pragma unroll 1
+  for (int i = 0; i < last; ++i) {
+    c = mix(c, real3_at(scene + QJ_SCENE_STOP + 3 * (i + 1)), clamp(t - (real)i, (real)0, (real)1));
+  }
+  return c;
 }
 
 // How much of the sky is seen, with what comes through gaps that depth maps are too coarse to see.
-static inline real open_share(irradiance e) {
-  return mix((real)0.06, (real)1, luminance(e.sky) / fmax(luminance(e.open_sky), (real)1e-6f));
-}
+static inline real open_share(real seen) { return mix((real)0.06, (real)1, seen); }
 
 static inline real3 lit(real3 albedo, irradiance e) {
-  real v = open_share(e);
+  real v = open_share(luminance(e.sky) / fmax(luminance(e.open_sky), (real)1e-6f));
   real3 diffuse = albedo * (e.key + e.open_sky * with_bounces(v, albedo));
   return diffuse + (real)0.10 * e.highlight;
 }
@@ -311,28 +338,47 @@ static inline real3 backdrop(real2 from_center) {
              (real)1 - (real)1 / (1 + (real)0.45 * r2));
 }
 
-// What a ray that misses the shape shows: the backdrop `color`, which also is the ground and
-// catches the shape's shadow.
-static inline real3 ground(real3 origin, real3 direction, global const real* restrict scene,
-                           global const real* restrict key_light, global const real* restrict light,
-                           real3 color) {
-  real3 p;
-  real away;
-  if (!ground_point(origin, direction, scene, &p, &away)) return color;
-  irradiance e = received_by(real3_at(scene + QJ_SCENE_UP), direction, key_light, light);
-  // The ground is bright, and lights the shape's underside, which lights it in turn.
-  real3 sky = e.open_sky * with_bounces(open_share(e), color);
-  real3 share = (sky + e.key) / (e.open_sky + e.open_key);
-  return color * mix(share, (real3)(1), smoothstep((real)4, (real)6, away));
+// The sky's share that reaches a point of the ground, between the points where it is known.
+static inline real ground_seen(real3 p, global const real* restrict scene,
+                               global const real* restrict shares) {
+  int side = (int)scene[QJ_SCENE_SIDE];
+  real3 away = (p - real3_at(scene + QJ_SCENE_CENTER)) / scene[QJ_SCENE_RADIUS];
+  real2 x = (real2)(dot(away, real3_at(scene + QJ_SCENE_RIGHT)),
+                    dot(away, real3_at(scene + QJ_SCENE_FRONT)));
+  real2 u = x / ((real2)(1) + (real)QJ_GROUND_CROWDING * fabs(x));
+  real2 at = (real)0.5 * (u + (real2)(1)) * (real)(side - 1);
+  at = clamp(at, (real2)(0), (real2)((real)(side - 1) - (real)1e-3f));
+  real2 corner = floor(at), f = at - corner;
+  global const real* s = shares + (int)corner.y * side + (int)corner.x;
+  return mix(mix(s[0], s[1], f.x), mix(s[side], s[side + 1], f.x), f.y);
 }
 
-// sRGB bytes of the strip's pixels. depth, normal: its samples and more; trait: as many, where
-// there are any. received: the light of the strip's receivers.
+// How much darker shadows make the ground, of this color, where a ray that misses the shape meets
+// it; 1 where there is none.
+static inline real3 ground_share(real3 origin, real3 direction, global const real* restrict scene,
+                                 global const real* restrict key_light,
+                                 global const real* restrict shares,
+                                 global const real* restrict light, real3 color) {
+  real3 p;
+  real away;
+  if (!ground_point(origin, direction, scene, &p, &away)) return (real3)(1);
+  real3 up = real3_at(scene + QJ_SCENE_UP), open_sky = real3_at(scene + QJ_SCENE_OPEN_SKY);
+  real3 open_key = fmax(dot(up, real3_at(key_light + QJ_LIGHT_DIRECTION)), (real)0) *
+                   real3_at(key_light + QJ_LIGHT_COLOR);
+  // The ground is bright, and lights the shape's underside, which lights it in turn.
+  real3 sky = open_sky * with_bounces(open_share(ground_seen(p, scene, shares)), color);
+  real3 share = (sky + light[QJ_RECEIVED_KEY] * open_key) / (open_sky + open_key);
+  return mix(share, (real3)(1), smoothstep((real)4, (real)6, away));
+}
+
+// sRGB bytes of the strip's pixels, each with how opaque it is. depth, normal: its samples and
+// more; trait: as many, where there are any. ground: the sky's light on points of it. received: the
+// light of the strip's receivers.
 kernel void shade_pixels(qj_strip_arguments strip, global const real* restrict view,
                          global const real* restrict depth, global const real* restrict normal,
                          global const real* restrict trait, global const real* restrict key_light,
-                         global const real* restrict scene, global const real* restrict received,
-                         global uchar* restrict rgb) {
+                         global const real* restrict scene, global const real* restrict ground,
+                         global const real* restrict received, global uchar* restrict rgba) {
   int column = (int)get_global_id(0), row = (int)get_global_id(1);
   if (column >= strip.columns || row >= strip.rows) return;
   int samples = strip.samples;
@@ -354,23 +400,37 @@ kernel void shade_pixels(qj_strip_arguments strip, global const real* restrict v
                &direction);
     irradiance e = received_by(real3_at(normal + 3 * index), direction, key_light,
                                received + (size_t)(j * wide + i) * QJ_RECEIVED_SIZE);
-    sum += film(lit(strip.has_traits ? trait_albedo(trait[index]) : CLAY, e));
+    real3 albedo = real3_at(scene + QJ_SCENE_CLAY);
+    if (strip.has_traits) albedo = trait_albedo(trait[index], scene);
+    sum += film(lit(albedo, e));
   }
+  real opaque = 1;
   if (misses > 0) {
+    int behind = (int)scene[QJ_SCENE_BACKDROP];
     real3 direction;
     real3 o = view_point(view, place.x * (real)samples, place.y * (real)samples, 0, &direction);
     int number = wide * strip.rows * samples + row * strip.columns + column;
-    sum += (real)misses *
-           film(ground(o, direction, scene, key_light, received + (size_t)number * QJ_RECEIVED_SIZE,
-                       backdrop((place - middle) / fmin(middle.x, middle.y))));
+    real3 color = backdrop((place - middle) / fmin(middle.x, middle.y));
+    if (behind == QJ_BACKDROP_PLAIN) color = real3_at(scene + QJ_SCENE_COLOR);
+    real3 share = ground_share(o, direction, scene, key_light, ground,
+                               received + (size_t)number * QJ_RECEIVED_SIZE, color);
+    if (behind == QJ_BACKDROP_NONE) {
+      // Shadows are black, and as opaque as they are dark.
+      opaque = 1 - (real)misses / (real)(samples * samples) * luminance(share);
+    } else {
+      sum += (real)misses * (behind == QJ_BACKDROP_PLAIN ? color * share : film(color * share));
+    }
   }
-  sum /= (real)(samples * samples);
+  sum /= (real)(samples * samples) * fmax(opaque, (real)1e-6f);
   // Rounding by a fixed pattern hides steps in the backdrop.
   uint h = (uint)column * 1973u + (uint)(row + strip.first_row) * 9277u;
   h = (h ^ (h >> 13)) * 1274126177u;
-  real dither = (real)((h ^ (h >> 16)) & 0xffffu) / (real)65536;
-  size_t at = 3 * ((size_t)row * (size_t)strip.columns + (size_t)column);
-  rgb[at] = (uchar)(srgb_encode(sum.x) * 255 + dither);
-  rgb[at + 1] = (uchar)(srgb_encode(sum.y) * 255 + dither);
-  rgb[at + 2] = (uchar)(srgb_encode(sum.z) * 255 + dither);
+  // Never so much that a whole number becomes another.
+  real dither = (real)0.002 + (real)0.996 * (real)((h ^ (h >> 16)) & 0xffffu) / (real)65536;
+  sum = fmin(sum, (real3)(1));
+  size_t at = 4 * ((size_t)row * (size_t)strip.columns + (size_t)column);
+  rgba[at] = (uchar)(srgb_encode(sum.x) * 255 + dither);
+  rgba[at + 1] = (uchar)(srgb_encode(sum.y) * 255 + dither);
+  rgba[at + 2] = (uchar)(srgb_encode(sum.z) * 255 + dither);
+  rgba[at + 3] = (uchar)(opaque * 255 + dither);
 }

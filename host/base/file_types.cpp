@@ -32,6 +32,8 @@ constexpr std::array kTypes = {
     FileType{".vti", FileContent::field, false, true},
     FileType{".toml", FileContent::manifest, true, false},
     FileType{".html", FileContent::report, false, true},
+    // A page that `share` made, with a map in it.
+    FileType{".html", FileContent::map, true, false},
 };
 
 bool allows(const FileType& type, FileContent content, FileUse use) {

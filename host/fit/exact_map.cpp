@@ -116,6 +116,7 @@ RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
   map.shape_to_map = to_map;
   map.detail = detail;
   map.tufts = options.tufts;
+  map.up = options.up ? options.up : guess_up(mesh);
   map.inradius = shape.inradius / to_map.scale;
   map.box = shape.box;
 

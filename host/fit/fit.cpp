@@ -86,7 +86,7 @@ void FitOptions::validate() const {
     throw OptionError("time_limit", fmt::format("{} is out of range; give seconds", time_limit));
   }
   base::expect_between("max_evaluations", max_evaluations, 0, std::numeric_limits<int>::max());
-  base::expect_between("sample_parts", sample_parts, 1, 100'000);
+  base::expect_between("sample_parts", sample_parts, 1, 1024);
   find_schedule(schedule);
 }
 
@@ -215,6 +215,7 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   result.map = in_stage("calibration", [&] { return stages.map(); });
   result.mean_distance = mean_distance(device, result.map, pool);
   result.map.tufts = options.tufts;
+  result.map.up = options.up ? options.up : guess_up(mesh);
   budget.update();
   result.evaluations = budget.evaluations();
   result.seconds = budget.seconds();

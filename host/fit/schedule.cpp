@@ -184,6 +184,11 @@ std::string schedule_text(const std::string& name) {
                                               "a .toml file",
                                               name, names));
   }
+  if (std::filesystem::is_fifo(name)) {
+    throw OptionError("schedule", fmt::format("'{}' is a pipe; give a regular file: a schedule is "
+                                              "read more than once",
+                                              name));
+  }
   constexpr std::uint64_t kLargestFile = std::uint64_t{1} << 20;
   return base::read_text_file(name, "schedule", kLargestFile);
 }

@@ -165,14 +165,23 @@ class DistributedEvaluator final : public Evaluator {
     return sum;
   }
 
+  /// The same of matrices, which are too large to be kept for all parts: every rank adds one of its
+  /// parts in each exchange.
   Eigen::MatrixXd summed_matrix(std::size_t order,
                                 const std::function<Eigen::MatrixXd(Evaluator&)>& question) {
-    const auto sum = summed(order * order, [&](Evaluator& part) {
-      const Eigen::MatrixXd h = question(part);
-      return Numbers(h.data(), h.data() + h.size());
-    });
     const auto n = static_cast<Eigen::Index>(order);
-    return Eigen::Map<const Eigen::MatrixXd>(sum.data(), n, n);
+    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(n, n);
+    for (std::size_t turn = 0; turn * size() < parts_; ++turn) {
+      const auto said = team_.all_gather([&] {
+        if (turn >= mine_.size()) return Numbers();
+        const Eigen::MatrixXd part = question(*mine_[turn]);
+        return Numbers(part.data(), part.data() + part.size());
+      });
+      for (const Numbers& part : said) {
+        if (!part.empty()) sum += Eigen::Map<const Eigen::MatrixXd>(part.data(), n, n);
+      }
+    }
+    return sum;
   }
 
   Team& team_;

@@ -51,8 +51,8 @@ void check_header(const Object& map, const std::string& source) {
 }
 
 int file_version(const RationalMap& map) {
-  return std::max({map.tufts == 1 && map.portals.empty() ? 1 : 2, map::file_version_of(map.modulus),
-                   map::file_version_of(map.versor)});
+  return std::max({map.tufts == 1 && map.portals.empty() && !map.up ? 1 : 2,
+                   map::file_version_of(map.modulus), map::file_version_of(map.versor)});
 }
 
 /// Sets the map's modulus and versor to the kinds that the file's "kind" names.
@@ -102,6 +102,16 @@ std::vector<Factor> read_factors(const Object& top, const std::string& source) {
   return result;
 }
 
+UpAxis read_up(const Object& top, const std::string& source) {
+  const auto up = up_axis_named(top.text("up"));
+  if (!up) {
+    fail(source, fmt::format("\"up\" is {}: it must be one of \"x\", \"y\", \"z\", \"-x\", \"-y\", "
+                             "\"-z\"",
+                             top.at("up").dump()));
+  }
+  return *up;
+}
+
 /// One line a factor: maps are read by people too, and compared by line.
 std::string factor_lines(const json& factors) {
   std::string text = "  \"factors\": [\n";
@@ -109,6 +119,16 @@ std::string factor_lines(const json& factors) {
     text += fmt::format("    {}{}\n", factors[k].dump(), k + 1 < factors.size() ? "," : "");
   }
   return text + "  ],\n";
+}
+
+/// The map's own text: all of it, or where it is a page, what the page holds of a map.
+std::string_view map_text(std::string_view text, const std::string& source) {
+  constexpr std::string_view kBegin = "<script type=\"application/json\" id=\"qjulia-map\">";
+  if (!text.starts_with("<!DOCTYPE html>")) return text;
+  const auto begin = text.find(kBegin);
+  if (begin == std::string_view::npos) fail(source, "is a page without a map in it");
+  text.remove_prefix(begin + kBegin.size());
+  return text.substr(0, text.find("</script>"));
 }
 
 }  // namespace
@@ -142,6 +162,7 @@ json to_json(const RationalMap& map) {
   if (map.detail) result["detail"] = *map.detail;
   if (map.inradius) result["inradius"] = *map.inradius;
   if (map.box) result["box"] = json::array({to_json(map.box->low), to_json(map.box->high)});
+  if (map.up) result["up"] = to_string(*map.up);
   return result;
 }
 
@@ -154,7 +175,7 @@ RationalMap map_from_json(const json& value, const std::string& source) {
   if (map::takes_factors(map)) keys.emplace_back("factors");
   keys.insert(keys.end(), {"format", "version", "kind", "slice", "log_scale", "surface_level",
                            "phase", "shape_to_map", "detail", "inradius", "box", "provenance"});
-  if (top.at("version") > 1) keys.insert(keys.end(), {"tufts", "portals"});
+  if (top.at("version") > 1) keys.insert(keys.end(), {"tufts", "portals", "up"});
   top.expect_only(keys);
   map.slice = top.number("slice");
   map.log_scale = top.number("log_scale");
@@ -178,6 +199,7 @@ RationalMap map_from_json(const json& value, const std::string& source) {
   if (top.has("detail")) map.detail = top.number("detail");
   if (top.has("inradius")) map.inradius = top.number("inradius");
   if (top.has("box")) map.box = top.box("box");
+  if (top.has("up")) map.up = read_up(top, source);
   if (top.has("provenance")) {
     static_cast<void>(top.object("provenance"));
     map.provenance = top.at("provenance");
@@ -191,7 +213,8 @@ RationalMap map_from_json(const json& value, const std::string& source) {
 }
 
 RationalMap read_map(const std::filesystem::path& path, std::stop_token stop) {
-  const std::string text = base::read_text_file(path, "map", kLargestFile, std::move(stop));
+  const std::string file = base::read_text_file(path, "map", kLargestFile, std::move(stop));
+  const std::string_view text = map_text(file, path.string());
   json value;
   try {
     value = json::parse(text, [&](int depth, json::parse_event_t, json&) {
@@ -217,7 +240,7 @@ void write_map(const RationalMap& map, const std::filesystem::path& path) {
                                      "surface_level", "tufts",   "phase", "portals"};
   const std::vector<std::string_view> of_kinds = keys_of_kinds(map);
   keys.insert(keys.end(), of_kinds.begin(), of_kinds.end());
-  keys.insert(keys.end(), {"shape_to_map", "detail", "inradius", "box"});
+  keys.insert(keys.end(), {"shape_to_map", "detail", "inradius", "box", "up"});
   for (const std::string_view key : keys) {
     const auto member = value.find(key);
     if (member != value.end()) text += fmt::format("  \"{}\": {},\n", key, member->dump());

@@ -129,14 +129,17 @@ Image with_scale(const Image& sheet, double full, double diagonal) {
 
 Image comparison(const Device& device, const RationalMap& map, const TriangleMesh& mesh,
                  const PictureOptions& options, const ProgressMonitor& monitor) {
-  PictureOptions potential = options;
+  PictureOptions standing = options;
+  if (!standing.camera.up) standing.camera.up = map.up.value_or(kDefaultUp);
+  PictureOptions potential = standing;
   potential.iterations = 1;
   PictureLayers seen;
   const Image original = render_mesh(
-      device, mesh, options.box.value_or(map.box.value_or(mesh.box())), options, monitor);
+      device, mesh, options.box.value_or(map.box.value_or(mesh.box())), standing, monitor);
   const Image fitted = render(device, map, potential, monitor);
-  const Image set = render(device, map, options, monitor, &seen);
-  const std::vector<double> distances = distances_of(outer_surface(device, mesh).distance, seen);
+  const Image set = render(device, map, standing, monitor, &seen);
+  const std::vector<double> distances =
+      distances_of(outer_surface(device, mesh, monitor.stop).distance, seen);
   const double diagonal = mesh.box().diagonal();
   const double full = scale_of(distances, 0.01 * diagonal);
   const std::array<Image, 4> pictures{

@@ -7,6 +7,20 @@
 namespace qjulia {
 
 using namespace picture;
+namespace {
+
+/// The image before white.
+Image opaque(Image image) {
+  for (std::size_t i = 0; i < image.pixels.size() && !image.alpha.empty(); ++i) {
+    const int alpha = image.alpha[i / 3];
+    image.pixels[i] =
+        static_cast<std::uint8_t>((image.pixels[i] * alpha + 255 * (255 - alpha) + 127) / 255);
+  }
+  image.alpha.clear();
+  return image;
+}
+
+}  // namespace
 
 Image contact_sheet(std::span<const Image> images, int columns, int gap) {
   if (images.empty() || columns < 1 || gap < 0) {
@@ -24,7 +38,7 @@ Image contact_sheet(std::span<const Image> images, int columns, int gap) {
   const auto row_bytes = 3 * static_cast<std::size_t>(sheet.width);
   sheet.pixels.assign(row_bytes * static_cast<std::size_t>(sheet.height), 255);
   for (int i = 0; i < count; ++i) {
-    const Image& image = images[static_cast<std::size_t>(i)];
+    const Image image = opaque(images[static_cast<std::size_t>(i)]);
     const std::ptrdiff_t left = i % columns * std::ptrdiff_t{cell_width + gap};
     const std::ptrdiff_t top = i / columns * std::ptrdiff_t{cell_height + gap};
     const auto bytes = 3 * static_cast<std::ptrdiff_t>(image.width);
@@ -41,7 +55,7 @@ Image captioned(const Image& image, const std::string& text) {
   if (image.pixels.empty()) throw InputError("a picture without pixels cannot be captioned");
   const double size = std::max(11.0, image.width / 24.0);
   CairoCanvas canvas(image.width, image.height + static_cast<int>(2 * size));
-  canvas.put(image, 0, 0);
+  canvas.put(opaque(image), 0, 0);
   cairo_set_source_rgb(canvas.context(), 0.15, 0.15, 0.15);
   draw_text(canvas.context(), text, 0.5 * image.width, image.height + 1.35 * size, size,
             Anchor::middle);

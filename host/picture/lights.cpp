@@ -56,7 +56,7 @@ std::vector<float> Light::packed(std::size_t first_texel) const {
   return reals;
 }
 
-std::vector<Light> sky_lights(char up, const Box& held, double fineness) {
+std::vector<Light> sky_lights(UpAxis up, const Box& held, double fineness) {
   Camera level;
   level.up = up;
   level.azimuth = 0;

@@ -73,18 +73,25 @@ Image normal_image(const std::vector<float>& normals, int width, int height) {
 std::string png_bytes(const Image& image, const PictureText& text) {
   if (image.width < 1 || image.height < 1 ||
       image.pixels.size() !=
-          3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height)) {
+          3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) ||
+      (!image.alpha.empty() && 3 * image.alpha.size() != image.pixels.size())) {
     throw InputError("a picture without pixels cannot be written");
   }
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
   png.width = static_cast<png_uint_32>(image.width);
   png.height = static_cast<png_uint_32>(image.height);
-  png.format = PNG_FORMAT_RGB;
+  png.format = image.alpha.empty() ? PNG_FORMAT_RGB : PNG_FORMAT_RGBA;
+  std::vector<std::uint8_t> mixed;
+  for (std::size_t i = 0; i < image.alpha.size(); ++i) {
+    const auto rgb = image.pixels.begin() + static_cast<std::ptrdiff_t>(3 * i);
+    mixed.insert(mixed.end(), rgb, rgb + 3);
+    mixed.push_back(image.alpha[i]);
+  }
+  const std::vector<std::uint8_t>& rows = image.alpha.empty() ? image.pixels : mixed;
   std::vector<char> encoded(PNG_IMAGE_PNG_SIZE_MAX(png));
   png_alloc_size_t size = encoded.size();
-  if (png_image_write_to_memory(&png, encoded.data(), &size, 0, image.pixels.data(), 0, nullptr) ==
-      0) {
+  if (png_image_write_to_memory(&png, encoded.data(), &size, 0, rows.data(), 0, nullptr) == 0) {
     throw OutputError(std::string("cannot encode a picture as PNG: ") + png.message);
   }
   std::string bytes(encoded.data(), kHeaderBytes);

@@ -12,6 +12,7 @@
 #include "map/box_option.hpp"
 #include "map/portals.hpp"
 #include "picture/depth_grid.hpp"
+#include "picture/ground_light.hpp"
 #include "picture/shading.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
@@ -153,11 +154,6 @@ std::optional<Box> part_left(const RationalMap& map, const PictureOptions& optio
   return Box{map.shape_to_map.to_map(part.low), map.shape_to_map.to_map(part.high)};
 }
 
-void expect_axis(const char* field, char axis) {
-  if (axis >= 'x' && axis <= 'z') return;
-  throw OptionError(field, fmt::format("'{}' is not an axis; give x, y or z", axis));
-}
-
 }  // namespace
 
 const char* to_string(Material material) {
@@ -172,6 +168,27 @@ const char* to_string(Material material) {
   return "";
 }
 
+const char* to_string(Backdrop backdrop) {
+  switch (backdrop) {
+    case Backdrop::studio:
+      return "studio";
+    case Backdrop::plain:
+      return "plain";
+    case Backdrop::transparent:
+      return "transparent";
+  }
+  return "";
+}
+
+namespace {
+
+void expect_color(const char* field, const Rgb& color) {
+  if ((color.array() >= 0).all() && (color.array() <= 1).all()) return;
+  throw OptionError(field, "a colour's parts are 0 to 1");
+}
+
+}  // namespace
+
 void PictureOptions::validate() const {
   base::expect_between("width", width, 1, 16384, "pixels");
   base::expect_between("height", height, 1, 16384, "pixels");
@@ -182,15 +199,23 @@ void PictureOptions::validate() const {
   base::expect_between("zoom", camera.zoom, 0.01, 1000.0);
   base::expect_between("field_of_view", camera.field_of_view, 1.0, 120.0, "degrees");
   map::expect_box(box);
+  expect_color("background", background);
+  expect_color("palette", palette.clay);
+  for (const Rgb& stop : palette.stops) expect_color("palette", stop);
+  if (palette.stops.size() < 2 || palette.stops.size() > Palette::kMostStops) {
+    throw OptionError("palette", fmt::format("{} colours to go through; give 2 to {}",
+                                             palette.stops.size(), Palette::kMostStops));
+  }
   map::expect_box(camera.frame, "frame");
   if (camera.look_at) {
     for (const double c : *camera.look_at) base::expect_finite("look_at", c);
   }
   for (const Cut& cut : cuts) {
     base::expect_finite("cut", cut.at);
-    expect_axis("cut", cut.axis);
+    if (cut.axis < 'x' || cut.axis > 'z') {
+      throw OptionError("cut", fmt::format("'{}' is not an axis; give x, y or z", cut.axis));
+    }
   }
-  expect_axis("up", camera.up);
 }
 
 struct Studio::Impl {
@@ -200,14 +225,20 @@ struct Studio::Impl {
   Box framed;           ///< in the scene
   ShapeToMap to_scene;  ///< from the shape's coordinates to those of source and frame
   double fineness = 1;
-  Vector3d up = Vector3d::Zero();
+  UpAxis known_up = kDefaultUp;  ///< where the camera does not say
+  std::optional<UpAxis> up{};    ///< of the sky and the ground, once they are there
   std::vector<Light> sky{};
   std::vector<std::vector<float>> sky_maps{};
   double ground = 0;  ///< height along up
+  GroundLight ground_light{};
 
   Image picture(const Camera& camera, const ProgressMonitor& monitor, PictureLayers* layers);
 
  private:
+  Scene scene() const {
+    return {direction(*up), ground,           framed.center(),    0.5 * framed.diagonal(),
+            options.ground, options.backdrop, options.background, options.palette};
+  }
   void look_around(const std::function<void(const View&)>& report);
 };
 
@@ -241,8 +272,8 @@ Studio::Studio(const Device& device, const RationalMap& map, const PictureOption
   set.cells = static_cast<int>(set.cells * std::sqrt(fineness));
   auto source = march_source(device, set);
   const Box framed = framed_box(map, options.box, *source);
-  impl_ = std::make_unique<Impl>(
-      Impl{device, options, std::move(source), framed, map.shape_to_map, fineness});
+  impl_ = std::make_unique<Impl>(Impl{device, options, std::move(source), framed, map.shape_to_map,
+                                      fineness, map.up.value_or(kDefaultUp)});
 }
 
 Studio::Studio(const Device& device, const TriangleMesh& mesh, const Box& framed,
@@ -257,7 +288,7 @@ Studio::Studio(const Device& device, const TriangleMesh& mesh, const Box& framed
   impl_ =
       std::make_unique<Impl>(Impl{device, options, mesh_source(mesh, to_scene),
                                   Box{to_scene.to_map(framed.low), to_scene.to_map(framed.high)},
-                                  to_scene, fineness_of(options)});
+                                  to_scene, fineness_of(options), guess_up(mesh)});
 }
 
 Studio::~Studio() = default;
@@ -266,21 +297,24 @@ Studio& Studio::operator=(Studio&&) noexcept = default;
 
 Image Studio::picture(const Camera& camera, const ProgressMonitor& monitor, PictureLayers* layers) {
   impl_->options.camera = camera;
+  impl_->options.camera.up = camera.up.value_or(impl_->known_up);
   impl_->options.validate();
-  return impl_->picture(camera, monitor, layers);
+  return impl_->picture(impl_->options.camera, monitor, layers);
 }
 
 /// What the sky and the ground need, at the first picture.
 void Studio::Impl::look_around(const std::function<void(const View&)>& report) {
-  if (up == axis(options.camera.up)) return;
-  up = axis(options.camera.up);
-  sky = sky_lights(options.camera.up, source->bounds(), fineness);
+  if (up == options.camera.up) return;
+  up = options.camera.up;
+  sky = sky_lights(*up, source->bounds(), fineness);
   sky_maps.clear();
   for (const Light& light : sky) {
     sky_maps.push_back(source->depths(light.view, 0, light.view.rows));
     report(light.view);
   }
-  ground = lowest(*source, up, fineness);
+  ground = lowest(*source, direction(*up), fineness);
+  ground_light = options.ground ? picture::ground_light(device, scene(), sky, sky_maps, fineness)
+                                : GroundLight{};
 }
 
 Image Studio::Impl::picture(const Camera& camera, const ProgressMonitor& monitor,
@@ -290,11 +324,11 @@ Image Studio::Impl::picture(const Camera& camera, const ProgressMonitor& monitor
   const View view =
       camera_view(in_scene(camera, to_scene), framed, options.width, options.height, samples);
   const LampLights with = lamps(camera, source->bounds(), fineness);
-  const bool is_first = up != axis(camera.up);
+  const bool is_first = up != camera.up;
   double all = cost(view) + cost(with.key.view) + cost(with.rim.view);
   if (is_first) {
     all += kGridCost;
-    for (const Light& light : sky_lights(camera.up, source->bounds(), fineness)) {
+    for (const Light& light : sky_lights(*camera.up, source->bounds(), fineness)) {
       all += cost(light.view);
     }
   }
@@ -308,18 +342,27 @@ Image Studio::Impl::picture(const Camera& camera, const ProgressMonitor& monitor
   };
 
   // The finest view first: what is computed for it serves the others.
-  source->prepare(view);
+  {
+    const TraceStage stage(monitor.trace, "lattice");
+    source->prepare(view);
+  }
   if (is_first) report(kGridCost);
-  look_around([&](const View& seen) { report(cost(seen)); });
+  {
+    const TraceStage stage(monitor.trace, "sky");
+    look_around([&](const View& seen) { report(cost(seen)); });
+  }
   std::vector<Light> lights{with.key};
   lights.insert(lights.end(), sky.begin(), sky.end());
   lights.push_back(with.rim);
-  std::vector<std::vector<float>> maps{source->depths(with.key.view, 0, with.key.view.rows)};
-  maps.insert(maps.end(), sky_maps.begin(), sky_maps.end());
-  maps.push_back(source->depths(with.rim.view, 0, with.rim.view.rows));
+  std::vector<std::vector<float>> maps;
+  {
+    const TraceStage stage(monitor.trace, "lamps");
+    maps.push_back(source->depths(with.key.view, 0, with.key.view.rows));
+    maps.insert(maps.end(), sky_maps.begin(), sky_maps.end());
+    maps.push_back(source->depths(with.rim.view, 0, with.rim.view.rows));
+  }
   report(cost(with.key.view) + cost(with.rim.view));
-  const Scene scene{up, ground, framed.center(), 0.5 * framed.diagonal()};
-  const Shading shading(device, scene, lights, maps);
+  const Shading shading(device, scene(), ground_light, lights, maps);
 
   if (layers != nullptr) *layers = {};
   Image image{options.width, options.height, {}};
@@ -334,11 +377,18 @@ Image Studio::Impl::picture(const Camera& camera, const ProgressMonitor& monitor
     const int from = std::max(0, row * samples - kHalo);
     const int to = std::min(view.rows, (row + strip.rows) * samples + kHalo);
     strip.halo = row * samples - from;
-    strip.depths = source->depths(view, from, to - from);
+    {
+      const TraceStage stage(monitor.trace, "rays");
+      strip.depths = source->depths(view, from, to - from);
+    }
     if (options.material != Material::clay) strip.traits = traits_of(view, strip, *source);
     throw_if_stopped(monitor.stop);
+    const TraceStage stage(monitor.trace, "shade");
     const Shaded shaded = shading.shade(view, strip, layers != nullptr);
     image.pixels.insert(image.pixels.end(), shaded.pixels.begin(), shaded.pixels.end());
+    if (options.backdrop == Backdrop::transparent) {
+      image.alpha.insert(image.alpha.end(), shaded.alpha.begin(), shaded.alpha.end());
+    }
     image.covered += covered_pixels(view, strip);
     if (layers != nullptr) add_layers(view, strip, shaded.normals, to_scene, *layers);
     report(cost(view) * strip.rows / options.height);

@@ -16,21 +16,49 @@ device::Range tiles(std::size_t columns, std::size_t rows) {
   return {{(columns + 7) / 8 * 8, (rows + 7) / 8 * 8, 1}, {8, 8, 1}};
 }
 
-std::vector<float> packed(const Scene& scene) {
-  std::vector<float> reals(QJ_SCENE_SIZE);
-  for (std::size_t i = 0; i < 3; ++i) {
-    reals[QJ_SCENE_UP + i] = static_cast<float>(scene.up[static_cast<Eigen::Index>(i)]);
-    reals[QJ_SCENE_CENTER + i] = static_cast<float>(scene.center[static_cast<Eigen::Index>(i)]);
+static_assert(QJ_MOST_STOPS == Palette::kMostStops);
+
+int number_of(Backdrop backdrop) {
+  switch (backdrop) {
+    case Backdrop::studio:
+      return QJ_BACKDROP_STUDIO;
+    case Backdrop::plain:
+      return QJ_BACKDROP_PLAIN;
+    case Backdrop::transparent:
+      break;
   }
-  reals[QJ_SCENE_GROUND] = static_cast<float>(scene.ground);
+  return QJ_BACKDROP_NONE;
+}
+
+std::vector<float> packed(const Scene& scene, const GroundLight& ground) {
+  std::vector<float> reals(QJ_SCENE_SIZE);
+  const auto put = [&](std::size_t first, const Eigen::Vector3d& v) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      reals[first + i] = static_cast<float>(v[static_cast<Eigen::Index>(i)]);
+    }
+  };
+  put(QJ_SCENE_UP, scene.up);
+  put(QJ_SCENE_CENTER, scene.center);
+  put(QJ_SCENE_RIGHT, ground.right);
+  put(QJ_SCENE_FRONT, ground.front);
+  put(QJ_SCENE_OPEN_SKY, ground.open);
+  put(QJ_SCENE_COLOR, scene.color);
+  put(QJ_SCENE_CLAY, scene.palette.clay);
+  for (std::size_t i = 0; i < scene.palette.stops.size(); ++i) {
+    put(QJ_SCENE_STOP + 3 * i, scene.palette.stops[i]);
+  }
+  reals[QJ_SCENE_STOPS] = static_cast<float>(scene.palette.stops.size());
+  reals[QJ_SCENE_SIDE] = static_cast<float>(ground.side);
+  reals[QJ_SCENE_BACKDROP] = static_cast<float>(number_of(scene.backdrop));
+  reals[QJ_SCENE_GROUND] = scene.has_ground ? static_cast<float>(scene.ground) : QJ_NO_GROUND;
   reals[QJ_SCENE_RADIUS] = static_cast<float>(scene.radius);
   return reals;
 }
 
 }  // namespace
 
-Shading::Shading(const Device& device, const Scene& scene, const std::vector<Light>& lights,
-                 const std::vector<std::vector<float>>& maps)
+Shading::Shading(const Device& device, const Scene& scene, const GroundLight& ground,
+                 const std::vector<Light>& lights, const std::vector<std::vector<float>>& maps)
     : device_(device), lights_count_(static_cast<int>(lights.size())) {
   device::Context& context = device.context();
   std::vector<float> light_reals, atlas;
@@ -43,7 +71,8 @@ Shading::Shading(const Device& device, const Scene& scene, const std::vector<Lig
   key_ = context.upload<float>(
       std::span(light_reals).subspan(std::size_t{kKey} * QJ_LIGHT_SIZE, QJ_LIGHT_SIZE));
   maps_ = context.upload<float>(atlas);
-  scene_ = context.upload<float>(packed(scene));
+  scene_ = context.upload<float>(packed(scene, ground));
+  ground_ = context.upload<float>(ground.shares);
   const device::BuildOptions options{1, Precision::single, {}};
   normals_ = context.kernel("shade.cl", "normals_of_depth", options);
   sample_receivers_ = context.kernel("shade.cl", "sample_receivers", options);
@@ -92,16 +121,24 @@ Shaded Shading::shade(const View& view, const Strip& strip, bool with_normals) c
                  {of_strip, view_reals, depths, normals, receivers});
   context.launch(ground_receivers_, tiles(columns, rows),
                  {of_strip, view_reals, depths, scene_, receivers});
-  for (const auto& kernel : {sky_light_, key_light_}) {
-    context.launch(kernel, {{count, 1, 1}, {}}, {of_light, receivers, lights_, maps_, received});
-  }
+  const auto of_samples = static_cast<std::size_t>(ground);
+  context.launch(sky_light_, {{of_samples, 1, 1}, {}},
+                 {of_light, receivers, lights_, maps_, received});
+  context.launch(key_light_, {{count, 1, 1}, {}}, {of_light, receivers, lights_, maps_, received});
   const auto traits = context.upload<float>(strip.traits);
-  const auto bytes = context.allocate<std::uint8_t>(3 * columns * rows);
-  context.launch(pixels_, tiles(columns, rows),
-                 {of_strip, view_reals, depths, normals, traits, key_, scene_, received, bytes});
+  const auto bytes = context.allocate<std::uint8_t>(4 * columns * rows);
+  context.launch(
+      pixels_, tiles(columns, rows),
+      {of_strip, view_reals, depths, normals, traits, key_, scene_, ground_, received, bytes});
   Shaded shaded;
-  shaded.pixels.resize(bytes.size());
-  context.read(bytes, std::span(shaded.pixels));
+  std::vector<std::uint8_t> rgba(bytes.size());
+  context.read(bytes, std::span(rgba));
+  shaded.pixels.reserve(3 * columns * rows);
+  shaded.alpha.reserve(columns * rows);
+  for (std::size_t i = 0; i < rgba.size(); i += 4) {
+    for (std::size_t c = 0; c < 3; ++c) shaded.pixels.push_back(rgba[i + c]);
+    shaded.alpha.push_back(rgba[i + 3]);
+  }
   if (with_normals) {
     shaded.normals.resize(normals.size());
     context.read(normals, std::span(shaded.normals));

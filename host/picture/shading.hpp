@@ -16,6 +16,21 @@ struct Scene {
   double ground = 0;  ///< height along up
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double radius = 1;
+  bool has_ground = true;
+  Backdrop backdrop = Backdrop::studio;
+  Rgb color = Rgb::Zero();  ///< of a plain backdrop
+  Palette palette{};
+};
+
+/// Shares of the open sky's light that reach points of the ground. The points lie in a square about
+/// the middle of the shape, `side` × `side`, closer together the nearer they are to it, row by row
+/// along `right` and `front` (layout/picture_layout.h).
+struct GroundLight {
+  int side = 0;
+  Eigen::Vector3d right = Eigen::Vector3d::UnitX();
+  Eigen::Vector3d front = Eigen::Vector3d::UnitZ();
+  Eigen::Vector3d open = Eigen::Vector3d::Zero();  ///< what the open sky sends there
+  std::vector<float> shares{};
 };
 
 /// Rows of a picture, of a view whose pixels are `samples` × `samples` samples.
@@ -31,14 +46,15 @@ struct Strip {
 /// What a strip shows.
 struct Shaded {
   std::vector<std::uint8_t> pixels;  ///< sRGB bytes
+  std::vector<std::uint8_t> alpha;   ///< of each pixel
   std::vector<float> normals;        ///< 3 a sample, of all rows of samples that came
 };
 
 class Shading {
  public:
   /// @param maps each light's depth map, in the lights' order.
-  Shading(const Device& device, const Scene& scene, const std::vector<Light>& lights,
-          const std::vector<std::vector<float>>& maps);
+  Shading(const Device& device, const Scene& scene, const GroundLight& ground,
+          const std::vector<Light>& lights, const std::vector<std::vector<float>>& maps);
 
   /// @param with_normals else there are none.
   Shaded shade(const View& view, const Strip& strip, bool with_normals) const;
@@ -46,7 +62,7 @@ class Shading {
  private:
   Device device_;
   int lights_count_;
-  device::Buffer<float> lights_, key_, maps_, scene_;
+  device::Buffer<float> lights_, key_, maps_, scene_, ground_;
   device::Kernel normals_, sample_receivers_, ground_receivers_, sky_light_, key_light_, pixels_;
 };
 

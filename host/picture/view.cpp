@@ -19,9 +19,9 @@ constexpr double kFill = 0.96;
 
 /// Half of the extent along a unit vector of what is framed: the box's upright elliptic cylinder,
 /// that stands as high as the box and whose ellipse is a little larger than the one that fits in.
-double extent(const Box& box, char up, const Vector3d& unit) {
+double extent(const Box& box, const Vector3d& up, const Vector3d& unit) {
   const Vector3d reach = 0.5 * kShell * box.size().cwiseProduct(unit.cwiseAbs());
-  const double upright = reach.dot(axis(up));
+  const double upright = reach.dot(up.cwiseAbs());
   return upright + std::sqrt(reach.squaredNorm() - upright * upright);
 }
 
@@ -35,7 +35,7 @@ double framing_distance(const Camera& camera, const Box& box, double tan_x, doub
     // The support function of the cylinder along each side plane's normal.
     const auto from = [&](const Vector3d& across, double tangent) {
       const Vector3d normal = (across + tangent * axes.back).normalized();
-      return extent(box, camera.up, normal) * std::sqrt(1 + tangent * tangent) / tangent;
+      return extent(box, up_of(camera), normal) * std::sqrt(1 + tangent * tangent) / tangent;
     };
     for (const double sign : {-1.0, 1.0}) {
       distance = std::max({distance, from(sign * axes.right, tan_x), from(sign * axes.up, tan_y)});
@@ -83,11 +83,11 @@ std::vector<double> View::packed() const {
   return reals;
 }
 
-Vector3d axis(char name) { return Vector3d::Unit(name - 'x'); }
+Vector3d up_of(const Camera& camera) { return direction(camera.up.value_or(kDefaultUp)); }
 
 CameraAxes camera_axes(const Camera& camera) {
-  const Vector3d up = axis(camera.up);
-  const Vector3d front = Vector3d::Unit((camera.up - 'x' + 1) % 3);
+  const Vector3d up = up_of(camera);
+  const Vector3d front = Vector3d::Unit((axis_number(camera.up.value_or(kDefaultUp)) + 1) % 3);
   const Vector3d side = up.cross(front);
   const double a = camera.azimuth * kDegree, e = camera.elevation * kDegree;
   CameraAxes axes;

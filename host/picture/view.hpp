@@ -37,10 +37,11 @@ struct CameraAxes {
   Eigen::Vector3d right, up, back;
 };
 
-/// Unit vector of 'x', 'y' or 'z'.
-Eigen::Vector3d axis(char name);
+/// Unit vector; `kDefaultUp` where the camera does not say.
+Eigen::Vector3d up_of(const Camera& camera);
 
-/// Azimuth 0 looks along the axis before `up` in the cycle x, y, z: for up = y it looks along −z.
+/// Azimuth 0 looks against the axis that follows `up` in the cycle x, y, z: for up = y it looks
+/// along −z.
 CameraAxes camera_axes(const Camera& camera);
 
 /// The camera's view of a box: the upright elliptic cylinder in it, and a shell around, is framed

@@ -25,6 +25,21 @@ double best(const Device& device, int repeats, const std::function<void()>& run)
 
 }  // namespace
 
+double measure_fma(const Device& device, Precision precision, int repeats) {
+  device::Context& context = device.context();
+  const int width = device.lane_width(precision);
+  // Lanes on CPUs come from the vector, on GPUs from very many work-items.
+  const std::size_t items = width == 1 ? std::size_t{1} << 18 : 256;
+  const int rounds = width == 1 ? 2048 : 40'000;
+  const auto seed = context.upload_real(std::array{0.999, 0.001}, precision);
+  const auto sums = context.allocate_real(items, precision);
+  const double fma_seconds = best(device, repeats, [&] {
+    context.launch(context.kernel("limits.cl", "fma_chains", {width, precision, {}}),
+                   {{items, 1, 1}}, {seed, rounds, sums});
+  });
+  return kChains * rounds * static_cast<double>(items) * width / fma_seconds;
+}
+
 DeviceLimits measure_limits(const Device& device, Precision precision, int repeats) {
   device::Context& context = device.context();
   const int width = device.lane_width(precision);
@@ -33,16 +48,12 @@ DeviceLimits measure_limits(const Device& device, Precision precision, int repea
     return context.kernel("limits.cl", name, {width, precision, {}});
   };
   DeviceLimits limits;
-
-  // Lanes on CPUs come from the vector, on GPUs from very many work-items.
-  const std::size_t items = width == 1 ? std::size_t{1} << 18 : 256;
-  const int rounds = width == 1 ? 2048 : 40'000;
-  const auto seed = context.upload_real(std::array{0.999, 0.001}, precision);
-  const auto sums = context.allocate_real(items, precision);
-  const double fma_seconds = best(device, repeats, [&] {
-    context.launch(kernel("fma_chains"), {{items, 1, 1}}, {seed, rounds, sums});
-  });
-  limits.fma_per_second = kChains * rounds * static_cast<double>(items * lanes) / fma_seconds;
+  limits.fma_per_second = measure_fma(device, precision, repeats);
+  const DeviceInfo& info = context.info();
+  if (width > 1) {
+    constexpr double kMega = 1e6;
+    limits.clock_fma_per_second = kMega * info.clock_mhz * info.compute_units * width;
+  }
 
   const std::size_t real_bytes = precision == Precision::dbl ? 8 : 4;
   const std::size_t reals =
@@ -62,7 +73,7 @@ DeviceLimits measure_limits(const Device& device, Precision precision, int repea
   double launch = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 20 * repeats; ++i) {
     const auto wall = timed(device, [&] {
-      context.launch(kernel("no_work"), {{1, 1, 1}}, {sums});
+      context.launch(kernel("no_work"), {{1, 1, 1}}, {from});
       context.finish();
     });
     launch = std::min(launch, wall.wall);

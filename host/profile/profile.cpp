@@ -66,6 +66,7 @@ class Bench {
     f.precision = options_.precision;
     f.median_seconds = median(seconds);
     f.min_seconds = std::ranges::min(seconds);
+    f.max_seconds = std::ranges::max(seconds);
     f.wall_seconds = median(wall);
     const double pairs = static_cast<double>(samples) * static_cast<double>(options_.factors);
     if (iterates > 0) {
@@ -220,6 +221,7 @@ ProfileReport profile(const Device& chosen, const ProfileOptions& options,
              [&] { distance.at(work.samples.position); });
   time_surface_and_picture(bench, device, work, options.precision);
   report.kernels = std::move(bench).figures();
+  report.fma_per_second_after = measure_fma(device, options.precision, options.repeats);
   monitor.report({"profiling", 1, 0, ""});
   return report;
 }

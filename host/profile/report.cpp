@@ -1,5 +1,9 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "qjulia/error.hpp"
@@ -17,6 +21,15 @@ std::optional<double> measured_over_predicted(const KernelFigures& f) {
   return f.median_seconds / *f.predicted_seconds;
 }
 
+/// Runs of less are too short to judge by their spread.
+constexpr double kLongEnough = 1e-3;
+/// Of the runs of a kernel on an idle machine.
+constexpr double kUsualSpread = 0.25;
+/// Of the limit, measured twice there.
+constexpr double kUsualDrift = 0.05;
+/// Least share of a multiply-add a lane and cycle that an idle machine reaches.
+constexpr double kUsualClock = 0.75;
+
 nlohmann::json to_json(const KernelFigures& f) {
   return {{"kernel", f.kernel},
           {"iterations", f.iterations},
@@ -26,6 +39,8 @@ nlohmann::json to_json(const KernelFigures& f) {
           {"precision", to_string(f.precision)},
           {"median_seconds", f.median_seconds},
           {"min_seconds", f.min_seconds},
+          {"max_seconds", f.max_seconds},
+          {"spread", f.spread()},
           {"wall_seconds", f.wall_seconds},
           {"executed_factor_iterations", or_null(f.executed_factor_iterations)},
           {"pairs_per_second", or_null(f.pairs_per_second)},
@@ -57,9 +72,76 @@ nlohmann::json to_json(const ProfileReport& report) {
           {"tuning", to_json(report.tuning)},
           {"limits",
            {{"fma_per_second", report.limits.fma_per_second},
+            {"fma_per_second_after", report.fma_per_second_after},
+            {"clock_fma_per_second", report.limits.clock_fma_per_second},
             {"bytes_per_second", report.limits.bytes_per_second},
             {"launch_seconds", report.limits.launch_seconds}}},
+          {"disturbances", report.disturbances()},
           {"kernels", kernels}};
+}
+
+std::string to_csv(const ProfileReport& report) {
+  constexpr std::array kColumns{"kernel",
+                                "iterations",
+                                "samples",
+                                "factors",
+                                "width",
+                                "precision",
+                                "median_seconds",
+                                "min_seconds",
+                                "max_seconds",
+                                "spread",
+                                "wall_seconds",
+                                "executed_factor_iterations",
+                                "pairs_per_second",
+                                "slots",
+                                "memory_bytes",
+                                "limit",
+                                "share_of_limit",
+                                "predicted_seconds",
+                                "measured_over_predicted"};
+  std::string text = fmt::format("{}\n", fmt::join(kColumns, ","));
+  for (const KernelFigures& f : report.kernels) {
+    const nlohmann::json figures = to_json(f);
+    std::vector<std::string> cells;
+    for (const char* column : kColumns) {
+      const nlohmann::json& cell = figures.at(column);
+      cells.push_back(cell.is_null()     ? ""
+                      : cell.is_string() ? cell.get<std::string>()
+                                         : cell.dump());
+    }
+    text += fmt::format("{}\n", fmt::join(cells, ","));
+  }
+  return text;
+}
+
+std::vector<std::string> ProfileReport::disturbances() const {
+  std::vector<std::string> signs;
+  const auto is_scattered = [](const KernelFigures& f) {
+    return f.min_seconds >= kLongEnough && f.spread() > kUsualSpread;
+  };
+  const auto scattered = std::ranges::count_if(kernels, is_scattered);
+  if (scattered > 0) {
+    const auto worst = std::ranges::max_element(
+        kernels, {}, [&](const KernelFigures& f) { return is_scattered(f) ? f.spread() : 0; });
+    const std::string others = scattered > 1 ? fmt::format(", and of {} more kernels over {:.0f} %",
+                                                           scattered - 1, 100 * kUsualSpread)
+                                             : std::string();
+    signs.push_back(fmt::format("runs of {}, n = {}, lie {:.0f} % apart{}", worst->kernel,
+                                worst->iterations, 100 * worst->spread(), others));
+  }
+  const double after = fma_per_second_after / limits.fma_per_second;
+  if (std::abs(after - 1) > kUsualDrift) {
+    signs.push_back(fmt::format("the multiply-add limit was {:.1f} G/s before and {:.1f} after",
+                                1e-9 * limits.fma_per_second, 1e-9 * fma_per_second_after));
+  }
+  const double clock = limits.clock_fma_per_second;
+  if (limits.fma_per_second < kUsualClock * clock) {
+    signs.push_back(fmt::format(
+        "the limit is {:.0f} % of a multiply-add a lane and cycle at the {} MHz the device tells",
+        100 * limits.fma_per_second / clock, device.clock_mhz));
+  }
+  return signs;
 }
 
 std::vector<std::string> regressions(const ProfileReport& report, const nlohmann::json& baseline,

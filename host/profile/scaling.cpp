@@ -84,6 +84,15 @@ ScalingReport measure_scaling(const Device& device, const ScalingOptions& option
   return report;
 }
 
+std::string to_csv(const ScalingReport& report) {
+  std::string text = "iterations,samples,factors,seconds,device_bytes\n";
+  for (const ScalingPoint& p : report.points) {
+    text += fmt::format("{},{},{},{},{}\n", p.iterations, p.samples, p.factors, p.seconds,
+                        p.device_bytes);
+  }
+  return text;
+}
+
 nlohmann::json to_json(const ScalingReport& report) {
   nlohmann::json points = nlohmann::json::array(), laws = points;
   for (const ScalingPoint& p : report.points) {

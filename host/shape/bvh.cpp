@@ -76,8 +76,9 @@ std::size_t Builder::add_nodes(std::size_t count) {
 }
 
 void Builder::split(std::size_t node, std::size_t first, std::size_t last, int depth) {
-  constexpr std::size_t kPolled = std::size_t{1} << 14;  // smaller parts take no time to speak of
-  if (last - first > kPolled) throw_if_stopped(stop_);
+  constexpr std::size_t kSmallPart = std::size_t{1}
+                                     << 14;  // smaller parts take no time to speak of
+  if (last - first > kSmallPart) throw_if_stopped(stop_);
   set_node(node, first, last);
   const std::size_t middle = last - first <= kLeafTriangles ? first : partition(first, last, depth);
   const bool is_leaf = middle == first;

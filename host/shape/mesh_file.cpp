@@ -17,8 +17,7 @@ namespace qjulia::shape {
 namespace {
 
 constexpr std::uint64_t kLargestFile = std::uint64_t{16} << 30;
-constexpr std::size_t kHead = std::size_t{1} << 16;    ///< enough to tell a file's type by
-constexpr std::size_t kPolled = std::size_t{1} << 16;  ///< vertices or faces between two polls
+constexpr std::size_t kHead = std::size_t{1} << 16;  ///< enough to tell a file's type by
 
 bool is_blank(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 

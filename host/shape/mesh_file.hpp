@@ -15,6 +15,8 @@
 
 namespace qjulia::shape {
 
+constexpr std::size_t kPolled = std::size_t{1} << 16;  ///< vertices or faces between two polls
+
 /// A mesh file in memory, with what is needed to complain about it.
 class MeshFile {
  public:

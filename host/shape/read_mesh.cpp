@@ -15,8 +15,6 @@ namespace qjulia {
 using namespace shape;
 namespace {
 
-constexpr std::size_t kPolled = std::size_t{1} << 16;  ///< vertices or triangles between two polls
-
 FaceList read_faces(const MeshFile& file, const std::string& extension) {
   if (extension == ".obj") return read_obj(file);
   if (extension == ".off") return read_off(file);

@@ -228,7 +228,6 @@ std::int64_t Body::next_integer(Type type, std::int64_t least, std::int64_t most
 }
 
 void Body::skip(const Property& property) {
-  constexpr std::size_t kPolled = std::size_t{1} << 16;
   std::int64_t count = 1;
   if (property.is_list) {
     count = next_integer(property.count_type, 0, INT32_MAX, "a list's length");

@@ -129,9 +129,9 @@ class EarClipper {
     const Point& c = points_[next_[i]];
     const Point low = a.cwiseMin(b).cwiseMin(c);
     const Point high = a.cwiseMax(b).cwiseMax(c);
-    constexpr std::size_t kPolled = std::size_t{1} << 20;
+    constexpr std::size_t kTestsBetweenPolls = std::size_t{1} << 20;
     for (std::size_t k = 0; k < reflex_.size(); ++k) {
-      if (++tests_ % kPolled == 0) poll_();
+      if (++tests_ % kTestsBetweenPolls == 0) poll_();
       while (k < reflex_.size() && !is_reflex_[reflex_[k]]) {
         reflex_[k] = reflex_.back();
         reflex_.pop_back();

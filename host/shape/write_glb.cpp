@@ -1,5 +1,6 @@
 #include "shape/write_glb.hpp"
 
+#include <Eigen/Geometry>
 #include <array>
 #include <bit>
 #include <limits>
@@ -27,8 +28,14 @@ nlohmann::json accessor(int view, int type, std::size_t count, const char* shape
   return {{"bufferView", view}, {"componentType", type}, {"count", count}, {"type", shape}};
 }
 
+/// As nodes have it: x, y, z, w.
+nlohmann::json rotation(UpAxis up) {
+  const Eigen::Quaterniond q(quarter_turns(up, UpAxis::y));
+  return {q.x(), q.y(), q.z(), q.w()};
+}
+
 /// The JSON that describes a buffer of indices, positions and normals, in this order.
-nlohmann::json description(const TriangleMesh& mesh, std::size_t bytes) {
+nlohmann::json description(const TriangleMesh& mesh, UpAxis up, std::size_t bytes) {
   const std::size_t indices = 12 * mesh.triangles.size();
   const std::size_t positions = 12 * mesh.vertices.size();
   nlohmann::json views = {
@@ -53,12 +60,11 @@ nlohmann::json description(const TriangleMesh& mesh, std::size_t bytes) {
     accessors.push_back(accessor(2, kFloat, mesh.vertices.size(), "VEC3"));
     attributes["NORMAL"] = 2;
   }
-  constexpr double kHalfRoot = 0.70710678118654752;
   return {
       {"asset", {{"version", "2.0"}, {"generator", "qjulia"}}},
       {"scene", 0},
       {"scenes", {{{"nodes", {0}}}}},
-      {"nodes", {{{"mesh", 0}, {"rotation", {-kHalfRoot, 0, 0, kHalfRoot}}}}},
+      {"nodes", {{{"mesh", 0}, {"rotation", rotation(up)}}}},
       {"meshes", {{{"primitives", {{{"attributes", attributes}, {"indices", 0}, {"mode", 4}}}}}}},
       {"buffers", {{{"byteLength", bytes}}}},
       {"bufferViews", views},
@@ -67,10 +73,10 @@ nlohmann::json description(const TriangleMesh& mesh, std::size_t bytes) {
 
 }  // namespace
 
-void write_glb(const TriangleMesh& mesh, const std::string& note, std::ostream& out) {
+void write_glb(const TriangleMesh& mesh, const std::string& note, UpAxis up, std::ostream& out) {
   const std::size_t vectors = mesh.vertices.size() + mesh.normals.size();
   const std::size_t bytes = 12 * (mesh.triangles.size() + vectors);
-  nlohmann::json about = description(mesh, bytes);
+  nlohmann::json about = description(mesh, up, bytes);
   if (!note.empty()) about["asset"]["extras"] = {{"made_with", note}};
   std::string json = about.dump();
   json.append((4 - json.size() % 4) % 4, ' ');

@@ -38,15 +38,17 @@ class WriterLock {
   std::lock_guard<std::mutex> lock_{mutex_};
 };
 
-/// Shows a list of triangles to a writer.
+/// Shows a list of triangles to a writer, turned where a turn is given.
 class TriangleExporter : public Exporter {
  public:
-  TriangleExporter(const EmptyMesh& unused, const TriangleMesh& mesh)
-      : Exporter(unused), mesh_(mesh) {}
+  TriangleExporter(const EmptyMesh& unused, const TriangleMesh& mesh,
+                   const std::optional<Eigen::Matrix3d>& turn)
+      : Exporter(unused), mesh_(mesh), turn_(turn) {}
 
   OpenMesh::Vec3f point(VertexHandle v) const override { return OpenMesh::Vec3f(pointd(v)); }
   OpenMesh::Vec3d pointd(VertexHandle v) const override {
-    const auto& x = mesh_.vertices[static_cast<std::size_t>(v.idx())];
+    Eigen::Vector3d x = mesh_.vertices[static_cast<std::size_t>(v.idx())];
+    if (turn_) x = *turn_ * x;
     return {x.x(), x.y(), x.z()};
   }
   unsigned get_vhandles(FaceHandle f, std::vector<VertexHandle>& corners) const override {
@@ -59,7 +61,8 @@ class TriangleExporter : public Exporter {
   OpenMesh::Vec3f normal(VertexHandle v) const override {
     // The .off writer asks whether or not it writes them.
     if (mesh_.normals.empty()) return {0, 0, 0};
-    const auto& n = mesh_.normals[static_cast<std::size_t>(v.idx())];
+    Eigen::Vector3f n = mesh_.normals[static_cast<std::size_t>(v.idx())];
+    if (turn_) n = turn_->cast<float>() * n;
     return {n.x(), n.y(), n.z()};
   }
   bool has_vertex_normals() const override { return !mesh_.normals.empty(); }
@@ -68,14 +71,15 @@ class TriangleExporter : public Exporter {
 
  private:
   const TriangleMesh& mesh_;
+  std::optional<Eigen::Matrix3d> turn_;
 };
 
 /// Coordinates pass through single precision. @return false when OpenMesh could not write.
-bool write_with_openmesh(const TriangleMesh& mesh, const std::string& extension,
-                         std::ostream& out) {
+bool write_with_openmesh(const TriangleMesh& mesh, const std::optional<Eigen::Matrix3d>& turn,
+                         const std::string& extension, std::ostream& out) {
   const WriterLock lock;
   const EmptyMesh unused;
-  TriangleExporter exporter(unused, mesh);
+  TriangleExporter exporter(unused, mesh, turn);
   OpenMesh::IO::Options options;
   if (extension == ".ply" || extension == ".stl") options += OpenMesh::IO::Options::Binary;
   if (!mesh.normals.empty() && extension != ".stl") {
@@ -87,14 +91,24 @@ bool write_with_openmesh(const TriangleMesh& mesh, const std::string& extension,
 
 }  // namespace
 
+bool stands_upright(const std::filesystem::path& path) {
+  const std::string extension = extension_of(path);
+  return extension == ".glb" || extension == ".stl";
+}
+
 void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
-                const std::string& note) {
+                const std::string& note, std::optional<UpAxis> up) {
   const std::string extension = expect_type(path, FileContent::mesh, FileUse::write);
   base::OutputFile file(path);
   if (extension == ".obj" && !note.empty()) file.stream() << "# " << note << '\n';
   if (extension == ".glb") {
-    write_glb(mesh, note, file.stream());
-  } else if (!write_with_openmesh(mesh, extension, file.stream())) {
+    write_glb(mesh, note, up.value_or(UpAxis::z), file.stream());
+    file.commit();
+    return;
+  }
+  std::optional<Eigen::Matrix3d> turn;
+  if (extension == ".stl" && up && up != UpAxis::z) turn = quarter_turns(*up, UpAxis::z);
+  if (!write_with_openmesh(mesh, turn, extension, file.stream())) {
     throw OutputError(fmt::format("cannot write mesh '{}'; check the space left", path.string()));
   }
   file.commit();

@@ -157,9 +157,12 @@ struct SampledMesh {
 
 /// Fills what is measured between surfaces; without a surface of the set there is no distance.
 void compare_surfaces(const Device& device, const TriangleMesh& set, const SampledMesh& mesh,
-                      const std::optional<Box>& part, double diagonal, FitMetrics& metrics) {
+                      const std::optional<Box>& part, double diagonal, const std::stop_token& stop,
+                      FitMetrics& metrics) {
   std::optional<SampledMesh> sampled;
-  if (!set.triangles.empty()) sampled.emplace(set, SignedDistance(device, set), part);
+  if (!set.triangles.empty()) {
+    sampled.emplace(set, SignedDistance(device, set, Precision::single, stop), part);
+  }
   if (!sampled || sampled->points.empty()) {
     metrics.mean_distance = metrics.distance_95 = metrics.hausdorff_distance =
         std::numeric_limits<double>::quiet_NaN();
@@ -209,7 +212,7 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
   const auto report = [&](double done) { monitor.report({"comparing", done / steps, -1, ""}); };
 
   report(0);
-  const OuterSurface outer = outer_surface(device, mesh);
+  const OuterSurface outer = outer_surface(device, mesh, monitor.stop);
   const CubeSamples cube = sample_cube(outer.distance, mesh.box(), map.shape_to_map,
                                        options.resolution, options.box, monitor);
   const SampledMesh sampled(outer.mesh, outer.distance, options.box);
@@ -233,7 +236,8 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
     surface.precision = options.precision;
     MeshSink set;
     level_set_surface(device, map, stops, surface, set, quiet);
-    compare_surfaces(device, set.mesh, sampled, options.box, mesh.box().diagonal(), metrics);
+    compare_surfaces(device, set.mesh, sampled, options.box, mesh.box().diagonal(), monitor.stop,
+                     metrics);
     all.push_back(metrics);
   }
   report(steps);

@@ -205,8 +205,15 @@ SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, const 
   std::deque<Evaluation> under_way;
   int meshed = 0;
   const auto mesh_first = [&] {
-    std::vector<float> values = under_way.front().values.get();
-    mesher.add(under_way.front().slab, values);
+    std::vector<float> values;
+    {
+      const TraceStage stage(monitor.trace, "wait for values");
+      values = under_way.front().values.get();
+    }
+    {
+      const TraceStage stage(monitor.trace, "wait for triangles");
+      mesher.add(under_way.front().slab, values);
+    }
     meshed += under_way.front().slab.slices;
     under_way.pop_front();
     const double fraction = static_cast<double>(meshed) / slices;
@@ -219,10 +226,12 @@ SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, const 
   bool on_second = false;
   for (int z = 0; z < slices;) {
     while (!under_way.empty()) mesh_first();
-    const std::vector<Slab> slabs =
-        options.dense
-            ? std::vector{unclassified_slab(grid, std::min(slices_at_once(grid), slices - z))}
-            : band.slabs(z);
+    const std::vector<Slab> slabs = [&] {
+      const TraceStage stage(monitor.trace, "bound blocks");
+      return options.dense
+                 ? std::vector{unclassified_slab(grid, std::min(slices_at_once(grid), slices - z))}
+                 : band.slabs(z);
+    }();
     for (const Slab& slab : slabs) {
       throw_if_stopped(monitor.stop);
       if (under_way.size() == at_once) mesh_first();
@@ -235,6 +244,7 @@ SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, const 
     }
   }
   while (!under_way.empty()) mesh_first();
+  const TraceStage stage(monitor.trace, "wait for triangles");
   mesher.wait();
   return mesher.counts();
 }
@@ -254,12 +264,16 @@ SurfaceReport level_set_surface(const Device& device, const RationalMap& map,
                                 const StopRadii& stops, const SurfaceOptions& options,
                                 SurfaceSink& sink, const ProgressMonitor& monitor) {
   LevelSet set(device, map, stops, options.iterations, options.precision);
-  const Box box = box_to_mesh(set, map, stops, options, monitor);
+  const Box box = [&] {
+    const TraceStage stage(monitor.trace, "find the box");
+    return box_to_mesh(set, map, stops, options, monitor);
+  }();
   const Grid grid = grid_over(box, options.resolution);
   const double reach = reach_about(map.surface_level, map.tufts, stops, options.iterations);
   const Device sibling = device.sibling();
   const LevelSet second(sibling, map, stops, options.iterations, options.precision);
   set.reset_counts();
+  const TraceStage stage(monitor.trace, "extract the surface");
   SurfaceReport report = mesh_level_set(set, second, map, reach, grid, options, sink, monitor);
   sibling.record(nullptr);
   LevelSetCounts counts = set.counts();
@@ -291,8 +305,11 @@ SurfaceReport extract_surface(const Device& device, const RationalMap& map,
                               const ProgressMonitor& monitor) {
   options.validate();
   map.validate();
-  return level_set_surface(device, map, find_stop_radii(device, map, options.escape), options, sink,
-                           monitor);
+  const StopRadii stops = [&] {
+    const TraceStage stage(monitor.trace, "stop radii");
+    return find_stop_radii(device, map, options.escape);
+  }();
+  return level_set_surface(device, map, stops, options, sink, monitor);
 }
 
 TriangleMesh extract_surface(const Device& device, const RationalMap& map,

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,7 +34,7 @@ struct FitOptions {
   int factors = 331;
   /// δ, the thickness of the fractal shell as a fraction of the box's diagonal, 0.0001 … 0.1, or a
   /// word for one that suits the mesh: thin limbs bear less than a round body. Of a body, the set
-  /// is smooth below 0.01 and heavily grooved from 0.05 on. Lower it where limbs are lost.
+  /// has but a grain below 0.005 and deep grooves from 0.05 on. Lower it where limbs are lost.
   /// `with_detail` changes it afterwards without another fit; a polished map was polished for this
   /// one.
   DetailChoice detail = DetailWord::automatic;
@@ -73,6 +74,9 @@ struct FitOptions {
   /// The map's RationalMap::tufts, which the fit itself does not need. Raise it where pieces come
   /// loose; 1 leaves all tufts that stand off the shape.
   double tufts = 2;
+  /// The map's RationalMap::up; by default what `guess_up` says. Set it where that is wrong: maps
+  /// are drawn and exported standing so.
+  std::optional<UpAxis> up;
   /// Goes on from the checkpoint, where there is one. The other options, the mesh and the device
   /// must be those it was written with; the time limit may differ.
   bool resume = false;
@@ -123,7 +127,7 @@ std::string brief_summary(const FitResult& result);
 std::string full_summary(const FitResult& result);
 
 /// Fits a map to a mesh. A stop request ends the fit with what was reached. A resumed fit gives the
-/// same map as one that was never interrupted, bit for bit (without a time limit).
+/// same factors, scale and level as an uninterrupted one, bit for bit (without a time limit).
 /// @throws InputError when the mesh has no interior, or the checkpoint is another fit's.
 FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& options,
               const ProgressMonitor& monitor = {});

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -57,13 +58,23 @@ TriangleMesh read_mesh(const std::filesystem::path& path, MeshReport* report = n
                        std::stop_token stop = {});
 
 /// Writes by extension (.ply and .stl binary, .obj, .off), coordinates in single precision, under a
-/// temporary name that is renamed. Also .glb, turned so that Z points up in viewers.
+/// temporary name that is renamed. Also .glb.
+/// @param up how the mesh stands. A .glb then stands upright, with Y up as the format wants it, and
+///   an .stl with Z up, as printers want it. Other formats keep the mesh's own coordinates, and so
+///   does .stl where nothing is known; a .glb then has Z up.
 /// @param note a line of text, ASCII, that .obj holds as a comment and .glb under asset.extras;
 /// .stl
 ///   and .off have no room for it.
 /// @throws OutputError, or InputError for another extension.
 void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
-                const std::string& note = {});
+                const std::string& note = {}, std::optional<UpAxis> up = {});
+
+/// Whether `write_mesh` turns meshes that it writes under this name.
+bool stands_upright(const std::filesystem::path& path);
+
+/// How a mesh probably stands: with its flattest, widest end down. That end has to be clearly
+/// flatter and wider than the default's; y where no end is.
+UpAxis guess_up(const TriangleMesh& mesh);
 
 MeshReport inspect(const TriangleMesh& mesh);
 

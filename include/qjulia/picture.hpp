@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "qjulia/colors.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/progress.hpp"
@@ -22,7 +23,9 @@ struct Image {
   int width = 0;
   int height = 0;
   std::vector<std::uint8_t> pixels;  ///< 3 · width · height
-  std::size_t covered = 0;           ///< of a rendered set or mesh: the pixels that show any of it
+  /// width · height: 0 lets through what is behind, 255 hides it. Empty: nothing is transparent.
+  std::vector<std::uint8_t> alpha{};
+  std::size_t covered = 0;  ///< of a rendered set or mesh: the pixels that show any of it
 };
 
 /// A pin-hole camera that turns about the shape.
@@ -31,7 +34,9 @@ struct Camera {
   double elevation = 15;      ///< degrees above the horizon
   double zoom = 1;            ///< 1 frames the whole shape
   double field_of_view = 30;  ///< degrees, vertical
-  char up = 'y';              ///< the shape's axis that points up: x, y or z
+  /// How the shape stands. By default as the map says, else `kDefaultUp`; a mesh as `guess_up`
+  /// says.
+  std::optional<UpAxis> up{};
   /// Shape units: the point in the middle of the picture. By default the middle of what is framed.
   std::optional<Eigen::Vector3d> look_at{};
   /// Shape units: what fills the picture, seen from as far as the whole shape would be. By default
@@ -53,6 +58,13 @@ enum class Material {
   trap,        ///< how close two iterates come to the plane X = 0, seen from the origin
 };
 
+/// What is behind the set.
+enum class Backdrop {
+  studio,      ///< light grey, brightest behind the set
+  plain,       ///< one colour
+  transparent  ///< pixels have an alpha; shadows on the ground are black and partly transparent
+};
+
 struct PictureOptions {
   int width = 1280;
   int height = 960;
@@ -66,11 +78,17 @@ struct PictureOptions {
   std::vector<Cut> cuts;  ///< of maps; what is framed stays
   Camera camera;
   Material material = Material::clay;  ///< of maps; meshes are of clay
-  void validate() const;               ///< @throws InputError
+  Palette palette;
+  Backdrop backdrop = Backdrop::studio;
+  Rgb background = Rgb::Ones();  ///< of a plain backdrop
+  bool ground = true;            ///< under the set, with its shadow
+  void validate() const;         ///< @throws InputError
 };
 
 /// "clay", "iterations", "trap".
 const char* to_string(Material material);
+/// "studio", "plain", "transparent".
+const char* to_string(Backdrop backdrop);
 
 /// What is seen at the middle of each pixel, row by row from the top, in the shape's own units and
 /// coordinates. Nothing is filtered: where a pixel has several samples, they are the one nearest to
@@ -84,9 +102,9 @@ struct PictureLayers {
 /// A map's set, or a mesh, to be drawn from several sides: what no camera changes is computed once.
 class Studio {
  public:
-  /// @param options hold for every picture; their camera is the first one's, and says which axis is
-  /// up. @param stop ends the work, here and in the pictures. @throws InputError naming the option
-  /// or what is wrong with the map.
+  /// @param options hold for every picture; their camera is the first one's, and says what is up.
+  /// @param stop ends the work, here and in the pictures. @throws InputError naming the option or
+  /// what is wrong with the map.
   Studio(const Device& device, const RationalMap& map, const PictureOptions& options,
          const std::stop_token& stop = {});
   /// @param framed what the camera frames, in the mesh's
@@ -136,16 +154,17 @@ Image comparison(const Device& device, const RationalMap& map, const TriangleMes
                  const PictureOptions& options, const ProgressMonitor& monitor = {});
 
 /// Images side by side in rows of `columns`, `gap` white pixels between them; smaller images stand
-/// at the upper left of their cells.
+/// at the upper left of their cells. What is transparent is white.
 Image contact_sheet(std::span<const Image> images, int columns, int gap = 0);
 
-/// The image with a line of text under it.
+/// The image with a line of text under it; white where it is transparent.
 Image captioned(const Image& image, const std::string& text);
 
 /// Keywords (1 to 79 Latin-1 characters) and what a file says under them (Latin-1).
 using PictureText = std::map<std::string, std::string>;
 
-/// The bytes of a PNG file; `text` as tEXt chunks. @throws InputError without pixels.
+/// The bytes of a PNG file, with an alpha where the image has one; `text` as tEXt chunks. @throws
+/// InputError without pixels.
 std::string png_bytes(const Image& image, const PictureText& text = {});
 
 /// Written under a temporary name and renamed; `text` as tEXt chunks. @throws OutputError

@@ -27,7 +27,10 @@ struct ProfileOptions {
 
 /// What the device can do at most, measured by kernels that do nothing else.
 struct DeviceLimits {
-  double fma_per_second = 0;    ///< fused multiply-adds of one number each
+  double fma_per_second = 0;  ///< fused multiply-adds of one number each
+  /// A multiply-add of every lane in every clock cycle of all cores, at the clock that the device
+  /// tells; 0 where lanes are not known, as on GPUs. Cores with two units reach twice as much.
+  double clock_fma_per_second = 0;
   double bytes_per_second = 0;  ///< read and written by a copy much larger than any cache
   double launch_seconds = 0;    ///< of a kernel without work, from the call to its end
 };
@@ -42,18 +45,24 @@ struct KernelFigures {
   Precision precision = Precision::single;
   double median_seconds = 0;  ///< on the device
   double min_seconds = 0;
+  double max_seconds = 0;
   double wall_seconds = 0;  ///< median, host time included
   /// Iterates × factors that were really computed; none where orbits or rays end early.
   std::optional<double> executed_factor_iterations;
   std::optional<double> pairs_per_second;  ///< the same by the median second
-  std::optional<double> slots;             ///< multiply-adds, multiplications, divisions asked for
-  std::optional<double> memory_bytes;      ///< read and written at least
+  /// Multiply-adds, multiplications and divisions in the kernel's source, one slot each, over all
+  /// samples and factors.
+  std::optional<double> slots;
+  std::optional<double> memory_bytes;  ///< read and written at least
   /// Of what the device can do at this work per byte, by the median second.
   std::optional<double> share_of_limit;
   std::string limit;  ///< "fma" or "memory", whichever is lower there; empty where not known
   /// What the instructions of the compiled kernel and its memory traffic take at the device's
   /// limits, where they were counted: single precision only.
   std::optional<double> predicted_seconds;
+
+  /// How far apart the runs lie, over their median: 0 where all took as long.
+  double spread() const { return (max_seconds - min_seconds) / median_seconds; }
 };
 
 struct ProfileReport {
@@ -61,7 +70,11 @@ struct ProfileReport {
   Tuning tuning;          ///< the settings that were measured
   bool is_tuned = false;  ///< whether these are others than the device's defaults
   DeviceLimits limits;
+  double fma_per_second_after = 0;  ///< the limit once more, when all kernels were timed
   std::vector<KernelFigures> kernels;
+
+  /// Signs that other work disturbed the measurement, a sentence each; none on an idle machine.
+  std::vector<std::string> disturbances() const;
 };
 
 /// Measures the device's limits, then each kernel.
@@ -69,6 +82,8 @@ ProfileReport profile(const Device& device, const ProfileOptions& options,
                       const ProgressMonitor& monitor = {});
 
 nlohmann::json to_json(const ProfileReport& report);
+/// A line for each kernel, as in JSON, under a line of names; empty where nothing is known.
+std::string to_csv(const ProfileReport& report);
 
 /// What has become slower than in an earlier report (as JSON) by more than `tolerance` (0.1: 10 %):
 /// a line for each kernel. Kernels of other sizes, widths or precisions are not compared.

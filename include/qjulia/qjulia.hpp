@@ -1,6 +1,7 @@
 #pragma once
 /// All of the library.
 
+#include "qjulia/colors.hpp"
 #include "qjulia/compare.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/detail_choice.hpp"
@@ -32,4 +33,5 @@
 #include "qjulia/tune.hpp"
 #include "qjulia/tuning.hpp"
 #include "qjulia/tuning_cache.hpp"
+#include "qjulia/up_axis.hpp"
 #include "qjulia/version.hpp"

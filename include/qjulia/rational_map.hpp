@@ -14,6 +14,7 @@
 #include "qjulia/portal.hpp"
 #include "qjulia/provenance.hpp"
 #include "qjulia/quaternion.hpp"
+#include "qjulia/up_axis.hpp"
 #include "qjulia/versor.hpp"
 
 namespace qjulia {
@@ -54,6 +55,7 @@ struct RationalMap {
   std::optional<double> detail;    ///< δ as a fraction of the box's diagonal
   std::optional<double> inradius;  ///< of the shape, shape units
   std::optional<Box> box;          ///< of the shape, shape units
+  std::optional<UpAxis> up;        ///< how the shape stands
   Provenance provenance;
 
   /// What F grows with, far out: F ≈ degree · ln |q|. Σ a_k of factors, 2 of a quadratic map; the

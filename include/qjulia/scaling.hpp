@@ -2,6 +2,7 @@
 /// How the cost of an evaluation grows with its size.
 
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 #include <vector>
 
 #include "qjulia/profile.hpp"
@@ -50,5 +51,7 @@ ScalingReport measure_scaling(const Device& device, const ScalingOptions& option
 ScalingLaw fit_law(const std::vector<ScalingPoint>& points);
 
 nlohmann::json to_json(const ScalingReport& report);
+/// A line for each point under a line of names.
+std::string to_csv(const ScalingReport& report);
 
 }  // namespace qjulia

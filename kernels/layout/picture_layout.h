@@ -41,13 +41,34 @@
 #define QJ_SCENE_GROUND 3 /* height of the ground along up */
 #define QJ_SCENE_CENTER 4 /* of the shape */
 #define QJ_SCENE_RADIUS 7 /* of the shape */
-#define QJ_SCENE_SIZE 8
+/* The sky's light on the ground is known at side x side points; along two axes across `up` they lie
+   at radius u / (1 - crowding |u|) from the middle, u = -1 ... 1 evenly. */
+#define QJ_SCENE_RIGHT 8
+#define QJ_SCENE_FRONT 11
+#define QJ_SCENE_SIDE 14
+#define QJ_SCENE_OPEN_SKY 15 /* irradiance of the ground with nothing in the way */
+#define QJ_GROUND_CROWDING (5.0f / 6)
+/* What is behind the shape: one of the backdrops below, and a plain one's color. */
+#define QJ_SCENE_BACKDROP 18
+#define QJ_SCENE_COLOR 19
+#define QJ_SCENE_CLAY 22  /* albedo where samples have no traits */
+#define QJ_SCENE_STOPS 25 /* number of the colors that traits 0 ... 1 go through */
+#define QJ_SCENE_STOP 26  /* the first of them */
+#define QJ_MOST_STOPS 8
+#define QJ_SCENE_SIZE (QJ_SCENE_STOP + 3 * QJ_MOST_STOPS)
+
+#define QJ_BACKDROP_STUDIO 0
+#define QJ_BACKDROP_PLAIN 1
+#define QJ_BACKDROP_NONE 2 /* pixels are transparent, but for shadows */
+
+/* Height of a ground that nothing falls on. */
+#define QJ_NO_GROUND 1e30f
 
 /* A point that light falls on, and the light that reaches it. */
 #define QJ_RECEIVER_POINT 0
 #define QJ_RECEIVER_NORMAL 3 /* unit; 0: it receives nothing */
 #define QJ_RECEIVER_SIZE 6
-#define QJ_RECEIVED_SKY 0      /* irradiance from all but the key light */
+#define QJ_RECEIVED_SKY 0      /* irradiance from all but the key light; none on the ground */
 #define QJ_RECEIVED_OPEN_SKY 3 /* the same with nothing in the way */
 #define QJ_RECEIVED_KEY 6      /* share of the key light that arrives */
 #define QJ_RECEIVED_SIZE 7

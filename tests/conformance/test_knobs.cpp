@@ -17,8 +17,6 @@ using namespace qjulia;
 
 namespace {
 
-const Device& cpu() { return test::shared_device(); }
-
 RationalMap some_map() {
   RationalMap map = test::random_map(24, 0.1, 0.6, 4);
   map.factors.push_back({{0, 0, 0, 0.1}, 3});
@@ -57,11 +55,11 @@ void check_potential(const RationalMap& turned, const RationalMap& map, double f
 
 TEST_CASE("knobs left alone change nothing") {
   const auto map = some_map();
-  CHECK(with_knobs(cpu(), map, {}).factors.size() == map.factors.size());
-  check_potential(with_knobs(cpu(), map, {}), map, 1, 0);
+  CHECK(with_knobs(test::shared_device(), map, {}).factors.size() == map.factors.size());
+  check_potential(with_knobs(test::shared_device(), map, {}), map, 1, 0);
   MapKnobs still;
   still.drift = 0;
-  const auto same = with_knobs(cpu(), map, still);
+  const auto same = with_knobs(test::shared_device(), map, still);
   CHECK(same.log_scale == map.log_scale);
   CHECK(same.shape_to_map.translation == map.shape_to_map.translation);
 }
@@ -73,24 +71,24 @@ TEST_CASE("phase and order keep the potential and change the orbits") {
   MapKnobs order;
   order.order_seed = 9;
   for (const auto& knobs : {phase, order}) {
-    const auto changed = with_knobs(cpu(), map, knobs);
+    const auto changed = with_knobs(test::shared_device(), map, knobs);
     check_potential(changed, map, 1, 0);
     CHECK(norm(changed.phase) == Approx(1));
     const std::vector<Quaternion> start{{0.4, 0.3, -0.2, 0}};
     CHECK(reference::field(changed, start, 2, 1e6) != reference::field(map, start, 2, 1e6));
   }
-  CHECK(with_knobs(cpu(), map, order).factors[3].center ==
-        with_knobs(cpu(), map, order).factors[3].center);
+  CHECK(with_knobs(test::shared_device(), map, order).factors[3].center ==
+        with_knobs(test::shared_device(), map, order).factors[3].center);
 }
 
 TEST_CASE("scale shifts the potential and detail stretches it about the level") {
   const auto map = some_map();
   MapKnobs scale;
   scale.scale = 1.25;
-  check_potential(with_knobs(cpu(), map, scale), map, 1, -std::log(1.25));
+  check_potential(with_knobs(test::shared_device(), map, scale), map, 1, -std::log(1.25));
   MapKnobs detail;
   detail.detail = 0.01;
-  check_potential(with_knobs(cpu(), map, detail), map, 2, 0);
+  check_potential(with_knobs(test::shared_device(), map, detail), map, 2, 0);
 }
 
 TEST_CASE("tufts stretch the potential about the level, outside alone") {
@@ -98,7 +96,7 @@ TEST_CASE("tufts stretch the potential about the level, outside alone") {
   map.surface_level = 0.1;
   MapKnobs knobs;
   knobs.tufts = 3;
-  const RationalMap steep = with_knobs(cpu(), map, knobs);
+  const RationalMap steep = with_knobs(test::shared_device(), map, knobs);
   CHECK(steep.tufts == 3);
   const auto plain = above_level(map);
   const auto found = above_level(steep);
@@ -110,18 +108,18 @@ TEST_CASE("tufts stretch the potential about the level, outside alone") {
 }
 
 TEST_CASE("moving the origin keeps the shape and calibrates anew") {
-  const auto map = calibrated(cpu(), some_map());
+  const auto map = calibrated(test::shared_device(), some_map());
   MapKnobs drift;
   drift.drift = 0.5;
   MapKnobs translate;
   translate.translate = Eigen::Vector3d(0, 0, 0.5 * 0.4);
-  const auto drifted = with_knobs(cpu(), map, drift);
-  const auto translated = with_knobs(cpu(), map, translate);
+  const auto drifted = with_knobs(test::shared_device(), map, drift);
+  const auto translated = with_knobs(test::shared_device(), map, translate);
   check_potential(drifted, map, 1, 0);
   CHECK(drifted.shape_to_map.translation.z() == Approx(0.3 + 0.5 * 0.4 * 1.5));
   CHECK(translated.log_scale == Approx(drifted.log_scale));
   CHECK(drifted.log_scale != map.log_scale);
-  const Field field(cpu(), drifted);
+  const Field field(test::shared_device(), drifted);
   CHECK(std::log(effective_radius(field, drifted.surface_level, 3 * std::sqrt(3.0))) ==
         Approx(drifted.surface_level).margin(1e-3));
 }
@@ -134,9 +132,9 @@ TEST_CASE("a rotation turns the potential, and about the real axis the orbits to
       Eigen::AngleAxisd(std::numbers::pi * 40 / 180, axis.normalized()).toRotationMatrix();
   MapKnobs knobs;
   knobs.rotate = Rotation{axis, 40};
-  const auto rotated = with_knobs(cpu(), map, knobs);
+  const auto rotated = with_knobs(test::shared_device(), map, knobs);
   knobs.rotate = Rotation{Eigen::Vector3d::UnitX(), 40};
-  const auto rolled = with_knobs(cpu(), map, knobs);
+  const auto rolled = with_knobs(test::shared_device(), map, knobs);
   const Eigen::Matrix3d roll =
       Eigen::AngleAxisd(std::numbers::pi * 40 / 180, Eigen::Vector3d::UnitX()).toRotationMatrix();
   const auto at = [](const RationalMap& some, const Eigen::Vector3d& p, int n) {
@@ -162,14 +160,14 @@ TEST_CASE("a rotation turns the potential, and about the real axis the orbits to
 TEST_CASE("the slice is the W that points are seen on") {
   MapKnobs slice;
   slice.slice = 0.25;
-  CHECK(with_knobs(cpu(), some_map(), slice).slice == 0.25);
+  CHECK(with_knobs(test::shared_device(), some_map(), slice).slice == 0.25);
 }
 
 TEST_CASE("knobs that make no sense are refused by name") {
   const auto refused = [](auto change, const std::string& option) {
     MapKnobs knobs;
     change(knobs);
-    CHECK_THROWS_WITH(with_knobs(cpu(), test::random_map(4, 0.1, 0.6, 1), knobs),
+    CHECK_THROWS_WITH(with_knobs(test::shared_device(), test::random_map(4, 0.1, 0.6, 1), knobs),
                       Catch::Contains(option));
   };
   const double nan = std::nan("");

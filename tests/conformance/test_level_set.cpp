@@ -46,7 +46,7 @@ double potential(const RationalMap& map, const Quaternion& q) {
   return sum;
 }
 
-const StopRadii kStops{0.4, 1.9, 2.4};
+const StopRadii kLevelStops{0.4, 1.9, 2.4};
 
 RationalMap sliced_map() {
   RationalMap map = test::random_map(9, 0.2, 0.6, 5);
@@ -62,16 +62,17 @@ TEST_CASE("one iterate on a grid is the potential, and ln |q| beyond the escape 
   const RationalMap map = sliced_map();
   const surface::Grid grid = exact_grid();
   const surface::GridBlock block = surface::slices(grid, 0, 5);
-  const auto values = surface::LevelSet(device, map, kStops, 1).over(grid, block);
+  const auto values = surface::LevelSet(device, map, kLevelStops, 1).over(grid, block);
   const auto points = points_of(grid, block, map.slice);
   REQUIRE(values.size() == points.size());
   double worst = 0;
   std::size_t escaped = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double radius = norm(points[i]);
-    if (std::abs(radius - kStops.escape) < 1e-5) continue;
-    if (radius > kStops.escape) ++escaped;
-    const double expected = radius < kStops.escape ? potential(map, points[i]) : std::log(radius);
+    if (std::abs(radius - kLevelStops.escape) < 1e-5) continue;
+    if (radius > kLevelStops.escape) ++escaped;
+    const double expected =
+        radius < kLevelStops.escape ? potential(map, points[i]) : std::log(radius);
     worst = test::worse(worst, std::abs(values[i] - expected));
   }
   CHECK(escaped > 0);
@@ -85,8 +86,8 @@ TEST_CASE("iterating only what is undecided gives the values of iterating everyt
   const surface::Grid grid = exact_grid();
   // Neither the block's size nor the number of undecided points is a multiple of the lanes.
   const surface::GridBlock block{{3, 2, 1}, {41, 37, 45}};
-  const auto values = surface::LevelSet(device, map, kStops, iterations).over(grid, block);
-  const Field field(device, map, Precision::single, kStops);
+  const auto values = surface::LevelSet(device, map, kLevelStops, iterations).over(grid, block);
+  const Field field(device, map, Precision::single, kLevelStops);
   const auto points = points_of(grid, block, map.slice);
   const auto dense = field.decided_at(points, iterations);
   const auto first = field.decided_at(points, 1);
@@ -112,9 +113,10 @@ TEST_CASE(
   const surface::GridBlock block{{3, 2, 1}, {41, 37, 45}};
   const auto points = points_of(grid, block, map.slice);
   const int iterations = 6;
-  const auto ends = Field(device, map, precision, {0, 0, kStops.escape}).at(points, iterations);
+  const auto ends =
+      Field(device, map, precision, {0, 0, kLevelStops.escape}).at(points, iterations);
   // Radii that stop some orbits for the wrong side.
-  const StopRadii stops{1.4, 1.5, kStops.escape};
+  const StopRadii stops{1.4, 1.5, kLevelStops.escape};
   const auto stopped = Field(device, map, precision, stops).decided_at(points, iterations);
   const double level = 0.125;
   const surface::LevelSet set(device, map, stops, iterations, precision);
@@ -138,11 +140,11 @@ TEST_CASE("in double precision the values are those of double orbits, rounded at
   const RationalMap map = sliced_map();
   const surface::Grid grid = exact_grid();
   const surface::GridBlock block{{3, 2, 1}, {41, 37, 45}};
-  const surface::LevelSet set(device, map, kStops, 4, Precision::dbl);
+  const surface::LevelSet set(device, map, kLevelStops, 4, Precision::dbl);
   const auto values = set.over(grid, block);
   const auto points = points_of(grid, block, map.slice);
-  const auto expected = Field(device, map, Precision::dbl, kStops).decided_at(points, 4);
-  const auto single = surface::LevelSet(device, map, kStops, 4).over(grid, block);
+  const auto expected = Field(device, map, Precision::dbl, kLevelStops).decided_at(points, 4);
+  const auto single = surface::LevelSet(device, map, kLevelStops, 4).over(grid, block);
   std::size_t wrong = 0, finer = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (values[i] != static_cast<float>(expected[i])) ++wrong;
@@ -158,7 +160,7 @@ TEST_CASE("a block has the values that the whole grid has there") {
   surface::Grid grid = exact_grid();
   grid.origin = {-1.4999, -1.2345, -1.77777};
   grid.step = 0.061;
-  const surface::LevelSet set(device, map, kStops, 4);
+  const surface::LevelSet set(device, map, kLevelStops, 4);
   const auto whole = set.over(grid, surface::slices(grid, 0, grid.points[2]));
   const surface::GridBlock block{{46, 3, 7}, {1, 30, 40}};
   const auto part = set.over(grid, block);
@@ -191,7 +193,7 @@ TEST_CASE("bounds of F_1 over a cube hold at every point in it") {
   RationalMap map = sliced_map();
   for (Factor& factor : map.factors) factor.exponent *= scale;
   map.factors[2].center.w = map.slice;
-  const surface::LevelSet set(device, map, kStops, 1);
+  const surface::LevelSet set(device, map, kLevelStops, 1);
   std::mt19937_64 bits(4);
   for (const double half : {0.5, 0.1, 0.01, 0.001}) {
     surface::PointList centers;

@@ -14,12 +14,11 @@ using namespace qjulia;
 
 namespace {
 
-const Device& cpu() { return test::shared_device(); }
-
 RationalMap fitted(double detail) {
   static const RationalMap plain = test::armed_ball_map(160);
   static const auto surface = test::armed_ball_surface(2000);
-  return calibrated(cpu(), with_measured_detail(cpu(), plain, surface, detail));
+  return calibrated(test::shared_device(),
+                    with_measured_detail(test::shared_device(), plain, surface, detail));
 }
 
 /// A map whose F_1 is `exponent` ln |q − c| + S.
@@ -48,29 +47,29 @@ TEST_CASE("directions are unit and evenly spread") {
 }
 
 TEST_CASE("the effective radius of a round potential is where it crosses the level") {
-  const Field round(cpu(), one_root({0, 0, 0, 0}, 3, -3 * std::log(0.6)));
+  const Field round(test::shared_device(), one_root({0, 0, 0, 0}, 3, -3 * std::log(0.6)));
   CHECK(effective_radius(round, 0, 5) == Approx(0.6).epsilon(1e-5));
   CHECK(effective_radius(round, 3 * std::log(2.0), 5) == Approx(1.2).epsilon(1e-5));
   CHECK(effective_radius(round, 100, 5) == Approx(5));  // no crossing
   // A sphere about c seen from the origin: the median direction is at right angles to c.
-  const Field shifted(cpu(), one_root({0.3, 0, 0, 0}, 3, 0));
+  const Field shifted(test::shared_device(), one_root({0.3, 0, 0, 0}, 3, 0));
   CHECK(effective_radius(shifted, 0, 5) == Approx(std::sqrt(1 - 0.09)).epsilon(2e-3));
 }
 
 TEST_CASE("calibration shifts the scale and the level by ln r_eff, and only once") {
-  const RationalMap map =
-      with_measured_detail(cpu(), test::armed_ball_map(160), test::armed_ball_surface(2000), 0.02);
-  const double radius = effective_radius(Field(cpu(), map), 0, 5);
-  const RationalMap once = calibrated(cpu(), map);
+  const RationalMap map = with_measured_detail(test::shared_device(), test::armed_ball_map(160),
+                                               test::armed_ball_surface(2000), 0.02);
+  const double radius = effective_radius(Field(test::shared_device(), map), 0, 5);
+  const RationalMap once = calibrated(test::shared_device(), map);
   CHECK(once.surface_level == Approx(std::log(radius)).epsilon(1e-4));
   CHECK(once.log_scale - map.log_scale == Approx(std::log(radius)).epsilon(1e-4));
   CHECK(radius > 0.7);
   CHECK(radius < 1.0);
-  const RationalMap twice = calibrated(cpu(), once);
+  const RationalMap twice = calibrated(test::shared_device(), once);
   CHECK(twice.log_scale == Approx(once.log_scale).epsilon(1e-5));
   CHECK(twice.surface_level == Approx(once.surface_level).epsilon(1e-4));
   // A root away from the origin: F_1(0) = 0 is above the level.
-  CHECK_THROWS_AS(calibrated(cpu(), one_root({1, 0, 0, 0}, 2, 0.5)), InputError);
+  CHECK_THROWS_AS(calibrated(test::shared_device(), one_root({1, 0, 0, 0}, 2, 0.5)), InputError);
 }
 
 TEST_CASE("the shell is as thick as asked") {
@@ -78,7 +77,7 @@ TEST_CASE("the shell is as thick as asked") {
   for (const double detail : {0.005, 0.02, 0.04}) {
     const RationalMap map = fitted(detail);
     const double diagonal = map.box->diagonal();
-    CHECK(shell_thickness(Field(cpu(), map), surface, 0) ==
+    CHECK(shell_thickness(Field(test::shared_device(), map), surface, 0) ==
           Approx(detail * diagonal).epsilon(1e-4));
     CHECK(map.detail == detail);
   }
@@ -87,12 +86,14 @@ TEST_CASE("the shell is as thick as asked") {
   for (const Quaternion& u : map::sphere_directions(100)) {
     sphere.push_back(Eigen::Vector3d(u.x, u.y, u.z).normalized());
   }
-  CHECK(shell_thickness(Field(cpu(), one_root({}, 2, 0)), sphere, 0) == Approx(0.5));
-  CHECK(median_level(Field(cpu(), one_root({}, 2, 0.25)), sphere, 0) == Approx(0.25));
+  CHECK(shell_thickness(Field(test::shared_device(), one_root({}, 2, 0)), sphere, 0) ==
+        Approx(0.5));
+  CHECK(median_level(Field(test::shared_device(), one_root({}, 2, 0.25)), sphere, 0) ==
+        Approx(0.25));
 }
 
 TEST_CASE("the stop radii of a square are just within and beyond 1") {
-  const StopRadii stops = find_stop_radii(cpu(), one_root({}, 2, 0));
+  const StopRadii stops = find_stop_radii(test::shared_device(), one_root({}, 2, 0));
   CHECK(stops.inner > 0.94);
   CHECK(stops.inner < 1);
   CHECK(stops.outer >= 1);
@@ -104,7 +105,7 @@ TEST_CASE("r_in of a power is the radius that its margin leaves") {
   // a ln r = ln(0.98 r).
   const double exponent = GENERATE(1.3, 1.7, 2.0, 3.0, 5.0);
   const double expected = std::pow(0.98, 1 / (exponent - 1));
-  const double inner = find_stop_radii(cpu(), one_root({}, exponent, 0)).inner;
+  const double inner = find_stop_radii(test::shared_device(), one_root({}, exponent, 0)).inner;
   CHECK(inner <= 1.0001 * expected);
   CHECK(inner > 0.999 * expected);
 }
@@ -114,7 +115,7 @@ TEST_CASE("r_out is found where the certain bound lies far beyond the default es
   RationalMap map = one_root({}, 1.3, 0.1);
   map.factors.push_back({{1, 0, 0, 0}, 60});
   map.factors.push_back({{1, 0.01, 0, 0}, -60});
-  const StopRadii stops = find_stop_radii(cpu(), map);
+  const StopRadii stops = find_stop_radii(test::shared_device(), map);
   CHECK(stops.outer < 4);
   for (const Quaternion& u : map::sphere_directions(500)) {
     const std::vector<Quaternion> beyond{1.001 * stops.outer * u};
@@ -125,7 +126,7 @@ TEST_CASE("r_out is found where the certain bound lies far beyond the default es
 TEST_CASE("no orbit leaves r_in or returns from r_out") {
   const double detail = GENERATE(0.005, 0.02, 0.04);
   const RationalMap map = fitted(detail);
-  const StopRadii stops = find_stop_radii(cpu(), map);
+  const StopRadii stops = find_stop_radii(test::shared_device(), map);
   CAPTURE(detail, stops.inner, stops.outer);
   CHECK(stops.inner > 0.3);
   CHECK(stops.outer < 2.2);  // the farthest tip is at 1.64
@@ -166,10 +167,10 @@ TEST_CASE("no orbit leaves r_in or returns from r_out") {
 
 TEST_CASE("stopping at the radii changes no side") {
   const RationalMap map = fitted(0.03);
-  const StopRadii stops = find_stop_radii(cpu(), map);
+  const StopRadii stops = find_stop_radii(test::shared_device(), map);
   const Precision precision =
-      test::can_check(cpu(), Precision::dbl) ? Precision::dbl : Precision::single;
-  const Field field(cpu(), map, precision, stops);
+      test::can_check(test::shared_device(), Precision::dbl) ? Precision::dbl : Precision::single;
+  const Field field(test::shared_device(), map, precision, stops);
   std::vector<Quaternion> points;
   for (const auto& x : test::armed_ball_surface(3000)) points.push_back({x.x(), x.y(), x.z(), 0});
   for (const int n : {1, 2, 6}) {
@@ -185,7 +186,7 @@ TEST_CASE("stopping at the radii changes no side") {
 }
 
 TEST_CASE("a map that does not grow outwards has no r_out") {
-  const StopRadii stops = find_stop_radii(cpu(), one_root({}, 0.9, -1));
+  const StopRadii stops = find_stop_radii(test::shared_device(), one_root({}, 0.9, -1));
   CHECK(std::isinf(stops.outer));
   CHECK(stops.escape == 20);
 }

@@ -15,6 +15,7 @@
 #include "map/reference_iteration.hpp"
 #include "picture/band_grid.hpp"
 #include "picture/depth_source.hpp"
+#include "picture/ground_light.hpp"
 #include "picture/image_lattice.hpp"
 #include "png_file.hpp"
 #include "qjulia/detail.hpp"
@@ -728,6 +729,114 @@ TEST_CASE("shadows on the ground are soft, without hatching, and nowhere black")
   CHECK(darkest > 65);
   CHECK(darkest < 0.7 * brightest);  // there is a shadow
   CHECK(roughest < 40);
+}
+
+TEST_CASE("the sky's shadow on the ground is as smooth and round as the ball that casts it") {
+  const Device device = test::device();
+  const double fineness = GENERATE(0.2, 1.0);
+  const auto source = picture::mesh_source(shapes::sphere(4));
+  const auto sky = picture::sky_lights(UpAxis::y, source->bounds(), fineness);
+  std::vector<std::vector<float>> maps;
+  for (const auto& light : sky) maps.push_back(source->depths(light.view, 0, light.view.rows));
+  picture::Scene scene;
+  scene.ground = -1;
+  const auto ground = picture::ground_light(device, scene, sky, maps, fineness);
+  REQUIRE(ground.shares.size() == static_cast<std::size_t>(ground.side * ground.side));
+  const auto radius = [&](int i) {
+    const double u = 2.0 * i / (ground.side - 1) - 1;
+    return u / (1 - QJ_GROUND_CROWDING * std::abs(u));
+  };
+  // Shares by distance from the point that the ball touches.
+  std::vector<double> low(60, 1), high(60, 0);
+  for (int j = 0; j < ground.side; ++j) {
+    for (int i = 0; i < ground.side; ++i) {
+      const auto ring = static_cast<std::size_t>(20 * std::hypot(radius(i), radius(j)));
+      if (ring >= low.size()) continue;
+      const double share = ground.shares[static_cast<std::size_t>(j * ground.side + i)];
+      low[ring] = std::min(low[ring], share);
+      high[ring] = std::max(high[ring], share);
+    }
+  }
+  double widest = 0;
+  for (std::size_t ring = 0; ring < low.size(); ++ring) {
+    if (high[ring] > 0) widest = std::max(widest, high[ring] - low[ring]);
+  }
+  CHECK(high[2] < 0.25);
+  CHECK(low[59] > 0.9);
+  CHECK(widest < 0.12);  // within 0.05 of a distance; 64 lights with hard shadows: 0.2
+}
+
+TEST_CASE("what is behind the set is plain or transparent where asked for, and the set stays") {
+  const Device device = test::device();
+  PictureOptions options = small(64, 48);
+  const Image studio = render(device, square(), options);
+  CHECK(studio.alpha.empty());
+  options.backdrop = Backdrop::transparent;
+  const Image shadowed = render(device, square(), options);
+  options.ground = false;
+  const Image clear = render(device, square(), options);
+  options.backdrop = Backdrop::plain;
+  options.background = color_named("1e90ff").value();
+  const Image plain = render(device, square(), options);
+  options.ground = true;
+  const Image on_ground = render(device, square(), options);
+  REQUIRE(clear.alpha.size() == 64 * 48);
+  std::size_t empty = 0, full = 0, shaded = 0, darker = 0;
+  for (std::size_t i = 0; i < clear.alpha.size(); ++i) {
+    const std::uint8_t *of_plain = &plain.pixels[3 * i], *of_ground = &on_ground.pixels[3 * i];
+    if (clear.alpha[i] == 0) {
+      ++empty;
+      CHECK((of_plain[0] == 0x1e && of_plain[1] == 0x90 && of_plain[2] == 0xff));
+      if (shadowed.alpha[i] > 0) {
+        ++shaded;
+        CHECK(shadowed.alpha[i] < 255);
+        CHECK(shadowed.pixels[3 * i] == 0);
+      }
+      darker += of_ground[1] + 20 < of_plain[1] ? 1 : 0;
+    } else if (clear.alpha[i] == 255) {
+      ++full;
+      for (const Image* image : {&shadowed, &clear, &plain, &on_ground}) {
+        CHECK(std::equal(of_plain, of_plain + 3, &image->pixels[3 * i]));
+        CHECK(std::equal(of_plain, of_plain + 3, &studio.pixels[3 * i]));
+      }
+    }
+  }
+  CHECK(full > 500);
+  CHECK(empty > 500);
+  CHECK(shaded > 50);
+  CHECK(darker > 20);
+}
+
+TEST_CASE("a palette colours clay and materials") {
+  const Device device = test::device();
+  PictureOptions options = small(48, 36);
+  options.palette.clay = Rgb(0, 0.8, 0);
+  const auto middle = [&] {
+    const Image image = render(device, square(), options);
+    const std::uint8_t* rgb = &image.pixels[3 * (18 * 48 + 24)];
+    return std::array{int{rgb[0]}, int{rgb[1]}, int{rgb[2]}};
+  };
+  const auto green = middle();
+  CHECK(green[1] > green[0] + 60);
+  CHECK(green[1] > green[2] + 60);
+  options.material = Material::iterations;
+  options.palette.stops.assign(Palette::kMostStops, Rgb(0.8, 0, 0));
+  const auto red = middle();
+  CHECK(red[0] > red[1] + 60);
+  CHECK(red[0] > red[2] + 60);
+}
+
+TEST_CASE("a map says what is up in its pictures, unless the camera does") {
+  const Device device = test::device();
+  const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 12));
+  RationalMap standing = map;
+  standing.up = UpAxis::minus_x;
+  PictureOptions options = small(32, 24);
+  const Image by_map = render(device, standing, options);
+  CHECK(by_map.covered > 50);
+  CHECK(by_map.pixels != render(device, map, options).pixels);
+  options.camera.up = UpAxis::minus_x;
+  CHECK(by_map.pixels == render(device, map, options).pixels);
 }
 
 TEST_CASE("a picture counts the pixels that show the set") {

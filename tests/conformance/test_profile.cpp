@@ -9,6 +9,7 @@
 #include "profile/workload.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/profile.hpp"
+#include "qjulia/scaling.hpp"
 #include "report/roofline.hpp"
 
 using namespace qjulia;
@@ -112,6 +113,59 @@ TEST_CASE("predictions are what counted instructions take at the measured limits
   CHECK(json["kernel"] == "energy");
   CHECK(json["measured_over_predicted"].get<double>() ==
         Approx(energy.median_seconds / *energy.predicted_seconds));
+}
+
+TEST_CASE("the spread of the runs and the limit before and after are told") {
+  for (const KernelFigures& f : measured().kernels) {
+    CHECK(f.min_seconds <= f.median_seconds);
+    CHECK(f.median_seconds <= f.max_seconds);
+  }
+  CHECK(measured().fma_per_second_after > 0.2 * measured().limits.fma_per_second);
+  ProfileReport idle;
+  idle.device.clock_mhz = 2000;
+  idle.limits = {1e11, 3.2e10, 1e10, 1e-5};
+  idle.fma_per_second_after = 1.02e11;
+  idle.kernels.resize(1);
+  KernelFigures& f = idle.kernels.front();
+  f.kernel = "energy";
+  f.min_seconds = 0.010, f.median_seconds = 0.011, f.max_seconds = 0.012;
+  CHECK(f.spread() == Approx(2.0 / 11));
+  CHECK(idle.disturbances().empty());
+  const auto sign_of = [&](const auto& disturb) {
+    ProfileReport report = idle;
+    disturb(report);
+    const auto signs = report.disturbances();
+    REQUIRE(signs.size() == 1);
+    CHECK(to_json(report)["disturbances"].size() == 1);
+    return signs.front();
+  };
+  CHECK_THAT(sign_of([](auto& r) { r.kernels.front().max_seconds = 0.016; }),
+             Catch::Contains("energy, n = 1, lie 55 % apart"));
+  CHECK_THAT(sign_of([](auto& r) { r.fma_per_second_after = 0.9e11; }),
+             Catch::Contains("100.0 G/s before and 90.0 after"));
+  CHECK_THAT(sign_of([](auto& r) { r.limits.clock_fma_per_second = 2e11; }),
+             Catch::Contains("50 %") && Catch::Contains("2000 MHz"));
+  // What is shorter than a millisecond is not judged.
+  f.min_seconds = 1e-4, f.median_seconds = 1e-4, f.max_seconds = 9e-4;
+  CHECK(idle.disturbances().empty());
+}
+
+TEST_CASE("the table for spreadsheets has a line a kernel, and every figure of the JSON") {
+  const std::string csv = to_csv(measured());
+  const nlohmann::json kernels = to_json(measured())["kernels"];
+  CHECK(static_cast<std::size_t>(std::ranges::count(csv, '\n')) == 1 + kernels.size());
+  const std::string names = csv.substr(0, csv.find('\n'));
+  CHECK(static_cast<std::size_t>(1 + std::ranges::count(names, ',')) == kernels[0].size());
+  for (const auto& [name, figure] : kernels[0].items()) {
+    CHECK_THAT("," + names + ",", Catch::Contains("," + name + ","));
+  }
+  const std::size_t line = names.size() + 1;
+  CHECK(csv.substr(line, csv.find('\n', line) - line).starts_with("energy,1,3000,40,"));
+  CHECK(static_cast<std::size_t>(std::ranges::count(csv, ',')) ==
+        (kernels[0].size() - 1) * (1 + kernels.size()));
+  ScalingReport scaling;
+  scaling.points = {{1, 100, 8, 0.5, 4096}};
+  CHECK(to_csv(scaling) == "iterations,samples,factors,seconds,device_bytes\n1,100,8,0.5,4096\n");
 }
 
 TEST_CASE("a kernel slower than its baseline is named") {

@@ -16,16 +16,14 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-const Device& cpu() { return test::shared_device(); }
-
 DeepestPoint deepest(const TriangleMesh& mesh) {
-  return deepest_interior_point(SignedDistance(cpu(), mesh), mesh.box());
+  return deepest_interior_point(SignedDistance(test::shared_device(), mesh), mesh.box());
 }
 
 }  // namespace
 
 TEST_CASE("signed distance of a fine sphere is the distance to the centre less the radius") {
-  const SignedDistance distance(cpu(), shapes::sphere(6, 2));
+  const SignedDistance distance(test::shared_device(), shapes::sphere(6, 2));
   std::vector<Eigen::Vector3d> points;
   for (int i = -20; i <= 20; ++i) {
     for (int j = -20; j <= 20; ++j) points.emplace_back(0.2 * i, 0.2 * j, 0.1 * (i - j));
@@ -39,7 +37,7 @@ TEST_CASE("signed distance of a fine sphere is the distance to the centre less t
 }
 
 TEST_CASE("signed distance far away, nowhere and of nothing") {
-  const SignedDistance distance(cpu(), shapes::box());
+  const SignedDistance distance(test::shared_device(), shapes::box());
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
   const std::vector<Eigen::Vector3d> points = {
@@ -51,12 +49,12 @@ TEST_CASE("signed distance far away, nowhere and of nothing") {
   CHECK(distances[3] == Approx(-1));
   CHECK(distances[4] == Approx(0.5));
   CHECK(distance.at({}).empty());
-  CHECK_THROWS_AS(SignedDistance(cpu(), {}), InputError);
-  CHECK_THROWS_AS(SignedDistance(cpu(), {{{0, 0, 0}, {1, 1, 1}}, {}}), InputError);
+  CHECK_THROWS_AS(SignedDistance(test::shared_device(), {}), InputError);
+  CHECK_THROWS_AS(SignedDistance(test::shared_device(), {{{0, 0, 0}, {1, 1, 1}}, {}}), InputError);
 }
 
 TEST_CASE("signed distances repeat and do not depend on the order of the points") {
-  const SignedDistance distance(cpu(), shapes::torus());
+  const SignedDistance distance(test::shared_device(), shapes::torus());
   std::vector<Eigen::Vector3d> points;
   std::mt19937 random(2);
   for (int i = 0; i < 3000; ++i) {
@@ -114,19 +112,21 @@ TEST_CASE("the deepest point of damaged shapes") {
 
 TEST_CASE("a flat mesh makes no shape") {
   const TriangleMesh flat{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
-  CHECK_THROWS_AS(make_shape(cpu(), flat), InputError);
+  CHECK_THROWS_AS(make_shape(test::shared_device(), flat), InputError);
   TriangleMesh sheet = shapes::sphere(4);
   for (auto& x : sheet.vertices) x.z() = 0;
-  CHECK_THROWS_AS(make_shape(cpu(), sheet), InputError);
+  CHECK_THROWS_AS(make_shape(test::shared_device(), sheet), InputError);
 }
 
 TEST_CASE("a mesh beyond the sizes that can be computed with makes no shape") {
   for (const double size : {1e15, 1e-15}) {
-    CHECK_THROWS_WITH(make_shape(cpu(), shapes::sphere(2, size)), Contains("cannot be fitted"));
+    CHECK_THROWS_WITH(make_shape(test::shared_device(), shapes::sphere(2, size)),
+                      Contains("cannot be fitted"));
   }
-  const double expected = make_shape(cpu(), shapes::sphere(3)).inradius;
+  const double expected = make_shape(test::shared_device(), shapes::sphere(3)).inradius;
   for (const double size : {5e11, 1e-12}) {
-    CHECK(make_shape(cpu(), shapes::sphere(3, size)).inradius == Approx(expected).epsilon(1e-3));
+    CHECK(make_shape(test::shared_device(), shapes::sphere(3, size)).inradius ==
+          Approx(expected).epsilon(1e-3));
   }
 }
 
@@ -135,14 +135,15 @@ TEST_CASE("a stop request ends the preparation of a shape") {
   source.request_stop();
   const auto stop = source.get_token();
   const TriangleMesh mesh = shapes::sphere(5);
-  CHECK_THROWS_AS(SignedDistance(cpu(), mesh, Precision::single, stop), Interrupted);
-  CHECK_THROWS_AS(outer_surface(cpu(), mesh, stop), Interrupted);
-  const SignedDistance distance(cpu(), mesh);
+  CHECK_THROWS_AS(SignedDistance(test::shared_device(), mesh, Precision::single, stop),
+                  Interrupted);
+  CHECK_THROWS_AS(outer_surface(test::shared_device(), mesh, stop), Interrupted);
+  const SignedDistance distance(test::shared_device(), mesh);
   CHECK_THROWS_AS(deepest_interior_point(distance, mesh.box(), stop), Interrupted);
-  CHECK_THROWS_AS(make_shape(cpu(), mesh, stop), Interrupted);
+  CHECK_THROWS_AS(make_shape(test::shared_device(), mesh, stop), Interrupted);
   // Parts that are hidden are looked for in blocks, with a look at the request before each.
   const TriangleMesh two = shapes::joined(shapes::sphere(2), shapes::sphere(2, 0.5));
-  CHECK_THROWS_AS(outer_surface(cpu(), two, stop), Interrupted);
+  CHECK_THROWS_AS(outer_surface(test::shared_device(), two, stop), Interrupted);
 }
 
 TEST_CASE("repeated triangles do not change the inside once they are read") {
@@ -153,20 +154,20 @@ TEST_CASE("repeated triangles do not change the inside once they are read") {
     mesh.triangles.insert(mesh.triangles.end(), once.begin(), once.end());
   }
   const auto path = folder.file("repeated.obj", test::obj_text(mesh));
-  const SignedDistance distance(cpu(), read_mesh(path));
+  const SignedDistance distance(test::shared_device(), read_mesh(path));
   const std::vector<Eigen::Vector3d> points = {{0, 0, 0}, {0.5, 0.3, 0.2}, {1.5, 0, 0}};
   const auto windings = distance.winding_numbers(points);
   CHECK(windings[0] == Approx(1).margin(0.05));
   CHECK(windings[1] == Approx(1).margin(0.05));
   CHECK(windings[2] == Approx(0).margin(0.05));
-  CHECK(SignedDistance(cpu(), mesh).winding_numbers(points)[0] > 300);
+  CHECK(SignedDistance(test::shared_device(), mesh).winding_numbers(points)[0] > 300);
 }
 
 TEST_CASE("a shape has longest side 3 and its deepest point at the origin") {
   const TriangleMesh mesh = shapes::moved(
       shapes::joined(shapes::sphere(4), shapes::moved(shapes::sphere(2), 0.3, {1.4, 0, 0})), 20,
       {7, 0, -300});
-  const Shape shape = make_shape(cpu(), shapes::inside_out(mesh));
+  const Shape shape = make_shape(test::shared_device(), shapes::inside_out(mesh));
   CHECK(shape.mesh.box().size().maxCoeff() == Approx(3));
   CHECK(shape.box.low == mesh.box().low);
   CHECK(shape.box.high == mesh.box().high);
@@ -175,8 +176,8 @@ TEST_CASE("a shape has longest side 3 and its deepest point at the origin") {
     CHECK((shape.shape_to_map.to_map(mesh.vertices[v]) - shape.mesh.vertices[v]).norm() < 1e-9);
   }
   CHECK((shape.shape_to_map.to_shape({0, 0, 0}) - Eigen::Vector3d(7, 0, -300)).norm() < 0.5);
-  const double at_origin =
-      SignedDistance(cpu(), shape.mesh).at(std::vector{Eigen::Vector3d(0, 0, 0)})[0];
+  const double at_origin = SignedDistance(test::shared_device(), shape.mesh)
+                               .at(std::vector{Eigen::Vector3d(0, 0, 0)})[0];
   CHECK(shape.inradius == Approx(-at_origin).epsilon(1e-4));
   CHECK(shape.inradius == Approx(20 * shape.shape_to_map.scale).epsilon(0.01));
 }
@@ -196,14 +197,15 @@ double area(const TriangleMesh& mesh) {
 
 TEST_CASE("what bodies hide of one another is left out of the outer surface") {
   const auto small = shapes::moved(shapes::sphere(3), 0.5, Eigen::Vector3d::Zero());
-  const auto nested = outer_surface(cpu(), shapes::joined(shapes::sphere(3), small));
+  const auto nested =
+      outer_surface(test::shared_device(), shapes::joined(shapes::sphere(3), small));
   REQUIRE(nested.leaves_out);
   CHECK(area(nested.mesh) == Approx(area(shapes::sphere(3))).epsilon(1e-12));
 
   // Two boxes of side 2 that share a unit cube at a corner: coarse triangles are cut.
   const auto corner =
       shapes::joined(shapes::box({-1, -1, -1}, {1, 1, 1}), shapes::box({0, 0, 0}, {2, 2, 2}));
-  const auto joined = outer_surface(cpu(), corner);
+  const auto joined = outer_surface(test::shared_device(), corner);
   REQUIRE(joined.leaves_out);
   CHECK(area(joined.mesh) == Approx(48 - 6).epsilon(0.02));
   const auto distances = joined.distance.at(std::vector<Eigen::Vector3d>{
@@ -216,8 +218,9 @@ TEST_CASE("what bodies hide of one another is left out of the outer surface") {
 
   // An inside-out box that sticks out of the one it is taken from.
   const auto tunnel = outer_surface(
-      cpu(), shapes::joined(shapes::box({-1, -1, -1}, {1, 1, 1}),
-                            shapes::inside_out(shapes::box({-0.5, -0.5, -1.2}, {0.5, 0.5, 1.2}))));
+      test::shared_device(),
+      shapes::joined(shapes::box({-1, -1, -1}, {1, 1, 1}),
+                     shapes::inside_out(shapes::box({-0.5, -0.5, -1.2}, {0.5, 0.5, 1.2}))));
   REQUIRE(tunnel.leaves_out);
   CHECK(tunnel.mesh.box().high.z() == Approx(1).margin(0.08));
 }
@@ -226,6 +229,6 @@ TEST_CASE("meshes that hide nothing are their own outer surface") {
   const auto hollow = shapes::joined(shapes::sphere(3), shapes::inside_out(shapes::sphere(3, 0.7)));
   for (const auto& mesh : {shapes::sphere(3), shapes::inside_out(shapes::torus()),
                            shapes::open_box(), shapes::soup(shapes::torus(), 0.01), hollow}) {
-    CHECK_FALSE(outer_surface(cpu(), mesh).leaves_out);
+    CHECK_FALSE(outer_surface(test::shared_device(), mesh).leaves_out);
   }
 }

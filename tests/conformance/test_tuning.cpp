@@ -21,7 +21,7 @@ constexpr std::array kJobs{profiling::TuneJob::energy, profiling::TuneJob::gradi
                            profiling::TuneJob::orbit_energy, profiling::TuneJob::orbit_gradient,
                            profiling::TuneJob::gauss_newton};
 
-ProfileOptions small() {
+ProfileOptions tiny_workload() {
   ProfileOptions options;
   options.samples = 3000;
   options.factors = 40;
@@ -47,7 +47,7 @@ Device tuned(const Device& device) {
 
 TEST_CASE("every setting gives the default's results but for rounding") {
   const Device device = test::device();
-  const profiling::Workload work = profiling::make_workload(small());
+  const profiling::Workload work = profiling::make_workload(tiny_workload());
   for (const Precision precision : {Precision::single, Precision::dbl}) {
     if (precision == Precision::dbl && !test::can_check(device, precision)) continue;
     profiling::TuneBench standard(device, work, precision);
@@ -68,7 +68,7 @@ TEST_CASE("every setting gives the default's results but for rounding") {
 
 TEST_CASE("what a tuner finds is a setting the device can use, and no slower by its own measure") {
   const Device device = test::device();
-  const TuneReport report = tune(device, small());
+  const TuneReport report = tune(device, tiny_workload());
   CHECK_NOTHROW(report.tuning.validate());
   CHECK(report.time_ratio <= 1);
   CHECK((report.time_ratio < 1) == (report.tuning != device.tuning(Precision::single)));

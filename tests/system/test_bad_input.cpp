@@ -185,6 +185,8 @@ TEST_CASE("bad option values are refused") {
   for (const char* value : {"0", "-4", "1e99"}) surface("--resolution", {value});
   for (const char* value : {"0", "17", "-1"}) surface("--iterations", {value});
   surface("--order-seed", {"-1"});
+  surface("--up", {"z"});  // a .ply keeps its coordinates
+  surface("--up", {"w"});
   surface("--phase", {"1", "0", "0"});
   surface("--phase", {"0", "0", "0", "0"});
   surface("--phase", {"1", "0", "nan", "0"});
@@ -217,7 +219,13 @@ TEST_CASE("bad option values are refused") {
   }
   for (const char* value : {"nan", "-1"}) render("--detail", value);
   for (const char* value : {"nan", "0", "-1"}) render("--zoom", value);
+  for (const char* value : {"red", "ff80", "", "#gggggg"}) render("--background", value);
+  for (const char* value : {"mud", "ff8000,", "ff8000,00ff00"}) render("--palette", value);
+  check_refused(folder,
+                {"render", map, "-o", folder / "out.png", "--material", "trap", "--palette", "f80"},
+                "--palette");
   render("--up", "w");
+  render("--up", "+z");
   render("--samples", "0");
   check_refused(folder, {"render", mesh, "-o", folder / "out.png", "--detail", "0.01"}, "--detail");
   check_refused(folder, {"render", mesh, "-o", folder / "out.png", "--iterations", "6"},

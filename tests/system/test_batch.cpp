@@ -114,7 +114,7 @@ TEST_CASE("side by side gives the same bytes as one after another") {
 
 TEST_CASE("the maps of a batch are those of single fits") {
   const TemporaryFolder folder;
-  const std::string manifest = make_manifest(folder);
+  const std::string manifest = make_manifest(folder, "up = \"-y\"\n");
   const std::string map = folder / "box.qjulia.json";
   CHECK(run_command({"batch", manifest, "-o", folder / "out"}).exit_code == 1);
   CHECK(run_command(
@@ -122,6 +122,8 @@ TEST_CASE("the maps of a batch are those of single fits") {
             .exit_code == 0);
   const json single = json::parse(read_text(map));
   const json batch = json::parse(map_bytes(folder / "out", "box"));
+  CHECK(batch["up"] == "-y");
+  CHECK(single["up"] == "y");
   for (const char* key : {"factors", "log_scale", "surface_level"})
     CHECK(single[key] == batch[key]);
 }

@@ -102,6 +102,27 @@ TEST_CASE("a picture of nothing is drawn with a warning, and a part of nothing i
   CHECK(covered < 350);
 }
 
+TEST_CASE("render takes a background, a palette and no ground, in turntables too") {
+  const Ball ball;
+  const TemporaryFolder folder;
+  const auto result =
+      run_command({"render", ball.map, "-o", folder / "turn.png", "--size", "40x30", "--samples",
+                   "1", "--turntable", "2", "--device", "cpu", "--json", "--background",
+                   "transparent", "--no-ground", "--palette", "f80"});
+  INFO(result.err);
+  REQUIRE(result.exit_code == 0);
+  const json made = json::parse(result.out)["made_with"]["picture"];
+  CHECK(made["background"] == "transparent");
+  CHECK(made["ground"] == false);
+  CHECK(made["palette"] == json::array({"#ff8800"}));
+  constexpr std::size_t kColorType = 25;  // of the header; 6: red, green, blue and alpha
+  CHECK(read_text(folder / "turn_002.png")[kColorType] == 6);
+  CHECK(read_text(folder / "turn.png")[kColorType] == 2);
+  const auto help = run_command({"render", "--help"}).out;
+  CHECK_THAT(help, Contains("Look of the picture (--help-all") && Contains("--background"));
+  CHECK_THAT(help, !Contains("studio|transparent"));
+}
+
 TEST_CASE("compare draws mesh, potential, set and distance") {
   const Ball ball;
   const TemporaryFolder folder;

@@ -139,6 +139,35 @@ TEST_CASE("other commands leave traces too, and one that cannot be written is to
                      "--trace", trace})
             .exit_code == 0);
   CHECK_THAT(read_text(trace), Contains("level_set"));
+  const auto check_stages = [&](const std::vector<std::string>& names, const std::string& parent) {
+    const json whole = json::parse(read_text(trace));
+    std::vector<json> stages;
+    for (const json& event : whole.at("traceEvents")) {
+      if (event["ph"] == "X" && event["cat"] == "stage") stages.push_back(event);
+    }
+    const auto named = [&](const std::string& name) {
+      INFO(name);
+      const auto found =
+          std::ranges::find(stages, json(name), [](const json& e) { return e["name"]; });
+      REQUIRE(found != stages.end());
+      return *found;
+    };
+    for (const std::string& name : names) CHECK(length(named(name)) > 0);
+    // Together they account for the command's time, but for a device's start and its builds.
+    double told = 0;
+    for (const json& event : stages) {
+      const bool is_whole = event["name"] == "qjulia" || event["name"] == parent;
+      if (!is_whole) told += length(event);
+    }
+    CHECK(told > 0.5 * length(named("qjulia")));
+  };
+  check_stages({"read the map", "stop radii", "find the box", "bound blocks", "wait for values",
+                "wait for triangles", "measure and write"},
+               "extract the surface");
+  CHECK(run_command({"render", fit.map, "-o", fit.folder / "torus.png", "--size", "64x48",
+                     "--device", "cpu", "--trace", trace})
+            .exit_code == 0);
+  check_stages({"read the map", "studio", "lattice", "sky", "lamps", "rays", "shade", "write"}, "");
 
   const std::string none = fit.folder / "none.ply";
   const ProcessResult refused = run_command(

@@ -132,5 +132,7 @@ TEST_CASE("settings with wrong results are refused and not timed") {
 TEST_CASE("--tune goes with no other measurement") {
   const Cache cache;
   CHECK(cache.run({"profile", "--tune", "--width", "8"}).exit_code == 2);
+  CHECK(cache.run({"profile", "--tune", "--csv", cache.folder / "a.csv"}).exit_code == 2);
+  CHECK(cache.run({"profile", "--csv", cache.folder / "a.txt"}).exit_code == 2);
   CHECK(cache.run({"profile", "--tune", "--plot", cache.folder / "a.png"}).exit_code == 2);
 }

@@ -138,6 +138,58 @@ TEST_CASE("a map becomes a closed surface in the shape's own place") {
   }
 }
 
+TEST_CASE("a map keeps how its shape stands, and what is made of it stands so") {
+  const TemporaryFolder folder;
+  // A torus lies flat with its axis, z, up.
+  CHECK(fitted().report["up"] == "z");
+  CHECK(json::parse(read_text(fitted().map))["up"] == "z");
+  CHECK(json::parse(read_text(fitted().map))["provenance"]["options"]["up"] == "auto");
+  const std::string hanging = folder / "hanging.qjulia.json";
+  const auto fit = run_command(fitted().fit_to(hanging, {"--up", "-x"}));
+  INFO(fit.err);
+  REQUIRE(fit.exit_code == 0);
+  CHECK_THAT(fit.out + fit.err, Contains("up: -x\n"));
+  CHECK(json::parse(read_text(hanging))["up"] == "-x");
+  CHECK_THAT(run_command({"info", hanging, "--device", "cpu"}).out, Contains("\nup            -x"));
+  CHECK(json::parse(run_command({"info", fitted().mesh, "--json", "--device", "cpu"}).out)["up"] ==
+        "z");
+
+  const auto turned = folder / "standing.qjulia.json";
+  REQUIRE(run_command({"convert", fitted().map, turned, "--up=-x"}).exit_code == 0);
+  CHECK(json::parse(read_text(turned))["up"] == "-x");
+
+  const auto height = [&](const std::string& map, const Arguments& more) {
+    const std::string stl = folder / "print.stl";
+    Arguments arguments = {"surface",      map, "-o",       stl,  "--resolution", "32",
+                           "--iterations", "1", "--device", "cpu"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const auto surface = run_command(arguments);
+    INFO(surface.err);
+    REQUIRE(surface.exit_code == 0);
+    const json box =
+        json::parse(run_command({"info", stl, "--json", "--device", "cpu"}).out)["box"];
+    return box[1][2].get<double>() - box[0][2].get<double>();
+  };
+  CHECK(height(fitted().map, {}) < 1.5);  // 0.9 thick
+  CHECK(height(hanging, {}) > 2);         // 2.9 wide
+  CHECK(height(hanging, {"--up", "-z"}) < 1.5);
+
+  const auto picture = [&](const std::string& map, const Arguments& more) {
+    const std::string png = folder / "picture.png";
+    Arguments arguments = {"render", map,         "-o", png,        "--size",
+                           "48x36",  "--samples", "1",  "--device", "cpu"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const auto render = run_command(arguments);
+    INFO(render.err);
+    REQUIRE(render.exit_code == 0);
+    return read_png(png).pixels;
+  };
+  const auto as_it_stands = picture(fitted().map, {});
+  CHECK(as_it_stands == picture(fitted().map, {"--up", "z"}));
+  CHECK(as_it_stands == picture(hanging, {"--up", "z"}));
+  CHECK(as_it_stands != picture(hanging, {}));
+}
+
 TEST_CASE("a map and a mesh become pictures") {
   const TemporaryFolder folder;
   for (const std::string& input : {fitted().map, fitted().mesh}) {

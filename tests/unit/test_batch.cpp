@@ -306,6 +306,23 @@ TEST_CASE("each entry is done once by ranks that share a folder") {
   CHECK(workers == std::set<std::string>{"p\n", "q\n"});
 }
 
+TEST_CASE("an entry is given to one thread, however slowly it wakes") {
+  const TemporaryFolder folder;
+  std::vector<std::string> names;
+  for (int i = 0; i < 400; ++i) names.push_back("entry" + std::to_string(i));
+  const batch::Manifest manifest = manifest_of(names);
+  const batch::BatchOptions options = options_for(folder);
+  const auto lock = batch::prepare_batch(manifest, options);
+  const auto nothing = [](const auto&, const auto&, const auto&) { return batch::EntryResult{}; };
+  std::atomic<int> done = 0;
+  // Many more threads than cores: some wake only after the next round.
+  const std::vector devices(48, device("quick", nothing));
+  batch::run_batch(manifest, devices, options, [&](const batch::BatchEvent& event) {
+    if (event.kind == batch::BatchEvent::Kind::done) ++done;
+  });
+  CHECK(done == 400);
+}
+
 TEST_CASE("what a killed process worked on is done by the next") {
   const TemporaryFolder folder;
   const batch::Manifest manifest = manifest_of({"a", "b"});

@@ -142,6 +142,29 @@ TEST_CASE("tufts need version 2, and no map without them does") {
   CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("tufts"));
 }
 
+TEST_CASE("a map keeps how its shape stands, in version 2") {
+  const Folder folder;
+  RationalMap map = full_map();
+  map.provenance = json::object();
+  CHECK(!to_json(map).contains("up"));
+  CHECK(to_json(map)["version"] == 1);
+  for (const UpAxis up :
+       {UpAxis::x, UpAxis::y, UpAxis::z, UpAxis::minus_x, UpAxis::minus_y, UpAxis::minus_z}) {
+    map.up = up;
+    CHECK(to_json(map)["version"] == 2);
+    write_map(map, folder / "standing.qjulia.json");
+    CHECK(read_map(folder / "standing.qjulia.json").up == up);
+  }
+  json text = to_json(map);
+  for (const json& wrong : {json("w"), json("auto"), json(""), json(1), json()}) {
+    text["up"] = wrong;
+    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("\"up\""));
+  }
+  text = to_json(map);
+  text["version"] = 1;
+  CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("\"up\""));
+}
+
 TEST_CASE("portals make the way to a file and back, in version 2") {
   const Folder folder;
   RationalMap map = full_map();

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <random>
 #include <stop_token>
 
@@ -40,6 +41,28 @@ std::string bytes_of(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
+/// The vertices of a .glb of ours as a viewer sees them: in the scene, whose Y is up.
+TriangleMesh read_glb(const std::filesystem::path& path) {
+  const std::string bytes = bytes_of(path);
+  const auto at = [&bytes](std::size_t from, auto value) {
+    std::memcpy(&value, bytes.data() + from, sizeof value);
+    return value;
+  };
+  const std::size_t json_bytes = at(12, std::uint32_t{});
+  const auto scene = nlohmann::json::parse(bytes.substr(20, json_bytes));
+  const auto q = scene.at("nodes").at(0).at("rotation").get<std::vector<double>>();
+  const Eigen::Quaterniond turn(q[3], q[0], q[1], q[2]);
+  const auto& positions = scene.at("accessors").at(1);
+  const std::size_t view = scene.at("bufferViews").at(1).at("byteOffset");
+  TriangleMesh mesh;
+  for (std::size_t i = 0; i < positions.at("count"); ++i) {
+    const std::size_t from = 28 + json_bytes + view + 12 * i;
+    const Eigen::Vector3d own(at(from, float{}), at(from + 4, float{}), at(from + 8, float{}));
+    mesh.vertices.emplace_back(turn * own);
+  }
+  return mesh;
+}
+
 }  // namespace
 
 TEST_CASE("every format is written and read back") {
@@ -75,6 +98,39 @@ TEST_CASE("binary formats have the size their layout asks for") {
   const std::string ply = bytes_of(mesh_folder.path() / "size.ply");
   CHECK(ply.size() ==
         ply.find("end_header\n") + 11 + 12 * mesh.vertices.size() + 13 * mesh.triangles.size());
+}
+
+TEST_CASE("files stand upright where their format has an up, and keep coordinates elsewhere") {
+  // Three sides of its own along each axis, so that no turn is like another.
+  const TriangleMesh mesh = shapes::box({-1, -2, -3}, {4, 8, 16});
+  const auto written = [&](const std::string& name, std::optional<UpAxis> up) {
+    const std::filesystem::path path = mesh_folder.path() / name;
+    write_mesh(mesh, path, {}, up);
+    return path;
+  };
+  for (const UpAxis up :
+       {UpAxis::x, UpAxis::y, UpAxis::z, UpAxis::minus_x, UpAxis::minus_y, UpAxis::minus_z}) {
+    CAPTURE(to_string(up));
+    const auto along = [&](const Eigen::Vector3d& v) { return direction(up).dot(v); };
+    const double top = std::max(along(mesh.box().low), along(mesh.box().high));
+    const TriangleMesh print = read_mesh(written("up.stl", up));
+    CHECK(print.box().high.z() == top);
+    CHECK(print.box().size().z() == std::abs(along(mesh.box().size())));
+    CHECK(signed_volume(print) == Approx(signed_volume(mesh)));
+
+    const TriangleMesh glb = read_glb(written("up.glb", up));
+    CHECK(glb.box().high.y() == Approx(top));
+    CHECK(glb.box().size().y() == Approx(std::abs(along(mesh.box().size()))));
+    CHECK(glb.vertices.size() == mesh.vertices.size());
+
+    for (const std::string name : {"up.ply", "up.obj", "up.off"}) {
+      const std::string standing = bytes_of(written(name, up));
+      CHECK(standing == bytes_of(written(name, {})));
+    }
+  }
+  const std::string upright = bytes_of(written("up.stl", UpAxis::z));
+  CHECK(upright == bytes_of(written("up.stl", {})));
+  CHECK(read_glb(written("up.glb", {})).box().high.y() == Approx(16));
 }
 
 TEST_CASE("writing to an unknown format or a missing folder fails") {

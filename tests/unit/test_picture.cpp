@@ -110,8 +110,53 @@ TEST_CASE("options that make no picture are refused by name") {
   refused([&](auto& o) { o.camera.elevation = nan; }, "elevation");
   refused([](auto& o) { o.camera.zoom = -1; }, "zoom");
   refused([](auto& o) { o.camera.field_of_view = 180; }, "field_of_view");
-  refused([](auto& o) { o.camera.up = 'w'; }, "up: ");
+  refused([](auto& o) { o.background = {0, 2, 0}; }, "background");
+  refused([](auto& o) { o.palette.stops.resize(1); }, "palette");
+  refused([](auto& o) { o.palette.stops.resize(9, Rgb::Zero()); }, "palette");
+  refused([](auto& o) { o.palette.clay = {0, 0, -1}; }, "palette");
+  refused([](auto& o) { o.cuts = {{'w', 0, false}}; }, "cut: ");
   CHECK_NOTHROW(PictureOptions().validate());
+}
+
+TEST_CASE("colours have names and numbers, and palettes are known by name") {
+  for (const char* text : {"#ff8000", "ff8000", "FF8000", "f80"}) {
+    CAPTURE(text);
+    REQUIRE(color_named(text));
+    CHECK(color_name(*color_named(text)) == (std::string(text) == "f80" ? "#ff8800" : "#ff8000"));
+  }
+  CHECK(color_named("white") == Rgb(1, 1, 1));
+  CHECK(color_named("black") == Rgb(0, 0, 0));
+  // 188 of 255 is half of the light.
+  CHECK(color_named("bcbcbc")->x() == Approx(0.5).margin(0.005));
+  for (const char* text : {"", "#", "ff80", "ff80000", "gggggg", "-12345", "red", "##ff8000"}) {
+    CHECK(!color_named(text));
+  }
+  CHECK(palette_names().front() == "earth");
+  for (const std::string& name : palette_names()) {
+    PictureOptions options;
+    options.palette = palette_named(name).value();
+    CHECK_NOTHROW(options.validate());
+  }
+  CHECK(!palette_named("mud"));
+}
+
+TEST_CASE("a picture's alpha goes into its file, and sheets are white behind") {
+  const test::TemporaryFolder folder;
+  Image image{2, 1, {10, 20, 30, 40, 50, 60}, {255, 0}};
+  write_png(image, folder.path() / "clear.png");
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  REQUIRE(png_image_begin_read_from_file(&png, (folder.path() / "clear.png").c_str()) != 0);
+  CHECK((png.format & PNG_FORMAT_FLAG_ALPHA) != 0);
+  png.format = PNG_FORMAT_RGBA;
+  std::vector<std::uint8_t> bytes(PNG_IMAGE_SIZE(png));
+  REQUIRE(png_image_finish_read(&png, nullptr, bytes.data(), 0, nullptr) != 0);
+  CHECK(bytes == std::vector<std::uint8_t>{10, 20, 30, 255, 40, 50, 60, 0});
+  const Image sheet = contact_sheet(std::vector<Image>{image}, 1);
+  CHECK(sheet.pixels == std::vector<std::uint8_t>{10, 20, 30, 255, 255, 255});
+  CHECK(sheet.alpha.empty());
+  image.alpha.pop_back();
+  CHECK_THROWS_AS(png_bytes(image), InputError);
 }
 
 TEST_CASE("cameras look where they say") {
@@ -121,14 +166,15 @@ TEST_CASE("cameras look where they say") {
   CHECK((axes.back - Vector3d::UnitZ()).norm() < 1e-12);
   CHECK((axes.up - Vector3d::UnitY()).norm() < 1e-12);
   CHECK((axes.right - Vector3d::UnitX()).norm() < 1e-12);
-  for (const char up : {'x', 'y', 'z'}) {
+  for (const UpAxis up :
+       {UpAxis::x, UpAxis::y, UpAxis::z, UpAxis::minus_x, UpAxis::minus_y, UpAxis::minus_z}) {
     camera.up = up;
     camera.azimuth = 70;
     camera.elevation = 20;
     const picture::CameraAxes turned = picture::camera_axes(camera);
     CHECK((turned.right.cross(turned.up) - turned.back).norm() < 1e-12);
-    CHECK(turned.right.dot(picture::axis(up)) == Approx(0).margin(1e-12));
-    CHECK(turned.back.dot(picture::axis(up)) == Approx(std::sin(20 * M_PI / 180)));
+    CHECK(turned.right.dot(direction(up)) == Approx(0).margin(1e-12));
+    CHECK(turned.back.dot(direction(up)) == Approx(std::sin(20 * M_PI / 180)));
   }
 }
 

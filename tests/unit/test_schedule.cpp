@@ -1,5 +1,7 @@
 // Schedules, built in and from files.
 
+#include <sys/stat.h>
+
 #include <catch2/catch.hpp>
 #include <fstream>
 
@@ -86,4 +88,8 @@ TEST_CASE("a schedule's file is read, and what is wrong with it is told by line"
   refused(head + "iterations = 2\nloss = \"distance\"\n", "need loss \"tanh\"");
   refused(head + "until = 0.5\niterations = 3\n[[level]]\niterations = 2\n", "may not fall");
   CHECK_THROWS_WITH(fitting::find_schedule(folder / "none.toml"), Catch::Contains("cannot read"));
+  // A pipe would be waited for, and hold nothing the second time.
+  const auto pipe = folder / "pipe.toml";
+  REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+  CHECK_THROWS_WITH(fitting::find_schedule(pipe), Catch::Contains("is a pipe"));
 }

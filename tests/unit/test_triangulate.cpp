@@ -19,13 +19,13 @@ using Polygon = std::vector<Eigen::Vector3d>;
 /// Coordinates as they are read.
 Eigen::Vector3d rounded(const Eigen::Vector3d& x) { return x.cast<float>().cast<double>(); }
 
-struct Cut {
+struct Pieces {
   std::vector<Triangle> triangles;
   bool is_simple = false;
 };
 
-Cut cut(const Polygon& polygon) {
-  Cut result;
+Pieces cut(const Polygon& polygon) {
+  Pieces result;
   for (std::uint32_t i = 2; i < polygon.size(); ++i) result.triangles.push_back({0, i - 1, i});
   result.is_simple = shape::triangulate(polygon, result.triangles, [] {});
   return result;
@@ -45,7 +45,7 @@ double area(const Polygon& x) {
 /// Triangles with the polygon's area in all, each with its orientation, and each edge of the
 /// polygon and both sides of each diagonal used once: then they cover it without overlap.
 void check_covers(const Polygon& polygon) {
-  const Cut result = cut(polygon);
+  const Pieces result = cut(polygon);
   CHECK(result.is_simple);
   double sum = 0;
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
@@ -77,7 +77,7 @@ Polygon tilted(const std::vector<Eigen::Vector2d>& flat) {
 
 TEST_CASE("a convex polygon stays the fan that it was") {
   const Polygon square = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-  const Cut result = cut(square);
+  const Pieces result = cut(square);
   CHECK(result.is_simple);
   CHECK(result.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
 }
@@ -124,7 +124,7 @@ TEST_CASE("corners in one line are kept") {
   Polygon polygon;
   for (const auto& p : square) polygon.emplace_back(p.x(), p.y(), 0);
   check_covers(polygon);
-  const Cut result = cut(polygon);
+  const Pieces result = cut(polygon);
   CHECK(std::ranges::all_of(result.triangles,
                             [&](const Triangle& t) { return area(polygon, t) > 0.1; }));
 }
@@ -132,7 +132,7 @@ TEST_CASE("corners in one line are kept") {
 TEST_CASE("a hole that a bridge joins to the boundary stays open") {
   const Polygon ring = {{0, 0, 0}, {6, 0, 0}, {6, 6, 0}, {0, 6, 0}, {0, 0, 0},
                         {2, 2, 0}, {2, 4, 0}, {4, 4, 0}, {4, 2, 0}, {2, 2, 0}};
-  const Cut result = cut(ring);
+  const Pieces result = cut(ring);
   CHECK(result.is_simple);
   double sum = 0;
   for (const Triangle& t : result.triangles) sum += area(ring, t);
@@ -148,7 +148,7 @@ TEST_CASE("orientations are exact where double precision rounds them to none") {
 
 TEST_CASE("repeated corners give triangles without area") {
   const Polygon polygon = {{0, 0, 0}, {4, 0, 0}, {4, 0, 0}, {1, 1, 0}, {0, 4, 0}, {0, 4, 0}};
-  const Cut result = cut(polygon);
+  const Pieces result = cut(polygon);
   CHECK(result.is_simple);
   double sum = 0;
   for (const Triangle& t : result.triangles) sum += area(polygon, t);

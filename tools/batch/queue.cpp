@@ -110,7 +110,8 @@ void Queue::run() {
 }
 
 /// Runners that have not left; how many entries were put back, each with its state; how many
-/// entries are asked for, each with the runner and its last choices.
+/// entries are asked for, each with the runner and its last choices. A runner that has its answer
+/// and has not yet woken asks for nothing: a second answer would lose the first.
 Message Queue::message() {
   std::unique_lock lock(mutex_);
   news_.wait_for(lock, kBetweenRounds, [&] { return has_news_; });
@@ -120,8 +121,10 @@ Message Queue::message() {
     message.insert(message.end(), {static_cast<double>(index), static_cast<double>(state)});
   }
   put_back_.clear();
-  message.push_back(static_cast<double>(requests_.size()));
+  const auto asks = [](const auto& request) { return !request.second.answer; };
+  message.push_back(static_cast<double>(std::ranges::count_if(requests_, asks)));
   for (const auto& [runner, request] : requests_) {
+    if (request.answer) continue;
     message.insert(message.end(),
                    {static_cast<double>(runner), static_cast<double>(request.last_choice.size())});
     message.insert(message.end(), request.last_choice.begin(), request.last_choice.end());

@@ -20,7 +20,7 @@
 namespace qjulia::tools {
 namespace {
 
-struct Arguments {
+struct BatchArguments {
   std::string manifest;
   std::string folder;
   std::string status;
@@ -32,7 +32,7 @@ struct Arguments {
 };
 
 /// This rank's queues: `jobs` for a CPU, one for any other device.
-std::vector<batch::BatchDevice> batch_devices(const Arguments& arguments,
+std::vector<batch::BatchDevice> batch_devices(const BatchArguments& arguments,
                                               const LaunchedRanks& ranks) {
   std::vector<batch::BatchDevice> devices;
   for (const DeviceInfo& info : devices_of(ranks, arguments.device)) {
@@ -68,7 +68,7 @@ std::string totals(const std::vector<batch::EntryStatus>& entries) {
   return text;
 }
 
-int show_status(const Arguments& arguments, Session& session) {
+int show_status(const BatchArguments& arguments, Session& session) {
   const auto entries = batch::read_batch(arguments.status, batch::is_locked(arguments.status));
   std::string text;
   for (const batch::EntryStatus& entry : entries) text += describe(entry) + '\n';
@@ -87,7 +87,7 @@ std::vector<batch::EntryStatus> final_states(const std::filesystem::path& folder
   return entries;
 }
 
-int finish(const Arguments& arguments, const std::vector<batch::EntryStatus>& unsaved,
+int finish(const BatchArguments& arguments, const std::vector<batch::EntryStatus>& unsaved,
            Session& session) {
   const auto entries = final_states(arguments.folder, unsaved);
   for (const batch::EntryStatus& status : unsaved) {
@@ -108,7 +108,7 @@ int finish(const Arguments& arguments, const std::vector<batch::EntryStatus>& un
   return count(entries, batch::EntryState::done) == entries.size() ? kDone : kFailed;
 }
 
-batch::Manifest read(const Arguments& arguments, const std::stop_token& stop) {
+batch::Manifest read(const BatchArguments& arguments, const std::stop_token& stop) {
   if (arguments.manifest.empty()) {
     throw InputError("batch needs a MANIFEST, or --status with the folder of a batch");
   }
@@ -118,7 +118,7 @@ batch::Manifest read(const Arguments& arguments, const std::stop_token& stop) {
   return batch::read_manifest(arguments.manifest, check, arguments.resume, stop);
 }
 
-int check(const Arguments& arguments, Session& session) {
+int check(const BatchArguments& arguments, Session& session) {
   const auto fits = read(arguments, session.interrupts.token()).entries.size();
   session.console.result(
       fmt::format("{}: {} fit{}, nothing wrong", arguments.manifest, fits, fits == 1 ? "" : "s"),
@@ -127,15 +127,15 @@ int check(const Arguments& arguments, Session& session) {
 }
 
 /// What happens before the first fit; rank 0 does what is to be done once.
-struct Start {
+struct BatchStart {
   batch::Manifest manifest;
   batch::BatchOptions options;
   std::vector<batch::BatchDevice> devices;
   std::optional<batch::FolderLock> lock;  ///< rank 0's
 };
 
-Start start(const Arguments& arguments, const LaunchedRanks& ranks, Session& session) {
-  Start start{read(arguments, session.interrupts.token()), {}, {}, {}};
+BatchStart start(const BatchArguments& arguments, const LaunchedRanks& ranks, Session& session) {
+  BatchStart start{read(arguments, session.interrupts.token()), {}, {}, {}};
   if (arguments.folder.empty()) throw InputError("batch needs -o, the folder to write to");
   if (arguments.retry_failed && !arguments.resume) {
     throw InputError("--retry-failed needs --resume; without it, everything is done again");
@@ -157,11 +157,11 @@ batch::Exchange exchange_of(LaunchedRanks& ranks) {
           [&ranks](const Ranks::Numbers& mine) { return ranks.all_gather(mine); }};
 }
 
-int run(const Arguments& arguments, Session& session) {
+int run_batch(const BatchArguments& arguments, Session& session) {
   if (!arguments.status.empty()) return show_status(arguments, session);
   if (arguments.check) return check(arguments, session);
   const auto ranks = join_ranks();
-  std::optional<Start> started;
+  std::optional<BatchStart> started;
   if (const int code = together(*ranks, [&]() -> int {
         started.emplace(start(arguments, *ranks, session));
         return kDone;
@@ -183,8 +183,8 @@ int run(const Arguments& arguments, Session& session) {
   return std::max(code, finished);
 }
 
-void describe_options(Command command, Arguments& a) {
-  command.file("MANIFEST", a.manifest, "What to fit: a TOML file, see below").type("");
+void describe_batch(Command command, BatchArguments& a) {
+  command.file("MANIFEST", a.manifest, "What to fit: a TOML file, as above").type("");
   command.file("-o,--output", a.folder, "Folder for everything the batch writes").type("FOLDER");
   command.flag("--check", a.check, "Only say what is wrong with the manifest");
   command.flag("--resume", a.resume,
@@ -221,7 +221,7 @@ void add_batch(CommandLine& program, ChosenCommand& chosen) {
       "  mpirun -np 4 qjulia batch shapes.toml -o results   on the machines mpirun is told\n"
       "'--device all' uses every device there is. Exit code 1 while any entry is not done.",
       /*can_trace=*/false};
-  add_command(program, chosen, text, describe_options, run);
+  add_command(program, chosen, text, describe_batch, run_batch);
 }
 
 }  // namespace qjulia::tools

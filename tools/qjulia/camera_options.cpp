@@ -47,8 +47,9 @@ void add_camera(Command command, Camera& camera) {
           "would be. Default: the whole shape")
       .type("X0 Y0 Z0 X1 Y1 Z1");
   command.add("--field-of-view", &camera.field_of_view, "Degrees, vertical");
-  command.choice("--up", camera.up, {{"x", 'x'}, {"y", 'y'}, {"z", 'z'}},
-                 "The shape's axis that points up");
+  add_up(command, camera.up,
+         "The shape's axis that points up; auto is what the map says, or y where it says nothing. "
+         "Of a mesh it is a guess: its flattest, widest end is down");
 }
 
 }  // namespace qjulia::tools

@@ -198,6 +198,8 @@ std::string with_zero(const std::string& word) {
   return number ? "-0" + word.substr(1) : word;
 }
 
+bool is_direction(std::string_view word) { return word == "-x" || word == "-y" || word == "-z"; }
+
 }  // namespace
 
 double finite_number(const std::string& word) { return read_number<double>(word); }
@@ -331,7 +333,14 @@ std::string CommandLine::help() const { return app_->help(); }
 
 std::optional<int> CommandLine::parse(int argc, const char* const* argv) {
   std::vector<std::string> words;
-  for (int i = 1; i < argc; ++i) words.push_back(with_zero(argv[i]));
+  for (int i = 1; i < argc; ++i) {
+    // "--up -z": no option has such a name.
+    if (!words.empty() && words.back().starts_with("--") && is_direction(argv[i])) {
+      words.back() += fmt::format("={}", argv[i]);
+    } else {
+      words.push_back(with_zero(argv[i]));
+    }
+  }
   if (!words.empty() && words.front() == "help") {  // help COMMAND: COMMAND --help-all
     words.erase(words.begin());
     words.emplace_back(words.empty() ? "--help" : "--help-all");

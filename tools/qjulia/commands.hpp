@@ -52,6 +52,8 @@ void add_render(CommandLine& program, ChosenCommand& chosen);
 void add_sample(CommandLine& program, ChosenCommand& chosen);
 void add_compare(CommandLine& program, ChosenCommand& chosen);
 void add_convert(CommandLine& program, ChosenCommand& chosen);
+void add_explore(CommandLine& program, ChosenCommand& chosen);
+void add_share(CommandLine& program, ChosenCommand& chosen);
 void add_info(CommandLine& program, ChosenCommand& chosen);
 void add_batch(CommandLine& program, ChosenCommand& chosen);
 void add_profile(CommandLine& program, ChosenCommand& chosen);

@@ -13,13 +13,12 @@
 #include "map_options.hpp"
 #include "options.hpp"
 #include "provenance.hpp"
-#include "qjulia/map_file.hpp"
 #include "qjulia/picture.hpp"
 
 namespace qjulia::tools {
 namespace {
 
-struct Arguments {
+struct CompareArguments {
   std::string map;
   std::string mesh;
   std::string picture;  ///< empty: none
@@ -43,13 +42,13 @@ std::string table(const std::vector<FitMetrics>& metrics) {
                      metrics.front().slope_variation);
 }
 
-int run(const Arguments& arguments, Session& session) {
+int run_compare(const CompareArguments& arguments, Session& session) {
   const CompareOptions options = checked(arguments.options, arguments.map_options);
   const PictureOptions view = checked(arguments.view, arguments.map_options);
   std::vector<base::Output> outputs;
   if (!arguments.picture.empty()) outputs.push_back({"--picture", arguments.picture, {".png"}});
   session.check_outputs({arguments.map, arguments.mesh}, outputs);
-  const RationalMap read = read_map(arguments.map, session.interrupts.token());
+  const RationalMap read = session.read_map(arguments.map);
   const TriangleMesh mesh = session.read_mesh(arguments.mesh);
   const Device device = session.open_device(arguments.device);
   const RationalMap map = with_knobs(device, read, arguments.map_options, arguments.map);
@@ -79,7 +78,7 @@ int run(const Arguments& arguments, Session& session) {
   return kDone;
 }
 
-void describe_options(Command command, Arguments& a) {
+void describe_compare(Command command, CompareArguments& a) {
   a.view.width = 640;
   a.view.height = 480;
   command.file("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'").required().type("");
@@ -111,7 +110,7 @@ void add_compare(CommandLine& program, ChosenCommand& chosen) {
       "surfaces. Roughness is the set's area over the mesh's: detail makes it grow. Energy is -1\n"
       "for a perfect fit. The first line is for n = 1, the second for --iterations.\n" +
           std::string(kMapOptionsHelp)};
-  add_command(program, chosen, text, describe_options, run);
+  add_command(program, chosen, text, describe_compare, run_compare);
 }
 
 }  // namespace qjulia::tools

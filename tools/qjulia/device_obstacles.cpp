@@ -14,14 +14,6 @@
 #include "qjulia/error.hpp"
 
 namespace qjulia::tools {
-namespace {
-
-/// Where PoCL keeps compiled kernels, and what says so: pocl(7), POCL_CACHE_DIR.
-struct KernelCache {
-  const char* variable;
-  std::filesystem::path folder;
-};
-
 KernelCache kernel_cache() {
   if (const char* cache = std::getenv("POCL_CACHE_DIR")) return {"POCL_CACHE_DIR", cache};
   if (const char* cache = std::getenv("XDG_CACHE_HOME")) {
@@ -32,6 +24,8 @@ KernelCache kernel_cache() {
   }
   return {"POCL_CACHE_DIR", std::filesystem::temp_directory_path() / "pocl"};
 }
+
+namespace {
 
 std::string cache_obstacle() {
   const auto [variable, folder] = kernel_cache();

@@ -1,7 +1,15 @@
 #pragma once
+#include <filesystem>
 #include <string>
 
 namespace qjulia::tools {
+
+/// Where PoCL keeps compiled kernels, and the environment variable that says so: pocl(7).
+struct KernelCache {
+  const char* variable;
+  std::filesystem::path folder;
+};
+KernelCache kernel_cache();
 
 /// What keeps OpenCL drivers from showing a device though they are installed: a folder for compiled
 /// kernels that cannot be written, limits on open files or memory. Empty: nothing that is known.

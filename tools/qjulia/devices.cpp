@@ -32,7 +32,7 @@ std::string to_text(const DeviceInfo& d, bool chosen, bool verbose) {
   return text;
 }
 
-int run(const std::string& wanted, Session& session) {
+int run_devices(const std::string& wanted, Session& session) {
   expect_descriptors();
   const DeviceInfo chosen = Device::choose(wanted).info();
   std::string text;
@@ -62,7 +62,7 @@ void add_devices(CommandLine& program, ChosenCommand& chosen) {
       "Exit code 3 means that there is none, or none of that name. On a machine without a GPU,\n"
       "'apt-get install pocl-opencl-icd' makes the CPU one.",
       /*can_trace=*/false};
-  add_command(program, chosen, text, add_device, run);
+  add_command(program, chosen, text, add_device, run_devices);
 }
 
 }  // namespace qjulia::tools

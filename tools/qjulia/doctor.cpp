@@ -76,7 +76,7 @@ std::string verdict(const SelfTestReport& report) {
       failed, report.checks.size());
 }
 
-int run(const std::string& wanted, Session& session) {
+int run_doctor(const std::string& wanted, Session& session) {
   const Device device = session.open_device(wanted);
   const SelfTestReport report = self_test(device, session.monitor());
   std::string text = about(device);
@@ -110,7 +110,7 @@ void add_doctor(CommandLine& program, ChosenCommand& chosen) {
       "results with references on the host: a few seconds, more while a driver compiles for the\n"
       "first time. Exit code 1 when a program fails. docs/devices.md says what is known of each\n"
       "platform, and how to install its driver."};
-  add_command(program, chosen, text, add_device, run);
+  add_command(program, chosen, text, add_device, run_doctor);
 }
 
 }  // namespace qjulia::tools

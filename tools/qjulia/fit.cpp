@@ -25,7 +25,7 @@
 namespace qjulia::tools {
 namespace {
 
-struct Arguments {
+struct FitCommandArguments {
   std::string mesh;
   std::string output;
   std::string device;
@@ -34,22 +34,25 @@ struct Arguments {
   bool resume = false;
 };
 
-std::string summary(const Arguments& arguments, const FitResult& result, bool verbose) {
-  return fmt::format("{}\nmap: {}\nnext: qjulia render {} -o picture.png",
-                     verbose ? full_summary(result) : brief_summary(result), arguments.output,
+std::string summary(const FitCommandArguments& arguments, const FitResult& result, bool verbose) {
+  return fmt::format("{}\n{}\nmap: {}\nnext: qjulia render {} -o picture.png",
+                     verbose ? full_summary(result) : brief_summary(result),
+                     up_line(*result.map.up, arguments.fit.options.up), arguments.output,
                      arguments.output);
 }
 
-nlohmann::json report(const Arguments& arguments, const FitResult& result, double seconds) {
+nlohmann::json report(const FitCommandArguments& arguments, const FitResult& result,
+                      double seconds) {
   nlohmann::json json = result.map.provenance.json();
   json["map"] = arguments.output;
   json["factors"] = result.map.factors.size();
+  json["up"] = to_string(*result.map.up);
   json["seconds"] = seconds;
   return json;
 }
 
 /// True when the output is the finished result of the same mesh and options.
-bool is_done(const Arguments& arguments, const FitOptions& options) {
+bool is_done(const FitCommandArguments& arguments, const FitOptions& options) {
   if (!std::filesystem::is_regular_file(arguments.output)) return false;
   const nlohmann::json made = read_map(arguments.output).provenance.json();
   return made.is_object() && made.value("stopped", "interrupted") != "interrupted" &&
@@ -57,17 +60,18 @@ bool is_done(const Arguments& arguments, const FitOptions& options) {
          made.value("mesh", nlohmann::json()) == file_json(arguments.mesh);
 }
 
-std::filesystem::path report_file(const Arguments& arguments) {
+std::filesystem::path report_file(const FitCommandArguments& arguments) {
   return std::filesystem::path(arguments.report) / "report.html";
 }
 
 /// None for an output that is no file, such as /dev/null.
-std::filesystem::path checkpoint_file(const Arguments& arguments) {
+std::filesystem::path checkpoint_file(const FitCommandArguments& arguments) {
   if (base::is_special(arguments.output)) return {};
   return arguments.output + ".checkpoint";
 }
 
-void check_files(const Arguments& arguments, const FitOptions& options, Session& session) {
+void check_files(const FitCommandArguments& arguments, const FitOptions& options,
+                 Session& session) {
   check_map_name(arguments.output);
   std::vector<std::filesystem::path> inputs{arguments.mesh};
   if (is_schedule_file(options.schedule)) inputs.emplace_back(options.schedule);
@@ -81,8 +85,8 @@ void check_files(const Arguments& arguments, const FitOptions& options, Session&
   session.check_outputs(inputs, outputs);
 }
 
-void make_report(const Arguments& arguments, const Device& device, const TriangleMesh& mesh,
-                 const FitResult& result, Session& session) {
+void make_report(const FitCommandArguments& arguments, const Device& device,
+                 const TriangleMesh& mesh, const FitResult& result, Session& session) {
   const TraceStage stage(session.trace(), "report");
   const std::string title = std::filesystem::path(arguments.mesh).filename().string();
   const report::FitReport report =
@@ -91,7 +95,8 @@ void make_report(const Arguments& arguments, const Device& device, const Triangl
 }
 
 /// What --resume does with a finished map: its report, if it is asked for.
-int show_finished(const Arguments& arguments, const std::string& device_name, Session& session) {
+int show_finished(const FitCommandArguments& arguments, const std::string& device_name,
+                  Session& session) {
   nlohmann::json json = {{"map", arguments.output}, {"resumed", false}};
   std::string text =
       fmt::format("map: {} is finished; there is nothing to resume", arguments.output);
@@ -115,16 +120,16 @@ std::string own_device(const LaunchedRanks& ranks, const std::string& wanted) {
 }
 
 /// What a rank has before the fit begins.
-struct Start {
+struct FitStart {
   bool is_done = false;  ///< there is nothing to fit
   TriangleMesh mesh;
   std::optional<Device> device;
 };
 
 /// Rank 0 checks the files and speaks; every rank reads the mesh and opens its own device.
-Start start(const Arguments& arguments, const FitOptions& options, LaunchedRanks& ranks,
-            Session& session) {
-  Start start;
+FitStart start(const FitCommandArguments& arguments, const FitOptions& options,
+               LaunchedRanks& ranks, Session& session) {
+  FitStart start;
   const std::string device = own_device(ranks, arguments.device);
   if (ranks.rank() == 0) {
     check_files(arguments, options, session);
@@ -142,7 +147,7 @@ Start start(const Arguments& arguments, const FitOptions& options, LaunchedRanks
 }
 
 /// Writes the map and the report, and says so.
-int save(const Arguments& arguments, const FitOptions& options, const Start& start,
+int save(const FitCommandArguments& arguments, const FitOptions& options, const FitStart& start,
          FitResult result, Session& session) {
   {
     const TraceStage stage(session.trace(), "save");
@@ -169,11 +174,11 @@ int save(const Arguments& arguments, const FitOptions& options, const Start& sta
   return interrupted ? kInterrupted : kDone;
 }
 
-int run(const Arguments& arguments, Session& session) {
+int run_fit(const FitCommandArguments& arguments, Session& session) {
   const auto ranks = join_ranks();
   if (ranks->rank() > 0) session.leave_trace();  // rank 0 writes it
   FitOptions options;
-  Start begun;
+  FitStart begun;
   const int code = together(*ranks, [&]() -> int {
     options = checked_options(arguments.fit);
     if (!arguments.fit.sample_parts) options.sample_parts = ranks->size();
@@ -197,7 +202,7 @@ int run(const Arguments& arguments, Session& session) {
   });
 }
 
-void describe_options(Command command, Arguments& a) {
+void describe_fit(Command command, FitCommandArguments& a) {
   command.file("MESH", a.mesh, "Triangle mesh: .obj, .off, .ply or .stl").required().type("");
   command.file("-o,--output", a.output, "Map file to write, such as bunny.qjulia.json")
       .required()
@@ -224,8 +229,8 @@ void add_fit(CommandLine& program, ChosenCommand& chosen) {
       "  qjulia fit bunny.obj -o quick.qjulia.json --factors 100 --time-limit 20\n"
       "Meshes with holes are welcome; what is wrong with them is reported. Ctrl-C ends the fit\n"
       "and saves what was reached (exit code 130); --resume then goes on. A resumed fit ends with\n"
-      "the same map as one that was never stopped, unless a time limit ends it."};
-  add_command(program, chosen, text, describe_options, run);
+      "the same factors as one that was never stopped, unless a time limit ends it."};
+  add_command(program, chosen, text, describe_fit, run_fit);
 }
 
 }  // namespace qjulia::tools

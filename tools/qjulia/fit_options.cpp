@@ -36,6 +36,9 @@ void add_fit_options(Command command, FitArguments& a) {
       "How many times as steep the field is outside the shape, 1 to 100: above 1 tufts that "
       "stand off the shape are shorter, and fewer pieces come loose. 'surface' and 'render' "
       "can change it later");
+  add_up(command, a.options.up,
+         "The mesh's axis that points up in pictures, and in files that have an up of their own. "
+         "auto: the mesh's flattest, widest end is down; where none is, y is up");
   command
       .add("--time-limit", &a.time_limit,
            "Seconds of the whole command, with --resume of this run; the map reached by then is "

@@ -50,7 +50,8 @@ class FitWorker final : public batch::BatchWorker {
     result.map.provenance = without_times(provenance(entry.mesh, options, device_, result));
     write_map(result.map, file(".qjulia.json"));
     if (entry.outputs.surface) {
-      write_mesh(surface(entry, result.map, monitor), file(*entry.outputs.surface));
+      write_mesh(surface(entry, result.map, monitor), file(*entry.outputs.surface), {},
+                 result.map.up);
     }
     if (entry.outputs.picture) write_png(picture(entry, result.map, monitor), file(".png"));
     if (entry.outputs.report) {

@@ -52,7 +52,7 @@ struct Answer {
   void add(const std::string& line) { text += "\n" + line; }
 };
 
-struct Arguments {
+struct InfoArguments {
   std::string file;
   std::string device;
   bool check_precision = false;
@@ -62,7 +62,7 @@ struct Arguments {
 
 /// The device, or none where none was asked for by name and there is none: a file can be described
 /// without, but for what has to be computed.
-std::optional<Device> device_for(const Arguments& arguments, Answer& answer) {
+std::optional<Device> device_for(const InfoArguments& arguments, Answer& answer) {
   try {
     auto [device, warning] = with_cached_tuning(Device::choose(arguments.device));
     if (!warning.empty()) answer.add("note          " + warning);
@@ -141,17 +141,19 @@ void describe_print(const TriangleMesh& mesh, const MeshReport& report, const De
       nozzle, advice.empty() ? lost_detail(walls, nozzle) : advice));
 }
 
-Answer mesh_info(const Arguments& arguments, const std::stop_token& stop) {
+Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
   MeshReport report;
   const TriangleMesh mesh = read_mesh(arguments.file, &report, stop);
   const Box box = mesh.box();
   const SurfaceFigures figures = measure(mesh);
+  const UpAxis up = guess_up(mesh);
   Answer answer;
   answer.text = fmt::format(
       "{}: mesh, {}\n"
-      "vertices      {}\ntriangles     {}\ncomponents    {}\n{}\n{}",
+      "vertices      {}\ntriangles     {}\ncomponents    {}\n{}\n{}\n"
+      "up            probably {}",
       arguments.file, report.closed() ? "closed and manifold" : "not closed", report.vertices,
-      report.triangles, report.components, to_text(box), to_text(figures));
+      report.triangles, report.components, to_text(box), to_text(figures), to_string(up));
   answer.json = {{"file", arguments.file},
                  {"type", "mesh"},
                  {"vertices", report.vertices},
@@ -167,6 +169,7 @@ Answer mesh_info(const Arguments& arguments, const std::stop_token& stop) {
                  {"closed", report.closed()},
                  {"figures", to_json(figures)},
                  {"box", to_json(box)},
+                 {"up", to_string(up)},
                  {"warnings", report.warnings()}};
   if (const auto device = device_for(arguments, answer)) {
     describe_interior(mesh, *device, stop, answer);
@@ -255,6 +258,10 @@ void describe_shape(const RationalMap& map, Answer& answer) {
     answer.add(to_text(*map.box));
     answer.json["box"] = to_json(*map.box);
   }
+  if (map.up) {
+    answer.add(fmt::format("up            {}", to_string(*map.up)));
+    answer.json["up"] = to_string(*map.up);
+  }
 }
 
 /// What has to be computed: radii, and how deep the origin lies.
@@ -293,7 +300,7 @@ void describe_precision(const RationalMap& map, const Device& device, Answer& an
       {"points", check.points}, {"different", check.different}, {"iterations", check.iterations}};
 }
 
-Answer map_info(const Arguments& arguments, const Session& session) {
+Answer map_info(const InfoArguments& arguments, const Session& session) {
   const RationalMap map = read_map(arguments.file, session.interrupts.token());
   const char* formula = std::holds_alternative<QuadraticModulus>(map.modulus) ? " q² + c" : "";
   Answer answer{fmt::format("{}: {} map{}", arguments.file, map.kind(), formula),
@@ -326,7 +333,7 @@ Answer map_info(const Arguments& arguments, const Session& session) {
 }
 
 /// A picture or scene of ours: what it shows, and how it was made.
-Answer note_info(const Arguments& arguments, const Session& session) {
+Answer note_info(const InfoArguments& arguments, const Session& session) {
   const nlohmann::json note = read_embedded_note(arguments.file, session.interrupts.token());
   const nlohmann::json& made = note.at("made_with");
   const bool is_picture = note.contains("width");
@@ -343,7 +350,7 @@ Answer note_info(const Arguments& arguments, const Session& session) {
   return answer;
 }
 
-int run(const Arguments& arguments, Session& session) {
+int run_info(const InfoArguments& arguments, Session& session) {
   const bool mesh = is_mesh_file(arguments.file);
   if (mesh && arguments.check_precision) {
     throw InputError(
@@ -359,10 +366,11 @@ int run(const Arguments& arguments, Session& session) {
   return kDone;
 }
 
-void describe_options(Command command, Arguments& a) {
+void describe_info(Command command, InfoArguments& a) {
   command
       .file("FILE", a.file,
-            "Map, mesh (.obj, .off, .ply, .stl), or a .png or .glb that qjulia made")
+            "Map, a page with one, mesh (.obj, .off, .ply, .stl), or a .png or .glb that "
+            "qjulia made")
       .required()
       .type("");
   command.flag("--check-precision", a.check_precision,
@@ -389,7 +397,7 @@ void add_info(CommandLine& program, ChosenCommand& chosen) {
       "Orbits within r_in stay for ever, orbits beyond r_out leave. F1 at the origin should be\n"
       "below -2: nearer 0 the set dissolves.",
       /*can_trace=*/false};
-  add_command(program, chosen, text, describe_options, run);
+  add_command(program, chosen, text, describe_info, run_info);
 }
 
 }  // namespace qjulia::tools

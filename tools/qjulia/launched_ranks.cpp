@@ -124,15 +124,6 @@ class MpiRanks final : public LaunchedRanks {
   int local_size_ = 1;
 };
 
-/// Where PoCL keeps compiled kernels: pocl(7), POCL_CACHE_DIR.
-std::filesystem::path kernel_cache() {
-  if (const char* cache = std::getenv("POCL_CACHE_DIR")) return cache;
-  if (const char* cache = std::getenv("XDG_CACHE_HOME"))
-    return std::filesystem::path(cache) / "pocl";
-  if (const char* home = std::getenv("HOME")) return std::filesystem::path(home) / ".cache/pocl";
-  return std::filesystem::temp_directory_path() / "pocl";
-}
-
 #endif
 
 }  // namespace
@@ -163,7 +154,7 @@ std::unique_ptr<LaunchedRanks> join_ranks() {
   if (!is_launched()) return std::make_unique<SingleRank>();
 #ifdef QJULIA_MPI
   // Before message passing starts, since that may look for OpenCL devices too.
-  const auto own = kernel_cache() / fmt::format("rank-{}", launched_rank());
+  const auto own = kernel_cache().folder / fmt::format("rank-{}", launched_rank());
   std::error_code ignored;  // PoCL says what is wrong with it
   std::filesystem::create_directories(own, ignored);
   ::setenv("POCL_CACHE_DIR", own.c_str(), 1);

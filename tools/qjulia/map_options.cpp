@@ -57,7 +57,7 @@ double thinness_of(const Device& device, const RationalMap& map) {
   return thinness(mesh);
 }
 
-nlohmann::json to_json(const MapKnobs& knobs) {
+nlohmann::json knobs_json(const MapKnobs& knobs) {
   nlohmann::json json = {{"detail", nullptr},    {"order_seed", nullptr}, {"phase", nullptr},
                          {"slice", nullptr},     {"rotate", nullptr},     {"drift", nullptr},
                          {"translate", nullptr}, {"scale", nullptr},      {"tufts", nullptr}};
@@ -200,7 +200,7 @@ RationalMap with_knobs(const Device& device, const RationalMap& map, const MapOp
 }
 
 nlohmann::json to_json(const MapOptions& options) {
-  nlohmann::json json = to_json(options.knobs);
+  nlohmann::json json = knobs_json(options.knobs);
   if (options.detail) json["detail"] = to_json(*options.detail);
   json["iterations"] = options.iterations;
   json["precision"] = to_string(options.precision);

@@ -26,6 +26,16 @@ Option add_precision(Command command, Precision& precision, const std::string& d
                         description);
 }
 
+Option add_up(Command command, std::optional<UpAxis>& up, const std::string& description) {
+  const auto read = [&up](const std::string& word) {
+    up = up_axis_named(word);
+    if (!up && word != "auto") {
+      throw InputError(fmt::format("'{}' is no direction; give x, y, z, -x, -y, -z or auto", word));
+    }
+  };
+  return command.word("--up", read, description).type("x|y|z|-x|-y|-z|auto").default_text("auto");
+}
+
 void add_device(Command command, std::string& device) {
   command
       .add("--device", &device,

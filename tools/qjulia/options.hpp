@@ -2,11 +2,13 @@
 /// Options that several commands share.
 
 #include <array>
+#include <optional>
 #include <string>
 
 #include "command_line.hpp"
 #include "console.hpp"
 #include "qjulia/device.hpp"
+#include "qjulia/up_axis.hpp"
 
 namespace qjulia::tools {
 
@@ -15,6 +17,9 @@ void add_verbosity(Command command, Verbosity& verbosity);
 
 /// --precision.
 Option add_precision(Command command, Precision& precision, const std::string& description);
+
+/// --up. `up` stays empty for "auto".
+Option add_up(Command command, std::optional<UpAxis>& up, const std::string& description);
 
 /// --device.
 void add_device(Command command, std::string& device);

@@ -18,18 +18,18 @@
 namespace qjulia::tools {
 namespace {
 
-struct Arguments {
+struct PortalsArguments {
   std::string map;
   std::string output;
   std::string device;
   PortalOptions options;
 };
 
-int run(const Arguments& arguments, Session& session) {
+int run_portals(const PortalsArguments& arguments, Session& session) {
   const PortalOptions& options = arguments.options;
   options.validate();
   session.check_outputs({arguments.map}, {{"--output", arguments.output, {".json"}}});
-  RationalMap map = read_map(arguments.map, session.interrupts.token());
+  RationalMap map = session.read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
   map.portals = proposed_portals(device, map, options, session.monitor());
   map.provenance.set("portals", {{"map", arguments.map},
@@ -61,7 +61,7 @@ int run(const Arguments& arguments, Session& session) {
   return kDone;
 }
 
-void describe_options(Command command, Arguments& a) {
+void describe_portals(Command command, PortalsArguments& a) {
   command.file("MAP", a.map, "Map file of any kind; portals that it has are replaced")
       .required()
       .type("");
@@ -95,7 +95,7 @@ void add_portals(CommandLine& program, ChosenCommand& chosen) {
       "apart\n"
       "from each other. The map file lists them under \"portals\": move, turn and scale them\n"
       "there. See docs/portals.md."};
-  add_command(program, chosen, text, describe_options, run);
+  add_command(program, chosen, text, describe_portals, run_portals);
 }
 
 }  // namespace qjulia::tools

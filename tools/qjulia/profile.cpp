@@ -3,10 +3,12 @@
 #include "qjulia/profile.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <nlohmann/json.hpp>
 
 #include "base/input_file.hpp"
+#include "base/output_file.hpp"
 #include "commands.hpp"
 #include "exit_code.hpp"
 #include "files.hpp"
@@ -21,10 +23,11 @@
 namespace qjulia::tools {
 namespace {
 
-struct Arguments {
+struct ProfileArguments {
   std::string device;
   std::string baseline;
   std::string plot;
+  std::string csv;
   std::optional<int> lane_width;
   bool tune = false;
   bool scaling = false;
@@ -33,26 +36,34 @@ struct Arguments {
 };
 
 std::string optional_number(const std::optional<double>& value, double scale) {
-  return value ? fmt::format("{:.2f}", *value * scale) : "-";
+  return value ? fmt::format("{:.4g}", *value * scale) : "-";
+}
+
+/// The measured limit in multiply-adds a lane and cycle; empty where lanes are not known.
+std::string in_cycles(const ProfileReport& report) {
+  const double clock = report.limits.clock_fma_per_second;
+  if (clock == 0) return {};
+  return fmt::format(" ({:.2f} a lane and cycle at the {} MHz that the device tells)",
+                     report.limits.fma_per_second / clock, report.device.clock_mhz);
 }
 
 std::string table(const ProfileReport& report) {
   std::string text = fmt::format(
       "settings: {}\n"
-      "limits: {:.1f} G multiply-adds/s, copy {:.1f} GB/s, launch {:.1f} us\n"
-      "kernel        n    samples  factors   median s      min s   Gpairs/s   of limit  predicted "
-      "s  measured",
+      "limits: {:.4g} G multiply-adds/s{}, copy {:.4g} GB/s, launch {:.3g} us\n"
+      "kernel        n    samples  factors   median s      min s   spread   Gpairs/s   of limit  "
+      "predicted s  measured",
       report.is_tuned ? "tuned for this device" : "the defaults",
-      1e-9 * report.limits.fma_per_second, 1e-9 * report.limits.bytes_per_second,
+      1e-9 * report.limits.fma_per_second, in_cycles(report), 1e-9 * report.limits.bytes_per_second,
       1e6 * report.limits.launch_seconds);
   for (const KernelFigures& f : report.kernels) {
-    text += fmt::format("\n{:12} {:2} {:10} {:8} {:10.5f} {:10.5f} {:>10} {:>10} {:>12} {:>9}",
-                        f.kernel, f.iterations, f.samples, f.factors, f.median_seconds,
-                        f.min_seconds, optional_number(f.pairs_per_second, 1e-9),
-                        f.share_of_limit ? fmt::format("{:.0f} %", 100 * *f.share_of_limit) : "-",
-                        f.predicted_seconds ? fmt::format("{:.5f}", *f.predicted_seconds) : "-",
-                        f.predicted_seconds
-                            ? fmt::format("{:.2f} x", f.median_seconds / *f.predicted_seconds)
+    text += fmt::format(
+        "\n{:12} {:2} {:10} {:8} {:10.4g} {:10.4g} {:6.1f} % {:>10} {:>10} {:>12} {:>9}", f.kernel,
+        f.iterations, f.samples, f.factors, f.median_seconds, f.min_seconds, 100 * f.spread(),
+        optional_number(f.pairs_per_second, 1e-9),
+        f.share_of_limit ? fmt::format("{:.1f} %", 100 * *f.share_of_limit) : "-",
+        f.predicted_seconds ? fmt::format("{:.4g}", *f.predicted_seconds) : "-",
+        f.predicted_seconds ? fmt::format("{:.2f} x", f.median_seconds / *f.predicted_seconds)
                             : "-");
   }
   return text;
@@ -82,7 +93,7 @@ std::string table(const TuneReport& report, const std::string& file) {
   return text + fmt::format("\nsettings: {}\nkept in: {}", to_json(report.tuning).dump(), file);
 }
 
-int run_tune(const Arguments& arguments, Session& session) {
+int run_tune(const ProfileArguments& arguments, Session& session) {
   const Device device = session.open_device(arguments.device);
   const std::string file = tuning_file(device.info()).string();
   const TuneReport report = tune(device, arguments.options, session.monitor());
@@ -110,11 +121,12 @@ std::string table(const ScalingReport& report) {
   return text;
 }
 
-int run_scaling(const Arguments& arguments, Session& session) {
+int run_scaling(const ProfileArguments& arguments, Session& session) {
   const Device device = session.open_device(arguments.device);
   ScalingOptions options;
   options.precision = arguments.options.precision;
   const ScalingReport report = measure_scaling(device, options, session.monitor());
+  if (!arguments.csv.empty()) base::write_file(arguments.csv, to_csv(report));
   session.console.result(table(report), to_json(report));
   return kDone;
 }
@@ -126,8 +138,8 @@ std::string made_by(const ProfileReport& report) {
   return one_line(json);
 }
 
-int run(const Arguments& given, Session& session) {
-  Arguments arguments = given;
+int run_profile(const ProfileArguments& given, Session& session) {
+  ProfileArguments arguments = given;
   ProfileOptions& options = arguments.options;
   if (arguments.lane_width) options.lane_width = *arguments.lane_width;
   options.validate();
@@ -135,6 +147,7 @@ int run(const Arguments& given, Session& session) {
   std::vector<std::filesystem::path> inputs;
   std::vector<base::Output> outputs;
   if (!arguments.baseline.empty()) inputs.emplace_back(arguments.baseline);
+  if (!arguments.csv.empty()) outputs.push_back({"--csv", arguments.csv, {".csv"}});
   if (!arguments.plot.empty()) outputs.push_back({"--plot", arguments.plot, {".png"}});
   session.check_outputs(inputs, outputs);
   nlohmann::json baseline;
@@ -146,14 +159,21 @@ int run(const Arguments& given, Session& session) {
   if (!arguments.plot.empty()) {
     write_png(draw_plot(report::roofline(report)), arguments.plot, {{"qjulia", made_by(report)}});
   }
+  if (!arguments.csv.empty()) base::write_file(arguments.csv, to_csv(report));
   session.console.result(table(report), to_json(report));
+  const std::vector<std::string> signs = report.disturbances();
+  if (!signs.empty()) {
+    session.console.warn(
+        fmt::format("the machine was not idle, and times are too long: {}; measure again",
+                    fmt::join(signs, "; ")));
+  }
   if (baseline.is_null()) return kDone;
   const auto slower = regressions(report, baseline, arguments.tolerance);
   for (const std::string& line : slower) session.console.warn("slower: " + line);
   return slower.empty() ? kDone : kFailed;
 }
 
-void describe_options(Command command, Arguments& a) {
+void describe_profile(Command command, ProfileArguments& a) {
   const Option tune = command.flag(
       "--tune", a.tune,
       "Find the lane width, samples per work-item and tile sizes that are fastest here, check that "
@@ -186,6 +206,12 @@ void describe_options(Command command, Arguments& a) {
       .excludes(tune)
       .excludes(scaling)
       .type("PICTURE.png");
+  command
+      .file("--csv", a.csv,
+            "Also write the figures as a table, a line for each kernel, or with --scaling for "
+            "each size")
+      .excludes(tune)
+      .type("FILE.csv");
   command.add("--tolerance", &a.tolerance,
               "What counts as slower: 0.2 is 20 % over the baseline's median");
   add_device(command, a.device);
@@ -203,19 +229,21 @@ void add_profile(CommandLine& program, ChosenCommand& chosen) {
       "  qjulia profile --plot roofline.png\n"
       "  qjulia profile --scaling                                 cost against size\n"
       "  qjulia profile --tune                                    once a device; a minute or two\n"
-      "A pair is one factor at one sample for one iterate. The share of the limit compares the\n"
-      "multiplications and divisions in the kernel's source with the measured peak multiply-add\n"
-      "rate. The predicted time is what the compiled\n"
-      "kernel's instructions, as counted for GPUs, and its memory traffic take at these limits.\n"
-      "Rays and distances end early by design: they have times only. Times are from the\n"
-      "device's own clock; use an idle machine.\n"
+      "  qjulia profile --csv kernels.csv\n"
+      "A pair is one factor at one sample for one iterate. The share of the limit compares a\n"
+      "kernel's slots (multiply-adds, multiplications and divisions in its source, one each) with\n"
+      "the measured peak multiply-add rate. The predicted time is what the compiled kernel's\n"
+      "instructions, as counted for GPUs, and its memory traffic take at these limits. Rays and\n"
+      "distances end early by design: they have times only. Times are from the device's own\n"
+      "clock. The spread is that of the runs, over their median; a warning says so when the\n"
+      "machine was not idle.\n"
       "Tuned settings are kept for the device, its driver and this program in\n"
       "$XDG_CACHE_HOME/qjulia (~/.cache/qjulia), and every command uses them from then on. Sums\n"
       "are then taken in another order: maps fitted before and after differ slightly,\n"
       "as they do between machines tuned differently. QJULIA_TUNING=off in the environment keeps "
       "to\n"
       "the defaults, which are the same everywhere."};
-  add_command(program, chosen, text, describe_options, run);
+  add_command(program, chosen, text, describe_profile, run_profile);
 }
 
 }  // namespace qjulia::tools

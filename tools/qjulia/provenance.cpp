@@ -74,10 +74,18 @@ nlohmann::json to_json(const DetailChoice& detail) {
   return to_string(detail);
 }
 
+nlohmann::json to_json(const std::optional<UpAxis>& up) { return up ? to_string(*up) : "auto"; }
+
+std::string up_line(UpAxis up, const std::optional<UpAxis>& chosen) {
+  return fmt::format("up: {}{}", to_string(up),
+                     chosen ? "" : ", a guess from the mesh; --up sets it");
+}
+
 nlohmann::json to_json(const FitOptions& options) {
   nlohmann::json json = {{"factors", options.factors},
                          {"detail", to_json(options.detail)},
                          {"tufts", options.tufts},
+                         {"up", to_json(options.up)},
                          {"seed", options.seed},
                          {"time_limit", nullptr},
                          {"max_evaluations", options.max_evaluations},
@@ -151,6 +159,12 @@ nlohmann::json to_json(const PictureOptions& options) {
                     {"at", cut.at},
                     {"unit", cut.is_percent ? "percent" : "shape"}});
   }
+  nlohmann::json palette = nlohmann::json::array();
+  if (options.material == Material::clay) {
+    palette.push_back(color_name(options.palette.clay));
+  } else {
+    for (const Rgb& stop : options.palette.stops) palette.push_back(color_name(stop));
+  }
   nlohmann::json look_at, frame;
   if (const auto& p = camera.look_at) look_at = {p->x(), p->y(), p->z()};
   if (camera.frame) frame = to_json(*camera.frame);
@@ -165,7 +179,11 @@ nlohmann::json to_json(const PictureOptions& options) {
           {"cuts", cuts},
           {"field_of_view", camera.field_of_view},
           {"material", to_string(options.material)},
-          {"up", std::string(1, camera.up)}};
+          {"palette", palette},
+          {"background", options.backdrop == Backdrop::plain ? color_name(options.background)
+                                                             : to_string(options.backdrop)},
+          {"ground", options.ground},
+          {"up", to_json(camera.up)}};
 }
 
 FitResult finished_fit(RationalMap map, const std::filesystem::path& file) {

@@ -21,15 +21,15 @@ constexpr const char* kExamples =
     "  qjulia doctor                                   does it compute what it should?\n"
     "  qjulia fit bunny.obj -o bunny.qjulia.json       mesh to map; a minute or so\n"
     "  qjulia shape bunny.obj -o exact.qjulia.json     the same in seconds, larger and exact\n"
-    "  qjulia shape human.obj -o human.qjulia.json     the mesh's exact shape, in seconds\n"
     "  qjulia render bunny.qjulia.json -o bunny.png    map to picture\n"
     "  qjulia surface bunny.qjulia.json -o bunny.ply   map to mesh, for Blender or a printer\n"
+    "  qjulia share bunny.qjulia.json -o bunny.html    map to a page to play with\n"
     "  qjulia compare bunny.qjulia.json bunny.obj      how well does it fit?\n"
     "\n"
     "'qjulia COMMAND --help' explains a command.\n"
     "Exit codes: 0 done, 1 failed, 2 bad usage or input, 3 no usable device, 130 interrupted.";
 
-int run(const ChosenCommand& chosen) {
+int run_command(const ChosenCommand& chosen) {
   Session session(chosen.verbosity, chosen.trace);
   try {
     const int code = chosen.run(session);
@@ -53,9 +53,9 @@ int main(int argc, char** argv) {
     program.root().footer(kExamples);
     program.version(std::string("qjulia ") + version());
     ChosenCommand chosen;
-    for (const auto add :
-         {add_devices, add_doctor, add_fit, add_shape, add_portals, add_surface, add_render,
-          add_sample, add_compare, add_convert, add_info, add_batch, add_profile}) {
+    for (const auto add : {add_devices, add_doctor, add_fit, add_shape, add_portals, add_surface,
+                           add_render, add_sample, add_compare, add_convert, add_explore, add_share,
+                           add_info, add_batch, add_profile}) {
       add(program, chosen);
     }
     if (const auto code = program.parse(argc, argv)) return *code;
@@ -63,7 +63,7 @@ int main(int argc, char** argv) {
       print_error(program.help());
       return kBadInput;
     }
-    return run(chosen);
+    return run_command(chosen);
   } catch (const std::exception& error) {
     say(error);
     return exit_code_of(error);

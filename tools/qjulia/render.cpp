@@ -13,18 +13,18 @@
 #include "commands.hpp"
 #include "exit_code.hpp"
 #include "files.hpp"
+#include "look_options.hpp"
 #include "map_options.hpp"
 #include "options.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
-#include "qjulia/map_file.hpp"
 #include "qjulia/picture.hpp"
 #include "sweep.hpp"
 
 namespace qjulia::tools {
 namespace {
 
-struct Arguments {
+struct RenderArguments {
   std::string input;
   std::string output;
   std::string device;
@@ -33,6 +33,7 @@ struct Arguments {
   std::string layers;  ///< prefix of their files; empty: none
   bool preview = false;
   MapOptions map_options;
+  LookOptions look;
   PictureOptions options;
 };
 
@@ -54,8 +55,9 @@ std::vector<Cut> parse_cuts(const std::string& text) {
   return cuts;
 }
 
-PictureOptions checked_options(const Arguments& arguments) {
-  PictureOptions options = checked(arguments.options, arguments.map_options);
+PictureOptions checked_options(const RenderArguments& arguments) {
+  PictureOptions options =
+      checked(with_look(arguments.options, arguments.look), arguments.map_options);
   auto given = arguments.map_options.given();
   if (!options.cuts.empty()) given.emplace_back("--cut");
   if (is_mesh_file(arguments.input) && !given.empty()) {
@@ -74,13 +76,14 @@ struct Scene {
   TriangleMesh mesh;
 };
 
-Scene read_scene(const Arguments& arguments, Session& session) {
+Scene read_scene(const RenderArguments& arguments, Session& session) {
   if (is_mesh_file(arguments.input)) return {{}, session.read_mesh(arguments.input)};
-  return {read_map(arguments.input, session.interrupts.token()), {}};
+  return {session.read_map(arguments.input), {}};
 }
 
 Studio studio_of(const Device& device, const Scene& scene, const std::string& input,
                  const MapOptions& map_options, const PictureOptions& options, Session& session) {
+  const TraceStage stage(session.trace(), "studio");
   if (is_mesh_file(input)) return {device, scene.mesh, scene.mesh.box(), options};
   return {device, with_knobs(device, scene.map, map_options, input), options,
           session.interrupts.token()};
@@ -108,7 +111,7 @@ class Preview {
   explicit Preview(const std::filesystem::path& picture)
       : path_(picture.parent_path() / (picture.stem().string() + ".preview.png")) {}
 
-  void draw(const Device& device, const Scene& scene, const Arguments& arguments,
+  void draw(const Device& device, const Scene& scene, const RenderArguments& arguments,
             PictureOptions options, Session& session) const {
     const int reduction = std::max(kReduction, (options.width + kWidest - 1) / kWidest);
     options.width = std::max(1, options.width / reduction);
@@ -135,7 +138,7 @@ class Preview {
   std::filesystem::path path_;
 };
 
-std::optional<Sweep> wanted_sweep(const Arguments& arguments, const PictureOptions& options) {
+std::optional<Sweep> wanted_sweep(const RenderArguments& arguments, const PictureOptions& options) {
   if (!arguments.sweep.empty() && arguments.turntable) {
     throw InputError("give either --sweep or --turntable");
   }
@@ -163,7 +166,7 @@ std::filesystem::path frame_path(const std::filesystem::path& sheet, std::size_t
          fmt::format("{}_{:03}{}", sheet.stem().string(), number, sheet.extension().string());
 }
 
-std::vector<base::Output> outputs_of(const Arguments& arguments,
+std::vector<base::Output> outputs_of(const RenderArguments& arguments,
                                      const std::optional<Sweep>& sweep) {
   std::vector<base::Output> outputs{{"--output", arguments.output, {".png"}}};
   if (arguments.preview) outputs.push_back({"--preview", Preview(arguments.output).path()});
@@ -198,7 +201,7 @@ ProgressMonitor part_monitor(Session& session, std::size_t done, std::size_t all
 }
 
 /// A picture for each value, numbered, and all of them with captions on one sheet.
-int run_sweep(const Arguments& arguments, const PictureOptions& options, const Sweep& sweep,
+int run_sweep(const RenderArguments& arguments, const PictureOptions& options, const Sweep& sweep,
               Session& session) {
   const Scene scene = read_scene(arguments, session);
   const Device device = session.open_device(arguments.device);
@@ -222,7 +225,10 @@ int run_sweep(const Arguments& arguments, const PictureOptions& options, const S
     how = made_with(arguments.input, map_options, device.info());
     how["picture"] = to_json(frame_options);
     files.push_back(frame_path(arguments.output, files.size() + 1).string());
-    write_picture(image, files.back(), how);
+    {
+      const TraceStage stage(session.trace(), "write");
+      write_picture(image, files.back(), how);
+    }
     session.written_so_far = fmt::format("{} pictures were written", files.size());
     frames.push_back(captioned(image, caption));
   }
@@ -238,7 +244,7 @@ int run_sweep(const Arguments& arguments, const PictureOptions& options, const S
   return kDone;
 }
 
-int run(const Arguments& arguments, Session& session) {
+int run_render(const RenderArguments& arguments, Session& session) {
   const PictureOptions options = checked_options(arguments);
   const auto sweep = wanted_sweep(arguments, options);
   if (sweep && (!arguments.layers.empty() || arguments.preview)) {
@@ -258,6 +264,7 @@ int run(const Arguments& arguments, Session& session) {
   warn_if_empty(image, arguments.input, options, session);
   nlohmann::json how = made_with(arguments.input, arguments.map_options, device.info());
   how["picture"] = to_json(options);
+  const TraceStage stage(session.trace(), "write");
   write_picture(image, arguments.output, how);
   std::vector<std::string> layer_files;
   if (!arguments.layers.empty()) {
@@ -282,7 +289,7 @@ int run(const Arguments& arguments, Session& session) {
   return kDone;
 }
 
-void describe_options(Command command, Arguments& a) {
+void describe_render(Command command, RenderArguments& a) {
   command
       .file("MAP", a.input,
             "Map file of 'qjulia fit' or 'qjulia shape'; or a mesh (.obj, .off, .ply, .stl), drawn "
@@ -329,6 +336,7 @@ void describe_options(Command command, Arguments& a) {
   command.flag("--preview", a.preview,
                "First write a rough picture, up to 320 wide, as NAME.preview.png; it goes "
                "when\nthe picture is done");
+  add_look(command, a.look);
   add_map_options(command, a.map_options, "The set is cut open at its faces. Default: all of it");
   add_device(command, a.device);
 }
@@ -346,12 +354,14 @@ void add_render(CommandLine& program, ChosenCommand& chosen) {
       "  qjulia render bunny.qjulia.json -o crust.png --drift 0.8 --detail 0.03\n"
       "  qjulia render bunny.qjulia.json -o drift.png --sweep drift=0:1.05:12 --size 480x360\n"
       "  qjulia render bunny.qjulia.json -o turn.png --turntable 36\n"
+      "  qjulia render bunny.qjulia.json -o cut_out.png --background transparent --no-ground\n"
+      "  qjulia render bunny.qjulia.json -o glow.png --material trap --palette ember\n"
       "  qjulia render bunny.qjulia.json -o big.png --size 3840x2160 --preview --aov big\n"
       "Rays meet the set itself, not a mesh of it: the picture is as sharp as its pixels. The "
       "file's\n"
       "text chunk 'qjulia' says how it was made.\n" +
           std::string(kMapOptionsHelp)};
-  add_command(program, chosen, text, describe_options, run);
+  add_command(program, chosen, text, describe_render, run_render);
 }
 
 }  // namespace qjulia::tools

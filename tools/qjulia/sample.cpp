@@ -13,12 +13,11 @@
 #include "options.hpp"
 #include "provenance.hpp"
 #include "qjulia/file_types.hpp"
-#include "qjulia/map_file.hpp"
 
 namespace qjulia::tools {
 namespace {
 
-struct Arguments {
+struct SampleArguments {
   std::string map;
   std::string output;
   std::string device;
@@ -26,11 +25,11 @@ struct Arguments {
   SampleOptions options;
 };
 
-int run(const Arguments& arguments, Session& session) {
+int run_sample(const SampleArguments& arguments, Session& session) {
   const SampleOptions options = checked(arguments.options, arguments.map_options);
   session.check_outputs({arguments.map}, {{"--output", arguments.output,
                                            extensions(FileContent::field, FileUse::write)}});
-  const RationalMap read = read_map(arguments.map, session.interrupts.token());
+  const RationalMap read = session.read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
   const RationalMap map = with_knobs(device, read, arguments.map_options, arguments.map);
   nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
@@ -50,7 +49,7 @@ int run(const Arguments& arguments, Session& session) {
   return kDone;
 }
 
-void describe_options(Command command, Arguments& a) {
+void describe_sample(Command command, SampleArguments& a) {
   command.file("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'").required().type("");
   command
       .file("-o,--output", a.output,
@@ -75,7 +74,7 @@ void add_sample(CommandLine& program, ChosenCommand& chosen) {
       "surface level ('qjulia info' and --json tell it). In .npy the array is [x][y][z]; ParaView\n"
       "opens .vti, and a contour of F at the level is the set's surface.\n" +
           std::string(kMapOptionsHelp)};
-  add_command(program, chosen, text, describe_options, run);
+  add_command(program, chosen, text, describe_sample, run_sample);
 }
 
 }  // namespace qjulia::tools

@@ -4,6 +4,7 @@
 
 #include "device_obstacles.hpp"
 #include "files.hpp"
+#include "qjulia/map_file.hpp"
 #include "qjulia/tuning_cache.hpp"
 
 namespace qjulia::tools {
@@ -41,6 +42,11 @@ void Session::finish() {
   trace_->add("qjulia", Trace::Row::host, Trace::Timer::wall, start_, Trace::Clock::now() - start_);
   trace_->write(trace_file_, name);
   console.note("trace: " + trace_file_);
+}
+
+RationalMap Session::read_map(const std::string& file) {
+  const TraceStage stage(trace_, "read the map");
+  return qjulia::read_map(file, interrupts.token());
 }
 
 TriangleMesh Session::read_mesh(const std::string& file) {

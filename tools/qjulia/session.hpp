@@ -31,6 +31,8 @@ class Session {
   /// Progress to the console, stop requests from signals, stages to the trace. Valid as long as
   /// this session.
   ProgressMonitor monitor();
+  /// Reads a map. @throws InputError
+  RationalMap read_map(const std::string& file);
   /// Reads a mesh, and warns of what is wrong with it. @throws InputError
   TriangleMesh read_mesh(const std::string& file);
   /// Chooses a device, with the settings kept for it, and says which. @throws NoDeviceError

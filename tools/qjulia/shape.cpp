@@ -19,7 +19,7 @@
 namespace qjulia::tools {
 namespace {
 
-struct Arguments {
+struct ShapeArguments {
   std::string mesh;
   std::string output;
   std::string device;
@@ -85,7 +85,7 @@ NoiseVersor noise_of(std::string_view versor) {
 }
 
 /// Sets the versor that `--versor` asks for.
-void choose_versor(const Arguments& arguments, ExactMapOptions& options) {
+void choose_versor(const ShapeArguments& arguments, ExactMapOptions& options) {
   const std::string_view versor = arguments.versor;
   if (kind_of(versor) == kNoise || kind_of(versor) == kNoise4) {
     options.noise = noise_of(versor);
@@ -113,16 +113,17 @@ void choose_versor(const Arguments& arguments, ExactMapOptions& options) {
   options.phase = map.phase;
 }
 
-nlohmann::json options_json(const Arguments& arguments) {
+nlohmann::json options_json(const ShapeArguments& arguments) {
   const bool is_round = arguments.options.fourth == FourthCoordinate::round;
   return {{"resolution", arguments.options.resolution},
           {"detail", to_string(arguments.options.detail)},
           {"tufts", arguments.options.tufts},
+          {"up", to_json(arguments.options.up)},
           {"versor", arguments.versor},
           {"fourth", is_round ? "round" : "ignored"}};
 }
 
-int run(const Arguments& arguments, Session& session) {
+int run_shape(const ShapeArguments& arguments, Session& session) {
   ExactMapOptions options = arguments.options;
   std::vector<std::filesystem::path> inputs{arguments.mesh};
   if (is_file(arguments.versor)) inputs.emplace_back(arguments.versor);
@@ -139,19 +140,21 @@ int run(const Arguments& arguments, Session& session) {
   const auto& distance = std::get<DistanceModulus>(map.modulus);
   const auto [nx, ny, nz] = distance.grid->data().cells;
   session.console.summary(
-      fmt::format("{} x {} x {} cells, {}, {:.1f} s\nmap: {}\nnext: qjulia render {} -o "
+      fmt::format("{} x {} x {} cells, {}, {:.1f} s\n{}\nmap: {}\nnext: qjulia render {} -o "
                   "picture.png",
                   nx, ny, nz,
                   options.noise ? "noise" : fmt::format("{} factors", map.factors.size()),
-                  session.seconds(), arguments.output, arguments.output),
+                  session.seconds(), up_line(*map.up, arguments.options.up), arguments.output,
+                  arguments.output),
       {{"map", arguments.output},
        {"cells", {nx, ny, nz}},
        {"factors", map.factors.size()},
+       {"up", to_string(*map.up)},
        {"seconds", session.seconds()}});
   return kDone;
 }
 
-void describe_options(Command command, Arguments& a) {
+void describe_shape(Command command, ShapeArguments& a) {
   command.file("MESH", a.mesh, "Triangle mesh: .obj, .off, .ply or .stl").required().type("");
   command.file("-o,--output", a.output, "Map file to write, such as bunny.qjulia.json")
       .required()
@@ -164,6 +167,9 @@ void describe_options(Command command, Arguments& a) {
               "How many times as steep the field is outside the shape, 1 to 100: above 1 tufts "
               "that stand off the shape are shorter, and fewer pieces come loose. 'surface' and "
               "'render' can change it later");
+  add_up(command, a.options.up,
+         "The mesh's axis that points up in pictures, and in files that have an up of their own. "
+         "auto: the mesh's flattest, widest end is down; where none is, y is up");
   command
       .add("--versor", &a.versor,
            "What gives the grooves their pattern: random:K:SEED for K roots placed at random "
@@ -197,7 +203,7 @@ void add_shape(CommandLine& program, ChosenCommand& chosen) {
       "some fifty kilobytes, but thin limbs and sharp edges are all there. The versor, which "
       "gives\n"
       "the grooves their pattern, is free. See docs/exact-maps.md."};
-  add_command(program, chosen, text, describe_options, run);
+  add_command(program, chosen, text, describe_shape, run_shape);
 }
 
 }  // namespace qjulia::tools

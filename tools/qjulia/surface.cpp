@@ -15,13 +15,12 @@
 #include "qjulia/error.hpp"
 #include "qjulia/figures.hpp"
 #include "qjulia/file_types.hpp"
-#include "qjulia/map_file.hpp"
 #include "qjulia/surface_file.hpp"
 
 namespace qjulia::tools {
 namespace {
 
-struct Arguments {
+struct SurfaceArguments {
   std::string map;
   std::string output;
   std::string device;
@@ -31,6 +30,7 @@ struct Arguments {
   bool largest_component = false;
   std::optional<double> min_component;  ///< of the largest one's area
   std::optional<double> millimetres;    ///< instead of shape units
+  std::optional<UpAxis> up;             ///< instead of the map's; of files that stand upright
 };
 
 /// What was written.
@@ -59,16 +59,16 @@ RationalMap scaled(RationalMap map, std::optional<double> millimetres, const std
 }
 
 /// Loose pieces are dropped unless components are chosen otherwise.
-bool drops_loose(const Arguments& arguments) {
+bool drops_loose(const SurfaceArguments& arguments) {
   return !arguments.keep_loose && !arguments.largest_component && !arguments.min_component;
 }
 
-bool is_ply(const Arguments& arguments) { return extension_of(arguments.output) == ".ply"; }
+bool is_ply(const SurfaceArguments& arguments) { return extension_of(arguments.output) == ".ply"; }
 
 /// Straight to the file; memory does not grow with what it holds.
-WrittenSurface stream(const Arguments& arguments, const Device& device, const RationalMap& map,
-                      const SurfaceOptions& options, const std::string& note,
-                      const ProgressMonitor& monitor) {
+WrittenSurface stream(const SurfaceArguments& arguments, const Device& device,
+                      const RationalMap& map, const SurfaceOptions& options,
+                      const std::string& note, const ProgressMonitor& monitor) {
   PlyFile file(arguments.output, note);
   FigureSink sink(&file);
   WrittenSurface written;
@@ -79,13 +79,14 @@ WrittenSurface stream(const Arguments& arguments, const Device& device, const Ra
 }
 
 /// By way of memory: for formats that need their counts first, and to choose among components.
-WrittenSurface collect(const Arguments& arguments, const Device& device, const RationalMap& map,
-                       const SurfaceOptions& options, const std::string& note,
-                       const ProgressMonitor& monitor) {
+WrittenSurface collect(const SurfaceArguments& arguments, const Device& device,
+                       const RationalMap& map, const SurfaceOptions& options,
+                       const std::string& note, const ProgressMonitor& monitor) {
   WrittenSurface written;
   TriangleMesh mesh = extract_surface(device, map, options, monitor, &written.report);
   if (mesh.triangles.empty()) return written;
   const double least = arguments.largest_component ? 1 : arguments.min_component.value_or(0);
+  const TraceStage stage(monitor.trace, "measure and write");
   if (drops_loose(arguments)) written.loose = drop_loose_pieces(mesh);
   if (least > 0) mesh = large_components(mesh, least);
   if (is_ply(arguments)) {
@@ -96,7 +97,7 @@ WrittenSurface collect(const Arguments& arguments, const Device& device, const R
     file.triangles(mesh.triangles);
     file.commit();
   } else {
-    write_mesh(mesh, arguments.output, note);
+    write_mesh(mesh, arguments.output, note, map.up);
   }
   const MeshReport report = inspect(mesh);
   written.report.vertices = report.vertices;
@@ -107,19 +108,28 @@ WrittenSurface collect(const Arguments& arguments, const Device& device, const R
   return written;
 }
 
-int run(const Arguments& arguments, Session& session) {
+int run_surface(const SurfaceArguments& arguments, Session& session) {
   SurfaceOptions options = checked(arguments.options, arguments.map_options);
   session.check_outputs({arguments.map}, {{"--output", arguments.output,
                                            extensions(FileContent::mesh, FileUse::write)}});
-  const RationalMap read = read_map(arguments.map, session.interrupts.token());
+  if (arguments.up && !stands_upright(arguments.output)) {
+    throw InputError(
+        fmt::format("--up: '{}' keeps the shape's own coordinates; leave --up out, or write .glb "
+                    "or .stl, which stand upright",
+                    arguments.output));
+  }
+  const RationalMap read = session.read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
-  const RationalMap map = scaled(with_knobs(device, read, arguments.map_options, arguments.map),
-                                 arguments.millimetres, arguments.map, options);
+  RationalMap map = scaled(with_knobs(device, read, arguments.map_options, arguments.map),
+                           arguments.millimetres, arguments.map, options);
+  if (arguments.up) map.up = arguments.up;
 
   const bool whole = !drops_loose(arguments) && !arguments.largest_component &&
                      arguments.min_component.value_or(0) == 0;
   nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
   how["resolution"] = options.resolution;
+  const bool is_turned = stands_upright(arguments.output) && map.up;
+  if (is_turned) how["up"] = to_string(*map.up);
   const WrittenSurface written = (whole && is_ply(arguments) ? stream : collect)(
       arguments, device, map, options, one_line(how), session.monitor());
   const SurfaceReport& report = written.report;
@@ -139,12 +149,14 @@ int run(const Arguments& arguments, Session& session) {
                     written.loose.count, written.loose.count == 1 ? "" : "s", 100 * loose_share,
                     written.loose.count == 1 ? "it" : "them");
   }
+  const std::string stands =
+      is_turned ? fmt::format("\nthe shape's {} is up", to_string(*map.up)) : std::string();
   session.report_kernels(device);
   const double seconds = session.seconds();
   session.console.summary(
-      fmt::format("{} vertices, {} triangles, {} component{}, {}; {:.1f} s{}\nmesh: {}",
+      fmt::format("{} vertices, {} triangles, {} component{}, {}; {:.1f} s{}{}\nmesh: {}",
                   report.vertices, report.triangles, components, components == 1 ? "" : "s",
-                  closed ? "closed and manifold" : "not closed", seconds, left_out,
+                  closed ? "closed and manifold" : "not closed", seconds, left_out, stands,
                   arguments.output),
       {{"mesh", arguments.output},
        {"vertices", report.vertices},
@@ -163,7 +175,7 @@ int run(const Arguments& arguments, Session& session) {
   return kDone;
 }
 
-void describe_options(Command command, Arguments& a) {
+void describe_surface(Command command, SurfaceArguments& a) {
   command.file("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'").required().type("");
   command
       .file("-o,--output", a.output,
@@ -197,6 +209,9 @@ void describe_options(Command command, Arguments& a) {
   command.flag("--dense", a.options.dense,
                "Run the orbit of every point of the grid to its end: the same mesh, much\n"
                "slower, without trusting r_in, r_out and bounds");
+  add_up(command, a.up,
+         "The shape's axis that points up in .glb and .stl files, which stand upright (.ply, .obj "
+         "and .off keep the shape's own coordinates); auto is what the map says");
   add_map_options(command, a.map_options,
                   "Default: the shape's box plus 5 %, grown until the set fits in");
   add_device(command, a.device);
@@ -212,10 +227,11 @@ void add_surface(CommandLine& program, ChosenCommand& chosen) {
       "  qjulia surface bunny.qjulia.json -o fine.stl --resolution 512 --detail 0.03\n"
       "  qjulia surface bunny.qjulia.json -o print.stl --millimetres 80\n"
       "  qjulia surface bunny.qjulia.json -o crust.ply --drift 0.8 --phase 0.8 0.6 0 0\n"
-      "The mesh lies in the fitted shape's own coordinates. Only the undecided shell about\n"
-      "the surface is iterated: time grows with its volume, memory with the mesh and one slab.\n" +
+      "The mesh lies in the fitted shape's own coordinates; .glb and .stl stand upright. Only the\n"
+      "undecided shell about the surface is iterated: time grows with its volume, memory with the\n"
+      "mesh and one slab.\n" +
           std::string(kMapOptionsHelp)};
-  add_command(program, chosen, text, describe_options, run);
+  add_command(program, chosen, text, describe_surface, run_surface);
 }
 
 }  // namespace qjulia::tools

@@ -92,6 +92,7 @@ FitReport make_report(const Device& device, const TriangleMesh& mesh, const FitR
   PictureOptions picture;
   picture.width = options.width;
   picture.height = options.height;
+  picture.camera.up = result.map.up.value_or(kDefaultUp);  // of the mesh too
   const auto add = [&](const std::string& caption, Image image) {
     report.pictures.push_back({caption, std::move(image)});
   };

@@ -1,0 +1,48 @@
+#include "qjulia/up_axis.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace qjulia {
+namespace {
+
+constexpr std::array<std::pair<UpAxis, const char*>, 6> kNames{{{UpAxis::x, "x"},
+                                                                {UpAxis::y, "y"},
+                                                                {UpAxis::z, "z"},
+                                                                {UpAxis::minus_x, "-x"},
+                                                                {UpAxis::minus_y, "-y"},
+                                                                {UpAxis::minus_z, "-z"}}};
+
+}  // namespace
+
+const char* to_string(UpAxis axis) {
+  return std::ranges::find(kNames, axis, &std::pair<UpAxis, const char*>::first)->second;
+}
+
+std::optional<UpAxis> up_axis_named(std::string_view name) {
+  for (const auto& [axis, its_name] : kNames) {
+    if (name == its_name) return axis;
+  }
+  return std::nullopt;
+}
+
+int axis_number(UpAxis axis) { return static_cast<int>(axis) % 3; }
+
+Eigen::Vector3d direction(UpAxis axis) {
+  return (axis < UpAxis::minus_x ? 1 : -1) * Eigen::Vector3d::Unit(axis_number(axis));
+}
+
+Eigen::Matrix3d quarter_turns(UpAxis from, UpAxis to) {
+  const Eigen::Vector3d a = direction(from), b = direction(to);
+  if (from == to) return Eigen::Matrix3d::Identity();
+  if (a == -b) {
+    const Eigen::Vector3d still = Eigen::Vector3d::Unit((axis_number(from) + 1) % 3);
+    return 2 * still * still.transpose() - Eigen::Matrix3d::Identity();
+  }
+  const Eigen::Vector3d still = a.cross(b);
+  return b * a.transpose() - a * b.transpose() + still * still.transpose();
+}
+
+}  // namespace qjulia

@@ -1,0 +1,88 @@
+#include "qjulia/colors.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+namespace qjulia {
+namespace {
+
+constexpr int kHex = 16;
+constexpr double kMost = 255;
+
+/// IEC 61966-2-1.
+double decoded(double encoded) {
+  return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+}
+double encoded(double linear) {
+  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+}
+
+std::optional<int> hex_digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return std::nullopt;
+}
+
+Rgb of(std::uint32_t hex) {
+  const auto part = [&](unsigned shift) {
+    return decoded(static_cast<double>((hex >> shift) & 0xFFU) / kMost);
+  };
+  return {part(16), part(8), part(0)};
+}
+
+const std::vector<std::pair<std::string, Palette>>& palettes() {
+  static const std::vector<std::pair<std::string, Palette>> all{
+      {"earth", {}},
+      {"ember", {of(0xC8553D), {of(0x1B0C2A), of(0x7A1F3D), of(0xE4572E), of(0xFFD166)}}},
+      {"ice", {of(0xA9C6D9), {of(0x0B2545), of(0x2A6F97), of(0x89C2D9), of(0xF1F7FA)}}},
+      {"moss", {of(0x8A9A5B), {of(0x14281D), of(0x355834), of(0x8A9A5B), of(0xE9E4C9)}}},
+      {"grey", {of(0xB8B8B8), {of(0x262626), of(0x7A7A7A), of(0xC4C4C4), of(0xF5F5F5)}}}};
+  return all;
+}
+
+}  // namespace
+
+std::optional<Rgb> color_named(std::string_view text) {
+  if (text == "white") return of(0xFFFFFF);
+  if (text == "black") return of(0);
+  if (text.starts_with('#')) text.remove_prefix(1);
+  if (text.size() != 3 && text.size() != 6) return std::nullopt;
+  std::uint32_t hex = 0;
+  for (const char c : text) {
+    const auto digit = hex_digit(c);
+    if (!digit) return std::nullopt;
+    const int times = text.size() == 3 ? 2 : 1;
+    for (int i = 0; i < times; ++i) hex = kHex * hex + static_cast<std::uint32_t>(*digit);
+  }
+  return of(hex);
+}
+
+std::string color_name(const Rgb& color) {
+  std::array<long, 3> parts{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double linear = std::clamp(color[static_cast<Eigen::Index>(i)], 0.0, 1.0);
+    parts[i] = std::lround(kMost * encoded(linear));
+  }
+  return fmt::format("#{:02x}{:02x}{:02x}", parts[0], parts[1], parts[2]);
+}
+
+std::optional<Palette> palette_named(std::string_view name) {
+  for (const auto& [its_name, palette] : palettes()) {
+    if (name == its_name) return palette;
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> palette_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, palette] : palettes()) names.push_back(name);
+  return names;
+}
+
+}  // namespace qjulia

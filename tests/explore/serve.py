@@ -1,0 +1,227 @@
+#!/usr/bin/python3
+"""The server of `qjulia explore`: what it draws, and what it refuses and survives.
+Usage: serve.py QJULIA MESH FOLDER. Exits with 77 where there is no Chromium."""
+import http.client
+import pathlib
+import random
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+
+import browser
+
+qjulia, mesh, folder = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
+failures = []
+
+
+def check(holds, what):
+    print(("ok      " if holds else "FAILED  ") + what, flush=True)
+    if not holds:
+        failures.append(what)
+
+
+def run(*words):
+    subprocess.run([qjulia, *map(str, words)], cwd=folder, check=True)
+
+
+class Server:
+    """`qjulia explore` of a map."""
+
+    def __init__(self, name):
+        self.process = subprocess.Popen([qjulia, "explore", name, "--device", "cpu", "--quiet"], cwd=folder,
+                                        stdout=subprocess.PIPE, text=True)
+        self.address = self.process.stdout.readline().strip()
+        found = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/\?token=([0-9a-f]{32})", self.address)
+        self.port, self.token = int(found[1]), found[2]
+
+    def get(self, path, token=None, method="GET", client="test", body=None, **headers):
+        """Status, headers and body of an answer."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=120)
+        own = {"X-Qjulia-Token": self.token if token is None else token, "X-Qjulia-Client": client}
+        own.update({name.replace("_", "-"): value for name, value in headers.items()})
+        try:
+            connection.request(method, path, body=body, headers=own)
+            answer = connection.getresponse()
+            return answer.status, answer.headers, answer.read()
+        finally:
+            connection.close()
+
+    def status(self, *words, **options):
+        return self.get(*words, **options)[0]
+
+    def is_well(self):
+        status, _, body = self.get("/frame?size=16x12&samples=1", client=f"well{random.random()}")
+        return status == 200 and body[:4] == b"=\x89PN"
+
+    def raw(self, data, reads=True):
+        """What the server answers to these bytes; None where it closes the connection."""
+        with socket.create_connection(("127.0.0.1", self.port), timeout=20) as connection:
+            try:
+                connection.sendall(data)
+                connection.shutdown(socket.SHUT_WR)
+                return connection.recv(1 << 16) if reads else None
+            except OSError:
+                return None
+
+
+def check_refusals(server):
+    page = f"/?token={server.token}"
+    status, headers, body = server.get(page)
+    check(status == 200 and b'data-renderer="server"' in body, "the page is served")
+    check(headers["Cache-Control"] == "no-store" and headers["X-Frame-Options"] == "DENY", "with careful headers")
+    check(server.status("/") == 403 and server.status("/?token=" + "0" * 32) == 403, "not without its token")
+    check(server.status("/frame?size=8x8", token="0" * 32) == 403, "nor are pictures")
+    check(server.status(page, Host=f"evil.example:{server.port}") == 403, "a name rebound to this address is refused")
+    check(server.status(page, Host=f"localhost:{server.port}") == 200, "localhost is this machine")
+    check(server.status("/frame?size=8x8", Origin="http://evil.example") == 403, "another site's requests are refused")
+    check(server.status("/frame?size=8x8", Origin=f"http://127.0.0.1:{server.port}") == 200, "the page's own are not")
+    check(server.status("/frame?size=8x8", method="POST", body="x") == 405, "nothing is posted")
+    for path in ("/etc/passwd", "/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/ball.qjulia.json"):
+        check(server.status(path) in (403, 404), f"no file is given out: {path}")
+    for query in ("detail=nan", "detail=-1", "size=99999x99999", "size=8", "size=8x8x8", "samples=9", "iterations=99",
+                  "phase=1,2,3", "phase=0,0,0,0", "up=w", "cut-z=x", "size=8x8&size=9x9", "file=/etc/passwd", "zoom=1e999",
+                  "order-seed=-1", "material=%00", "look-at=1,2,3,4", "tufts=1e9"):
+        status, _, body = server.get(f"/frame?{query}")
+        check(status == 400 or body.startswith(b"!"), f"a bad request is told so: {query}: {body[:60]}")
+    check(server.status("/frame?size=8x8", client="") == 400, "a request must say which page it comes from")
+    status, _, body = server.get("/frame?size=8x8&drift=40")
+    check(status == 200 and body.startswith(b"!") and b"drift" in body, "what the map does not bear is told too")
+    listening = [line.split()[1] for line in pathlib.Path("/proc/net/tcp").read_text().splitlines()[1:]
+                 if line.split()[3] == "0A" and line.split()[1].endswith(f":{server.port:04X}")]
+    check(listening == [f"0100007F:{server.port:04X}"], f"it listens on the loopback address alone: {listening}")
+
+
+def check_survival(server):
+    some = random.Random(1)
+    good = f"GET /frame?size=8x8 HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nX-Qjulia-Token: {server.token}\r\n\r\n".encode()
+    for number in range(1000):
+        data = bytearray(good)
+        for _ in range(some.randrange(1, 8)):
+            at = some.randrange(len(data))
+            data[at:at + some.randrange(3)] = bytes(some.randrange(256) for _ in range(some.randrange(4)))
+        if number % 10 == 0:
+            data = bytearray(some.randrange(256) for _ in range(some.randrange(1, 400)))
+        if number % 25 == 0:
+            data = bytearray(good[:some.randrange(len(good))])
+        if number % 50 == 0:
+            data = good.replace(b"\r\n\r\n", b"\r\nX: " + b"y" * 100000 + b"\r\n\r\n")
+        server.raw(bytes(data))
+    check(server.is_well(), "it survives 1,000 malformed requests")
+
+    statuses = []
+    many = [threading.Thread(target=lambda i=i: statuses.append(server.status("/frame?size=16x12", client=f"c{i}")))
+            for i in range(100)]
+    for thread in many:
+        thread.start()
+    for thread in many:
+        thread.join()
+    check(len(statuses) == 100 and set(statuses) <= {200, 503} and 200 in statuses, "and 100 connections at once")
+
+    slow = []
+    for _ in range(20):
+        connection = socket.socket()
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+        connection.connect(("127.0.0.1", server.port))
+        connection.sendall(f"GET /?token={server.token} HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\n\r\n".encode())
+        slow.append(connection)
+    check(server.is_well(), "and clients that stop reading")
+    for connection in slow:
+        connection.close()
+
+    half = socket.create_connection(("127.0.0.1", server.port))
+    half.sendall(b"GET /frame HTTP/1.1\r\nHost:")
+    check(server.is_well(), "and one that stops writing")
+    half.close()
+
+    gone = socket.create_connection(("127.0.0.1", server.port))
+    gone.sendall((f"GET /frame?size=3000x2000&samples=4&zoom=3 HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\n"
+                  f"X-Qjulia-Token: {server.token}\r\nX-Qjulia-Client: gone\r\n\r\n").encode())
+    time.sleep(1)
+    gone.close()
+    begin = time.monotonic()
+    check(server.is_well(), f"a picture that nobody waits for ends: {time.monotonic() - begin:.1f} s")
+
+    answers = {}
+    def ask(name, size):
+        answers[name] = server.get(f"/frame?size={size}&samples=4", client="one")[2]
+    first = threading.Thread(target=ask, args=("first", "2000x1500"))
+    first.start()
+    time.sleep(0.5)
+    ask("second", "16x12")
+    first.join()
+    check(answers["first"] == b"-" and answers["second"][:2] == b"=\x89", "a page's new request ends its old one")
+
+
+def pixels(data):
+    """The compressed pixels of a PNG file."""
+    at, found = 8, b""
+    while at < len(data):
+        length = int.from_bytes(data[at:at + 4], "big")
+        if data[at + 4:at + 8] == b"IDAT":
+            found += data[at + 8:at + 8 + length]
+        at += 12 + length
+    return found
+
+
+def check_pictures(server):
+    _, _, frame = server.get("/frame?size=160x120&samples=1&detail=0.03&phase=1,1,0,0&azimuth=70&cut-z=60")
+    run("render", "ball.qjulia.json", "-o", "same.png", "--size", "160x120", "--samples", 1, "--detail", 0.03, "--phase", 1, 1,
+        0, 0, "--azimuth", 70, "--cut", "z=60%", "--device", "cpu", "--quiet")
+    same = (folder / "same.png").read_bytes()
+    check(frame[:1] == b"=" and pixels(frame[1:]) == pixels(same), "a frame is the picture of 'render'")
+    _, _, turned = server.get("/map?drift=0.4&order-seed=3")
+    (folder / "turned.qjulia.json").write_bytes(turned[1:])
+    run("convert", "ball.qjulia.json", "same.qjulia.json", "--drift", 0.4, "--order-seed", 3, "--device", "cpu", "--quiet")
+    run("render", "turned.qjulia.json", "-o", "a.png", "--size", "64x48", "--quiet", "--device", "cpu")
+    run("render", "same.qjulia.json", "-o", "b.png", "--size", "64x48", "--quiet", "--device", "cpu")
+    a, b = (pixels((folder / name).read_bytes()) for name in ("a.png", "b.png"))
+    check(a == b, "a map with its knobs turned is that of 'convert'")
+
+
+def check_page(server):
+    with browser.Browser(640, 480) as tab:
+        tab.open(server.address + "&size=160x120&samples=1#azimuth=50")
+        tab.wait(100)
+        check(tab.run("qjulia.figures.frames.length") >= 2, f"the page draws: {tab.run('qjulia.figures.frames')}")
+        times = []
+        for k in range(6):
+            tab.run(f"qjulia.change({{ azimuth: {60 + 10 * k}, phase1: {30 + k} }}); 0")
+            tab.wait(100)
+            times.append(tab.run("qjulia.figures.frames[0].ms"))
+        print(f"        first frames after a change: {sorted(round(t) for t in times)} ms")
+        tab.run("for (let k = 0; k < 30; ++k) qjulia.change({ azimuth: k }, false); qjulia.change({}); 0")
+        tab.wait(100)
+        tab.run("qjulia.change({ drift: 0.5, scale: 1.2, cutx: 70, material: 'trap' }); 0")
+        tab.wait(100)
+        tab.screenshot(folder / "page.png")
+        errors = [e for e in tab.errors if "asked for http://127.0.0.1" not in e]
+        check(errors == [], f"no errors: {sorted(set(errors))}")
+        tab.run("qjulia.change({ zoom: 2 }); 0")  # and the browser closes in mid-frame
+    check(server.is_well(), "a browser that is closed in mid-frame does no harm")
+
+
+def main():
+    if browser.find() is None:
+        print("SKIPPED: no chromium here; 'tools/install-dependencies --all' adds it (about 300 MB)")
+        return 77
+    folder.mkdir(parents=True, exist_ok=True)
+    run("fit", mesh, "-o", "ball.qjulia.json", "--factors", 24, "--max-evaluations", 60, "--device", "cpu", "--quiet")
+    server = Server("ball.qjulia.json")
+    try:
+        check_refusals(server)
+        check_pictures(server)
+        check_survival(server)
+        check_page(server)
+        server.process.send_signal(signal.SIGINT)
+        check(server.process.wait(20) == 0, "Ctrl-C ends it")
+    finally:
+        server.process.kill()
+        server.process.wait()
+    return 1 if failures else 0
+
+
+sys.exit(main())

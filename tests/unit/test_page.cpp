@@ -1,0 +1,85 @@
+// Pages on which maps are played with: the map in them comes back, and names in them are text.
+
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "base/base64.hpp"
+#include "base/sha256.hpp"
+#include "explore/page.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/map_file.hpp"
+#include "random_maps.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+/// A page as a file that goes away with the test.
+class PageFile {
+ public:
+  explicit PageFile(const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
+  ~PageFile() { std::filesystem::remove(path); }
+  PageFile(const PageFile&) = delete;
+  PageFile& operator=(const PageFile&) = delete;
+
+  const std::filesystem::path path =
+      std::filesystem::temp_directory_path() / ("qjulia_" + std::to_string(::getpid()) + ".html");
+};
+
+/// What stands between two texts, from the first on.
+std::string between(const std::string& text, const std::string& begin, const std::string& end) {
+  const auto from = text.find(begin);
+  REQUIRE(from != std::string::npos);
+  const auto first = from + begin.size();
+  return text.substr(first, text.find(end, first) - first);
+}
+
+RationalMap nasty_map() {
+  RationalMap map = test::random_map(30, 0.001, 0.6, 5);
+  map.provenance = nlohmann::json{{"note", "</script><script>alert(1)</script><!--"}};
+  return map;
+}
+
+}  // namespace
+
+TEST_CASE("SHA-256 is the standard's") {
+  const auto hash = [](const std::string& text) { return base::base64(base::sha256(text)); };
+  CHECK(hash("") == "47DEQpj8HBSa+/TImW+5JCeuQeRkm5NMpJWZG3hSuFU=");
+  CHECK(hash("abc") == "ungWv48Bz+pBQUDeXa4iI7ADYaOWF3qctBD/YfIAFa0=");
+  CHECK(hash("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq") ==
+        "JI1qYdIGOLjlwCaTDD5gOaM85Flk/yFn9uzt1BnbBsE=");
+  CHECK(hash(std::string(1000000, 'a')) == "zcduXJkU+5KBocfihNc+Z/GAmkiklyAOBG05zMcRLNA=");
+}
+
+TEST_CASE("a page gives its map back") {
+  const RationalMap map = nasty_map();
+  const PageFile page(explore::shared_page(map, "ball.qjulia.json"));
+  CHECK(to_json(read_map(page.path)) == to_json(map));
+}
+
+TEST_CASE("a page without a map is no map") {
+  const PageFile page("<!DOCTYPE html>\n<p>a report</p>");
+  CHECK_THROWS_AS(read_map(page.path), InputError);
+}
+
+TEST_CASE("names in a page are text") {
+  const std::string page = explore::shared_page(nasty_map(), "a\"><script>alert(1)</script>.json");
+  CHECK(page.find("<script>alert") == std::string::npos);
+  CHECK(page.find("{{") == std::string::npos);
+}
+
+TEST_CASE("a page's policy names its script and its style") {
+  const std::string page = explore::shared_page(nasty_map(), "ball.qjulia.json");
+  const std::string policy = between(page, "Content-Security-Policy\" content=\"", "\"");
+  for (const auto& [begin, end] :
+       {std::pair{"<script type=\"module\">", "</script>"}, std::pair{"<style>", "</style>"}}) {
+    const std::string hash = base::base64(base::sha256(between(page, begin, end)));
+    CHECK(policy.find("'sha256-" + hash + "'") != std::string::npos);
+  }
+  CHECK(policy.find("unsafe") == std::string::npos);
+}

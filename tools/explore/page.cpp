@@ -1,0 +1,159 @@
+#include "explore/page.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string_view>
+#include <variant>
+
+#include "base/base64.hpp"
+#include "base/sha256.hpp"
+#include "explore/embedded_page.hpp"
+#include "qjulia/map_file.hpp"
+#include "qjulia/version.hpp"
+#include "report/html.hpp"
+
+namespace qjulia::explore {
+namespace {
+
+std::string_view file_of_page(std::string_view name) { return embedded_page().find(name)->second; }
+
+/// Calls `take` with each line, without what it is indented by.
+template <class Take>
+void for_lines(std::string_view text, const Take& take) {
+  while (!text.empty()) {
+    const auto end = std::min(text.find('\n'), text.size());
+    const auto first = std::min(text.find_first_not_of(' '), end);
+    take(text.substr(first, end - first));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+}
+
+bool is_comment(std::string_view line) {
+  return line.empty() || line.starts_with("//") || line.starts_with("/**") ||
+         line.starts_with("* ");
+}
+
+/// What a line of a module imports: "map.js"; empty where it imports nothing.
+std::string_view imported(std::string_view line) {
+  constexpr std::string_view kFrom = "from \"./";
+  const auto from = line.find(kFrom);
+  if (!line.starts_with("import ") || from == std::string_view::npos) return {};
+  line.remove_prefix(from + kFrom.size());
+  return line.substr(0, line.find('"'));
+}
+
+/// A module after all that it imports, each once: as one module, which needs no server. Names at
+/// the top of modules differ.
+void add_module(std::string_view name, std::set<std::string_view>& added, std::string& script) {
+  if (!added.insert(name).second) return;
+  const std::string_view text = file_of_page(name);
+  for_lines(text, [&](std::string_view line) {
+    if (const auto other = imported(line); !other.empty()) add_module(other, added, script);
+  });
+  for_lines(text, [&](std::string_view line) {
+    constexpr std::string_view kExport = "export ";
+    if (is_comment(line) || line.starts_with("import ")) return;
+    if (line.starts_with(kExport)) line.remove_prefix(kExport.size());
+    script += line;
+    script += '\n';
+  });
+}
+
+/// @param entry the module that imports the others.
+std::string script_of_page(std::string_view entry) {
+  std::set<std::string_view> added;
+  std::string script;
+  add_module(entry, added, script);
+  return script;
+}
+
+template <class Kinds>
+std::string_view name_of(const Kinds& kinds) {
+  return std::visit([](const auto& kind) -> std::string_view { return kind.kName; }, kinds);
+}
+
+/// Whether maps of this map's kinds need the shader file.
+bool is_needed(const RationalMap& map, std::string_view file) {
+  if (file.ends_with("_modulus.glsl")) return file.starts_with(name_of(map.modulus));
+  if (file.ends_with("_versor.glsl")) return file.starts_with(name_of(map.versor));
+  if (file == "portals.glsl") return !map.portals.empty();
+  if (file == "without_portals.glsl") return map.portals.empty();
+  return file.ends_with(".glsl");
+}
+
+std::string shaders_of_page(const RationalMap& map) {
+  std::string text;
+  for (const auto& [file, source] : embedded_page()) {
+    if (!is_needed(map, file)) continue;
+    text += fmt::format("<script type=\"x-shader\" id=\"{}\">\n", file);
+    for_lines(source, [&](std::string_view line) {
+      if (!is_comment(line)) text += fmt::format("{}\n", line);
+    });
+    text += "</script>\n";
+  }
+  return text;
+}
+
+/// JSON that no HTML parser takes for the end of a script.
+std::string json_of(const RationalMap& map) {
+  const std::string plain =
+      to_json(map).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  std::string text;
+  for (const char c : plain) text += c == '<' ? std::string("\\u003c") : std::string(1, c);
+  return text;
+}
+
+std::string policy_hash(std::string_view text) {
+  return fmt::format("'sha256-{}'", base::base64(base::sha256(text)));
+}
+
+/// What the two pages differ in.
+struct PageKind {
+  std::string_view renderer;  ///< what the root element says of it
+  std::string_view entry;
+  bool has_shaders;
+  std::string_view connections;  ///< of the policy
+};
+
+std::string page_of(const PageKind& kind, const RationalMap& map, const std::string& file) {
+  std::string style;
+  for_lines(file_of_page("style.css"), [&](std::string_view line) { style += line; });
+  const std::string script = script_of_page(kind.entry);
+  const std::map<std::string_view, std::string> parts = {
+      {"title", html::escaped(file.substr(file.find_last_of('/') + 1))},
+      {"file", html::escaped(file)},
+      {"generator", std::string("qjulia ") + version()},
+      {"renderer", std::string(kind.renderer)},
+      {"policy",
+       fmt::format("default-src 'none'; script-src {}; style-src {}; connect-src {}; img-src blob: "
+                   "data:; base-uri 'none'; form-action 'none'",
+                   policy_hash(script), policy_hash(style), kind.connections)},
+      {"style", style},
+      {"shaders", kind.has_shaders ? shaders_of_page(map) : ""},
+      {"map", json_of(map)},
+      {"script", script}};
+  std::string page;
+  std::string_view rest = file_of_page("index.html");
+  for (auto begin = rest.find("{{"); begin != std::string_view::npos; begin = rest.find("{{")) {
+    const auto end = rest.find("}}", begin);
+    page += rest.substr(0, begin);
+    page += parts.at(rest.substr(begin + 2, end - begin - 2));
+    rest.remove_prefix(end + 2);
+  }
+  return page += rest;
+}
+
+}  // namespace
+
+std::string shared_page(const RationalMap& map, const std::string& file) {
+  return page_of({"webgl", "shared.js", true, "'none'"}, map, file);
+}
+
+std::string served_page(const RationalMap& map, const std::string& file) {
+  return page_of({"server", "served.js", false, "'self'"}, map, file);
+}
+
+}  // namespace qjulia::explore

@@ -1,0 +1,3 @@
+// The picture's own element.
+
+export const canvas = document.getElementById("canvas");

@@ -1,0 +1,63 @@
+// The spline of a distance modulus: host/map/distance_file.cpp and distance_grid.cpp.
+import { bind, gl, texture } from "./gl.js";
+import { map } from "./map.js";
+
+/** Whole numbers from their differences: all low bytes, then all high ones. */
+function numbersIn(bytes) {
+  const count = bytes.length / 2, numbers = new Int16Array(count);
+  for (let i = 0, before = 0; i < count; ++i) {
+    before += bytes[i] | bytes[count + i] << 8;
+    numbers[i] = before;
+  }
+  return numbers;
+}
+
+/** The coefficients of the same spline on cells half as long along one axis (Chaikin 1974). */
+function halved(from, cells, axis) {
+  const along = cells[axis], stride = axis === 0 ? 1 : axis === 1 ? cells[0] : cells[0] * cells[1];
+  const to = new Float32Array(2 * from.length);
+  for (let o = 0; o < from.length / along / stride; ++o) {
+    for (let i = 0; i < along; ++i) {
+      const here = (o * along + i) * stride, first = 2 * here;
+      const before = i > 0 ? here - stride : here, after = i + 1 < along ? here + stride : here;
+      for (let k = 0; k < stride; ++k) {
+        to[first + k] = 0.25 * from[before + k] + 0.75 * from[here + k];
+        to[first + stride + k] = 0.75 * from[here + k] + 0.25 * from[after + k];
+      }
+    }
+  }
+  cells[axis] *= 2;
+  return to;
+}
+
+async function inflated(text) {
+  const packed = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+/** Hands the grid's coefficients to the programs, where the map has a grid. */
+export async function uploadDistances() {
+  if (!map.distance) return;
+  const bytes = await inflated(map.distance.data), cells = map.distance.cells.map((n) => n / 4);
+  const coarse = cells[0] * cells[1] * cells[2], mask = 2 * coarse, begin = mask + Math.ceil(coarse / 8);
+  let all = Float32Array.from(numbersIn(bytes.subarray(0, mask)), (n) => n / 64);
+  const blocks = [];
+  for (let i = 0; i < coarse; ++i) if (bytes[mask + (i >> 3)] >> (i & 7) & 1) blocks.push(i);
+  const corrections = numbersIn(bytes.subarray(begin)), rows = [...cells];
+  const size = [...cells];
+  for (const axis of [0, 1, 2, 0, 1, 2]) all = halved(all, size, axis);
+  blocks.forEach((block, b) => {
+    const at = [block % rows[0], Math.floor(block / rows[0]) % rows[1], Math.floor(block / rows[0] / rows[1])];
+    for (let i = 0; i < 64; ++i) {
+      const [x, y, z] = [4 * at[0] + (i & 3), 4 * at[1] + (i >> 2 & 3), 4 * at[2] + (i >> 4)];
+      all[(z * size[1] + y) * size[0] + x] += corrections[64 * b + i] / 256;
+    }
+  });
+  if (Math.max(...size) > gl.getParameter(gl.MAX_3D_TEXTURE_SIZE)) {
+    throw new Error(`this browser's graphics cannot hold a grid of ${size.join(" x ")} cells`);
+  }
+  const made = texture(gl.R32F, size);
+  bind("coefficients", gl.TEXTURE_3D, made);
+  gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, ...size, gl.RED, gl.FLOAT, all);
+}

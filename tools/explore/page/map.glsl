@@ -1,0 +1,58 @@
+// The map R(q) = e^F(q) U(q): kernels/map.clh, function by function. QJ_MODULUS, QJ_VERSOR and
+// QJ_PORTALS are the files of its kinds.
+#include lane_math.glsl
+#include quaternion.glsl
+
+uniform float map_log_scale;      // S
+uniform float map_slice;          // W of the points that 3-D coordinates stand for
+uniform vec4 map_phase;           // p
+uniform float map_log_escape;     // ln of the escape radius
+uniform float map_log_inner;      // ln r_in
+uniform float map_log_outer;      // ln r_out
+uniform float map_surface_level;  // L
+uniform float map_steeper;        // k - 1
+
+// S + ln x, from log2 x^2.
+float map_scaled_log(float log2_x2) { return log2_x2 * (0.5 * QJ_LN2) + map_log_scale; }
+
+#include QJ_MODULUS
+#include QJ_VERSOR
+
+// L + k (f - L) where f > L, else f.
+float map_steep(float f) { return f + map_steeper * max(f - map_surface_level, 0.0); }
+
+float plain_modulus(vec4 q) { return map_steep(kind_modulus(q)); }
+
+vec4 plain_modulus_gradient(vec4 q) {
+  vec4 g = kind_modulus_gradient(q);
+  if (map_steeper == 0.0) return g;
+  return kind_modulus(q) > map_surface_level ? (1.0 + map_steeper) * g : g;
+}
+
+float plain_safe_step(vec4 q, float far_level, float steepest) {
+  float nearest, f = map_steep(kind_modulus_near(q, nearest));
+  return min((f - far_level) / steepest, nearest);
+}
+
+// ln |q|, the F of a point no iterate was run on.
+float map_log_radius(vec4 q) { return 0.5 * QJ_LN2 * lane_log2(max(dot(q, q), QJ_TINY)); }
+
+// The image of q, whose F is f.
+vec4 plain_image(vec4 q, float f) { return lane_exp(min(f, 40.0)) * map_versor(q); }
+
+#include QJ_PORTALS
+
+// F_n: the F of the last executed iterate. With `decided` true, iteration also ends at iterates below
+// r_in or above r_out, whose side is certain.
+float map_iterate(vec4 q, int n, bool decided) {
+  float above = decided ? min(map_log_escape, map_log_outer) : map_log_escape;
+  float below = decided ? map_log_inner : -1e30;
+  float f = map_log_radius(q);
+  if (!(f < map_log_escape)) return f;
+  for (int i = 0; i < n; ++i) {
+    f = map_modulus(q);
+    if (i + 1 == n || f >= above || f <= below) break;
+    q = map_image(q, f);
+  }
+  return f;
+}

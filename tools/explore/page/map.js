@@ -1,0 +1,145 @@
+// The map of the page, and its knobs: host/map/knobs.cpp and detail.cpp. A map file's own names.
+import { apply, identity, length, multiply, plus, times, transpose, turnAbout } from "./vectors.js";
+import { shuffled } from "./random.js";
+
+export const map = JSON.parse(document.getElementById("qjulia-map").textContent);
+
+const kinds = { rational: ["factors", "factors"], quadratic: ["quadratic", "quadratic"] }[map.kind] ?? map.kind.split("/");
+export const [modulusKind, versorKind] = kinds;
+const isRational = map.kind === "rational";
+const hasFactorsModulus = modulusKind === "factors", hasGrid = modulusKind === "distance";
+
+/** Which knobs the map bears. */
+export const bears = {
+  detail: map.detail !== undefined && (hasGrid || (hasFactorsModulus && versorKind !== "quadratic")),
+  order: isRational || (hasGrid && versorKind === "factors"),
+  rotate: isRational,
+  drift: map.inradius !== undefined && (isRational || (hasFactorsModulus && versorKind === "noise") ||
+                                        (hasGrid && versorKind !== "quadratic")),
+};
+
+export const degree = hasFactorsModulus ? map.factors.reduce((sum, f) => sum + f.exponent, 0)
+                                        : hasGrid ? Infinity : 2;
+/** The largest detail with which the set is bounded, and that the knob offers. */
+export const mostDetail = bears.detail ? Math.min(0.07, hasGrid ? 1 : 0.97 * map.detail * degree) : 1;
+
+export const toMap = (p, m = map) => plus(times(m.shape_to_map.scale, p), m.shape_to_map.translation);
+export const toShape = (p, m = map) =>
+  times(1 / m.shape_to_map.scale, plus(p, m.shape_to_map.translation, -1));
+
+/** A unit quaternion by three angles, degrees, and back. */
+export function phaseOf([a, b, c]) {
+  const [r, s, t] = [a, b, c].map((degrees) => degrees * Math.PI / 180);
+  return [Math.cos(r), Math.sin(r) * Math.cos(s), Math.sin(r) * Math.sin(s) * Math.cos(t),
+          Math.sin(r) * Math.sin(s) * Math.sin(t)];
+}
+export function anglesOf([x, y, z, w]) {
+  const degrees = (r) => r * 180 / Math.PI;
+  return [degrees(Math.atan2(Math.hypot(y, z, w), x)), degrees(Math.atan2(Math.hypot(z, w), y)), degrees(Math.atan2(w, z))];
+}
+
+/** The corners of the smallest box along the axes that holds a turned one. */
+function turnedBox([low, high], turn, about) {
+  const center = plus(about, apply(turn, plus(times(0.5, plus(low, high)), about, -1)));
+  const half = apply(turn.map((row) => row.map(Math.abs)), times(0.5, plus(high, low, -1)));
+  return [plus(center, half, -1), plus(center, half)];
+}
+
+/** The map with these knobs turned, as with_knobs has it but for the calibration and what comes after.
+ * `turn` and `offset` lead from the file's coordinates to its own: x = turn · x + offset. `steep`: how
+ * many times as steep F is. */
+export function turned(knobs) {
+  const result = structuredClone({ ...map, distance: undefined });
+  if (map.distance) result.distance = { ...map.distance };  // whose data is long, and stays
+  result.steep = bears.detail ? map.detail / knobs.detail : 1;
+  if (bears.detail && knobs.detail !== map.detail) {
+    if (hasGrid) result.distance.shell /= result.steep;
+    else for (const factor of result.factors) factor.exponent *= result.steep;
+    const level = map.surface_level ?? 0;
+    result.log_scale = result.steep * (map.log_scale - level) + level;
+    result.detail = knobs.detail;
+  }
+  if (bears.order && knobs.order > 0) result.factors = shuffled(result.factors, knobs.order);
+  result.phase = knobs.phase;
+  result.slice = knobs.slice;
+  result.turn = bears.rotate ? turnAbout(knobs.axis, knobs.rotate) : identity;
+  result.offset = [0, 0, 0];
+  if (bears.rotate && knobs.rotate !== 0) rotate(result);
+  if (bears.drift && knobs.drift !== 0) move(result, [0, 0, knobs.drift * map.inradius * map.shape_to_map.scale]);
+  result.tufts = knobs.tufts;
+  return result;
+}
+
+function rotate(result) {
+  const { turn } = result;
+  for (const factor of result.factors) {
+    factor.center = [...apply(turn, factor.center.slice(0, 3)), factor.center[3]];
+  }
+  for (const portal of result.portals ?? []) {
+    portal.center = apply(turn, portal.center);
+    portal.destination = apply(turn, portal.destination ?? [0, 0, 0]);
+    portal.matrix = multiply(multiply(turn, rotationOf(portal)), transpose(turn));
+    if (portal.rotation) portal.rotation = axisAndAngle(portal.matrix);
+  }
+  if (result.box) result.box = turnedBox(result.box, turn, toShape([0, 0, 0]));
+}
+
+function move(result, offset) {
+  for (const factor of result.factors ?? []) factor.center = plus(factor.center, [...offset, 0]);
+  if (result.distance) result.distance.origin = plus(result.distance.origin, offset);
+  if (result.noise) result.noise.origin = plus(result.noise.origin, offset);
+  for (const portal of result.portals ?? []) {
+    portal.center = plus(portal.center, offset);
+    portal.destination = plus(portal.destination ?? [0, 0, 0], offset);
+  }
+  result.shape_to_map.translation = plus(result.shape_to_map.translation, offset);
+  result.offset = offset;
+}
+
+/** A portal's rotation as a matrix. */
+export function rotationOf(portal) {
+  if (portal.matrix) return portal.matrix;
+  const [x, y, z, degrees] = portal.rotation ?? [1, 0, 0, 0];
+  return turnAbout([x, y, z], degrees);
+}
+
+function axisAndAngle(m) {
+  const axis = [m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]];
+  const angle = Math.atan2(length(axis), m[0][0] + m[1][1] + m[2][2] - 1) * 180 / Math.PI;
+  if (length(axis) > 1e-9) return [...axis, angle];
+  // By half a turn, or none: the axis is a column of m + 1.
+  const column = m.map((row, i) => row.map((v, j) => v + (i === j ? 1 : 0)));
+  const longest = transpose(column).sort((a, b) => length(b) - length(a))[0];
+  return [...longest, angle];
+}
+
+/** The box of the shape and its copies in portals, shape units: box_with_copies. */
+function boxWithCopies(m) {
+  if (!m.box || !m.portals?.length) return m.box;
+  const shape = m.box.map((p) => toMap(p, m));
+  let all = shape;
+  for (let depth = 0; depth < 4; ++depth) {
+    const before = all;
+    for (const portal of m.portals) {
+      const copy = preimage(portal, before);
+      if (copy[0].some((low, i) => low > copy[1][i])) continue;
+      all = [all[0].map((v, i) => Math.min(v, copy[0][i])), all[1].map((v, i) => Math.max(v, copy[1][i]))];
+    }
+  }
+  return all.map((p) => toShape(p, m));
+}
+
+/** Where a box of the set is seen in a portal, as far as its ball reaches. */
+function preimage(portal, [low, high]) {
+  const back = transpose(rotationOf(portal)).map((row) => times(1 / portal.scale, row));
+  const middle = times(0.5, plus(low, high));
+  const center = plus(portal.center, apply(back, plus(middle, portal.destination ?? [0, 0, 0], -1)));
+  const half = apply(back.map((row) => row.map(Math.abs)), times(0.5, plus(high, low, -1)));
+  return [portal.center.map((c, i) => Math.max(center[i] - half[i], c - portal.radius)),
+          portal.center.map((c, i) => Math.min(center[i] + half[i], c + portal.radius))];
+}
+
+/** The box of the shape and its copies, map coordinates; where the map knows none, what holds most maps. */
+export function shapeBox(m = map) {
+  return boxWithCopies(m)?.map((p) => toMap(p, m)) ?? [[-2, -2, -2], [2, 2, 2]];
+}

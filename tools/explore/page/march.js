@@ -1,0 +1,65 @@
+// Marches the rays of a view, tile by tile, a few turns of each a draw, so that none takes long.
+import { anyPassed, bind, drawAll, drawn, drawTo, gl, keptTexture, program, use } from "./gl.js";
+import { asked, evaluate } from "./field.js";
+import { bindGrid } from "./grid.js";
+
+const march = program("march.glsl");
+const turns = 8;      // of a ray in a draw call
+const drawMs = 40;    // that a draw call may take
+const batch = 6;      // draw calls that are waited for together
+const anyDrawn = gl.createQuery();
+let turnMs = 0;       // of a pixel, at most
+
+/** Times an image and two F of a point. */
+export function measure(uniforms) {
+  const time = (count) => {
+    const points = new Float32Array(4 * count);
+    for (let i = 0; i < count; ++i) points.set([0.3 + 1e-5 * i, 0.2, 0.1, 0], 4 * i);
+    const start = performance.now();
+    evaluate(uniforms, points, asked.field, { iterations: 2 });
+    return performance.now() - start;
+  };
+  time(64);  // drivers finish compiling at the first draw
+  for (let count = 1024, ms = 0; count <= 16384 && ms < 20; count *= 2) {
+    ms = time(count);
+    turnMs = ms / count;
+  }
+}
+
+/** Depths of a whole view: { view, depths } with a texture as march.glsl says; null where isStale() says,
+ * meanwhile, that nobody waits for it. @param coarse such a result of fewer pixels, or null. */
+export async function marchView(scene, view, seen, name, jitter, coarse, isStale) {
+  const { columns, rows, footprint } = view;
+  const values = {
+    ...scene.uniforms, ...view, ...seen, jitter, turns,
+    shortest: Math.min(Math.max(footprint, scene.map.portals?.length ? 0 : scene.shell / 40), scene.shell / 6),
+    tolerance: footprint / 4,
+    hint_step: coarse ? coarse.view.footprint : 0, hint_divisor: coarse ? coarse.view.divisor / view.divisor : 1,
+  };
+  const pair = [0, 1].map((i) => keptTexture(`${name} ${i}`, gl.RGBA32F, columns, rows));
+  const side = Math.max(8, Math.min(4096, Math.round(Math.sqrt(drawMs / turns / turnMs) / 8) * 8));
+  const tiles = [];
+  for (let y = 0; y < rows; y += side) for (let x = 0; x < columns; x += side) tiles.push([x, y]);
+  while (tiles.length > 0) {
+    const some = tiles.splice(0, batch);
+    for (let draw = 0, alive = true; alive; ++draw) {
+      if (isStale()) return null;
+      bindGrid(scene.grid);
+      bind("hints", gl.TEXTURE_2D, coarse ? coarse.depths : pair[1 - draw % 2]);
+      bind("before", gl.TEXTURE_2D, pair[1 - draw % 2]);
+      drawTo(pair[draw % 2], columns, rows);
+      use(march, { ...values, draw });
+      gl.beginQuery(gl.ANY_SAMPLES_PASSED, anyDrawn);
+      gl.enable(gl.SCISSOR_TEST);
+      for (const [x, y] of some) {
+        gl.scissor(x, y, side, side);
+        drawAll();
+      }
+      gl.disable(gl.SCISSOR_TEST);
+      gl.endQuery(gl.ANY_SAMPLES_PASSED);
+      await drawn();
+      alive = await anyPassed(anyDrawn);
+    }
+  }
+  return { view, depths: pair[0] };
+}

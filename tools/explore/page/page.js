@@ -1,0 +1,120 @@
+// Puts the page together: what a change of the state sets off, and the buttons that save.
+import { fail } from "./failure.js";
+import { canvas } from "./canvas.js";
+import { viewOf } from "./camera.js";
+import { renderCommand, surfaceCommand } from "./command.js";
+import { button, note, toggleControls } from "./controls.js";
+import { shapeBox, toShape, turned } from "./map.js";
+import { listen } from "./pointer.js";
+import { saveMap, savePicture } from "./save.js";
+import { change, followAddress, knobsOf, onChange, state, written } from "./state.js";
+
+const root = document.documentElement, given = new URLSearchParams(location.search);
+const fixed = /^(\d{1,4})x(\d{1,4})$/.exec(given.get("size") ?? "");
+const samples = Math.min(64, Math.max(0, Math.floor(Number(given.get("samples") ?? 8)) || 0));
+const progress = document.getElementById("progress");
+
+/** What draws: { draw(options), isCoarse(), mapFile(), most }, with `draw` as picture.js has it, and `most` pixels a side. */
+let renderer = null;
+
+/** Gives the canvas as many pixels as are seen of it, or as the address says; returns whether it had others. */
+function fit() {
+  const ratio = Math.min(devicePixelRatio, 2);
+  const size = fixed ? [Number(fixed[1]), Number(fixed[2])] : [canvas.clientWidth * ratio, canvas.clientHeight * ratio].map(Math.round);
+    canvas.classList.toggle("sized", Boolean(fixed));
+  const [width, height] = size.map((v) => Math.min(Math.max(v, 1), renderer.most));
+  const isNew = width !== canvas.width || height !== canvas.height;
+  if (isNew) Object.assign(canvas, { width, height });
+  return isNew;
+}
+
+let isSaving = false, hasFailed = false;
+let drawing = "";  // what is drawn, or being drawn
+
+async function refresh(isMoving = false) {
+  if (isSaving) return;
+  root.dataset.state = "busy";
+  try {
+    const report = (share) => { progress.style.width = `${100 * share}%`; };
+    const isDark = root.dataset.theme === "dark";
+    if (!await renderer.draw({ samples, isMoving, isDark, report })) return;
+    progress.style.width = "0";
+    if (hasFailed) note("");
+    hasFailed = false;
+    root.dataset.state = "done";
+  } catch (error) {
+    hasFailed = true;
+    fail(error);
+  }
+}
+
+/** Draws what is not yet drawn. */
+function changed(settled) {
+  const wanted = [written(), canvas.width, canvas.height, root.dataset.theme].join();
+  if (wanted === drawing && !(settled && renderer.isCoarse())) return;
+  drawing = wanted;
+  refresh(!settled);
+}
+
+/** The point in the middle and a pixel's width there, shape units and CSS pixels. */
+function whereNow() {
+  const m = turned(knobsOf()), view = viewOf(state, m, shapeBox(m), canvas.width, canvas.height, 1);
+  const ratio = canvas.width / canvas.clientWidth;
+  return { middle: toShape(view.middle, m), pixel: view.footprint * ratio / m.shape_to_map.scale };
+}
+
+async function copy(text) {
+  try {
+    await navigator.clipboard.writeText(text);
+    note(`copied: ${text}`, 6);
+  } catch {
+    note(text, 30);  // to be copied by hand
+  }
+}
+
+async function savePictureOf(size) {
+  const match = /^\s*(\d{2,5})\s*[x ×]\s*(\d{2,5})\s*$/.exec(size ?? "");
+  if (!match) return;
+  isSaving = true;
+  const before = [canvas.width, canvas.height];
+  try {
+    root.dataset.state = "busy";
+    [canvas.width, canvas.height] = match.slice(1).map(Number);
+    const report = (share) => { progress.style.width = `${100 * share}%`; };
+    await renderer.draw({ samples: Math.max(samples, 8), isDark: root.dataset.theme === "dark", report });
+    await savePicture(canvas);
+  } catch (error) {
+    note(error.message, 8);
+  }
+  [canvas.width, canvas.height] = before;
+  isSaving = false;
+  refresh();
+}
+
+button("savers", "Copy as command", "The qjulia render line that makes this picture", () => copy(renderCommand(canvas.width, canvas.height)));
+button("savers", "Copy surface command", "The qjulia surface line that makes a mesh of this set", () => copy(surfaceCommand()));
+button("savers", "Copy link", "This page with all that is set: a link is a shape", () => copy(location.href));
+button("savers", "Save picture", "A .png of any size", () => savePictureOf(prompt("Size of the picture in pixels", `${canvas.width}x${canvas.height}`)));
+button("savers", "Save map", "The map with its knobs turned, as a file for qjulia", async () => saveMap(await renderer.mapFile()));
+button("savers", "Dark or light", "Theme of the page and the backdrop", () => {
+  root.dataset.theme = root.dataset.theme === "dark" ? "light" : "dark";
+  changed(true);
+});
+
+/** Begins: draws what the address says, then whatever changes. */
+export function start(draws) {
+  renderer = draws;
+  root.dataset.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
+  if (fixed || innerWidth < 640) toggleControls();
+  fit();
+  listen(whereNow);
+  followAddress();
+  onChange(changed);
+  addEventListener("hashchange", followAddress);
+  new ResizeObserver(() => {
+    if (!fixed && !isSaving && fit()) changed(true);
+  }).observe(canvas);
+  changed(true);
+  // For programs that drive the page, tests among them.
+  globalThis.qjulia = { state, change, renderCommand: () => renderCommand(canvas.width, canvas.height), surfaceCommand };
+}

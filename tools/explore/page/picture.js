@@ -1,0 +1,100 @@
+// A picture of the state, from coarse to fine, then with samples between the pixels' middles.
+import { canvas } from "./canvas.js";
+import { bind, drawAll, drawn, drawTo, gl, keptTexture, program, use, waits } from "./gl.js";
+import { viewOf } from "./camera.js";
+import { bindGrid } from "./grid.js";
+import { marchView, measure } from "./march.js";
+import { makeScene, seenBox } from "./scene.js";
+import { knobsOf, state } from "./state.js";
+
+const shade = program("shade.glsl"), show = program("show.glsl"), trait = program("trait.glsl");
+
+/** For measurements: milliseconds of the last picture's parts. */
+export const figures = { levels: [] };
+
+let latest = 0;   // the newest picture that was asked for; older ones stop at their next draw
+let finest = null;  // the last whole march
+let isMeasured = false;
+
+/** Colours of a march into the accumulated picture, of which they are this share; then all of it to the canvas. */
+function paint(scene, result, jitter, share, isDark) {
+  const { view, depths } = result, { width, height } = canvas;
+  let traits = null;
+  if (state.material !== "clay") {
+    traits = keptTexture("traits", gl.R16F, view.columns, view.rows);
+    bind("depths", gl.TEXTURE_2D, depths);
+    bindGrid(scene.grid);
+    drawTo(traits, view.columns, view.rows);
+    use(trait, { ...scene.uniforms, ...view, jitter, trap: state.material === "trap" });
+    drawAll();
+  }
+  const picture = keptTexture("picture", gl.RGBA16F, width, height);
+  bind("depths", gl.TEXTURE_2D, depths);
+  bind("traits", gl.TEXTURE_2D, traits);
+  drawTo(picture, width, height);
+  gl.enable(gl.BLEND);
+  gl.blendColor(0, 0, 0, share);
+  gl.blendFunc(gl.CONSTANT_ALPHA, gl.ONE_MINUS_CONSTANT_ALPHA);
+  use(shade, { ...view, jitter, has_traits: traits !== null, is_dark: isDark });
+  drawAll();
+  gl.disable(gl.BLEND);
+  bind("picture", gl.TEXTURE_2D, picture);
+  drawTo(null, width, height);
+  use(show, {});
+  drawAll();
+}
+
+/** Draws the state. Resolves with whether it came to the end: another call ends this one.
+ * @param options samples: between pixels' middles, after the first; isMoving: more changes are on their way, and a coarse grid will do;
+ * isDark: the backdrop; report(share): how much is done. */
+export async function draw(options) {
+  const id = ++latest, isStale = () => id !== latest, start = performance.now();
+  const report = options.report ?? (() => {});
+  report(0);
+  const scene = await makeScene(knobsOf(), state.iterations, options.isMoving, isStale);
+  if (!scene) return false;
+  if (!isMeasured) measure(scene.uniforms);
+  isMeasured = true;
+  Object.assign(figures, { sceneMs: performance.now() - start, firstMs: null, fullMs: null, restMs: null, levels: [] });
+  waits.longest = 0;
+  const seen = seenBox(scene.map, state), size = [canvas.width, canvas.height];
+  const view = (divisor) => viewOf(state, scene.map, scene.box, ...size, divisor);
+  const middle = [0, 0];
+  let result = null, done = 0;
+  const divisors = [8, 4, 2, 1], all = 1.33 + options.samples;
+  for (const divisor of divisors) {
+    const from = performance.now();
+    result = await marchView(scene, view(divisor), seen, divisor, middle, result, isStale);
+    if (!result) return false;
+    paint(scene, result, middle, 1, options.isDark);
+    await drawn();
+    figures.levels.push({ divisor, ms: performance.now() - from });
+    figures.firstMs ??= performance.now() - start;
+    report((done += 1 / divisor ** 2) / all);
+  }
+  finest = result;
+  figures.fullMs = performance.now() - start;
+  for (let k = 1; k <= options.samples; ++k) {
+    const jitter = [(k * 0.7548776662) % 1 - 0.5, (k * 0.5698402910) % 1 - 0.5];
+    const sample = await marchView(scene, view(1), seen, "sample", jitter, result, isStale);
+    if (!sample) return false;
+    paint(scene, sample, jitter, 1 / (k + 1), options.isDark);
+    await drawn();
+    report((done += 1) / all);
+  }
+  Object.assign(figures, { restMs: performance.now() - start, longestWaitMs: waits.longest });
+  return !isStale();
+}
+
+/** Depths along the rays of the last whole picture, row by row from the top, -1 where nothing is; and a pixel's
+ * width in the middle. Map units. */
+export function depths() {
+  const { columns, rows } = finest.view, all = new Float32Array(4 * columns * rows);
+  drawTo(finest.depths, columns, rows);
+  gl.readPixels(0, 0, columns, rows, gl.RGBA, gl.FLOAT, all);
+  const result = new Float32Array(columns * rows);
+  for (let y = 0; y < rows; ++y) {
+    for (let x = 0; x < columns; ++x) result[(rows - 1 - y) * columns + x] = all[4 * (y * columns + x)];
+  }
+  return { columns, rows, depths: result, pixel: finest.view.footprint };
+}

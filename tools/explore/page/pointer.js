@@ -1,0 +1,80 @@
+// Mouse, touch, wheel and keyboard on the picture.
+import { cameraAxes } from "./camera.js";
+import { canvas } from "./canvas.js";
+import { change, redo, settle, state, undo } from "./state.js";
+import { surprise, toggleControls } from "./controls.js";
+import { plus } from "./vectors.js";
+
+/** @param whereNow gives { middle, pixel }: the point in the middle and a pixel's width there, shape units. */
+export function listen(whereNow) {
+  const fingers = new Map();
+
+  const turn = (x, y) => change({ azimuth: state.azimuth - 0.4 * x, elevation: state.elevation + 0.4 * y }, false);
+  const move = (x, y) => {
+    const where = whereNow();
+    if (!where) return;
+    const { right, up } = cameraAxes(state);
+    change({ look: plus(plus(where.middle, right, -x * where.pixel), up, y * where.pixel) }, false);
+  };
+  const zoom = (ratio, settled = false) => change({ zoom: state.zoom * ratio }, settled);
+
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    fingers.set(event.pointerId, [event.clientX, event.clientY]);
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    const last = fingers.get(event.pointerId);
+    if (!last) return;
+    const now = [event.clientX, event.clientY], x = now[0] - last[0], y = now[1] - last[1];
+    if (fingers.size === 2) {
+      const [other] = [...fingers].filter(([id]) => id !== event.pointerId).map(([, at]) => at);
+      const away = (at) => Math.hypot(at[0] - other[0], at[1] - other[1]);
+      if (away(last) > 0) zoom(away(now) / away(last));
+      move(x / 2, y / 2);
+    } else if (event.buttons & 6 || event.shiftKey) {
+      move(x, y);
+    } else {
+      turn(x, y);
+    }
+    fingers.set(event.pointerId, now);
+  });
+  const end = (event) => {
+    if (fingers.delete(event.pointerId) && fingers.size === 0) change({});
+  };
+  canvas.addEventListener("pointerup", end);
+  canvas.addEventListener("pointercancel", end);
+  canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+  canvas.addEventListener("dblclick", () => change({ look: null, zoom: 1 }));
+
+  let rest = 0;
+  canvas.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    zoom(Math.exp(-event.deltaY * (event.deltaMode === 1 ? 0.03 : 0.001)));
+    clearTimeout(rest);
+    rest = setTimeout(() => change({}), 250);
+  }, { passive: false });
+
+  const keys = {
+    ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1],
+  };
+  addEventListener("keydown", (event) => {
+    const isTyping = /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName) && event.target.type !== "range";
+    if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z" && !isTyping) {
+      event.preventDefault();
+      return event.shiftKey ? redo() : undo();
+    }
+    if (isTyping || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.key in keys && event.target.type !== "range") {
+      event.preventDefault();
+      const [x, y] = keys[event.key];
+      if (event.shiftKey) move(-40 * x, -40 * y);
+      else turn(15 * x, 15 * y);
+      settle();
+    }
+    if (event.key === "+" || event.key === "=") zoom(1.25, true);
+    if (event.key === "-") zoom(0.8, true);
+    if (event.key === "0") change({ look: null, zoom: 1, azimuth: 30, elevation: 15 });
+    if (event.key === "h") toggleControls();
+    if (event.key === "s") surprise();
+  });
+}

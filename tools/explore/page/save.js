@@ -1,0 +1,19 @@
+// Pictures and maps for the viewer to keep.
+
+const name = document.documentElement.dataset.map.replace(/^.*\//, "").replace(/(\.qjulia)?\.[^.]*$/, "") || "map";
+
+function download(blob, file) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = file;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+export async function savePicture(canvas) {
+  const blob = await new Promise((resolve) => canvas.toBlob(resolve, "image/png"));
+  if (!blob) throw new Error("the browser cannot make a picture this large");
+  download(blob, `${name}.png`);
+}
+
+export const saveMap = (text) => download(new Blob([text], { type: "application/json" }), `${name}_turned.qjulia.json`);

@@ -1,0 +1,20 @@
+// Vectors and matrices of three dimensions as arrays; a matrix is its three rows.
+
+export const plus = (a, b, s = 1) => a.map((v, i) => v + s * b[i]);
+export const times = (s, a) => a.map((v) => s * v);
+export const inner = (a, b) => a.reduce((sum, v, i) => sum + v * b[i], 0);
+export const length = (a) => Math.hypot(...a);
+export const unit = (a) => times(1 / length(a), a);
+export const across = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+export const apply = (m, v) => m.map((row) => inner(row, v));
+export const transpose = (m) => m[0].map((_, i) => m.map((row) => row[i]));
+export const multiply = (m, n) => m.map((row) => transpose(n).map((column) => inner(row, column)));
+export const identity = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+
+/** The matrix of a turn about an axis, in degrees (Rodrigues). */
+export function turnAbout(axis, degrees) {
+  const [x, y, z] = unit(axis), a = degrees * Math.PI / 180, c = Math.cos(a), s = Math.sin(a), d = 1 - c;
+  return [[c + d * x * x, d * x * y - s * z, d * x * z + s * y],
+          [d * x * y + s * z, c + d * y * y, d * y * z - s * x],
+          [d * x * z - s * y, d * y * z + s * x, c + d * z * z]];
+}

@@ -1,0 +1,42 @@
+#pragma once
+/// Pictures of one map with its knobs turned, and what they have in common kept.
+
+#include <list>
+#include <stop_token>
+#include <string>
+
+#include "explore/view_request.hpp"
+#include "qjulia/device.hpp"
+#include "qjulia/rational_map.hpp"
+
+namespace qjulia::explore {
+
+/// For one thread.
+class Painter {
+ public:
+  Painter(Device device, RationalMap map) : device_(std::move(device)), map_(std::move(map)) {}
+
+  /// The bytes of a PNG file. @throws InputError for what the map does not bear, Interrupted
+  std::string picture(const ViewRequest& view, const std::stop_token& stop);
+  /// A map file's JSON of the map with its knobs turned.
+  std::string map_file(const ViewRequest& view);
+
+ private:
+  /// As many sizes of a picture as a page asks for in turn.
+  static constexpr std::size_t kMostStudios = 4;
+  struct Kept {
+    std::string text;  ///< of the requests that it serves
+    Studio studio;
+  };
+
+  const RationalMap& turned(const ViewRequest& view);
+  Studio& studio(const ViewRequest& view);
+
+  Device device_;
+  RationalMap map_;
+  std::string turned_text_ = "none";
+  RationalMap turned_;
+  std::list<Kept> studios_;  ///< the last one used first
+};
+
+}  // namespace qjulia::explore

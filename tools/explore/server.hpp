@@ -1,0 +1,42 @@
+#pragma once
+/// A page over HTTP, drawn by a device of this machine.
+
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <string>
+
+#include "qjulia/device.hpp"
+#include "qjulia/rational_map.hpp"
+
+namespace qjulia::explore {
+
+struct ServerOptions {
+  std::string host = "127.0.0.1";  ///< the address to listen on
+  int port = 0;                    ///< 0: any that is free
+  void validate() const;           ///< @throws OptionError
+};
+
+/// Serves the page of one map. Every request needs the token that stands in the page's address,
+/// names this server as its host, and comes from no other site. No file is read or written for a
+/// request.
+class Server {
+ public:
+  /// Listens. @param file the name of the map's file. @throws Error where the port is taken.
+  Server(const Device& device, const RationalMap& map, const std::string& file,
+         const ServerOptions& options = {});
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  /// Where the page is, with its token.
+  std::string address() const;
+  /// Answers requests until a stop is requested.
+  void run(const std::stop_token& stop);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace qjulia::explore

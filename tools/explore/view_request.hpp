@@ -1,0 +1,29 @@
+#pragma once
+/// What a page asks to see, as it stands in the address of a request.
+
+#include <map>
+#include <string>
+
+#include "qjulia/knobs.hpp"
+#include "qjulia/picture.hpp"
+
+namespace qjulia::explore {
+
+/// Names and values of a request's query, such as "detail" and "0.02". Names are those of `qjulia
+/// render`'s options; where an option takes several numbers, commas stand between them.
+using Query = std::multimap<std::string, std::string>;
+
+struct ViewRequest {
+  static constexpr int kMostPixels = 4096 * 4096, kMostSamples = 4;
+
+  MapKnobs knobs;
+  PictureOptions picture;
+  std::string knobs_text;   ///< the same for requests with the same knobs
+  std::string studio_text;  ///< the same for requests that differ in the camera alone
+};
+
+/// What is no number, unknown, given twice or too large for a page; knobs and pictures check their
+/// own ranges. @throws InputError naming it
+ViewRequest read_view(const Query& query);
+
+}  // namespace qjulia::explore

@@ -1,0 +1,58 @@
+/// qjulia share: a map in, a page out on which anybody can play with it.
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "base/output_file.hpp"
+#include "base/text.hpp"
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "explore/page.hpp"
+#include "qjulia/map_file.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+struct ShareArguments {
+  std::string map;
+  std::string output;
+};
+
+int run_share(const ShareArguments& arguments, Session& session) {
+  session.check_outputs({arguments.map}, {{"--output", arguments.output, {".html"}}});
+  const RationalMap map = read_map(arguments.map, session.interrupts.token());
+  const std::string name = base::to_utf8(std::filesystem::path(arguments.map).filename().string());
+  const std::string page = explore::shared_page(map, name);
+  base::write_file(arguments.output, page);
+  session.console.summary(
+      fmt::format("page: {}, {} KiB: open it in a browser, mail it, put it on any web space",
+                  arguments.output, (page.size() + 1023) / 1024),
+      {{"page", arguments.output}, {"bytes", page.size()}});
+  return kDone;
+}
+
+void describe_share(Command command, ShareArguments& a) {
+  command.file("MAP", a.map, "Map file of 'qjulia fit', or a page made of one").required().type("");
+  command.file("-o,--output", a.output, "Page to write: .html").required().type("PAGE");
+}
+
+}  // namespace
+
+void add_share(CommandLine& program, ChosenCommand& chosen) {
+  const CommandText text{
+      "share", "Make a page on which others play with a map",
+      "Example:\n"
+      "  qjulia share bunny.qjulia.json -o bunny.html\n"
+      "The page needs nothing else, no network and no qjulia: the viewer's own graphics draw the "
+      "set\n"
+      "(WebGL 2). It has a slider for every option of the map, and its address says how all "
+      "stands,\n"
+      "so that a link to it is a shape. The map is in it: every command that reads maps reads the\n"
+      "page too. See docs/explore.md.",
+      /*can_trace=*/false};
+  add_command(program, chosen, text, describe_share, run_share);
+}
+
+}  // namespace qjulia::tools
