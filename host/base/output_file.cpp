@@ -1,5 +1,6 @@
 #include "base/output_file.hpp"
 
+#include <dirent.h>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
@@ -10,6 +11,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <memory>
 #include <random>
 #include <streambuf>
 #include <vector>
@@ -18,14 +20,19 @@
 
 namespace qjulia::base {
 
-/// An open file's bytes, written and read at one position. Owns the descriptor.
+/// An open file's bytes, written and read at one position. It has its memory before there is a
+/// file: a file that nobody owns for want of memory would be left behind.
 class FileBuffer final : public std::streambuf {
  public:
-  explicit FileBuffer(int file) : file_(file), bytes_(kBytes) { start_writing(); }
-  ~FileBuffer() override { ::close(file_); }
+  FileBuffer() : bytes_(kBytes) { start_writing(); }
+  ~FileBuffer() override {
+    if (file_ >= 0) ::close(file_);
+  }
   FileBuffer(const FileBuffer&) = delete;
   FileBuffer& operator=(const FileBuffer&) = delete;
 
+  /// Owns the descriptor from here on.
+  void take(int file) noexcept { file_ = file; }
   int file() const { return file_; }
   /// errno of the first write that failed; 0: none has.
   int error() const { return error_; }
@@ -99,7 +106,7 @@ class FileBuffer final : public std::streambuf {
     return error_ == 0;
   }
 
-  int file_;
+  int file_ = -1;
   int error_ = 0;
   std::vector<char> bytes_;
 };
@@ -147,13 +154,16 @@ void remove_if_left(const std::filesystem::path& path) {
   ::close(file);
 }
 
+/// Not by std::filesystem::directory_iterator, whose constructor ends the process when there is too
+/// little memory (libstdc++ 12).
 void remove_leftovers_if(const std::filesystem::path& folder, std::string_view start) {
+  const auto close = [](DIR* opened) { ::closedir(opened); };
+  const std::unique_ptr<DIR, decltype(close)> names(::opendir(folder.c_str()));
+  if (!names) return;
   std::vector<std::filesystem::path> found;
-  std::error_code ignored;
-  for (std::filesystem::directory_iterator at(folder, ignored), end; !ignored && at != end;
-       at.increment(ignored)) {
-    const std::string name = at->path().filename().string();
-    if (name.starts_with(start) && is_temporary(name)) found.push_back(at->path());
+  while (const dirent* entry = ::readdir(names.get())) {
+    const std::string name = entry->d_name;
+    if (name.starts_with(start) && is_temporary(name)) found.push_back(folder / name);
   }
   for (const auto& path : found) remove_if_left(path);
 }
@@ -228,6 +238,7 @@ bool is_special(const std::filesystem::path& path) {
 
 OutputFile::OutputFile(std::filesystem::path path)
     : path_(std::move(path)), target_(link_target(path_)), special_(is_special(path_)) {
+  buffer_ = std::make_unique<FileBuffer>();
   int file = -1;
   if (special_) {
     // Of a name that only matters until it is gone.
@@ -242,7 +253,7 @@ OutputFile::OutputFile(std::filesystem::path path)
     temporary_.clear();
     fail("it cannot be created", error);
   }
-  buffer_ = std::make_unique<FileBuffer>(file);
+  buffer_->take(file);
   stream_.rdbuf(buffer_.get());
 }
 
@@ -264,10 +275,11 @@ void OutputFile::commit() {
 }
 
 void OutputFile::write_into_target() {
+  FileBuffer target;
   // Without O_NONBLOCK a pipe would be waited for here until somebody reads it.
   const int file = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
   if (file < 0) fail(errno == ENXIO ? "nobody reads it" : "it cannot be opened", errno);
-  FileBuffer target(file);
+  target.take(file);
   if (::fcntl(file, F_SETFL, O_WRONLY | O_APPEND) != 0) fail("it cannot be opened", errno);
   std::ostream out(&target);
   std::istream in(buffer_.get());
@@ -293,11 +305,12 @@ void OutputFile::replace_target() {
 }
 
 ScratchFile::ScratchFile(const std::filesystem::path& path) {
+  buffer_ = std::make_unique<FileBuffer>();
   std::filesystem::path name;
   const int file = create_temporary(scratch_name(path), name);
   if (file < 0) fail_to_write(path, "a file beside it cannot be created", errno);
   ::unlink(name.c_str());
-  buffer_ = std::make_unique<FileBuffer>(file);
+  buffer_->take(file);
   stream_.rdbuf(buffer_.get());
 }
 
