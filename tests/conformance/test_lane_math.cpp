@@ -50,12 +50,12 @@ class Probe {
   Precision precision_;
 };
 
-constexpr std::size_t kPoints = std::size_t{1} << 17U;
+std::size_t points() { return test::sweep_size(std::size_t{1} << 17U); }
 
 std::vector<double> even(double low, double high) {
-  std::vector<double> x(kPoints);
-  for (std::size_t i = 0; i < kPoints; ++i) {
-    x[i] = low + (high - low) * static_cast<double>(i) / (kPoints - 1);
+  std::vector<double> x(points());
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    x[i] = low + (high - low) * static_cast<double>(i) / static_cast<double>(x.size() - 1);
   }
   return x;
 }
@@ -142,10 +142,10 @@ TEST_CASE("angles are right all round, at every size and on the axes") {
   const Probe probe(width, precision);
   CAPTURE(width, precision == Precision::dbl);
   std::mt19937_64 bits(1);
-  std::vector<double> rho(kPoints);
-  std::vector<double> a(kPoints);
-  for (std::size_t i = 0; i < kPoints; ++i) {
-    const double t = std::numbers::pi * static_cast<double>(i) / (kPoints - 1);
+  std::vector<double> rho(points());
+  std::vector<double> a(points());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const double t = std::numbers::pi * static_cast<double>(i) / static_cast<double>(a.size() - 1);
     const double size = std::exp2(test::uniform(bits, -40, 40));
     rho[i] = size * std::max(0.0, std::sin(t));
     a[i] = size * std::cos(t);
@@ -161,8 +161,8 @@ TEST_CASE("angles are right all round, at every size and on the axes") {
     rho.push_back(r);
     a.push_back(x);
   }
-  rho.resize(kPoints + 16, 1);
-  a.resize(kPoints + 16, 1);
+  rho.resize(points() + 16, 1);
+  a.resize(points() + 16, 1);
   const auto angle = [](double r, double x) { return std::atan2(r, x); };
   CHECK(worst(probe, angle_of, rho, a, angle, absolute) < bounds(precision).angle);
 }

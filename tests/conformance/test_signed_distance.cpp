@@ -36,9 +36,9 @@ struct Worst {
 };
 
 Worst compare_with_brute_force(const Device& device, const TriangleMesh& mesh,
-                               Precision precision = Precision::single, std::size_t count = 500) {
+                               Precision precision = Precision::single) {
   const SignedDistance signed_distance(device, mesh, precision);
-  const auto points = probes(mesh, count);
+  const auto points = probes(mesh, test::sweep_size(512));
   const auto distances = signed_distance.at(points);
   const auto windings = signed_distance.winding_numbers(points);
   const double turn = signed_volume(mesh) < 0 ? -1 : 1;

@@ -4,6 +4,7 @@
 /// QJULIA_TEST_VARIANTS    lane widths, and `gpu` for the layout of GPUs: "1,gpu"; without it,
 ///                         "1,8,16,gpu" (wide kernels take some compilers minutes)
 /// QJULIA_TEST_SINGLE_ONLY for devices without double precision, that they may pass
+/// QJULIA_TEST_FEW_POINTS  for interpreters of kernels: sweeps of a thirty-second of the points
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -68,6 +69,12 @@ inline std::vector<int> lane_widths() {
     if (is_new) widths.push_back(variant.width());
   }
   return widths;
+}
+
+/// How many points of a sweep are checked. @param usual a multiple of 512
+inline std::size_t sweep_size(std::size_t usual) {
+  constexpr std::size_t kFewer = 32;
+  return std::getenv("QJULIA_TEST_FEW_POINTS") == nullptr ? usual : usual / kFewer;
 }
 
 /// Whether `precision` can be checked on the device. Where it cannot, the test says so if the
