@@ -130,13 +130,14 @@ kernel void jacobian_squares(global const real* samples, int stride, int chunk,
   if (v == 0) row[QJ_GRADIENT_LOG_SCALE(factors)] = scale_sum;
 }
 
-// H += P^T P over the panels' `chunk` samples, upper triangle by register tiles; `add` 0 starts
-// from zero. Work-item (r, c): rows r PANEL_ROWS …, columns c PANEL_VECTORS QJ_WIDTH … of H, an
-// `order` x `order` matrix by rows.
-kernel void panel_products(global const real* panels, int chunk, int order, int add,
-                           global real* matrix) {
-  int row = (int)get_global_id(0) * PANEL_ROWS;
-  int column = (int)get_global_id(1) * PANEL_VECTORS * QJ_WIDTH;
+// H = keep H + sign P^T P over the panels' `chunk` samples, upper triangle by register tiles.
+// `keep` is 0 or 1 and `sign` 1 or -1; with `keep` 0, H need not hold numbers. Work-item (r, c):
+// PANEL_ROWS rows and PANEL_VECTORS QJ_WIDTH columns of H, an `order` x `order` matrix by rows,
+// both counted from `begin`.
+kernel void panel_products(global const real* panels, int chunk, int order, int begin, int keep,
+                           int sign, global real* matrix) {
+  int row = begin + (int)get_global_id(0) * PANEL_ROWS;
+  int column = begin + (int)get_global_id(1) * PANEL_VECTORS * QJ_WIDTH;
   if (row >= order || column >= order || row >= column + PANEL_VECTORS * QJ_WIDTH) return;
   size_t panel = (size_t)chunk * QJ_PANEL_TILE;
   global const real* p = panels + row / QJ_PANEL_TILE * panel + row % QJ_PANEL_TILE;
@@ -159,12 +160,13 @@ kernel void panel_products(global const real* panels, int chunk, int order, int 
 #pragma unroll
   for (int r = 0; r < PANEL_ROWS; ++r) {
     global real* out = matrix + (size_t)(row + r) * order + column;
-    if (add) {
-      sum[r][0] += lane_load(out, 0);
-      sum[r][1] += lane_load(out + QJ_WIDTH, 0);
+    lane h0 = lane_of(0), h1 = lane_of(0);
+    if (keep) {
+      h0 = lane_load(out, 0);
+      h1 = lane_load(out + QJ_WIDTH, 0);
     }
-    lane_store(sum[r][0], out, 0);
-    lane_store(sum[r][1], out + QJ_WIDTH, 0);
+    lane_store(h0 + (real)sign * sum[r][0], out, 0);
+    lane_store(h1 + (real)sign * sum[r][1], out + QJ_WIDTH, 0);
   }
 }
 
@@ -188,12 +190,12 @@ static inline void load_panel_tile(global const real* panels, int chunk, int ord
   }
 }
 
-kernel void panel_products_shared(global const real* panels, int chunk, int order, int add,
-                                  global real* matrix) {
+kernel void panel_products_shared(global const real* panels, int chunk, int order, int begin,
+                                  int keep, int sign, global real* matrix) {
   local real rows[PRODUCT_DEPTH * PRODUCT_TILE], columns[PRODUCT_DEPTH * PRODUCT_TILE];
   int x = (int)get_local_id(0), y = (int)get_local_id(1);
-  int first_column = (int)get_group_id(0) * PRODUCT_TILE;
-  int first_row = (int)get_group_id(1) * PRODUCT_TILE;
+  int first_column = begin + (int)get_group_id(0) * PRODUCT_TILE;
+  int first_row = begin + (int)get_group_id(1) * PRODUCT_TILE;
   if (first_row > first_column) return;
   real sum[PRODUCT_EACH][PRODUCT_EACH];
 #pragma unroll
@@ -225,7 +227,7 @@ kernel void panel_products_shared(global const real* panels, int chunk, int orde
       int column = first_column + j * PRODUCT_SIDE + x;
       if (row < order && column < order) {
         global real* out = matrix + (size_t)row * order + column;
-        *out = add ? *out + sum[i][j] : sum[i][j];
+        *out = (keep ? *out : 0) + (real)sign * sum[i][j];
       }
     }
   }

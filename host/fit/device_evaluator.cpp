@@ -5,7 +5,9 @@
 
 #include "device/context.hpp"
 #include "device/refused.hpp"
+#include "fit/cholesky.hpp"
 #include "fit/evaluator.hpp"
+#include "fit/panel_products.hpp"
 #include "layout/gradient_layout.h"
 #include "layout/loss.h"
 #include "layout/panel_layout.h"
@@ -31,7 +33,6 @@ struct Division {
   std::size_t orbit_group;     ///< work-items of such a group
   std::size_t panel_samples;   ///< samples in the panels at a time
   std::size_t panel_block;     ///< samples per work-item of jacobian_panels
-  std::size_t product_side;    ///< side of the square of work-items that share panels; 1: none do
   std::size_t energy_items() const { return divide_up(stride / width, energy_vectors); }
   std::size_t gradient_chunks() const { return divide_up(stride, gradient_chunk); }
   /// Vectors per work-item of gradient_orbit.
@@ -52,7 +53,6 @@ Division divide(std::size_t samples, const Tuning& tuning) {
   d.orbit_group = count(tuning.orbit_group);
   d.panel_samples = count(tuning.panel_samples);
   d.panel_block = count(tuning.panel_block);
-  d.product_side = count(tuning.product_side);
   return d;
 }
 
@@ -64,7 +64,8 @@ class DeviceEvaluator final : public Evaluator {
         options_(options),
         precision_(precision),
         samples_count_(samples.size()),
-        division_(divide(samples.size(), device.tuning(precision))) {
+        division_(divide(samples.size(), device.tuning(precision))),
+        products_(device_.context(), device.tuning(precision), precision) {
     Context& context = device_.context();
     const std::size_t stride = division_.stride;
     std::vector<double> arrays(QJ_SAMPLE_ARRAYS * stride, 0.0);
@@ -149,6 +150,8 @@ class DeviceEvaluator final : public Evaluator {
     return to_symmetric(rows, order, place);
   }
 
+  bool cholesky(Eigen::MatrixXd& matrix) override { return fitting::cholesky(device_, matrix); }
+
   Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
     run_energy(map);
     const std::size_t rows = division_.gradient_chunks();
@@ -204,43 +207,17 @@ class DeviceEvaluator final : public Evaluator {
   std::vector<double> panel_products(std::size_t order, const Fill& fill) {
     Context& context = device_.context();
     if (matrix_.size() < order * order) allocate_panels(order);
-    const std::size_t step = divide_up(division_.stride, kMostCurvatureSamples);
+    const std::size_t step = divide_up(division_.stride, curvature_samples(order));
     const std::size_t taken = divide_up(division_.stride, step);
     for (std::size_t first = 0; first < taken; first += division_.panel_samples) {
       fill(step, first);
-      add_products(order, first == 0);
+      products_(panels_, division_.panel_samples, order, 0,
+                first == 0 ? PanelProducts::Update::set : PanelProducts::Update::add, matrix_);
     }
     std::vector<double> rows(order * order);
     context.read(matrix_, rows);
     for (double& entry : rows) entry *= static_cast<double>(step);
     return rows;
-  }
-
-  /// The matrix plus the panels' product, or that alone at the first panels. Work-items share tiles
-  /// as the settings say, unless the device takes no groups of as many.
-  void add_products(std::size_t order, bool is_first) {
-    Context& context = device_.context();
-    const auto launch = [&](const device::Kernel& products, const device::Range& range) {
-      context.launch(
-          products, range,
-          {panels_, i32(division_.panel_samples), i32(order), is_first ? 0 : 1, matrix_});
-    };
-    if (const std::size_t side = division_.product_side; side > 1) {
-      constexpr std::size_t kTile = 64;  // entries of the matrix along a group's side
-      const std::size_t items = divide_up(order, kTile) * side;
-      const auto products = kernel("gauss_newton.cl", "panel_products_shared");
-      try {
-        if (context.largest_group(products) >= side * side) {
-          launch(products, {{items, items, 1}, {side, side, 1}});
-          return;
-        }
-      } catch (const DeviceError& error) {
-        if (!device::is_refused_group(error)) throw;
-      }
-      division_.product_side = 1;
-    }
-    launch(kernel("gauss_newton.cl", "panel_products"),
-           {{order / 8, order / (2 * division_.width), 1}, {}});
   }
 
   /// Panels of fewer samples where the device has no memory for as many as asked for.
@@ -428,6 +405,7 @@ class DeviceEvaluator final : public Evaluator {
   Precision precision_;
   std::size_t samples_count_;
   Division division_;
+  PanelProducts products_;
   RealBuffer samples_, field_, cotangent_, energies_, orbit_energies_;
   std::size_t factors_ = 0;
   RealBuffer map_, rows_, orbits_, lane_sums_, block_sums_, panels_, matrix_;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "fit/cholesky.hpp"
 #include "map/reference_iteration.hpp"
 
 namespace qjulia::fitting {
@@ -32,6 +33,8 @@ RationalMap with_unknowns(RationalMap map, const std::vector<double>& v) {
   }
   return map;
 }
+
+bool Evaluator::cholesky(Eigen::MatrixXd& matrix) { return fitting::cholesky(matrix); }
 
 namespace {
 

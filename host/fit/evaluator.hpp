@@ -2,6 +2,7 @@
 /// Energy and gradient of a map over samples: what every optimiser step asks for.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -44,6 +45,9 @@ class Evaluator {
   virtual Eigen::MatrixXd gauss_newton(const RationalMap& map) = 0;
   /// Its diagonal, over all samples: for maps whose whole matrix would be too large.
   virtual Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) = 0;
+  /// Replaces the lower triangle of a symmetric matrix by its Cholesky factor L, H = LLᵀ, where the
+  /// evaluator computes fastest. @return whether H is positive definite.
+  virtual bool cholesky(Eigen::MatrixXd& matrix);
   /// The weighted scalar products over samples, of order 2 + m, of the columns 1, F_1 − target and
   /// ln |x − c| for each of the m centres: what matching pursuit asks for, since F_1 is linear in
   /// exponents. Weights and samples are those of `gauss_newton`.
@@ -68,6 +72,7 @@ class ForwardingEvaluator : public Evaluator {
   Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
     return to_.gauss_newton_diagonal(map);
   }
+  bool cholesky(Eigen::MatrixXd& matrix) override { return to_.cholesky(matrix); }
   Eigen::MatrixXd pursuit_products(const RationalMap& map,
                                    const std::vector<Quaternion>& centers) override {
     return to_.pursuit_products(map, centers);
@@ -80,8 +85,12 @@ class ForwardingEvaluator : public Evaluator {
 /// Plain double loops with automatic differentiation: slow, and the standard of what is right.
 std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples, const EnergyOptions& options);
 
-/// The device takes H from a part of more samples than this: it only scales the unknowns.
-constexpr std::size_t kMostCurvatureSamples = 10'240;
+/// The device takes H of that order from an evenly spaced part of more samples than this. With
+/// fewer than four an unknown, steps follow the part rather than the whole (docs/fitting.md).
+constexpr std::size_t curvature_samples(std::size_t order) {
+  constexpr std::size_t kLeast = 10'240;
+  return std::max(kLeast, 4 * order);
+}
 
 /// Kernels on a device.
 std::unique_ptr<Evaluator> make_device_evaluator(const Device& device, const Samples& samples,

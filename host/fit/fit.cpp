@@ -8,6 +8,7 @@
 #include "base/range_check.hpp"
 #include "fit/budget.hpp"
 #include "fit/checkpoint.hpp"
+#include "fit/factor_count.hpp"
 #include "fit/finish_map.hpp"
 #include "fit/monopoles.hpp"
 #include "fit/placement.hpp"
@@ -23,6 +24,9 @@ namespace qjulia {
 
 using namespace fitting;
 namespace {
+
+constexpr int kLeastFactors = 8;
+constexpr int kMostFactors = 20'000;
 
 /// Seconds kept from a time limit for scaling, calibration and writing.
 constexpr double kReserve = 1.0;
@@ -77,7 +81,8 @@ int largest_draw(const Schedule& schedule) {
 }  // namespace
 
 void FitOptions::validate() const {
-  base::expect_between("factors", factors, 8, 20'000);
+  if (factors != 0) base::expect_between("factors", factors, kLeastFactors, kMostFactors);
+  base::expect_between("max_factors", max_factors, kLeastFactors, kMostFactors);
   if (const auto* number = std::get_if<double>(&detail)) {
     base::expect_between("detail", *number, 0.0001, 0.1, "of the box's diagonal");
   }
@@ -135,7 +140,7 @@ namespace {
 
 /// A fit that makes less than this part of its evaluations has seldom settled: its last stages,
 /// which bring the surface in, have hardly begun.
-constexpr int kSettlingShare = 4;
+constexpr int kSettlingShare = 10;
 
 /// A warning about a fit that ended early; empty when it has had its time.
 std::string unsettled(const FitResult& result, int planned) {
@@ -173,7 +178,8 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
       team.broadcast({chosen_detail(options.detail, thinness(shape.mesh))}).front();
   Schedule schedule = find_schedule(options.schedule);
   if (options.polish) schedule = with_polish(std::move(schedule), detail);
-  Budget budget(options, schedule.evaluations, start, kReserve, monitor.stop, team);
+  const int planned = planned_evaluations(options, schedule);
+  Budget budget(options, planned, start, kReserve, monitor.stop, team);
   FitResult result;
   if (shape.has_hidden_parts) {
     result.warnings.emplace_back(
@@ -182,7 +188,6 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   const SignedDistance distance = in_stage("signed distance", [&] {
     return SignedDistance(device, shape.mesh, Precision::single, monitor.stop);
   });
-  const int planned = options.max_evaluations > 0 ? options.max_evaluations : schedule.evaluations;
   SamplePool pool = in_stage("sample pool", [&] {
     return make_sample_pool(shape, distance, options.seed, planned, largest_draw(schedule));
   });
@@ -193,11 +198,17 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
       in_stage("overlap points", [&] { return CoarseCube(device, shape, distance); });
   Checkpoint checkpoint(team.rank() == 0 ? options.checkpoint : "", fit_key(mesh, options, device));
   auto kept = options.resume ? checkpoint.load(team) : std::nullopt;
-  RationalMap placed = kept ? kept->map : in_stage("placement", [&] {
-    return options.placement == Placement::paper
-               ? place_monopoles(pool, options.factors, options.seed)
-               : place_factors(make_evaluator, pool, options.factors, options.seed);
-  });
+  const auto place = [&] {
+    const int factors = in_stage("number of factors", [&] {
+      return chosen_factors(options, schedule, make_evaluator, pool, budget, team);
+    });
+    return in_stage("placement", [&] {
+      return options.placement == Placement::paper
+                 ? place_monopoles(pool, factors, options.seed)
+                 : place_factors(make_evaluator, pool, factors, options.seed);
+    });
+  };
+  RationalMap placed = kept ? kept->map : place();
   const auto draw = [&](const Level& level, base::Random& random) {
     return level.points == Points::grid ? grid_samples(shape, distance, level)
                                         : pool.draw(level, random);

@@ -126,6 +126,12 @@ void fit_exponents(Evaluator& evaluator, RationalMap& map, std::size_t inside) {
 
 }  // namespace
 
+int most_factors(const SamplePool& pool) {
+  const auto inside = static_cast<double>(candidates(pool, -1, 0).size());
+  const auto outside = static_cast<double>(candidates(pool, +1, 0).size());
+  return static_cast<int>(std::min(inside / kInsideShare, outside / (1 - kInsideShare)));
+}
+
 RationalMap place_factors(const EvaluatorFactory& make_evaluator, const SamplePool& pool,
                           int factors, std::uint64_t seed) {
   const auto inside = static_cast<std::size_t>(std::lround(kInsideShare * factors));

@@ -14,4 +14,7 @@ namespace qjulia::fitting {
 RationalMap place_factors(const EvaluatorFactory& make_evaluator, const SamplePool& pool,
                           int factors, std::uint64_t seed);
 
+/// The largest number of factors that there is room for, by the pool's points.
+int most_factors(const SamplePool& pool);
+
 }  // namespace qjulia::fitting

@@ -1,6 +1,5 @@
 #include "fit/preconditioner.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
 namespace qjulia::fitting {
@@ -11,26 +10,25 @@ Preconditioner::Preconditioner(const Eigen::VectorXd& diagonal, double damping) 
   scale_ = (diagonal.array() * (1 + damping) + floor).sqrt().inverse();
 }
 
-Preconditioner::Preconditioner(const Eigen::MatrixXd& matrix, double damping)
+Preconditioner::Preconditioner(const Eigen::MatrixXd& matrix, double damping,
+                               const std::function<bool(Eigen::MatrixXd&)>& factorise)
     : Preconditioner(Eigen::VectorXd(matrix.diagonal()), damping) {
   const Eigen::Index n = matrix.rows();
   Eigen::MatrixXd scaled(n, n);
-  for (Eigen::Index j = 0; j < n; ++j) {
-    for (Eigen::Index i = j; i < n; ++i) {
-      scaled(i, j) = matrix(i, j) * scale_[i] * scale_[j];
-    }
-    scaled(j, j) = 1;
-  }
-  Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Lower> cholesky(scaled);
-  // Rounding in H can cost the last digits of positiveness: more damping restores it.
-  for (double more = damping; cholesky.info() != Eigen::Success && more < 1; more *= 10) {
+  // The lower triangle with unit diagonal, what is beside it divided by `more`.
+  const auto fill = [&](double more) {
     for (Eigen::Index j = 0; j < n; ++j) {
-      for (Eigen::Index i = j; i < n; ++i) {
-        scaled(i, j) = matrix(i, j) * scale_[i] * scale_[j] / (1 + more);
-      }
+      const double by = scale_[j] / more;
+      for (Eigen::Index i = j + 1; i < n; ++i) scaled(i, j) = matrix(i, j) * scale_[i] * by;
       scaled(j, j) = 1;
     }
-    cholesky.compute(scaled);
+  };
+  fill(1);
+  // Rounding in H can cost the last digits of positiveness: more damping restores it.
+  bool is_positive = factorise(scaled);
+  for (double more = damping; !is_positive && more < 1; more *= 10) {
+    fill(1 + more);
+    is_positive = factorise(scaled);
   }
   factor_ = scaled.cast<float>();
 }

@@ -2,6 +2,9 @@
 /// A change of variables in which the energy is well scaled.
 
 #include <Eigen/Core>
+#include <functional>
+
+#include "fit/cholesky.hpp"
 
 namespace qjulia::fitting {
 
@@ -11,7 +14,10 @@ namespace qjulia::fitting {
 class Preconditioner {
  public:
   /// @param damping λ > 0, relative to the diagonal.
-  Preconditioner(const Eigen::MatrixXd& matrix, double damping);
+  /// @param factorise as Evaluator::cholesky.
+  Preconditioner(
+      const Eigen::MatrixXd& matrix, double damping,
+      const std::function<bool(Eigen::MatrixXd&)>& factorise = [](auto& m) { return cholesky(m); });
   /// From H's diagonal alone: R is the root of (1 + λ) diag H.
   Preconditioner(const Eigen::VectorXd& diagonal, double damping);
 

@@ -145,10 +145,19 @@ Schedule read_schedule(const std::string& text, const std::string& file) {
   table.number("evaluations", schedule.evaluations, 1, 1e9);
   table.number("damping", schedule.damping, 1e-9, 1);
   const toml::node* levels = table.find("level");
+  const toml::node* automatic = table.find("auto");
   table.finish();
   if (levels == nullptr || !levels->is_array_of_tables() || schedule.evaluations == 0) {
     throw InputError(
         fmt::format("{}: a schedule needs 'evaluations' and at least one [[level]]", file));
+  }
+  if (automatic != nullptr) {
+    if (!automatic->is_table()) table.fail(*automatic, "'auto' must be a table");
+    Table auto_table(*automatic->as_table(), file);
+    auto_table.number("factors", schedule.automatic.factors, 8, 20'000);
+    auto_table.number("evaluations", schedule.automatic.evaluations, 0, 1e9);
+    auto_table.number("stages", schedule.automatic.stages, 0, 1e6);
+    auto_table.finish();
   }
   double after = 0;
   int iterations = 1;

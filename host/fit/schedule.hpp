@@ -41,10 +41,18 @@ struct Level {
   int relocated = 0;  ///< factors moved to where the residual is, before each stage
 };
 
+/// How many factors a fit has when its caller does not say.
+struct AutomaticFactors {
+  int factors = 331;    ///< without a time limit
+  int evaluations = 0;  ///< of such a fit; 0: the schedule's
+  int stages = 0;       ///< that a time limit must leave room for; 0: it changes nothing
+};
+
 struct Schedule {
   int evaluations = 0;    ///< of a whole fit, unless the caller sets another number
   double damping = 1e-3;  ///< λ of the preconditioner
   std::vector<Level> levels;
+  AutomaticFactors automatic{};
 };
 
 /// A built-in schedule by its name, or that of a file whose name ends in .toml.

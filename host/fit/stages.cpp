@@ -65,7 +65,8 @@ Preconditioner preconditioner(Evaluator& evaluator, const RationalMap& map,
                               const Subspace& subspace, double damping) {
   if (map.factors.size() <= kMostByMatrix) {
     try {
-      return {subspace.restricted_matrix(evaluator.gauss_newton(map)), damping};
+      return {subspace.restricted_matrix(evaluator.gauss_newton(map)), damping,
+              [&](Eigen::MatrixXd& matrix) { return evaluator.cholesky(matrix); }};
     } catch (const DeviceError& error) {
       if (!device::is_out_of_memory(error)) throw;
     }

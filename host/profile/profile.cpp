@@ -146,8 +146,8 @@ void time_evaluator(Bench& bench, const Device& device, const Workload& work, in
 
 /// H = JᵀWJ, in multiply-adds of its upper triangle.
 void time_gauss_newton(Bench& bench, const Device& device, Workload work, Precision precision) {
-  const std::size_t samples =
-      std::min<std::size_t>(work.samples.size(), fitting::kMostCurvatureSamples);
+  const std::size_t samples = std::min<std::size_t>(
+      work.samples.size(), fitting::curvature_samples(1 + 5 * work.map.factors.size()));
   fitting::Samples part;
   for (std::size_t i = 0; i < samples; ++i) {
     part.add(work.samples.position[i], work.samples.weight[i], 0, 0);

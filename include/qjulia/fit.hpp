@@ -28,10 +28,14 @@ enum class Placement {
 
 /// Every field has a value that suits most shapes; each says when another is better.
 struct FitOptions {
-  /// 8 … 20000. More factors follow finer features, and cost time in proportion (above 1,600 the
-  /// preconditioner is diagonal, and each evaluation gains less). Raise them where the IoU stays
-  /// below what you want though the energy no longer falls; lower them for quick trials.
-  int factors = 331;
+  /// 8 … 20000, or 0: as many as pay. With a time limit that is the largest number that leaves time
+  /// for the stages the schedule asks for, on this device, as measured at the start; without one it
+  /// is the schedule's own. More factors follow finer features; surfaces and pictures of the map
+  /// take time in proportion to them. Above 1,600 the preconditioner is diagonal, and each
+  /// evaluation gains less.
+  int factors = 0;
+  /// The largest number that `factors` 0 stands for. Lower it where maps are to stay small.
+  int max_factors = 1000;
   /// δ, the thickness of the fractal shell as a fraction of the box's diagonal, 0.0001 … 0.1, or a
   /// word for one that suits the mesh: thin limbs bear less than a round body. Of a body, the set
   /// has but a grain below 0.005 and deep grooves from 0.05 on. Lower it where limbs are lost.

@@ -18,6 +18,10 @@
 #define QJ_PURSUIT_ONES(centers) QJ_MAP_STRIDE(centers)
 #define QJ_PURSUIT_RESIDUALS(centers) (QJ_MAP_STRIDE(centers) + 1)
 
+/* Rows that Cholesky's factorisation takes at a time: a multiple of the tiles' sides in all kernels
+   that multiply panels. */
+#define QJ_CHOLESKY_BLOCK 128
+
 /* Scalars of the kernels that fill panels. */
 QJ_ARGUMENTS(qj_panel_arguments) {
   real alpha;

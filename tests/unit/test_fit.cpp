@@ -55,7 +55,8 @@ TEST_CASE("fit options that make no sense are refused by name") {
     }
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  refused([](FitOptions& o) { o.factors = 0; }, "factors");
+  refused([](FitOptions& o) { o.factors = 7; }, "factors");
+  refused([](FitOptions& o) { o.max_factors = 0; }, "max_factors");
   refused([](FitOptions& o) { o.factors = 1'000'000; }, "factors");
   refused([&](FitOptions& o) { o.detail = nan; }, "detail");
   refused([](FitOptions& o) { o.detail = -1.0; }, "detail");

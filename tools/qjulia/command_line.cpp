@@ -204,6 +204,8 @@ bool is_direction(std::string_view word) { return word == "-x" || word == "-y" |
 
 double finite_number(const std::string& word) { return read_number<double>(word); }
 
+int whole_number(const std::string& word) { return read_number<int>(word); }
+
 Option Option::type(const std::string& word) const {
   option_->type_name(word);
   return *this;

@@ -22,6 +22,7 @@ namespace qjulia::tools {
 
 /// @throws InputError for what is not a finite number.
 double finite_number(const std::string& word);
+int whole_number(const std::string& word);
 
 /// One option or positional argument of a command. A handle: copies are the same option.
 class Option {

@@ -24,9 +24,21 @@ std::string option_names(const CommandLine& command) {
 }  // namespace
 
 void add_fit_options(Command command, FitArguments& a) {
-  command.add("--factors", &a.options.factors,
-              "Factors of the map, 8 to 20000: more follow the shape more closely, and cost "
-              "time in proportion");
+  const auto read_factors = [&a](const std::string& text) {
+    a.options.factors = text == "auto" ? 0 : whole_number(text);
+    if (text != "auto" && a.options.factors == 0) {
+      throw InputError("0 is out of range; give auto, or a number from 8 to 20000");
+    }
+  };
+  command
+      .word("--factors", read_factors,
+            "Factors of the map, 8 to 20000, or 'auto': as many as settle in the time limit on "
+            "this device, or as the schedule says where there is none. More follow the shape more "
+            "closely; the fit, surfaces and pictures take longer")
+      .type("NUMBER|auto")
+      .default_text("auto");
+  command.add("--max-factors", &a.options.max_factors,
+              "The largest number that 'auto' stands for, 8 to 20000");
   add_detail(
       command, [&a](const DetailChoice& detail) { a.options.detail = detail; },
       "'surface' and 'render' can change it later")

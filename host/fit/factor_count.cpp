@@ -1,0 +1,114 @@
+#include "fit/factor_count.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "fit/placement.hpp"
+
+namespace qjulia::fitting {
+namespace {
+
+constexpr int kFewest = 64;       // of an automatic number
+constexpr int kGrain = 16;        // its steps: maps are padded to as many
+constexpr int kProbe = 320;       // factors that stages are timed with
+constexpr double kLine = 1.1;     // evaluations to a step of L-BFGS
+constexpr double kLeastTime = 4;  // seconds: with less, timing would take too much of it
+
+/// Seconds of a stage's parts.
+struct StageTime {
+  double matrix = 0;      ///< J^T W J
+  double cholesky = 0;    ///< its factor
+  double evaluation = 0;  ///< one of energy and gradient
+};
+
+template <class Work>
+double seconds_of(const Work& work) {
+  using Clock = std::chrono::steady_clock;
+  const auto start = Clock::now();
+  work();
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+double order_of(double factors) { return 1 + 5 * factors; }
+
+double samples_of(double factors) {
+  return static_cast<double>(curvature_samples(static_cast<std::size_t>(order_of(factors))));
+}
+
+/// With kProbe factors; kernels are built before anything is timed.
+StageTime timed(const EvaluatorFactory& make_evaluator, const SamplePool& pool, const Level& level,
+                std::uint64_t seed) {
+  const RationalMap map = place_factors(make_evaluator, pool, kProbe, seed);
+  base::Random random(seed);
+  const auto evaluator = make_evaluator(pool.draw(level, random), {});
+  Eigen::MatrixXd matrix = evaluator->gauss_newton(map);
+  StageTime time;
+  time.matrix = seconds_of([&] { matrix = evaluator->gauss_newton(map); });
+  const auto factorise = [&] {
+    Eigen::MatrixXd damped = matrix;
+    damped.diagonal() *= 1.1;
+    evaluator->cholesky(damped);
+  };
+  factorise();
+  time.cholesky = seconds_of(factorise);
+  evaluator->evaluate(map, true);
+  constexpr int kTimes = 5;
+  time.evaluation = seconds_of([&] {
+                      for (int i = 0; i < kTimes; ++i) evaluator->evaluate(map, true);
+                    }) /
+                    kTimes;
+  return time;
+}
+
+double stage_seconds(const StageTime& probe, double factors, const Level& level) {
+  const double larger = order_of(factors) / order_of(kProbe);
+  return probe.matrix * larger * larger * samples_of(factors) / samples_of(kProbe) +
+         probe.cholesky * std::pow(larger, 3) +
+         probe.evaluation * kLine * level.steps * factors / kProbe;
+}
+
+bool follows_time(const FitOptions& options, const Schedule& schedule) {
+  return std::isfinite(options.time_limit) && schedule.automatic.stages > 0;
+}
+
+}  // namespace
+
+int planned_evaluations(const FitOptions& options, const Schedule& schedule) {
+  if (options.max_evaluations > 0) return options.max_evaluations;
+  const bool own = options.factors != 0 || follows_time(options, schedule);
+  return own || schedule.automatic.evaluations == 0 ? schedule.evaluations
+                                                    : schedule.automatic.evaluations;
+}
+
+int chosen_factors(const FitOptions& options, const Schedule& schedule,
+                   const EvaluatorFactory& make_evaluator, const SamplePool& pool, Budget& budget,
+                   Team& team) {
+  if (options.factors != 0) return options.factors;
+  const AutomaticFactors& automatic = schedule.automatic;
+  const int most = std::min(options.max_factors, most_factors(pool));
+  const Level& level = schedule.levels.front();
+  const int evaluations = planned_evaluations(options, schedule);
+  // Few evaluations settle few factors.
+  const double settled = automatic.stages * kLine * level.steps;
+  int factors = automatic.factors;
+  if (evaluations < settled) {
+    factors = static_cast<int>(std::max<double>(kFewest, factors * evaluations / settled));
+  }
+  if (follows_time(options, schedule)) {
+    factors = kFewest;
+    budget.update();
+    if (budget.time_left() > kLeastTime) {
+      const StageTime probe = timed(make_evaluator, pool, level, options.seed);
+      budget.update();
+      const double time = budget.time_left() / automatic.stages;
+      while (factors + kGrain <= most && stage_seconds(probe, factors + kGrain, level) <= time) {
+        factors += kGrain;
+      }
+    }
+    factors = static_cast<int>(team.broadcast({static_cast<double>(factors)}).front());
+  }
+  return std::min(factors, most);
+}
+
+}  // namespace qjulia::fitting

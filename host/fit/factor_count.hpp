@@ -1,0 +1,22 @@
+#pragma once
+/// How many factors a fit has when its caller leaves that to it.
+
+#include "fit/budget.hpp"
+#include "fit/evaluator.hpp"
+#include "fit/sample_pool.hpp"
+#include "fit/schedule.hpp"
+#include "fit/team.hpp"
+
+namespace qjulia::fitting {
+
+/// Evaluations that a fit makes unless time ends it.
+int planned_evaluations(const FitOptions& options, const Schedule& schedule);
+
+/// The caller's number; or, with a time limit, the largest for which the schedule's number of
+/// stages fits into the time that is left, by timing the parts of a stage with few factors; or the
+/// schedule's own, fewer where few evaluations are asked for. Rank 0 decides for all.
+int chosen_factors(const FitOptions& options, const Schedule& schedule,
+                   const EvaluatorFactory& make_evaluator, const SamplePool& pool, Budget& budget,
+                   Team& team);
+
+}  // namespace qjulia::fitting
