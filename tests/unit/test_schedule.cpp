@@ -30,6 +30,9 @@ TEST_CASE("polishing takes the last two fifths of a schedule") {
   const fitting::Schedule polished = fitting::with_polish(plain, 0.03);
   REQUIRE(polished.levels.size() == plain.levels.size() + 1);
   CHECK(polished.evaluations == Approx(plain.evaluations / 0.6).margin(1));
+  CHECK(polished.automatic.factors == plain.automatic.factors);
+  CHECK(polished.automatic.evaluations == Approx(plain.automatic.evaluations / 0.6).margin(1));
+  CHECK(polished.automatic.stages == Approx(plain.automatic.stages / 0.6).margin(1));
   for (std::size_t i = 0; i < plain.levels.size(); ++i) {
     CHECK(polished.levels[i].until == Approx(0.6 * plain.levels[i].until));
     CHECK(polished.levels[i].iterations == 1);
@@ -58,6 +61,14 @@ TEST_CASE("a schedule's file is read, and what is wrong with it is told by line"
   CHECK(own.levels[1].loss == fitting::Loss::tanh);
   CHECK(own.levels[1].samples == 12);
   CHECK(own.levels[1].until == 1);
+  CHECK(own.automatic.factors == 331);
+  CHECK(own.automatic.stages == 0);
+  const auto automatic =
+      read("evaluations = 7\n[auto]\nfactors = 90\nevaluations = 5\nstages = 3\n[[level]]\n")
+          .automatic;
+  CHECK(automatic.factors == 90);
+  CHECK(automatic.evaluations == 5);
+  CHECK(automatic.stages == 3);
 
   const std::string head = "evaluations = 7\n[[level]]\n";
   const auto refused = [&](const std::string& text, const char* why) {

@@ -1,0 +1,104 @@
+// How many factors a fit has when nobody says.
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <thread>
+
+#include "fit/factor_count.hpp"
+#include "fit/placement.hpp"
+#include "sphere_pool.hpp"
+
+using namespace qjulia;
+using namespace qjulia::fitting;
+
+namespace {
+
+/// Takes `seconds` for an evaluation and next to none for all else.
+class Slow final : public Evaluator {
+ public:
+  explicit Slow(double seconds) : pause_(seconds) {}
+
+  Evaluation evaluate(const RationalMap& map, bool /*with_gradient*/) override {
+    std::this_thread::sleep_for(pause_);
+    return {0, std::vector<double>(1 + 5 * map.factors.size())};
+  }
+  std::vector<double> field(const RationalMap& /*map*/) override { return {}; }
+  Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
+    const auto n = static_cast<Eigen::Index>(1 + 5 * map.factors.size());
+    return Eigen::MatrixXd::Identity(n, n);
+  }
+  Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
+    return Eigen::VectorXd::Ones(static_cast<Eigen::Index>(1 + 5 * map.factors.size()));
+  }
+  bool cholesky(Eigen::MatrixXd& /*matrix*/) override { return true; }
+  Eigen::MatrixXd pursuit_products(const RationalMap& /*map*/,
+                                   const std::vector<Quaternion>& /*centers*/) override {
+    return {};
+  }
+
+ private:
+  std::chrono::duration<double> pause_;
+};
+
+Schedule schedule() {
+  Schedule schedule;
+  schedule.evaluations = 6000;
+  schedule.levels = {test::small_level()};
+  schedule.automatic = {700, 1500, 12};
+  return schedule;
+}
+
+int chosen(const FitOptions& options, double seconds_of_evaluation = 0) {
+  const SamplePool pool = test::sphere_pool(4000);
+  auto budget = test::budget_of(planned_evaluations(options, schedule()), options);
+  const auto make = [&](const Samples&, const EnergyOptions&) {
+    return std::make_unique<Slow>(seconds_of_evaluation);
+  };
+  return chosen_factors(options, schedule(), make, pool, budget, test::alone());
+}
+
+}  // namespace
+
+TEST_CASE("the number of factors is the caller's, or the schedule's, or follows evaluations") {
+  FitOptions options;
+  CHECK(chosen(options) == 700);
+  CHECK(planned_evaluations(options, schedule()) == 1500);
+  options.max_factors = 200;
+  CHECK(chosen(options) == 200);
+  options.max_factors = 1000;
+  // A stage has ten steps here, and a step 1.1 evaluations.
+  options.max_evaluations = 66;
+  CHECK(chosen(options) == 350);
+  CHECK(planned_evaluations(options, schedule()) == 66);
+  options.max_evaluations = 1;
+  CHECK(chosen(options) == 64);
+  options.factors = 50;
+  CHECK(chosen(options) == 50);
+  options.max_evaluations = 0;
+  CHECK(planned_evaluations(options, schedule()) == 6000);
+}
+
+TEST_CASE("with a time limit the number of factors follows how long a stage takes") {
+  FitOptions options;
+  options.time_limit = 20;
+  CHECK(planned_evaluations(options, schedule()) == 6000);
+  // Twelve stages of eleven evaluations in 20 s: 0.15 s for one, 0.1 s with 320 factors.
+  const int factors = chosen(options, 0.1);
+  CHECK(factors > 380);
+  CHECK(factors < 500);
+  options.time_limit = 3;
+  CHECK(chosen(options, 0.1) == 64);
+}
+
+TEST_CASE("a shape with little room has as many factors as find a place") {
+  const SamplePool pool = test::sphere_pool(150);
+  const int most = most_factors(pool);
+  CHECK(most > 64);
+  CHECK(most < 700);
+  FitOptions options;
+  auto budget = test::budget_of(1500, options);
+  const auto make = [](const Samples&, const EnergyOptions&) { return std::make_unique<Slow>(0); };
+  CHECK(chosen_factors(options, schedule(), make, pool, budget, test::alone()) == most);
+  CHECK_NOTHROW(place_factors(make, pool, most, 1));
+  CHECK_THROWS(place_factors(make, pool, most + 10, 1));
+}
