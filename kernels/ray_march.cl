@@ -4,7 +4,8 @@
 // outside, and how far the undecided band {F_1 < ln r_out} is at least: (F_1 - ln r_out) /
 // max |grad F_1|. F_1 is smooth, so these safe steps are read from a grid. In the band, orbits are
 // run. An orbit that escapes with its m-th iterate tells a distance too: each iterate stretches by
-// about |grad F_1|, so that it is about (F_m - ln r_out) / |grad F_1|^m.
+// about |grad F_1|, so that it is about (F_m - ln r_out) / |grad F_1|^m. Where detail is painted an
+// iterate stretches by more: by the inverse of its point's share.
 
 #include "block_points.clh"
 #include "grid.clh"
@@ -106,15 +107,15 @@ static inline bool ends(const marching* with, real f, int done) {
 }
 
 // Takes what the orbit at probe_of(r) tells, which ended with its iterate number `done`; true when
-// the hit is known.
-static inline bool is_found(const marching* with, marched_ray* r, real f, int done) {
+// the hit is known. share: the product of those of its points.
+static inline bool is_found(const marching* with, marched_ray* r, real f, int done, real share) {
   bool inside = f < with->level;
   real probe = probe_of(r);
   if (!inside) r->outside = probe;
   if (r->hit) {
     if (inside) r->t = probe;
   } else if (!inside) {
-    real away = f - with->far_level;
+    real away = (f - with->far_level) * share;
     for (int i = 0; i < done; ++i) away *= with->shell;
     r->t += fmax(fmin(away, with->grid[QJ_GRID_STEP]), with->march.shortest);
   } else if (r->outside < r->start) {
@@ -176,10 +177,12 @@ kernel void march_depth(global const real* map, int factors, qj_march march,
   marched_ray ray[QJ_WIDTH];
   int waits[QJ_WIDTH], done[QJ_WIDTH];  // iterates of the orbit
   real x[QJ_WIDTH], y[QJ_WIDTH], z[QJ_WIDTH], w[QJ_WIDTH], f[QJ_WIDTH];
+  real share[QJ_WIDTH];  // the product of those of the orbit's points
   QJ_INT flags[QJ_WIDTH];
   for (int i = 0; i < QJ_WIDTH; ++i) {
     waits[i] = WAITS_FOR_RAY;
     x[i] = y[i] = z[i] = w[i] = f[i] = 0;
+    share[i] = 1;
   }
   for (;;) {
     int fields = 0, versors = 0;
@@ -198,14 +201,19 @@ kernel void march_depth(global const real* map, int factors, qj_march march,
         real3 p = view_point(view, r->x, r->y, probe_of(r), 0);
         x[i] = p.x, y[i] = p.y, z[i] = p.z, w[i] = map[QJ_MAP_SLICE];
         done[i] = 0;
+        share[i] = 1;
         waits[i] = WAITS_FOR_F;
 #ifndef QJ_MODULUS_IS_CHEAP
         predicted_image image;
         if (!lattice_image(lattice, p, &image)) continue;
-        real first = one_of(map_steep(lane_of(image.f), map));
+        qlane start = q_make(lane_of(p.x), lane_of(p.y), lane_of(p.z), lane_of(w[i]));
+        real first = one_of(map_bent(lane_of(image.f), start, map));
         done[i] = 1;
+#ifdef QJ_IS_PAINTED
+        share[i] = one_of(paint_share(start, map));
+#endif
         if (ends(&with, first, 1)) {
-          bool found = is_found(&with, r, first, 1);
+          bool found = is_found(&with, r, first, 1, share[i]);
           if (found) depth[r->id] = (real)0.5 * (r->outside + r->t);
           waits[i] = found ? WAITS_FOR_RAY : WAITS_FOR_ORBIT;
           continue;
@@ -230,13 +238,20 @@ kernel void march_depth(global const real* map, int factors, qj_march march,
     }
     real next[QJ_WIDTH];
     lane_store(map_modulus(q, map, factors), next, 0);
+#ifdef QJ_IS_PAINTED
+    real shares[QJ_WIDTH];
+    lane_store(paint_share(q, map), shares, 0);
+#endif
     for (int i = 0; i < QJ_WIDTH; ++i) {
       if (waits[i] != WAITS_FOR_F) continue;
+#ifdef QJ_IS_PAINTED
+      share[i] *= shares[i];
+#endif
       f[i] = next[i];
       ++done[i];
       waits[i] = WAITS_FOR_VERSOR;
       if (ends(&with, f[i], done[i])) {
-        bool found = is_found(&with, &ray[i], f[i], done[i]);
+        bool found = is_found(&with, &ray[i], f[i], done[i], share[i]);
         if (found) depth[ray[i].id] = (real)0.5 * (ray[i].outside + ray[i].t);
         waits[i] = found ? WAITS_FOR_RAY : WAITS_FOR_ORBIT;
       }

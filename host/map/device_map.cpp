@@ -7,6 +7,7 @@
 #include "layout/distance_layout.h"
 #include "layout/map_layout.h"
 #include "layout/noise_layout.h"
+#include "layout/paint_layout.h"
 #include "layout/portal_layout.h"
 #include "map/kinds.hpp"
 
@@ -15,6 +16,7 @@ namespace {
 
 static_assert(kMostIterations == QJ_MOST_ITERATIONS);
 static_assert(DistanceGridData::kCoarse == QJ_DISTANCE_MARGIN);
+static_assert(Paint::kMargin == QJ_PAINT_MARGIN);
 
 /// What a grid's F costs, in factors' logarithms; measured.
 constexpr double kGridCost = 40;
@@ -93,6 +95,25 @@ void append(std::vector<Real>& reals, const Portal& portal) {
   for (const double x : all) reals.push_back(static_cast<Real>(x));
 }
 
+template <class Real>
+void append(std::vector<Real>& reals, const Paint& paint) {
+  const auto lack = [](std::uint8_t share) {
+    return static_cast<double>(Paint::kWhole - share) / (Paint::kWhole + 1);
+  };
+  const auto [least, most] = std::ranges::minmax(paint.shares);
+  std::array<double, QJ_PAINT_HEADER> header{};
+  header[QJ_PAINT_PER_CELL] = 1 / paint.step;
+  header[QJ_PAINT_LEAST] = lack(most);
+  header[QJ_PAINT_MOST] = lack(least);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    header[QJ_PAINT_ORIGIN + axis] = paint.origin[static_cast<Eigen::Index>(axis)];
+    header[QJ_PAINT_CELLS + axis] = paint.cells[axis];
+  }
+  for (const double x : header) reals.push_back(static_cast<Real>(x));
+  for (const std::uint8_t share : paint.shares) reals.push_back(static_cast<Real>(lack(share)));
+  reals.push_back(Real{0});
+}
+
 /// As layout/map_layout.h says.
 template <class Real>
 std::vector<Real> packed(const RationalMap& map, const StopRadii& stops) {
@@ -126,6 +147,8 @@ std::vector<Real> packed(const RationalMap& map, const StopRadii& stops) {
   set(QJ_MAP_PORTALS, static_cast<double>(reals.size()));
   set(QJ_MAP_PORTAL_COUNT, static_cast<double>(map.portals.size()));
   for (const Portal& portal : map.portals) append(reals, portal);
+  set(QJ_MAP_PAINT, static_cast<double>(reals.size()));
+  if (map.paint) append(reals, *map.paint);
   set(QJ_MAP_MODULUS, static_cast<double>(reals.size()));
   visit_members(map.modulus, add);
   return reals;
@@ -151,6 +174,11 @@ DeviceMap::DeviceMap(const Device& device, const RationalMap& map, const StopRad
       log_inner_(log_or(stops.inner, -kNone)),
       log_outer_(std::min(log_or(stops.escape, kNone), log_or(stops.outer, kNone))) {
   interpolates_ = map.portals.empty() && !std::holds_alternative<NoiseVersor>(map.versor);
+  if (map.paint) {
+    kinds_.emplace("QJ_PAINT", "painted.clh");
+    modulus_cost_ += kGridCost;
+    step_cost_ += kGridCost;
+  }
   if (!map.portals.empty()) kinds_.emplace("QJ_PORTALS", "portals.clh");
   for (const Factor& factor : map.factors) centers_.push_back(factor.center);
   buffer_ =

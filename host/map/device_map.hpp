@@ -24,8 +24,8 @@ class DeviceMap {
 
   const Device& device() const { return device_; }
   device::Context& context() const { return device_.context(); }
-  /// A kernel built for this map's kinds of modulus and versor, for portals where it has some, its
-  /// lane width and precision.
+  /// A kernel built for this map's kinds of modulus and versor, for portals and paint where it has
+  /// some, its lane width and precision.
   device::Kernel kernel(const char* file, const char* name) const;
   const device::RealBuffer& buffer() const { return buffer_; }
   int factors() const { return factors_; }
@@ -34,6 +34,7 @@ class DeviceMap {
 
   const std::vector<Quaternion>& centers() const { return centers_; }
   bool has_portals() const { return kinds_.contains("QJ_PORTALS"); }
+  bool is_painted() const { return kinds_.contains("QJ_PAINT"); }
   /// Whether orbits may be interpolated. F jumps at portals' rims, and images fall on them; a
   /// noise's direction turns at once about its zeros, which nothing tells of.
   bool interpolates() const { return interpolates_; }
@@ -58,7 +59,7 @@ class DeviceMap {
   device::RealBuffer buffer_;
   int factors_;
   Precision precision_;
-  std::map<std::string, std::string> kinds_;  ///< the files of modulus, versor and portals
+  std::map<std::string, std::string> kinds_;  ///< the files of modulus, versor, portals and paint
   double modulus_cost_, step_cost_;
   std::vector<Quaternion> centers_;
   double slice_;

@@ -83,14 +83,15 @@ RationalMap rotated(RationalMap map, const Rotation& rotation) {
   return map;
 }
 
-/// All centres, a grid, portals, and the window they are seen through moved together: the shape
-/// stays in its own coordinates, the origin of iteration moves by −offset (map units).
+/// All centres, a grid, portals, paint, and the window they are seen through moved together: the
+/// shape stays in its own coordinates, the origin of iteration moves by −offset (map units).
 RationalMap moved(RationalMap map, const Eigen::Vector3d& offset) {
   for (Factor& factor : map.factors) {
     factor.center = factor.center + Quaternion{offset.x(), offset.y(), offset.z(), 0};
   }
   if (auto* distance = std::get_if<DistanceModulus>(&map.modulus)) distance->origin += offset;
   if (auto* noise = std::get_if<NoiseVersor>(&map.versor)) noise->origin += offset;
+  if (map.paint) map.paint->origin += offset;
   for (Portal& portal : map.portals) {
     portal.center += offset;
     portal.destination += offset;
@@ -121,6 +122,9 @@ void MapKnobs::validate() const {
 
 RationalMap with_knobs(const Device& device, const RationalMap& map, const MapKnobs& knobs) {
   knobs.validate();
+  if (map.paint && knobs.rotate) {
+    throw OptionError("rotate", "it turns factors, and the axes of the map's paint stay");
+  }
   if (!map.is_rational()) expect_no_knobs_of_factors(map, knobs);
   RationalMap result = knobs.detail ? with_detail(map, *knobs.detail) : map;
   if (knobs.order_seed) shuffle(result.factors, *knobs.order_seed);

@@ -16,6 +16,7 @@
 #include "map/json_object.hpp"
 #include "map/kinds.hpp"
 #include "map/noise_file.hpp"
+#include "map/paint_file.hpp"
 #include "map/portals.hpp"
 #include "qjulia/error.hpp"
 
@@ -51,7 +52,7 @@ void check_header(const Object& map, const std::string& source) {
 }
 
 int file_version(const RationalMap& map) {
-  return std::max({map.tufts == 1 && map.portals.empty() && !map.up ? 1 : 2,
+  return std::max({map.tufts == 1 && map.portals.empty() && !map.paint && !map.up ? 1 : 2,
                    map::file_version_of(map.modulus), map::file_version_of(map.versor)});
 }
 
@@ -159,6 +160,7 @@ json to_json(const RationalMap& map) {
   if (map::takes_factors(map)) result["factors"] = factors;
   if (map.tufts != 1) result["tufts"] = map.tufts;
   if (!map.portals.empty()) result["portals"] = map::portals_json(map.portals);
+  if (map.paint) result["paint"] = map::paint_json(*map.paint);
   if (map.detail) result["detail"] = *map.detail;
   if (map.inradius) result["inradius"] = *map.inradius;
   if (map.box) result["box"] = json::array({to_json(map.box->low), to_json(map.box->high)});
@@ -175,13 +177,14 @@ RationalMap map_from_json(const json& value, const std::string& source) {
   if (map::takes_factors(map)) keys.emplace_back("factors");
   keys.insert(keys.end(), {"format", "version", "kind", "slice", "log_scale", "surface_level",
                            "phase", "shape_to_map", "detail", "inradius", "box", "provenance"});
-  if (top.at("version") > 1) keys.insert(keys.end(), {"tufts", "portals", "up"});
+  if (top.at("version") > 1) keys.insert(keys.end(), {"tufts", "portals", "paint", "up"});
   top.expect_only(keys);
   map.slice = top.number("slice");
   map.log_scale = top.number("log_scale");
   if (top.has("surface_level")) map.surface_level = top.number("surface_level");
   if (top.has("tufts")) map.tufts = top.number("tufts");
   if (top.has("portals")) map.portals = map::read_portals(top.array("portals"), source);
+  if (top.has("paint")) map.paint = map::read_paint(top.object("paint"));
   if (top.has("phase")) map.phase = top.quaternion("phase");
   map::visit_map_members(map, map::Overloaded{[&](const char* name, Quaternion& member) {
                                                 member = top.quaternion(name);
@@ -236,8 +239,8 @@ void write_map(const RationalMap& map, const std::filesystem::path& path) {
   map.validate();
   const json value = to_json(map);
   std::string text = "{\n";
-  std::vector<std::string_view> keys{"format",        "version", "kind",  "slice",  "log_scale",
-                                     "surface_level", "tufts",   "phase", "portals"};
+  std::vector<std::string_view> keys{"format",        "version", "kind",  "slice",   "log_scale",
+                                     "surface_level", "tufts",   "phase", "portals", "paint"};
   const std::vector<std::string_view> of_kinds = keys_of_kinds(map);
   keys.insert(keys.end(), of_kinds.begin(), of_kinds.end());
   keys.insert(keys.end(), {"shape_to_map", "detail", "inradius", "box", "up"});

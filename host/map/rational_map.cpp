@@ -75,6 +75,11 @@ RationalMap without_portals(RationalMap map) {
   return map;
 }
 
+RationalMap without_paint(RationalMap map) {
+  map.paint.reset();
+  return map;
+}
+
 RationalMap quadratic_map(const Quaternion& c) {
   RationalMap map;
   map.modulus = QuadraticModulus{c};
@@ -97,6 +102,7 @@ void RationalMap::validate() const {
     throw InputError(fmt::format("the map's tufts is {}: it must be 1 to {}", tufts, kMostTufts));
   }
   map::check_portals(portals);
+  if (paint) paint->validate();
   check_quaternion(phase, "phase");
   constexpr double kUnitTolerance = 1e-6;
   if (std::abs(norm(phase) - 1) > kUnitTolerance) {

@@ -42,6 +42,7 @@ struct MapOf {
   std::optional<DistanceModulus> distance;
   std::vector<Portal> portals;
   std::optional<NoiseVersor> noise = {};
+  std::optional<Paint> paint = {};
 };
 
 template <class T>
@@ -57,9 +58,17 @@ QuaternionOf<T> convert(const Quaternion& q) {
 
 template <class T>
 MapOf<T> convert(const RationalMap& map) {
-  MapOf<T> result{
-      T(map.log_scale), map.surface_level, map.tufts, convert<T>(map.phase), {}, {}, {}, {},
-      map.portals};
+  MapOf<T> result{T(map.log_scale),
+                  map.surface_level,
+                  map.tufts,
+                  convert<T>(map.phase),
+                  {},
+                  {},
+                  {},
+                  {},
+                  map.portals,
+                  {},
+                  map.paint};
   if (const auto* kind = std::get_if<QuadraticModulus>(&map.modulus)) {
     result.modulus_c = convert<T>(kind->c);
   } else if (const auto* by_distance = std::get_if<DistanceModulus>(&map.modulus)) {
@@ -247,6 +256,22 @@ QuaternionOf<T> noise_vector(const NoiseVersor& noise, const QuaternionOf<T>& q)
   return {T(n[0]), T(n[1]), T(n[2]), T(n[3])};
 }
 
+/// The share of the detail that a place has.
+template <class T>
+T share_at(const Paint& paint, const QuaternionOf<T>& q) {
+  const std::array<T, 3> x{q.x, q.y, q.z};
+  std::array<T, 3> at;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    at[axis] = (x[axis] - paint.origin[static_cast<Eigen::Index>(axis)]) / paint.step;
+    const double nearest = std::clamp(value_of(at[axis]), 1.5, paint.cells[axis] - 1.5);
+    if (nearest != value_of(at[axis])) at[axis] = T(nearest);
+  }
+  return spline_sum<T>(at, [&](int i, int j, int k) {
+    const int number = (k * paint.cells[1] + j) * paint.cells[0] + i;
+    return (1.0 + paint.shares[static_cast<std::size_t>(number)]) / 256;
+  });
+}
+
 /// Without portals.
 template <class T>
 StepOf<T> plain_step_of(const MapOf<T>& map, const QuaternionOf<T>& q) {
@@ -264,6 +289,9 @@ StepOf<T> plain_step_of(const MapOf<T>& map, const QuaternionOf<T>& q) {
   }
   if (value_of(result.log_norm) > map.level) {
     result.log_norm = map.level + map.tufts * (result.log_norm - map.level);
+  }
+  if (map.paint) {
+    result.log_norm = map.level + (result.log_norm - map.level) / share_at(*map.paint, q);
   }
   return result;
 }

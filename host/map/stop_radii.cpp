@@ -139,6 +139,8 @@ StopRadii find_stop_radii(const Device& device, const RationalMap& map,
   StopRadii stops;
   stops.outer = map.degree() > 1 ? outer_radius(field, map, directions)
                                  : std::numeric_limits<double>::infinity();
+  // Beyond the radius e^L too, where F is above ln ‖q‖ and so above L, paint makes it higher.
+  if (map.paint) stops.outer = std::max(stops.outer, std::exp(map.surface_level));
   const bool bounded = std::isfinite(stops.outer);
   // Portals lead back from anywhere in their balls: no orbit stops there.
   const auto [nearest, farthest] = portal_reach(map.portals);

@@ -131,7 +131,8 @@ Band find_band(const Device& device, const MarchedSet& set, const Box& shape) {
                                    : std::log(std::min(band.stops.outer, band.stops.escape));
   const Eigen::Vector3d corner = Eigen::Vector3d::Constant(band.radius);
   const Box within{shape.low.cwiseMax(-corner), shape.high.cwiseMin(corner)};
-  const Field field(device, without_portals(map), Precision::single, band.stops);
+  // Steps are those that are safe without paint (plain_safe_step in kernels/map.clh).
+  const Field field(device, without_paint(without_portals(map)), Precision::single, band.stops);
   const Box ball{-corner, corner};
   std::optional<double> steepest = steepest_slope(field, map.slice, band.level, within);
   if (!steepest) steepest = steepest_slope(field, map.slice, band.level, ball);

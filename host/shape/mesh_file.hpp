@@ -67,6 +67,7 @@ class FaceList {
     std::size_t count;
   };
   std::vector<Polygon> polygons;
+  std::vector<float> shares;      ///< of vertices, where they are asked for
   std::size_t dropped_faces = 0;  ///< with fewer than three different vertices
   bool is_soup = false;           ///< each triangle has vertices of its own
 
@@ -82,9 +83,11 @@ class FaceList {
 
 /// Each throws InputError that names the file, where it is wrong and what to do. Nothing much
 /// larger than the file is allocated, whatever its header promises.
-FaceList read_obj(const MeshFile& file);
+/// @param share where not null, FaceList::shares are read too: the vertices' property of that name,
+///   or where it is empty, the brightness of their colors.
+FaceList read_obj(const MeshFile& file, const std::string* share = nullptr);
 FaceList read_off(const MeshFile& file);
-FaceList read_ply(const MeshFile& file);
+FaceList read_ply(const MeshFile& file, const std::string* share = nullptr);
 FaceList read_stl(const MeshFile& file);
 
 /// Hands out lines without their ends, comments (from `comment` on) and outer blanks. Lines end

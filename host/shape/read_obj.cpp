@@ -11,7 +11,8 @@ namespace {
 
 class ObjReader {
  public:
-  explicit ObjReader(const MeshFile& file) : file_(file), lines_(file.text()), faces_(file) {}
+  ObjReader(const MeshFile& file, bool with_colors)
+      : file_(file), lines_(file.text()), faces_(file), with_colors_(with_colors) {}
 
   FaceList read() {
     while (const auto line = lines_.next()) {
@@ -53,6 +54,21 @@ class ObjReader {
       file_.refuse_line(lines_.number(), "a vertex needs three finite numbers; export it again");
     }
     faces_.add_vertex(*point);
+    if (with_colors_) add_color(rest);
+  }
+
+  /// "v x y z r g b", each color 0 … 1.
+  void add_color(std::string_view rest) {
+    const auto color = take_point(rest);
+    if (!color) {
+      file_.refuse_line(lines_.number(),
+                        "the vertex has no color: three numbers after its coordinates. Export the "
+                        "mesh with vertex colors");
+    }
+    if (color->minCoeff() < 0 || color->maxCoeff() > 1) {
+      file_.refuse_line(lines_.number(), "the vertex has a color that is not within 0 to 1");
+    }
+    faces_.shares.push_back(color->mean());
   }
 
   /// "3", "3/1", "3//2" and "3/1/2" name vertex 3; negative numbers count back from the last vertex
@@ -88,6 +104,7 @@ class ObjReader {
   const MeshFile& file_;
   Lines lines_;
   FaceList faces_;
+  bool with_colors_;
   std::string joined_;
   std::vector<std::uint32_t> corners_;
   long long greatest_ = -1;  ///< vertex that a face names
@@ -96,6 +113,11 @@ class ObjReader {
 
 }  // namespace
 
-FaceList read_obj(const MeshFile& file) { return ObjReader(file).read(); }
+FaceList read_obj(const MeshFile& file, const std::string* share) {
+  if (share != nullptr && !share->empty()) {
+    file.refuse(fmt::format("an .obj has no property '{}', only colors; give a .ply", *share));
+  }
+  return ObjReader(file, share != nullptr).read();
+}
 
 }  // namespace qjulia::shape

@@ -238,18 +238,53 @@ void Body::skip(const Property& property) {
   }
 }
 
-void read_vertices(Body& body, const Element& element, FaceList& mesh) {
+/// What the properties add up to a vertex' share with: 1 for one of that name, a third for a color;
+/// bytes are 255ths.
+std::vector<double> share_weights(const MeshFile& file, const Element& vertices,
+                                  const std::string& share) {
+  std::vector<double> weights;
+  int found = 0;
+  for (const Property& property : vertices.properties) {
+    const bool is_color =
+        property.name == "red" || property.name == "green" || property.name == "blue";
+    const bool is_asked_for =
+        !property.is_list && (share.empty() ? is_color : property.name == share);
+    found += is_asked_for ? 1 : 0;
+    const double whole = property.type == Type::uint8 ? 255 : 1;
+    weights.push_back(is_asked_for ? 1 / (whole * (share.empty() ? 3 : 1)) : 0);
+  }
+  if (found != (share.empty() ? 3 : 1)) {
+    file.refuse(share.empty() ? "its vertices have no red, green and blue; export it with vertex "
+                                "colors, or name a property"
+                              : fmt::format("its vertices have no property '{}'", share));
+  }
+  return weights;
+}
+
+/// @param weights of share_weights; empty: shares are not asked for.
+void read_vertices(const MeshFile& file, Body& body, const Element& element,
+                   const std::vector<double>& weights, FaceList& mesh) {
   for (std::size_t i = 0; i < element.count; ++i) {
     Eigen::Vector3f x = Eigen::Vector3f::Zero();
-    for (const auto& property : element.properties) {
+    double share = 0;
+    for (std::size_t p = 0; p < element.properties.size(); ++p) {
+      const Property& property = element.properties[p];
       const char axis = property.name.size() == 1 ? property.name[0] : '\0';
       if (axis >= 'x' && axis <= 'z' && !property.is_list) {
         x[axis - 'x'] = body.next_coordinate(property.type);
+      } else if (!weights.empty() && weights[p] > 0) {
+        share += weights[p] * body.next(property.type);
       } else {
         body.skip(property);
       }
     }
     mesh.add_vertex(x);
+    if (weights.empty()) continue;
+    constexpr double kRounding = 1e-6;
+    if (!(share >= -kRounding && share <= 1 + kRounding)) {
+      file.refuse(fmt::format("vertex {} has a share of {}: all must be within 0 to 1", i, share));
+    }
+    mesh.shares.push_back(static_cast<float>(std::clamp(share, 0.0, 1.0)));
   }
 }
 
@@ -287,7 +322,7 @@ const Element& find_element(const MeshFile& file, const Header& header, const ch
 
 }  // namespace
 
-FaceList read_ply(const MeshFile& file) {
+FaceList read_ply(const MeshFile& file, const std::string* share) {
   const Header header = read_header(file);
   if (std::ranges::count(header.elements, "tristrips", &Element::name) > 0) {
     file.refuse("it holds triangle strips; export it with plain faces");
@@ -309,10 +344,12 @@ FaceList read_ply(const MeshFile& file) {
 
   FaceList mesh(file);
   Body body(file, header);
+  std::vector<double> weights;
+  if (share != nullptr) weights = share_weights(file, vertices, *share);
   for (const auto& element : header.elements) {
     body.expect_rows(element);
     if (&element == &vertices) {
-      read_vertices(body, element, mesh);
+      read_vertices(file, body, element, weights, mesh);
     } else if (&element == &faces) {
       read_faces(body, element, mesh);
       break;  // what follows the faces is of no use here

@@ -180,6 +180,7 @@ void compare_surfaces(const Device& device, const TriangleMesh& set, const Sampl
 double slope_variation(const Device& device, RationalMap map, std::vector<Eigen::Vector3d> points) {
   map.tufts = 1;  // the points lie on both sides of where F gets steeper
   map.portals.clear();
+  map.paint.reset();
   for (auto& x : points) x = map.shape_to_map.to_map(x);
   double sum = 0, squares = 0;
   for (const Quaternion& g : Field(device, map).gradient_at(on_slice(points, map.slice))) {

@@ -167,7 +167,8 @@ template <class Real>
 void LevelSet::clamped_at_in(const Grid& grid, const GridBlock& block,
                              std::span<const std::int32_t> numbers, const ClampRange& clamp,
                              std::span<float> values) const {
-  if (iterations_ == 1 || !map_.interpolates()) {
+  // Bounds of what interpolated orbits are off by know nothing of paint.
+  if (iterations_ == 1 || !map_.interpolates() || map_.is_painted()) {
     at_in<Real>(grid, block, numbers, values);
     return;
   }

@@ -11,6 +11,7 @@
 
 #include "qjulia/box.hpp"
 #include "qjulia/modulus.hpp"
+#include "qjulia/paint.hpp"
 #include "qjulia/portal.hpp"
 #include "qjulia/provenance.hpp"
 #include "qjulia/quaternion.hpp"
@@ -51,6 +52,7 @@ struct RationalMap {
   std::vector<Factor> factors;
   /// Balls in which the map is another; they have no point in common, and none holds the origin.
   std::vector<Portal> portals;
+  std::optional<Paint> paint;  ///< which share of the detail places have; none: all of it
   ShapeToMap shape_to_map;
   std::optional<double> detail;    ///< δ as a fraction of the box's diagonal
   std::optional<double> inradius;  ///< of the shape, shape units
@@ -70,12 +72,14 @@ struct RationalMap {
   ///   are not; a number that is not finite or beyond ±1e15, in map coordinates ±1e9 (single
   ///   precision squares the one and takes fourth powers of the other), a phase that is not a unit
   ///   quaternion, a scale that is not positive, tufts out of range, different numbers of one name
-  ///   in the modulus and the versor, portals that overlap or hold the origin.
+  ///   in the modulus and the versor, portals that overlap or hold the origin, a
+  ///   paint that is not whole.
   void validate() const;
 };
 
-/// The same map without its portals.
+/// The same map without its portals, or with the same detail everywhere.
 RationalMap without_portals(RationalMap map);
+RationalMap without_paint(RationalMap map);
 
 /// R(q) = q² + c.
 RationalMap quadratic_map(const Quaternion& c);

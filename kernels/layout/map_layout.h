@@ -1,8 +1,8 @@
 #pragma once
 /* How a map lies in a device buffer of reals: a header; then five arrays over the factors
    (exponent, centre X, Y, Z, W), each padded with neutral factors (exponent 0) to QJ_MAP_STRIDE;
-   then what the kind of versor keeps besides factors, the portals (layout/portal_layout.h), and
-   what the modulus keeps. Compiled by host and device. */
+   then what the kind of versor keeps besides factors, the portals (layout/portal_layout.h), the
+   paint (layout/paint_layout.h), and what the modulus keeps. Compiled by host and device. */
 
 #define QJ_MAP_LOG_SCALE 0  /* S */
 #define QJ_MAP_SLICE 1      /* W of the points 3-D coordinates stand for */
@@ -16,6 +16,7 @@
 #define QJ_MAP_STEEPER 12      /* k - 1: F - L is k times as large where it is positive */
 #define QJ_MAP_PORTALS 13      /* where the portals begin */
 #define QJ_MAP_PORTAL_COUNT 14 /* how many there are */
+#define QJ_MAP_PAINT 15        /* where the paint begins */
 #define QJ_MAP_HEADER 16
 
 #define QJ_MAP_EXPONENT 0

@@ -37,7 +37,8 @@ OTHERS = ("nvptx64", "spir64")
 # Programs that know one of these options are compiled with each of its values.
 OPTIONS = {"QJ_GROUP": (64,)}
 # Programs that are compiled for these kinds of map too; the rows of these have the name behind a +.
-MAPS = {"portals": "-DQJ_PORTALS=\"portals.clh\"", "noise": "-DQJ_VERSOR=\"noise_versor.clh\""}
+MAPS = {"portals": "-DQJ_PORTALS=\"portals.clh\"", "noise": "-DQJ_VERSOR=\"noise_versor.clh\"",
+        "paint": "-DQJ_PAINT=\"painted.clh\""}
 OF_MAPS = ("field", "level_set", "orbit_trait", "ray_march")
 # Loops that take the time, by the name their figures have: kernel, and the rank of the loop among
 # the kernel's by multiply-adds.

@@ -35,6 +35,7 @@ for kernel in kernels/*.cl; do
         for file in kernels/*_modulus.clh; do check "$kernel" $defines "-DQJ_MODULUS=\"${file##*/}\""; done
         for file in kernels/*_versor.clh; do check "$kernel" $defines "-DQJ_VERSOR=\"${file##*/}\""; done
         check "$kernel" $defines '-DQJ_PORTALS="portals.clh"'
+        check "$kernel" $defines '-DQJ_PAINT="painted.clh"'
       fi
       if grep -q factor_sums.clh "$kernel"; then check "$kernel" $defines -DQJ_GROUP=64; fi
     done

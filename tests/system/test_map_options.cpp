@@ -170,6 +170,55 @@ TEST_CASE("portals are put on a map, told by info, and moved by convert; wrong o
   CHECK_THAT(too_large.err, Contains("--size"));
 }
 
+TEST_CASE("a paint is put on a map, told by info, and refused where it cannot be drawn") {
+  const Map map;
+  const std::string with = map.folder / "painted.qjulia.json";
+  const auto paint = [&](Arguments more) {
+    Arguments words{"paint", map.file, "-o", with, "--device", "cpu", "--json"};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_command(words);
+  };
+  const auto made = paint({"--ball", "0", "0", "0", "0.1", "0.25", "--ball", "0", "-0.5", "0",
+                           "0.2", "0", "--ramp", "x=0.5:1", "--thickness", "0.2"});
+  INFO(made.err);
+  REQUIRE(made.exit_code == 0);
+  const json text = json::parse(read_text(with));
+  CHECK(text["version"] == 2);
+  CHECK(text["paint"]["cells"] == json::parse(made.out)["cells"]);
+  CHECK(text["provenance"]["paint"]["balls"].size() == 2);
+  CHECK(text["provenance"]["paint"]["balls"][1][1] == -0.5);
+  CHECK(text["provenance"]["paint"]["thickness"] == 0.2);
+  const auto told = run_command({"info", with, "--device", "cpu"});
+  CHECK_THAT(told.out, Contains("paint ") && Contains("shares of the detail"));
+  const std::string mesh = map.folder / "painted.ply";
+  const auto meshed = run_command(
+      {"surface", with, "-o", mesh, "--resolution", "32", "--device", "cpu", "--quiet"});
+  CHECK(meshed.exit_code == 0);
+  const auto shared = run_command({"share", with, "-o", map.folder / "page.html"});
+  CHECK(shared.exit_code == 2);
+  CHECK_THAT(shared.err, Contains("painted detail"));
+
+  const std::string bare = map.folder / "bare.qjulia.json";
+  REQUIRE(run_command({"paint", with, "-o", bare, "--clear"}).exit_code == 0);
+  CHECK_FALSE(json::parse(read_text(bare)).contains("paint"));
+  for (const auto& [words, part] : std::vector<std::pair<Arguments, const char*>>{
+           {{"--ball", "0", "0", "0", "1"}, "--ball"},
+           {{"--ball", "0", "0", "0", "1", "2"}, "--ball"},
+           {{"--block", "0", "0", "0", "1", "-1", "1", "0.5"}, "--block"},
+           {{"--ramp", "w=0:1"}, "--ramp"},
+           {{"--ramp", "x=0:2"}, "--ramp"},
+           {{"--ramp", "x=0"}, "--ramp"},
+           {{"--elsewhere", "-1"}, "--elsewhere"},
+           {{"--thickness", "0"}, "--thickness"},
+           {{"--property", "wild"}, "--property"},
+           {{"--mesh", "none.ply"}, "none.ply"}}) {
+    const auto refused = paint(words);
+    INFO(refused.err);
+    CHECK(refused.exit_code == 2);
+    CHECK_THAT(refused.err, Contains(part));
+  }
+}
+
 TEST_CASE("a sampled field is shifted by --scale") {
   const Map map;
   const auto values = [&](const Arguments& more) {

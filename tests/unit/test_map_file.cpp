@@ -228,6 +228,45 @@ TEST_CASE("portals that no map can have are refused, and the key is named") {
   CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("may have 64"));
 }
 
+TEST_CASE("a paint makes the way to a file and back, and what is wrong with it is named") {
+  const Folder folder;
+  RationalMap map = full_map();
+  map.paint = Paint{{5, 4, 6}, {-1.25, 1.0 / 3, 0.1}, 0.3, {}};
+  for (std::size_t i = 0; i < 120; ++i) {
+    map.paint->shares.push_back(static_cast<std::uint8_t>(i * 41 % 256));
+  }
+  CHECK(to_json(map)["version"] == 2);
+  CHECK_FALSE(to_json(full_map()).contains("paint"));
+  write_map(map, folder / "a.json");
+  CHECK(read_map(folder / "a.json").paint == map.paint);
+  const auto refused = [&](const char* key, const json& value, const char* part) {
+    json text = to_json(map);
+    text["paint"][key] = value;
+    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains(part));
+  };
+  for (const json& wrong : {json{3, 4, 6}, json{5, 129, 6}, json{5, -4, 6}, json{100, 100, 100}}) {
+    refused("cells", wrong, "\"cells\"");
+  }
+  refused("cells", {5, 4, 7}, "140 bytes");
+  refused("cells", {5, 4, 5}, "100 bytes");
+  refused("cells", {5, 4.5, 6}, "paint.cells");
+  refused("cells", {5, 4}, "paint.cells");
+  for (const json& wrong : {json(0), json(-1), json(1e10)}) refused("step", wrong, "paint.step");
+  refused("step", "1", "paint.step");
+  refused("origin", {0, 0, 1e10}, "paint.origin");
+  refused("data", "AAA!", "base64");
+  refused("data", "AAAA", "zlib");
+  refused("colour", 1, "unknown key \"paint.colour\"");
+  json text = to_json(map);
+  text["version"] = 1;
+  CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("unknown key \"paint\""));
+  for (const char* key : {"cells", "origin", "step", "data"}) {
+    text = to_json(map);
+    text["paint"].erase(key);
+    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains(fmt::format("paint.{}", key)));
+  }
+}
+
 TEST_CASE("a noise makes the way to a file and back, and what is wrong with it is named") {
   const Folder folder;
   RationalMap map = full_map();

@@ -9,6 +9,7 @@
 
 #include "qjulia/error.hpp"
 #include "qjulia/mesh.hpp"
+#include "qjulia/painted_mesh.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 #include "worse.hpp"
@@ -276,6 +277,52 @@ TEST_CASE("ply: big-endian bytes with unusual types") {
   const TriangleMesh mesh = read_text("big.ply", bytes);
   CHECK(mesh.vertices == std::vector<Eigen::Vector3d>{{0, 0, 1}, {300, 0, 1}, {0, 2.5, 1}});
   CHECK(mesh.triangles == std::vector<Triangle>{{0, 1, 2}});
+}
+
+TEST_CASE("what vertices say of their share is read with the mesh") {
+  const auto text = [](const char* properties, const char* rows) {
+    return fmt::format(
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty "
+        "float z\n{}element face 1\nproperty list uchar int vertex_indices\nend_header\n{}4 0 1 2 "
+        "3\n",
+        properties, rows);
+  };
+  const auto read = [&](const std::string& name, const std::string& bytes,
+                        const std::string& property = {}) {
+    return read_painted_mesh(mesh_folder.file(name, bytes), property);
+  };
+  const char* const colors = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+  const std::string in_color =
+      text(colors, "0 0 0 255 255 255\n1 0 0 0 0 0\n1 1 0 51 51 51\n0 1 0 255 0 0\n");
+  const PaintedMesh mesh = read("color.ply", in_color);
+  CHECK(mesh.vertices[2] == Eigen::Vector3d(1, 1, 0));
+  CHECK(mesh.triangles.size() == 2);
+  REQUIRE(mesh.shares.size() == 4);
+  CHECK(mesh.shares[0] == 1);
+  CHECK(mesh.shares[1] == 0);
+  CHECK(mesh.shares[2] == Approx(0.2));
+  CHECK(mesh.shares[3] == Approx(1.0 / 3));
+  const std::string with_number =
+      text("property float wild\n", "0 0 0 1\n1 0 0 0\n1 1 0 0.25\n0 1 0 1\n");
+  CHECK(read("number.ply", with_number, "wild").shares == std::vector<float>{1, 0, 0.25, 1});
+  // The mesh itself is what it is without.
+  CHECK(read_text("color.ply", in_color).vertices == read_text("number.ply", with_number).vertices);
+  const PaintedMesh obj = read(
+      "color.obj", "v 0 0 0 1 1 1\nv 1 0 0 0 0 0\nv 1 1 0 0.5 0.5 0.5\nv 0 1 0 0 0 1\nf 1 2 3 4\n");
+  CHECK(obj.triangles.size() == 2);
+  CHECK(obj.shares[2] == Approx(0.5));
+
+  CHECK_THROWS_WITH(read("number.ply", with_number), Contains("red, green and blue"));
+  CHECK_THROWS_WITH(read("color.ply", in_color, "wild"), Contains("no property 'wild'"));
+  CHECK_THROWS_WITH(read("plain.obj", kTetrahedron), Contains("no color") && Contains("line 1"));
+  CHECK_THROWS_WITH(read("color.obj", "v 0 0 0 1 1 2\n"), Contains("within 0 to 1"));
+  CHECK_THROWS_WITH(read("color.obj", kTetrahedron, "wild"), Contains("property"));
+  CHECK_THROWS_WITH(read("color.stl", "solid"), Contains(".ply and .obj"));
+  for (const char* wrong : {"1.01", "-0.1", "nan", "inf"}) {
+    const std::string rows = fmt::format("0 0 0 1\n1 0 0 {}\n1 1 0 0\n0 1 0 1\n", wrong);
+    CHECK_THROWS_WITH(read("wrong.ply", text("property float wild\n", rows.c_str()), "wild"),
+                      Contains("vertex 1"));
+  }
 }
 
 TEST_CASE("ply: what is wrong is refused") {

@@ -294,6 +294,27 @@ Option Command::numbers(const std::string& names, int count,
   return Option(app_->add_option(names, read, description)->expected(count));
 }
 
+Option Command::repeated_numbers(const std::string& names, int count, int most,
+                                 std::function<void(const std::vector<double>&)> take,
+                                 const std::string& description) const {
+  const auto read = [option = longest_name(names), take = std::move(take),
+                     count](const CLI::results_t& words) {
+    return read_for(option, [&] {
+      std::vector<double> values;
+      for (const std::string& word : words) {
+        values.push_back(read_number<double>(word));
+        if (std::ssize(values) < count) continue;
+        take(values);
+        values.clear();
+      }
+    });
+  };
+  return Option(app_->add_option(names, read, description)
+                    ->type_size(count)
+                    ->expected(1, most)
+                    ->allow_extra_args(false));
+}
+
 Option Command::one_of(const std::string& names, const std::vector<std::string>& words,
                        std::function<void(std::size_t)> take,
                        const std::string& description) const {

@@ -68,6 +68,10 @@ class Command {
   Option numbers(const std::string& names, int count,
                  std::function<void(const std::vector<double>&)> take,
                  const std::string& description) const;
+  /// The same as often as the option is given, `most` times at most.
+  Option repeated_numbers(const std::string& names, int count, int most,
+                          std::function<void(const std::vector<double>&)> take,
+                          const std::string& description) const;
   /// One of `names_and_values`, by its name.
   template <class Value>
   Option choice(

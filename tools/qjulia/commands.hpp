@@ -46,6 +46,7 @@ void add_devices(CommandLine& program, ChosenCommand& chosen);
 void add_doctor(CommandLine& program, ChosenCommand& chosen);
 void add_fit(CommandLine& program, ChosenCommand& chosen);
 void add_shape(CommandLine& program, ChosenCommand& chosen);
+void add_paint(CommandLine& program, ChosenCommand& chosen);
 void add_portals(CommandLine& program, ChosenCommand& chosen);
 void add_surface(CommandLine& program, ChosenCommand& chosen);
 void add_render(CommandLine& program, ChosenCommand& chosen);

@@ -240,6 +240,24 @@ void describe_portals(const RationalMap& map, Answer& answer) {
   answer.json["portals"] = all;
 }
 
+void describe_paint(const RationalMap& map, Answer& answer) {
+  if (!map.paint) return;
+  const auto [nx, ny, nz] = map.paint->cells;
+  double sum = 0, least = 1;
+  for (const std::uint8_t share : map.paint->shares) {
+    const double m = (share + 1.0) / (Paint::kWhole + 1);
+    sum += m;
+    least = std::min(least, m);
+  }
+  const double mean = sum / static_cast<double>(map.paint->shares.size());
+  answer.add(
+      fmt::format("paint         {} x {} x {} cells of {:.3g}, map units; shares of the "
+                  "detail from {:.3g} on, {:.3g} on average",
+                  nx, ny, nz, map.paint->step, least, mean));
+  answer.json["paint"] = {
+      {"cells", {nx, ny, nz}}, {"step", map.paint->step}, {"least", least}, {"mean", mean}};
+}
+
 void describe_shape(const RationalMap& map, Answer& answer) {
   if (map.detail) {
     answer.add(fmt::format("detail        {:.4g} of the box's diagonal", *map.detail));
@@ -323,6 +341,7 @@ Answer map_info(const InfoArguments& arguments, const Session& session) {
                       {"phase", {map.phase.x, map.phase.y, map.phase.z, map.phase.w}},
                       {"provenance", map.provenance.json()}});
   describe_portals(map, answer);
+  describe_paint(map, answer);
   describe_shape(map, answer);
   if (const auto device = device_for(arguments, answer)) {
     describe_orbits(map, *device, answer);

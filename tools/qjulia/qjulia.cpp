@@ -53,9 +53,9 @@ int main(int argc, char** argv) {
     program.root().footer(kExamples);
     program.version(std::string("qjulia ") + version());
     ChosenCommand chosen;
-    for (const auto add : {add_devices, add_doctor, add_fit, add_shape, add_portals, add_surface,
-                           add_render, add_sample, add_compare, add_convert, add_explore, add_share,
-                           add_info, add_batch, add_profile}) {
+    for (const auto add : {add_devices, add_doctor, add_fit, add_shape, add_paint, add_portals,
+                           add_surface, add_render, add_sample, add_compare, add_convert,
+                           add_explore, add_share, add_info, add_batch, add_profile}) {
       add(program, chosen);
     }
     if (const auto code = program.parse(argc, argv)) return *code;

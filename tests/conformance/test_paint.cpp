@@ -1,0 +1,406 @@
+// Maps whose detail is painted, through everything that iterates maps.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "distance_map.hpp"
+#include "map/reference_iteration.hpp"
+#include "picture/depth_source.hpp"
+#include "picture/view.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/knobs.hpp"
+#include "qjulia/painting.hpp"
+#include "qjulia/surface.hpp"
+#include "shapes.hpp"
+#include "surface/level_set.hpp"
+#include "test_device.hpp"
+#include "worse.hpp"
+
+using namespace qjulia;
+using Eigen::Vector3d;
+
+namespace {
+
+/// All over the two balls, from 1 down to 1/256, in an irregular manner; a third is whole.
+Paint patchy_paint() {
+  Paint paint;
+  paint.cells = {14, 11, 9};
+  paint.origin = {-1.9, -1.2, -1.05};
+  paint.step = 0.23;
+  for (std::size_t i = 0; i < paint.size(); ++i) {
+    paint.shares.push_back(
+        static_cast<std::uint8_t>(i % 3 == 0 ? 255 : 255 - (i * i * 37 + 11 * i) % 256));
+  }
+  return paint;
+}
+
+Paint even_paint(std::uint8_t share) {
+  Paint paint = patchy_paint();
+  paint.shares.assign(paint.size(), share);
+  return paint;
+}
+
+RationalMap painted_map(const Paint& paint = patchy_paint()) {
+  RationalMap map = test::distance_map(0.12);
+  map.phase = {0.8, 0, 0.6, 0};
+  map.paint = paint;
+  return map;
+}
+
+RationalMap painted_factors() {
+  RationalMap map = test::random_map(9, 0.2, 0.9, 3);
+  map.surface_level = -0.2;
+  map.tufts = 1.5;
+  map.paint = patchy_paint();
+  return map;
+}
+
+RationalMap painted_noise() {
+  RationalMap map = painted_map();
+  map.factors.clear();
+  map.versor = NoiseVersor{2, 4.3, 30, NoiseValues::quaternions, {0.1, -0.2, 0.05}};
+  return map;
+}
+
+RationalMap painted_square() {
+  RationalMap map = quadratic_map({-0.2, 0.5, 0.1, 0});
+  map.surface_level = 0.4;
+  map.paint = patchy_paint();
+  return map;
+}
+
+std::vector<Quaternion> painted_points(double reach, std::size_t count) {
+  std::mt19937_64 bits(21);
+  std::vector<Quaternion> points;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double x = test::uniform(bits, -reach, reach);
+    const double y = test::uniform(bits, -reach, reach);
+    const double z = test::uniform(bits, -reach, reach);
+    points.push_back({x, y, z, test::uniform(bits, -0.3, 0.3) * reach});
+  }
+  return points;
+}
+
+}  // namespace
+
+TEST_CASE("kernels iterate a painted map as the reference does") {
+  const auto variant = GENERATE(from_range(test::variants()));
+  const auto precision = GENERATE(Precision::single, Precision::dbl);
+  if (!test::can_check(test::device(), precision)) return;
+  const RationalMap map =
+      GENERATE(painted_map(), painted_factors(), painted_noise(), painted_square());
+  const bool twice = precision == Precision::dbl;
+  const auto points = painted_points(2.4, 1001);
+  const Field field(variant.of(test::shared_device()), map, precision);
+  for (const int n : {1, 2, 3}) {
+    const auto expected = reference::field(map, points, n, 20);
+    const auto values = field.at(points, n);
+    std::vector<double> errors;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const double error = std::abs(values[i] - expected[i]) / std::max(1.0, std::abs(expected[i]));
+      errors.push_back(std::isfinite(error) ? error : 1e9);
+    }
+    std::ranges::sort(errors);
+    CAPTURE(variant, map.kind(), twice, n, errors.back());
+    CHECK(errors[errors.size() / 2] < (twice ? 1e-9 : 1e-5));
+    if (n == 1) CHECK(errors.back() < (twice ? 1e-8 : 2e-3));  // where the share is 1/256
+    CHECK(errors[errors.size() * 95 / 100] < (twice ? 1e-6 : 1e-4) * std::pow(100, n - 1));
+  }
+}
+
+TEST_CASE("a paint is the share of the detail") {
+  const auto points = painted_points(1.4, 600);
+  const RationalMap plain = without_paint(painted_map());
+  // Everywhere the same: as a smaller detail.
+  const RationalMap quarter = painted_map(even_paint(63));
+  MapKnobs knobs;
+  knobs.detail = *plain.detail / 4;
+  const RationalMap smaller = with_knobs(test::shared_device(), plain, knobs);
+  const auto expected = reference::field(smaller, points, 1, 20);
+  const auto found = reference::field(quarter, points, 1, 20);
+  const Field field(test::shared_device(), painted_map());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    CHECK(found[i] == Approx(expected[i]).margin(1e-9));
+    const Vector3d x(points[i].x, points[i].y, points[i].z);
+    CHECK(quarter.paint->at(x) == Approx(0.25).epsilon(1e-12));
+  }
+  // F - L is divided by what the paint itself says.
+  const RationalMap patchy = painted_map();
+  const auto thin = reference::field(patchy, points, 1, 1e9);
+  const auto thick = reference::field(plain, points, 1, 1e9);
+  const double level = plain.surface_level;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double m = patchy.paint->at({points[i].x, points[i].y, points[i].z});
+    CHECK((thin[i] - level) * m == Approx(thick[i] - level).margin(1e-9));
+    CHECK((m >= Paint::kLeastShare && m <= 1));
+  }
+  CHECK(painted_share(0) == 0);
+  CHECK(painted_share(1) == 255);
+  CHECK(painted_share(0.25) == 63);
+}
+
+TEST_CASE("a paint that leaves all places the whole detail changes no bit") {
+  const auto variant = GENERATE(from_range(test::variants()));
+  const RationalMap map = GENERATE(painted_map(even_paint(255)), [] {
+    RationalMap factors = painted_factors();
+    factors.paint = even_paint(255);
+    return factors;
+  }());
+  const auto points = painted_points(1.6, 500);
+  const Device device = variant.of(test::shared_device());
+  for (const int n : {1, 4}) {
+    CHECK(Field(device, map).at(points, n) == Field(device, without_paint(map)).at(points, n));
+  }
+}
+
+TEST_CASE("the gradient of a painted map is that of its F") {
+  const auto variant = GENERATE(from_range(test::variants()));
+  const RationalMap map = GENERATE(painted_map(), painted_factors());
+  const auto points = painted_points(1.9, 400);
+  const auto gradients =
+      Field(variant.of(test::shared_device()), map, Precision::single).gradient_at(points);
+  constexpr double kStep = 1e-6;
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto slope = [&](const Quaternion& along) {
+      const auto f = reference::field(
+          map, std::vector{points[i] + kStep * along, points[i] - kStep * along}, 1, 1e6);
+      return (f[0] - f[1]) / (2 * kStep);
+    };
+    const Quaternion expected{slope({1, 0, 0, 0}), slope({0, 1, 0, 0}), slope({0, 0, 1, 0}),
+                              slope({0, 0, 0, 1})};
+    errors.push_back(norm(gradients[i] - expected) / std::max(1.0, norm(expected)));
+  }
+  std::ranges::sort(errors);
+  CHECK(errors[errors.size() * 98 / 100] < 5e-3);
+}
+
+TEST_CASE("bounds of a painted map over cubes hold") {
+  const auto variant = GENERATE(from_range(test::variants()));
+  const RationalMap map = GENERATE(painted_map(), painted_factors());
+  const double half_side = GENERATE(0.005, 0.05, 0.3, 1.5);
+  const surface::LevelSet set(variant.of(test::shared_device()), map, {}, 1);
+  std::mt19937_64 bits(9);
+  surface::PointList centers;
+  for (std::size_t i = 0; i < 151; ++i) {
+    const double x = test::uniform(bits, -2.2, 1.8);
+    const double y = test::uniform(bits, -1.4, 1.6);
+    centers.add(x, y, test::uniform(bits, -1.2, 1.2));
+  }
+  const auto bounds = set.bounds(centers, half_side);
+  std::size_t wrong = 0;
+  for (std::size_t i = 0; i < centers.size(); ++i) {
+    std::vector<Quaternion> points;
+    for (int k = 0; k < 40; ++k) {
+      const auto offset = [&] { return half_side * test::uniform(bits, -1, 1); };
+      const double x = centers.x[i] + offset();
+      const double y = centers.y[i] + offset();
+      points.push_back({x, y, centers.z[i] + offset(), map.slice});
+    }
+    const auto low = static_cast<double>(bounds.low[i]), high = static_cast<double>(bounds.high[i]);
+    for (const double f : reference::field(map, points, 1, 1e6)) {
+      if (f < low || f > high) ++wrong;
+    }
+  }
+  CAPTURE(half_side);
+  CHECK(wrong == 0);
+  // Where paint is even they are as close as those of a smaller detail.
+  RationalMap even = map;
+  even.paint = even_paint(63);
+  const auto of_even =
+      surface::LevelSet(test::shared_device(), even, {}, 1).bounds(centers, half_side);
+  const auto plain = surface::LevelSet(test::shared_device(), without_paint(map), {}, 1)
+                         .bounds(centers, half_side);
+  for (std::size_t i = 0; i < centers.size(); ++i) {
+    CHECK(of_even.high[i] - of_even.low[i] <= 4.01F * (plain.high[i] - plain.low[i]) + 1e-3F);
+  }
+}
+
+TEST_CASE("the sparse surface of a painted map is the dense one") {
+  const auto variant = GENERATE(from_range(test::variants()));
+  const Device device = variant.of(test::shared_device());
+  const RationalMap map = GENERATE(painted_map(), painted_noise());
+  SurfaceOptions options;
+  options.resolution = 80;
+  options.iterations = GENERATE(1, 6);
+  SurfaceReport report;
+  const TriangleMesh sparse = extract_surface(device, map, options, {}, &report);
+  options.dense = true;
+  const TriangleMesh dense = extract_surface(device, map, options);
+  REQUIRE(sparse.triangles.size() > 4000);
+  CHECK(sparse.triangles == dense.triangles);
+  CHECK(report.open_edges == 0);
+  CHECK(report.potentials < report.grid_points * 4 / 5);
+}
+
+TEST_CASE("where the share is least the surface is the smooth shape") {
+  // The large ball smooth, the small one wild.
+  Paint paint = even_paint(255);
+  for (int k = 0; k < paint.cells[2]; ++k) {
+    for (int j = 0; j < paint.cells[1]; ++j) {
+      for (int i = 0; i < paint.cells[0]; ++i) {
+        const auto number = static_cast<std::size_t>((k * paint.cells[1] + j) * paint.cells[0] + i);
+        if (paint.center(i, j, k).x() > -0.35) paint.shares[number] = 0;
+      }
+    }
+  }
+  RationalMap map = painted_map(paint);
+  SurfaceOptions options;
+  options.resolution = 96;
+  const TriangleMesh mesh = extract_surface(test::shared_device(), map, options);
+  map.paint.reset();
+  const TriangleMesh wild = extract_surface(test::shared_device(), map, options);
+  const auto off_by = [](const TriangleMesh& of, double from, double to) {
+    double sum = 0;
+    std::size_t count = 0;
+    for (const Vector3d& x : of.vertices) {
+      if (x.x() < from || x.x() > to) continue;
+      sum += std::abs(test::two_balls(x));
+      ++count;
+    }
+    return sum / static_cast<double>(std::max<std::size_t>(1, count));
+  };
+  CHECK(off_by(mesh, 0.3, 2) < 0.005);
+  CHECK(off_by(wild, 0.3, 2) > 0.01);
+  CHECK(off_by(mesh, -2, -1) > 0.01);
+}
+
+TEST_CASE("rays find the set that a painted map's orbits have") {
+  const auto variant = GENERATE(from_range(test::variants()));
+  const int iterations = GENERATE(1, 5);
+  const RationalMap map = painted_map();
+  const Device device = variant.of(test::shared_device());
+  picture::MarchedSet set{map, iterations, {}, {}, Precision::single, Material::clay, {}};
+  const auto source = picture::march_source(device, set);
+  constexpr int kPixels = 28;
+  picture::View view = picture::camera_view({}, *map.box, kPixels, kPixels, 1);
+  view.footprint *= 0.1;  // steps as fine as those of larger pictures
+  const auto depths = source->depths(view, 0, kPixels);
+  const StopRadii stops = find_stop_radii(test::shared_device(), map);
+  const Field field(test::shared_device(), map, Precision::single, stops);
+  std::size_t hits = 0, through = 0, early = 0;
+  for (int row = 0; row < kPixels; ++row) {
+    for (int column = 0; column < kPixels; ++column) {
+      const Vector3d direction =
+          (view.dir + (column + 0.5) * view.dir_dx + (row + 0.5) * view.dir_dy).normalized();
+      const auto depth =
+          static_cast<double>(depths[static_cast<std::size_t>(row * kPixels + column)]);
+      std::vector<Quaternion> points;
+      std::vector<double> where;
+      const double from = view.eye.norm() - 2.5;
+      for (int k = 0; k < 400; ++k) {
+        where.push_back(from + 0.0125 * k);
+        const Vector3d x = view.eye + where.back() * direction;
+        points.push_back({x.x(), x.y(), x.z(), map.slice});
+      }
+      const auto values = field.decided_at(points, iterations);
+      double first = -1;
+      for (std::size_t k = 0; k < values.size() && first < 0; ++k) {
+        if (values[k] < map.surface_level) first = where[k];
+      }
+      hits += first >= 0 ? 1 : 0;
+      if (first >= 0 && (depth < 0 || depth > first + 0.025)) ++through;
+      if (depth >= 0 && first < 0) ++early;  // what is thinner than the steps here
+    }
+  }
+  CAPTURE(hits, through, early);
+  CHECK(hits > 120);
+  CHECK(through <= hits / 50);
+  CHECK(early <= hits / 10);
+}
+
+TEST_CASE("knobs move a paint with the shape, and cannot turn it") {
+  const RationalMap map = painted_map();
+  MapKnobs knobs;
+  knobs.translate = Vector3d(0.05, -0.1, 0.02);
+  const RationalMap moved = with_knobs(test::shared_device(), map, knobs);
+  for (const Quaternion& q : painted_points(1.2, 50)) {
+    const Vector3d x(q.x, q.y, q.z);
+    CHECK(moved.paint->at(x + *knobs.translate) == Approx(map.paint->at(x)));
+  }
+  knobs = {};
+  knobs.rotate = Rotation{{1, 0, 0}, 35};
+  CHECK_THROWS_WITH(with_knobs(test::shared_device(), painted_factors(), knobs),
+                    Catch::Contains("paint"));
+}
+
+TEST_CASE("balls, blocks, a ramp and what is elsewhere are painted in their order") {
+  RationalMap map = test::distance_map(0.05);
+  map.shape_to_map = {0.5, {0.1, 0, 0}};  // the shape's own box
+  const Box box = *map.box;
+  map.box = Box{map.shape_to_map.to_shape(box.low), map.shape_to_map.to_shape(box.high)};
+  const auto at = [&](const Paint& paint, const Vector3d& x) {
+    return paint.at(map.shape_to_map.to_map(x));
+  };
+  PaintOptions options;
+  options.elsewhere = 0.75;
+  options.blocks = {{{{-2, -1, -1}, {0, 0, 1}}, 0.5}};
+  options.balls = {{{-1, -0.5, 0}, 0.9, 0}, {{-1, -0.5, 0}, 0.25, 1}};
+  const Paint paint = painted(test::shared_device(), map, options);
+  CHECK_NOTHROW(paint.validate());
+  CHECK(paint.size() > 20000);
+  CHECK(at(paint, {-1, -0.5, 0}) == Approx(1));
+  CHECK(at(paint, {-1, -0.5, 0.65}) == Approx(Paint::kLeastShare));
+  CHECK(at(paint, {-0.25, -0.25, -0.9}) == Approx(0.5).margin(0.003));
+  CHECK(at(paint, {1, 0.5, 0}) == Approx(0.75).margin(0.003));
+
+  options = {};
+  options.ramp = PaintRamp{1, 1, 0.2};
+  const Paint ramp = painted(test::shared_device(), map, options);
+  const double low = map.box->low.y(), high = map.box->high.y();
+  CHECK(at(ramp, {0, low - 1, 0}) == Approx(1).margin(0.01));
+  CHECK(at(ramp, {0.3, 0.5 * (low + high), 0.2}) == Approx(0.6).margin(0.01));
+  CHECK(at(ramp, {0, high + 1, 0}) == Approx(0.2).margin(0.01));
+
+  const auto refused = [&](const auto& change, const char* part) {
+    PaintOptions wrong;
+    change(wrong);
+    CHECK_THROWS_WITH(wrong.validate(), Catch::Contains(part));
+  };
+  refused([](PaintOptions& o) { o.elsewhere = 1.1; }, "elsewhere");
+  refused([](PaintOptions& o) { o.balls = {{{0, 0, 0}, 0, 1}}; }, "balls");
+  refused([](PaintOptions& o) { o.balls = {{{0, 0, 0}, 1, -0.1}}; }, "balls");
+  refused([](PaintOptions& o) { o.blocks = {{{{0, 0, 0}, {1, 0, 1}}, 1}}; }, "blocks");
+  refused([](PaintOptions& o) { o.ramp = PaintRamp{0, 0, NAN}; }, "ramp");
+  refused([](PaintOptions& o) { o.thickness = 0; }, "thickness");
+  map.box.reset();
+  CHECK_THROWS_WITH(painted(test::shared_device(), map, {}), Catch::Contains("\"box\""));
+}
+
+TEST_CASE("a mesh's shares are where the mesh is, and go on from there") {
+  const RationalMap map = test::distance_map(0.05);
+  PaintOptions options;
+  options.mesh = PaintedMesh{};
+  const TriangleMesh ball = shapes::sphere(3, 0.7);
+  for (const Vector3d& x : ball.vertices) {
+    options.mesh->vertices.push_back(x + Vector3d(0.1, 0, 0));
+    options.mesh->shares.push_back(x.z() > 0 ? 0.8F : 0.1F);
+  }
+  options.mesh->triangles = ball.triangles;
+  const Paint paint = painted(test::shared_device(), map, options);
+  CHECK(paint.at({0.1, 0, 0.7}) == Approx(0.8).margin(0.02));
+  CHECK(paint.at({0.1, 0, -0.7}) == Approx(0.1).margin(0.02));
+  CHECK(paint.at({0.1, 0.1, 0.4}) == Approx(0.8).margin(0.05));
+  CHECK(paint.at({0.4, 0.1, -0.3}) == Approx(0.1).margin(0.05));
+}
+
+TEST_CASE("thickness is the radius of the largest ball, and bounds the shell by it") {
+  RationalMap map = test::distance_map(0.1);
+  PaintOptions options;
+  options.thickness = 0.16;
+  const Paint paint = painted(test::shared_device(), map, options);
+  const auto share = [&](double radius) { return std::min(1.0, 0.16 * radius / 0.1); };
+  // The balls' far sides: radii .7 and .45.
+  CHECK(paint.at({0.8, 0, 0}) == Approx(share(0.7)).margin(0.06));
+  CHECK(paint.at({0.1, -0.7, 0}) == Approx(share(0.7)).margin(0.06));
+  CHECK(paint.at({-1.33, 0.42, 0.14}) == Approx(share(0.45)).margin(0.06));
+  CHECK(paint.at({-0.9, 0.3, 0.55}) == Approx(share(0.45)).margin(0.06));
+  // A smaller detail leaves more of itself; by hand it can only be less.
+  map = test::distance_map(0.05);
+  options.balls = {{{0.8, 0, 0}, 0.2, 0.3}};
+  const Paint finer = painted(test::shared_device(), map, options);
+  CHECK(finer.at({0.1, -0.7, 0}) == Approx(1).margin(0.01));
+  CHECK(finer.at({0.8, 0, 0}) == Approx(0.3).margin(0.02));
+  map.detail.reset();
+  CHECK_THROWS_WITH(painted(test::shared_device(), map, options), Catch::Contains("\"detail\""));
+}

@@ -1,0 +1,174 @@
+/// qjulia paint: a map whose detail is not the same everywhere.
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "options.hpp"
+#include "provenance.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/map_file.hpp"
+#include "qjulia/painting.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+struct PaintArguments {
+  std::string map;
+  std::string output;
+  std::string device;
+  std::string mesh;
+  std::string property;
+  std::string ramp;
+  bool clear = false;
+  PaintOptions options;
+};
+
+/// Of "y=1:0.1".
+PaintRamp ramp_of(const std::string& text) {
+  const auto refuse = [&] {
+    return InputError(fmt::format(
+        "--ramp: '{}' is not AXIS=LOW:HIGH with x, y or z and two shares, such as y=1:0.1", text));
+  };
+  const auto colon = text.find(':');
+  if (text.size() < 5 || text[0] < 'x' || text[0] > 'z' || text[1] != '=' ||
+      colon == std::string::npos) {
+    throw refuse();
+  }
+  const auto share = [&](std::size_t from, std::size_t to) {
+    double value = 0;
+    const char* const end = text.data() + to;
+    const auto [stopped, code] = std::from_chars(text.data() + from, end, value);
+    if (code != std::errc{} || stopped != end || !(value >= 0 && value <= 1)) throw refuse();
+    return value;
+  };
+  return {text[0] - 'x', share(2, colon), share(colon + 1, text.size())};
+}
+
+nlohmann::json options_json(const PaintArguments& arguments) {
+  const PaintOptions& options = arguments.options;
+  nlohmann::json json = {{"map", arguments.map}, {"elsewhere", options.elsewhere}};
+  if (!arguments.ramp.empty()) json["ramp"] = arguments.ramp;
+  if (!arguments.mesh.empty()) json["mesh"] = arguments.mesh;
+  if (!arguments.property.empty()) json["property"] = arguments.property;
+  if (options.thickness) json["thickness"] = *options.thickness;
+  for (const PaintBall& ball : options.balls) {
+    json["balls"].push_back(
+        {ball.center.x(), ball.center.y(), ball.center.z(), ball.radius, ball.share});
+  }
+  for (const auto& [box, share] : options.blocks) {
+    json["blocks"].push_back(
+        {box.low.x(), box.low.y(), box.low.z(), box.high.x(), box.high.y(), box.high.z(), share});
+  }
+  return json;
+}
+
+int run_paint(const PaintArguments& arguments, Session& session) {
+  PaintOptions options = arguments.options;
+  if (!arguments.property.empty() && arguments.mesh.empty()) {
+    throw InputError("--property: it names a number of a mesh's vertices; give the mesh by --mesh");
+  }
+  std::vector<std::filesystem::path> inputs{arguments.map};
+  if (!arguments.mesh.empty()) inputs.emplace_back(arguments.mesh);
+  session.check_outputs(inputs, {{"--output", arguments.output, {".json"}}});
+  if (!arguments.ramp.empty()) options.ramp = ramp_of(arguments.ramp);
+  options.validate();
+  RationalMap map = session.read_map(arguments.map);
+  map.paint.reset();
+  if (!arguments.mesh.empty()) {
+    options.mesh =
+        read_painted_mesh(arguments.mesh, arguments.property, session.interrupts.token());
+  }
+  if (arguments.clear) {
+    write_map(map, arguments.output);
+    session.console.summary(fmt::format("map: {}", arguments.output), {{"map", arguments.output}});
+    return kDone;
+  }
+  const Device device = session.open_device(arguments.device);
+  map.paint = painted(device, map, options, session.monitor());
+  map.provenance.set("paint", options_json(arguments));
+  write_map(map, arguments.output);
+  session.report_kernels(device);
+  const auto [nx, ny, nz] = map.paint->cells;
+  const double cell = map.paint->step / map.shape_to_map.scale;
+  session.console.summary(
+      fmt::format("{} x {} x {} cells of {:.3g}, {:.1f} s\nmap: {}\nnext: qjulia render {} -o "
+                  "picture.png",
+                  nx, ny, nz, cell, session.seconds(), arguments.output, arguments.output),
+      {{"map", arguments.output},
+       {"cells", {nx, ny, nz}},
+       {"cell", cell},
+       {"seconds", session.seconds()}});
+  return kDone;
+}
+
+void describe_paint(Command command, PaintArguments& a) {
+  command.file("MAP", a.map, "Map file of any kind; paint that it has is replaced")
+      .required()
+      .type("");
+  command.file("-o,--output", a.output, "Map file to write, such as painted.qjulia.json")
+      .required()
+      .type("MAP");
+  command
+      .repeated_numbers(
+          "--ball", 5, static_cast<int>(PaintOptions::kMostMarks),
+          [&a](const std::vector<double>& v) {
+            a.options.balls.push_back({{v[0], v[1], v[2]}, v[3], v[4]});
+          },
+          "A ball, in the mesh's coordinates, whose places have this share of the detail. May be "
+          "given again; later ones lie on top")
+      .type("X Y Z RADIUS SHARE");
+  command
+      .repeated_numbers(
+          "--block", 7, static_cast<int>(PaintOptions::kMostMarks),
+          [&a](const std::vector<double>& v) {
+            a.options.blocks.push_back({{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}}, v[6]});
+          },
+          "The same for a block between two corners, under all balls")
+      .type("X0 Y0 Z0 X1 Y1 Z1 SHARE");
+  command
+      .add("--ramp", &a.ramp,
+           "Shares that go evenly along an axis, from the shape's low end to its high one, such "
+           "as y=1:0.1")
+      .type("AXIS=LOW:HIGH");
+  command
+      .file("--mesh", a.mesh,
+            "The mesh with vertex colors: white places have all of the detail, black ones none. "
+            ".ply or .obj")
+      .type("MESH");
+  command
+      .add("--property", &a.property,
+           "With --mesh: the number of a .ply's vertices, 0 to 1, that is the share instead")
+      .type("NAME");
+  command
+      .add("--thickness", &a.options.thickness,
+           "Bounds the shell by this share of the shape's own thickness, 0.01 to 2: thin limbs "
+           "then keep their shape, and thick parts all of the detail. 0.2 is a good one")
+      .type("FRACTION");
+  command.add("--elsewhere", &a.options.elsewhere, "The share of places that nothing is said of")
+      .type("SHARE");
+  command.flag("--clear", a.clear, "Takes the map's paint away, and paints nothing");
+  add_device(command, a.device);
+}
+
+}  // namespace
+
+void add_paint(CommandLine& program, ChosenCommand& chosen) {
+  const CommandText text{
+      "paint", "Say where a map's surface is wild and where it is smooth",
+      "Examples:\n"
+      "  qjulia paint human.qjulia.json -o painted.qjulia.json --thickness 0.2\n"
+      "  qjulia paint bunny.qjulia.json -o half.qjulia.json --ramp x=0:1\n"
+      "  qjulia paint bunny.qjulia.json -o face.qjulia.json --ball -0.06 0.15 0.02 0.035 0\n"
+      "  qjulia paint bunny.qjulia.json -o colors.qjulia.json --mesh painted.ply\n"
+      "Each place has a share of the map's detail: with 1 nothing changes, with 0 the surface is\n"
+      "the smooth shape (to 1/256 of the detail). Ramp and mesh multiply, blocks and balls take\n"
+      "the place of what is there, and --thickness bounds the result. The paint is a part of the\n"
+      "map, and every command follows it. See docs/painting.md."};
+  add_command(program, chosen, text, describe_paint, run_paint);
+}
+
+}  // namespace qjulia::tools
