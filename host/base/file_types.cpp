@@ -27,6 +27,8 @@ constexpr std::array kTypes = {
     FileType{".glb", FileContent::mesh, false, true},
     FileType{".json", FileContent::map, true, true},
     FileType{".o3d", FileContent::original_map, true, false},
+    FileType{".poly4d", FileContent::original_map, true, false},
+    FileType{".f3d", FileContent::sampled_distance, true, false},
     FileType{".png", FileContent::picture, false, true},
     FileType{".npy", FileContent::field, false, true},
     FileType{".vti", FileContent::field, false, true},
@@ -59,6 +61,8 @@ const char* to_string(FileContent content) {
       return "map";
     case FileContent::original_map:
       return "original map";
+    case FileContent::sampled_distance:
+      return "distance field";
     case FileContent::picture:
       return "picture";
     case FileContent::field:

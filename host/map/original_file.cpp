@@ -13,6 +13,7 @@
 
 #include "base/input_file.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/file_types.hpp"
 
 namespace qjulia {
 namespace {
@@ -165,12 +166,68 @@ RationalMap original_from_stream(std::istream& stream, const std::string& source
   return map;
 }
 
-RationalMap read_original(const std::filesystem::path& path) {
+RationalMap polynomial_from_stream(std::istream& stream, const std::string& source) {
+  Reader file(stream, source);
+  RationalMap map;
+  map.factors = read_polynomial(file);
+  if (file.left() > 0) file.fail(fmt::format("has {} bytes after its end", file.left()));
+  try {
+    map.validate();
+  } catch (const InputError& error) {
+    file.fail(error.what());
+  }
+  return map;
+}
+
+SampledDistance sampled_distance_from_stream(std::istream& stream, const std::string& source) {
+  Reader file(stream, source);
+  SampledDistance field;
+  std::uint64_t samples = 1;
+  for (int& n : field.samples) {
+    n = file.integer("number of samples");
+    if (n < 2) file.fail(fmt::format("has {} samples along a side: it needs 2", n));
+    samples *= static_cast<std::uint64_t>(n);
+    if (samples > file.left() / sizeof(double)) {
+      file.fail(
+          fmt::format("promises more samples than its {} bytes hold; it is damaged", file.left()));
+    }
+  }
+  field.center = Eigen::Vector3d(file.vector("centre").data());
+  field.lengths = Eigen::Vector3d(file.vector("lengths").data());
+  constexpr double kLargest = 1e12;
+  if (!(field.center.cwiseAbs().maxCoeff() <= kLargest) ||
+      !(field.lengths.minCoeff() > 0 && field.lengths.maxCoeff() <= kLargest)) {
+    file.fail("has a centre or lengths that are no box's");
+  }
+  field.values = file.numbers("samples", samples);
+  if (file.left() > 0) file.fail(fmt::format("has {} bytes after its end", file.left()));
+  for (const double value : field.values) {
+    if (std::isfinite(value)) continue;
+    file.fail("has a distance that is not a finite number");
+  }
+  return field;
+}
+
+namespace {
+
+std::istringstream stream_of(const std::filesystem::path& path, const char* what) {
   constexpr std::uint64_t kLargestOriginalFile = std::uint64_t{1} << 30;
   std::string bytes;
-  base::InputFile(path, "original map", kLargestOriginalFile).read_all(bytes);
-  std::istringstream stream(bytes);
-  return original_from_stream(stream, path.string());
+  base::InputFile(path, what, kLargestOriginalFile).read_all(bytes);
+  return std::istringstream(std::move(bytes));
+}
+
+}  // namespace
+
+RationalMap read_original(const std::filesystem::path& path) {
+  std::istringstream stream = stream_of(path, "original map");
+  return extension_of(path) == ".poly4d" ? polynomial_from_stream(stream, path.string())
+                                         : original_from_stream(stream, path.string());
+}
+
+SampledDistance read_sampled_distance(const std::filesystem::path& path) {
+  std::istringstream stream = stream_of(path, "distance field");
+  return sampled_distance_from_stream(stream, path.string());
 }
 
 }  // namespace qjulia

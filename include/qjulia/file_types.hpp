@@ -9,7 +9,16 @@
 
 namespace qjulia {
 
-enum class FileContent { mesh, map, original_map, picture, field, manifest, report };
+enum class FileContent {
+  mesh,
+  map,
+  original_map,
+  sampled_distance,
+  picture,
+  field,
+  manifest,
+  report
+};
 enum class FileUse { read, write };
 
 /// As in "map".

@@ -98,3 +98,113 @@ TEST_CASE("numbers that make no map are refused") {
   file.top.powers[1] = std::nan("");
   check_refused(original_bytes(file), "exponent");
 }
+
+TEST_CASE("a .poly4d file is one polynomial") {
+  const auto original = small_original();
+  test::Bytes bytes;
+  put(bytes, original.top);
+  const auto polynomial = [](const std::string& text) {
+    std::istringstream stream(text);
+    return polynomial_from_stream(stream, "some.poly4d");
+  };
+  const RationalMap map = polynomial(bytes.text());
+  REQUIRE(map.factors.size() == 3);
+  CHECK(map.factors[1].center == original.top.roots[1]);
+  CHECK(map.factors[1].exponent == 1.25 * original.top.powers[1]);
+  CHECK(map.log_scale == 0);
+  for (std::size_t size = 0; size < bytes.text().size(); ++size) {
+    CHECK_THROWS_AS(polynomial(bytes.text().substr(0, size)), InputError);
+  }
+  CHECK_THROWS_WITH(polynomial(bytes.text() + "x"), Catch::Contains("after its end"));
+}
+
+TEST_CASE("an .f3d file is a field, and a mesh of it lies where the field says") {
+  // A ball of radius 0.8 about (0.3, 0, 0), in a box whose cells are not cubes.
+  const std::array<int, 3> samples{24, 20, 28};
+  const Eigen::Vector3d center(0.2, 0.1, -0.1), lengths(2.4, 2.2, 2.5);
+  test::Bytes bytes;
+  for (const int n : samples) bytes.integer(n);
+  bytes.numbers({center.x(), center.y(), center.z(), lengths.x(), lengths.y(), lengths.z()});
+  for (int k = 0; k < samples[2]; ++k) {
+    for (int j = 0; j < samples[1]; ++j) {
+      for (int i = 0; i < samples[0]; ++i) {
+        const Eigen::Vector3d share((i + 0.5) / samples[0], (j + 0.5) / samples[1],
+                                    (k + 0.5) / samples[2]);
+        const Eigen::Vector3d x =
+            center + lengths.cwiseProduct(share - Eigen::Vector3d(0.5, 0.5, 0.5));
+        bytes.number((x - Eigen::Vector3d(0.3, 0, 0)).norm() - 0.8);
+      }
+    }
+  }
+  const auto field = [](const std::string& text) {
+    std::istringstream stream(text);
+    return sampled_distance_from_stream(stream, "some.f3d");
+  };
+  const SampledDistance distance = field(bytes.text());
+  CHECK(distance.samples == samples);
+  CHECK(distance.center == center);
+  const TriangleMesh mesh = mesh_of(distance);
+  CHECK(inspect(mesh).closed());
+  CHECK(signed_volume(mesh) == Approx(4.0 / 3 * 3.14159265 * 0.512).epsilon(0.01));
+  double worst = 0;
+  for (const Eigen::Vector3d& x : mesh.vertices) {
+    worst = std::max(worst, std::abs((x - Eigen::Vector3d(0.3, 0, 0)).norm() - 0.8));
+  }
+  CHECK(worst < 0.004);
+
+  const std::string whole = bytes.text();
+  for (const std::size_t size :
+       {std::size_t{0}, std::size_t{11}, std::size_t{59}, whole.size() - 1}) {
+    CHECK_THROWS_AS(field(whole.substr(0, size)), InputError);
+  }
+  CHECK_THROWS_WITH(field(whole + "x"), Catch::Contains("after its end"));
+  for (const std::int32_t wrong : {-1, 0, 1, 1 << 30, std::numeric_limits<std::int32_t>::max()}) {
+    CHECK_THROWS_AS(field(with_integer(whole, 0, wrong)), InputError);
+  }
+  SampledDistance filled = distance;
+  for (double& d : filled.values) d = -1;
+  CHECK_THROWS_WITH(mesh_of(filled), Catch::Contains("faces") || Catch::Contains("inside"));
+  for (double& d : filled.values) d = 1;
+  CHECK_THROWS_WITH(mesh_of(filled), Catch::Contains("inside"));
+  SampledDistance cut = distance;
+  for (std::size_t i = 0; i < 24 * 20 * 8; ++i) cut.values[24 * 20 * 10 - 1 - i] = -1;
+  cut.values[0] = -1;
+  CHECK_THROWS_WITH(mesh_of(cut), Catch::Contains("faces"));
+}
+
+TEST_CASE("portals of a text file are in the map's coordinates") {
+  const ShapeToMap to_map{3, {0.1, 0.2, 0.3}};
+  const auto portals = [&](const std::string& text) {
+    return portals_from_text(text, "some.txt", to_map);
+  };
+  const std::string head = "Portals radius: 0.2\r\nPortals scale: 4\n\n";
+  const auto found = portals(head +
+                             "Portal location: 0.1 0.3 -0.2\nPortal rotation: 1.5 0 2 0\n"
+                             "Portal location: -0.4 0 0\n");
+  REQUIRE(found.size() == 2);
+  CHECK(found[0].center.isApprox(Eigen::Vector3d(0.4, 1.1, -0.3)));
+  CHECK(found[0].radius == Approx(0.6));
+  CHECK(found[0].scale == 4);
+  CHECK(found[0].rotation.degrees == Approx(85.943669));
+  CHECK(found[0].rotation.axis == Eigen::Vector3d(0, 2, 0));
+  CHECK(found[0].destination == Eigen::Vector3d::Zero());
+  CHECK(found[0].mask == PortalMask::outside);
+  CHECK(found[1].rotation == Rotation{});
+  const auto refused = [&](const std::string& text, const char* part) {
+    CHECK_THROWS_WITH(portals(text), Catch::Contains("some.txt") && Catch::Contains(part));
+  };
+  refused("", "Portals radius");
+  refused(head, "Portal location");
+  refused("Portals radius: 1\nPortal location: 0 0 0\n", "Portals scale");
+  refused(head + "Portal location: 0 0\n", "line 4 has 2 numbers where 3");
+  refused(head + "Portal location: 0 0 0 0\n", "line 4");
+  refused(head + "Portal location: 0 0 x\n", "no number");
+  refused(head + "Portal location: 0 0 nan\n", "no number");
+  refused(head + "Portal rotation: 1 0 1 0\n", "before the first location");
+  refused(head + "Portal location: 0 0 0\nPortal rotation: 1 0 0 0\n", "length 0");
+  refused(head + "Portal colour: 1\n", "is none of");
+  refused(head + "hello\n", "no name and colon");
+  std::string many = head;
+  for (int i = 0; i < 65; ++i) many += "Portal location: 0 0 0\n";
+  refused(many, "64");
+}

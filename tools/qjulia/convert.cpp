@@ -8,7 +8,10 @@
 #include "map_options.hpp"
 #include "options.hpp"
 #include "provenance.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/file_types.hpp"
 #include "qjulia/map_file.hpp"
+#include "qjulia/mesh.hpp"
 #include "qjulia/original_file.hpp"
 
 namespace qjulia::tools {
@@ -18,6 +21,7 @@ struct ConvertArguments {
   std::string input;
   std::string output;
   std::string device;
+  std::string portals;
   MapOptions map_options;
   std::optional<UpAxis> up;
 };
@@ -26,9 +30,30 @@ RationalMap read_any(const std::string& file, const std::stop_token& stop) {
   return is_original_file(file) ? read_original(file) : read_map(file, stop);
 }
 
+/// A distance field in, a mesh out.
+int run_field(const ConvertArguments& arguments, Session& session) {
+  if (!arguments.map_options.given().empty() || arguments.up || !arguments.portals.empty()) {
+    throw InputError("options change maps, and a distance field becomes a mesh: give none");
+  }
+  session.check_outputs({arguments.input},
+                        {{"OUT", arguments.output, extensions(FileContent::mesh, FileUse::write)}});
+  const TriangleMesh mesh = mesh_of(read_sampled_distance(arguments.input));
+  write_mesh(mesh, arguments.output);
+  session.console.summary(
+      fmt::format("{} triangles\nmesh: {}\nnext: qjulia shape {} -o map.qjulia.json",
+                  mesh.triangles.size(), arguments.output, arguments.output),
+      {{"mesh", arguments.output}, {"triangles", mesh.triangles.size()}});
+  return kDone;
+}
+
 int run_convert(const ConvertArguments& arguments, Session& session) {
   arguments.map_options.knobs.validate();
-  session.check_outputs({arguments.input}, {{"OUT", arguments.output, {".json"}}});
+  if (has_type(arguments.input, FileContent::sampled_distance, FileUse::read)) {
+    return run_field(arguments, session);
+  }
+  std::vector<std::filesystem::path> inputs{arguments.input};
+  if (!arguments.portals.empty()) inputs.emplace_back(arguments.portals);
+  session.check_outputs(inputs, {{"OUT", arguments.output, {".json"}}});
   RationalMap map = read_any(arguments.input, session.interrupts.token());
   // A map that stays as it is needs no device.
   if (!arguments.map_options.given().empty()) {
@@ -38,6 +63,9 @@ int run_convert(const ConvertArguments& arguments, Session& session) {
   } else if (is_original_file(arguments.input)) {
     map.provenance.set("converted", converted_from(arguments.input));
   }
+  if (!arguments.portals.empty()) {
+    map.portals = read_portal_text(arguments.portals, map.shape_to_map);
+  }
   if (arguments.up) map.up = arguments.up;
   write_map(map, arguments.output);
   session.console.summary(fmt::format("{} factors\nmap: {}", map.factors.size(), arguments.output),
@@ -46,10 +74,23 @@ int run_convert(const ConvertArguments& arguments, Session& session) {
 }
 
 void describe_convert(Command command, ConvertArguments& a) {
-  command.file("IN", a.input, "Map: .o3d of the original program, or .qjulia.json")
+  command
+      .file("IN", a.input,
+            "Map: .qjulia.json, .o3d or .poly4d of the papers' programs; or .f3d, a distance field "
+            "of theirs, which becomes a mesh")
       .required()
       .type("");
-  command.file("OUT", a.output, "Map file to write, such as bunny.qjulia.json").required().type("");
+  command
+      .file("OUT", a.output,
+            "Map file to write, such as bunny.qjulia.json; of an .f3d a mesh: .ply, .obj, .stl, "
+            ".off or .glb")
+      .required()
+      .type("");
+  command
+      .file("--portals", a.portals,
+            "Portals from a text file of the papers' program, for a shape in its box of side 1 "
+            "about the origin; those of the map are replaced")
+      .type("TEXT");
   add_up(command, a.up, "The shape's axis that points up; auto is what the map says");
   add_knobs(command, a.map_options);
   add_device(command, a.device);
@@ -62,9 +103,12 @@ void add_convert(CommandLine& program, ChosenCommand& chosen) {
       "convert", "Make a map file of another map",
       "Examples:\n"
       "  qjulia convert bunny.o3d bunny.qjulia.json      a map of the original program\n"
+      "  qjulia convert bunny.f3d bunny.ply              a distance field of the papers'\n"
+      "  qjulia convert bunny.poly4d versor.qjulia.json  a polynomial, for 'shape --versor'\n"
+      "  qjulia convert bunny.qjulia.json stack.qjulia.json --portals bunny.txt\n"
       "  qjulia convert bunny.qjulia.json crust.qjulia.json --drift 0.8 --detail 0.03\n"
       "  qjulia convert lying.qjulia.json standing.qjulia.json --up z\n"
-      "The second writes a map with its settings baked in: 'surface' and 'render' make of it,\n"
+      "With knobs it writes a map with its settings baked in: 'surface' and 'render' make of it,\n"
       "without options, what they would make of the first with these.\n" +
           std::string(kMapOptionsHelp),
       /*can_trace=*/false};

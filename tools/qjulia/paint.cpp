@@ -146,7 +146,7 @@ void describe_paint(Command command, PaintArguments& a) {
   command
       .add("--thickness", &a.options.thickness,
            "Bounds the shell by this share of the shape's own thickness, 0.01 to 2: thin limbs "
-           "then keep their shape, and thick parts all of the detail. 0.2 is a good one")
+           "then keep their shape, and thick parts all of the detail. 0.15 is a good one")
       .type("FRACTION");
   command.add("--elsewhere", &a.options.elsewhere, "The share of places that nothing is said of")
       .type("SHARE");
@@ -160,9 +160,9 @@ void add_paint(CommandLine& program, ChosenCommand& chosen) {
   const CommandText text{
       "paint", "Say where a map's surface is wild and where it is smooth",
       "Examples:\n"
-      "  qjulia paint human.qjulia.json -o painted.qjulia.json --thickness 0.2\n"
+      "  qjulia paint human.qjulia.json -o painted.qjulia.json --thickness 0.15\n"
       "  qjulia paint bunny.qjulia.json -o half.qjulia.json --ramp x=0:1\n"
-      "  qjulia paint bunny.qjulia.json -o face.qjulia.json --ball -0.06 0.15 0.02 0.035 0\n"
+      "  qjulia paint bunny.qjulia.json -o face.qjulia.json --ball -0.85 0.3 0 0.4 0\n"
       "  qjulia paint bunny.qjulia.json -o colors.qjulia.json --mesh painted.ply\n"
       "Each place has a share of the map's detail: with 1 nothing changes, with 0 the surface is\n"
       "the smooth shape (to 1/256 of the detail). Ramp and mesh multiply, blocks and balls take\n"

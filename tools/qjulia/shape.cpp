@@ -15,6 +15,7 @@
 #include "qjulia/exact_map.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/mesh.hpp"
+#include "qjulia/painting.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -25,6 +26,7 @@ struct ShapeArguments {
   std::string device;
   std::string versor = "random:30:1";
   ExactMapOptions options;
+  PaintOptions paint;  ///< its thickness alone
 };
 
 /// @return the number that is all of `text`. @throws InputError
@@ -115,12 +117,14 @@ void choose_versor(const ShapeArguments& arguments, ExactMapOptions& options) {
 
 nlohmann::json options_json(const ShapeArguments& arguments) {
   const bool is_round = arguments.options.fourth == FourthCoordinate::round;
-  return {{"resolution", arguments.options.resolution},
-          {"detail", to_string(arguments.options.detail)},
-          {"tufts", arguments.options.tufts},
-          {"up", to_json(arguments.options.up)},
-          {"versor", arguments.versor},
-          {"fourth", is_round ? "round" : "ignored"}};
+  nlohmann::json json = {{"resolution", arguments.options.resolution},
+                         {"detail", to_string(arguments.options.detail)},
+                         {"tufts", arguments.options.tufts},
+                         {"up", to_json(arguments.options.up)},
+                         {"versor", arguments.versor},
+                         {"fourth", is_round ? "round" : "ignored"}};
+  if (arguments.paint.thickness) json["thickness"] = *arguments.paint.thickness;
+  return json;
 }
 
 int run_shape(const ShapeArguments& arguments, Session& session) {
@@ -131,9 +135,13 @@ int run_shape(const ShapeArguments& arguments, Session& session) {
   session.check_outputs(inputs, {{"--output", arguments.output}});
   choose_versor(arguments, options);
   options.validate();
+  arguments.paint.validate();
   const TriangleMesh mesh = session.read_mesh(arguments.mesh);
   const Device device = session.open_device(arguments.device);
   RationalMap map = exact_map(device, mesh, options, session.monitor());
+  if (arguments.paint.thickness) {
+    map.paint = painted(device, map, arguments.paint, session.monitor());
+  }
   map.provenance.set("shape", shape_provenance(arguments.mesh, options_json(arguments), device));
   write_map(map, arguments.output);
   session.report_kernels(device);
@@ -163,6 +171,12 @@ void describe_shape(Command command, ShapeArguments& a) {
       command, [&a](const DetailChoice& detail) { a.options.detail = detail; },
       "'surface' and 'render' can change it later")
       .default_text(to_string(a.options.detail));
+  command
+      .add(
+          "--thickness", &a.paint.thickness,
+          "Paints the map: bounds the shell by this share of the shape's own thickness, 0.01 to 2, "
+          "so that thin limbs keep their shape under a larger --detail. 0.15 is a good one")
+      .type("FRACTION");
   command.add("--tufts", &a.options.tufts,
               "How many times as steep the field is outside the shape, 1 to 100: above 1 tufts "
               "that stand off the shape are shorter, and fewer pieces come loose. 'surface' and "
