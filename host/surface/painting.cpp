@@ -4,7 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <functional>
+#include <utility>
 
 #include "base/range_check.hpp"
 #include "qjulia/error.hpp"
@@ -82,7 +83,6 @@ std::vector<double> spread(const Paint& paint, const std::vector<Gathered>& gath
   const auto [nx, ny, nz] = paint.cells;
   constexpr double kUnknown = -1;
   std::vector<double> values(gathered.size(), kUnknown);
-  std::vector<std::size_t> open;
   for (std::size_t i = 0; i < gathered.size(); ++i) {
     if (gathered[i].weight > 0) values[i] = gathered[i].sum / gathered[i].weight;
   }

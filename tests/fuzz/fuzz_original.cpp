@@ -1,9 +1,9 @@
-// The original program's .o3d files: what is read is a valid map.
+// The papers' maps, .o3d and .poly4d: what is read is a valid map.
 
 #include "fuzz_file.hpp"
 #include "qjulia/original_file.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  return qjulia::test::fuzz_file(data, size, ".o3d",
+  return qjulia::test::fuzz_file(data, size, QJULIA_FUZZ_EXTENSION,
                                  [](const auto& file) { qjulia::read_original(file).validate(); });
 }

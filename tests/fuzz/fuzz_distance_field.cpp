@@ -1,0 +1,9 @@
+// The papers' distance fields, .f3d.
+
+#include "fuzz_file.hpp"
+#include "qjulia/original_file.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return qjulia::test::fuzz_file(data, size, ".f3d",
+                                 [](const auto& file) { qjulia::read_sampled_distance(file); });
+}
