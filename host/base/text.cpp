@@ -4,6 +4,8 @@
 
 #include <bit>
 #include <cstdint>
+#include <new>
+#include <system_error>
 
 namespace qjulia::base {
 namespace {
@@ -53,6 +55,17 @@ std::string to_utf8(std::string_view text) {
     }
   }
   return result;
+}
+
+std::string message_of(const std::exception& error) {
+  if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) {
+    return "out of memory; try a lower resolution or fewer factors";
+  }
+  const auto* const system = dynamic_cast<const std::system_error*>(&error);
+  if (system != nullptr && system->code() == std::errc::resource_unavailable_try_again) {
+    return "no thread can be started: check the limits of processes ('ulimit -u')";
+  }
+  return error.what();
 }
 
 }  // namespace qjulia::base

@@ -1,6 +1,7 @@
 #pragma once
-/// Encodings of texts.
+/// Encodings of texts, and errors in words.
 
+#include <exception>
 #include <string>
 #include <string_view>
 
@@ -15,5 +16,8 @@ std::string_view wide_encoding(std::string_view text);
 /// The text as valid UTF-8, for JSON and messages: bytes that are not are written as \xFF. File
 /// names may hold any bytes.
 std::string to_utf8(std::string_view text);
+
+/// What went wrong, also where the library of C++ says it in words that tell a user nothing.
+std::string message_of(const std::exception& error);
 
 }  // namespace qjulia::base

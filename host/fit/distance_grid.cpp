@@ -142,20 +142,29 @@ class Sampler {
     return near;
   }
 
-  /// The spline of these coefficients at the middle of a cell.
+  /// The spline of these coefficients at the middle of a cell. Beyond the grid's ends the last ones
+  /// are repeated.
   double spline_at(const std::vector<float>& coefficients, std::size_t number) const {
     constexpr std::array<double, 3> kWeights{0.125, 0.75, 0.125};
-    const auto x = static_cast<std::ptrdiff_t>(data_.cells[0]);
-    const std::ptrdiff_t layer = x * data_.cells[1];
+    // Where the three coefficients about the cell stand along each axis.
+    std::array<std::array<std::size_t, 3>, 3> at{};
+    std::size_t stride = 1, rest = number;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto count = static_cast<std::size_t>(data_.cells[axis]);
+      const std::size_t cell = rest % count;
+      at[axis] = {stride * (cell - std::min<std::size_t>(cell, 1)), stride * cell,
+                  stride * std::min(cell + 1, count - 1)};
+      stride *= count;
+      rest /= count;
+    }
     double sum = 0;
-    for (std::ptrdiff_t k = 0; k < 3; ++k) {
-      for (std::ptrdiff_t j = 0; j < 3; ++j) {
-        const float* row = coefficients.data() + static_cast<std::ptrdiff_t>(number) +
-                           (k - 1) * layer + (j - 1) * x;
-        const double along = 0.75 * static_cast<double>(row[0]) +
-                             0.125 * (static_cast<double>(row[-1]) + static_cast<double>(row[1]));
-        sum +=
-            kWeights[static_cast<std::size_t>(k)] * kWeights[static_cast<std::size_t>(j)] * along;
+    for (std::size_t k = 0; k < 3; ++k) {
+      for (std::size_t j = 0; j < 3; ++j) {
+        const float* row = coefficients.data() + at[2][k] + at[1][j];
+        const double along =
+            0.75 * static_cast<double>(row[at[0][1]]) +
+            0.125 * (static_cast<double>(row[at[0][0]]) + static_cast<double>(row[at[0][2]]));
+        sum += kWeights[k] * kWeights[j] * along;
       }
     }
     return sum;

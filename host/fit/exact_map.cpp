@@ -1,5 +1,7 @@
 #include "qjulia/exact_map.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <optional>
 
@@ -43,6 +45,19 @@ std::vector<Factor> random_roots(const fitting::Distances& distances, const Box&
     throw InputError("the mesh has too little inside to place the versor's roots in");
   }
   return roots;
+}
+
+/// @param thickness of the shape's inside, cells.
+void expect_cells(double thickness, int resolution) {
+  if (thickness >= 1) return;
+  const double needed = std::ceil(resolution / thickness);
+  if (needed > kMostCells) {
+    throw InputError("the shape is too thin for a grid: fit a map to it instead");
+  }
+  throw OptionError("resolution",
+                    fmt::format("{} cells are too few for this shape, whose inside is {:.2g} of "
+                                "them thick; give {} or more",
+                                resolution, thickness, needed));
 }
 
 /// From another map's coordinates to this one's.
@@ -93,6 +108,7 @@ RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
   report("sampling the distance");
   const fitting::PlacedGrid placed =
       fitting::sampled_distance(distances, box, (options.resolution + 3) / 4 * 4, monitor.stop);
+  expect_cells(2 * shape.inradius / placed.step, options.resolution);
   DistanceModulus modulus;
   modulus.grid = placed.grid;
   modulus.origin = placed.origin;

@@ -115,6 +115,10 @@ void RationalMap::validate() const {
     check_number(factors[k].exponent, fmt::format("factors[{}].exponent", k));
   }
   check_positive(shape_to_map.scale, "shape_to_map.scale");
+  if (shape_to_map.scale < 1 / kLargest) {
+    throw InputError(fmt::format("the map's shape_to_map.scale is {}: it must be at least {}",
+                                 shape_to_map.scale, 1 / kLargest));
+  }
   check_vector(shape_to_map.translation, "shape_to_map.translation");
   if (detail) check_positive(*detail, "detail");
   if (inradius) check_positive(*inradius, "inradius");

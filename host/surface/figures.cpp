@@ -51,12 +51,14 @@ constexpr double kPointsPerBox = 2;
 /// Coarse meshes are counted by boxes of this part of the longest side, triangles filled in.
 constexpr double kFilledBox = 1.0 / 128;
 
-/// Points of the triangles whose edges are longer than `spacing`, no farther apart.
+/// Points of the triangles whose edges are longer than `spacing`, no farther apart; seen from the
+/// first vertex, since single precision is coarse far from the origin.
 void fill_in(const TriangleMesh& mesh, double spacing, std::vector<Eigen::Vector3f>& points) {
+  const Eigen::Vector3d first = mesh.vertices.front();
   for (const auto& [a, b, c] : mesh.triangles) {
-    const Eigen::Vector3d& p = mesh.vertices[a];
-    const Eigen::Vector3d u = mesh.vertices[b] - p;
-    const Eigen::Vector3d v = mesh.vertices[c] - p;
+    const Eigen::Vector3d p = mesh.vertices[a] - first;
+    const Eigen::Vector3d u = mesh.vertices[b] - first - p;
+    const Eigen::Vector3d v = mesh.vertices[c] - first - p;
     const double longest = std::max({u.norm(), v.norm(), (u - v).norm()});
     const int parts = static_cast<int>(std::ceil(longest / spacing));
     for (int i = 0; i <= parts; ++i) {
@@ -118,7 +120,8 @@ BoxDimension box_dimension(std::span<const Eigen::Vector3f> points, double fines
 
 struct FigureSink::Impl {
   SurfaceSink* next;
-  std::vector<Eigen::Vector3f> positions;
+  Eigen::Vector3d first;                   ///< vertex
+  std::vector<Eigen::Vector3f> positions;  ///< from there: far from the origin they would be coarse
   base::UnionFind components;
   std::vector<Triangle> waiting;  ///< for their vertices
   double area = 0;
@@ -133,9 +136,6 @@ struct FigureSink::Impl {
     const auto left = std::partition(waiting.begin(), waiting.end(), [this](const Triangle& t) {
       return std::ranges::max(t) >= positions.size();
     });
-    if (positions.empty()) return;
-    // Volumes are taken from a point of the surface: far from the origin, they would cancel.
-    const Eigen::Vector3d apex = positions.front().cast<double>();
     for (auto t = left; t != waiting.end(); ++t) {
       const auto& [a, b, c] = *t;
       const Eigen::Vector3d p = positions[a].cast<double>();
@@ -143,7 +143,7 @@ struct FigureSink::Impl {
       const Eigen::Vector3d v = positions[c].cast<double>() - p;
       const Eigen::Vector3d normal = u.cross(v);
       area += 0.5 * normal.norm();
-      volume += (p - apex).dot(normal) / 6;
+      volume += p.dot(normal) / 6;
       edges += u.norm() + v.norm() + (u - v).norm();
       ++triangles;
       components.unite(a, b);
@@ -160,8 +160,9 @@ FigureSink::~FigureSink() = default;
 void FigureSink::vertices(std::span<const Eigen::Vector3d> positions,
                           std::span<const Eigen::Vector3d> normals) {
   for (const Eigen::Vector3d& x : positions) {
+    if (impl_->positions.empty()) impl_->first = x;
     impl_->components.add();
-    impl_->positions.push_back(x.cast<float>());
+    impl_->positions.emplace_back((x - impl_->first).cast<float>());
   }
   impl_->measure_complete();
   if (impl_->next != nullptr) impl_->next->vertices(positions, normals);
@@ -196,7 +197,9 @@ SurfaceFigures measure(const TriangleMesh& mesh) {
   const double finest = kFilledBox * mesh.box().size().maxCoeff();
   if (!(figures.box_sizes >= 4) && finest > 0) {
     std::vector<Eigen::Vector3f> points;
-    for (const Eigen::Vector3d& x : mesh.vertices) points.push_back(x.cast<float>());
+    for (const Eigen::Vector3d& x : mesh.vertices) {
+      points.emplace_back((x - mesh.vertices.front()).cast<float>());
+    }
     fill_in(mesh, finest / kPointsPerBox, points);
     const BoxDimension box = box_dimension(points, finest * 0.999);
     figures.dimension = box.dimension;

@@ -42,7 +42,8 @@ struct ExactMapOptions {
 
 /// A map of kind "distance/factors" or "distance/noise", calibrated. The same on every run for the
 /// same device.
-/// @throws InputError when the mesh has no inside, Interrupted.
+/// @throws InputError when the mesh has no inside, OptionError when that is thinner than a cell,
+///   Interrupted.
 RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
                       const ExactMapOptions& options, const ProgressMonitor& monitor = {});
 

@@ -50,6 +50,12 @@ class Server:
         finally:
             connection.close()
 
+    def get_or_nothing(self, path):
+        try:
+            return self.get(path)
+        except (OSError, http.client.HTTPException):
+            return None
+
     def status(self, *words, **options):
         return self.get(*words, **options)[0]
 
@@ -204,6 +210,20 @@ def check_page(server):
     check(server.is_well(), "a browser that is closed in mid-frame does no harm")
 
 
+def check_ends(server, before, what):
+    """Within two seconds of Ctrl-C."""
+    before()
+    begin = time.monotonic()
+    server.process.send_signal(signal.SIGINT)
+    try:
+        code = server.process.wait(20)
+    except subprocess.TimeoutExpired:
+        server.process.kill()
+        code = None
+    seconds = time.monotonic() - begin
+    check(code == 0 and seconds < 2, f"{what}: {code}, {seconds:.1f} s")
+
+
 def main():
     if browser.find() is None:
         print("SKIPPED: no chromium here; 'tools/install-dependencies --all' adds it (about 300 MB)")
@@ -216,8 +236,15 @@ def main():
         check_pictures(server)
         check_survival(server)
         check_page(server)
-        server.process.send_signal(signal.SIGINT)
-        check(server.process.wait(20) == 0, "Ctrl-C ends it")
+        check_ends(server, lambda: None, "Ctrl-C ends it")
+        for path in ("/frame?size=3000x2000&samples=4", "/frame?size=1600x1200&iterations=16&drift=0.5"):
+            server = Server("ball.qjulia.json")
+            asked = threading.Thread(target=server.get_or_nothing, args=(path,))
+            check_ends(server, lambda: (asked.start(), time.sleep(0.4)), f"and while it draws: {path}")
+            asked.join()
+        for number in range(20):
+            server = Server("ball.qjulia.json")
+            check_ends(server, lambda: time.sleep(0.001 * (number % 4)), f"and at once: {number}")
     finally:
         server.process.kill()
         server.process.wait()

@@ -106,6 +106,9 @@ def main():
     parser.add_argument("--only", help="the commands whose names hold this")
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
+    # As a terminal leaves them: nohup and shells that start it in the background have them ignored.
+    signal.signal(HUP, signal.SIG_DFL)
+    signal.signal(INT, signal.default_int_handler)
     shutil.rmtree(arguments.folder, ignore_errors=True)
     workshop = Workshop(arguments.qjulia, arguments.folder)
     commands = [c for c in long_commands(workshop) if (arguments.only or "") in c.name]

@@ -177,7 +177,7 @@ class Workshop:
         if code not in EXIT_CODES:
             yield f"it ended with {code}"
         if code not in (0, 130) and not is_mute:
-            lines = [line for line in error.splitlines() if re.search("qjulia: |failed", line)]
+            lines = [line for line in error.splitlines() if re.search("qjulia: |failed|warning: ", line)]
             if not lines:
                 yield "it does not say what is wrong"
             elif RAW.search(error):

@@ -227,6 +227,8 @@ TEST_CASE("bad option values are refused") {
   render("--up", "w");
   render("--up", "+z");
   render("--samples", "0");
+  for (const char* value : {"", "drift", "drift=", "drift=0:1:1", "up=1,2"})
+    render("--sweep", value);
   check_refused(folder, {"render", mesh, "-o", folder / "out.png", "--detail", "0.01"}, "--detail");
   check_refused(folder, {"render", mesh, "-o", folder / "out.png", "--iterations", "6"},
                 "--iterations");

@@ -215,6 +215,19 @@ TEST_CASE("two signals of one Ctrl-C count once") {
   CHECK(is_map(read_text(map)));
 }
 
+TEST_CASE("a hangup that nohup has ignored disturbs nothing, not even a compiler") {
+  const OutputFiles bench;
+  const std::string map = bench.map(), surface = bench.folder / "a.ply";
+  // Kernels are compiled anew, and the compiler knows what to do with a hangup.
+  const ProcessResult result = shell(
+      "trap '' HUP; export POCL_CACHE_DIR=$1/cold; shift; \"$0\" \"$@\" & pid=$!; "
+      "while kill -HUP $pid 2>/dev/null; do sleep 0.02; done; wait $pid",
+      {bench.folder / "", "surface", map, "-o", surface, "--resolution", "8"});
+  CAPTURE(result.err);
+  CHECK(result.exit_code == 0);
+  CHECK(std::filesystem::exists(surface));
+}
+
 TEST_CASE("a checkpoint that cannot be written does not end the fit") {
   const OutputFiles bench;
   const std::string map = bench.folder / "map.json";

@@ -235,7 +235,54 @@ TEST_CASE("memory that does not suffice fails the entry") {
   const TemporaryFolder folder;
   run(manifest_of({"a"}), options_for(folder),
       [](const auto&, const auto&, const auto&) -> batch::EntryResult { throw std::bad_alloc(); });
-  CHECK(status_of(folder, "a").error == "out of memory");
+  CHECK_THAT(status_of(folder, "a").error, Contains("out of memory"));
+}
+
+TEST_CASE("an entry that a failing thread has is done by another") {
+  const TemporaryFolder folder;
+  const batch::Manifest manifest = manifest_of({"a", "b", "c", "d"});
+  batch::BatchOptions options = options_for(folder);
+  const auto lock = batch::prepare_batch(manifest, options);
+  std::atomic<bool> has_failed = false;
+  const auto fails_once = [&](const batch::BatchEvent& event) {
+    if (event.kind == batch::BatchEvent::Kind::started && !has_failed.exchange(true)) {
+      throw 1;  // what no thread expects
+    }
+  };
+  CHECK_THROWS_AS(batch::run_batch(manifest, {device("one", write_map), device("two", write_map)},
+                                   options, fails_once),
+                  int);
+  for (const batch::EntryStatus& status : batch::read_batch(folder.path(), false)) {
+    CHECK(status.state == batch::EntryState::done);
+  }
+}
+
+TEST_CASE("a batch whose bookkeeping fails ends, and its threads with it") {
+  const TemporaryFolder folder;
+  const batch::Manifest manifest = manifest_of({"a", "b", "c", "d"});
+  const batch::BatchOptions options = options_for(folder);
+  const auto lock = batch::prepare_batch(manifest, options);
+  const auto fails = [](const batch::BatchEvent& event) {
+    if (event.kind == batch::BatchEvent::Kind::done) throw std::bad_alloc();
+  };
+  CHECK_THROWS_AS(batch::run_batch(manifest, {device("one", write_map), device("two", write_map)},
+                                   options, fails),
+                  std::bad_alloc);
+}
+
+TEST_CASE("a key that cannot be made fails its entry alone") {
+  const TemporaryFolder folder;
+  const batch::Manifest manifest = manifest_of({"a", "b", "c"});
+  batch::BatchOptions options = options_for(folder);
+  options.key = [](const batch::BatchEntry& entry) {
+    if (entry.name == "b") throw std::bad_alloc();
+    return batch::FitKey{};
+  };
+  const auto lock = batch::prepare_batch(manifest, options);
+  batch::run_batch(manifest, {device("one", write_map)}, options);
+  CHECK(status_of(folder, "a").state == batch::EntryState::done);
+  CHECK_THAT(status_of(folder, "b").error, Contains("out of memory"));
+  CHECK(status_of(folder, "c").state == batch::EntryState::done);
 }
 
 TEST_CASE("what cannot be written down is handed back") {

@@ -88,6 +88,28 @@ TEST_CASE("a grid gives back the distance it was sampled from, closest at the su
   CHECK(worst < 1.5);
 }
 
+TEST_CASE("a coarse grid, whose ends are near the surface, is right up to them") {
+  const fitting::PlacedGrid placed = test::two_balls_grid(32);
+  RationalMap map = test::distance_map();
+  DistanceModulus& modulus = std::get<DistanceModulus>(map.modulus);
+  modulus.grid = placed.grid;
+  modulus.origin = placed.origin;
+  modulus.step = placed.step;
+  const auto& cells = placed.grid->data().cells;
+  double worst = 0;
+  // Where points that lie beyond the domain are seen from.
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const Eigen::Vector3d& x : some_points(400)) {
+      Eigen::Vector3d at = x;
+      const bool is_low = x[axis] < 0;
+      const int cell = is_low ? 4 : cells[static_cast<std::size_t>(axis)] - 4;
+      at[axis] = placed.origin[axis] + placed.step * cell;
+      worst = std::max(worst, std::abs(reference_distance(map, at) - test::two_balls(at)));
+    }
+  }
+  CHECK(worst < 0.6 * placed.step);
+}
+
 TEST_CASE("coefficients of all cells are both splines together") {
   const RationalMap map = test::distance_map();
   for (const auto& x : some_points(60)) {

@@ -81,6 +81,18 @@ TEST_CASE("box dimensions of sets that have one") {
   CHECK(box_dimension({}, 0.1).sizes == 0);
 }
 
+TEST_CASE("figures do not depend on where a mesh is") {
+  for (const int subdivisions : {2, 5}) {
+    const TriangleMesh here = shapes::sphere(subdivisions);
+    TriangleMesh far = here;
+    for (auto& x : far.vertices) x += Eigen::Vector3d(3e6, -2e6, 1e6);
+    const SurfaceFigures wanted = measure(here), figures = measure(far);
+    CHECK(figures.area == Approx(wanted.area).epsilon(1e-6));
+    CHECK(figures.volume == Approx(wanted.volume).epsilon(1e-6));
+    CHECK(figures.dimension == Approx(wanted.dimension).margin(0.02));
+  }
+}
+
 TEST_CASE("smooth surfaces have dimension two, fine or coarse") {
   CHECK(measure(shapes::sphere(6)).dimension == Approx(2).margin(0.06));
   const SurfaceFigures box = measure(shapes::box());

@@ -390,6 +390,7 @@ TEST_CASE("every value that is wrong is named") {
       {"/shape_to_map", json::array(), "shape_to_map"},
       {"/shape_to_map/scale", 0, "shape_to_map.scale"},
       {"/shape_to_map/scale", -1, "shape_to_map.scale"},
+      {"/shape_to_map/scale", 1e-300, "shape_to_map.scale"},
       {"/shape_to_map/translation", json::array({1, 2}), "shape_to_map.translation"},
       {"/detail", -0.1, "detail"},
       {"/inradius", 0, "inradius"},

@@ -51,14 +51,19 @@ Queue::Queue(const Manifest& manifest, const BatchOptions& options, const Exchan
       exchange_(exchange),
       observe_settled_(std::move(observe_settled)),
       places_(manifest.entries.size(), Place::open),
-      runners_(runners) {}
+      held_(runners),
+      runners_(runners) {
+  // So that giving an entry back needs no memory.
+  put_back_.reserve(places_.size() + runners);
+}
 
-std::optional<Task> Queue::next(std::size_t runner, const std::set<std::size_t>& last_choice,
-                                const std::stop_token& stop) {
+std::optional<std::size_t> Queue::next(std::size_t runner, const std::set<std::size_t>& last_choice,
+                                       const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  requests_[runner] = {last_choice, std::nullopt};
+  requests_.insert_or_assign(runner, Request{last_choice, std::nullopt});
   tell();
-  changed_.wait(lock, stop, [&] { return requests_[runner].answer || all_settled(); });
+  changed_.wait(lock, stop,
+                [&] { return requests_[runner].answer || all_settled() || has_failed_; });
   const auto answer = requests_[runner].answer;
   requests_.erase(runner);
   if (!answer) return std::nullopt;
@@ -67,11 +72,11 @@ std::optional<Task> Queue::next(std::size_t runner, const std::set<std::size_t>&
     tell();
     return std::nullopt;
   }
-  lock.unlock();  // a key takes reading the mesh
-  return task(*answer);
+  held_[runner] = answer;
+  return answer;
 }
 
-void Queue::put_back(const EntryStatus& status, std::size_t index) {
+void Queue::put_back(std::size_t runner, std::size_t index, const EntryStatus& status) {
   std::optional<EntryStatus> unsaved;
   try {
     write_status(options_.folder, status);
@@ -82,8 +87,9 @@ void Queue::put_back(const EntryStatus& status, std::size_t index) {
   const std::lock_guard lock(mutex_);
   std::erase_if(unsaved_, [&](const EntryStatus& s) { return s.name == status.name; });
   if (unsaved) unsaved_.push_back(std::move(*unsaved));
-  put_back_.emplace_back(index, status.state);
   if (is_settled(status.state)) settled_here_[index] = {status, Settled::By::this_rank};
+  put_back_.emplace_back(index, status.state);
+  held_[runner] = std::nullopt;
   tell();
 }
 
@@ -92,13 +98,26 @@ void Queue::tell() {
   news_.notify_all();
 }
 
-void Queue::leave() {
+void Queue::leave(std::size_t runner) noexcept {
   const std::lock_guard lock(mutex_);
+  if (held_[runner]) put_back_.emplace_back(*held_[runner], EntryState::waiting);
+  held_[runner] = std::nullopt;
   --runners_;
   tell();
 }
 
 void Queue::run() {
+  try {
+    go_round();
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    has_failed_ = true;
+    changed_.notify_all();
+    throw;
+  }
+}
+
+void Queue::go_round() {
   settle_earlier();
   for (;;) {
     const auto messages = exchange_.all_gather(message());
@@ -211,16 +230,15 @@ std::optional<EntryStatus> Queue::settled_status(std::size_t index) const {
   return same && files_exist(options_.folder, *known) ? std::move(known) : std::nullopt;
 }
 
-/// What work on an entry begins with.
-Task Queue::task(std::size_t index) const {
+EntryStatus Queue::first_status(std::size_t index) const {
   const BatchEntry& entry = manifest_.entries[index];
-  Task task{index, {}};
-  task.status.name = entry.name;
-  task.status.mesh = entry.mesh.string();
-  task.status.key = key_of(options_, entry);
+  EntryStatus status;
+  status.name = entry.name;
+  status.mesh = entry.mesh.string();
+  status.key = key_of(options_, entry);
   const auto known = read_status(options_.folder, entry.name);
-  if (known && known->key == task.status.key) task.status.failed_tries = known->failed_tries;
-  return task;
+  if (known && known->key == status.key) status.failed_tries = known->failed_tries;
+  return status;
 }
 
 bool Queue::all_settled() const {

@@ -14,12 +14,6 @@
 
 namespace qjulia::batch {
 
-/// An entry that is one thread's alone until it is put back.
-struct Task {
-  std::size_t index = 0;
-  EntryStatus status;  ///< with its key, and what was tried before
-};
-
 /// An entry that is done or has failed.
 struct Settled {
   EntryStatus status;  ///< of another rank's: name and state alone
@@ -35,19 +29,24 @@ class Queue {
   Queue(const Manifest& manifest, const BatchOptions& options, const Exchange& exchange,
         std::size_t runners, std::function<void(const Settled&)> observe_settled);
 
-  /// The next entry, this thread's alone. Waits while entries are in other hands, which may give
-  /// them back. Nothing when all are settled or a stop is requested.
+  /// The next entry, this runner's alone until it is put back. Waits while entries are in other
+  /// hands, which may give them back. Nothing when all are settled, a stop is requested, or `run`
+  /// has failed.
   /// @param last_choice entries taken only when there are no others.
-  std::optional<Task> next(std::size_t runner, const std::set<std::size_t>& last_choice,
-                           const std::stop_token& stop);
+  std::optional<std::size_t> next(std::size_t runner, const std::set<std::size_t>& last_choice,
+                                  const std::stop_token& stop);
+
+  /// What work on an entry begins with: its key, and what was tried before.
+  EntryStatus first_status(std::size_t index) const;
 
   /// Writes the status down and hands the entry on: settled when done or failed, else open again.
-  void put_back(const EntryStatus& status, std::size_t index);
+  void put_back(std::size_t runner, std::size_t index, const EntryStatus& status);
 
-  /// A runner takes no more entries.
-  void leave();
+  /// A runner takes no more entries; one that it still has is open again.
+  void leave(std::size_t runner) noexcept;
 
   /// Goes round the ranks until no runner is left on any. For the thread that may call `exchange`.
+  /// When it throws, runners end.
   void run();
 
   /// Entries whose last state could not be written.
@@ -64,7 +63,7 @@ class Queue {
   void replay(const std::vector<std::vector<double>>& messages);
   std::optional<std::size_t> choose(const std::set<std::size_t>& last_choice) const;
   std::optional<EntryStatus> settled_status(std::size_t index) const;
-  Task task(std::size_t index) const;
+  void go_round();
   void tell();
   void settle_earlier();
   bool all_settled() const;
@@ -79,6 +78,8 @@ class Queue {
   bool has_news_ = false;
   std::vector<Place> places_;
   std::map<std::size_t, Request> requests_;                   ///< by runner
+  std::vector<std::optional<std::size_t>> held_;              ///< entries, by runner
+  bool has_failed_ = false;                                   ///< `run` has
   std::vector<std::pair<std::size_t, EntryState>> put_back_;  ///< since the last round
   std::map<std::size_t, Settled> settled_here_;               ///< by entry, until observed
   std::size_t runners_;                                       ///< that have not left

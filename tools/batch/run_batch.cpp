@@ -2,13 +2,14 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <exception>
 #include <mutex>
-#include <new>
 #include <set>
 #include <thread>
 
 #include "base/output_check.hpp"
 #include "base/output_file.hpp"
+#include "base/text.hpp"
 #include "batch/batch.hpp"
 #include "batch/queue.hpp"
 #include "batch/status.hpp"
@@ -56,28 +57,34 @@ class Runner {
         stop_(stop) {}
 
   void run() {
-    while (auto task = queue_.next(number_, failed_here_, stop_)) {
-      if (!run_task(*task)) return;
+    while (const auto index = queue_.next(number_, failed_here_, stop_)) {
+      if (!run_entry(*index)) return;
     }
   }
 
  private:
   /// @return whether the device stays in use.
-  bool run_task(Task& task) {
-    EntryStatus& status = task.status;
+  bool run_entry(std::size_t index) {
+    const BatchEntry& entry = manifest_.entries[index];
+    EntryStatus status;
+    status.name = entry.name;
+    status.mesh = entry.mesh.string();
     const auto start = Clock::now();
     const auto put_back = [&](EntryState state, std::string error = {}) {
       status.state = state;
       status.error = std::move(error);
       status.seconds = seconds_since(start);
       status.progress = {};
-      queue_.put_back(status, task.index);
+      queue_.put_back(number_, index, status);
+    };
+    const auto device_failed = [&](const std::exception& error) {
+      return blame_device(index, status, error.what(), put_back);
     };
     try {
+      status = queue_.first_status(index);
       begin(status);
       if (!worker_) worker_ = device_.open();
-      EntryResult result =
-          worker_->run(manifest_.entries[task.index], options_.folder, monitor(status, start));
+      EntryResult result = worker_->run(entry, options_.folder, monitor(status, start));
       status.files = std::move(result.files);
       status.figures = std::move(result.figures);
       put_back(EntryState::done);
@@ -86,15 +93,13 @@ class Runner {
       put_back(EntryState::interrupted);
       tell(Kind::interrupted, &status);
     } catch (const DeviceError& error) {
-      return device_failed(task, error.what(), put_back);
+      return device_failed(error);
     } catch (const KernelBuildError& error) {
-      return device_failed(task, error.what(), put_back);
+      return device_failed(error);
     } catch (const NoDeviceError& error) {
-      return device_failed(task, error.what(), put_back);
-    } catch (const std::bad_alloc&) {
-      put_back(EntryState::failed, "out of memory");
+      return device_failed(error);
     } catch (const std::exception& error) {
-      put_back(EntryState::failed, error.what());
+      put_back(EntryState::failed, base::message_of(error));
     }
     return true;
   }
@@ -130,17 +135,18 @@ class Runner {
   }
 
   template <class PutBack>
-  bool device_failed(Task& task, const std::string& why, const PutBack& put_back) {
+  bool blame_device(std::size_t index, EntryStatus& status, const std::string& why,
+                    const PutBack& put_back) {
     worker_.reset();  // a context that failed once may never work again
-    failed_here_.insert(task.index);
-    failed_in_a_row_.insert(task.index);
-    task.status.failed_tries.push_back({device_.name, why});
-    if (task.status.failed_tries.size() >= kMostTries) {
+    failed_here_.insert(index);
+    failed_in_a_row_.insert(index);
+    status.failed_tries.push_back({device_.name, why});
+    if (status.failed_tries.size() >= kMostTries) {
       put_back(EntryState::failed,
                fmt::format("devices failed {} times, last: {}", kMostTries, why));
     } else {
       put_back(EntryState::waiting, why);
-      tell(Kind::given_back, &task.status, why);
+      tell(Kind::given_back, &status, why);
     }
     if (failed_in_a_row_.size() < kEntriesToRetire) return true;
     tell(Kind::retired, nullptr,
@@ -237,20 +243,37 @@ std::vector<EntryStatus> run_batch(const Manifest& manifest,
               .device = status.device,
               .message = status.error});
   });
+  // Told of at the end: telling takes memory, and it may be memory that there is too little of.
+  std::vector<std::exception_ptr> failures(devices.size());
   {
     std::vector<std::jthread> threads;
     threads.reserve(devices.size());
     for (std::size_t i = 0; i < devices.size(); ++i) {
-      threads.emplace_back([&, i, stop] {
+      const auto run = [&, i, stop] {
         try {
           Runner(i, manifest, devices[i], options, queue, observer, stop).run();
-        } catch (const std::exception& error) {
-          observer({.kind = Kind::retired, .device = devices[i].name, .message = error.what()});
+        } catch (...) {
+          failures[i] = std::current_exception();
         }
-        queue.leave();
-      });
+        queue.leave(i);
+      };
+      try {
+        threads.emplace_back(run);
+      } catch (...) {  // those that have begun wait for `queue.run`
+        failures[i] = std::current_exception();
+        queue.leave(i);
+      }
     }
     queue.run();
+  }
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    if (!failures[i]) continue;
+    try {
+      std::rethrow_exception(failures[i]);
+    } catch (const std::exception& error) {
+      observer(
+          {.kind = Kind::retired, .device = devices[i].name, .message = base::message_of(error)});
+    }
   }
   return queue.unsaved();
 }

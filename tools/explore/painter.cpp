@@ -20,8 +20,8 @@ Studio& Painter::studio(const ViewRequest& view) {
   if (found != studios_.end()) {
     studios_.splice(studios_.begin(), studios_, found);
   } else {
-    // A stop would leave half a studio: pictures are stopped, studios are finished.
-    studios_.push_front({view.studio_text, Studio(device_, turned(view), view.picture)});
+    // The next request may well want this studio: only the end of everything stops it.
+    studios_.push_front({view.studio_text, Studio(device_, turned(view), view.picture, end_)});
     if (studios_.size() > kMostStudios) studios_.pop_back();
   }
   return studios_.front().studio;

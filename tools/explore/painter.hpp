@@ -14,7 +14,9 @@ namespace qjulia::explore {
 /// For one thread.
 class Painter {
  public:
-  Painter(Device device, RationalMap map) : device_(std::move(device)), map_(std::move(map)) {}
+  /// @param end ends all work.
+  Painter(Device device, RationalMap map, std::stop_token end)
+      : device_(std::move(device)), map_(std::move(map)), end_(std::move(end)) {}
 
   /// The bytes of a PNG file. @throws InputError for what the map does not bear, Interrupted
   std::string picture(const ViewRequest& view, const std::stop_token& stop);
@@ -34,6 +36,7 @@ class Painter {
 
   Device device_;
   RationalMap map_;
+  std::stop_token end_;
   std::string turned_text_ = "none";
   RationalMap turned_;
   std::list<Kept> studios_;  ///< the last one used first

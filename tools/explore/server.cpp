@@ -4,7 +4,10 @@
 #include <httplib.h>
 
 #include <chrono>
+#include <condition_variable>
+#include <mutex>
 #include <random>
+#include <thread>
 
 #include "explore/page.hpp"
 #include "explore/painter.hpp"
@@ -18,7 +21,8 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int kThreads = 128;  ///< connections that are read and written at a time
-constexpr auto kReadLimit = 5s, kWriteLimit = 10s;
+constexpr auto kReadLimit = 2s, kWriteLimit = 10s;
+constexpr int kKeptAlive = 1;  ///< seconds that a connection waits for its next request
 constexpr auto kFrameLimit = std::chrono::minutes(5);
 constexpr std::size_t kLongestBody = 4096;  ///< no request has one
 constexpr std::size_t kLongestName = 64;    ///< of a client
@@ -71,6 +75,7 @@ struct Server::Impl {
   std::string host;
   int port = 0;
   std::string token = random_token();
+  std::stop_source ending;
   Painter painter;  // the worker's
   Worker worker;
   httplib::Server http;
@@ -78,12 +83,12 @@ struct Server::Impl {
 
 Server::Impl::Impl(const Device& device, const RationalMap& map, const std::string& file,
                    const ServerOptions& options)
-    : host(options.host), painter(device, map) {
+    : host(options.host), painter(device, map, ending.get_token()) {
   http.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
   http.set_payload_max_length(kLongestBody);
   http.set_read_timeout(kReadLimit);
   http.set_write_timeout(kWriteLimit);
-  http.set_keep_alive_timeout(5);
+  http.set_keep_alive_timeout(kKeptAlive);
   http.set_tcp_nodelay(true);
   // Not the library's own, with which several servers could share a port.
   http.set_socket_options([](socket_t) {});
@@ -209,8 +214,24 @@ std::string Server::address() const {
 }
 
 void Server::run(const std::stop_token& stop) {
-  const std::stop_callback end(stop, [this] { impl_->http.stop(); });
-  impl_->http.listen_after_bind();
+  std::mutex mutex;
+  std::condition_variable_any changed;
+  bool has_ended = false;
+  const std::jthread listener([&] {
+    impl_->http.listen_after_bind();
+    const std::lock_guard lock(mutex);
+    has_ended = true;
+    changed.notify_all();
+  });
+  std::unique_lock lock(mutex);
+  const auto ended = [&] { return has_ended; };
+  changed.wait(lock, stop, ended);
+  impl_->ending.request_stop();
+  impl_->worker.end();
+  // A server that does not listen yet cannot be told to stop.
+  while (!impl_->http.is_running() && !changed.wait_for(lock, 1ms, ended)) continue;
+  lock.unlock();
+  impl_->http.stop();
 }
 
 }  // namespace qjulia::explore

@@ -28,13 +28,17 @@ void Job::finish(End end, std::string bytes) {
 Worker::Worker() : thread_([this] { run(); }) {}
 
 Worker::~Worker() {
+  end();
+  thread_.join();
+}
+
+void Worker::end() {
   {
     const std::lock_guard lock(mutex_);
     ends_ = true;
     if (running_) running_->cancel();
   }
   changed_.notify_all();
-  thread_.join();
 }
 
 std::shared_ptr<Job> Worker::ask(const std::string& client, Job::Work work) {
@@ -46,7 +50,7 @@ std::shared_ptr<Job> Worker::ask(const std::string& client, Job::Work work) {
     std::ranges::copy_if(waiting_, std::back_inserter(stale), is_same);
     std::erase_if(waiting_, is_same);
     if (running_ && is_same(running_)) running_->cancel();
-    if (waiting_.size() < kMostJobs)
+    if (!ends_ && waiting_.size() < kMostJobs)
       waiting_.push_back(job);
     else
       return nullptr;
@@ -61,7 +65,10 @@ void Worker::run() {
     std::unique_lock lock(mutex_);
     running_ = nullptr;
     changed_.wait(lock, [&] { return ends_ || !waiting_.empty(); });
-    if (ends_) break;
+    if (ends_) {
+      for (const auto& job : waiting_) job->finish(Job::End::stale, {});
+      return;
+    }
     running_ = waiting_.front();
     waiting_.pop_front();
     const std::shared_ptr<Job> job = running_;
@@ -75,7 +82,6 @@ void Worker::run() {
       job->finish(Job::End::failed, error.what());
     }
   }
-  for (const auto& job : waiting_) job->finish(Job::End::stale, {});
 }
 
 }  // namespace qjulia::explore

@@ -53,8 +53,10 @@ class Worker {
   Worker& operator=(const Worker&) = delete;
 
   /// @param work returns the bytes; throws Interrupted soon after its token asks it to stop.
-  /// @return none where too many wait.
+  /// @return none where too many wait, or after `end`.
   std::shared_ptr<Job> ask(const std::string& client, Job::Work work);
+  /// Cancels what runs, and does no more.
+  void end();
 
  private:
   void run();

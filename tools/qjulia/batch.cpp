@@ -91,7 +91,10 @@ int finish(const BatchArguments& arguments, const std::vector<batch::EntryStatus
            Session& session) {
   const auto entries = final_states(arguments.folder, unsaved);
   for (const batch::EntryStatus& status : unsaved) {
-    if (status.state == batch::EntryState::done) session.console.warn(status.error);
+    if (status.state != batch::EntryState::done) continue;
+    session.console.warn(
+        fmt::format("{} is done, and --resume does it again, since its status is not kept: {}",
+                    status.name, status.error));
   }
   batch::write_summary(arguments.folder, entries);
   std::string text = totals(entries) + fmt::format("; {:.1f} s", session.seconds());
@@ -104,8 +107,10 @@ int finish(const BatchArguments& arguments, const std::vector<batch::EntryStatus
   json["seconds"] = session.seconds();
   json["folder"] = arguments.folder;
   session.console.summary(text, json);
-  if (session.interrupts.requested()) return kInterrupted;
-  return count(entries, batch::EntryState::done) == entries.size() ? kDone : kFailed;
+  if (count(entries, batch::EntryState::done) == entries.size()) return kDone;
+  if (!session.interrupts.requested()) return kFailed;
+  session.console.note("interrupted; --resume does the rest");
+  return kInterrupted;
 }
 
 batch::Manifest read(const BatchArguments& arguments, const std::stop_token& stop) {

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -43,9 +44,17 @@ RationalMap map_of(const ExploreArguments& arguments, const Device& device, Sess
 void open_page(std::string address) {
   std::string program = "xdg-open";
   std::array<char*, 3> words{program.data(), address.data(), nullptr};
+  // Signals that this program waits for are blocked in it, and would stay so in the browser.
+  sigset_t none;
+  ::sigemptyset(&none);
+  posix_spawnattr_t attributes;
+  if (::posix_spawnattr_init(&attributes) != 0) return;
+  ::posix_spawnattr_setsigmask(&attributes, &none);
+  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
   pid_t child = 0;
   static_cast<void>(
-      ::posix_spawnp(&child, program.c_str(), nullptr, nullptr, words.data(), environ));
+      ::posix_spawnp(&child, program.c_str(), nullptr, &attributes, words.data(), environ));
+  ::posix_spawnattr_destroy(&attributes);
 }
 
 int run_explore(const ExploreArguments& arguments, Session& session) {

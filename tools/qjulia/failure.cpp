@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <new>
 #include <utility>
 
+#include "base/text.hpp"
 #include "device_obstacles.hpp"
 #include "exit_code.hpp"
 #include "qjulia/device.hpp"
@@ -34,9 +34,6 @@ std::string option_name(std::string field) {
 }
 
 std::string message_of(const std::exception& error) {
-  if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) {
-    return "out of memory; try a lower resolution or fewer factors";
-  }
   if (const auto* option = dynamic_cast<const OptionError*>(&error)) {
     return option_name(option->field()) + ": " + option->problem();
   }
@@ -47,7 +44,7 @@ std::string message_of(const std::exception& error) {
       return "no OpenCL device can be used: " + obstacle;
     }
   }
-  return error.what();
+  return base::message_of(error);
 }
 
 void say(const std::exception& error) { print_error("qjulia: " + message_of(error) + '\n'); }

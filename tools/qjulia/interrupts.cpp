@@ -5,30 +5,35 @@
 
 #include <chrono>
 #include <csignal>
+#include <initializer_list>
 
 #include "exit_code.hpp"
 
 namespace qjulia::tools {
 namespace {
 
-sigset_t watched_signals() {
+sigset_t set_of(std::initializer_list<int> signals) {
   sigset_t set;
   sigemptyset(&set);
-  sigaddset(&set, SIGINT);
-  sigaddset(&set, SIGTERM);
-  // nohup has it ignored, which blocking it would undo.
-  struct sigaction hangup {};
-  if (sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler != SIG_IGN) {
-    sigaddset(&set, SIGHUP);
-  }
+  for (const int signal : signals) sigaddset(&set, signal);
   return set;
+}
+
+/// What asks the program to end. nohup has SIGHUP ignored.
+sigset_t watched_signals() {
+  struct sigaction hangup {};
+  const bool ignores_hangup =
+      sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler == SIG_IGN;
+  return ignores_hangup ? set_of({SIGINT, SIGTERM}) : set_of({SIGINT, SIGTERM, SIGHUP});
 }
 
 }  // namespace
 
-Interrupts::Interrupts() {
-  const sigset_t set = watched_signals();
-  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+Interrupts::Interrupts() : watched_(watched_signals()) {
+  // SIGHUP in any case: LLVM, in drivers, handles it even where it is ignored, by removing the
+  // files that it is writing.
+  const sigset_t blocked = set_of({SIGINT, SIGTERM, SIGHUP});
+  pthread_sigmask(SIG_BLOCK, &blocked, nullptr);
   thread_ = std::thread([this] { wait_for_signals(); });
 }
 
@@ -41,11 +46,10 @@ Interrupts::~Interrupts() {
 void Interrupts::wait_for_signals() {
   // A launcher and its process group may both send the signal of one Ctrl-C.
   constexpr std::chrono::seconds kOneRequest{1};
-  const sigset_t set = watched_signals();
   std::chrono::steady_clock::time_point requested;
   while (true) {
     int signal = 0;
-    sigwait(&set, &signal);
+    sigwait(&watched_, &signal);
     if (done_) return;
     const auto now = std::chrono::steady_clock::now();
     if (!stop_.stop_requested()) {

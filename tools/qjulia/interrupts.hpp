@@ -2,6 +2,7 @@
 /// SIGINT, SIGTERM and SIGHUP as a stop request.
 
 #include <atomic>
+#include <csignal>
 #include <stop_token>
 #include <thread>
 
@@ -23,6 +24,7 @@ class Interrupts {
  private:
   void wait_for_signals();
 
+  const sigset_t watched_;
   std::stop_source stop_;
   std::atomic<bool> done_ = false;
   std::thread thread_;

@@ -28,7 +28,7 @@ struct RenderArguments {
   std::string input;
   std::string output;
   std::string device;
-  std::string sweep;
+  std::optional<std::string> sweep;
   std::optional<int> turntable;
   std::string layers;  ///< prefix of their files; empty: none
   bool preview = false;
@@ -139,12 +139,12 @@ class Preview {
 };
 
 std::optional<Sweep> wanted_sweep(const RenderArguments& arguments, const PictureOptions& options) {
-  if (!arguments.sweep.empty() && arguments.turntable) {
+  if (arguments.sweep && arguments.turntable) {
     throw InputError("give either --sweep or --turntable");
   }
   if (arguments.turntable) return turntable(options.camera.azimuth, *arguments.turntable);
-  if (arguments.sweep.empty()) return std::nullopt;
-  Sweep sweep = parse_sweep(arguments.sweep);
+  if (!arguments.sweep) return std::nullopt;
+  Sweep sweep = parse_sweep(*arguments.sweep);
   // Refused before the first picture is drawn, not after some.
   for (const double value : sweep.values) {
     MapOptions map_options = arguments.map_options;
@@ -308,11 +308,12 @@ void describe_render(Command command, RenderArguments& a) {
           "shape units, or per cent of the shape's box; several with commas, x=0.2,z=50%")
       .type("AXIS=PLACE");
   command
-      .add("--sweep", &a.sweep,
-           std::string("Pictures for several values of one option, NAME=FROM:TO:COUNT or "
-                       "NAME=A,B,C: a contact sheet in PICTURE, and each in "
-                       "PICTURE_001.png and on. NAME: ") +
-               kSweepNames)
+      .word(
+          "--sweep", [&a](const std::string& text) { a.sweep = text; },
+          std::string("Pictures for several values of one option, NAME=FROM:TO:COUNT or "
+                      "NAME=A,B,C: a contact sheet in PICTURE, and each in "
+                      "PICTURE_001.png and on. NAME: ") +
+              kSweepNames)
       .type("SWEEP");
   command
       .add("--turntable", &a.turntable,

@@ -146,6 +146,11 @@ int run_shape(const ShapeArguments& arguments, Session& session) {
   write_map(map, arguments.output);
   session.report_kernels(device);
   const auto& distance = std::get<DistanceModulus>(map.modulus);
+  if (distance.inradius < distance.step) {
+    session.console.warn(
+        "the shape's inside is thinner than two cells, so that parts of it may be missing; give a "
+        "higher --resolution");
+  }
   const auto [nx, ny, nz] = distance.grid->data().cells;
   session.console.summary(
       fmt::format("{} x {} x {} cells, {}, {:.1f} s\n{}\nmap: {}\nnext: qjulia render {} -o "
