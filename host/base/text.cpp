@@ -63,7 +63,8 @@ std::string message_of(const std::exception& error) {
   }
   const auto* const system = dynamic_cast<const std::system_error*>(&error);
   if (system != nullptr && system->code() == std::errc::resource_unavailable_try_again) {
-    return "no thread can be started: check the limits of processes ('ulimit -u')";
+    return "no thread can be started: raise the limits of processes and memory ('ulimit -u', "
+           "'ulimit -v')";
   }
   return error.what();
 }

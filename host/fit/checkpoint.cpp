@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <nlohmann/json.hpp>
@@ -20,6 +21,14 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* kFormat = "qjulia-checkpoint";
+
+/// A checkpoint begins with so many digits that tell whether the rest is what was written.
+constexpr std::size_t kDigits = 16;
+std::string digits_of(std::string_view content) {
+  base::FnvHash hash;
+  hash.add(content);
+  return hash.text();
+}
 
 json to_json(const StageReport& r) {
   return json::array(
@@ -58,7 +67,7 @@ Checkpoint::Checkpoint(std::filesystem::path path, std::string key, double inter
 std::string Checkpoint::bytes() const {
   constexpr std::uint64_t kLargestFile = std::uint64_t{16} << 30;
   std::error_code ignored;
-  if (path_.empty() || !std::filesystem::exists(path_, ignored)) return {};
+  if (path_.empty() || !std::filesystem::is_regular_file(path_, ignored)) return {};
   std::string bytes;
   base::InputFile(path_, "checkpoint", kLargestFile).read_all(bytes);
   return bytes;
@@ -71,7 +80,9 @@ std::optional<FitState> Checkpoint::load(Team& team) const {
     return InputError(
         fmt::format("checkpoint '{}' {}; remove it to start afresh", path_.string(), what));
   };
-  const json j = json::from_cbor(bytes, true, false);
+  const std::string_view content = std::string_view(bytes).substr(std::min(kDigits, bytes.size()));
+  if (!bytes.starts_with(digits_of(content))) throw fail("is damaged");
+  const json j = json::from_cbor(content, true, false);
   if (!j.is_object() || j.value("format", "") != kFormat) throw fail("is damaged");
   if (team.rank() == 0 && j.value("key", "") != key_) {
     throw fail("belongs to a fit with another mesh, other options, or another device");
@@ -110,8 +121,8 @@ void Checkpoint::save(const FitState& state) {
                                     {"reports", std::move(reports)},
                                     {"evaluated", std::move(evaluated)}});
   try {
-    base::write_file(path_,
-                     std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+    const std::string_view content(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    base::write_file(path_, digits_of(content) + std::string(content));
   } catch (const OutputError& error) {
     if (problem_.empty()) problem_ = error.what();
   }

@@ -99,7 +99,7 @@ RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
   const fitting::Distances distances = [&](std::span<const Eigen::Vector3d> points) {
     std::vector<Eigen::Vector3d> own(points.size());
     for (std::size_t i = 0; i < own.size(); ++i) own[i] = to_map.to_shape(points[i]);
-    std::vector<double> found = to_surface->at(own);
+    std::vector<double> found = to_surface->at(own, monitor.stop);
     for (double& d : found) d *= to_map.scale;
     return found;
   };

@@ -6,9 +6,12 @@
 #include <array>
 #include <initializer_list>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "base/input_file.hpp"
 #include "base/output_file.hpp"
@@ -125,12 +128,37 @@ std::string factor_lines(const json& factors) {
 /// The map's own text: all of it, or where it is a page, what the page holds of a map.
 std::string_view map_text(std::string_view text, const std::string& source) {
   constexpr std::string_view kBegin = "<script type=\"application/json\" id=\"qjulia-map\">";
-  if (!text.starts_with("<!DOCTYPE html>")) return text;
+  if (const auto first = text.find_first_not_of(" \t\r\n");
+      first == std::string_view::npos || text[first] != '<') {
+    return text;
+  }
   const auto begin = text.find(kBegin);
   if (begin == std::string_view::npos) fail(source, "is a page without a map in it");
   text.remove_prefix(begin + kBegin.size());
   return text.substr(0, text.find("</script>"));
 }
+
+/// Refuses what the parser lets pass: values nested very deep, and keys that stand twice in an
+/// object, of which it would take the last.
+class StrictParsing {
+ public:
+  explicit StrictParsing(std::string source) : source_(std::move(source)) {}
+
+  bool operator()(int depth, json::parse_event_t event, const json& parsed) {
+    if (depth > kDeepest) fail(source_, "is nested too deep: no map file is");
+    if (event == json::parse_event_t::object_start) keys_.emplace_back();
+    if (event == json::parse_event_t::object_end) keys_.pop_back();
+    if (event == json::parse_event_t::key &&
+        !keys_.back().insert(parsed.get<std::string>()).second) {
+      fail(source_, fmt::format("has the key {} twice; leave one of them", parsed.dump()));
+    }
+    return true;
+  }
+
+ private:
+  std::string source_;
+  std::vector<std::set<std::string>> keys_;  ///< of the objects around
+};
 
 }  // namespace
 
@@ -220,10 +248,7 @@ RationalMap read_map(const std::filesystem::path& path, std::stop_token stop) {
   const std::string_view text = map_text(file, path.string());
   json value;
   try {
-    value = json::parse(text, [&](int depth, json::parse_event_t, json&) {
-      if (depth > kDeepest) fail(path.string(), "is nested too deep: no map file is");
-      return true;
-    });
+    value = json::parse(text, StrictParsing(path.string()));
   } catch (const json::parse_error& error) {
     // The parser's own words quote the file, whatever bytes are in it.
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));

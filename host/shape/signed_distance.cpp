@@ -57,7 +57,7 @@ struct SignedDistance::Impl {
   }
 
   std::vector<double> run(const char* kernel, std::span<const Eigen::Vector3d> points,
-                          std::span<const std::uint32_t> order) const;
+                          std::span<const std::uint32_t> order, const std::stop_token& stop) const;
   std::vector<std::uint32_t> spatial_order(std::span<const Eigen::Vector3d> points) const;
 };
 
@@ -78,7 +78,8 @@ std::vector<std::uint32_t> SignedDistance::Impl::spatial_order(
 /// Results in the order of `points`; they are handed to the device in the order given.
 std::vector<double> SignedDistance::Impl::run(const char* name,
                                               std::span<const Eigen::Vector3d> points,
-                                              std::span<const std::uint32_t> order) const {
+                                              std::span<const std::uint32_t> order,
+                                              const std::stop_token& stop) const {
   const int width = device.lane_width(precision);
   device::PointBatch batch(
       device.context(), device.context().kernel("signed_distance.cl", name, {width, precision, {}}),
@@ -99,7 +100,8 @@ std::vector<double> SignedDistance::Impl::run(const char* name,
                                              triangles,
                                              part.out};
       },
-      [&](std::size_t i, const std::array<double, 1>& value) { results[order[i]] = value[0]; });
+      [&](std::size_t i, const std::array<double, 1>& value) { results[order[i]] = value[0]; }, 0,
+      stop);
   return results;
 }
 
@@ -107,18 +109,20 @@ SignedDistance::SignedDistance(const Device& device, const TriangleMesh& mesh, P
                                std::stop_token stop)
     : impl_(std::make_shared<Impl>(device, mesh, precision, std::move(stop))) {}
 
-std::vector<double> SignedDistance::at(std::span<const Eigen::Vector3d> points) const {
+std::vector<double> SignedDistance::at(std::span<const Eigen::Vector3d> points,
+                                       const std::stop_token& stop) const {
   const auto order = impl_->spatial_order(points);
-  std::vector<double> distances = impl_->run("nearest_distance", points, order);
-  const std::vector<double> windings = impl_->run("winding_number", points, order);
+  std::vector<double> distances = impl_->run("nearest_distance", points, order, stop);
+  const std::vector<double> windings = impl_->run("winding_number", points, order, stop);
   for (std::size_t i = 0; i < points.size(); ++i) {
     distances[i] /= windings[i] > 0.5 ? -impl_->frame.scale : impl_->frame.scale;
   }
   return distances;
 }
 
-std::vector<double> SignedDistance::winding_numbers(std::span<const Eigen::Vector3d> points) const {
-  return impl_->run("winding_number", points, impl_->spatial_order(points));
+std::vector<double> SignedDistance::winding_numbers(std::span<const Eigen::Vector3d> points,
+                                                    const std::stop_token& stop) const {
+  return impl_->run("winding_number", points, impl_->spatial_order(points), stop);
 }
 
 }  // namespace qjulia

@@ -67,7 +67,7 @@ CubeSamples sample_cube(const SignedDistance& distance, const Box& about,
         slice.push_back(first + samples.cell * Eigen::Vector3d(x, y, z));
       }
     }
-    const auto values = distance.at(slice);
+    const auto values = distance.at(slice, monitor.stop);
     samples.distance.insert(samples.distance.end(), values.begin(), values.end());
   }
   return samples;
@@ -130,8 +130,8 @@ struct DistanceSummary {
 
 /// From points of a surface to another mesh.
 DistanceSummary distance_between(const std::vector<Eigen::Vector3d>& points,
-                                 const SignedDistance& to) {
-  std::vector<double> distances = to.at(points);
+                                 const SignedDistance& to, const std::stop_token& stop) {
+  std::vector<double> distances = to.at(points, stop);
   for (double& d : distances) d = std::abs(d);
   const auto count = static_cast<double>(distances.size());
   const auto at_95 = distances.begin() + static_cast<std::ptrdiff_t>(0.95 * count);
@@ -169,8 +169,8 @@ void compare_surfaces(const Device& device, const TriangleMesh& set, const Sampl
     return;
   }
   metrics.roughness = sampled->area / mesh.area;
-  const auto there = distance_between(sampled->points, mesh.distance);
-  const auto back = distance_between(mesh.points, sampled->distance);
+  const auto there = distance_between(sampled->points, mesh.distance, stop);
+  const auto back = distance_between(mesh.points, sampled->distance, stop);
   metrics.mean_distance = 0.5 * (there.mean + back.mean) / diagonal;
   metrics.distance_95 = std::max(there.within_95, back.within_95) / diagonal;
   metrics.hausdorff_distance = std::max(there.largest, back.largest) / diagonal;

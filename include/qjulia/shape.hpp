@@ -24,10 +24,13 @@ class SignedDistance {
 
   /// Distances of the points, in the mesh's units; any number of points. Points that are not finite
   /// are infinitely far.
-  std::vector<double> at(std::span<const Eigen::Vector3d> points) const;
+  /// @param stop ends the work: Interrupted.
+  std::vector<double> at(std::span<const Eigen::Vector3d> points,
+                         const std::stop_token& stop = {}) const;
 
   /// Winding numbers of the points: about 1 inside, 0 outside.
-  std::vector<double> winding_numbers(std::span<const Eigen::Vector3d> points) const;
+  std::vector<double> winding_numbers(std::span<const Eigen::Vector3d> points,
+                                      const std::stop_token& stop = {}) const;
 
  private:
   struct Impl;

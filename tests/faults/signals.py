@@ -51,6 +51,8 @@ name = "b"
         Command("sample", ["sample", "map.json", "-o", "a.npy", "--resolution", "128"], of_map),
         Command("compare", ["compare", "map.json", "ball.obj", "--resolution", "64", "--trace",
                             "a.trace.json"], both),
+        Command("shape", ["shape", "ball.obj", "-o", "a.json", "--resolution", "384"],
+                {"ball.obj": BALL}),
         Command("profile", ["profile", "--samples", "5000", "--factors", "16", "--repeats", "2",
                             "--plot", "a.png"], {}, varies={"a.png"}),
     ]

@@ -238,6 +238,11 @@ factors = 9
                                "--samples", "1"], of_map),
         Command("batch", ["batch", "m.toml", "-o", "out"], {"ball.obj": BALL, "m.toml": manifest},
                 repeat=["--resume", "--retry-failed"]),
+        Command("two-batch", ["batch", "m.toml", "-o", "out", "--jobs", "2"],
+                {"ball.obj": BALL, "m.toml": manifest}, repeat=["--resume", "--retry-failed"]),
+        Command("shape", ["shape", "ball.obj", "-o", "map.json", "--resolution", "32"],
+                {"ball.obj": BALL}),
+        Command("share", ["share", "map.json", "-o", "a.html"], of_map),
     ]
     for command in commands:
         workshop.prepare(command)

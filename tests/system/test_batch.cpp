@@ -221,6 +221,9 @@ TEST_CASE("checks, status and refusals") {
   CHECK(run_command({"batch", manifest, "-o", out, "--retry-failed"}).exit_code == 2);
   CHECK(run_command({"batch", manifest, "-o", out, "--device", "none such"}).exit_code == 3);
   CHECK(run_command({"batch", manifest, "-o", manifest}).exit_code == 1);
+  std::filesystem::create_symlink("loop", folder / "loop");
+  CHECK_THAT(run_command({"batch", manifest, "-o", folder / "loop"}).err,
+             Contains("cannot make the folder"));
 
   const std::string one = folder.file(
       "one.toml",

@@ -427,6 +427,16 @@ TEST_CASE("text that is no JSON, or not finite, is refused") {
   CHECK_THAT(refusal(folder, std::string(1'000'000, '[')), Catch::Contains("nested"));
 }
 
+TEST_CASE("a key that stands twice is refused, wherever it is") {
+  const Folder folder;
+  const std::string good = to_json(full_map()).dump();
+  CHECK_THAT(refusal(folder, R"({"slice": 5, )" + good.substr(1)),
+             Catch::Contains("\"slice\" twice"));
+  std::string factor = good;
+  factor.replace(factor.find("\"exponent\":"), 0, R"("exponent": 3, )");
+  CHECK_THAT(refusal(folder, factor), Catch::Contains("\"exponent\" twice"));
+}
+
 TEST_CASE("files that cannot be maps are refused before they fill the memory") {
   const Folder folder;
   CHECK_THROWS_WITH(read_map(folder / "none.json"), Catch::Contains("none.json"));

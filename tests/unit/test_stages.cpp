@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <thread>
 #include <utility>
 
@@ -117,9 +118,19 @@ TEST_CASE("a fit that died and was resumed ends as one that did not") {
   }
   CHECK_THROWS_WITH(fitting::Checkpoint(path, "another").load(test::alone()),
                     Catch::Contains("belongs to"));
-  std::filesystem::resize_file(path, std::filesystem::file_size(path) / 2);
-  CHECK_THROWS_WITH(fitting::Checkpoint(path, "key").load(test::alone()),
-                    Catch::Contains("is damaged"));
+  const auto check_damaged = [&](std::string bytes) {
+    std::ofstream(path, std::ios::binary) << bytes;
+    CHECK_THROWS_WITH(fitting::Checkpoint(path, "key").load(test::alone()),
+                      Catch::Contains("is damaged"));
+  };
+  const std::string whole = test::read_text(path);
+  for (const std::size_t at : {std::size_t{3}, whole.size() / 3, whole.size() - 1}) {
+    std::string spoilt = whole;
+    spoilt[at] = static_cast<char>(spoilt[at] ^ 4);
+    check_damaged(spoilt);
+  }
+  check_damaged(whole.substr(0, whole.size() / 2));
+  check_damaged("x");
   CHECK_FALSE(fitting::Checkpoint(folder / "none", "key").load(test::alone()).has_value());
 }
 

@@ -202,9 +202,9 @@ std::vector<base::Output> outputs_of(const Manifest& manifest,
 }
 
 void make_folder(const std::filesystem::path& folder) {
-  std::error_code error;
+  std::error_code error, ignored;
   std::filesystem::create_directories(folder, error);
-  if (!std::filesystem::is_directory(folder)) {
+  if (!std::filesystem::is_directory(folder, ignored)) {
     throw OutputError(
         fmt::format("cannot make the folder '{}': {}", folder.string(), error.message()));
   }
