@@ -86,6 +86,7 @@ def check_refusals(server):
     check(server.status("/frame?size=8x8", Origin="http://evil.example") == 403, "another site's requests are refused")
     check(server.status("/frame?size=8x8", Origin=f"http://127.0.0.1:{server.port}") == 200, "the page's own are not")
     check(server.status("/frame?size=8x8", method="POST", body="x") == 405, "nothing is posted")
+    check(server.status(page, Range="bytes=0-1,0-2") == 416, "no part is given out many times")
     for path in ("/etc/passwd", "/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/ball.qjulia.json"):
         check(server.status(path) in (403, 404), f"no file is given out: {path}")
     for query in ("detail=nan", "detail=-1", "size=99999x99999", "size=8", "size=8x8x8", "samples=9", "iterations=99",

@@ -126,6 +126,11 @@ bool Server::Impl::admits(const httplib::Request& request, httplib::Response& re
     refuse(response, 405, "only GET is answered");
     return false;
   }
+  // Of which a request may name a thousand, each answered with the whole page.
+  if (!request.ranges.empty()) {
+    refuse(response, 416, "answers are whole; ask without a range");
+    return false;
+  }
   const bool is_page = request.path == "/";
   const std::string given =
       is_page ? request.get_param_value("token") : request.get_header_value(kTokenHeader);
