@@ -92,6 +92,10 @@ constexpr std::size_t curvature_samples(std::size_t order) {
   return std::max(kLeast, 4 * order);
 }
 
+/// With more factors, or where the device has no memory for H, its diagonal stands for it and no
+/// factors are relocated: both cost as much as the number's cube.
+constexpr std::size_t kMostByMatrix = 2560;
+
 /// Kernels on a device.
 std::unique_ptr<Evaluator> make_device_evaluator(const Device& device, const Samples& samples,
                                                  const EnergyOptions& options,

@@ -86,7 +86,6 @@ Objective distance_energy(Evaluator& evaluator, const RationalMap& map, bool by_
 /// Exponents and log scale that minimise ½ Σ w (F_1 − d)²; each exponent keeps the sign of its
 /// side. The map comes with exponents and log scale 0.
 void fit_exponents(Evaluator& evaluator, RationalMap& map, std::size_t inside) {
-  constexpr std::size_t kMostByMatrix = 1600;
   const bool by_matrix = map.factors.size() <= kMostByMatrix;
   const Objective energy = distance_energy(evaluator, map, by_matrix);
   const auto n = static_cast<Eigen::Index>(1 + map.factors.size());

@@ -15,10 +15,6 @@
 namespace qjulia::fitting {
 namespace {
 
-/// With more factors, or where the device has no memory for the matrices, the preconditioner is
-/// diagonal and no factors are relocated: both cost as much as the number's cube.
-constexpr std::size_t kMostByMatrix = 1600;
-
 int level_at(const Schedule& schedule, double fraction) {
   const auto last = static_cast<int>(schedule.levels.size()) - 1;
   for (int i = 0; i < last; ++i) {

@@ -108,9 +108,9 @@ std::vector<ThicknessAt> local_thickness(const Device& device, const RationalMap
   const auto nx = static_cast<std::size_t>(grid.points[0]);
   const auto ny = static_cast<std::size_t>(grid.points[1]);
   for (std::size_t i = 0; i < rim.size(); ++i) {
-    const std::size_t row = rim[i] / nx;
+    const std::size_t row = rim[i] / nx, layer = row / ny;
     const Eigen::Vector3d index(static_cast<double>(rim[i] % nx), static_cast<double>(row % ny),
-                                static_cast<double>(row / ny));
+                                static_cast<double>(layer));
     found.push_back({grid.at(index), grid.step * static_cast<double>(radii[i])});
   }
   return found;

@@ -98,7 +98,8 @@ std::vector<double> spread(const Paint& paint, const std::vector<Gathered>& gath
           for (int c = std::max(0, k - 1); c <= std::min(nz - 1, k + 1); ++c) {
             for (int b = std::max(0, j - 1); b <= std::min(ny - 1, j + 1); ++b) {
               for (int a = std::max(0, i - 1); a <= std::min(nx - 1, i + 1); ++a) {
-                const double value = values[static_cast<std::size_t>((c * ny + b) * nx + a)];
+                const int neighbor = (c * ny + b) * nx + a;
+                const double value = values[static_cast<std::size_t>(neighbor)];
                 if (value == kUnknown) continue;
                 sum += value;
                 ++count;

@@ -31,7 +31,7 @@ struct FitOptions {
   /// 8 … 20000, or 0: as many as pay. With a time limit that is the largest number that leaves time
   /// for the stages the schedule asks for, on this device, as measured at the start; without one it
   /// is the schedule's own. More factors follow finer features; surfaces and pictures of the map
-  /// take time in proportion to them. Above 1,600 the preconditioner is diagonal, and each
+  /// take time in proportion to them. Above 2,560 the preconditioner is diagonal, and each
   /// evaluation gains less.
   int factors = 0;
   /// The largest number that `factors` 0 stands for. Lower it where maps are to stay small.
