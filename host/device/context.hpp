@@ -168,6 +168,7 @@ class Context {
     read_bytes(buffer, std::as_writable_bytes(out));
   }
   void read(const RealBuffer& buffer, std::span<double> out);
+  void read(const RealBuffer& buffer, std::span<float> out);
 
   /// The kernel `name` of the embedded file `file`, built at first use and kept.
   /// @throws KernelBuildError with the compiler's log.

@@ -5,7 +5,7 @@
 
 #include "device/context.hpp"
 #include "device/refused.hpp"
-#include "fit/cholesky.hpp"
+#include "fit/curvature.hpp"
 #include "fit/evaluator.hpp"
 #include "fit/panel_products.hpp"
 #include "layout/gradient_layout.h"
@@ -107,22 +107,19 @@ class DeviceEvaluator final : public Evaluator {
   }
 
   Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
-    run_energy(map);
-    const auto jacobian = kernel("gauss_newton.cl", "jacobian_panels");
-    const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
+    run_gauss_newton(map);
+    return to_symmetric(QJ_PANEL_ORDER(factors_), unknown_places(map));
+  }
+
+  CurvatureFactor curvature_factor(const RationalMap& map, double damping) override {
+    run_gauss_newton(map);
     const std::size_t order = QJ_PANEL_ORDER(factors_);
-    const auto rows = panel_products(order, [&](std::size_t step, std::size_t first) {
-      device_.context().launch(
-          jacobian, {{vectors, division_.panel_samples / division_.panel_block, 1}},
-          {panel_arguments(map.slice, factors_, step, first), samples_, map_, field_, panels_});
-    });
-    const std::size_t k = map.factors.size();
-    std::vector<std::size_t> place(1 + QJ_MAP_COMPONENTS * k);
-    place[0] = QJ_GRADIENT_LOG_SCALE(factors_);
-    for (std::size_t c = 0; c < QJ_MAP_COMPONENTS; ++c) {
-      for (std::size_t i = 0; i < k; ++i) place[1 + c * k + i] = c * QJ_MAP_STRIDE(factors_) + i;
+    if (precision_ == Precision::single) {
+      auto factor =
+          factorised(device_, {matrix_, order, unknown_places(map), matrix_factor_}, damping);
+      if (factor) return *std::move(factor);
     }
-    return to_symmetric(rows, order, place);
+    return factorised(to_symmetric(order, unknown_places(map)), damping);
   }
 
   Eigen::MatrixXd pursuit_products(const RationalMap& map,
@@ -140,17 +137,15 @@ class DeviceEvaluator final : public Evaluator {
     const auto sent = device_.context().upload_real(arrays, precision_);
     const auto pursuit = kernel("gauss_newton.cl", "pursuit_panels");
     const std::size_t order = QJ_PURSUIT_ORDER(count);
-    const auto rows = panel_products(order, [&](std::size_t step, std::size_t first) {
+    panel_products(order, order * order, [&](std::size_t step, std::size_t first) {
       device_.context().launch(
           pursuit, {{stride / division_.width, division_.panel_samples / division_.panel_block, 1}},
           {panel_arguments(map.slice, count, step, first), samples_, sent, field_, panels_});
     });
-    std::vector<std::size_t> place{QJ_PURSUIT_ONES(count), QJ_PURSUIT_RESIDUALS(count)};
-    for (std::size_t i = 0; i < count; ++i) place.push_back(i);
-    return to_symmetric(rows, order, place);
+    std::vector<std::int32_t> place{QJ_PURSUIT_ONES(i32(count)), QJ_PURSUIT_RESIDUALS(i32(count))};
+    for (std::size_t i = 0; i < count; ++i) place.push_back(i32(i));
+    return to_symmetric(order, place);
   }
-
-  bool cholesky(Eigen::MatrixXd& matrix) override { return fitting::cholesky(device_, matrix); }
 
   Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
     run_energy(map);
@@ -200,13 +195,42 @@ class DeviceEvaluator final : public Evaluator {
     });
   }
 
-  /// PᵀP over an evenly spaced part of the samples, as rows of an order × order matrix of which
-  /// only the upper triangle is there. `fill` puts every step-th sample from the first-th such one
-  /// into the panels.
+  /// Leaves H in `matrix_`.
+  void run_gauss_newton(const RationalMap& map) {
+    run_energy(map);
+    const auto jacobian = kernel("gauss_newton.cl", "jacobian_panels");
+    const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
+    const std::size_t order = QJ_PANEL_ORDER(factors_);
+    const std::size_t size =
+        std::max(order * order, factorised_size(1 + QJ_MAP_COMPONENTS * map.factors.size()));
+    panel_products(order, size, [&](std::size_t step, std::size_t first) {
+      device_.context().launch(
+          jacobian, {{vectors, division_.panel_samples / division_.panel_block, 1}},
+          {panel_arguments(map.slice, factors_, step, first), samples_, map_, field_, panels_});
+    });
+  }
+
+  /// H's row and column of each unknown.
+  std::vector<std::int32_t> unknown_places(const RationalMap& map) const {
+    const std::size_t k = map.factors.size();
+    std::vector<std::int32_t> place(1 + QJ_MAP_COMPONENTS * k);
+    place[0] = i32(QJ_GRADIENT_LOG_SCALE(factors_));
+    for (std::size_t c = 0; c < QJ_MAP_COMPONENTS; ++c) {
+      for (std::size_t i = 0; i < k; ++i)
+        place[1 + c * k + i] = i32(c * QJ_MAP_STRIDE(factors_) + i);
+    }
+    return place;
+  }
+
+  /// Leaves PᵀP over an evenly spaced part of the samples in `matrix_`, by rows of an order × order
+  /// matrix of which only the upper triangle is there, divided by `matrix_factor_`.
+  /// @param fill puts every step-th sample from the first-th such one into the panels.
+  /// @param size reals to make room for.
   template <class Fill>
-  std::vector<double> panel_products(std::size_t order, const Fill& fill) {
-    Context& context = device_.context();
-    if (matrix_.size() < order * order) allocate_panels(order);
+  void panel_products(std::size_t order, std::size_t size, const Fill& fill) {
+    if (matrix_.size() < size || panels_.size() < division_.panel_samples * order) {
+      allocate_panels(order, size);
+    }
     const std::size_t step = divide_up(division_.stride, curvature_samples(order));
     const std::size_t taken = divide_up(division_.stride, step);
     for (std::size_t first = 0; first < taken; first += division_.panel_samples) {
@@ -214,16 +238,13 @@ class DeviceEvaluator final : public Evaluator {
       products_(panels_, division_.panel_samples, order, 0,
                 first == 0 ? PanelProducts::Update::set : PanelProducts::Update::add, matrix_);
     }
-    std::vector<double> rows(order * order);
-    context.read(matrix_, rows);
-    for (double& entry : rows) entry *= static_cast<double>(step);
-    return rows;
+    matrix_factor_ = static_cast<double>(step);
   }
 
   /// Panels of fewer samples where the device has no memory for as many as asked for.
-  void allocate_panels(std::size_t order) {
+  void allocate_panels(std::size_t order, std::size_t size) {
     Context& context = device_.context();
-    matrix_ = context.allocate_real(order * order, precision_);
+    matrix_ = context.allocate_real(size, precision_);
     const std::size_t least = std::max<std::size_t>(division_.panel_block, kLeastPanelSamples);
     for (;;) {
       try {
@@ -237,16 +258,18 @@ class DeviceEvaluator final : public Evaluator {
     }
   }
 
-  /// The entries at `place` of the upper triangle in `rows`, mirrored.
-  static Eigen::MatrixXd to_symmetric(const std::vector<double>& rows, std::size_t order,
-                                      const std::vector<std::size_t>& place) {
+  /// The entries of `matrix_` at `place`, mirrored.
+  Eigen::MatrixXd to_symmetric(std::size_t order, const std::vector<std::int32_t>& place) {
+    std::vector<double> rows(order * order);
+    device_.context().read(matrix_, rows);
     const auto n = static_cast<Eigen::Index>(place.size());
     Eigen::MatrixXd h(n, n);
     for (Eigen::Index i = 0; i < n; ++i) {
       for (Eigen::Index j = 0; j < n; ++j) {
         const auto [low, high] =
             std::minmax(place[static_cast<std::size_t>(i)], place[static_cast<std::size_t>(j)]);
-        h(j, i) = rows[low * order + high];
+        h(j, i) = rows[static_cast<std::size_t>(low) * order + static_cast<std::size_t>(high)] *
+                  matrix_factor_;
       }
     }
     return h;
@@ -408,6 +431,7 @@ class DeviceEvaluator final : public Evaluator {
   PanelProducts products_;
   RealBuffer samples_, field_, cotangent_, energies_, orbit_energies_;
   std::size_t factors_ = 0;
+  double matrix_factor_ = 1;  ///< samples that each of those taken stands for
   RealBuffer map_, rows_, orbits_, lane_sums_, block_sums_, panels_, matrix_;
 };
 

@@ -178,11 +178,16 @@ class Sampler {
     const std::vector<double> found = at(points);
     std::vector<float> missed(data_.size());
     for (std::size_t i = 0; i < near.size(); ++i) {
+      if (i % 65536 == 0) throw_if_stopped(stop_);
       const double weight = weight_at(found[i]);
       if (weight == 0) continue;
       missed[near[i]] = static_cast<float>(weight * (found[i] - spline_at(coarse, near[i])));
     }
-    for (std::size_t axis = 0; axis < 3; ++axis) filter(missed, data_.cells, axis);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      throw_if_stopped(stop_);
+      filter(missed, data_.cells, axis);
+    }
+    throw_if_stopped(stop_);
     keep_blocks(missed);
   }
 

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "fit/cholesky.hpp"
 #include "map/reference_iteration.hpp"
 
 namespace qjulia::fitting {
@@ -33,8 +32,6 @@ RationalMap with_unknowns(RationalMap map, const std::vector<double>& v) {
   }
   return map;
 }
-
-bool Evaluator::cholesky(Eigen::MatrixXd& matrix) { return fitting::cholesky(matrix); }
 
 namespace {
 

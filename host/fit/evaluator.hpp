@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "fit/curvature.hpp"
 #include "fit/samples.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/rational_map.hpp"
@@ -45,9 +46,10 @@ class Evaluator {
   virtual Eigen::MatrixXd gauss_newton(const RationalMap& map) = 0;
   /// Its diagonal, over all samples: for maps whose whole matrix would be too large.
   virtual Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) = 0;
-  /// Replaces the lower triangle of a symmetric matrix by its Cholesky factor L, H = LLᵀ, where the
-  /// evaluator computes fastest. @return whether H is positive definite.
-  virtual bool cholesky(Eigen::MatrixXd& matrix);
+  /// Of that matrix.
+  virtual CurvatureFactor curvature_factor(const RationalMap& map, double damping) {
+    return factorised(gauss_newton(map), damping);
+  }
   /// The weighted scalar products over samples, of order 2 + m, of the columns 1, F_1 − target and
   /// ln |x − c| for each of the m centres: what matching pursuit asks for, since F_1 is linear in
   /// exponents. Weights and samples are those of `gauss_newton`.
@@ -72,7 +74,9 @@ class ForwardingEvaluator : public Evaluator {
   Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
     return to_.gauss_newton_diagonal(map);
   }
-  bool cholesky(Eigen::MatrixXd& matrix) override { return to_.cholesky(matrix); }
+  CurvatureFactor curvature_factor(const RationalMap& map, double damping) override {
+    return to_.curvature_factor(map, damping);
+  }
   Eigen::MatrixXd pursuit_products(const RationalMap& map,
                                    const std::vector<Quaternion>& centers) override {
     return to_.pursuit_products(map, centers);

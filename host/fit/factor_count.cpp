@@ -17,8 +17,7 @@ constexpr double kLeastTime = 4;  // seconds: with less, timing would take too m
 
 /// Seconds of a stage's parts.
 struct StageTime {
-  double matrix = 0;      ///< J^T W J
-  double cholesky = 0;    ///< its factor
+  double curvature = 0;   ///< J^T W J and its Cholesky factor
   double evaluation = 0;  ///< one of energy and gradient
 };
 
@@ -42,16 +41,11 @@ StageTime timed(const EvaluatorFactory& make_evaluator, const SamplePool& pool, 
   const RationalMap map = place_factors(make_evaluator, pool, kProbe, seed);
   base::Random random(seed);
   const auto evaluator = make_evaluator(pool.draw(level, random), {});
-  Eigen::MatrixXd matrix = evaluator->gauss_newton(map);
-  StageTime time;
-  time.matrix = seconds_of([&] { matrix = evaluator->gauss_newton(map); });
-  const auto factorise = [&] {
-    Eigen::MatrixXd damped = matrix;
-    damped.diagonal() *= 1.1;
-    evaluator->cholesky(damped);
-  };
+  constexpr double kDamping = 0.1;
+  const auto factorise = [&] { evaluator->curvature_factor(map, kDamping); };
   factorise();
-  time.cholesky = seconds_of(factorise);
+  StageTime time;
+  time.curvature = seconds_of(factorise);
   evaluator->evaluate(map, true);
   constexpr int kTimes = 5;
   time.evaluation = seconds_of([&] {
@@ -63,8 +57,8 @@ StageTime timed(const EvaluatorFactory& make_evaluator, const SamplePool& pool, 
 
 double stage_seconds(const StageTime& probe, double factors, const Level& level) {
   const double larger = order_of(factors) / order_of(kProbe);
-  return probe.matrix * larger * larger * samples_of(factors) / samples_of(kProbe) +
-         probe.cholesky * std::pow(larger, 3) +
+  // Nearly all of it is the product of as many samples.
+  return probe.curvature * larger * larger * samples_of(factors) / samples_of(kProbe) +
          probe.evaluation * kLine * level.steps * factors / kProbe;
 }
 

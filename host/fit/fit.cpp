@@ -91,6 +91,11 @@ void FitOptions::validate() const {
     throw OptionError("time_limit", fmt::format("{} is out of range; give seconds", time_limit));
   }
   base::expect_between("max_evaluations", max_evaluations, 0, std::numeric_limits<int>::max());
+  if (!(target_iou > 0 && target_iou <= 1)) {
+    throw OptionError(
+        "target_iou",
+        fmt::format("{} is out of range; give a number above 0, up to 1", target_iou));
+  }
   base::expect_between("sample_parts", sample_parts, 1, 1024);
   find_schedule(schedule);
 }
@@ -103,6 +108,8 @@ std::string to_string(StopReason reason) {
       return "the evaluations asked for are done";
     case StopReason::time_limit:
       return "the time limit was reached";
+    case StopReason::target_iou:
+      return "the target IoU was reached";
     case StopReason::interrupted:
       return "it was interrupted";
     case StopReason::converged:

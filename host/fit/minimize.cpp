@@ -10,8 +10,8 @@ namespace qjulia::fitting {
 namespace {
 
 /// Ends a run of the solver from inside the function it minimises.
-struct BudgetSpent {
-  StopReason reason;
+struct Ended {
+  std::optional<StopReason> reason;  ///< why the whole fit ends, if it does
 };
 
 /// The energy by the step u, scaled so that the solver's first trial step, of length one along the
@@ -19,19 +19,21 @@ struct BudgetSpent {
 class ScaledEnergy {
  public:
   ScaledEnergy(Evaluator& evaluator, const RationalMap& start, const Subspace& subspace,
-               const Preconditioner& scaling, Budget& budget)
+               const Preconditioner& scaling, int most_evaluations, Budget& budget)
       : evaluator_(evaluator),
         start_(start),
         origin_(to_unknowns(start)),
         subspace_(subspace),
         scaling_(scaling),
+        evaluations_left_(most_evaluations),
         budget_(budget) {}
 
   double operator()(const Eigen::VectorXd& step, Eigen::VectorXd& gradient) {
     if (best_energy_ < std::numeric_limits<double>::infinity()) {
       budget_.update();
-      if (const auto reason = budget_.spent()) throw BudgetSpent{*reason};
+      if (const auto reason = budget_.spent()) throw Ended{reason};
     }
+    if (evaluations_left_-- == 0) throw Ended{};
     const Eigen::VectorXd move = subspace_.prolonged(scaling_.move(step / stretch_));
     auto unknowns = origin_;
     for (std::size_t i = 0; i < unknowns.size(); ++i) {
@@ -66,6 +68,7 @@ class ScaledEnergy {
   std::vector<double> origin_;
   const Subspace& subspace_;
   const Preconditioner& scaling_;
+  int evaluations_left_;
   Budget& budget_;
   bool first_ = true;
   double stretch_ = 1;
@@ -87,13 +90,15 @@ MinimizeResult minimize(Evaluator& evaluator, const RationalMap& start, const Su
   parameters.linesearch = LBFGSpp::LBFGS_LINESEARCH_BACKTRACKING_STRONG_WOLFE;
   LBFGSpp::LBFGSSolver<double, LBFGSpp::LineSearchNocedalWright> solver(parameters);
 
-  ScaledEnergy energy(evaluator, start, subspace, scaling, budget);
+  // A step takes 1.1 of them. One that needs many gains next to nothing: rounding is in its way.
+  const int most_evaluations = 2 * iterations + 10;
+  ScaledEnergy energy(evaluator, start, subspace, scaling, most_evaluations, budget);
   Eigen::VectorXd step = Eigen::VectorXd::Zero(subspace.size());
   double value = 0;
   try {
     run_lbfgs(energy, [&](auto& objective) { solver.minimize(objective, step, value); });
-  } catch (const BudgetSpent& spent) {
-    return energy.result(spent.reason);
+  } catch (const Ended& ended) {
+    return energy.result(ended.reason);
   }
   return energy.result(std::nullopt);
 }

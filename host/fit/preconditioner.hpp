@@ -2,9 +2,8 @@
 /// A change of variables in which the energy is well scaled.
 
 #include <Eigen/Core>
-#include <functional>
 
-#include "fit/cholesky.hpp"
+#include "fit/curvature.hpp"
 
 namespace qjulia::fitting {
 
@@ -13,13 +12,10 @@ namespace qjulia::fitting {
 /// derivative is about the identity, so that L-BFGS starts as Newton's method does.
 class Preconditioner {
  public:
-  /// @param damping λ > 0, relative to the diagonal.
-  /// @param factorise as Evaluator::cholesky.
-  Preconditioner(
-      const Eigen::MatrixXd& matrix, double damping,
-      const std::function<bool(Eigen::MatrixXd&)>& factorise = [](auto& m) { return cholesky(m); });
+  explicit Preconditioner(CurvatureFactor factor) : factor_(std::move(factor)) {}
   /// From H's diagonal alone: R is the root of (1 + λ) diag H.
-  Preconditioner(const Eigen::VectorXd& diagonal, double damping);
+  Preconditioner(const Eigen::VectorXd& diagonal, double damping)
+      : factor_{unit_scale(diagonal, damping), {}} {}
 
   /// R⁻¹ u: what the variables move by.
   Eigen::VectorXd move(const Eigen::VectorXd& u) const;
@@ -27,9 +23,12 @@ class Preconditioner {
   Eigen::VectorXd gradient(const Eigen::VectorXd& g) const;
 
  private:
-  Eigen::VectorXd scale_;  ///< 1 / sqrt of the damped diagonal
-  /// Rᵀ of the matrix scaled to unit diagonal, lower triangle; empty where that is the identity.
-  Eigen::MatrixXf factor_;
+  auto lower() const {
+    return factor_.lower.topLeftCorner(factor_.scale.size(), factor_.scale.size());
+  }
+
+  /// R = Lᵀ S⁻¹; where `lower` is empty, L is the identity.
+  CurvatureFactor factor_;
 };
 
 }  // namespace qjulia::fitting

@@ -61,8 +61,10 @@ Preconditioner preconditioner(Evaluator& evaluator, const RationalMap& map,
                               const Subspace& subspace, double damping) {
   if (map.factors.size() <= kMostByMatrix) {
     try {
-      return {subspace.restricted_matrix(evaluator.gauss_newton(map)), damping,
-              [&](Eigen::MatrixXd& matrix) { return evaluator.cholesky(matrix); }};
+      return Preconditioner(
+          subspace.is_whole()
+              ? evaluator.curvature_factor(map, damping)
+              : factorised(subspace.restricted_matrix(evaluator.gauss_newton(map)), damping));
     } catch (const DeviceError& error) {
       if (!device::is_out_of_memory(error)) throw;
     }
@@ -174,7 +176,10 @@ std::optional<StopReason> Stages::run_stage() {
   monitor_.report({"fitting", budget_.fraction(), budget_.seconds_left(),
                    fmt::format("IoU {:.4f}, {}, {} evaluations", reports_.back().iou, level.name,
                                budget_.evaluations())});
-  if (result.stopped || !converged(level, result)) return result.stopped;
+  if (result.stopped) return result.stopped;
+  const bool is_last_kind = level.iterations == schedule_.levels.back().iterations;
+  if (is_last_kind && overlap >= options_.target_iou) return StopReason::target_iou;
+  if (!converged(level, result)) return std::nullopt;
   if (++level_ == static_cast<int>(schedule_.levels.size())) return StopReason::converged;
   return std::nullopt;
 }

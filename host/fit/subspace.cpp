@@ -111,10 +111,4 @@ Subspace::Subspace(const RationalMap& map, const Level& level, Unknowns allowed)
   prolongation_ = columns.matrix();
 }
 
-Eigen::MatrixXd Subspace::restricted_matrix(Eigen::MatrixXd h) const {
-  if (whole_) return h;
-  const Eigen::MatrixXd across = h * prolongation_;
-  return prolongation_.transpose() * across;
-}
-
 }  // namespace qjulia::fitting

@@ -17,6 +17,8 @@ class Subspace {
   /// @param allowed `exponents` takes the centres' moves out of every space.
   Subspace(const RationalMap& map, const Level& level, Unknowns allowed);
 
+  /// Whether P is the identity.
+  bool is_whole() const { return whole_; }
   Eigen::Index size() const { return prolongation_.cols(); }
 
   /// P y.
@@ -26,14 +28,16 @@ class Subspace {
     return prolongation_.transpose() * g;
   }
   /// Pᵀ H P.
-  Eigen::MatrixXd restricted_matrix(Eigen::MatrixXd h) const;
+  Eigen::MatrixXd restricted_matrix(const Eigen::MatrixXd& h) const {
+    return prolongation_.transpose() * (h * prolongation_).eval();
+  }
   /// The diagonal of Pᵀ D P, for a diagonal D.
   Eigen::VectorXd restricted_diagonal(const Eigen::VectorXd& d) const {
     return prolongation_.cwiseAbs2().transpose() * d;
   }
 
  private:
-  bool whole_ = false;  ///< P is the identity
+  bool whole_ = false;
   Eigen::SparseMatrix<double> prolongation_;
 };
 

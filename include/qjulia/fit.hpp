@@ -52,6 +52,9 @@ struct FitOptions {
   /// Of energy and gradient; 0: the schedule's own number. The levels share whatever it is, so that
   /// a hundred give a rough map of the same kind.
   int max_evaluations = 0;
+  /// Ends the fit after a stage whose IoU on a coarse grid is this or more, above 0 to 1; of a
+  /// polished fit, after a stage of polishing. Set it where a rough map in a hurry is enough.
+  double target_iou = 1;
   /// `exponents` keeps centres where they were placed: for comparison with Kim 2015, or where
   /// centres carry a meaning of their own. It fits less closely.
   Unknowns unknowns = Unknowns::all;
@@ -97,6 +100,7 @@ enum class StopReason {
   schedule_done,  ///< the schedule's own number of evaluations
   evaluations,    ///< FitOptions::max_evaluations
   time_limit,
+  target_iou,   ///< FitOptions::target_iou
   interrupted,  ///< a stop request
   converged     ///< the last level gained next to nothing (on grids alone)
 };

@@ -36,7 +36,7 @@ struct Fitted {
   Arguments fit_to(const std::string& output, const Arguments& more = {}) const {
     Arguments arguments = {
         "fit", mesh,     "-o", output,     "--factors", "24", "--max-evaluations",
-        "40",  "--seed", "3",  "--device", "cpu"};
+        "40",  "--seed", "2",  "--device", "cpu"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
   }
@@ -63,7 +63,7 @@ TEST_CASE("a fit leaves a map that says where it came from") {
   const json& from = map["provenance"];
   CHECK(from["mesh"]["name"] == "torus.obj");
   CHECK(from["mesh"]["fnv1a64"].get<std::string>().size() == 16);
-  CHECK(from["options"]["seed"] == 3);
+  CHECK(from["options"]["seed"] == 2);
   CHECK(from["options"]["factors"] == 24);
   CHECK(from["options"]["time_limit"].is_null());
   CHECK(from["stages"].size() > 0);

@@ -27,10 +27,12 @@ class Slow final : public Evaluator {
     const auto n = static_cast<Eigen::Index>(1 + 5 * map.factors.size());
     return Eigen::MatrixXd::Identity(n, n);
   }
+  CurvatureFactor curvature_factor(const RationalMap& /*map*/, double /*damping*/) override {
+    return {};
+  }
   Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
     return Eigen::VectorXd::Ones(static_cast<Eigen::Index>(1 + 5 * map.factors.size()));
   }
-  bool cholesky(Eigen::MatrixXd& /*matrix*/) override { return true; }
   Eigen::MatrixXd pursuit_products(const RationalMap& /*map*/,
                                    const std::vector<Quaternion>& /*centers*/) override {
     return {};

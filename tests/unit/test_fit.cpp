@@ -1,6 +1,7 @@
 // What a fit may spend, and what may be asked of it.
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <limits>
 
 #include "qjulia/error.hpp"
@@ -67,6 +68,9 @@ TEST_CASE("fit options that make no sense are refused by name") {
   refused([](FitOptions& o) { o.time_limit = -5; }, "time_limit");
   refused([&](FitOptions& o) { o.time_limit = nan; }, "time_limit");
   refused([](FitOptions& o) { o.max_evaluations = -1; }, "max_evaluations");
+  refused([](FitOptions& o) { o.target_iou = 0; }, "target_iou");
+  refused([](FitOptions& o) { o.target_iou = 1.01; }, "target_iou");
+  refused([](FitOptions& o) { o.target_iou = std::nan(""); }, "target_iou");
   refused([](FitOptions& o) { o.schedule = "nonesuch"; }, "schedule");
   CHECK_NOTHROW(FitOptions{}.validate());
 }

@@ -68,7 +68,7 @@ TEST_CASE("the preconditioner turns the Gauss-Newton matrix into the identity") 
   }
   const Eigen::MatrixXd h = b * b.transpose();
   constexpr double kDamping = 1e-3;
-  const fitting::Preconditioner scaling(h, kDamping);
+  const fitting::Preconditioner scaling(fitting::factorised(h, kDamping));
   Eigen::MatrixXd damped = h;
   damped.diagonal() *= 1 + kDamping;
   // R⁻ᵀ (H + λ diag H) R⁻¹ = I, tried on unit vectors.
@@ -84,8 +84,8 @@ TEST_CASE("the minimiser finds a badly scaled minimum and moves only what the sp
   const auto goal = test::random_map(9, 0.1, 0.5, 2);
   Quadratic energy(goal);
   const auto minimized = [&](const fitting::Subspace& subspace, fitting::Budget budget) {
-    const fitting::Preconditioner scaling(subspace.restricted_matrix(energy.gauss_newton(start)),
-                                          1e-3);
+    const fitting::Preconditioner scaling(
+        fitting::factorised(subspace.restricted_matrix(energy.gauss_newton(start)), 1e-3));
     return fitting::minimize(energy, start, subspace, scaling, 50, budget);
   };
   const fitting::Subspace all(start, level_of(fitting::Space::all), Unknowns::all);
@@ -114,6 +114,32 @@ TEST_CASE("the minimiser finds a badly scaled minimum and moves only what the sp
   CHECK(ended.stopped == StopReason::schedule_done);
   CHECK(ended.energy_after == energy.evaluate(start, false).energy);
   CHECK(fitting::to_unknowns(ended.map) == fitting::to_unknowns(start));
+}
+
+TEST_CASE("steps that take many evaluations end the run, with the lowest energy found") {
+  const auto start = test::random_map(9, 0.1, 0.5, 1);
+  Quadratic energy(test::random_map(9, 0.1, 0.5, 2));
+  // Seven of eight trial steps seem to rise, so that each step is cut time and again.
+  class Rough final : public fitting::ForwardingEvaluator {
+   public:
+    using ForwardingEvaluator::ForwardingEvaluator;
+    fitting::Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
+      auto evaluation = ForwardingEvaluator::evaluate(map, with_gradient);
+      if (evaluations_++ % 8 != 0) evaluation.energy += 1e6;
+      return evaluation;
+    }
+
+   private:
+    int evaluations_ = 0;
+  };
+  Rough rough(energy);
+  auto budget = budget_of(1000);
+  const fitting::Subspace all(start, level_of(fitting::Space::all), Unknowns::all);
+  const fitting::Preconditioner scaling(Eigen::VectorXd::Ones(all.size()).eval(), 1e-3);
+  const auto found = fitting::minimize(rough, start, all, scaling, 10, budget);
+  CHECK_FALSE(found.stopped);
+  CHECK(budget.evaluations() == 30);
+  CHECK(found.energy_after < found.energy_before);
 }
 
 TEST_CASE("errors of the evaluator are not taken for the end of a line search") {

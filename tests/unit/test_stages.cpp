@@ -211,6 +211,38 @@ TEST_CASE(
   CHECK(stages.reports().back().energy_after < stages.reports().back().energy_before);
 }
 
+TEST_CASE("a fit ends after the stage that reaches the target IoU, of the last iterate asked for") {
+  const auto pool = sphere_pool(4000);
+  const auto draw = [&](const fitting::Level& level, base::Random& random) {
+    return pool.draw(level, random);
+  };
+  const fitting::EvaluatorFactory reference = [](const fitting::Samples& samples,
+                                                 const fitting::EnergyOptions& energy) {
+    return fitting::make_reference_evaluator(samples, energy);
+  };
+  FitOptions options;
+  options.factors = 8;
+  options.target_iou = 0.79;
+  const bool is_polished = GENERATE(false, true);
+  fitting::Schedule schedule{1000, 1e-3, {small_level()}};
+  if (is_polished) {
+    schedule.levels.front().until = 0.02;
+    schedule.levels.push_back(polishing_level());
+  }
+  auto target = steepening(draw);
+  double reached = 0.5;
+  target.overlap = [&](const RationalMap&, int iterations) {
+    return iterations > 1 ? 0.8 : is_polished ? 0.95 : reached += 0.1;
+  };
+  auto budget = budget_of(schedule.evaluations);
+  fitting::Checkpoint unkept({}, "");
+  fitting::Stages stages(fitting::place_factors(reference, pool, options.factors, 1), target,
+                         reference, options, schedule, budget, unkept, {}, test::alone());
+  CHECK(stages.run() == StopReason::target_iou);
+  CHECK(stages.reports().back().iterations == (is_polished ? 2 : 1));
+  if (!is_polished) CHECK(stages.reports().size() == 3);
+}
+
 TEST_CASE("no stage is begun that the time limit would end before its first step") {
   const auto pool = sphere_pool(1000);
   const auto draw = [&](const fitting::Level& level, base::Random& random) {

@@ -56,6 +56,10 @@ void add_fit_options(Command command, FitArguments& a) {
            "Seconds of the whole command, with --resume of this run; the map reached by then is "
            "saved. Default: none")
       .type("SECONDS");
+  command
+      .add("--target-iou", &a.options.target_iou,
+           "End once a stage reaches this IoU on a coarse grid, above 0 to 1. Default: do not")
+      .type("NUMBER");
   command.add("--max-evaluations", &a.options.max_evaluations,
               "Maximum number of evaluations of energy and gradient; 0: the schedule's default");
   command

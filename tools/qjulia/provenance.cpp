@@ -18,10 +18,11 @@ namespace qjulia::tools {
 namespace {
 
 /// For programs: they do not change with the wording for people.
-constexpr std::array<std::pair<StopReason, const char*>, 5> kStopKeys{
+constexpr std::array<std::pair<StopReason, const char*>, 6> kStopKeys{
     {{StopReason::schedule_done, "schedule_done"},
      {StopReason::evaluations, "evaluations"},
      {StopReason::time_limit, "time_limit"},
+     {StopReason::target_iou, "target_iou"},
      {StopReason::interrupted, "interrupted"},
      {StopReason::converged, "converged"}}};
 
@@ -91,6 +92,7 @@ nlohmann::json to_json(const FitOptions& options) {
       {"seed", options.seed},
       {"time_limit", nullptr},
       {"max_evaluations", options.max_evaluations},
+      {"target_iou", options.target_iou},
       {"unknowns", options.unknowns == Unknowns::all ? "all" : "exponents"},
       {"placement", options.placement == Placement::paper ? "paper" : "depth"},
       {"precision", to_string(options.precision)},

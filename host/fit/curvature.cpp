@@ -1,0 +1,152 @@
+#include "fit/curvature.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "device/refused.hpp"
+#include "fit/panel_products.hpp"
+#include "layout/panel_layout.h"
+#include "qjulia/error.hpp"
+
+namespace qjulia::fitting {
+namespace {
+
+using Eigen::Index;
+
+constexpr auto kBlock = std::size_t{QJ_CHOLESKY_BLOCK};
+/// Below this order launches take longer than the work.
+constexpr std::size_t kLeastOrder = 384;
+
+std::int32_t i32(std::size_t number) { return static_cast<std::int32_t>(number); }
+
+std::size_t padded(std::size_t n) { return (n + kBlock - 1) / kBlock * kBlock; }
+
+/// `attempt(more)` for `more` of 1, 1 + λ, 1 + 10 λ … until it says that the matrix was positive
+/// definite, or there is no use.
+template <class Attempt>
+void with_enough_damping(double damping, const Attempt& attempt) {
+  bool is_positive = attempt(1.0);
+  for (double more = damping; !is_positive && more < 1; more *= 10) is_positive = attempt(1 + more);
+}
+
+/// A matrix on its way to its factor on a device.
+class DeviceFactorisation {
+ public:
+  DeviceFactorisation(const Device& device, const DeviceMatrix& h)
+      : context_(device.context()),
+        tuning_(device.tuning(Precision::dbl)),
+        h_(h),
+        n_(h.place.size()),
+        order_(padded(n_)),
+        place_(context_.upload(std::span<const std::int32_t>(h.place))),
+        matrix_(context_.allocate_real(order_ * order_, Precision::dbl)),
+        panels_(context_.allocate_real(kBlock * order_, Precision::dbl)),
+        last_pivot_(context_.allocate_real(1, Precision::dbl)) {}
+
+  Eigen::VectorXd diagonal() {
+    const auto entries = context_.allocate_real(n_, Precision::dbl);
+    context_.launch(kernel("diagonal"), {{n_, 1, 1}},
+                    {i32(n_), i32(h_.order), place_, h_.rows, entries});
+    Eigen::VectorXd values(static_cast<Index>(n_));
+    context_.read(entries, {values.data(), n_});
+    return values * h_.factor;
+  }
+
+  /// @return whether it is positive definite with what is beside the diagonal divided by `more`.
+  bool factorise(const Eigen::VectorXd& scale, double more) {
+    const Eigen::VectorXd factors = scale * std::sqrt(h_.factor);
+    const auto sent = context_.upload_real({factors.data(), n_}, Precision::dbl);
+    context_.launch(kernel("unit_diagonal"), {{order_, order_, 1}},
+                    {i32(n_), i32(h_.order), place_, h_.rows, sent,
+                     device::Argument::real(more, Precision::dbl), i32(order_), matrix_});
+    run_blocks();
+    std::vector<double> pivot(1);
+    context_.read(last_pivot_, pivot);
+    return std::isfinite(pivot.front());
+  }
+
+  /// In H's place.
+  Eigen::MatrixXf lower() {
+    context_.launch(kernel("narrowed"), {{order_, order_, 1}}, {i32(order_), matrix_, h_.rows});
+    Eigen::MatrixXf rows(order_, order_);
+    context_.read(h_.rows, std::span<float>(rows.data(), order_ * order_));
+    return rows;
+  }
+
+ private:
+  device::Kernel kernel(const char* name) const {
+    return context_.kernel("cholesky.cl", name, {tuning_.lane_width, Precision::dbl, {}});
+  }
+
+  void run_blocks() {
+    const auto triangle = kernel("cholesky_triangle");
+    const auto rows = kernel("cholesky_rows");
+    constexpr std::size_t kMembers = 64;
+    const std::size_t members =
+        std::clamp<std::size_t>(context_.largest_group(triangle), 1, kMembers);
+    const auto width = static_cast<std::size_t>(tuning_.lane_width);
+    PanelProducts products(context_, tuning_, Precision::dbl);
+    for (std::size_t first = 0; first < order_; first += kBlock) {
+      context_.launch(triangle, {{members, 1, 1}, {members, 1, 1}},
+                      {i32(order_), i32(first), matrix_, last_pivot_});
+      const std::size_t next = first + kBlock;
+      if (next == order_) break;
+      context_.launch(rows, {{(order_ - next) / width, 1, 1}, {}},
+                      {i32(order_), i32(first), matrix_, panels_});
+      products(panels_, kBlock, order_, next, PanelProducts::Update::subtract, matrix_);
+    }
+  }
+
+  device::Context& context_;
+  Tuning tuning_;
+  const DeviceMatrix& h_;
+  std::size_t n_;
+  std::size_t order_;
+  device::Buffer<std::int32_t> place_;
+  device::RealBuffer matrix_, panels_, last_pivot_;
+};
+
+}  // namespace
+
+Eigen::VectorXd unit_scale(const Eigen::VectorXd& diagonal, double damping) {
+  const double floor = 1e-9 * diagonal.mean() + 1e-300;
+  return (diagonal.array() * (1 + damping) + floor).sqrt().inverse();
+}
+
+CurvatureFactor factorised(const Eigen::MatrixXd& h, double damping) {
+  const Eigen::VectorXd scale = unit_scale(h.diagonal(), damping);
+  const Index n = h.rows();
+  Eigen::MatrixXd matrix(n, n);
+  with_enough_damping(damping, [&](double more) {
+    for (Index j = 0; j < n; ++j) {
+      const double by = scale[j] / more;
+      for (Index i = j + 1; i < n; ++i) matrix(i, j) = h(i, j) * scale[i] * by;
+      matrix(j, j) = 1;
+    }
+    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Lower> in_place(matrix);
+    return in_place.info() == Eigen::Success;
+  });
+  return {scale, matrix.cast<float>()};
+}
+
+std::size_t factorised_size(std::size_t n) { return padded(n) * padded(n); }
+
+std::optional<CurvatureFactor> factorised(const Device& device, const DeviceMatrix& h,
+                                          double damping) {
+  if (!device.info().has_double || h.place.size() < kLeastOrder) return std::nullopt;
+  CurvatureFactor result;
+  std::optional<DeviceFactorisation> work;
+  try {
+    work.emplace(device, h);
+    result.scale = unit_scale(work->diagonal(), damping);
+    with_enough_damping(damping, [&](double more) { return work->factorise(result.scale, more); });
+  } catch (const DeviceError& error) {
+    if (!device::is_out_of_memory(error) && !device::is_refused_group(error)) throw;
+    return std::nullopt;
+  }
+  result.lower = work->lower();
+  return result;
+}
+
+}  // namespace qjulia::fitting
