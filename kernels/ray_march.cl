@@ -11,6 +11,7 @@
 #include "grid.clh"
 #include "image_lattice.clh"
 #include "layout/march.h"
+#include "loose_places.clh"
 #include "map.clh"
 #include "view.clh"
 
@@ -39,6 +40,8 @@ typedef struct {
   global const real* view;
   global const real* grid;
   global const real* safe;
+  global const real* loose;  // of loose_places.clh
+  global const uint* loose_bits;
   real level, far_level, above, below;
   real near;   // nearer than this to the band, orbits tell what the grid is too coarse for
   real shell;  // 1 / steepest
@@ -110,10 +113,17 @@ static inline bool ends(const marching* with, real f, int done) {
 // the hit is known. share: the product of those of its points.
 static inline bool is_found(const marching* with, marched_ray* r, real f, int done, real share) {
   bool inside = f < with->level;
-  real probe = probe_of(r);
+  real probe = probe_of(r), loose_way = 0;
+  if (inside) {
+    real3 direction, p = view_point(with->view, r->x, r->y, probe, &direction);
+    loose_way = way_through_loose(with->loose, with->loose_bits, p, direction);
+    inside = loose_way <= 0;
+  }
   if (!inside) r->outside = probe;
   if (r->hit) {
     if (inside) r->t = probe;
+  } else if (loose_way > 0) {
+    r->t += loose_way + with->march.shortest;
   } else if (!inside) {
     real away = (f - with->far_level) * share;
     for (int i = 0; i < done; ++i) away *= with->shell;
@@ -146,7 +156,8 @@ static inline real one_of(lane v) {
 
 // Depths along rays of a view. rays: three arrays of march.stride reals, the pixel coordinates x
 // and y of each ray and a hint: a depth close before its hit, or 0. grid, safe: of `safe_steps`.
-// nodes, node_field, node_versors, trusted: a lattice of images.
+// nodes, node_field, node_versors, trusted: a lattice of images. loose, loose_bits: what rays pass
+// through (loose_places.clh).
 //
 // A work-item has the rays item * march.share ... of march.count. Its lanes go each its own way: on
 // by what grid and lattice tell, until an orbit needs F, or a versor, of a point; a turn of the
@@ -156,7 +167,8 @@ kernel void march_depth(global const real* map, int factors, qj_march march,
                         global const real* view, global const real* rays, global const real* grid,
                         global const real* safe, global const real* nodes,
                         global const real* node_field, global const real* node_versors,
-                        global const uchar* trusted, global real* depth) {
+                        global const uchar* trusted, global const real* loose,
+                        global const uint* loose_bits, global real* depth) {
   int next_ray = (int)get_global_id(0) * march.share;
   if (next_ray >= march.count) return;
   int last_ray = min(next_ray + march.share, march.count);
@@ -166,6 +178,8 @@ kernel void march_depth(global const real* map, int factors, qj_march march,
   with.view = view;
   with.grid = grid;
   with.safe = safe;
+  with.loose = loose;
+  with.loose_bits = loose_bits;
   with.level = map[QJ_MAP_SURFACE_LEVEL];
   with.above = fmin(map[QJ_MAP_LOG_ESCAPE], map[QJ_MAP_LOG_OUTER]);
   with.below = map[QJ_MAP_LOG_INNER];

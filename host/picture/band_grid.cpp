@@ -7,7 +7,7 @@
 
 #include "base/random.hpp"
 #include "device/point_batch.hpp"
-#include "layout/picture_layout.h"
+#include "picture/grid_layout.hpp"
 
 namespace qjulia::picture {
 namespace {
@@ -18,6 +18,9 @@ constexpr double kCoarseShare = 0.75;
 constexpr double kNone = 1e30;
 /// Rays end before they are this many shells deep in the band.
 constexpr double kDeepest = 2.5;
+/// Cells along the grid's longest side of the finer one that shows what pieces hang on: about as
+/// many as a surface has.
+constexpr double kFinestCells = 256;
 
 /// Nearly the greatest ‖∇F₁‖ where F₁ = level: the 95th percentile over points scattered in the
 /// box and led there by Newton's steps along the gradient. Nothing where none of them gets there.
@@ -100,19 +103,6 @@ Box close_box(const surface::Grid& grid, const std::vector<double>& safe) {
           grid.at(close->second.cast<double>()) + cell};
 }
 
-/// @param seen the part of space that rays go through.
-std::vector<double> packed(const surface::Grid& grid, const Box& seen) {
-  std::vector<double> reals(QJ_GRID_SIZE);
-  for (std::size_t i = 0; i < 3; ++i) {
-    reals[QJ_GRID_ORIGIN + i] = grid.origin[static_cast<Eigen::Index>(i)];
-    reals[QJ_GRID_POINTS + i] = grid.points[i];
-    reals[QJ_GRID_SEEN_LOW + i] = seen.low[static_cast<Eigen::Index>(i)];
-    reals[QJ_GRID_SEEN_HIGH + i] = seen.high[static_cast<Eigen::Index>(i)];
-  }
-  reals[QJ_GRID_STEP] = grid.step;
-  return reals;
-}
-
 /// The box in both; nothing where they have nothing in common.
 std::optional<Box> common(const Box& a, const Box& b) {
   const Box both{a.low.cwiseMax(b.low), a.high.cwiseMin(b.high)};
@@ -165,7 +155,7 @@ BandGrid::BandGrid(const Device& device, const MarchedSet& set, const Band& band
     bounds_ = seen.value_or(*set.part);
   }
   grid_ = grid_over(bounds_, set.cells);
-  layout_ = context.upload_real(packed(grid_, bounds_), precision_);
+  layout_ = context.upload_real(grid_layout(grid_, bounds_), precision_);
   steps_ = safe_steps(grid_, first, first_steps);
   safe_ = context.upload_real(steps_, precision_);
 }
@@ -175,7 +165,7 @@ std::vector<double> BandGrid::safe_steps(const surface::Grid& grid,
   std::vector<double> safe(numbers.size());
   if (numbers.empty()) return safe;
   device::Context& context = device_.context();
-  const auto layout = context.upload_real(packed(grid, {}), precision_);
+  const auto layout = context.upload_real(grid_layout(grid), precision_);
   numbers.resize(device_map_.groups(numbers.size()) * device_map_.lanes(), numbers.back());
   const auto sent = context.upload<std::int32_t>(numbers);
   device::PointBatch batch(context, device_map_.kernel("ray_march.cl", "safe_steps"), precision_,
@@ -227,29 +217,75 @@ bool BandGrid::has_orbits_near(const Eigen::Vector3d& p, double reach) const {
   return step < 0.25 * grid_.step + reach && step > deepest_ - reach;
 }
 
-std::vector<float> BandGrid::depths(const View& view, int first_row, int rows) {
-  device::Context& context = device_.context();
-  if (values_.size() == 0) {
-    // Where F₁ alone tells the side, the safe step tells F₁.
-    const double outside = band_.level - map_.surface_level;
-    std::vector<double> values(steps_.size());
-    std::vector<std::int32_t> undecided;
-    for (std::size_t i = 0; i < steps_.size(); ++i) {
-      values[i] = outside + band_.steepest * steps_[i];
-      if (steps_[i] < 0 && steps_[i] > inner_ - grid_.step) {
-        undecided.push_back(device::narrow(i));
+const std::vector<float>& BandGrid::values() {
+  if (!values_.empty()) return values_;
+  // Where F₁ alone tells the side, the safe step tells F₁.
+  const double outside = band_.level - map_.surface_level;
+  values_.resize(steps_.size());
+  std::vector<std::int32_t> undecided;
+  for (std::size_t i = 0; i < steps_.size(); ++i) {
+    values_[i] = static_cast<float>(outside + band_.steepest * steps_[i]);
+    if (steps_[i] < 0 && steps_[i] > inner_ - grid_.step) undecided.push_back(device::narrow(i));
+  }
+  const surface::LevelSet set(device_, map_, band_.stops, iterations_, precision_);
+  std::vector<float> found(steps_.size());
+  set.at(grid_, surface::whole(grid_), undecided, found);
+  for (const std::int32_t i : undecided) {
+    const auto number = static_cast<std::size_t>(i);
+    values_[number] = found[number] - static_cast<float>(map_.surface_level);
+  }
+  // Far values say nothing about where between two points the surface lies.
+  for (float& value : values_) value = std::clamp(value, -1.0F, 1.0F);
+  return values_;
+}
+
+surface::LoosePlaces BandGrid::loose_places() {
+  // Nearer than this to the band, rays ask for orbits.
+  const double near = 0.25 * grid_.step;
+  std::vector<bool> is_inside(steps_.size()), may_be_inside(steps_.size());
+  for (std::size_t i = 0; i < steps_.size(); ++i) {
+    is_inside[i] = values()[i] < 0;
+    may_be_inside[i] = steps_[i] < near;
+  }
+  const surface::LevelSet set(device_, map_, band_.stops, iterations_, precision_);
+  const int divisions =
+      std::max(2, static_cast<int>(std::ceil(kFinestCells / std::ranges::max(grid_.points))));
+  return surface::find_loose_places(grid_, is_inside, may_be_inside, divisions,
+                                    [&](const std::vector<Eigen::Vector3d>& points) {
+                                      std::vector<bool> found(points.size());
+                                      surface::PointList asked;
+                                      std::vector<std::size_t> numbers;
+                                      for (std::size_t i = 0; i < points.size(); ++i) {
+                                        if (interpolated(grid_, steps_, points[i]) > near) continue;
+                                        asked.add(points[i].x(), points[i].y(), points[i].z());
+                                        numbers.push_back(i);
+                                      }
+                                      const std::vector<float> values = set.at(asked);
+                                      for (std::size_t i = 0; i < values.size(); ++i) {
+                                        found[numbers[i]] = double{values[i]} < map_.surface_level;
+                                      }
+                                      return found;
+                                    });
+}
+
+void BandGrid::leave_out(const surface::LoosePlaces& places) {
+  values();
+  std::size_t number = 0;
+  for (int k = 0; k < grid_.points[2]; ++k) {
+    for (int j = 0; j < grid_.points[1]; ++j) {
+      for (int i = 0; i < grid_.points[0]; ++i, ++number) {
+        if (values_[number] >= 0) continue;
+        if (places.holds(grid_.at(Eigen::Vector3d(i, j, k)))) values_[number] = 1;
       }
     }
-    const surface::LevelSet set(device_, map_, band_.stops, iterations_, precision_);
-    std::vector<float> found(steps_.size());
-    set.at(grid_, surface::whole(grid_), undecided, found);
-    for (const std::int32_t i : undecided) {
-      const auto number = static_cast<std::size_t>(i);
-      values[number] = double{found[number]} - map_.surface_level;
-    }
-    // Far values say nothing about where between two points the surface lies.
-    for (double& value : values) value = std::clamp(value, -1.0, 1.0);
-    values_ = context.upload_real(values, precision_);
+  }
+}
+
+std::vector<float> BandGrid::depths(const View& view, int first_row, int rows) {
+  device::Context& context = device_.context();
+  if (sent_values_.size() == 0) {
+    sent_values_ =
+        context.upload_real(std::vector<double>(values().begin(), values().end()), precision_);
     grid_depth_ = context.kernel("ray_grid.cl", "grid_depth", {1, precision_, {}});
   }
   const auto wide = static_cast<std::size_t>(view.columns);
@@ -257,7 +293,7 @@ std::vector<float> BandGrid::depths(const View& view, int first_row, int rows) {
   const auto out = context.allocate_real(wide * deep, precision_);
   context.launch(grid_depth_, {{(wide + 7) / 8 * 8, (deep + 7) / 8 * 8, 1}, {8, 8, 1}},
                  {context.upload_real(view.packed(), precision_), view.columns, first_row, rows,
-                  layout_, safe_, values_, out});
+                  layout_, safe_, sent_values_, out});
   std::vector<double> depths(wide * deep);
   context.read(out, depths);
   return {depths.begin(), depths.end()};

@@ -9,6 +9,7 @@
 #include "qjulia/field.hpp"
 #include "qjulia/rational_map.hpp"
 #include "surface/level_set.hpp"
+#include "surface/loose_places.hpp"
 
 namespace qjulia::picture {
 
@@ -40,6 +41,11 @@ class BandGrid {
   bool is_empty() const { return is_empty_; }
   double step() const { return grid_.step; }
 
+  /// What of the set hangs on nothing large. @pre the grid is over all of the set.
+  surface::LoosePlaces loose_places();
+  /// Depths are those of the set without it from now on; before the first of them.
+  void leave_out(const surface::LoosePlaces& places);
+
   /// Whether rays are likely to ask for orbits at most `reach` from p, map coordinates.
   bool has_orbits_near(const Eigen::Vector3d& p, double reach) const;
 
@@ -47,6 +53,8 @@ class BandGrid {
   /// The safe steps at the points of these numbers.
   std::vector<double> safe_steps(const surface::Grid& grid,
                                  std::vector<std::int32_t> numbers) const;
+  /// F_n − L at the grid's points, as far as it matters.
+  const std::vector<float>& values();
   /// At all points of `grid`, given those of a coarser one: computed near the band alone.
   std::vector<double> safe_steps(const surface::Grid& grid, const surface::Grid& coarse,
                                  const std::vector<double>& coarse_steps) const;
@@ -63,7 +71,8 @@ class BandGrid {
   std::vector<double> steps_;  ///< at the grid's points
   double inner_;               ///< safe step at F₁ = ln r_in
   double deepest_;             ///< few orbits are asked for where the safe step is less
-  device::RealBuffer layout_, safe_, values_;
+  std::vector<float> values_;  ///< as `values` has them, once it was called
+  device::RealBuffer layout_, safe_, sent_values_;
   device::Kernel grid_depth_;
 };
 

@@ -8,6 +8,7 @@
 
 #include "picture/view.hpp"
 #include "qjulia/device.hpp"
+#include "qjulia/figures.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/rational_map.hpp"
 
@@ -31,6 +32,9 @@ class DepthSource {
     return {};
   }
 
+  /// What is left out, in the view's units.
+  virtual LoosePieces loose_pieces() const { return {}; }
+
   /// A box that holds the shape, in the view's coordinates.
   virtual Box bounds() const = 0;
 };
@@ -46,6 +50,7 @@ struct MarchedSet {
   std::stop_token stop{};                   ///< ends `depths`
   bool foretells = true;                    ///< first iterates are interpolated where that will do
   int cells = 144;                          ///< along the band, for safe steps and coarse depths
+  bool keeps_loose = true;                  ///< pieces that hang on nothing
 };
 
 /// A map's iterated set, in map coordinates, ray-marched on the device.

@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "device/point_batch.hpp"
-#include "layout/picture_layout.h"
+#include "picture/grid_layout.hpp"
 #include "surface/grid_block.hpp"
 
 namespace qjulia::picture {
@@ -70,16 +70,6 @@ std::vector<std::int32_t> nodes_of(const surface::Grid& grid,
   return nodes;
 }
 
-std::vector<double> packed(const surface::Grid& grid) {
-  std::vector<double> reals(QJ_GRID_SIZE);
-  for (std::size_t i = 0; i < 3; ++i) {
-    reals[QJ_GRID_ORIGIN + i] = grid.origin[static_cast<Eigen::Index>(i)];
-    reals[QJ_GRID_POINTS + i] = grid.points[i];
-  }
-  reals[QJ_GRID_STEP] = grid.step;
-  return reals;
-}
-
 bool holds(const Box& outer, const Box& inner) {
   return (outer.low.array() <= inner.low.array()).all() &&
          (outer.high.array() >= inner.high.array()).all();
@@ -88,7 +78,7 @@ bool holds(const Box& outer, const Box& inner) {
 }  // namespace
 
 ImageLattice::ImageLattice(const map::DeviceMap& map)
-    : layout_(map.context().upload_real(packed({}), map.precision())),
+    : layout_(map.context().upload_real(grid_layout({}), map.precision())),
       field_(map.context().allocate_real(1, map.precision())),
       versors_(map.context().allocate_real(1, map.precision())),
       trusted_(map.context().allocate<std::uint8_t>(1)) {}
@@ -105,7 +95,7 @@ ImageLattice::ImageLattice(const map::DeviceMap& map, const BandGrid& band, cons
   const surface::Grid grid = nodes_over(box, step);
   const std::size_t size = surface::whole(grid).size();
   const std::vector<std::int32_t> cells = cells_of(grid, band);
-  layout_ = context.upload_real(packed(grid), map.precision());
+  layout_ = context.upload_real(grid_layout(grid), map.precision());
   field_ = context.allocate_real(size, map.precision());
   versors_ = context.allocate_real(4 * size, map.precision());
   trusted_ = context.upload<std::uint8_t>(std::vector<std::uint8_t>(size));

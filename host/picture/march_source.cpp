@@ -11,6 +11,7 @@
 #include "picture/band_grid.hpp"
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
+#include "picture/grid_layout.hpp"
 #include "picture/image_lattice.hpp"
 #include "qjulia/error.hpp"
 
@@ -94,7 +95,14 @@ class MarchSource : public DepthSource {
         band_(find_band(device, set, shape_box(set.map))),
         grid_(device, set, band_),
         device_map_(device, set.map, band_.stops, set.precision),
-        kernel_(device_map_.kernel("ray_march.cl", "march_depth")) {}
+        kernel_(device_map_.kernel("ray_march.cl", "march_depth")) {
+    // Copies in portals may be smaller than what the grid shows of where they stand.
+    if (!set.keeps_loose && !grid_.is_empty() && set.map.portals.empty()) find_loose(set);
+    loose_layout_ = device.context().upload_real(grid_layout(loose_.grid), precision_);
+    // A kernel's buffer has a size.
+    if (loose_.bits.empty()) loose_.bits.push_back(0);
+    loose_bits_ = device.context().upload<std::uint32_t>(loose_.bits);
+  }
 
   std::vector<float> depths(const View& view, int first_row, int rows) override {
     if (grid_.is_empty()) {
@@ -147,7 +155,20 @@ class MarchSource : public DepthSource {
 
   Box bounds() const override { return grid_.bounds(); }
 
+  LoosePieces loose_pieces() const override { return loose_.pieces; }
+
  private:
+  void find_loose(MarchedSet set) {
+    if (set.part) {
+      // What is cut away may be what a piece hangs on.
+      set.part.reset();
+      loose_ = BandGrid(device_, set, band_).loose_places();
+    } else {
+      loose_ = grid_.loose_places();
+    }
+    grid_.leave_out(loose_);
+  }
+
   /// What serves the view's rays; made at the first call.
   const ImageLattice& lattice_for(const View& view) {
     const double displacement = kDisplacement * view.footprint * view.samples;
@@ -216,6 +237,8 @@ class MarchSource : public DepthSource {
                                                lattice.field(),
                                                lattice.versors(),
                                                lattice.trusted(),
+                                               loose_layout_,
+                                               loose_bits_,
                                                part.out};
         },
         [&](std::size_t i, const std::array<double, 1>& depth) {
@@ -278,8 +301,11 @@ class MarchSource : public DepthSource {
   std::stop_token stop_;
   Band band_;
   BandGrid grid_;
+  surface::LoosePlaces loose_;
   map::DeviceMap device_map_;
   device::Kernel kernel_;
+  device::RealBuffer loose_layout_;
+  device::Buffer<std::uint32_t> loose_bits_;
   std::deque<ImageLattice> lattices_;
 };
 

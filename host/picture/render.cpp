@@ -270,6 +270,7 @@ Studio::Studio(const Device& device, const RationalMap& map, const PictureOption
                  options.material,
                  stop};
   set.cells = static_cast<int>(set.cells * std::sqrt(fineness));
+  set.keeps_loose = options.keep_loose;
   auto source = march_source(device, set);
   const Box framed = framed_box(map, options.box, *source);
   impl_ = std::make_unique<Impl>(Impl{device, options, std::move(source), framed, map.shape_to_map,
@@ -366,6 +367,8 @@ Image Studio::Impl::picture(const Camera& camera, const ProgressMonitor& monitor
 
   if (layers != nullptr) *layers = {};
   Image image{options.width, options.height, {}};
+  image.loose = source->loose_pieces();
+  image.loose.volume /= std::pow(to_scene.scale, 3);
   image.pixels.reserve(3 * static_cast<std::size_t>(image.width) *
                        static_cast<std::size_t>(image.height));
   const int strip_rows = std::max(1, kStripSamples / (view.columns * samples));

@@ -18,6 +18,7 @@
 #include "shape/overlap.hpp"
 #include "surface/level_set.hpp"
 #include "surface/level_set_surface.hpp"
+#include "surface/limbs.hpp"
 
 namespace qjulia {
 
@@ -27,8 +28,9 @@ namespace {
 constexpr int kMostComparedCells = 1024;
 constexpr std::size_t kSurfaceSamples = 30000;
 constexpr std::uint64_t kSeed = 1;
-constexpr double kCubeSide = 1.15;  // in longest sides of the mesh's box
-constexpr double kSharpness = 10;   // α
+constexpr double kCubeSide = 1.15;     // in longest sides of the mesh's box
+constexpr double kSharpness = 10;      // α
+constexpr double kShortestLimb = 0.1;  // of the mesh's longest side
 
 /// Cell centres of a cube about a mesh, and the mesh's signed distance there.
 struct CubeSamples {
@@ -81,12 +83,15 @@ struct EnergySum {
   double mean() const { return weight > 0 ? agreement / weight : 0; }
 };
 
-/// Fills IoU and energy of the set F_n < `level` against the mesh.
-void compare_volumes(const LevelSet& set, double level, const CubeSamples& samples,
-                     const ProgressMonitor& monitor, FitMetrics& metrics) {
+/// Fills IoU and energy of the set F_n < `level` against the mesh. @return which of the centres are
+/// in the set.
+std::vector<bool> compare_volumes(const LevelSet& set, double level, const CubeSamples& samples,
+                                  const ProgressMonitor& monitor, FitMetrics& metrics) {
   shape::Overlap overlap;
   EnergySum outside, inside;
   std::size_t index = 0;
+  std::vector<bool> in_set;
+  in_set.reserve(samples.distance.size());
   const int at_once = slices_at_once(samples.grid);
   for (int z = 0; z < samples.grid.points[2]; z += at_once) {
     throw_if_stopped(monitor.stop);
@@ -96,6 +101,7 @@ void compare_volumes(const LevelSet& set, double level, const CubeSamples& sampl
       const double field = static_cast<double>(value) - level;
       const bool in_mesh = distance < 0;
       overlap.add(in_mesh, field < 0);
+      in_set.push_back(field < 0);
       const double weight = 1 / std::max(std::abs(distance), 0.5 * samples.cell);
       EnergySum& side = in_mesh ? inside : outside;
       side.weight += weight;
@@ -104,6 +110,14 @@ void compare_volumes(const LevelSet& set, double level, const CubeSamples& sampl
   }
   metrics.iou = overlap.iou();
   metrics.energy = -0.5 * (outside.mean() + inside.mean());
+  return in_set;
+}
+
+/// Limbs of the mesh, map units; ways begin at the map's origin.
+std::vector<Limb> limbs_of(const CubeSamples& samples, double longest_side) {
+  std::vector<bool> in_mesh;
+  for (const double distance : samples.distance) in_mesh.push_back(distance < 0);
+  return find_limbs(samples.grid, in_mesh, Eigen::Vector3d::Zero(), kShortestLimb * longest_side);
 }
 
 bool holds(const std::optional<Box>& part, const Eigen::Vector3d& x) {
@@ -199,6 +213,8 @@ void CompareOptions::validate() const {
   base::expect_between("resolution", resolution, 8, kMostComparedCells, "cells");
   base::expect_between("iterations", iterations, 1, kMostIterations);
   map::expect_box(box);
+  if (limbs && box)
+    throw OptionError("limbs", "they are counted of all the mesh; leave the box out");
 }
 
 std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
@@ -221,6 +237,8 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
     throw OptionError(
         "box", "it holds no part of the mesh's surface; give a box that the surface runs through");
   }
+  std::vector<Limb> limbs;
+  if (options.limbs) limbs = limbs_of(cube, map.shape_to_map.scale * mesh.box().size().maxCoeff());
   const double variation = slope_variation(device, map, sampled.points);
   const ProgressMonitor quiet{{}, monitor.stop};
   std::vector<FitMetrics> all;
@@ -230,7 +248,12 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
     metrics.iterations = n;
     metrics.slope_variation = variation;
     const LevelSet level_set(device, map, stops, n, options.precision);
-    compare_volumes(level_set, map.surface_level, cube, monitor, metrics);
+    const std::vector<bool> in_set =
+        compare_volumes(level_set, map.surface_level, cube, monitor, metrics);
+    if (options.limbs) {
+      metrics.limbs = static_cast<int>(limbs.size());
+      metrics.limbs_kept = limbs_kept(limbs, cube.grid, in_set, Eigen::Vector3d::Zero());
+    }
     SurfaceOptions surface;
     surface.resolution = options.resolution;
     surface.iterations = n;
@@ -246,14 +269,17 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
 }
 
 nlohmann::json to_json(const FitMetrics& metrics) {
-  return {{"iterations", metrics.iterations},
-          {"iou", metrics.iou},
-          {"mean_distance", metrics.mean_distance},
-          {"distance_95", metrics.distance_95},
-          {"hausdorff_distance", metrics.hausdorff_distance},
-          {"energy", metrics.energy},
-          {"roughness", metrics.roughness},
-          {"slope_variation", metrics.slope_variation}};
+  nlohmann::json json{{"iterations", metrics.iterations},
+                      {"iou", metrics.iou},
+                      {"mean_distance", metrics.mean_distance},
+                      {"distance_95", metrics.distance_95},
+                      {"hausdorff_distance", metrics.hausdorff_distance},
+                      {"energy", metrics.energy},
+                      {"roughness", metrics.roughness},
+                      {"slope_variation", metrics.slope_variation}};
+  if (metrics.limbs >= 0)
+    json.update({{"limbs", metrics.limbs}, {"limbs_kept", metrics.limbs_kept}});
+  return json;
 }
 
 }  // namespace qjulia

@@ -281,11 +281,15 @@ LoosePieces drop_loose_pieces(TriangleMesh& mesh) {
   for (double& v : volume) v = std::abs(v);
   const double least = kLeast * *std::ranges::max_element(volume);
   const auto keeps = [&](std::uint32_t v) { return volume[components.root(v)] >= least; };
+  double all = 0;
   for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (components.root(v) != v || keeps(v)) continue;
+    if (components.root(v) != v) continue;
+    all += volume[v];
+    if (keeps(v)) continue;
     ++dropped.count;
     dropped.volume += volume[v];
   }
+  if (dropped.count > 0) dropped.share = dropped.volume / all;
   if (dropped.count > 0) mesh = part_of(mesh, keeps);
   return dropped;
 }

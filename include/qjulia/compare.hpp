@@ -19,6 +19,9 @@ struct CompareOptions {
   Precision precision = Precision::single;  ///< of the orbits; double where the device has it
   /// Radius beyond which orbits end, map units; by default where none returns from.
   std::optional<double> escape = std::nullopt;
+  /// Also count limbs: where the mesh reaches farther from the map's origin, through its inside,
+  /// than anything about, by a tenth of its longest side. Of all the mesh: not with a box.
+  bool limbs = false;
   void validate() const;  ///< @throws InputError
 };
 
@@ -36,6 +39,8 @@ struct FitMetrics {
   /// Coefficient of variation of ‖∇F_1‖ (3-D) over the mesh's surface, the same for every n: how
   /// uneven the shell's thickness is.
   double slope_variation = 0;
+  int limbs = -1;       ///< of the mesh; −1: not counted
+  int limbs_kept = -1;  ///< those that reach into the last quarter of their length in the set
 };
 
 /// Metrics at n = 1 and at `options.iterations`. The IoU is taken at cell centres of a cube centred

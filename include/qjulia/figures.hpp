@@ -68,6 +68,7 @@ TriangleMesh large_components(const TriangleMesh& mesh, double least);
 struct LoosePieces {
   std::size_t count = 0;
   double volume = 0;  ///< sum of sizes, the mesh's units
+  double share = 0;   ///< of the volume of all parts
 };
 
 /// Drops the connected parts that enclose less than a hundredth of the volume of the largest:

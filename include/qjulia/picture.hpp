@@ -13,6 +13,7 @@
 
 #include "qjulia/colors.hpp"
 #include "qjulia/device.hpp"
+#include "qjulia/figures.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/progress.hpp"
 
@@ -26,6 +27,7 @@ struct Image {
   /// width · height: 0 lets through what is behind, 255 hides it. Empty: nothing is transparent.
   std::vector<std::uint8_t> alpha{};
   std::size_t covered = 0;  ///< of a rendered set or mesh: the pixels that show any of it
+  LoosePieces loose{};      ///< of a rendered set: what is left out, shape units
 };
 
 /// A pin-hole camera that turns about the shape.
@@ -82,7 +84,10 @@ struct PictureOptions {
   Backdrop backdrop = Backdrop::studio;
   Rgb background = Rgb::Ones();  ///< of a plain backdrop
   bool ground = true;            ///< under the set, with its shadow
-  void validate() const;         ///< @throws InputError
+  /// Of maps: pieces that hang on nothing, and are less than a hundredth as large as the largest
+  /// body. Copies in portals are always kept.
+  bool keep_loose = false;
+  void validate() const;  ///< @throws InputError
 };
 
 /// "clay", "iterations", "trap".

@@ -220,6 +220,123 @@ TEST_CASE("a part of the ball is cut open at the faces of its box") {
   }
 }
 
+namespace {
+
+/// |q|³ |q − 2| in logarithms: about the origin a body, and about (2, 0, 0) a ball with 0.4 % of
+/// its volume.
+RationalMap body_and_flake() {
+  RationalMap map;
+  map.factors = {Factor{{0, 0, 0, 0}, 3}, Factor{{2, 0, 0, 0}, 1}};
+  map.box = Box{{-1, -1, -1}, {2.2, 1, 1}};
+  return map;
+}
+
+/// Depth at which a ray enters the body or, where it is seen, the flake; negative where it does
+/// not. By short steps in double precision.
+double entered(const Vector3d& eye, const Vector3d& d, bool sees_flake) {
+  const auto is_inside = [&](double t) {
+    const Vector3d p = eye + t * d;
+    const double flake = (p - Vector3d(2, 0, 0)).norm();
+    return std::pow(p.norm(), 3) * flake < 1 && (sees_flake || p.x() < 1.4);
+  };
+  const double middle = -eye.dot(d), step = 0.002;
+  for (double t = std::max(0.0, middle - 3); t < middle + 3; t += step) {
+    if (!is_inside(t)) continue;
+    double low = t - step, high = t;
+    for (int i = 0; i < 30; ++i) (is_inside(0.5 * (low + high)) ? high : low) = 0.5 * (low + high);
+    return high;
+  }
+  return -1;
+}
+
+}  // namespace
+
+TEST_CASE("rays pass through loose pieces, and meet what is behind them") {
+  const RationalMap map = body_and_flake();
+  for (const int width : test::lane_widths()) {
+    for (const bool keeps : {false, true}) {
+      picture::MarchedSet set{map, 1, {}, {}, Precision::single};
+      set.keeps_loose = keeps;
+      const auto source = picture::march_source(with_width(width), set);
+      CHECK(source->loose_pieces().count == (keeps ? 0 : 1));
+      for (const Vector3d& from : {Vector3d(1, 0, 0), Vector3d(0, 0, 1)}) {
+        picture::View view = picture::parallel_view(from, *map.box, 96);
+        for (const bool coarse : {false, true}) {
+          CAPTURE(width, keeps, from.x(), coarse);
+          view.coarse_will_do = coarse;
+          const auto depths = source->depths(view, 0, view.rows);
+          int hits = 0, wrong = 0, on_flake = 0;
+          double worst = 0;
+          for (int row = 0; row < view.rows; ++row) {
+            for (int column = 0; column < view.columns; ++column) {
+              const Vector3d eye =
+                  view.eye + (column + 0.5) * view.eye_dx + (row + 0.5) * view.eye_dy;
+              const Vector3d d = direction(view, column, row);
+              const double expected = entered(eye, d, keeps);
+              const double found = depths[static_cast<std::size_t>(row * view.columns + column)];
+              if (found >= 0) ++hits;
+              if (found >= 0 && (eye + found * d).x() > 1.4) ++on_flake;
+              if ((found >= 0) != (expected >= 0)) {
+                ++wrong;
+              } else if (found >= 0) {
+                worst = test::worse(worst, std::abs(found - expected));
+              }
+            }
+          }
+          CHECK(hits > 400);
+          // Rays that graze what they meet.
+          CHECK(wrong <= 0.02 * hits);
+          CHECK((on_flake > 0) == keeps);
+          if (!coarse) CHECK(worst < 0.3);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("a part of the set has the loose pieces that the whole has") {
+  const RationalMap map = body_and_flake();
+  // The flake alone; and half of the body without the flake.
+  for (const bool keeps : {false, true}) {
+    picture::MarchedSet set{map, 1, {}, Box{{1.5, -1, -1}, {3, 1, 1}}, Precision::single};
+    set.keeps_loose = keeps;
+    const auto alone = picture::march_source(with_width(8), set);
+    const picture::View view = picture::parallel_view({1, 0, 0}, *map.box, 64);
+    const auto depths = alone->depths(view, 0, view.rows);
+    CHECK((std::ranges::max(depths) >= 0) == keeps);
+    set.part = Box{{-2, -2, -2}, {0, 2, 2}};
+    const auto half = picture::march_source(with_width(8), set);
+    const auto cut = half->depths(view, 0, view.rows);
+    CHECK(std::ranges::count_if(cut, [](float d) { return d >= 0; }) > 500);
+  }
+}
+
+TEST_CASE("pictures without loose pieces hide nothing else") {
+  const Device device = test::device();
+  PictureOptions options = small(80, 60);
+  options.samples_per_axis = 1;
+  PictureLayers without, with;
+  const Image plain = render(device, square(), options);
+  options.keep_loose = true;
+  CHECK(render(device, square(), options).pixels == plain.pixels);
+  CHECK(plain.loose.count == 0);
+  // Wild enough to have flakes.
+  const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 3));
+  const Image all = render(device, map, options, {}, &with);
+  options.keep_loose = false;
+  const Image some = render(device, map, options, {}, &without);
+  CHECK(all.loose.count == 0);
+  CHECK(some.loose.count > 0);
+  CHECK(some.loose.volume > 0);
+  CHECK(some.covered < all.covered);
+  CHECK(10 * some.covered > 8 * all.covered);
+  int nearer = 0;
+  for (std::size_t i = 0; i < with.depth.size(); ++i) {
+    if (without.depth[i] < with.depth[i] - 0.02F) ++nearer;
+  }
+  CHECK(nearer == 0);
+}
+
 TEST_CASE("cuts show the inside, and leave the rest where it is seen") {
   const Device device = test::device();
   RationalMap map = square();
@@ -255,8 +372,9 @@ TEST_CASE("cuts show the inside, and leave the rest where it is seen") {
 }
 
 TEST_CASE("interpolated images give the picture that computed ones give") {
-  // A distance's modulus is never interpolated, its versor is.
-  const bool distance = GENERATE(false, true);
+  // A distance's modulus is never interpolated, its versor is. Nor is paint.
+  const auto [distance, painted] =
+      GENERATE(table<bool, bool>({{false, false}, {true, false}, {false, true}}));
   RationalMap map = distance ? test::distance_map(0.1, 60) : test::armed_ball_map(60);
   if (distance) {
     for (Factor& factor : map.factors)
@@ -264,11 +382,19 @@ TEST_CASE("interpolated images give the picture that computed ones give") {
   } else {
     map = calibrated(test::device(), steepened(map, 12));
   }
+  if (painted) {
+    Paint paint;
+    paint.cells = {9, 9, 9};
+    paint.origin = Vector3d::Constant(-2);
+    paint.step = 0.45;
+    for (int i = 0; i < 729; ++i) paint.shares.push_back(painted_share(0.2 + 0.1 * (i % 9)));
+    map.paint = paint;
+  }
   for (const int width : test::lane_widths()) {
     const Device device = with_width(width);
     for (const Precision precision : {Precision::single, Precision::dbl}) {
-      if (precision == Precision::dbl && !test::can_check(device, precision)) continue;
-      CAPTURE(distance, width, precision == Precision::dbl);
+      if (precision == Precision::dbl && (painted || !test::can_check(device, precision))) continue;
+      CAPTURE(distance, painted, width, precision == Precision::dbl);
       picture::MarchedSet set{map, 6, {}, {}, precision};
       const picture::View view = picture::camera_view(
           {}, {map.shape_to_map.to_map(map.box->low), map.shape_to_map.to_map(map.box->high)}, 120,
@@ -683,6 +809,7 @@ TEST_CASE("shading gives the stored pictures") {
   };
   PictureOptions options = small(96, 72);
   options.camera.zoom = 2.5;  // little but the body
+  options.keep_loose = true;
   std::vector<Image> images;
   for (const Material material : {Material::clay, Material::iterations, Material::trap}) {
     options.material = material;

@@ -123,6 +123,60 @@ TEST_CASE("render takes a background, a palette and no ground, in turntables too
   CHECK_THAT(help, !Contains("studio|transparent"));
 }
 
+TEST_CASE("loose pieces are left out of pictures and of surfaces, unless they are kept") {
+  const TemporaryFolder folder;
+  // A body, and a ball beside it with 0.4 % of its volume.
+  const std::string map = folder / "flake.qjulia.json";
+  qjulia::RationalMap two;
+  two.factors = {{{}, 3}, {{2, 0, 0, 0}, 1}};
+  two.box = qjulia::Box{{-1, -1, -1}, {2.2, 1, 1}};
+  qjulia::write_map(two, map);
+  const auto made = [&](std::vector<std::string> words) {
+    const std::vector<std::string> more{"--iterations", "1", "--device", "cpu", "--json"};
+    words.insert(words.end(), more.begin(), more.end());
+    const auto result = run_command(words);
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    return std::pair{json::parse(result.out), result.err};
+  };
+  const std::vector<std::string> render{"render", map, "-o", folder / "a.png", "--size", "80x60"};
+  const auto [picture, told] = made(render);
+  const auto [mesh, meshed] = made({"surface", map, "-o", folder / "a.ply", "--resolution", "96"});
+  CHECK(picture["loose_pieces"] == 1);
+  CHECK(mesh["loose_pieces"] == 1);
+  const double volume = picture["loose_volume"];
+  CHECK(volume == Approx(mesh["loose_volume"].get<double>()).epsilon(0.1));
+  CHECK_THAT(told, Contains("1 loose piece left out") && Contains("--keep-loose keeps it"));
+  CHECK(picture["made_with"]["picture"]["keep_loose"] == false);
+  auto keep = render;
+  keep.emplace_back("--keep-loose");
+  const auto [all, silent] = made(keep);
+  CHECK(all["loose_pieces"] == 0);
+  CHECK(all["made_with"]["picture"]["keep_loose"] == true);
+  CHECK_THAT(silent, !Contains("left out"));
+  CHECK(all["covered_pixels"].get<int>() > picture["covered_pixels"].get<int>());
+  auto turn = render;
+  turn.insert(turn.end(), {"--turntable", "2"});
+  CHECK_THAT(made(turn).second, Contains("1 loose piece left out"));
+}
+
+TEST_CASE("compare counts limbs where it is asked to") {
+  const Ball ball;
+  const auto counted = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words{"compare", ball.map,   ball.mesh, "--resolution",
+                                   "24",      "--device", "cpu",     "--json"};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_command(words);
+  };
+  CHECK_FALSE(json::parse(counted({}).out)["metrics"][0].contains("limbs"));
+  const json limbs = json::parse(counted({"--limbs"}).out)["metrics"][1];
+  CHECK(limbs["limbs"] == 0);
+  CHECK(limbs["limbs_kept"] == 0);
+  const auto refused = counted({"--limbs", "--box", "-1", "-1", "-1", "1", "1", "1"});
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.err, Contains("--limbs"));
+}
+
 TEST_CASE("compare draws mesh, potential, set and distance") {
   const Ball ball;
   const TemporaryFolder folder;

@@ -21,7 +21,9 @@ Studio& Painter::studio(const ViewRequest& view) {
     studios_.splice(studios_.begin(), studios_, found);
   } else {
     // The next request may well want this studio: only the end of everything stops it.
-    studios_.push_front({view.studio_text, Studio(device_, turned(view), view.picture, end_)});
+    PictureOptions options = view.picture;
+    options.keep_loose = keep_loose_;
+    studios_.push_front({view.studio_text, Studio(device_, turned(view), options, end_)});
     if (studios_.size() > kMostStudios) studios_.pop_back();
   }
   return studios_.front().studio;

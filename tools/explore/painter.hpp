@@ -14,9 +14,12 @@ namespace qjulia::explore {
 /// For one thread.
 class Painter {
  public:
-  /// @param end ends all work.
-  Painter(Device device, RationalMap map, std::stop_token end)
-      : device_(std::move(device)), map_(std::move(map)), end_(std::move(end)) {}
+  /// @param keep_loose of all pictures. @param end ends all work.
+  Painter(Device device, RationalMap map, bool keep_loose, std::stop_token end)
+      : device_(std::move(device)),
+        map_(std::move(map)),
+        keep_loose_(keep_loose),
+        end_(std::move(end)) {}
 
   /// The bytes of a PNG file. @throws InputError for what the map does not bear, Interrupted
   std::string picture(const ViewRequest& view, const std::stop_token& stop);
@@ -36,6 +39,7 @@ class Painter {
 
   Device device_;
   RationalMap map_;
+  bool keep_loose_;
   std::stop_token end_;
   std::string turned_text_ = "none";
   RationalMap turned_;

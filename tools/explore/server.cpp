@@ -83,7 +83,7 @@ struct Server::Impl {
 
 Server::Impl::Impl(const Device& device, const RationalMap& map, const std::string& file,
                    const ServerOptions& options)
-    : host(options.host), painter(device, map, ending.get_token()) {
+    : host(options.host), painter(device, map, options.keep_loose, ending.get_token()) {
   http.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
   http.set_payload_max_length(kLongestBody);
   http.set_read_timeout(kReadLimit);

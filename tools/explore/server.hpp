@@ -14,6 +14,7 @@ namespace qjulia::explore {
 struct ServerOptions {
   std::string host = "127.0.0.1";  ///< the address to listen on
   int port = 0;                    ///< 0: any that is free
+  bool keep_loose = false;         ///< pictures show loose pieces too
   void validate() const;           ///< @throws OptionError
 };
 

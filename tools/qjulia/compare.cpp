@@ -37,6 +37,11 @@ std::string table(const std::vector<FitMetrics>& metrics) {
                         m.iterations, m.iou, 100 * m.mean_distance, 100 * m.distance_95,
                         100 * m.hausdorff_distance, m.roughness, m.energy);
   }
+  if (metrics.back().limbs >= 0) {
+    for (const FitMetrics& m : metrics) {
+      text += fmt::format("\nlimbs at n = {}: {} of {}", m.iterations, m.limbs_kept, m.limbs);
+    }
+  }
   return text +
          fmt::format("\nslope varies by {:.3f} of its mean over the surface (0: an even shell)",
                      metrics.front().slope_variation);
@@ -91,6 +96,9 @@ void describe_compare(Command command, CompareArguments& a) {
             "Also draw mesh, potential, set and the distance of set from mesh as colour:\n"
             ".png of four pictures with a scale")
       .type("FILE.png");
+  command.flag("--limbs", a.options.limbs,
+               "Also count the mesh's limbs (arms, legs, ears; a tenth of its longest side and "
+               "more), and those that the set keeps to the last quarter of their length");
   add_size(command, a.view);
   add_camera(command, a.view.camera);
   add_map_options(command, a.map_options, "Only what lies in it is compared. Default: all");

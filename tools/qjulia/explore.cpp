@@ -93,6 +93,8 @@ void describe_explore(Command command, ExploreArguments& a) {
            "whoever is "
            "on the network")
       .type("ADDRESS");
+  command.flag("--keep-loose", a.options.keep_loose,
+               "Draw all connected parts of the set, as 'qjulia render' does with it");
   add_device(command, a.device);
 }
 

@@ -76,6 +76,11 @@ void add_look(Command command, LookOptions& look) {
   command.flag("--no-ground", look.no_ground, "Leave out the ground under the set, and its shadow")
       .group(kLookGroup);
   command
+      .flag("--keep-loose", look.keep_loose,
+            "Draw all connected parts of the set. Default: parts less than a hundredth as large as "
+            "the largest are left out, as 'qjulia surface' does")
+      .group(kLookGroup);
+  command
       .add("--palette", &look.palette,
            fmt::format("The set's colours: {}; or colours of your own, one for clay, 2 to {} with "
                        "commas between for other materials, from low to high",
@@ -86,6 +91,7 @@ void add_look(Command command, LookOptions& look) {
 
 PictureOptions with_look(PictureOptions options, const LookOptions& look) {
   options.ground = !look.no_ground;
+  options.keep_loose = look.keep_loose;
   options.palette = palette_of(look.palette, options.material);
   if (look.background == "transparent") {
     options.backdrop = Backdrop::transparent;

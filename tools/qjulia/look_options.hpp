@@ -13,9 +13,10 @@ struct LookOptions {
   std::string background = "studio";
   std::string palette = "earth";
   bool no_ground = false;
+  bool keep_loose = false;
 };
 
-/// --background, --no-ground and --palette. `look` must stay where it is.
+/// --background, --no-ground, --palette and --keep-loose. `look` must stay where it is.
 void add_look(Command command, LookOptions& look);
 
 /// The picture's options with what was given; their material is set before.

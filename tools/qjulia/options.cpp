@@ -66,6 +66,13 @@ void add_trace(Command command, std::string& file) {
       .type("FILE");
 }
 
+std::string left_out_text(const LoosePieces& loose, const std::string& before) {
+  if (loose.count == 0) return {};
+  return fmt::format("{}{} loose piece{} left out, {:.2g} % of the volume; --keep-loose keeps {}",
+                     before, loose.count, loose.count == 1 ? "" : "s", 100 * loose.share,
+                     loose.count == 1 ? "it" : "them");
+}
+
 std::array<int, 2> parse_size(const std::string& text) {
   std::array<int, 2> size{};
   const char* end = text.data() + text.size();

@@ -8,6 +8,7 @@
 #include "command_line.hpp"
 #include "console.hpp"
 #include "qjulia/device.hpp"
+#include "qjulia/figures.hpp"
 #include "qjulia/up_axis.hpp"
 
 namespace qjulia::tools {
@@ -26,6 +27,9 @@ void add_device(Command command, std::string& device);
 
 /// --trace.
 void add_trace(Command command, std::string& file);
+
+/// "3 loose pieces left out, ..." after what comes before it; empty where none is.
+std::string left_out_text(const LoosePieces& loose, const std::string& before = {});
 
 /// "1280x960" as width and height. @throws InputError
 std::array<int, 2> parse_size(const std::string& text);

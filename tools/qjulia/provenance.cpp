@@ -181,6 +181,7 @@ nlohmann::json to_json(const PictureOptions& options) {
           {"look_at", look_at},
           {"frame", frame},
           {"cuts", cuts},
+          {"keep_loose", options.keep_loose},
           {"field_of_view", camera.field_of_view},
           {"material", to_string(options.material)},
           {"palette", palette},

@@ -222,6 +222,7 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
     const Image image = studio->picture(frame_options.camera,
                                         part_monitor(session, frames.size(), sweep.values.size()));
     warn_if_empty(image, arguments.input, frame_options, session);
+    if (image.loose.count > 0) session.console.note(left_out_text(image.loose));
     how = made_with(arguments.input, map_options, device.info());
     how["picture"] = to_json(frame_options);
     files.push_back(frame_path(arguments.output, files.size() + 1).string());
@@ -277,15 +278,18 @@ int run_render(const RenderArguments& arguments, Session& session) {
   const double seconds = session.seconds();
   const std::string of_layers =
       layer_files.empty() ? "" : fmt::format("\nlayers: {}", fmt::join(layer_files, " "));
-  session.console.summary(fmt::format("{} x {} pixels, {:.1f} s\npicture: {}{}", image.width,
-                                      image.height, seconds, arguments.output, of_layers),
-                          {{"picture", arguments.output},
-                           {"layers", layer_files},
-                           {"width", image.width},
-                           {"height", image.height},
-                           {"covered_pixels", image.covered},
-                           {"made_with", how},
-                           {"seconds", seconds}});
+  session.console.summary(
+      fmt::format("{} x {} pixels, {:.1f} s{}\npicture: {}{}", image.width, image.height, seconds,
+                  left_out_text(image.loose, "\n"), arguments.output, of_layers),
+      {{"picture", arguments.output},
+       {"layers", layer_files},
+       {"width", image.width},
+       {"height", image.height},
+       {"covered_pixels", image.covered},
+       {"loose_pieces", image.loose.count},
+       {"loose_volume", image.loose.volume},
+       {"made_with", how},
+       {"seconds", seconds}});
   return kDone;
 }
 

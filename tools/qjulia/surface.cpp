@@ -141,14 +141,6 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   }
   const bool closed = report.open_edges == 0 && written.non_manifold_edges == 0;
   const std::size_t components = written.figures.components;
-  const double loose_share = written.loose.volume / (written.figures.volume + written.loose.volume);
-  std::string left_out;
-  if (written.loose.count > 0) {
-    left_out =
-        fmt::format("\n{} loose piece{} left out, {:.2g} % of the volume; --keep-loose keeps {}",
-                    written.loose.count, written.loose.count == 1 ? "" : "s", 100 * loose_share,
-                    written.loose.count == 1 ? "it" : "them");
-  }
   const std::string stands =
       is_turned ? fmt::format("\nthe shape's {} is up", to_string(*map.up)) : std::string();
   session.report_kernels(device);
@@ -156,8 +148,8 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   session.console.summary(
       fmt::format("{} vertices, {} triangles, {} component{}, {}; {:.1f} s{}{}\nmesh: {}",
                   report.vertices, report.triangles, components, components == 1 ? "" : "s",
-                  closed ? "closed and manifold" : "not closed", seconds, left_out, stands,
-                  arguments.output),
+                  closed ? "closed and manifold" : "not closed", seconds,
+                  left_out_text(written.loose, "\n"), stands, arguments.output),
       {{"mesh", arguments.output},
        {"vertices", report.vertices},
        {"triangles", report.triangles},

@@ -100,8 +100,13 @@ FitReport make_report(const Device& device, const TriangleMesh& mesh, const FitR
   picture.iterations = 1;
   add("the potential, n = 1", render(device, result.map, picture, monitor));
   picture.iterations = options.iterations;
-  add(fmt::format("the set, n = {}", options.iterations),
-      render(device, result.map, picture, monitor));
+  Image set = render(device, result.map, picture, monitor);
+  const std::size_t loose = set.loose.count;
+  add(fmt::format("the set, n = {}{}", options.iterations,
+                  loose == 0   ? ""
+                  : loose == 1 ? ", without a loose piece"
+                               : fmt::format(", without {} loose pieces", loose)),
+      std::move(set));
   CompareOptions comparison;
   comparison.iterations = options.iterations;
   report.metrics = compare(device, result.map, mesh, comparison, monitor);

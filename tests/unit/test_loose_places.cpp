@@ -1,0 +1,133 @@
+// Loose pieces of sets built by hand.
+
+#include <algorithm>
+#include <bit>
+#include <catch2/catch.hpp>
+#include <functional>
+#include <numbers>
+
+#include "surface/loose_places.hpp"
+
+using namespace qjulia;
+using namespace qjulia::surface;
+using Eigen::Vector3d;
+
+namespace {
+
+using Solid = std::function<bool(const Vector3d&)>;
+
+Solid solid_ball(const Vector3d& center, double radius) {
+  return [=](const Vector3d& p) { return (p - center).norm() < radius; };
+}
+
+/// A rod along x.
+Solid rod(double from, double to, double y, double half) {
+  return [=](const Vector3d& p) {
+    return p.x() > from && p.x() < to && std::abs(p.y() - y) < half && std::abs(p.z()) < half;
+  };
+}
+
+Solid together(std::vector<Solid> solids) {
+  return [=](const Vector3d& p) {
+    return std::ranges::any_of(solids, [&](const Solid& solid) { return solid(p); });
+  };
+}
+
+/// -2 ... 2 along each axis, `cells` a side.
+Grid grid_of(int cells) {
+  return {Vector3d::Constant(-2), 4.0 / cells, {cells + 1, cells + 1, cells + 1}};
+}
+
+LoosePlaces found_in(const Solid& solid, int cells = 40, int divisions = 3) {
+  const Grid grid = grid_of(cells);
+  std::vector<bool> is_inside;
+  for (int k = 0; k <= cells; ++k) {
+    for (int j = 0; j <= cells; ++j) {
+      for (int i = 0; i <= cells; ++i) is_inside.push_back(solid(grid.at(Vector3d(i, j, k))));
+    }
+  }
+  const std::vector<bool> anywhere(is_inside.size(), true);
+  return find_loose_places(grid, is_inside, anywhere, divisions,
+                           [&](const std::vector<Vector3d>& points) {
+                             std::vector<bool> found;
+                             for (const Vector3d& p : points) found.push_back(solid(p));
+                             return found;
+                           });
+}
+
+}  // namespace
+
+TEST_CASE("a small ball beside a large one is loose, and nothing of the large one is") {
+  const Vector3d aside(1.6, 0.3, -0.2);
+  const Solid large = solid_ball({-0.3, 0, 0}, 1), small = solid_ball(aside, 0.2);
+  const LoosePlaces places = found_in(together({large, small}));
+  REQUIRE(places.pieces.count == 1);
+  const double volume = 4.0 / 3 * std::numbers::pi * 0.008;
+  CHECK(places.pieces.volume == Approx(volume).epsilon(0.05));
+  CHECK(places.pieces.share == Approx(0.008 / 1.008).epsilon(0.05));
+  const int cells = 160;
+  const Grid fine = grid_of(cells);
+  int missed = 0, taken = 0, held = 0;
+  for (int k = 0; k <= cells; ++k) {
+    for (int j = 0; j <= cells; ++j) {
+      for (int i = 0; i <= cells; ++i) {
+        const Vector3d p = fine.at(Vector3d(i, j, k));
+        if (places.holds(p)) ++held;
+        if (small(p) && !places.holds(p)) ++missed;
+        if (large(p) && places.holds(p)) ++taken;
+      }
+    }
+  }
+  CHECK(missed == 0);
+  CHECK(taken == 0);
+  // A margin about the ball, no more.
+  CHECK(held * std::pow(fine.step, 3) < 6 * volume);
+  CHECK_FALSE(places.holds({50, 0, 0}));
+}
+
+TEST_CASE("what hangs on a body by less than a cell is kept") {
+  const Solid large = solid_ball({-0.8, 0, 0}, 1), small = solid_ball({1.2, 0.05, 0}, 0.2);
+  // Between two rows of the coarse grid's points, whose step is 0.1; the fine one's is a third.
+  const Solid neck = rod(0, 1.2, 0.05, 0.03);
+  CHECK(found_in(together({large, small})).pieces.count == 1);
+  CHECK(found_in(together({large, small, neck})).pieces.count == 0);
+  // Broken in the middle, both ends hang on what they hung on.
+  const Solid broken = together({large, small, rod(0, 0.6, 0.05, 0.03), rod(0.7, 1.2, 0.05, 0.03)});
+  const LoosePlaces places = found_in(broken);
+  CHECK(places.pieces.count == 1);
+  CHECK(places.holds({1.2, 0.05, 0}));
+  CHECK(places.holds({0.8, 0.05, 0}));
+  CHECK_FALSE(places.holds({0.5, 0.05, 0}));
+}
+
+TEST_CASE("bodies of a hundredth of the largest and more are kept, each of them") {
+  const Solid large = solid_ball({-0.8, 0, 0}, 1);
+  CHECK(found_in(together({large, solid_ball({1.2, 0, 0}, 0.24), solid_ball({1.2, 1.2, 0}, 0.3)}))
+            .pieces.count == 0);
+  CHECK(found_in(together({large, solid_ball({1.2, 0, 0}, 0.19), solid_ball({1.2, 1.2, 0}, 0.3)}))
+            .pieces.count == 1);
+}
+
+TEST_CASE("crumbs between the points of the coarse grid are found") {
+  const Solid crumb = solid_ball({1.25, 0.05, 0.05}, 0.04);
+  const LoosePlaces places = found_in(together({solid_ball({-0.8, 0, 0}, 1), crumb}));
+  CHECK(places.pieces.count == 1);
+  CHECK(places.holds({1.25, 0.05, 0.05}));
+}
+
+TEST_CASE("where nothing is loose, or nothing is at all, there are no places") {
+  for (const Solid& solid :
+       {solid_ball({0, 0, 0}, 1), solid_ball({9, 0, 0}, 1), solid_ball({0, 0, 0}, 9)}) {
+    const LoosePlaces places = found_in(solid, 20);
+    CHECK(places.pieces.count == 0);
+    CHECK(places.bits.empty());
+    CHECK_FALSE(places.holds({0, 0, 0}));
+  }
+}
+
+TEST_CASE("a piece at the end of the grid is found, and nothing beyond it is asked for") {
+  const LoosePlaces places =
+      found_in(together({solid_ball({0.5, 0, 0}, 1), solid_ball({-2, -2, -2}, 0.25)}));
+  CHECK(places.pieces.count == 1);
+  CHECK(places.holds({-1.9, -1.9, -1.9}));
+}
