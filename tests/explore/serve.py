@@ -180,6 +180,20 @@ def check_pictures(server):
         0, 0, "--azimuth", 70, "--cut", "z=60%", "--device", "cpu", "--quiet")
     same = (folder / "same.png").read_bytes()
     check(frame[:1] == b"=" and pixels(frame[1:]) == pixels(same), "a frame is the picture of 'render'")
+    run("paint", "ball.qjulia.json", "-o", "painted.qjulia.json", "--ramp", "x=0.1:1", "--device", "cpu", "--quiet")
+    painted = Server("painted.qjulia.json")
+    try:
+        _, _, frame = painted.get("/frame?size=96x72&samples=1&detail=0.03&drift=0.3")
+        run("render", "painted.qjulia.json", "-o", "same.png", "--size", "96x72", "--samples", 1, "--detail", 0.03, "--drift", 0.3,
+            "--device", "cpu", "--quiet")
+        same = (folder / "same.png").read_bytes()
+        check(frame[:1] == b"=" and pixels(frame[1:]) == pixels(same), "a painted map is drawn as by 'render'")
+        _, _, refused = painted.get("/frame?size=8x8&rotate=0,0,1,30")
+        check(refused[:1] == b"!" and b"rotate" in refused, "what paint does not bear is told")
+        check(b'"paint"' in painted.get("/map?drift=0.2")[2], "a saved map keeps its paint")
+    finally:
+        painted.process.kill()
+        painted.process.wait()
     _, _, turned = server.get("/map?drift=0.4&order-seed=3")
     (folder / "turned.qjulia.json").write_bytes(turned[1:])
     run("convert", "ball.qjulia.json", "same.qjulia.json", "--drift", 0.4, "--order-seed", 3, "--device", "cpu", "--quiet")

@@ -223,6 +223,13 @@ def check_kinds(tab):
     (folder / "noise.qjulia.json").write_text(json.dumps(noise))
     compare_field(tab, "noise.qjulia.json", False)
     compare_shared(tab, "noise.qjulia.json", "tufts=4", "120x90")
+    for name in ("ball", "distance"):
+        painted = f"painted_{name}.qjulia.json"
+        run("paint", f"{name}.qjulia.json", "-o", painted, "--ramp", "x=0.1:1", "--ball", 0, 0.5, 0, 0.4, 0, "--device", "cpu",
+            "--quiet")
+        compare_field(tab, painted, False)
+        compare_shared(tab, painted, "detail=0.03&azimuth=60", "120x90")
+        compare_shared(tab, painted, "drift=0.3&tufts=3", "120x90")
     run("portals", "ball.qjulia.json", "-o", "portals.qjulia.json", "--count", 2, "--device", "cpu", "--quiet")
     compare_field(tab, "portals.qjulia.json", False)
     compare_shared(tab, "portals.qjulia.json", "iterations=8", "120x90")

@@ -79,6 +79,11 @@ std::string_view name_of(const Kinds& kinds) {
 bool is_needed(const RationalMap& map, std::string_view file) {
   if (file.ends_with("_modulus.glsl")) return file.starts_with(name_of(map.modulus));
   if (file.ends_with("_versor.glsl")) return file.starts_with(name_of(map.versor));
+  if (file == "painted.glsl") return map.paint.has_value();
+  if (file == "unpainted.glsl") return !map.paint;
+  if (file == "spline.glsl") {
+    return map.paint || std::holds_alternative<DistanceModulus>(map.modulus);
+  }
   if (file == "portals.glsl") return !map.portals.empty();
   if (file == "without_portals.glsl") return map.portals.empty();
   return file.ends_with(".glsl");

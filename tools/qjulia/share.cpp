@@ -10,7 +10,6 @@
 #include "commands.hpp"
 #include "exit_code.hpp"
 #include "explore/page.hpp"
-#include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
 
 namespace qjulia::tools {
@@ -24,12 +23,6 @@ struct ShareArguments {
 int run_share(const ShareArguments& arguments, Session& session) {
   session.check_outputs({arguments.map}, {{"--output", arguments.output, {".html"}}});
   const RationalMap map = read_map(arguments.map, session.interrupts.token());
-  if (map.paint) {
-    throw InputError(fmt::format(
-        "'{}' has painted detail, which pages cannot draw; 'qjulia explore' can, and 'qjulia paint "
-        "--clear' takes the paint away",
-        arguments.map));
-  }
   const std::string name = base::to_utf8(std::filesystem::path(arguments.map).filename().string());
   const std::string page = explore::shared_page(map, name);
   base::write_file(arguments.output, page);

@@ -32,11 +32,12 @@ function pictureOptions() {
 }
 
 const cuts = () => ["x", "y", "z"].filter((axis) => state["cut" + axis] < 100).map((axis) => [axis, short(state["cut" + axis])]);
-const spelt = (options) => options.map(([name, values]) => `--${name} ${values.join(" ")}`);
+const spelt = (options) => options.map(([name, values]) => [`--${name}`, ...values].join(" "));
+const drawsAll = document.documentElement.dataset.renderer === "webgl";  // of the set, loose pieces too
 
 export function renderCommand(width, height) {
   const cut = cuts().length > 0 ? [["cut", [cuts().map(([axis, at]) => `${axis}=${at}%`).join(",")]]] : [];
-  const options = [["size", [`${width}x${height}`]], ...pictureOptions(), ...cut, ...mapOptions()];
+  const options = [["size", [`${width}x${height}`]], ...pictureOptions(), ...cut, ...mapOptions(), ...(drawsAll ? [["keep-loose", []]] : [])];
   return ["qjulia render", quoted(file), "-o picture.png", ...spelt(options)].join(" ");
 }
 

@@ -1,6 +1,6 @@
 // The spline of a distance modulus: host/map/distance_file.cpp and distance_grid.cpp.
 import { bind, gl, texture } from "./gl.js";
-import { map } from "./map.js";
+import { inflated, map } from "./map.js";
 
 /** Whole numbers from their differences: all low bytes, then all high ones. */
 function numbersIn(bytes) {
@@ -28,12 +28,6 @@ function halved(from, cells, axis) {
   }
   cells[axis] *= 2;
   return to;
-}
-
-async function inflated(text) {
-  const packed = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
 /** Hands the grid's coefficients to the programs, where the map has a grid. */

@@ -27,6 +27,9 @@ export function uniformsOf(m, radii = { inner: 0, outer: Infinity, escape: Infin
                             distance_fourth: Number(m.distance.fourth === "round"), distance_step: m.distance.step,
                             distance_origin: m.distance.origin, distance_cells: m.distance.cells });
   }
+  if (m.paint) {
+    Object.assign(values, { paint_origin: m.paint.origin, paint_step: m.paint.step, paint_cells: m.paint.cells, paint_strength: 1 });
+  }
   if (m.portals?.length) {
     const masks = { none: 0, outside: 1, inside: -1 };
     values.portal_count = m.portals.length;
@@ -96,7 +99,8 @@ export function extremes(m) {
     const radius = firstRadius * ratio ** row;
     for (let i = 0; i < 4 * count; ++i) all[4 * count * row + i] = radius * directions[i];
   }
-  const uniforms = { ...uniformsOf(m), map_steeper: 0 }, level = uniforms.map_surface_level;
+  // Paint makes F farther from L: what holds without it holds.
+  const uniforms = { ...uniformsOf(m), map_steeper: 0, paint_strength: 0 }, level = uniforms.map_surface_level;
   const found = evaluate(uniforms, all, asked.field, { iterations: 0 });
   // Close to a pole F_1 is high in a neighbourhood that no direction need meet.
   const poles = (m.factors ?? []).filter((f) => f.exponent < 0).map((f) => plus(f.center, [1e-3, 0, 0, 0]));
@@ -124,6 +128,7 @@ export function stopRadii(table, rise, m) {
     outer = last === table.length - 1 ? Infinity : 1.02 * radiusAbove(table[Math.max(last, 0)].radius);
   }
   const bounded = outer < Infinity;
+  if (m.paint) outer = Math.max(outer, Math.exp(m.surface_level ?? 0));
   for (const portal of m.portals ?? []) {
     const away = length(portal.center);
     inner = Math.min(inner, away - portal.radius), outer = Math.max(outer, away + portal.radius);

@@ -21,6 +21,7 @@ precision highp sampler3D;
 #define PORTALS ${Math.max(portals, 1)}
 `;
 const files = { QJ_MODULUS: `${modulusKind}_modulus.glsl`, QJ_VERSOR: `${versorKind}_versor.glsl`,
+                QJ_PAINT: map.paint ? "painted.glsl" : "unpainted.glsl",
                 QJ_PORTALS: portals ? "portals.glsl" : "without_portals.glsl" };
 
 /** The text of a file with all that it includes, each once. */
@@ -65,7 +66,7 @@ function finish(made) {
 
 /** Textures have units by their uniform's name. */
 const units = { factors: 0, grid: 1, points: 2, hints: 3, before: 4, depths: 5, traits: 6, picture: 7,
-                coefficients: 8, scratch: 9 };
+                coefficients: 8, scratch: 9, paint: 10 };
 const samplers = [gl.SAMPLER_2D, gl.SAMPLER_3D, gl.INT_SAMPLER_2D, gl.INT_SAMPLER_3D];
 
 export function use(made, values) {

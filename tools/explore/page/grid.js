@@ -68,7 +68,7 @@ export function slopeAt(grid, level) {
 /** @param most the grid's box holds the points where F_1 - L is less. */
 export async function makeGrid(slice, most, cells, isStale) {
   uploadFactors(map.factors);
-  const uniforms = { ...uniformsOf(map), map_slice: slice, map_steeper: 0 };
+  const uniforms = { ...uniformsOf(map), map_slice: slice, map_steeper: 0, paint_strength: 0 };
   let box = boxOfBand(uniforms, most);
   for (const { center, radius } of map.portals ?? []) {
     const ball = [center.map((v) => v - radius), center.map((v) => v + radius)];

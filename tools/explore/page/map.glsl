@@ -1,5 +1,5 @@
-// The map R(q) = e^F(q) U(q): kernels/map.clh, function by function. QJ_MODULUS, QJ_VERSOR and
-// QJ_PORTALS are the files of its kinds.
+// The map R(q) = e^F(q) U(q): kernels/map.clh, function by function. QJ_MODULUS, QJ_VERSOR, QJ_PAINT
+// and QJ_PORTALS are the files of its kinds.
 #include lane_math.glsl
 #include quaternion.glsl
 
@@ -21,12 +21,15 @@ float map_scaled_log(float log2_x2) { return log2_x2 * (0.5 * QJ_LN2) + map_log_
 // L + k (f - L) where f > L, else f.
 float map_steep(float f) { return f + map_steeper * max(f - map_surface_level, 0.0); }
 
-float plain_modulus(vec4 q) { return map_steep(kind_modulus(q)); }
+#include QJ_PAINT
+
+float plain_modulus(vec4 q) { return painted(map_steep(kind_modulus(q)), q); }
 
 vec4 plain_modulus_gradient(vec4 q) {
   vec4 g = kind_modulus_gradient(q);
-  if (map_steeper == 0.0) return g;
-  return kind_modulus(q) > map_surface_level ? (1.0 + map_steeper) * g : g;
+  float f = kind_modulus(q);
+  if (f > map_surface_level) g *= 1.0 + map_steeper;
+  return painted_gradient(g, map_steep(f), q);
 }
 
 float plain_safe_step(vec4 q, float far_level, float steepest) {

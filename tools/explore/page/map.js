@@ -9,11 +9,18 @@ export const [modulusKind, versorKind] = kinds;
 const isRational = map.kind === "rational";
 const hasFactorsModulus = modulusKind === "factors", hasGrid = modulusKind === "distance";
 
+/** The bytes of a zlib stream that stands in a map file. */
+export async function inflated(text) {
+  const packed = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
 /** Which knobs the map bears. */
 export const bears = {
   detail: map.detail !== undefined && (hasGrid || (hasFactorsModulus && versorKind !== "quadratic")),
   order: isRational || (hasGrid && versorKind === "factors"),
-  rotate: isRational,
+  rotate: isRational && !map.paint,
   drift: map.inradius !== undefined && (isRational || (hasFactorsModulus && versorKind === "noise") ||
                                         (hasGrid && versorKind !== "quadratic")),
 };

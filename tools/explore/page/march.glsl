@@ -81,6 +81,7 @@ void main() {
   }
   float probe;
   int done = 0;  // iterates of the orbit
+  float share = 1.0;  // the product of those of its points
   vec4 q;
   for (int turn = 0; turn < turns || done > 0; ++turn) {
     if (done == 0) {
@@ -99,8 +100,10 @@ void main() {
       }
       probe = mode == BISECTING ? 0.5 * (outside + t) : t;
       q = vec4(eye + probe * ray, map_slice);
+      share = 1.0;
     }
     float f = map_modulus(q);
+    share *= paint_share(q);
     ++done, count += 1.0;
     if (done < iterations && f < above && f > map_log_inner) {  // undecided: to the image
       q = map_image(q, f), count += 4096.0;
@@ -111,8 +114,8 @@ void main() {
       else mode = BISECTING, t = probe;
     } else {
       outside = probe;
-      // Each iterate stretches by about the slope.
-      float away = (f - far_level) * pow(steepest, -float(done));
+      // Each iterate stretches by about the slope, where detail is painted by more.
+      float away = (f - far_level) * share * pow(steepest, -float(done));
       if (mode != BISECTING) mode = MARCHING, t += clamp(away, shortest, grid_step);
     }
     done = 0;

@@ -3,6 +3,7 @@ import { fail } from "./failure.js";
 import { canvas } from "./canvas.js";
 import { gl, uploadFactors } from "./gl.js";
 import { uploadDistances } from "./distance_grid.js";
+import { uploadPaint } from "./paint_grid.js";
 import { asked, evaluate, uniformsOf } from "./field.js";
 import { map } from "./map.js";
 import { start } from "./page.js";
@@ -11,6 +12,7 @@ import { isCoarse, mapFile } from "./scene.js";
 
 canvas.addEventListener("webglcontextlost", () => fail(new Error("the browser has taken its graphics away: load the page again")));
 await uploadDistances();
+await uploadPaint();
 start({ draw, isCoarse, mapFile, most: gl.getParameter(gl.MAX_TEXTURE_SIZE) });
 
 /** F_n of the map as it is in the file, or with 0 iterations its versor, at an array of points [X, Y, Z, W]. */
