@@ -224,16 +224,29 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   const auto with_detail = [&](const RationalMap& map, double iou) {
     return finish_map(device, map, iou, shape, pool, detail, result.warnings);
   };
-  Stages stages(std::move(placed), {draw, overlap, with_detail}, make_evaluator, options, schedule,
-                budget, checkpoint, monitor, team);
+  const auto dressed = [&](RationalMap map) {
+    map.tufts = options.tufts;
+    map.up = options.up ? options.up : guess_up(mesh);
+    return map;
+  };
+  const auto on_stage = [&](const StageReport& stage, const RationalMap& map) {
+    if (!options.observer.on_stage || team.rank() != 0) return;
+    std::vector<std::string> ignored;  // the fit goes on
+    options.observer.on_stage(
+        stage, dressed(finish_map(device, map, stage.iou, shape, pool, detail, ignored)));
+  };
+  if (!kept && options.observer.on_stage) {
+    on_stage({"placement", 0, 0, 0, 0, cube.iou(placed, 1)}, placed);
+  }
+  Stages stages(std::move(placed), {draw, overlap, with_detail, on_stage}, make_evaluator, options,
+                schedule, budget, checkpoint, monitor, team);
   if (kept) stages.resume(std::move(*kept));
 
   result.stopped = stages.run();
   result.stages = stages.reports();
   result.map = in_stage("calibration", [&] { return stages.map(); });
   result.mean_distance = mean_distance(device, result.map, pool);
-  result.map.tufts = options.tufts;
-  result.map.up = options.up ? options.up : guess_up(mesh);
+  result.map = dressed(std::move(result.map));
   budget.update();
   result.evaluations = budget.evaluations();
   result.seconds = budget.seconds();

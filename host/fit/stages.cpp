@@ -72,6 +72,22 @@ Preconditioner preconditioner(Evaluator& evaluator, const RationalMap& map,
   return {subspace.restricted_diagonal(evaluator.gauss_newton_diagonal(map)), damping};
 }
 
+/// Tells of each evaluation.
+class WatchedEvaluator final : public ForwardingEvaluator {
+ public:
+  WatchedEvaluator(Evaluator& evaluator, const FitObserver& observer)
+      : ForwardingEvaluator(evaluator), observer_(observer) {}
+
+  Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
+    Evaluation evaluation = ForwardingEvaluator::evaluate(map, with_gradient);
+    if (observer_.on_evaluation) observer_.on_evaluation(evaluation.energy);
+    return evaluation;
+  }
+
+ private:
+  const FitObserver& observer_;
+};
+
 }  // namespace
 
 Stages::Stages(RationalMap start, Target target, EvaluatorFactory make_evaluator,
@@ -164,7 +180,8 @@ std::optional<StopReason> Stages::run_stage() {
   });
   budget_.update();
   preparation_ = budget_.seconds() - start;
-  RecordingEvaluator recorded(*evaluator, before, checkpoint_);
+  WatchedEvaluator watched(*evaluator, options_.observer);
+  RecordingEvaluator recorded(watched, before, checkpoint_);
   auto result = part("minimise", [&] {
     return minimize(recorded, map_, subspace, scaling, level.steps, budget_);
   });
@@ -176,6 +193,7 @@ std::optional<StopReason> Stages::run_stage() {
   monitor_.report({"fitting", budget_.fraction(), budget_.seconds_left(),
                    fmt::format("IoU {:.4f}, {}, {} evaluations", reports_.back().iou, level.name,
                                budget_.evaluations())});
+  if (target_.on_stage) target_.on_stage(reports_.back(), map_);
   if (result.stopped) return result.stopped;
   const bool is_last_kind = level.iterations == schedule_.levels.back().iterations;
   if (is_last_kind && overlap >= options_.target_iou) return StopReason::target_iou;

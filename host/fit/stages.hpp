@@ -24,6 +24,8 @@ class Stages {
     std::function<double(const RationalMap&, int)> overlap;
     /// A map, with its IoU, given the wanted detail: in distance units, or polished since.
     std::function<RationalMap(const RationalMap&, double)> with_detail;
+    /// Hears of each stage's end, with the map as it is fitted; may be empty.
+    std::function<void(const StageReport&, const RationalMap&)> on_stage = {};
   };
 
   Stages(RationalMap start, Target target, EvaluatorFactory make_evaluator,

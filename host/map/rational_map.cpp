@@ -133,4 +133,13 @@ void RationalMap::validate() const {
   }
 }
 
+RationalMap with_longest_side(RationalMap map, double length) {
+  if (!map.box) throw InputError("the map does not hold the size of its shape");
+  const double factor = length / map.box->size().maxCoeff();
+  map.box = Box{factor * map.box->low, factor * map.box->high};
+  if (map.inradius) *map.inradius *= factor;
+  map.shape_to_map.scale /= factor;
+  return map;
+}
+
 }  // namespace qjulia

@@ -43,13 +43,25 @@ double reach(const RationalMap& map) {
   return longest;
 }
 
-std::vector<double> field_on_sphere(const Field& field, const std::vector<Quaternion>& directions,
-                                    double radius) {
-  std::vector<Quaternion> points(directions.size());
-  std::ranges::transform(directions, points.begin(),
-                         [radius](const Quaternion& u) { return radius * u; });
-  return field.at(points);
+/// F_1 in all directions at each radius. Several spheres make a launch that is worth its while.
+std::vector<std::vector<double>> field_on_spheres(const Field& field,
+                                                  const std::vector<Quaternion>& directions,
+                                                  const std::vector<double>& radii) {
+  std::vector<Quaternion> points;
+  points.reserve(radii.size() * directions.size());
+  for (const double radius : radii) {
+    for (const Quaternion& u : directions) points.push_back(radius * u);
+  }
+  const std::vector<double> values = field.at(points);
+  std::vector<std::vector<double>> spheres;
+  const auto count = static_cast<std::ptrdiff_t>(directions.size());
+  for (auto from = values.begin(); from != values.end(); from += count) {
+    spheres.emplace_back(from, from + count);
+  }
+  return spheres;
 }
+
+constexpr int kSpheres = 8;  ///< of a launch
 
 /// Comes down from the certain bound until a sphere has a point that might return, then searches
 /// about the worst directions of that sphere and goes up again as far as any is left.
@@ -61,12 +73,21 @@ double outer_radius(const Field& field, const RationalMap& map,
   const double far = 2 * reach(map);
   const double least = 1e-3 * certain;
   SphereSearch search(field, Extreme::lowest);
+  const auto next = [far](double radius) { return radius / (radius > far ? 1.1 : 1.02); };
+  const auto may_return = [](const std::vector<double>& values, double radius) {
+    return *std::ranges::min_element(values) <= std::log(radius) + kRadiusMargin;
+  };
   double radius = certain;
-  while (radius > least) {
-    const std::vector<double> values = field_on_sphere(field, directions, radius);
-    search.seed(directions, values);
-    if (*std::ranges::min_element(values) <= std::log(radius) + kRadiusMargin) break;
-    radius /= radius > far ? 1.1 : 1.02;
+  for (bool is_found = false; radius > least && !is_found;) {
+    std::vector<double> radii{radius};
+    while (radii.size() < kSpheres) radii.push_back(next(radii.back()));
+    for (const auto& values : field_on_spheres(field, directions, radii)) {
+      is_found = may_return(values, radius);
+      const bool is_last = is_found || next(radius) <= least;
+      if (is_last) search.seed(directions, values);
+      if (!is_found) radius = next(radius);
+      if (is_last) break;
+    }
   }
   while (radius < certain && search.refine(radius) <= std::log(radius) + kRadiusMargin)
     radius *= 1.005;
@@ -95,17 +116,22 @@ double inner_radius(const Field& field, const RationalMap& map,
   // Highest F_1 in the ball of each radius, until none larger could be allowed.
   std::vector<double> radii;
   double highest = -std::numeric_limits<double>::infinity();
-  for (int step = 1; step <= kSteps && highest <= allowed(limit); ++step) {
-    const double radius = limit * step / kSteps;
-    const std::vector<double> values = field_on_sphere(field, directions, radius);
-    highest = std::max({highest, *std::ranges::max_element(values), highest_by_poles(radius)});
-    if (highest <= allowed(radius)) radii.push_back(radius);
+  static_assert(kSteps % kSpheres == 0);
+  for (int step = 0; step < kSteps && highest <= allowed(limit);) {
+    std::vector<double> next;
+    for (int i = 1; i <= kSpheres; ++i) next.push_back(limit * (step + i) / kSteps);
+    for (const auto& values : field_on_spheres(field, directions, next)) {
+      const double radius = limit * ++step / kSteps;
+      highest = std::max({highest, *std::ranges::max_element(values), highest_by_poles(radius)});
+      if (highest <= allowed(radius)) radii.push_back(radius);
+      if (highest > allowed(limit)) break;
+    }
   }
   // From the largest down, the first that stands a local search; then up again by part of a step.
   SphereSearch search(field, Extreme::highest);
   const auto stands = [&](double radius) {
     if (highest_by_poles(radius) > allowed(radius)) return false;
-    search.seed(directions, field_on_sphere(field, directions, radius));
+    search.seed(directions, field_on_spheres(field, directions, {radius}).front());
     return search.refine(radius) <= allowed(radius);
   };
   while (!radii.empty() && !stands(radii.back())) radii.pop_back();

@@ -12,7 +12,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kSkyLights = 64;  ///< over the whole sphere
 // Texels a side at full fineness, and at least.
 constexpr int kSkyMap = 160;
 constexpr int kRimMap = 384;
@@ -56,7 +55,7 @@ std::vector<float> Light::packed(std::size_t first_texel) const {
   return reals;
 }
 
-std::vector<Light> sky_lights(UpAxis up, const Box& held, double fineness) {
+std::vector<Light> sky_lights(UpAxis up, const Box& held, double fineness, int count) {
   Camera level;
   level.up = up;
   level.azimuth = 0;
@@ -65,11 +64,11 @@ std::vector<Light> sky_lights(UpAxis up, const Box& held, double fineness) {
   const int size = map_size(kSkyMap, std::sqrt(fineness));
   std::vector<Light> lights;
   // A Fibonacci spiral: nearly even over the sphere.
-  for (int i = 0; i < kSkyLights; ++i) {
-    const double rise = 1 - (2 * i + 1.0) / kSkyLights;
+  for (int i = 0; i < count; ++i) {
+    const double rise = 1 - (2 * i + 1.0) / count;
     const double around = std::numbers::pi * (1 + std::sqrt(5.0)) * i;
     const double level_part = std::sqrt(1 - rise * rise);
-    const double steradians = 4 * std::numbers::pi / kSkyLights;
+    const double steradians = 4 * std::numbers::pi / count;
     const Vector3d towards = level_part * std::cos(around) * axes.right + rise * axes.up +
                              level_part * std::sin(around) * axes.back;
     lights.push_back(

@@ -21,7 +21,7 @@ struct Light {
 
 /// @param held a box that holds the shape. @param fineness of the depth maps: 1 for a picture of
 /// 1280 × 960, in proportion for smaller ones.
-std::vector<Light> sky_lights(UpAxis up, const Box& held, double fineness);
+std::vector<Light> sky_lights(UpAxis up, const Box& held, double fineness, int count);
 
 /// They stay with the camera's azimuth, so that the shape turns under them.
 struct LampLights {

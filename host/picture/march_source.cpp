@@ -21,8 +21,6 @@ namespace {
 /// What a ray costs, in iterates.
 constexpr double kIteratesARay = 30;
 
-/// The set may seem to lie elsewhere by this share of a pixel.
-constexpr double kDisplacement = 0.125;
 /// Maps whose iterate costs less, in factors' logarithms, are not worth foretelling.
 constexpr double kWorthForetelling = 150;
 /// A lattice for the part of the band in sight is made where that is less than this share of it.
@@ -91,6 +89,7 @@ class MarchSource : public DepthSource {
         precision_(set.precision),
         material_(set.material),
         foretells_(set.foretells),
+        displacement_(set.displacement),
         stop_(set.stop),
         band_(find_band(device, set, shape_box(set.map))),
         grid_(device, set, band_),
@@ -171,7 +170,7 @@ class MarchSource : public DepthSource {
 
   /// What serves the view's rays; made at the first call.
   const ImageLattice& lattice_for(const View& view) {
-    const double displacement = kDisplacement * view.footprint * view.samples;
+    const double displacement = displacement_ * view.footprint * view.samples;
     Box box = box_in_sight(view, grid_.bounds());
     if (!foretells_ || !device_map_.interpolates() || device_map_.step_cost() < kWorthForetelling ||
         iterations_ == 1 || (box.size().array() <= 0).any()) {
@@ -298,6 +297,7 @@ class MarchSource : public DepthSource {
   Precision precision_;
   Material material_;
   bool foretells_;
+  double displacement_;
   std::stop_token stop_;
   Band band_;
   BandGrid grid_;

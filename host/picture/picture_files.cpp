@@ -17,21 +17,32 @@ namespace {
 /// The signature and the header chunk, after which text may stand.
 constexpr std::size_t kHeaderBytes = 8 + 25;
 
-void append_number(std::vector<char>& bytes, std::size_t number) {
+/// 4 bytes, the highest first.
+std::string number(std::size_t value) {
+  std::string bytes;
   for (const unsigned shift : {24U, 16U, 8U, 0U}) {
-    bytes.push_back(static_cast<char>((number >> shift) & 0xFFU));
+    bytes.push_back(static_cast<char>((value >> shift) & 0xFFU));
   }
+  return bytes;
 }
 
-/// A tEXt chunk (PNG specification, 11.3.4.3): length, type, keyword, zero, text, CRC of all but
-/// the length.
-std::vector<char> text_chunk(const std::string& keyword, const std::string& text) {
-  std::vector<char> chunk;
-  append_number(chunk, keyword.size() + 1 + text.size());
-  const std::string body = "tEXt" + keyword + '\0' + text;
-  std::ranges::copy(body, std::back_inserter(chunk));
-  append_number(chunk, crc32_z(0, reinterpret_cast<const Bytef*>(body.data()), body.size()));
-  return chunk;
+/// A chunk (PNG specification, 5.3): length, type, data, CRC of all but the length.
+std::string chunk(const std::string& type, const std::string& data) {
+  const std::string body = type + data;
+  return number(data.size()) + body +
+         number(crc32_z(0, reinterpret_cast<const Bytef*>(body.data()), body.size()));
+}
+
+/// Calls `take` with the type and the data of each chunk of a file.
+template <class Take>
+void for_chunks(const std::string& png, const Take& take) {
+  constexpr std::size_t kAround = 12;  // length, type, CRC
+  for (std::size_t at = 8; at + kAround <= png.size();) {
+    std::size_t size = 0;
+    for (std::size_t i = 0; i < 4; ++i) size = 256 * size + static_cast<std::uint8_t>(png[at + i]);
+    take(png.substr(at + 4, 4), png.substr(at + 8, size));
+    at += kAround + size;
+  }
 }
 
 void write_npy(const std::vector<float>& values, std::span<const std::size_t> shape,
@@ -96,10 +107,39 @@ std::string png_bytes(const Image& image, const PictureText& text) {
   }
   std::string bytes(encoded.data(), kHeaderBytes);
   for (const auto& [keyword, value] : text) {
-    const std::vector<char> chunk = text_chunk(keyword, value);
-    bytes.append(chunk.begin(), chunk.end());
+    bytes += chunk("tEXt", keyword + '\0' + value);
   }
   return bytes.append(encoded.data() + kHeaderBytes, size - kHeaderBytes);
+}
+
+std::string animated_png_bytes(std::span<const Image> images, double seconds) {
+  if (images.empty()) throw InputError("there is no picture to show");
+  const Image& first = images.front();
+  // PNG specification, third edition, 11.3.6.
+  const std::string control = number(images.size()) + number(0);
+  const auto milliseconds = static_cast<std::size_t>(std::lround(1000 * seconds));
+  const auto frame_control = [&](std::size_t sequence) {
+    const std::string times = number(milliseconds).substr(2) + number(1000).substr(2);
+    return number(sequence) + number(static_cast<std::size_t>(first.width)) +
+           number(static_cast<std::size_t>(first.height)) + number(0) + number(0) + times +
+           std::string(2, '\0');
+  };
+  std::string bytes;
+  std::size_t sequence = 0;
+  for (const Image& image : images) {
+    if (image.width != first.width || image.height != first.height) {
+      throw InputError("pictures that follow one another have one size");
+    }
+    const std::string png = png_bytes(image);
+    const bool is_first = bytes.empty();
+    if (is_first) bytes = png.substr(0, kHeaderBytes) + chunk("acTL", control);
+    bytes += chunk("fcTL", frame_control(sequence++));
+    for_chunks(png, [&](const std::string& type, const std::string& data) {
+      if (type != "IDAT") return;
+      bytes += is_first ? chunk("IDAT", data) : chunk("fdAT", number(sequence++) + data);
+    });
+  }
+  return bytes + chunk("IEND", "");
 }
 
 void write_png(const Image& image, const std::filesystem::path& path, const PictureText& text) {

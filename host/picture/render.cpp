@@ -32,6 +32,9 @@ constexpr int kFloorMap = 256;         ///< texels a side at full fineness
 /// A picture as large as this has light maps and grids at full fineness; a smaller one has coarser
 /// ones, down to kLeastFineness.
 constexpr double kFullWidth = 1280, kFullHeight = 960, kLeastFineness = 0.2;
+/// A draft has fewer sky lights, coarser lamps, and a lattice of images that is off by more.
+constexpr int kSkyLights = 64, kDraftSkyLights = 16;
+constexpr double kDraftLamps = 0.5, kDraftDisplacement = 0.5;
 /// What a sample of the picture, a texel of a light, and the band's grids cost, in marched rays.
 constexpr double kSampleCost = 0.4, kCoarseCost = 0.05, kGridCost = 3e5;
 constexpr double kEverywhere = 1e6;  ///< map units: farther than any set reaches
@@ -239,6 +242,7 @@ struct Studio::Impl {
     return {direction(*up), ground,           framed.center(),    0.5 * framed.diagonal(),
             options.ground, options.backdrop, options.background, options.palette};
   }
+  int sky_count() const { return options.draft ? kDraftSkyLights : kSkyLights; }
   void look_around(const std::function<void(const View&)>& report);
 };
 
@@ -271,6 +275,7 @@ Studio::Studio(const Device& device, const RationalMap& map, const PictureOption
                  stop};
   set.cells = static_cast<int>(set.cells * std::sqrt(fineness));
   set.keeps_loose = options.keep_loose;
+  if (options.draft) set.displacement = kDraftDisplacement;
   auto source = march_source(device, set);
   const Box framed = framed_box(map, options.box, *source);
   impl_ = std::make_unique<Impl>(Impl{device, options, std::move(source), framed, map.shape_to_map,
@@ -307,7 +312,7 @@ Image Studio::picture(const Camera& camera, const ProgressMonitor& monitor, Pict
 void Studio::Impl::look_around(const std::function<void(const View&)>& report) {
   if (up == options.camera.up) return;
   up = options.camera.up;
-  sky = sky_lights(*up, source->bounds(), fineness);
+  sky = sky_lights(*up, source->bounds(), fineness, sky_count());
   sky_maps.clear();
   for (const Light& light : sky) {
     sky_maps.push_back(source->depths(light.view, 0, light.view.rows));
@@ -324,12 +329,13 @@ Image Studio::Impl::picture(const Camera& camera, const ProgressMonitor& monitor
   const int samples = options.samples_per_axis;
   const View view =
       camera_view(in_scene(camera, to_scene), framed, options.width, options.height, samples);
-  const LampLights with = lamps(camera, source->bounds(), fineness);
+  const LampLights with =
+      lamps(camera, source->bounds(), fineness * (options.draft ? kDraftLamps : 1));
   const bool is_first = up != camera.up;
   double all = cost(view) + cost(with.key.view) + cost(with.rim.view);
   if (is_first) {
     all += kGridCost;
-    for (const Light& light : sky_lights(*camera.up, source->bounds(), fineness)) {
+    for (const Light& light : sky_lights(*camera.up, source->bounds(), fineness, sky_count())) {
       all += cost(light.view);
     }
   }

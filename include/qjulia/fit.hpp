@@ -26,6 +26,27 @@ enum class Placement {
   paper   ///< on the surface, as point charges (Kim 2015)
 };
 
+/// One stage of a fit, as it went. Energies of different stages are over different samples, and
+/// compare only within a level.
+struct StageReport {
+  std::string name;  ///< its level's
+  int evaluations = 0;
+  double energy_before = 0;
+  double energy_after = 0;
+  double seconds = 0;
+  double iou = 0;      ///< of the set and the shape, on a coarse grid
+  int iterations = 1;  ///< n of energies and IoU
+};
+
+/// Who watches a fit while it runs. The fit waits for each call; none changes its result.
+struct FitObserver {
+  /// Gets the energy of each evaluation.
+  std::function<void(double)> on_evaluation;
+  /// Before the first stage and after each: its report (the first's is of the placement), and the
+  /// map as it would be if the fit ended there.
+  std::function<void(const StageReport&, const RationalMap&)> on_stage;
+};
+
 /// Every field has a value that suits most shapes; each says when another is better.
 struct FitOptions {
   /// 8 … 20000, or 0: as many as pay. With a time limit that is the largest number that leaves time
@@ -87,6 +108,8 @@ struct FitOptions {
   /// Goes on from the checkpoint, where there is one. The other options, the mesh and the device
   /// must be those it was written with; the time limit may differ.
   bool resume = false;
+  /// Set it to show a fit as it goes: a map for each stage takes some tenths of a second.
+  FitObserver observer{};
 
   void validate() const;  ///< @throws OptionError naming the field
 };
@@ -105,18 +128,6 @@ enum class StopReason {
   converged     ///< the last level gained next to nothing (on grids alone)
 };
 std::string to_string(StopReason reason);
-
-/// One stage of a fit, as it went. Energies of different stages are over different samples, and
-/// compare only within a level.
-struct StageReport {
-  std::string name;  ///< its level's
-  int evaluations = 0;
-  double energy_before = 0;
-  double energy_after = 0;
-  double seconds = 0;
-  double iou = 0;      ///< of the set and the shape, on a coarse grid
-  int iterations = 1;  ///< n of energies and IoU
-};
 
 struct FitResult {
   RationalMap map;  ///< calibrated, in the shape's own coordinates by its shape_to_map

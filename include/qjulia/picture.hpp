@@ -87,6 +87,9 @@ struct PictureOptions {
   /// Of maps: pieces that hang on nothing, and are less than a hundredth as large as the largest
   /// body. Copies in portals are always kept.
   bool keep_loose = false;
+  /// Sooner and rougher: shadows of fewer lights, and places off by up to half a pixel. Set it
+  /// where the next picture is soon to come.
+  bool draft = false;
   void validate() const;  ///< @throws InputError
 };
 
@@ -171,6 +174,10 @@ using PictureText = std::map<std::string, std::string>;
 /// The bytes of a PNG file, with an alpha where the image has one; `text` as tEXt chunks. @throws
 /// InputError without pixels.
 std::string png_bytes(const Image& image, const PictureText& text = {});
+
+/// The bytes of an animated PNG file: images of one size, one after the other for so many seconds
+/// each, again and again. @throws InputError without any, or of several sizes.
+std::string animated_png_bytes(std::span<const Image> images, double seconds);
 
 /// Written under a temporary name and renamed; `text` as tEXt chunks. @throws OutputError
 void write_png(const Image& image, const std::filesystem::path& path, const PictureText& text = {});

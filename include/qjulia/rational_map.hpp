@@ -77,6 +77,9 @@ struct RationalMap {
   void validate() const;
 };
 
+/// The same map with the shape in other units: its longest side is `length` of them.
+/// @throws InputError where the map does not know its shape's box.
+RationalMap with_longest_side(RationalMap map, double length);
 /// The same map without its portals, or with the same detail everywhere.
 RationalMap without_portals(RationalMap map);
 RationalMap without_paint(RationalMap map);

@@ -862,7 +862,7 @@ TEST_CASE("the sky's shadow on the ground is as smooth and round as the ball tha
   const Device device = test::device();
   const double fineness = GENERATE(0.2, 1.0);
   const auto source = picture::mesh_source(shapes::sphere(4));
-  const auto sky = picture::sky_lights(UpAxis::y, source->bounds(), fineness);
+  const auto sky = picture::sky_lights(UpAxis::y, source->bounds(), fineness, 64);
   std::vector<std::vector<float>> maps;
   for (const auto& light : sky) maps.push_back(source->depths(light.view, 0, light.view.rows));
   picture::Scene scene;

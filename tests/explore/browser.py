@@ -136,6 +136,32 @@ class Browser:
             self._read(0.05)
         raise RuntimeError(f"the page is still {state} after {seconds} s; {self.errors}")
 
+    def rest(self, seconds):
+        """Hears what the tab says for a while."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self._read(max(0, end - time.monotonic()))
+
+    def drag(self, x, y, to_x, to_y):
+        """The left button pressed at one place and released at another."""
+        self.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, button="left", buttons=1, clickCount=1)
+        self.call("Input.dispatchMouseEvent", type="mouseMoved", x=to_x, y=to_y, button="left", buttons=1)
+        self.call("Input.dispatchMouseEvent", type="mouseReleased", x=to_x, y=to_y, button="left", clickCount=1)
+
+    def download(self, folder, script, seconds=200):
+        """The file that a script has the page download."""
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir()
+        self.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder.resolve()))
+        self.run(script + "; 0")
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            for file in folder.iterdir():
+                if file.suffix != ".crdownload" and file.stat().st_size > 0:
+                    return file
+            self.rest(0.1)
+        raise RuntimeError("nothing was downloaded: " + self.run("document.getElementById('note').textContent"))
+
     def screenshot(self, file):
         with open(file, "wb") as out:
             out.write(base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"]))

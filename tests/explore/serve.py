@@ -1,10 +1,10 @@
 #!/usr/bin/python3
 """The server of `qjulia explore`: what it draws, and what it refuses and survives.
 Usage: serve.py QJULIA MESH FOLDER. Exits with 77 where there is no Chromium."""
-import http.client
+import base64
 import pathlib
 import random
-import re
+import shlex
 import signal
 import socket
 import subprocess
@@ -13,6 +13,7 @@ import threading
 import time
 
 import browser
+from server import Server
 
 qjulia, mesh, folder = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 failures = []
@@ -26,52 +27,6 @@ def check(holds, what):
 
 def run(*words):
     subprocess.run([qjulia, *map(str, words)], cwd=folder, check=True)
-
-
-class Server:
-    """`qjulia explore` of a map."""
-
-    def __init__(self, name):
-        self.process = subprocess.Popen([qjulia, "explore", name, "--device", "cpu", "--quiet"], cwd=folder,
-                                        stdout=subprocess.PIPE, text=True)
-        self.address = self.process.stdout.readline().strip()
-        found = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/\?token=([0-9a-f]{32})", self.address)
-        self.port, self.token = int(found[1]), found[2]
-
-    def get(self, path, token=None, method="GET", client="test", body=None, **headers):
-        """Status, headers and body of an answer."""
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=120)
-        own = {"X-Qjulia-Token": self.token if token is None else token, "X-Qjulia-Client": client}
-        own.update({name.replace("_", "-"): value for name, value in headers.items()})
-        try:
-            connection.request(method, path, body=body, headers=own)
-            answer = connection.getresponse()
-            return answer.status, answer.headers, answer.read()
-        finally:
-            connection.close()
-
-    def get_or_nothing(self, path):
-        try:
-            return self.get(path)
-        except (OSError, http.client.HTTPException):
-            return None
-
-    def status(self, *words, **options):
-        return self.get(*words, **options)[0]
-
-    def is_well(self):
-        status, _, body = self.get("/frame?size=16x12&samples=1", client=f"well{random.random()}")
-        return status == 200 and body[:4] == b"=\x89PN"
-
-    def raw(self, data, reads=True):
-        """What the server answers to these bytes; None where it closes the connection."""
-        with socket.create_connection(("127.0.0.1", self.port), timeout=20) as connection:
-            try:
-                connection.sendall(data)
-                connection.shutdown(socket.SHUT_WR)
-                return connection.recv(1 << 16) if reads else None
-            except OSError:
-                return None
 
 
 def check_refusals(server):
@@ -94,6 +49,11 @@ def check_refusals(server):
                   "order-seed=-1", "material=%00", "look-at=1,2,3,4", "tufts=1e9"):
         status, _, body = server.get(f"/frame?{query}")
         check(status == 400 or body.startswith(b"!"), f"a bad request is told so: {query}: {body[:60]}")
+    for query in ("", "make=png", "make=/../x.ply", "make=ply&resolution=99999", "make=stl&millimetres=-1",
+                  "make=turntable&frames=120&size=4000x4000", "make=ply&make=obj"):
+        status, _, body = server.get(f"/make?{query}")
+        check(status == 400, f"so is one to make a file: {query}: {body[:60]}")
+    check(server.status("/fit") == 404 and server.status("/stop", method="POST") == 404, "there is no fit to ask for, or to stop")
     check(server.status("/frame?size=8x8", client="") == 400, "a request must say which page it comes from")
     status, _, body = server.get("/frame?size=8x8&drift=40")
     check(status == 200 and body.startswith(b"!") and b"drift" in body, "what the map does not bear is told too")
@@ -135,7 +95,11 @@ def check_survival(server):
         connection.connect(("127.0.0.1", server.port))
         connection.sendall(f"GET /?token={server.token} HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\n\r\n".encode())
         slow.append(connection)
-    check(server.is_well(), "and clients that stop reading")
+    connection = socket.create_connection(("127.0.0.1", server.port))
+    connection.sendall(f"GET /make?make=ply&resolution=200 HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nX-Qjulia-Client: slow\r\n"
+                       f"X-Qjulia-Token: {server.token}\r\n\r\n".encode())
+    slow.append(connection)
+    check(server.is_well(), "and clients that stop reading, a page or a mesh")
     for connection in slow:
         connection.close()
 
@@ -219,10 +183,29 @@ def check_page(server):
         tab.run("qjulia.change({ drift: 0.5, scale: 1.2, cutx: 70, material: 'trap' }); 0")
         tab.wait(100)
         tab.screenshot(folder / "page.png")
+        check_command(tab, server)
         errors = [e for e in tab.errors if "asked for http://127.0.0.1" not in e]
         check(errors == [], f"no errors: {sorted(set(errors))}")
         tab.run("qjulia.change({ zoom: 2 }); 0")  # and the browser closes in mid-frame
     check(server.is_well(), "a browser that is closed in mid-frame does no harm")
+
+
+def check_command(tab, server):
+    """The picture of the page is that of the command that it gives."""
+    tab.open(f"{server.address}&size=320x240&samples=0#azimuth=50&phase1=30&detail=0.03&palette=ice&material=trap&cutx=60")
+    tab.wait(100)
+    words = shlex.split(tab.run("qjulia.renderCommand()"))
+    words[words.index("-o") + 1] = "command.png"
+    run(*words[1:], "--samples", 1, "--device", "cpu", "--quiet")
+    tab.run(f"globalThis.theirs = '{base64.b64encode((folder / 'command.png').read_bytes()).decode()}'; 0")
+    off = tab.run("""(async () => {
+      const bytes = Uint8Array.from(atob(theirs), (c) => c.charCodeAt(0)), picture = await createImageBitmap(new Blob([bytes]));
+      const other = new OffscreenCanvas(320, 240).getContext("2d"), own = document.getElementById("canvas").getContext("2d");
+      other.drawImage(picture, 0, 0);
+      const a = other.getImageData(0, 0, 320, 240).data, b = own.getImageData(0, 0, 320, 240).data;
+      return a.reduce((most, v, i) => Math.max(most, Math.abs(v - b[i])), 0);
+    })()""")
+    check(off == 0, f"the command copied makes the page's picture: bytes differ by {off}; {shlex.join(words)}")
 
 
 def check_ends(server, before, what):
@@ -245,7 +228,7 @@ def main():
         return 77
     folder.mkdir(parents=True, exist_ok=True)
     run("fit", mesh, "-o", "ball.qjulia.json", "--factors", 24, "--max-evaluations", 60, "--device", "cpu", "--quiet")
-    server = Server("ball.qjulia.json")
+    server = Server(qjulia, folder, "ball.qjulia.json")
     try:
         check_refusals(server)
         check_pictures(server)
@@ -253,12 +236,12 @@ def main():
         check_page(server)
         check_ends(server, lambda: None, "Ctrl-C ends it")
         for path in ("/frame?size=3000x2000&samples=4", "/frame?size=1600x1200&iterations=16&drift=0.5"):
-            server = Server("ball.qjulia.json")
+            server = Server(qjulia, folder, "ball.qjulia.json")
             asked = threading.Thread(target=server.get_or_nothing, args=(path,))
             check_ends(server, lambda: (asked.start(), time.sleep(0.4)), f"and while it draws: {path}")
             asked.join()
         for number in range(20):
-            server = Server("ball.qjulia.json")
+            server = Server(qjulia, folder, "ball.qjulia.json")
             check_ends(server, lambda: time.sleep(0.001 * (number % 4)), f"and at once: {number}")
     finally:
         server.process.kill()

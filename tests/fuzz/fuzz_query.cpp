@@ -1,4 +1,5 @@
-// What pages ask of the server: what is read is a view, and the same from the same text.
+// What pages ask of the server: what is read is a view, and the same from the same text; or what is
+// to be made.
 
 #include <algorithm>
 #include <cstdint>
@@ -6,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "explore/view_request.hpp"
+#include "explore/make_request.hpp"
 #include "qjulia/error.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -22,6 +23,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto view = qjulia::explore::read_view(query);
     if (qjulia::explore::read_view(query).studio_text != view.studio_text) std::abort();
     if (view.picture.width > 16384 || view.picture.samples_per_axis > 4) std::abort();
+  } catch (const qjulia::InputError&) {
+  }
+  try {
+    const auto wanted = qjulia::explore::read_make(query);
+    if (wanted.surface.resolution > qjulia::explore::MakeRequest::kMostCells) std::abort();
+    if (!wanted.is_turntable && wanted.extension.find('/') != std::string::npos) std::abort();
   } catch (const qjulia::InputError&) {
   }
   return 0;

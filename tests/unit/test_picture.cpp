@@ -159,6 +159,32 @@ TEST_CASE("a picture's alpha goes into its file, and sheets are white behind") {
   CHECK_THROWS_AS(png_bytes(image), InputError);
 }
 
+TEST_CASE("images that follow one another are one file") {
+  const Image first{2, 1, {10, 20, 30, 40, 50, 60}}, second{2, 1, {1, 2, 3, 4, 5, 6}};
+  const std::string bytes = animated_png_bytes(std::vector<Image>{first, second, first}, 0.25);
+  // Who knows no animations sees the first.
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  REQUIRE(png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()) != 0);
+  std::vector<std::uint8_t> read(PNG_IMAGE_SIZE(png));
+  REQUIRE(png_image_finish_read(&png, nullptr, read.data(), 0, nullptr) != 0);
+  CHECK(read == first.pixels);
+  // acTL: three frames, for ever; fcTL: numbered along with the data, 250 / 1000 s.
+  const auto at = [&](std::size_t place) { return bytes.substr(place, 8); };
+  const std::size_t control = bytes.find("acTL");
+  CHECK(at(control + 4) == std::string("\0\0\0\3\0\0\0\0", 8));
+  std::size_t frames = 0, sequence = 0;
+  for (std::size_t i = bytes.find("fcTL"); i != std::string::npos; i = bytes.find("fcTL", i + 1)) {
+    CHECK(static_cast<std::size_t>(bytes[i + 7]) == sequence);
+    CHECK(bytes.substr(i + 24, 4) == std::string("\0\xfa\x03\xe8", 4));
+    sequence += frames++ == 0 ? 1 : 2;
+  }
+  CHECK(frames == 3);
+  CHECK_THROWS_AS(animated_png_bytes({}, 0.1), InputError);
+  CHECK_THROWS_AS(animated_png_bytes(std::vector<Image>{first, {1, 1, {1, 2, 3}}}, 0.1),
+                  InputError);
+}
+
 TEST_CASE("cameras look where they say") {
   Camera camera;
   camera.azimuth = camera.elevation = 0;

@@ -11,6 +11,7 @@
 #include "base/base64.hpp"
 #include "base/sha256.hpp"
 #include "explore/embedded_page.hpp"
+#include "qjulia/colors.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/version.hpp"
 #include "report/html.hpp"
@@ -102,6 +103,19 @@ std::string shaders_of_page(const RationalMap& map) {
   return text;
 }
 
+/// Linear colours by the palettes' names, the default's first.
+std::string palettes_json() {
+  const auto rgb = [](const Rgb& c) { return nlohmann::json{c.x(), c.y(), c.z()}; };
+  nlohmann::ordered_json all;
+  for (const std::string& name : palette_names()) {
+    const Palette palette = *palette_named(name);
+    nlohmann::json stops = nlohmann::json::array();
+    for (const Rgb& stop : palette.stops) stops.push_back(rgb(stop));
+    all[name] = {{"clay", rgb(palette.clay)}, {"stops", stops}};
+  }
+  return all.dump();
+}
+
 /// JSON that no HTML parser takes for the end of a script.
 std::string json_of(const RationalMap& map) {
   const std::string plain =
@@ -115,15 +129,18 @@ std::string policy_hash(std::string_view text) {
   return fmt::format("'sha256-{}'", base::base64(base::sha256(text)));
 }
 
-/// What the two pages differ in.
+constexpr std::string_view kByBrowser = "webgl";
+
+/// What pages differ in.
 struct PageKind {
-  std::string_view renderer;  ///< what the root element says of it
+  std::string_view markup;
   std::string_view entry;
-  bool has_shaders;
+  std::string_view renderer;     ///< what the root element says of it
   std::string_view connections;  ///< of the policy
 };
 
-std::string page_of(const PageKind& kind, const RationalMap& map, const std::string& file) {
+/// @param map none where the page has none; its shaders go into a page that draws by itself.
+std::string page_of(const PageKind& kind, const RationalMap* map, const std::string& file) {
   std::string style;
   for_lines(file_of_page("style.css"), [&](std::string_view line) { style += line; });
   const std::string script = script_of_page(kind.entry);
@@ -137,11 +154,12 @@ std::string page_of(const PageKind& kind, const RationalMap& map, const std::str
                    "data:; base-uri 'none'; form-action 'none'",
                    policy_hash(script), policy_hash(style), kind.connections)},
       {"style", style},
-      {"shaders", kind.has_shaders ? shaders_of_page(map) : ""},
-      {"map", json_of(map)},
+      {"shaders", kind.renderer == kByBrowser ? shaders_of_page(*map) : ""},
+      {"palettes", palettes_json()},
+      {"map", map == nullptr ? "" : json_of(*map)},
       {"script", script}};
   std::string page;
-  std::string_view rest = file_of_page("index.html");
+  std::string_view rest = file_of_page(kind.markup);
   for (auto begin = rest.find("{{"); begin != std::string_view::npos; begin = rest.find("{{")) {
     const auto end = rest.find("}}", begin);
     page += rest.substr(0, begin);
@@ -154,11 +172,15 @@ std::string page_of(const PageKind& kind, const RationalMap& map, const std::str
 }  // namespace
 
 std::string shared_page(const RationalMap& map, const std::string& file) {
-  return page_of({"webgl", "shared.js", true, "'none'"}, map, file);
+  return page_of({"index.html", "shared.js", kByBrowser, "'none'"}, &map, file);
 }
 
 std::string served_page(const RationalMap& map, const std::string& file) {
-  return page_of({"server", "served.js", false, "'self'"}, map, file);
+  return page_of({"index.html", "served.js", "server", "'self'"}, &map, file);
+}
+
+std::string fitting_page(const std::string& file) {
+  return page_of({"fitting.html", "fitting.js", "fit", "'self'"}, nullptr, file);
 }
 
 }  // namespace qjulia::explore

@@ -15,4 +15,8 @@ std::string shared_page(const RationalMap& map, const std::string& file);
 /// The same page for `Server` to give out, which then draws.
 std::string served_page(const RationalMap& map, const std::string& file);
 
+/// The page that shows a fit while it runs.
+/// @param file the name of the file that its map is to have.
+std::string fitting_page(const std::string& file);
+
 }  // namespace qjulia::explore

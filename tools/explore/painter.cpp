@@ -3,9 +3,16 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
 
 namespace qjulia::explore {
+
+void Painter::show(RationalMap map) {
+  map_ = std::move(map);
+  turned_text_ = "none";
+  studios_.remove_if([](const Kept& kept) { return !kept.is_of_mesh; });
+}
 
 const RationalMap& Painter::turned(const ViewRequest& view) {
   if (turned_text_ == view.knobs_text) return turned_;
@@ -15,15 +22,21 @@ const RationalMap& Painter::turned(const ViewRequest& view) {
   return turned_;
 }
 
+Studio Painter::new_studio(const ViewRequest& view) {
+  // The next request may well want this studio: only the end of everything stops it.
+  PictureOptions options = view.picture;
+  options.keep_loose = keep_loose_;
+  if (!view.shows_mesh) return {device_, turned(view), options, end_};
+  if (mesh_ == nullptr) throw InputError("there is no mesh here, but a map");
+  return {device_, *mesh_, mesh_->box(), options};
+}
+
 Studio& Painter::studio(const ViewRequest& view) {
   const auto found = std::ranges::find(studios_, view.studio_text, &Kept::text);
   if (found != studios_.end()) {
     studios_.splice(studios_.begin(), studios_, found);
   } else {
-    // The next request may well want this studio: only the end of everything stops it.
-    PictureOptions options = view.picture;
-    options.keep_loose = keep_loose_;
-    studios_.push_front({view.studio_text, Studio(device_, turned(view), options, end_)});
+    studios_.push_front({view.studio_text, view.shows_mesh, new_studio(view)});
     if (studios_.size() > kMostStudios) studios_.pop_back();
   }
   return studios_.front().studio;

@@ -5,10 +5,13 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <exception>
 #include <mutex>
+#include <optional>
 #include <random>
 #include <thread>
 
+#include "explore/maker.hpp"
 #include "explore/page.hpp"
 #include "explore/painter.hpp"
 #include "explore/view_request.hpp"
@@ -23,10 +26,12 @@ using namespace std::chrono_literals;
 constexpr int kThreads = 128;  ///< connections that are read and written at a time
 constexpr auto kReadLimit = 2s, kWriteLimit = 10s;
 constexpr int kKeptAlive = 1;  ///< seconds that a connection waits for its next request
-constexpr auto kFrameLimit = std::chrono::minutes(5);
+constexpr std::chrono::minutes kPictureLimit(5), kLongLimit(60);
 constexpr std::size_t kLongestBody = 4096;  ///< no request has one
 constexpr std::size_t kLongestName = 64;    ///< of a client
 constexpr const char* kTokenHeader = "X-Qjulia-Token";
+constexpr const char* kStop = "/stop";  ///< what ends a fit
+constexpr const char* kOwn = "";        ///< the client that no page can be
 
 /// 32 hexadecimal digits that nobody can guess.
 std::string random_token() {
@@ -60,30 +65,43 @@ void ServerOptions::validate() const {
 }
 
 struct Server::Impl {
-  Impl(const Device& device, const RationalMap& map, const std::string& file,
+  using Work = std::function<std::string(Job&)>;
+
+  Impl(const Device& device, std::optional<FitTask> task, const std::string& file,
        const ServerOptions& options);
 
-  void route(const std::string& file, const RationalMap& map);
+  void route();
+  /// From now on the page is the map's.
+  void show(const RationalMap& map);
+  void begin_fit();
   /// Whether the request may be answered; if not, it is refused.
   bool admits(const httplib::Request& request, httplib::Response& response) const;
-  /// Has the worker do what a request asks for, and sends what comes of it: its first byte says
-  /// whether that is it ('='), nothing because another request came ('-'), or what went wrong
-  /// ('!').
-  void answer(const httplib::Request& request, httplib::Response& response,
-              std::string (*work)(Painter&, const ViewRequest&, const std::stop_token&));
+  /// Has the worker do what a request asks for, and sends what comes of it: lines of how far it is
+  /// ('~', a share, a text), then the bytes ('='), nothing because another request came ('-'), or
+  /// what went wrong ('!').
+  void answer(const httplib::Request& request, httplib::Response& response, Job::Length length,
+              const std::function<Work(const Query&)>& read);
 
-  std::string host;
+  std::string host, file;
   int port = 0;
   std::string token = random_token();
   std::stop_source ending;
+  std::optional<LiveFit> live;
+  std::mutex mutex;
+  std::string page;           // under the mutex
+  std::exception_ptr failed;  // the fit; under the mutex
+  std::condition_variable_any changed;
   Painter painter;  // the worker's
   Worker worker;
   httplib::Server http;
 };
 
-Server::Impl::Impl(const Device& device, const RationalMap& map, const std::string& file,
+Server::Impl::Impl(const Device& device, std::optional<FitTask> task, const std::string& named,
                    const ServerOptions& options)
-    : host(options.host), painter(device, map, options.keep_loose, ending.get_token()) {
+    : host(options.host),
+      file(named),
+      live(task ? std::optional<LiveFit>(std::in_place, std::move(*task)) : std::nullopt),
+      painter(device, live ? &live->mesh() : nullptr, options.keep_loose, ending.get_token()) {
   http.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
   http.set_payload_max_length(kLongestBody);
   http.set_read_timeout(kReadLimit);
@@ -92,7 +110,7 @@ Server::Impl::Impl(const Device& device, const RationalMap& map, const std::stri
   http.set_tcp_nodelay(true);
   // Not the library's own, with which several servers could share a port.
   http.set_socket_options([](socket_t) {});
-  route(file, map);
+  route();
   port = options.port;
   if (port == 0)
     port = http.bind_to_any_port(host);
@@ -102,6 +120,32 @@ Server::Impl::Impl(const Device& device, const RationalMap& map, const std::stri
     throw Error(fmt::format("cannot listen on {}:{}: it is taken, or not this machine's", host,
                             options.port));
   }
+}
+
+void Server::Impl::show(const RationalMap& map) {
+  painter.show(map);
+  const std::lock_guard lock(mutex);
+  page = served_page(map, file);
+}
+
+void Server::Impl::begin_fit() {
+  page = fitting_page(file);
+  live->task().on_end = [this, theirs = live->task().on_end](FitResult& result) {
+    if (theirs) theirs(result);
+    show(result.map);
+  };
+  worker.ask(kOwn, Job::Length::many_pictures, [this](Job& /*job*/) {
+    try {
+      live->run(
+          painter.device(), ending.get_token(),
+          [this](const RationalMap& map) { painter.show(map); }, [this] { worker.draw_waiting(); });
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      failed = std::current_exception();
+      changed.notify_all();
+    }
+    return std::string();
+  });
 }
 
 bool Server::Impl::admits(const httplib::Request& request, httplib::Response& response) const {
@@ -122,8 +166,8 @@ bool Server::Impl::admits(const httplib::Request& request, httplib::Response& re
     refuse(response, 403, "requests of other sites are refused");
     return false;
   }
-  if (request.method != "GET") {
-    refuse(response, 405, "only GET is answered");
+  if (request.method != (request.path == kStop ? "POST" : "GET")) {
+    refuse(response, 405, "this is not asked so");
     return false;
   }
   // Of which a request may name a thousand, each answered with the whole page.
@@ -142,36 +186,39 @@ bool Server::Impl::admits(const httplib::Request& request, httplib::Response& re
 }
 
 void Server::Impl::answer(const httplib::Request& request, httplib::Response& response,
-                          std::string (*work)(Painter&, const ViewRequest&,
-                                              const std::stop_token&)) {
+                          Job::Length length, const std::function<Work(const Query&)>& read) {
   const std::string client = request.get_header_value("X-Qjulia-Client");
   if (client.empty() || client.size() > kLongestName) {
     return refuse(response, 400, "a request must say which page it comes from");
   }
-  ViewRequest view;
+  Work work;
   try {
-    view = read_view(request.params);
+    work = read(request.params);
   } catch (const InputError& error) {
     return refuse(response, 400, error.what());
   }
-  const auto job = worker.ask(client, [this, work, view](const std::stop_token& stop) {
-    return work(painter, view, stop);
-  });
+  const auto job = worker.ask(client, length, std::move(work));
   if (!job) return refuse(response, 503, "too many pages are waiting");
-  const auto until = std::chrono::steady_clock::now() + kFrameLimit;
+  const auto until = std::chrono::steady_clock::now() +
+                     (length == Job::Length::picture ? kPictureLimit : kLongLimit);
   response.set_chunked_content_provider(
       "application/octet-stream",
       [job, until](std::size_t /*offset*/, httplib::DataSink& sink) {
+        std::string told;
         // Looks now and then whether anybody still listens.
         Job::End end = job->wait(100ms);
-        while (end == Job::End::waits) {
+        for (; end == Job::End::waits; end = job->wait(100ms)) {
+          if (const std::string progress = job->progress(); progress != told) {
+            told = progress;
+            if (!sink.write(told.data(), told.size())) job->cancel();
+          }
           if (!sink.is_writable() || std::chrono::steady_clock::now() > until) {
             job->cancel();
             return false;
           }
-          end = job->wait(100ms);
         }
-        const std::string whole = (end == Job::End::done     ? "="
+        const std::string whole = job->progress() +
+                                  (end == Job::End::done     ? "="
                                    : end == Job::End::failed ? "!"
                                                              : "-") +
                                   job->bytes();
@@ -182,7 +229,7 @@ void Server::Impl::answer(const httplib::Request& request, httplib::Response& re
       [job](bool) { job->cancel(); });
 }
 
-void Server::Impl::route(const std::string& file, const RationalMap& map) {
+void Server::Impl::route() {
   http.set_pre_routing_handler([this](const auto& request, auto& response) {
     return admits(request, response) ? httplib::Server::HandlerResponse::Unhandled
                                      : httplib::Server::HandlerResponse::Handled;
@@ -190,26 +237,57 @@ void Server::Impl::route(const std::string& file, const RationalMap& map) {
   http.set_exception_handler([](const auto&, auto& response, std::exception_ptr) {
     refuse(response, 500, "this request could not be answered");
   });
-  http.Get("/", [page = served_page(map, file)](const auto&, auto& response) {
+  http.Get("/", [this](const auto&, auto& response) {
+    const std::lock_guard lock(mutex);
     response.set_content(page, "text/html; charset=utf-8");
   });
   http.Get("/frame", [this](const auto& request, auto& response) {
-    answer(request, response,
-           [](Painter& with, const ViewRequest& view, const std::stop_token& stop) {
-             return with.picture(view, stop);
-           });
+    answer(request, response, Job::Length::picture, [this](const Query& query) -> Work {
+      return
+          [this, view = read_view(query)](Job& job) { return painter.picture(view, job.stop()); };
+    });
   });
   http.Get("/map", [this](const auto& request, auto& response) {
-    answer(request, response, [](Painter& with, const ViewRequest& view, const std::stop_token&) {
-      return with.map_file(view);
+    answer(request, response, Job::Length::picture, [this](const Query& query) -> Work {
+      return [this, view = read_view(query)](Job& /*job*/) { return painter.map_file(view); };
     });
+  });
+  http.Get("/make", [this](const auto& request, auto& response) {
+    answer(request, response, Job::Length::many_pictures, [this](const Query& query) -> Work {
+      return [this, wanted = read_make(query)](Job& job) {
+        const RationalMap map = painter.turned(wanted.view);
+        ProgressMonitor monitor;
+        monitor.stop = job.stop();
+        monitor.on_progress = [&](const Progress& progress) {
+          job.report(progress);
+          worker.draw_waiting();
+        };
+        return made_file(painter.device(), map, wanted, monitor);
+      };
+    });
+  });
+  if (!live) return;
+  http.Get("/fit", [this](const auto&, auto& response) {
+    response.set_content(live->json(), "application/json");
+  });
+  http.Post(kStop, [this](const auto&, auto& response) {
+    live->stop();
+    response.set_content("{}", "application/json");
   });
 }
 
 Server::Server(const Device& device, const RationalMap& map, const std::string& file,
                const ServerOptions& options) {
   options.validate();
-  impl_ = std::make_unique<Impl>(device, map, file, options);
+  impl_ = std::make_unique<Impl>(device, std::nullopt, file, options);
+  impl_->show(map);
+}
+
+Server::Server(const Device& device, FitTask fit, const std::string& file,
+               const ServerOptions& options) {
+  options.validate();
+  impl_ = std::make_unique<Impl>(device, std::move(fit), file, options);
+  impl_->begin_fit();
 }
 
 Server::~Server() = default;
@@ -219,24 +297,24 @@ std::string Server::address() const {
 }
 
 void Server::run(const std::stop_token& stop) {
-  std::mutex mutex;
-  std::condition_variable_any changed;
   bool has_ended = false;
   const std::jthread listener([&] {
     impl_->http.listen_after_bind();
-    const std::lock_guard lock(mutex);
+    const std::lock_guard lock(impl_->mutex);
     has_ended = true;
-    changed.notify_all();
+    impl_->changed.notify_all();
   });
-  std::unique_lock lock(mutex);
+  std::unique_lock lock(impl_->mutex);
   const auto ended = [&] { return has_ended; };
-  changed.wait(lock, stop, ended);
+  impl_->changed.wait(lock, stop, [&] { return has_ended || impl_->failed; });
+  const std::exception_ptr failed = stop.stop_requested() ? nullptr : impl_->failed;
   impl_->ending.request_stop();
   impl_->worker.end();
   // A server that does not listen yet cannot be told to stop.
-  while (!impl_->http.is_running() && !changed.wait_for(lock, 1ms, ended)) continue;
+  while (!impl_->http.is_running() && !impl_->changed.wait_for(lock, 1ms, ended)) continue;
   lock.unlock();
   impl_->http.stop();
+  if (failed) std::rethrow_exception(failed);
 }
 
 }  // namespace qjulia::explore

@@ -6,6 +6,7 @@
 #include <stop_token>
 #include <string>
 
+#include "explore/live_fit.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/rational_map.hpp"
 
@@ -19,12 +20,15 @@ struct ServerOptions {
 };
 
 /// Serves the page of one map. Every request needs the token that stands in the page's address,
-/// names this server as its host, and comes from no other site. No file is read or written for a
-/// request.
+/// names this server as its host, and comes from no other site. No file of the user's is read or
+/// written for a request.
 class Server {
  public:
   /// Listens. @param file the name of the map's file. @throws Error where the port is taken.
   Server(const Device& device, const RationalMap& map, const std::string& file,
+         const ServerOptions& options = {});
+  /// Serves a page that shows a fit while it runs, then that of its map.
+  Server(const Device& device, FitTask fit, const std::string& file,
          const ServerOptions& options = {});
   ~Server();
   Server(const Server&) = delete;
@@ -32,7 +36,7 @@ class Server {
 
   /// Where the page is, with its token.
   std::string address() const;
-  /// Answers requests until a stop is requested.
+  /// Answers requests until a stop is requested. @throws what ends the fit, unless a stop does.
   void run(const std::stop_token& stop);
 
  private:

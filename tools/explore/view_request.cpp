@@ -2,36 +2,25 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
-#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <optional>
 #include <string_view>
 #include <vector>
 
+#include "explore/query_number.hpp"
+#include "qjulia/colors.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::explore {
 namespace {
-
-template <class Number>
-Number number(std::string_view text) {
-  Number value{};
-  const char* const end = text.data() + text.size();
-  const auto [stopped, code] = std::from_chars(text.data(), end, value);
-  bool is_finite = true;
-  if constexpr (std::is_floating_point_v<Number>) is_finite = std::isfinite(value);
-  if (code == std::errc{} && stopped == end && is_finite) return value;
-  throw InputError(fmt::format("'{}' is not a number that is expected here", text));
-}
 
 /// `count` numbers with commas between them.
 std::vector<double> numbers(std::string_view text, std::size_t count) {
   std::vector<double> values;
   for (std::size_t from = 0; from <= text.size() && values.size() <= count;) {
     const std::size_t comma = std::min(text.find(',', from), text.size());
-    values.push_back(number<double>(text.substr(from, comma - from)));
+    values.push_back(query_number<double>(text.substr(from, comma - from)));
     from = comma + 1;
   }
   if (values.size() == count) return values;
@@ -46,8 +35,8 @@ Eigen::Vector3d vector(std::string_view text) {
 void read_size(std::string_view text, PictureOptions& picture) {
   const std::size_t x = text.find('x');
   if (x == std::string_view::npos) throw InputError("give WIDTHxHEIGHT");
-  picture.width = number<int>(text.substr(0, x));
-  picture.height = number<int>(text.substr(x + 1));
+  picture.width = query_number<int>(text.substr(0, x));
+  picture.height = query_number<int>(text.substr(x + 1));
   const bool is_sane = picture.width > 0 && picture.height > 0 && picture.width <= 16384 &&
                        picture.height <= ViewRequest::kMostPixels / picture.width;
   if (!is_sane) throw InputError("it is too large for a page");
@@ -76,46 +65,67 @@ using Changes = Part::Changes;
 /// Cuts away what lies beyond a per cent of the shape's box.
 Part cut(char axis) {
   return {Changes::studio, [axis](std::string_view text, ViewRequest& view) {
-            view.picture.cuts.push_back({axis, number<double>(text), true});
+            view.picture.cuts.push_back({axis, query_number<double>(text), true});
           }};
 }
 
 const std::map<std::string, Part, std::less<>>& parts() {
   static const std::map<std::string, Part, std::less<>> all{
       {"detail",
-       {Changes::knobs, [](auto text, auto& v) { v.knobs.detail = number<double>(text); }}},
+       {Changes::knobs, [](auto text, auto& v) { v.knobs.detail = query_number<double>(text); }}},
       {"order-seed",
        {Changes::knobs,
-        [](auto text, auto& v) { v.knobs.order_seed = number<std::uint64_t>(text); }}},
+        [](auto text, auto& v) { v.knobs.order_seed = query_number<std::uint64_t>(text); }}},
       {"phase",
        {Changes::knobs,
         [](auto text, auto& v) {
           const std::vector<double> p = numbers(text, 4);
           v.knobs.phase = Quaternion{p[0], p[1], p[2], p[3]};
         }}},
-      {"slice", {Changes::knobs, [](auto text, auto& v) { v.knobs.slice = number<double>(text); }}},
+      {"slice",
+       {Changes::knobs, [](auto text, auto& v) { v.knobs.slice = query_number<double>(text); }}},
       {"rotate",
        {Changes::knobs,
         [](auto text, auto& v) {
           const std::vector<double> r = numbers(text, 4);
           v.knobs.rotate = Rotation{{r[0], r[1], r[2]}, r[3]};
         }}},
-      {"drift", {Changes::knobs, [](auto text, auto& v) { v.knobs.drift = number<double>(text); }}},
-      {"scale", {Changes::knobs, [](auto text, auto& v) { v.knobs.scale = number<double>(text); }}},
-      {"tufts", {Changes::knobs, [](auto text, auto& v) { v.knobs.tufts = number<double>(text); }}},
+      {"drift",
+       {Changes::knobs, [](auto text, auto& v) { v.knobs.drift = query_number<double>(text); }}},
+      {"scale",
+       {Changes::knobs, [](auto text, auto& v) { v.knobs.scale = query_number<double>(text); }}},
+      {"tufts",
+       {Changes::knobs, [](auto text, auto& v) { v.knobs.tufts = query_number<double>(text); }}},
       {"iterations",
-       {Changes::studio, [](auto text, auto& v) { v.picture.iterations = number<int>(text); }}},
+       {Changes::studio,
+        [](auto text, auto& v) { v.picture.iterations = query_number<int>(text); }}},
       {"material",
        {Changes::studio, [](auto text, auto& v) { v.picture.material = material(text); }}},
+      {"palette",
+       {Changes::studio,
+        [](auto text, auto& v) {
+          const auto palette = palette_named(text);
+          if (!palette) throw InputError("give the name of a palette");
+          v.picture.palette = *palette;
+        }}},
       {"size", {Changes::studio, [](auto text, auto& v) { read_size(text, v.picture); }}},
       {"samples",
        {Changes::studio,
         [](auto text, auto& v) {
-          v.picture.samples_per_axis = number<int>(text);
+          v.picture.samples_per_axis = query_number<int>(text);
           if (v.picture.samples_per_axis > ViewRequest::kMostSamples) {
             throw InputError(fmt::format("give {} at most", ViewRequest::kMostSamples));
           }
         }}},
+      {"shows",
+       {Changes::studio,
+        [](auto text, auto& v) {
+          if (text != "map" && text != "mesh") throw InputError("give map or mesh");
+          v.shows_mesh = text == "mesh";
+        }}},
+      {"draft",
+       {Changes::studio,
+        [](auto text, auto& v) { v.picture.draft = query_number<int>(text) != 0; }}},
       {"cut-x", cut('x')},
       {"cut-y", cut('y')},
       {"cut-z", cut('z')},
@@ -123,12 +133,13 @@ const std::map<std::string, Part, std::less<>>& parts() {
        {Changes::studio, [](auto text, auto& v) { v.picture.camera.up = direction_named(text); }}},
       {"azimuth",
        {Changes::camera,
-        [](auto text, auto& v) { v.picture.camera.azimuth = number<double>(text); }}},
+        [](auto text, auto& v) { v.picture.camera.azimuth = query_number<double>(text); }}},
       {"elevation",
        {Changes::camera,
-        [](auto text, auto& v) { v.picture.camera.elevation = number<double>(text); }}},
+        [](auto text, auto& v) { v.picture.camera.elevation = query_number<double>(text); }}},
       {"zoom",
-       {Changes::camera, [](auto text, auto& v) { v.picture.camera.zoom = number<double>(text); }}},
+       {Changes::camera,
+        [](auto text, auto& v) { v.picture.camera.zoom = query_number<double>(text); }}},
       {"look-at",
        {Changes::camera, [](auto text, auto& v) { v.picture.camera.look_at = vector(text); }}},
   };

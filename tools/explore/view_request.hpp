@@ -18,6 +18,7 @@ struct ViewRequest {
 
   MapKnobs knobs;
   PictureOptions picture;
+  bool shows_mesh = false;  ///< that a map is being fitted to, in place of the map
   std::string knobs_text;   ///< the same for requests with the same knobs
   std::string studio_text;  ///< the same for requests that differ in the camera alone
 };

@@ -1,12 +1,12 @@
 #include "explore/worker.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <iterator>
 #include <utility>
-#include <vector>
 
 #include "qjulia/error.hpp"
-#include "qjulia/progress.hpp"
 
 namespace qjulia::explore {
 
@@ -25,6 +25,27 @@ void Job::finish(End end, std::string bytes) {
   ended_.notify_all();
 }
 
+void Job::report(const Progress& progress) {
+  const std::lock_guard lock(mutex_);
+  progress_ = fmt::format("~{:.3f} {}\n", progress.fraction, progress.detail);
+}
+
+std::string Job::progress() const {
+  const std::lock_guard lock(mutex_);
+  return progress_;
+}
+
+void Job::run() {
+  try {
+    throw_if_stopped(stop());
+    finish(End::done, work_(*this));
+  } catch (const Interrupted&) {
+    finish(End::stale, {});
+  } catch (const std::exception& error) {
+    finish(End::failed, error.what());
+  }
+}
+
 Worker::Worker() : thread_([this] { run(); }) {}
 
 Worker::~Worker() {
@@ -36,51 +57,74 @@ void Worker::end() {
   {
     const std::lock_guard lock(mutex_);
     ends_ = true;
-    if (running_) running_->cancel();
+    for (const auto& job : running_) job->cancel();
   }
   changed_.notify_all();
 }
 
-std::shared_ptr<Job> Worker::ask(const std::string& client, Job::Work work) {
-  std::shared_ptr<Job> job(new Job(client, std::move(work)));
+std::shared_ptr<Job> Worker::ask(const std::string& client, Job::Length length, Job::Work work) {
+  std::shared_ptr<Job> job(new Job(client, length, std::move(work)));
   std::vector<std::shared_ptr<Job>> stale;
   {
     const std::lock_guard lock(mutex_);
-    const auto is_same = [&](const auto& other) { return other->client_ == client; };
+    const auto is_same = [&](const auto& other) {
+      return other->client_ == client && other->length_ == length;
+    };
     std::ranges::copy_if(waiting_, std::back_inserter(stale), is_same);
     std::erase_if(waiting_, is_same);
-    if (running_ && is_same(running_)) running_->cancel();
+    for (const auto& other : running_) {
+      if (is_same(other)) other->cancel();
+    }
     if (!ends_ && waiting_.size() < kMostJobs)
       waiting_.push_back(job);
     else
-      return nullptr;
+      job = nullptr;
   }
   for (const auto& other : stale) other->finish(Job::End::stale, {});
   changed_.notify_all();
   return job;
 }
 
+void Worker::run(const std::shared_ptr<Job>& job) {
+  job->run();
+  const std::lock_guard lock(mutex_);
+  running_.pop_back();
+}
+
+void Worker::draw_waiting() {
+  std::deque<std::shared_ptr<Job>> pictures;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto is_picture = [](const auto& job) { return job->length_ == Job::Length::picture; };
+    std::ranges::copy_if(waiting_, std::back_inserter(pictures), is_picture);
+  }
+  // Those that come meanwhile wait for the next call: the work goes on in between.
+  for (const auto& job : pictures) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (ends_) return;
+      if (std::erase(waiting_, job) == 0) continue;  // cancelled meanwhile
+      running_.push_back(job);
+    }
+    run(job);
+  }
+}
+
 void Worker::run() {
   for (;;) {
-    std::unique_lock lock(mutex_);
-    running_ = nullptr;
-    changed_.wait(lock, [&] { return ends_ || !waiting_.empty(); });
-    if (ends_) {
-      for (const auto& job : waiting_) job->finish(Job::End::stale, {});
-      return;
+    std::shared_ptr<Job> job;
+    {
+      std::unique_lock lock(mutex_);
+      changed_.wait(lock, [&] { return ends_ || !waiting_.empty(); });
+      if (ends_) {
+        for (const auto& other : waiting_) other->finish(Job::End::stale, {});
+        return;
+      }
+      job = waiting_.front();
+      waiting_.pop_front();
+      running_.push_back(job);
     }
-    running_ = waiting_.front();
-    waiting_.pop_front();
-    const std::shared_ptr<Job> job = running_;
-    lock.unlock();
-    try {
-      throw_if_stopped(job->stop_.get_token());
-      job->finish(Job::End::done, job->work_(job->stop_.get_token()));
-    } catch (const Interrupted&) {
-      job->finish(Job::End::stale, {});
-    } catch (const std::exception& error) {
-      job->finish(Job::End::failed, error.what());
-    }
+    run(job);
   }
 }
 

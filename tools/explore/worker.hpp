@@ -10,6 +10,9 @@
 #include <stop_token>
 #include <string>
 #include <thread>
+#include <vector>
+
+#include "qjulia/progress.hpp"
 
 namespace qjulia::explore {
 
@@ -17,6 +20,10 @@ namespace qjulia::explore {
 class Job {
  public:
   enum class End { waits, done, stale, failed };
+  /// How long it takes: a picture, or a fit, a mesh, a turntable, in which pictures come between.
+  enum class Length { picture, many_pictures };
+  /// Returns the bytes; throws Interrupted soon after its token asks it to stop.
+  using Work = std::function<std::string(Job&)>;
 
   /// Waits so long at most. @return how it ended; `waits` where it has not.
   End wait(std::chrono::milliseconds limit);
@@ -24,21 +31,29 @@ class Job {
   const std::string& bytes() const { return bytes_; }
   /// Nobody waits any more.
   void cancel() { stop_.request_stop(); }
+  std::stop_token stop() const { return stop_.get_token(); }
+
+  /// How far the work is: told by it, and heard by whoever waits as a line, "~0.42 text"; empty
+  /// where nothing was told.
+  void report(const Progress& progress);
+  std::string progress() const;
 
  private:
   friend class Worker;
-  using Work = std::function<std::string(const std::stop_token&)>;
 
-  Job(std::string client, Work work) : client_(std::move(client)), work_(std::move(work)) {}
+  Job(std::string client, Length length, Work work)
+      : client_(std::move(client)), length_(length), work_(std::move(work)) {}
   void finish(End end, std::string bytes);
+  void run();
 
   std::string client_;
+  Length length_;
   Work work_;
   std::stop_source stop_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable ended_;
   End end_ = End::waits;
-  std::string bytes_;
+  std::string bytes_, progress_;
 };
 
 /// A thread that does what clients ask for, in turn: a client has one job at a time, and what it
@@ -52,19 +67,21 @@ class Worker {
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
-  /// @param work returns the bytes; throws Interrupted soon after its token asks it to stop.
   /// @return none where too many wait, or after `end`.
-  std::shared_ptr<Job> ask(const std::string& client, Job::Work work);
+  std::shared_ptr<Job> ask(const std::string& client, Job::Length length, Job::Work work);
+  /// Draws the pictures that wait. For work that takes long, which calls this now and then.
+  void draw_waiting();
   /// Cancels what runs, and does no more.
   void end();
 
  private:
   void run();
+  void run(const std::shared_ptr<Job>& job);
 
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<std::shared_ptr<Job>> waiting_;
-  std::shared_ptr<Job> running_;
+  std::vector<std::shared_ptr<Job>> running_;  ///< the last one now; those before wait for it
   bool ends_ = false;
   std::thread thread_;
 };

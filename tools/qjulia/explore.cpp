@@ -7,6 +7,7 @@
 #include <array>
 #include <csignal>
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -14,8 +15,11 @@
 #include "commands.hpp"
 #include "exit_code.hpp"
 #include "explore/server.hpp"
+#include "files.hpp"
+#include "fit_options.hpp"
 #include "options.hpp"
-#include "qjulia/fit.hpp"
+#include "provenance.hpp"
+#include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
 
 namespace qjulia::tools {
@@ -23,21 +27,66 @@ namespace {
 
 struct ExploreArguments {
   std::string input;
+  std::string output;  ///< of a fit; empty: none
   std::string device;
+  FitArguments fit;
   bool opens = false;
   explore::ServerOptions options;
 };
 
-/// The map to play with: that of the file, or one fitted to it.
-RationalMap map_of(const ExploreArguments& arguments, const Device& device, Session& session) {
+std::string name_of(const std::filesystem::path& file) {
+  return base::to_utf8(file.filename().string());
+}
+
+/// A fit of the mesh that pages watch. What it says goes to the console from the server's thread,
+/// while this one waits.
+explore::FitTask fit_task(const ExploreArguments& arguments, const Device& device,
+                          Session& session) {
+  explore::FitTask task{session.read_mesh(arguments.input), checked_options(arguments.fit)};
+  task.on_progress = session.monitor().on_progress;
+  task.on_end = [&arguments, &session, device, options = task.options](FitResult& result) {
+    result.map.provenance = provenance(arguments.input, options, device, result);
+    for (const std::string& warning : result.warnings) session.console.warn(warning);
+    session.console.note(brief_summary(result));
+    if (arguments.output.empty()) return;
+    try {
+      write_map(result.map, arguments.output);
+      session.console.note("map: " + arguments.output);
+    } catch (const OutputError& error) {
+      // The page still has the map.
+      session.console.warn(error.what());
+    }
+  };
+  return task;
+}
+
+std::unique_ptr<explore::Server> server_of(const ExploreArguments& arguments, const Device& device,
+                                           Session& session) {
   if (!is_mesh_file(arguments.input)) {
-    return read_map(arguments.input, session.interrupts.token());
+    return std::make_unique<explore::Server>(device,
+                                             read_map(arguments.input, session.interrupts.token()),
+                                             name_of(arguments.input), arguments.options);
   }
-  FitResult result =
-      fit(device, session.read_mesh(arguments.input), FitOptions{}, session.monitor());
-  throw_if_stopped(session.interrupts.token());
-  for (const std::string& warning : result.warnings) session.console.warn(warning);
-  return std::move(result.map);
+  const std::filesystem::path map =
+      arguments.output.empty()
+          ? std::filesystem::path(arguments.input).stem().string() + ".qjulia.json"
+          : arguments.output;
+  return std::make_unique<explore::Server>(device, fit_task(arguments, device, session),
+                                           name_of(map), arguments.options);
+}
+
+/// @throws InputError for options of a fit without a mesh.
+void check_input(const ExploreArguments& arguments, Session& session) {
+  if (is_mesh_file(arguments.input)) {
+    if (arguments.output.empty()) return;
+    check_map_name(arguments.output);
+    return session.check_outputs({arguments.input}, {{"--output", arguments.output}});
+  }
+  if (arguments.output.empty() && arguments.fit.options.factors == 0 && !arguments.fit.time_limit)
+    return;
+  throw InputError(fmt::format(
+      "--output, --factors and --time-limit are of a fit, which needs a mesh, and '{}' is a map",
+      arguments.input));
 }
 
 /// Has the desktop open the page; where there is none, nothing happens.
@@ -59,20 +108,18 @@ void open_page(std::string address) {
 
 int run_explore(const ExploreArguments& arguments, Session& session) {
   arguments.options.validate();
+  check_input(arguments, session);
   const Device device = session.open_device(arguments.device);
-  const RationalMap map = map_of(arguments, device, session);
-  const std::string name =
-      base::to_utf8(std::filesystem::path(arguments.input).filename().string());
-  explore::Server server(device, map, name, arguments.options);
+  const auto server = server_of(arguments, device, session);
   if (arguments.options.host != explore::ServerOptions{}.host) {
     session.console.warn(
         "others on the network can reach this page, and whoever knows its address can use this "
         "device; nothing is encrypted");
   }
-  session.console.result(server.address(), {{"address", server.address()}});
+  session.console.result(server->address(), {{"address", server->address()}});
   session.console.note("open this address in a browser; Ctrl-C ends");
-  if (arguments.opens) open_page(server.address());
-  server.run(session.interrupts.token());
+  if (arguments.opens) open_page(server->address());
+  server->run(session.interrupts.token());
   session.report_kernels(device);
   return kDone;
 }
@@ -80,9 +127,13 @@ int run_explore(const ExploreArguments& arguments, Session& session) {
 void describe_explore(Command command, ExploreArguments& a) {
   command
       .file("MAP|MESH", a.input,
-            "Map file, a page with one, or a mesh (.obj, .off, .ply, .stl), which is fitted first")
+            "Map file, a page with one, or a mesh (.obj, .off, .ply, .stl), which is fitted first, "
+            "on the page")
       .required()
       .type("");
+  command.file("-o,--output", a.output, "Map file to write when a mesh is fitted. Default: none")
+      .type("MAP");
+  add_fit_size(command, a.fit);
   command.flag("--open", a.opens, "Open the page in the desktop's browser");
   command.add("--port", &a.options.port, "Port of the page; 0: any that is free")
       .range(0, 65535)
@@ -90,8 +141,7 @@ void describe_explore(Command command, ExploreArguments& a) {
   command
       .add("--host", &a.options.host,
            "Address of this machine to listen on. Others than the default can be reached by "
-           "whoever is "
-           "on the network")
+           "whoever is on the network")
       .type("ADDRESS");
   command.flag("--keep-loose", a.options.keep_loose,
                "Draw all connected parts of the set, as 'qjulia render' does with it");
@@ -104,7 +154,7 @@ void add_explore(CommandLine& program, ChosenCommand& chosen) {
   const CommandText text{"explore", "Play with a map in a browser",
                          "Examples:\n"
                          "  qjulia explore bunny.qjulia.json --open\n"
-                         "  qjulia explore bunny.obj                 fits first, a minute or so\n"
+                         "  qjulia explore bunny.obj --open          shows the fit as it runs\n"
                          "Prints the address of a page with a slider for every option of the map; "
                          "this machine's device\n"
                          "draws. The page is for this machine alone, and its address has a token "

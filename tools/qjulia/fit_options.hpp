@@ -17,6 +17,9 @@ struct FitArguments {
   FitOptions options;
 };
 
+/// --factors and --time-limit.
+void add_fit_size(Command command, FitArguments& arguments);
+
 /// Everything that says how to fit; neither files nor devices.
 void add_fit_options(Command command, FitArguments& arguments);
 

@@ -50,12 +50,8 @@ RationalMap scaled(RationalMap map, std::optional<double> millimetres, const std
         fmt::format("--millimetres needs the size of the shape, and '{}' does not hold it", file));
   }
   const double factor = *millimetres / map.box->size().maxCoeff();
-  for (auto* box : {&map.box, &options.box}) {
-    if (*box) *box = Box{factor * (*box)->low, factor * (*box)->high};
-  }
-  if (map.inradius) *map.inradius *= factor;
-  map.shape_to_map.scale /= factor;
-  return map;
+  if (options.box) options.box = Box{factor * options.box->low, factor * options.box->high};
+  return with_longest_side(std::move(map), *millimetres);
 }
 
 /// Loose pieces are dropped unless components are chosen otherwise.

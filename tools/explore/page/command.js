@@ -28,6 +28,7 @@ function pictureOptions() {
   if (state.look) options.push(["look-at", state.look.map(short)]);
   if (state.up !== usual.up) options.push(["up", [state.up]]);
   if (state.material !== "clay") options.push(["material", [state.material]]);
+  if (state.palette !== usual.palette) options.push(["palette", [state.palette]]);
   return options;
 }
 

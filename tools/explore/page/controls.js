@@ -5,7 +5,8 @@ import { canRedo, canUndo, change, onChange, ranges, redo, state, undo, usual, w
 const panel = document.getElementById("panel"), knobs = document.getElementById("knobs");
 const updates = [];  // what follows the state
 
-function element(name, properties = {}, ...children) {
+/** A new element with children. */
+export function element(name, properties = {}, ...children) {
   const made = Object.assign(document.createElement(name), properties);
   made.append(...children);
   return made;
@@ -43,7 +44,7 @@ function menu(name, text, title, choices = words[name]) {
   return element("label", { title }, element("span", {}, text), list);
 }
 
-function group(title, ...children) {
+export function group(title, ...children) {
   knobs.append(element("fieldset", {}, element("legend", {}, title), ...children.filter(Boolean)));
 }
 
@@ -114,6 +115,7 @@ if (map.box) {
 const isLit = document.documentElement.dataset.renderer === "webgl";  // a server has the lamps of qjulia render
 group("Look",
   menu("material", "material", "What colours the set: clay; how late the orbit of a point is decided; or how close two iterates come to the plane X = 0"),
+  menu("palette", "palette", "The set's colours: of clay, or those that the other materials go through from low to high"),
   isLit && slider("light", "light", "Strength of the lamp. qjulia render has 1", 0.05),
   isLit && slider("lightaz", "from the side", "Where the lamp is, degrees from the camera to the right. qjulia render has -62", 1),
   isLit && slider("lightup", "from above", "How high the lamp is, degrees. qjulia render has 41", 1),

@@ -10,7 +10,7 @@ if (!gl.getExtension("EXT_color_buffer_float")) {
 
 export const groups = Math.ceil((map.factors?.length ?? 0) / 4);
 const portals = map.portals?.length ?? 0;
-const isBlock = 80 * groups <= gl.getParameter(gl.MAX_UNIFORM_BLOCK_SIZE);
+const isBlock = 80 * groups <= 16384;  // the least size that a uniform block has anywhere: 816 factors
 const head = `#version 300 es
 precision highp float;
 precision highp int;
@@ -159,6 +159,7 @@ export async function anyPassed(query) {
 }
 
 // ---- the map's factors ----
+export const factorsAreIn = isBlock ? "block" : "texture";
 const block = isBlock ? gl.createBuffer() : null;
 const factorTexture = isBlock ? null : texture(gl.RGBA32F, [256, Math.ceil(5 * Math.max(groups, 1) / 256)]);
 const packed = new Float32Array(4 * (isBlock ? 5 * Math.max(groups, 1) : 256 * Math.ceil(5 * Math.max(groups, 1) / 256)));

@@ -7,6 +7,7 @@ import { button, note, toggleControls } from "./controls.js";
 import { shapeBox, toShape, turned } from "./map.js";
 import { listen } from "./pointer.js";
 import { saveMap, savePicture } from "./save.js";
+import { followTheme } from "./theme.js";
 import { change, followAddress, knobsOf, onChange, state, written } from "./state.js";
 
 const root = document.documentElement, given = new URLSearchParams(location.search);
@@ -104,7 +105,7 @@ button("savers", "Dark or light", "Theme of the page and the backdrop", () => {
 /** Begins: draws what the address says, then whatever changes. */
 export function start(draws) {
   renderer = draws;
-  root.dataset.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
+  followTheme();
   if (fixed || innerWidth < 640) toggleControls();
   fit();
   listen(whereNow);

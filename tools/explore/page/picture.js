@@ -7,10 +7,17 @@ import { marchView, measure } from "./march.js";
 import { makeScene, seenBox } from "./scene.js";
 import { knobsOf, state } from "./state.js";
 
+const palettes = JSON.parse(document.getElementById("palettes").textContent);
+/** The uniforms of shade.glsl: the colours of clay, and those that traits go through. */
+function paletteOf(name) {
+  const { clay, stops } = palettes[name], all = Array.from({ length: 8 }, (_, i) => stops[Math.min(i, stops.length - 1)]);
+  return { palette_clay: clay, palette_stops: all, palette_last: stops.length - 1 };
+}
+
 const shade = program("shade.glsl"), show = program("show.glsl"), trait = program("trait.glsl");
 
 /** For measurements: milliseconds of the last picture's parts. */
-export const figures = { levels: [] };
+export const figures = { levels: [], count: 0 };
 
 let latest = 0;   // the newest picture that was asked for; older ones stop at their next draw
 let finest = null;  // the last whole march
@@ -35,7 +42,7 @@ function paint(scene, result, jitter, share, isDark) {
   gl.enable(gl.BLEND);
   gl.blendColor(0, 0, 0, share);
   gl.blendFunc(gl.CONSTANT_ALPHA, gl.ONE_MINUS_CONSTANT_ALPHA);
-  use(shade, { ...view, jitter, has_traits: traits !== null, is_dark: isDark });
+  use(shade, { ...view, ...paletteOf(state.palette), jitter, has_traits: traits !== null, is_dark: isDark });
   drawAll();
   gl.disable(gl.BLEND);
   bind("picture", gl.TEXTURE_2D, picture);
@@ -48,20 +55,19 @@ function paint(scene, result, jitter, share, isDark) {
  * @param options samples: between pixels' middles, after the first; isMoving: more changes are on their way, and a coarse grid will do;
  * isDark: the backdrop; report(share): how much is done. */
 export async function draw(options) {
-  const id = ++latest, isStale = () => id !== latest, start = performance.now();
+  const id = ++latest, start = performance.now(), isStale = () => id !== latest;
+  // A first picture is never cut short: while something moves, these are what keeps up.
+  await coarsest;
+  if (isStale()) return false;
   const report = options.report ?? (() => {});
   report(0);
-  const scene = await makeScene(knobsOf(), state.iterations, options.isMoving, isStale);
-  if (!scene) return false;
-  if (!isMeasured) measure(scene.uniforms);
-  isMeasured = true;
-  Object.assign(figures, { sceneMs: performance.now() - start, firstMs: null, fullMs: null, restMs: null, levels: [] });
-  waits.longest = 0;
-  const seen = seenBox(scene.map, state), size = [canvas.width, canvas.height];
-  const view = (divisor) => viewOf(state, scene.map, scene.box, ...size, divisor);
-  const middle = [0, 0];
-  let result = null, done = 0;
-  const divisors = [8, 4, 2, 1], all = 1.33 + options.samples;
+  const first = drawCoarsest(options, start);
+  coarsest = first.catch(() => {});
+  const drawing = await first;
+  if (!drawing || isStale()) return false;
+  const { scene, seen, view, middle } = drawing, divisors = [4, 2, 1], all = 1.33 + options.samples;
+  let { result } = drawing, done = 0;
+  report((done += 1 / 64) / all);
   for (const divisor of divisors) {
     const from = performance.now();
     result = await marchView(scene, view(divisor), seen, divisor, middle, result, isStale);
@@ -69,7 +75,6 @@ export async function draw(options) {
     paint(scene, result, middle, 1, options.isDark);
     await drawn();
     figures.levels.push({ divisor, ms: performance.now() - from });
-    figures.firstMs ??= performance.now() - start;
     report((done += 1 / divisor ** 2) / all);
   }
   finest = result;
@@ -84,6 +89,26 @@ export async function draw(options) {
   }
   Object.assign(figures, { restMs: performance.now() - start, longestWaitMs: waits.longest });
   return !isStale();
+}
+
+let coarsest = Promise.resolve();  // the first picture that is being drawn
+
+/** The scene of the state, drawn with an eighth of the pixels a side. */
+async function drawCoarsest(options, start) {
+  const scene = await makeScene(knobsOf(), state.iterations, options.isMoving, () => false);
+  if (!isMeasured) measure(scene.uniforms);
+  isMeasured = true;
+  Object.assign(figures, { sceneMs: performance.now() - start, fullMs: null, restMs: null, levels: [] });
+  waits.longest = 0;
+  const seen = seenBox(scene.map, state), size = [canvas.width, canvas.height], camera = { ...state };
+  const view = (divisor) => viewOf(camera, scene.map, scene.box, ...size, divisor), middle = [0, 0], from = performance.now();
+  const result = await marchView(scene, view(8), seen, 8, middle, null, () => false);
+  paint(scene, result, middle, 1, options.isDark);
+  await drawn();
+  const now = performance.now();
+  figures.levels.push({ divisor: 8, ms: now - from });
+  Object.assign(figures, { firstMs: now - start, count: figures.count + 1 });
+  return { scene, seen, view, middle, result };
 }
 
 /** Depths along the rays of the last whole picture, row by row from the top, -1 where nothing is; and a pixel's

@@ -2,10 +2,11 @@
 
 const name = document.documentElement.dataset.map.replace(/^.*\//, "").replace(/(\.qjulia)?\.[^.]*$/, "") || "map";
 
-function download(blob, file) {
+/** @param end of the file's name. */
+export function download(blob, end) {
   const link = document.createElement("a");
   link.href = URL.createObjectURL(blob);
-  link.download = file;
+  link.download = name + end;
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
@@ -13,7 +14,7 @@ function download(blob, file) {
 export async function savePicture(canvas) {
   const blob = await new Promise((resolve) => canvas.toBlob(resolve, "image/png"));
   if (!blob) throw new Error("the browser cannot make a picture this large");
-  download(blob, `${name}.png`);
+  download(blob, ".png");
 }
 
-export const saveMap = (text) => download(new Blob([text], { type: "application/json" }), `${name}_turned.qjulia.json`);
+export const saveMap = (text) => download(new Blob([text], { type: "application/json" }), "_turned.qjulia.json");

@@ -2,6 +2,8 @@
 // replaced by what the picture itself shows of neighbours.
 #include view.glsl
 
+uniform vec3 palette_clay, palette_stops[8];
+uniform int palette_last;
 uniform highp sampler2D depths, traits;
 uniform vec2 jitter;
 uniform vec2 canvas;    // pixels that are drawn
@@ -78,13 +80,12 @@ float key_light(vec3 p, vec3 n, float turn) {
   return lit == 1.0 ? 1.0 : 0.35 * lit * lit;
 }
 
+// Colours of traits 0 ... 1, through those of the palette.
 vec3 trait_albedo(float t) {
-  vec3 low = vec3(0.13, 0.15, 0.36), second = vec3(0.13, 0.42, 0.46);
-  vec3 third = vec3(0.80, 0.68, 0.42), high = vec3(0.62, 0.20, 0.10);
-  t *= 3.0;
-  vec3 c = mix(low, second, clamp(t, 0.0, 1.0));
-  c = mix(c, third, clamp(t - 1.0, 0.0, 1.0));
-  return mix(c, high, clamp(t - 2.0, 0.0, 1.0));
+  vec3 c = palette_stops[0];
+  t *= float(palette_last);
+  for (int i = 0; i < palette_last; ++i) c = mix(c, palette_stops[i + 1], clamp(t - float(i), 0.0, 1.0));
+  return c;
 }
 
 vec3 with_bounces(float v, vec3 albedo) {
@@ -115,7 +116,7 @@ void main() {
   vec2 size = vec2(bounds + 1);
   vec3 p = point_at(vec2(at), t), n = normal_at(at, t);
   float turn = fract(52.9829189 * fract(dot(vec2(at) + 64.0 * jitter, vec2(0.06711056, 0.00583715))));
-  vec3 albedo = has_traits ? trait_albedo(texelFetch(traits, at, 0).x) : vec3(0.66, 0.45, 0.32);
+  vec3 albedo = has_traits ? trait_albedo(texelFetch(traits, at, 0).x) : palette_clay;
   float open = open_share(at, p, n, max(3.0, 0.06 * size.y), 6.28 * turn);
   // Irradiance from a sky brightest overhead and a floor that glows warmly.
   vec3 sky = mix(vec3(0.267, 0.245, 0.214), vec3(0.59, 0.63, 0.69), 0.5 + 0.5 * dot(n, upright));

@@ -1,7 +1,7 @@
 // The page of `qjulia share`: the viewer's own graphics draw.
 import { fail } from "./failure.js";
 import { canvas } from "./canvas.js";
-import { gl, uploadFactors } from "./gl.js";
+import { factorsAreIn, gl, uploadFactors } from "./gl.js";
 import { uploadDistances } from "./distance_grid.js";
 import { uploadPaint } from "./paint_grid.js";
 import { asked, evaluate, uniformsOf } from "./field.js";
@@ -22,4 +22,4 @@ function at(points, iterations) {
   const uniforms = uniformsOf(map, { inner: 0, outer: Infinity, escape: 20 });
   return [...evaluate(uniforms, new Float32Array(points.flat()), wanted, { iterations })];
 }
-Object.assign(globalThis.qjulia, { depths, figures, mapFile, at });
+Object.assign(globalThis.qjulia, { depths, figures, mapFile, at, factorsAreIn });

@@ -19,7 +19,8 @@ ranges.slice = [map.slice, Math.min(-1.5, map.slice), Math.max(1.5, map.slice)];
 
 const standing = ["x", "y", "z", "-x", "-y", "-z"], ownUp = map.up ?? "y";
 /** Every word: the usual first. */
-export const words = { axis: ["x", "y", "z"], up: [ownUp, ...standing.filter((up) => up !== ownUp)], material: ["clay", "iterations", "trap"] };
+export const words = { axis: ["x", "y", "z"], up: [ownUp, ...standing.filter((up) => up !== ownUp)], material: ["clay", "iterations", "trap"],
+                       palette: Object.keys(JSON.parse(document.getElementById("palettes").textContent)) };
 
 export const usual = Object.fromEntries([
   ...Object.entries(ranges).map(([name, range]) => [name, range[0]]),

@@ -1,0 +1,58 @@
+// A fit that is watched: what it tells, and that it goes the same way.
+
+#include <catch2/catch.hpp>
+#include <stop_token>
+
+#include "qjulia/fit.hpp"
+#include "qjulia/map_file.hpp"
+#include "shapes.hpp"
+#include "test_device.hpp"
+
+using namespace qjulia;
+
+TEST_CASE("a fit tells its energies and its map at each stage, and goes the same way") {
+  const Device& device = test::device();
+  const TriangleMesh mesh = shapes::torus(1, 0.4);
+  FitOptions options;
+  options.factors = 24;
+  options.schedule = "fast";
+  options.max_evaluations = 150;
+  const FitResult plain = fit(device, mesh, options);
+
+  std::size_t energies = 0;
+  std::vector<StageReport> stages;
+  std::vector<RationalMap> maps;
+  options.observer.on_evaluation = [&](double energy) {
+    CHECK(std::isfinite(energy));
+    ++energies;
+  };
+  options.observer.on_stage = [&](const StageReport& stage, const RationalMap& map) {
+    stages.push_back(stage);
+    maps.push_back(map);
+  };
+  const FitResult watched = fit(device, mesh, options);
+  CHECK(to_json(watched.map) == to_json(plain.map));
+  CHECK(energies == static_cast<std::size_t>(watched.evaluations));
+  REQUIRE(stages.size() == watched.stages.size() + 1);
+  CHECK(stages.front().name == "placement");
+  CHECK(stages.front().iou < stages.back().iou);
+  // The last stage's map is the result.
+  CHECK(to_json(maps.back()) == to_json(watched.map));
+  for (const RationalMap& map : maps) CHECK_NOTHROW(map.validate());
+}
+
+TEST_CASE("a fit that its watcher stops ends with what it has reached") {
+  std::stop_source stop;
+  FitOptions options;
+  options.factors = 24;
+  int stages = 0;
+  options.observer.on_stage = [&](const StageReport&, const RationalMap&) {
+    if (++stages == 2) stop.request_stop();
+  };
+  ProgressMonitor monitor;
+  monitor.stop = stop.get_token();
+  const FitResult result = fit(test::device(), shapes::torus(1, 0.4), options, monitor);
+  CHECK(result.stopped == StopReason::interrupted);
+  CHECK(result.stages.size() == 1);
+  CHECK(result.map.detail.has_value());
+}

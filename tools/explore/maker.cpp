@@ -1,0 +1,93 @@
+#include "explore/maker.hpp"
+
+#include <fmt/format.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <vector>
+
+#include "qjulia/error.hpp"
+#include "qjulia/figures.hpp"
+#include "qjulia/mesh.hpp"
+#include "qjulia/picture.hpp"
+
+namespace qjulia::explore {
+namespace {
+
+constexpr double kTurnSeconds = 4;  ///< of a turntable, once around
+
+/// A folder of this process, gone with what is in it.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() : path_((std::filesystem::temp_directory_path() / "qjulia-XXXXXX").string()) {
+    if (::mkdtemp(path_.data()) == nullptr) {
+      throw OutputError(fmt::format("cannot make a folder for temporary files: {}", path_));
+    }
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  std::filesystem::path path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+std::string bytes_of(const TriangleMesh& mesh, const std::string& extension,
+                     const std::optional<UpAxis>& up) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / ("mesh" + extension);
+  write_mesh(mesh, file, "", up);
+  std::ostringstream bytes;
+  bytes << std::ifstream(file, std::ios::binary).rdbuf();
+  return std::move(bytes).str();
+}
+
+std::string mesh_file(const Device& device, RationalMap map, const MakeRequest& request,
+                      const ProgressMonitor& monitor) {
+  if (request.millimetres) map = with_longest_side(std::move(map), *request.millimetres);
+  TriangleMesh mesh = extract_surface(device, map, request.surface, monitor);
+  if (mesh.triangles.empty()) throw Error("the set is empty: try less detail, or fewer iterations");
+  drop_loose_pieces(mesh);
+  const MeshReport report = inspect(mesh);
+  monitor.report({"", 1, 0,
+                  fmt::format("{} triangles, {}", report.triangles,
+                              report.closed() ? "closed and manifold" : "not closed")});
+  return bytes_of(mesh, request.extension, map.up);
+}
+
+std::string turntable(const Device& device, const RationalMap& map, const MakeRequest& request,
+                      const ProgressMonitor& monitor) {
+  const PictureOptions& options = request.view.picture;
+  Studio studio(device, map, options, monitor.stop);
+  std::vector<Image> images;
+  for (int i = 0; i < request.frames; ++i) {
+    ProgressMonitor part = monitor;
+    part.on_progress = [&](Progress progress) {
+      progress.fraction = (i + progress.fraction) / request.frames;
+      monitor.report(progress);
+    };
+    Camera camera = options.camera;
+    camera.azimuth += 360.0 * i / request.frames;
+    images.push_back(studio.picture(camera, part));
+  }
+  monitor.report({"", 1, 0, fmt::format("{} pictures", request.frames)});
+  return animated_png_bytes(images, kTurnSeconds / request.frames);
+}
+
+}  // namespace
+
+std::string made_file(const Device& device, const RationalMap& map, const MakeRequest& request,
+                      const ProgressMonitor& monitor) {
+  if (request.is_turntable) return turntable(device, map, request, monitor);
+  return mesh_file(device, map, request, monitor);
+}
+
+}  // namespace qjulia::explore

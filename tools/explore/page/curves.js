@@ -1,0 +1,32 @@
+// Curves of a fit.
+
+const wide = 300, high = 120, edge = 6;
+const svgElement = (name, attributes, text = "") => {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  made.textContent = text;
+  return made;
+};
+
+const legible = (v) => Math.abs(v) < 0.001 ? v.toExponential(2) : v.toPrecision(4);
+
+/** Draws lists of numbers one after the other, each as a line of its own, and says the least and the greatest.
+ * @param isLog where all are above 0, equal ways stand for equal ratios. */
+export function drawCurve(svg, lists, isLog) {
+  const all = lists.flat().filter(Number.isFinite), few = all.length < 2;
+  svg.setAttribute("viewBox", `0 0 ${wide} ${high}`);
+  svg.replaceChildren();
+  if (few) return;
+  const least = Math.min(...all), most = Math.max(...all), byRatio = isLog && least > 0;
+  const place = (v) => byRatio ? Math.log(v / least) / Math.log(most / least) : (v - least) / (most - least);
+  let at = 0;
+  const count = lists.flat().length;
+  for (const list of lists) {
+    const points = list.map((v) => [edge + (at++ / Math.max(1, count - 1)) * (wide - 2 * edge), v])
+      .filter(([, v]) => Number.isFinite(v))
+      .map(([x, v]) => `${x.toFixed(1)},${(high - edge - (place(v) || 0) * (high - 2 * edge)).toFixed(1)}`);
+    svg.append(svgElement("polyline", { points: points.join(" ") }));
+  }
+  svg.append(svgElement("text", { x: wide - edge, y: 14, "text-anchor": "end" }, legible(most)),
+             svgElement("text", { x: edge, y: high - edge }, legible(least)));
+}

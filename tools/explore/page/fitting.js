@@ -1,0 +1,115 @@
+// The page of `qjulia explore MESH` while the fit runs: the mesh, the potential that closes on it, the set, stage by
+// stage, and how energy and IoU go. When the fit is done it becomes the page of the map.
+import { drawCurve } from "./curves.js";
+import { fail } from "./failure.js";
+import { ask, told } from "./server.js";
+import { followTheme } from "./theme.js";
+
+const root = document.documentElement, byId = (id) => document.getElementById(id);
+const views = {
+  mesh: { shows: "mesh" }, potential: { iterations: 1 }, set: { iterations: 6 },
+};
+const camera = { azimuth: 30, elevation: 15 };
+const undrawn = new Set(["mesh"]);
+let shown = 0, isPainting = false, isMoving = false, isOver = false;
+
+/** Draws what is not yet drawn, a view after the other. */
+async function paint() {
+  if (isPainting) return;
+  isPainting = true;
+  while (undrawn.size > 0 && !isOver) {
+    const [name] = undrawn, canvas = byId(name), stage = shown;
+    undrawn.delete(name);
+    const size = isMoving ? "160x120" : `${canvas.width}x${canvas.height}`;
+    const picture = await ask("frame", { ...views[name], azimuth: camera.azimuth.toFixed(1), elevation: camera.elevation.toFixed(1),
+                                         size, samples: 1 });
+    if (!picture) continue;
+    canvas.getContext("2d").drawImage(await createImageBitmap(picture), 0, 0, canvas.width, canvas.height);
+    if (name === "set" && !isMoving && stage === shown) keepStage();
+  }
+  isPainting = false;
+}
+
+let stages = [];
+/** Adds the pictures of the stage that is shown to those before. */
+function keepStage() {
+  const stage = stages[shown - 1], list = byId("stages");
+  if (list.dataset.last === String(shown)) return;
+  list.dataset.last = shown;
+  const item = document.createElement("figure"), text = document.createElement("figcaption");
+  for (const name of ["potential", "set"]) {
+    const copy = Object.assign(document.createElement("canvas"), { width: 120, height: 90 });
+    copy.getContext("2d").drawImage(byId(name), 0, 0, 120, 90);
+    item.append(copy);
+  }
+  text.textContent = `${shown - 1}: ${stage.name}, IoU ${stage.iou.toFixed(3)}`;
+  item.append(text);
+  list.append(item);
+  list.scrollLeft = list.scrollWidth;
+}
+
+const clock = (seconds) => `${Math.floor(seconds / 60)}:${String(Math.round(seconds % 60)).padStart(2, "0")}`;
+
+/** The lowest energy so far: steps that lead uphill are tried, and taken back. */
+function lowest(energies) {
+  let least = Infinity;
+  return energies.map((energy) => { least = Math.min(least, energy ?? Infinity); return least; });
+}
+
+function follow(fit) {
+  stages = fit.stages;
+  const left = fit.seconds_left > 0 && fit.seconds_left < 36000 ? `, ${clock(fit.seconds_left)} left` : "";
+  byId("status").textContent = `${fit.activity}${left}${fit.detail ? `: ${fit.detail}` : ""}`;
+  byId("progress").style.width = `${100 * fit.fraction}%`;
+  drawCurve(byId("energy"), fit.energies.map(lowest), true);
+  drawCurve(byId("iou"), [stages.map((stage) => stage.iou)], false);
+  byId("stop").disabled = stages.length === 0;
+  if (stages.length === shown) return;
+  shown = stages.length;
+  undrawn.add("potential").add("set");
+}
+
+async function watch() {
+  while (!isOver) {
+    const fit = await told("fit");
+    if (fit.state === "done") {
+      isOver = true;
+      location.reload();
+      return;
+    }
+    follow(fit);
+    paint().catch(lose);
+    await new Promise((resolve) => { setTimeout(resolve, 300); });
+  }
+}
+
+function lose(error) {
+  if (isOver) return;
+  isOver = true;
+  fail(error instanceof TypeError ? new Error("the server has ended; its terminal says why") : error);
+}
+
+function turn(event) {
+  if (event.buttons !== 1) return;
+  camera.azimuth -= 0.4 * event.movementX;
+  camera.elevation = Math.min(90, Math.max(-90, camera.elevation + 0.4 * event.movementY));
+  redraw(true);
+}
+function redraw(moving) {
+  isMoving = moving;
+  for (const name of Object.keys(views)) if (name === "mesh" || shown > 0) undrawn.add(name);
+  paint().catch(lose);
+}
+for (const name of Object.keys(views)) {
+  byId(name).addEventListener("pointerdown", (event) => event.target.setPointerCapture(event.pointerId));
+  byId(name).addEventListener("pointermove", turn);
+  byId(name).addEventListener("pointerup", () => redraw(false));
+}
+byId("stop").addEventListener("click", async () => {
+  byId("stop").disabled = true;
+  byId("stop").textContent = "Stopping …";
+  await told("stop", "POST");
+});
+followTheme();
+root.dataset.state = "busy";
+watch().catch(lose);

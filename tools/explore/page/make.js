@@ -1,0 +1,67 @@
+// Files that the server makes of what is seen: meshes, and turntables.
+import { element, group, note } from "./controls.js";
+import { queryOf } from "./command.js";
+import { download } from "./save.js";
+import { ask } from "./server.js";
+
+/** What can be made: the name, the end of the file's name, and which numbers matter. */
+const products = {
+  ply: { text: "mesh, .ply (Blender, MeshLab, ParaView)", file: "_surface.ply", asks: ["resolution"] },
+  obj: { text: "mesh, .obj", file: "_surface.obj", asks: ["resolution"] },
+  glb: { text: "mesh, .glb (web, AR)", file: "_surface.glb", asks: ["resolution"] },
+  stl: { text: "printable file, .stl", file: "_print.stl", asks: ["resolution", "millimetres"] },
+  turntable: { text: "turntable, .png that moves", file: "_turntable.png", asks: ["frames", "width", "height"] },
+};
+const numbers = {
+  resolution: ["cells", 256, 16, 1024, "Cells of the grid along the box's longest side: more show finer grooves, and take longer"],
+  millimetres: ["length, mm", 80, 1, 10000, "Of the shape's longest side"],
+  frames: ["pictures", 36, 2, 120, "Of the whole turn"],
+  width: ["width", 480, 16, 1920, "Of a picture, pixels"],
+  height: ["height", 360, 16, 1080, "Of a picture, pixels"],
+};
+
+let making = null;  // an AbortController while something is made
+
+/** Adds the controls to the panel. */
+export function offerFiles() {
+  const product = element("select", { name: "product" },
+                          ...Object.entries(products).map(([value, { text }]) => element("option", { value }, text)));
+  const fields = Object.fromEntries(Object.entries(numbers).map(([name, [text, value, min, max, title]]) =>
+    [name, element("label", { title }, element("span", {}, text), element("input", { type: "number", name, value, min, max, step: 1 }))]));
+  const bar = element("progress", { max: 1, value: 0, hidden: true, ariaLabel: "How much is made" });
+  const begin = element("button", { type: "button", title: "Make the file on this machine's device, and download it" }, "Make and download");
+  const cancel = element("button", { type: "button", title: "Make nothing after all", hidden: true }, "Cancel");
+  const follow = () => {
+    for (const [name, field] of Object.entries(fields)) field.hidden = !products[product.value].asks.includes(name);
+  };
+  product.addEventListener("change", follow);
+  begin.addEventListener("click", async () => {
+    making = new AbortController();
+    begin.hidden = true, cancel.hidden = bar.hidden = false, bar.value = 0;
+    bar.removeAttribute("value");
+    const kind = product.value, { file, asks } = products[kind];
+    const given = Object.fromEntries(asks.map((name) => [name, fields[name].lastElementChild.value]));
+    let made = "";
+    const report = (share, text) => { bar.value = share, made = text; };
+    try {
+      await make(kind, given, file, { signal: making.signal, report });
+      note(`made: ${made}`, 8);
+    } catch (error) {
+      note(making.signal.aborted ? "nothing was made" : error.message, 8);
+    }
+    making = null;
+    begin.hidden = false, cancel.hidden = bar.hidden = true;
+  });
+  cancel.addEventListener("click", () => making?.abort());
+  group("Make a file", element("label", { title: "Of the whole set, with its knobs as they stand" }, element("span", {}, "file"), product),
+        ...Object.values(fields), bar, element("div", { className: "row" }, begin, cancel));
+  follow();
+}
+
+async function make(kind, { width, height, ...given }, file, options) {
+  const query = { ...queryOf(), ...given, make: kind };
+  if (width) Object.assign(query, { size: `${width}x${height}`, samples: 2 });
+  const bytes = await ask("make", query, options);
+  if (!bytes) throw new Error("another page's request came in between");
+  download(bytes, file);
+}
