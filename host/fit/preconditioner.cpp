@@ -10,7 +10,7 @@ Eigen::VectorXd Preconditioner::move(const Eigen::VectorXd& u) const {
 }
 
 Eigen::VectorXd Preconditioner::gradient(const Eigen::VectorXd& g) const {
-  const Eigen::VectorXd scaled = g.cwiseProduct(factor_.scale);
+  Eigen::VectorXd scaled = g.cwiseProduct(factor_.scale);
   if (factor_.lower.size() == 0) return scaled;
   return lower().triangularView<Eigen::Lower>().solve(scaled.cast<float>()).cast<double>();
 }

@@ -107,7 +107,9 @@ std::string png_bytes(const Image& image, const PictureText& text) {
   }
   std::string bytes(encoded.data(), kHeaderBytes);
   for (const auto& [keyword, value] : text) {
-    bytes += chunk("tEXt", keyword + '\0' + value);
+    std::string content = keyword;
+    content.append(1, '\0').append(value);
+    bytes += chunk("tEXt", content);
   }
   return bytes.append(encoded.data() + kHeaderBytes, size - kHeaderBytes);
 }

@@ -34,7 +34,8 @@ void for_neighbours(const Grid& grid, std::int32_t number, const Take& take) {
 
 Eigen::Vector3d place(const Grid& grid, std::int32_t number) {
   const int nx = grid.points[0], ny = grid.points[1];
-  return grid.at(Eigen::Vector3d(number % nx, number / nx % ny, number / nx / ny));
+  const int x = number % nx, y = number / nx % ny, z = number / nx / ny;
+  return grid.at(Eigen::Vector3d(x, y, z));
 }
 
 /// The point of this side that is nearest to `middle`, and how far it is.
