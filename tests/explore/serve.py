@@ -145,7 +145,7 @@ def check_pictures(server):
     same = (folder / "same.png").read_bytes()
     check(frame[:1] == b"=" and pixels(frame[1:]) == pixels(same), "a frame is the picture of 'render'")
     run("paint", "ball.qjulia.json", "-o", "painted.qjulia.json", "--ramp", "x=0.1:1", "--device", "cpu", "--quiet")
-    painted = Server("painted.qjulia.json")
+    painted = Server(qjulia, folder, "painted.qjulia.json")
     try:
         _, _, frame = painted.get("/frame?size=96x72&samples=1&detail=0.03&drift=0.3")
         run("render", "painted.qjulia.json", "-o", "same.png", "--size", "96x72", "--samples", 1, "--detail", 0.03, "--drift", 0.3,
