@@ -42,8 +42,8 @@ struct StageReport {
 struct FitObserver {
   /// Gets the energy of each evaluation.
   std::function<void(double)> on_evaluation;
-  /// Before the first stage and after each: its report (the first's is of the placement), and the
-  /// map as it would be if the fit ended there.
+  /// Called with a stage's report after each stage, and with one of the placement before the first.
+  /// The map is what the fit would give if it ended there.
   std::function<void(const StageReport&, const RationalMap&)> on_stage;
 };
 
