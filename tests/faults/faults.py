@@ -14,14 +14,17 @@ from trials import Workshop, tiny_commands
 
 
 def spared(qjulia):
-    """Where nlohmann's JSON frees its values: it allocates there, in a destructor, which ends the
-    process when there is no memory."""
+    """Where nlohmann's JSON frees its values, for each kind of JSON: it allocates there, in a
+    destructor, which ends the process when there is no memory."""
     symbols = subprocess.run(["nm", "-CS", qjulia], capture_output=True, text=True, check=True)
+    ranges = []
     for line in symbols.stdout.splitlines():
         if "json_value::destroy(" in line:
             begin, size = (int(word, 16) for word in line.split()[:2])
-            return f"{begin:x}-{begin + size:x}"
-    raise SystemExit(f"{qjulia} has no symbols")
+            ranges.append(f"{begin:x}-{begin + size:x}")
+    if not ranges:
+        raise SystemExit(f"{qjulia} has no symbols")
+    return ",".join(ranges)
 
 
 def calls_of(workshop, library, command):

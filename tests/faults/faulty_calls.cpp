@@ -7,6 +7,7 @@
 /// QJULIA_TEST_CALLS=FILE    gets a line "KIND N" for each call; of allocations, for the first that
 ///                           comes from each place in the program, its callers included; "failed
 ///                           NAME" for the fault
+/// QJULIA_TEST_SPARED=A-B,…  code of the program, hexadecimal offsets, in which nothing fails
 
 #include <dirent.h>
 #include <dlfcn.h>
@@ -51,7 +52,7 @@ struct Module {
 
 Module program;
 std::uintptr_t program_base = 0;
-Module spared;
+std::array<Module, 8> spared;
 /// Libraries that are there from the start, but the OpenCL loader.
 std::array<Module, 128> libraries;
 std::size_t library_count = 0;
@@ -95,7 +96,7 @@ _Unwind_Reason_Code add_frame(_Unwind_Context* context, void* data) {
   const std::uintptr_t address = _Unwind_GetIP(context) - 1;
   if (program.contains(address)) {
     path.is_programs = true;
-    path.is_spared |= spared.contains(address);
+    for (const Module& code : spared) path.is_spared |= code.contains(address);
     ++path.programs_frames;
     path.hash = (path.hash ^ (address - program.begin)) * 1099511628211U;
   } else {
@@ -173,9 +174,13 @@ void prepare() {
     }
   }
   if (const char* offsets = std::getenv("QJULIA_TEST_SPARED")) {
-    char* end = nullptr;
-    spared.begin = program_base + std::strtoul(offsets, &end, 16);
-    spared.end = program_base + std::strtoul(end + 1, nullptr, 16);
+    for (Module& code : spared) {
+      char* end = nullptr;
+      code.begin = program_base + std::strtoul(offsets, &end, 16);
+      code.end = program_base + std::strtoul(end + 1, &end, 16);
+      if (*end != ',') break;
+      offsets = end + 1;
+    }
   }
   is_ready = true;
 }
