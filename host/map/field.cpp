@@ -1,6 +1,7 @@
 #include "qjulia/field.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "device/point_batch.hpp"
 #include "map/device_map.hpp"
@@ -15,6 +16,7 @@ using device::PointBatch;
 
 struct Field::Impl {
   DeviceMap map;
+  std::stop_token stop;
 
   /// @param iterates of a point: what it costs.
   PointBatch batch(const char* kernel, int iterates) const {
@@ -47,13 +49,13 @@ std::vector<double> Field::Impl::evaluate(std::span<const Quaternion> points, in
                 part.in,       narrow(part.stride), narrow(part.items), map.buffer(),
                 map.factors(), iterations,          decided ? 1 : 0,    part.out};
           },
-          [&](std::size_t i, const std::array<double, 1>& f) { field[i] = f[0]; });
+          [&](std::size_t i, const std::array<double, 1>& f) { field[i] = f[0]; }, 0, stop);
   return field;
 }
 
 Field::Field(const Device& device, const RationalMap& map, Precision precision,
-             const StopRadii& stops)
-    : impl_(std::make_shared<Impl>(Impl{{device, map, stops, precision}})) {}
+             const StopRadii& stops, std::stop_token stop)
+    : impl_(std::make_shared<Impl>(Impl{{device, map, stops, precision}, std::move(stop)})) {}
 
 std::vector<double> Field::at(std::span<const Quaternion> points, int iterations) const {
   return impl_->evaluate(points, iterations, false);
@@ -75,7 +77,8 @@ std::vector<Quaternion> Field::gradient_at(std::span<const Quaternion> points) c
           },
           [&](std::size_t i, const std::array<double, 4>& g) {
             gradients[i] = {g[0], g[1], g[2], g[3]};
-          });
+          },
+          0, impl_->stop);
   return gradients;
 }
 

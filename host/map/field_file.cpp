@@ -69,7 +69,7 @@ CellGrid write_field(const Device& device, const RationalMap& map, const SampleO
                      const std::filesystem::path& path, const std::string& comment,
                      const ProgressMonitor& monitor) {
   const bool npy = expect_type(path, FileContent::field, FileUse::write) == ".npy";
-  CellGrid grid = sample_grid(device, map, options);
+  CellGrid grid = sample_grid(device, map, options, monitor.stop);
   base::OutputFile file(path);
   std::ostream& stream = file.stream();
   stream << (npy ? npy_header(grid, options.precision)

@@ -52,8 +52,9 @@ std::vector<Quaternion> points_near_surface(const Field& field, const RationalMa
 
 }  // namespace
 
-LabelCheck compare_precisions(const Device& device, const RationalMap& map, int iterations) {
-  const StopRadii stops = find_stop_radii(device, map);
+LabelCheck compare_precisions(const Device& device, const RationalMap& map, int iterations,
+                              const std::stop_token& stop) {
+  const StopRadii stops = find_stop_radii(device, map, {}, stop);
   Box box;
   if (map.box) {
     box = {map.shape_to_map.to_map(map.box->low), map.shape_to_map.to_map(map.box->high)};
@@ -61,8 +62,8 @@ LabelCheck compare_precisions(const Device& device, const RationalMap& map, int 
     const double reach = std::min(stops.outer, stops.escape);
     box = {Eigen::Vector3d::Constant(-reach), Eigen::Vector3d::Constant(reach)};
   }
-  const Field single(device, map, Precision::single, stops);
-  const Field twice(device, map, Precision::dbl, stops);
+  const Field single(device, map, Precision::single, stops, stop);
+  const Field twice(device, map, Precision::dbl, stops, stop);
   const auto points = points_near_surface(single, map, box);
   if (points.empty()) throw InputError("the map has no surface in its box");
   const auto a = single.decided_at(points, iterations);

@@ -22,12 +22,12 @@ constexpr int kMostCells = 8192;
 constexpr double kBoxMargin = 0.05;  // about the box of shape and copies, of its longest side
 constexpr std::size_t kPiece = std::size_t{1} << 20U;
 
-Box default_box(const Device& device, const RationalMap& map) {
+Box default_box(const Device& device, const RationalMap& map, const std::stop_token& stop) {
   if (const std::optional<Box> box = box_with_copies(map)) {
     const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kBoxMargin * box->size().maxCoeff());
     return {box->low - margin, box->high + margin};
   }
-  const StopRadii stops = find_stop_radii(device, map);
+  const StopRadii stops = find_stop_radii(device, map, {}, stop);
   const Eigen::Vector3d reach = Eigen::Vector3d::Constant(std::min(stops.outer, stops.escape));
   return {map.shape_to_map.to_shape(-reach), map.shape_to_map.to_shape(reach)};
 }
@@ -70,11 +70,12 @@ std::size_t CellGrid::size() const {
          static_cast<std::size_t>(cells[2]);
 }
 
-CellGrid sample_grid(const Device& device, const RationalMap& map, const SampleOptions& options) {
+CellGrid sample_grid(const Device& device, const RationalMap& map, const SampleOptions& options,
+                     const std::stop_token& stop) {
   options.validate();
   map.validate();
   CellGrid grid;
-  grid.box = options.box ? *options.box : default_box(device, map);
+  grid.box = options.box ? *options.box : default_box(device, map, stop);
   const double longest = grid.box.size().maxCoeff();
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double share = grid.box.size()[static_cast<Eigen::Index>(axis)] / longest;

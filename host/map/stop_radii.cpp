@@ -18,8 +18,9 @@ namespace {
 
 constexpr double kRadiusMargin = 0.02;  // of radii, and of F against ln r
 
-/// Even directions over the 4-D sphere and over the slice's own sphere, and those of all centres:
-/// the shape's tips are thin, and centres sit in them.
+/// Even directions over the 4-D sphere and over the slice's own sphere, and those of centres: the
+/// shape's tips are thin, and centres sit in them. Of very many centres an evenly spaced part
+/// stands for all, since each direction costs a sum over all factors.
 std::vector<Quaternion> probe_directions(const RationalMap& map) {
   std::vector<Quaternion> directions = sphere_directions(4096);
   for (std::size_t i = 0; i < 2048; ++i) {
@@ -27,9 +28,11 @@ std::vector<Quaternion> probe_directions(const RationalMap& map) {
     u.w = 0;
     if (norm(u) > 0) directions.push_back((1 / norm(u)) * u);
   }
-  for (const Factor& factor : map.factors) {
-    const double length = norm(factor.center);
-    if (length > 0) directions.push_back((1 / length) * factor.center);
+  constexpr std::size_t kMostCenters = 4096;
+  const std::size_t stride = (map.factors.size() + kMostCenters - 1) / kMostCenters;
+  for (std::size_t k = 0; k < map.factors.size(); k += stride) {
+    const Quaternion& center = map.factors[k].center;
+    if (norm(center) > 0) directions.push_back((1 / norm(center)) * center);
   }
   return directions;
 }
@@ -148,7 +151,7 @@ double inner_radius(const Field& field, const RationalMap& map,
 }  // namespace
 
 StopRadii find_stop_radii(const Device& device, const RationalMap& map,
-                          std::optional<double> escape) {
+                          std::optional<double> escape, const std::stop_token& stop) {
   if (escape && !(*escape > std::exp(map.surface_level))) {
     throw OptionError("escape", fmt::format("{} is too small: orbits that come to rest reach "
                                             "radius {:.3g}, map units; give more than that",
@@ -160,7 +163,7 @@ StopRadii find_stop_radii(const Device& device, const RationalMap& map,
   }
   // F_1 itself, however far out: no escape radius.
   const Field field(device, without_portals(map), Precision::single,
-                    {0, 0, std::numeric_limits<double>::infinity()});
+                    {0, 0, std::numeric_limits<double>::infinity()}, stop);
   const std::vector<Quaternion> directions = probe_directions(map);
   StopRadii stops;
   stops.outer = map.degree() > 1 ? outer_radius(field, map, directions)

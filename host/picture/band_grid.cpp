@@ -115,7 +115,7 @@ std::optional<Box> common(const Box& a, const Box& b) {
 Band find_band(const Device& device, const MarchedSet& set, const Box& shape) {
   const RationalMap& map = set.map;
   Band band;
-  band.stops = find_stop_radii(device, map, set.escape);
+  band.stops = find_stop_radii(device, map, set.escape, set.stop);
   band.radius = 1.001 * std::min(band.stops.outer, band.stops.escape);
   band.level = set.iterations == 1 ? map.surface_level
                                    : std::log(std::min(band.stops.outer, band.stops.escape));

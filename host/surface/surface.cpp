@@ -307,7 +307,7 @@ SurfaceReport extract_surface(const Device& device, const RationalMap& map,
   map.validate();
   const StopRadii stops = [&] {
     const TraceStage stage(monitor.trace, "stop radii");
-    return find_stop_radii(device, map, options.escape);
+    return find_stop_radii(device, map, options.escape, monitor.stop);
   }();
   return level_set_surface(device, map, stops, options, sink, monitor);
 }

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include "qjulia/device.hpp"
@@ -29,8 +30,9 @@ struct StopRadii {
 /// Evaluates one map at many points. Points are 4-D, in map coordinates.
 class Field {
  public:
+  /// @param stop makes the functions below throw `Interrupted` soon.
   Field(const Device& device, const RationalMap& map, Precision precision = Precision::single,
-        const StopRadii& stops = {0, 0, 20});
+        const StopRadii& stops = {0, 0, 20}, std::stop_token stop = {});
 
   /// F_n with the escape radius alone. @param iterations n, 1 … 16.
   std::vector<double> at(std::span<const Quaternion> points, int iterations = 1) const;
@@ -65,8 +67,8 @@ RationalMap calibrated(const Device& device, const RationalMap& map);
 /// beyond the bound that holds for every direction. The escape radius is `escape`, where given,
 /// else 1.25 r_out or, without r_out, 20.
 /// @throws InputError when orbits of inner points would escape, `escape` not above e^L, or when it
-///   is above the largest.
+///   is above the largest; Interrupted
 StopRadii find_stop_radii(const Device& device, const RationalMap& map,
-                          std::optional<double> escape = {});
+                          std::optional<double> escape = {}, const std::stop_token& stop = {});
 
 }  // namespace qjulia

@@ -2,6 +2,7 @@
 /// How far single precision can be trusted on a map.
 
 #include <cstddef>
+#include <stop_token>
 
 #include "qjulia/device.hpp"
 #include "qjulia/rational_map.hpp"
@@ -17,7 +18,8 @@ struct LabelCheck {
 
 /// Labels of fixed random points within one shell's thickness (1 / ‖∇F_1‖) of the surface F_1 = L,
 /// on the map's slice, with the stop radii that surfaces and pictures use.
-/// @throws KernelBuildError where the device has no double precision.
-LabelCheck compare_precisions(const Device& device, const RationalMap& map, int iterations = 6);
+/// @throws KernelBuildError where the device has no double precision; Interrupted
+LabelCheck compare_precisions(const Device& device, const RationalMap& map, int iterations = 6,
+                              const std::stop_token& stop = {});
 
 }  // namespace qjulia

@@ -8,6 +8,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <string>
 
 #include "qjulia/field.hpp"
@@ -35,8 +36,9 @@ struct CellGrid {
   std::size_t size() const;  ///< number of cells
 };
 
-/// The cells that `options` ask for.
-CellGrid sample_grid(const Device& device, const RationalMap& map, const SampleOptions& options);
+/// The cells that `options` ask for. @throws Interrupted
+CellGrid sample_grid(const Device& device, const RationalMap& map, const SampleOptions& options,
+                     const std::stop_token& stop = {});
 
 enum class CellOrder { z_fastest, x_fastest };
 

@@ -8,6 +8,7 @@
 #include "map/sphere_directions.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/progress.hpp"
 #include "test_device.hpp"
 
 using namespace qjulia;
@@ -189,4 +190,25 @@ TEST_CASE("a map that does not grow outwards has no r_out") {
   const StopRadii stops = find_stop_radii(test::shared_device(), one_root({}, 0.9, -1));
   CHECK(std::isinf(stops.outer));
   CHECK(stops.escape == 20);
+}
+
+TEST_CASE("factors in many equal parts have the radii of the whole ones") {
+  const RationalMap whole = fitted(0.02);
+  RationalMap parts = whole;
+  constexpr int kParts = 40;  // 6,400 factors: more than have directions of their own
+  parts.factors.clear();
+  for (const Factor& factor : whole.factors) {
+    parts.factors.insert(parts.factors.end(), kParts, {factor.center, factor.exponent / kParts});
+  }
+  const StopRadii expected = find_stop_radii(test::shared_device(), whole);
+  const StopRadii found = find_stop_radii(test::shared_device(), parts);
+  CHECK(found.inner == Approx(expected.inner).epsilon(0.01));
+  CHECK(found.outer == Approx(expected.outer).epsilon(0.01));
+}
+
+TEST_CASE("the search for radii hears a stop") {
+  std::stop_source source;
+  source.request_stop();
+  CHECK_THROWS_AS(find_stop_radii(test::shared_device(), fitted(0.02), {}, source.get_token()),
+                  Interrupted);
 }

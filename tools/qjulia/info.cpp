@@ -283,8 +283,9 @@ void describe_shape(const RationalMap& map, Answer& answer) {
 }
 
 /// What has to be computed: radii, and how deep the origin lies.
-void describe_orbits(const RationalMap& map, const Device& device, Answer& answer) {
-  const StopRadii stops = find_stop_radii(device, map);
+void describe_orbits(const RationalMap& map, const Device& device, const std::stop_token& stop,
+                     Answer& answer) {
+  const StopRadii stops = find_stop_radii(device, map, {}, stop);
   const std::vector<Quaternion> origin{{0, 0, 0, map.slice}};
   const double depth = Field(device, map).at(origin).front();
   const bool bounded = std::isfinite(stops.outer);
@@ -307,8 +308,9 @@ void describe_orbits(const RationalMap& map, const Device& device, Answer& answe
   }
 }
 
-void describe_precision(const RationalMap& map, const Device& device, Answer& answer) {
-  const LabelCheck check = compare_precisions(device, map);
+void describe_precision(const RationalMap& map, const Device& device, const std::stop_token& stop,
+                        Answer& answer) {
+  const LabelCheck check = compare_precisions(device, map, LabelCheck{}.iterations, stop);
   const double share = static_cast<double>(check.different) / static_cast<double>(check.points);
   answer.add(
       fmt::format("precision     {} of {} labels near the surface ({:.3f} %) differ between "
@@ -344,8 +346,10 @@ Answer map_info(const InfoArguments& arguments, const Session& session) {
   describe_paint(map, answer);
   describe_shape(map, answer);
   if (const auto device = device_for(arguments, answer)) {
-    describe_orbits(map, *device, answer);
-    if (arguments.check_precision) describe_precision(map, *device, answer);
+    describe_orbits(map, *device, session.interrupts.token(), answer);
+    if (arguments.check_precision) {
+      describe_precision(map, *device, session.interrupts.token(), answer);
+    }
   }
   if (session.console.verbose()) answer.add("provenance    " + map.provenance.json().dump(2));
   return answer;
