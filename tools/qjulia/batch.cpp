@@ -10,11 +10,9 @@
 
 #include "batch_display.hpp"
 #include "commands.hpp"
-#include "exit_code.hpp"
 #include "fit_options.hpp"
 #include "fit_worker.hpp"
 #include "launched_ranks.hpp"
-#include "options.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::tools {

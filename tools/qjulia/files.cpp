@@ -62,12 +62,6 @@ void check_map_name(const std::filesystem::path& path) {
                                path.string(), to_string(*content)));
 }
 
-bool is_schedule_file(const std::string& schedule) { return extension_of(schedule) == ".toml"; }
-
-bool is_original_file(const std::filesystem::path& path) {
-  return has_type(path, FileContent::original_map, FileUse::read);
-}
-
 std::string file_hash(const std::filesystem::path& path) {
   constexpr std::uint64_t kBlock = std::uint64_t{1} << 20;
   base::InputFile file(path, "file", std::numeric_limits<std::uint64_t>::max());

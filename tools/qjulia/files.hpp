@@ -31,12 +31,6 @@ bool is_mesh_file(const std::filesystem::path& path);
 /// @throws InputError when a map to be written has the name of another type, such as x.png.
 void check_map_name(const std::filesystem::path& path);
 
-/// Whether a schedule's name is that of a file: .toml.
-bool is_schedule_file(const std::string& schedule);
-
-/// Whether the name is that of an original program's map: .o3d.
-bool is_original_file(const std::filesystem::path& path);
-
 /// Hexadecimal FNV-1a, 64 bits, of a file's bytes: tells whether two files are the same, and is no
 /// protection against somebody who wants them to seem so.
 /// http://www.isthe.com/chongo/tech/comp/fnv
