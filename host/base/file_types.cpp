@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/text.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia {
@@ -45,12 +46,7 @@ bool allows(const FileType& type, FileContent content, FileUse use) {
 }  // namespace
 
 std::string extension_of(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  // Not tolower, which depends on the locale.
-  std::ranges::transform(extension, extension.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
-  return extension;
+  return base::lower_case(path.extension().string());
 }
 
 const char* to_string(FileContent content) {

@@ -1,6 +1,7 @@
 #include "base/npy.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <bit>
 #include <limits>
@@ -11,11 +12,8 @@ static_assert(std::endian::native == std::endian::little, "the header says so");
 static_assert(std::numeric_limits<float>::is_iec559 && std::numeric_limits<double>::is_iec559);
 
 std::string npy_header(std::span<const std::size_t> shape, bool dbl) {
-  std::string sides;
-  for (const std::size_t side : shape)
-    sides += fmt::format("{}{}", sides.empty() ? "" : ", ", side);
   std::string text = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': ({}), }}",
-                                 dbl ? "<f8" : "<f4", sides);
+                                 dbl ? "<f8" : "<f4", fmt::join(shape, ", "));
   constexpr std::size_t kBefore = 10;  // magic, version, length
   constexpr std::size_t kAlignment = 64;
   text.append(kAlignment - 1 - (kBefore + text.size()) % kAlignment, ' ');

@@ -14,25 +14,18 @@
 
 #include "base/output_file.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/file_types.hpp"
 
 namespace qjulia::base {
 namespace {
 
 using Path = std::filesystem::path;
 
-std::string lower_case(std::string text) {
-  std::ranges::transform(text, text.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
-  return text;
-}
-
 void check_name(const Output& output) {
   if (output.path.empty()) throw InputError(output.name + ": the name is empty; give a file");
   const auto& extensions = output.extensions;
   if (extensions.empty()) return;
-  const std::string extension = lower_case(output.path.extension().string());
-  if (std::ranges::find(extensions, extension) != extensions.end()) return;
+  if (std::ranges::find(extensions, extension_of(output.path)) != extensions.end()) return;
   throw InputError(fmt::format("{}: '{}' must end in {}", output.name, output.path.string(),
                                fmt::join(extensions, ", ")));
 }

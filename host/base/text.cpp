@@ -2,31 +2,28 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
-#include <cstdint>
 #include <new>
 #include <system_error>
 
 namespace qjulia::base {
-namespace {
 
-/// Length of the character that `text` begins with; 0 when it is not valid UTF-8 (RFC 3629).
-std::size_t character_length(std::string_view text) {
+Character first_character(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  if (byte(0) < 0x80) return 1;
+  if (byte(0) < 0x80) return {1, byte(0)};
   const auto length = static_cast<std::size_t>(std::countl_one(byte(0)));
-  if (length < 2 || length > 4 || length > text.size()) return 0;
+  if (length < 2 || length > 4 || length > text.size()) return {};
   std::uint32_t code = byte(0) & (0xFFU >> (length + 1));
   for (std::size_t i = 1; i < length; ++i) {
-    if (byte(i) >> 6 != 2) return 0;
+    if (byte(i) >> 6 != 2) return {};
     code = code << 6 | (byte(i) & 0x3FU);
   }
   constexpr std::uint32_t kLeast[] = {0, 0, 0x80, 0x800, 0x10000};
   const bool is_surrogate = code >= 0xD800 && code < 0xE000;
-  return code < kLeast[length] || code > 0x10FFFF || is_surrogate ? 0 : length;
+  if (code < kLeast[length] || code > 0x10FFFF || is_surrogate) return {};
+  return {length, code};
 }
-
-}  // namespace
 
 std::string_view without_byte_order_mark(std::string_view text) {
   constexpr std::string_view kMark = "\xEF\xBB\xBF";
@@ -45,7 +42,7 @@ std::string to_utf8(std::string_view text) {
   std::string result;
   result.reserve(text.size());
   while (!text.empty()) {
-    const std::size_t length = character_length(text);
+    const std::size_t length = first_character(text).length;
     if (length == 0) {
       result += fmt::format("\\x{:02X}", static_cast<unsigned char>(text.front()));
       text.remove_prefix(1);
@@ -55,6 +52,23 @@ std::string to_utf8(std::string_view text) {
     }
   }
   return result;
+}
+
+std::vector<std::string> split(std::string_view text, char separator) {
+  std::vector<std::string> parts;
+  for (;;) {
+    const std::size_t end = text.find(separator);
+    parts.emplace_back(text.substr(0, end));
+    if (end == std::string_view::npos) return parts;
+    text.remove_prefix(end + 1);
+  }
+}
+
+std::string lower_case(std::string text) {
+  std::ranges::transform(text, text.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return text;
 }
 
 std::string message_of(const std::exception& error) {

@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
-#include <charconv>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "base/text.hpp"
 #include "device/context.hpp"
 #include "device/opencl.hpp"
 #include "device/quirks.hpp"
@@ -17,33 +16,21 @@
 namespace qjulia {
 namespace {
 
-std::string lower(std::string text) {
-  std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
-}
-
-std::optional<int> parse_number(std::string_view text) {
-  int value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
 bool matches(const DeviceInfo& info, const std::string& wanted) {
   if (wanted == "gpu") return info.kind == DeviceKind::gpu;
   if (wanted == "cpu") return info.kind == DeviceKind::cpu;
-  if (const auto colon = wanted.find(':'); colon != std::string::npos) {
-    const auto platform = parse_number(std::string_view(wanted).substr(0, colon));
-    const auto index = parse_number(std::string_view(wanted).substr(colon + 1));
+  if (const auto numbers = base::split(wanted, ':'); numbers.size() == 2) {
+    const auto platform = base::number_in<int>(numbers[0]);
+    const auto index = base::number_in<int>(numbers[1]);
     if (platform && index) return info.platform == *platform && info.index == *index;
   }
-  return lower(info.name).find(wanted) != std::string::npos;
+  return base::lower_case(info.name).find(wanted) != std::string::npos;
 }
 
 /// The environment's QJULIA_LAYOUT; none where the device decides.
 std::optional<Layout> wanted_layout() {
   const char* wanted = std::getenv("QJULIA_LAYOUT");
-  const std::string name = lower(wanted == nullptr ? "" : wanted);
+  const std::string name = base::lower_case(wanted == nullptr ? "" : wanted);
   if (name.empty() || name == "auto") return std::nullopt;
   if (name == "cpu") return Layout::cpu;
   if (name == "gpu") return Layout::gpu;
@@ -61,8 +48,8 @@ DeviceInfo find_device(const std::string& wanted) {
     const auto gpu = std::ranges::find(all, DeviceKind::gpu, &DeviceInfo::kind);
     return gpu != all.end() ? *gpu : all.front();
   }
-  const auto found =
-      std::ranges::find_if(all, [&](const DeviceInfo& d) { return matches(d, lower(wanted)); });
+  const auto found = std::ranges::find_if(
+      all, [&](const DeviceInfo& d) { return matches(d, base::lower_case(wanted)); });
   if (found != all.end()) return *found;
   std::string names;
   for (const auto& d : all) {

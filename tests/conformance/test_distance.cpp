@@ -5,6 +5,7 @@
 
 #include "distance_map.hpp"
 #include "map/reference_iteration.hpp"
+#include "map_checks.hpp"
 #include "qjulia/compare.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/exact_map.hpp"
@@ -24,15 +25,7 @@ const Device& distance_device() { return test::shared_device(); }
 
 /// Within the grid's domain, beyond it, and out of the slice.
 std::vector<Quaternion> points_about(double reach, std::size_t count) {
-  std::mt19937_64 bits(4);
-  std::vector<Quaternion> points;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double x = test::uniform(bits, -reach, reach);
-    const double y = test::uniform(bits, -reach, reach);
-    const double z = test::uniform(bits, -reach, reach);
-    points.push_back({x, y, z, test::uniform(bits, -0.4, 0.4)});
-  }
-  return points;
+  return test::random_points(4, count, reach, 0.4);
 }
 
 DistanceModulus& modulus_of(RationalMap& map) { return std::get<DistanceModulus>(map.modulus); }
@@ -51,14 +44,7 @@ TEST_CASE("kernels iterate a map with a distance as the reference does") {
   const Field field(device, map, precision);
   const bool twice = precision == Precision::dbl;
   for (const int n : {1, 2, 3}) {
-    const auto expected = reference::field(map, points, n, 20);
-    const auto values = field.at(points, n);
-    std::vector<double> errors;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const double error = std::abs(values[i] - expected[i]) / std::max(1.0, std::abs(expected[i]));
-      errors.push_back(std::isfinite(error) ? error : 1e9);
-    }
-    std::ranges::sort(errors);
+    const auto errors = test::sorted_errors(field, map, points, n);
     CAPTURE(variant, n, errors.back());
     // The grid is in single precision for all, but coefficients are sums of few bits. Iterates
     // multiply what rounding leaves by the map's derivative.
@@ -75,21 +61,9 @@ TEST_CASE("its gradient is that of the reference") {
   RationalMap map = test::distance_map();
   if (GENERATE(false, true)) modulus_of(map).fourth = FourthCoordinate::ignored;
   const auto points = points_about(2, 203);
-  const auto gradients = Field(variant.of(test::device()), map, precision).gradient_at(points);
-  constexpr double kStep = 1e-5;
-  double worst = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto slope = [&](const Quaternion& along) {
-      const auto f = reference::field(
-          map, std::vector{points[i] + kStep * along, points[i] - kStep * along}, 1, 1e6);
-      return (f[0] - f[1]) / (2 * kStep);
-    };
-    const Quaternion expected{slope({1, 0, 0, 0}), slope({0, 1, 0, 0}), slope({0, 0, 1, 0}),
-                              slope({0, 0, 0, 1})};
-    worst = test::worse(worst, norm(gradients[i] - expected) / std::max(1.0, norm(expected)));
-  }
+  const Field field(variant.of(test::device()), map, precision);
   // Second derivatives jump between cells.
-  CHECK(worst < 2e-3);
+  CHECK(test::sorted_gradient_errors(field, map, points).back() < 2e-3);
 }
 
 TEST_CASE("bounds over cubes hold F, within the domain and across its end") {
@@ -140,14 +114,7 @@ TEST_CASE("its radii decide no orbit wrongly, and none returns from beyond r_out
     if (norm(q) > stops.outer) CHECK(reference::step(map, q).log_norm > std::log(norm(q)));
   }
   const auto points = points_about(1.4, 1500);
-  const auto plain = reference::field(map, points, 6, 20);
-  const auto decided =
-      Field(distance_device(), map, Precision::single, stops).decided_at(points, 6);
-  std::size_t different = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if ((plain[i] < map.surface_level) != (decided[i] < map.surface_level)) ++different;
-  }
-  CHECK(different <= 3);  // by rounding, at the set's boundary
+  CHECK(test::wrongly_decided(map, stops, points) <= 3);  // by rounding, at the set's boundary
   modulus_of(map).fourth = FourthCoordinate::ignored;
   CHECK_FALSE(std::isfinite(find_stop_radii(distance_device(), map).outer));
 }
@@ -159,13 +126,7 @@ TEST_CASE("the sparse surface is the dense one") {
   if (GENERATE(false, true)) modulus_of(map).fourth = FourthCoordinate::ignored;
   SurfaceOptions options;
   options.resolution = 80;
-  SurfaceReport report;
-  const TriangleMesh sparse = extract_surface(device, map, options, {}, &report);
-  options.dense = true;
-  const TriangleMesh dense = extract_surface(device, map, options);
-  REQUIRE(sparse.triangles.size() > 5000);
-  CHECK(sparse.triangles == dense.triangles);
-  CHECK(report.open_edges == 0);
+  const SurfaceReport report = test::checked_surface(device, map, options).report;
   CHECK(report.potentials < report.grid_points / 2);
 }
 

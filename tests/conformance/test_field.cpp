@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "map/reference_iteration.hpp"
+#include "map_checks.hpp"
 #include "qjulia/field.hpp"
 #include "random_maps.hpp"
 #include "test_device.hpp"
-#include "worse.hpp"
 
 using namespace qjulia;
 
@@ -25,29 +25,7 @@ RationalMap general_map() {
 }
 
 std::vector<Quaternion> points_in(double reach, std::size_t count) {
-  std::mt19937_64 bits(52);
-  std::vector<Quaternion> points(count);
-  for (Quaternion& q : points) {
-    q.x = test::uniform(bits, -reach, reach);
-    q.y = test::uniform(bits, -reach, reach);
-    q.z = test::uniform(bits, -reach, reach);
-    q.w = test::uniform(bits, -reach, reach);
-  }
-  return points;
-}
-
-/// |device − reference| / max(1, |reference|), sorted.
-std::vector<double> errors(const Field& field, const RationalMap& map,
-                           const std::vector<Quaternion>& points, int iterations) {
-  const auto expected = reference::field(map, points, iterations, kEscape);
-  const auto got = field.at(points, iterations);
-  std::vector<double> result;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const double error = std::abs(got[i] - expected[i]) / std::max(1.0, std::abs(expected[i]));
-    result.push_back(std::isfinite(error) ? error : 1e9);
-  }
-  std::ranges::sort(result);
-  return result;
+  return test::random_points(52, count, reach, reach);
 }
 
 }  // namespace
@@ -61,7 +39,7 @@ TEST_CASE("F_n in double is the reference's") {
   const auto points = points_in(1.5, 1001);
   for (const int n : {1, 2, 3, 4}) {
     CAPTURE(width, n);
-    CHECK(errors(field, map, points, n).back() < 1e-10);
+    CHECK(test::sorted_errors(field, map, points, n).back() < 1e-10);
   }
 }
 
@@ -71,7 +49,7 @@ TEST_CASE("F_n in float is the reference's within rounding, which iteration ampl
   const Field field(test::device().with_lane_width(width), map, Precision::single);
   const auto points = points_in(1.5, 1001);
   for (const int n : {1, 2, 3, 4}) {
-    const auto error = errors(field, map, points, n);
+    const auto error = test::sorted_errors(field, map, points, n);
     CAPTURE(width, n, error.back());
     // Each iterate multiplies what the ones before left by the map's derivative, so the worst
     // point grows; the median stays near rounding.
@@ -92,7 +70,7 @@ TEST_CASE("above the level F is steeper, and one time as steep is the same field
   map.tufts = 2.5;
   const Field field(device, map, precision);
   for (const int n : {1, 2, 3}) {
-    const auto error = errors(field, map, points, n);
+    const auto error = test::sorted_errors(field, map, points, n);
     CAPTURE(width, n, error.back());
     CHECK(error[error.size() / 2] < 5e-6);
     CHECK(error[error.size() * 99 / 100] < 5e-6 * std::pow(25, n - 1));
@@ -176,7 +154,8 @@ TEST_CASE("beside the branch cut both sides are the reference's; on it the direc
   }
   for (const int n : {1, 2, 3, 4}) {
     CAPTURE(width, n);
-    CHECK(errors(field, map, points, n).back() < (precision == Precision::dbl ? 1e-10 : 2e-5));
+    CHECK(test::sorted_errors(field, map, points, n).back() <
+          (precision == Precision::dbl ? 1e-10 : 2e-5));
   }
 }
 
@@ -187,20 +166,7 @@ TEST_CASE("the gradient by the point is the reference's central difference") {
   const RationalMap map = general_map();
   const Field field(test::device().with_lane_width(width), map, precision);
   const auto points = points_in(1.5, 77);
-  const auto gradients = field.gradient_at(points);
-  constexpr double kStep = 1e-6;
-  const auto difference = [&](Quaternion q, const Quaternion& direction) {
-    const std::vector<Quaternion> ends{q + kStep * direction, q - kStep * direction};
-    const auto f = reference::field(map, ends, 1, 1e9);
-    return (f[0] - f[1]) / (2 * kStep);
-  };
-  double worst = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Quaternion expected{
-        difference(points[i], {1, 0, 0, 0}), difference(points[i], {0, 1, 0, 0}),
-        difference(points[i], {0, 0, 1, 0}), difference(points[i], {0, 0, 0, 1})};
-    worst = test::worse(worst, norm(gradients[i] - expected) / std::max(1.0, norm(expected)));
-  }
+  const double worst = test::sorted_gradient_errors(field, map, points, 1e-6).back();
   CAPTURE(width, worst);
   CHECK(worst < (precision == Precision::dbl ? 1e-8 : 1e-5));
 }

@@ -5,6 +5,7 @@
 
 #include "distance_map.hpp"
 #include "map/reference_iteration.hpp"
+#include "map_checks.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/exact_map.hpp"
 #include "qjulia/knobs.hpp"
@@ -25,15 +26,7 @@ RationalMap noise_map(NoiseValues values, int octaves = 3) {
 }
 
 std::vector<Quaternion> points_within(double reach, std::size_t count) {
-  std::mt19937_64 bits(14);
-  std::vector<Quaternion> points;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double x = test::uniform(bits, -reach, reach);
-    const double y = test::uniform(bits, -reach, reach);
-    const double z = test::uniform(bits, -reach, reach);
-    points.push_back({x, y, z, test::uniform(bits, -0.3, 0.3)});
-  }
-  return points;
+  return test::random_points(14, count, reach, 0.3);
 }
 
 Quaternion versor_at(const RationalMap& map, const Quaternion& q) {
@@ -58,14 +51,7 @@ TEST_CASE("kernels iterate a map with a noise as the reference does") {
   const auto points = points_within(1.4, 1001);
   const Field field(variant.of(test::shared_device()), map, precision);
   for (const int n : {1, 2, 3}) {
-    const auto expected = reference::field(map, points, n, 20);
-    const auto found = field.at(points, n);
-    std::vector<double> errors;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const double error = std::abs(found[i] - expected[i]) / std::max(1.0, std::abs(expected[i]));
-      errors.push_back(std::isfinite(error) ? error : 1e9);
-    }
-    std::ranges::sort(errors);
+    const auto errors = test::sorted_errors(field, map, points, n);
     CAPTURE(variant, twice, n, errors.back());
     CHECK(errors[errors.size() / 2] < (twice ? 1e-9 : 1e-5));
     CHECK(errors[errors.size() * 95 / 100] < (twice ? 1e-6 : 5e-5) * std::pow(30, n - 1));
@@ -117,14 +103,7 @@ TEST_CASE(
     const auto [f, u] = reference::step(map, q);
     CHECK(u.w == 0);
   }
-  const auto plain = reference::field(map, points, 6, 20);
-  const auto decided =
-      Field(test::shared_device(), map, Precision::single, stops).decided_at(points, 6);
-  std::size_t different = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if ((plain[i] < map.surface_level) != (decided[i] < map.surface_level)) ++different;
-  }
-  CHECK(different <= 6);  // by rounding, at the set's boundary
+  CHECK(test::wrongly_decided(map, stops, points) <= 6);  // by rounding, at the set's boundary
 }
 
 TEST_CASE("the sparse surface of a noise is the dense one") {
@@ -133,11 +112,7 @@ TEST_CASE("the sparse surface of a noise is the dense one") {
   const RationalMap map = noise_map(GENERATE(NoiseValues::vectors, NoiseValues::quaternions));
   SurfaceOptions options;
   options.resolution = 80;
-  SurfaceReport report;
-  const TriangleMesh sparse = extract_surface(device, map, options, {}, &report);
-  options.dense = true;
-  REQUIRE(sparse.triangles.size() > 5000);
-  CHECK(sparse.triangles == extract_surface(device, map, options).triangles);
+  const SurfaceReport report = test::checked_surface(device, map, options).report;
   CHECK(report.settled == 0);
   CHECK(report.potentials < report.grid_points * 3 / 4);
 }

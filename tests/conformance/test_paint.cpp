@@ -5,8 +5,7 @@
 
 #include "distance_map.hpp"
 #include "map/reference_iteration.hpp"
-#include "picture/depth_source.hpp"
-#include "picture/view.hpp"
+#include "map_checks.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/knobs.hpp"
 #include "qjulia/painting.hpp"
@@ -14,7 +13,6 @@
 #include "shapes.hpp"
 #include "surface/level_set.hpp"
 #include "test_device.hpp"
-#include "worse.hpp"
 
 using namespace qjulia;
 using Eigen::Vector3d;
@@ -70,15 +68,7 @@ RationalMap painted_square() {
 }
 
 std::vector<Quaternion> painted_points(double reach, std::size_t count) {
-  std::mt19937_64 bits(21);
-  std::vector<Quaternion> points;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double x = test::uniform(bits, -reach, reach);
-    const double y = test::uniform(bits, -reach, reach);
-    const double z = test::uniform(bits, -reach, reach);
-    points.push_back({x, y, z, test::uniform(bits, -0.3, 0.3) * reach});
-  }
-  return points;
+  return test::random_points(21, count, reach, 0.3 * reach);
 }
 
 }  // namespace
@@ -93,14 +83,7 @@ TEST_CASE("kernels iterate a painted map as the reference does") {
   const auto points = painted_points(2.4, 1001);
   const Field field(variant.of(test::shared_device()), map, precision);
   for (const int n : {1, 2, 3}) {
-    const auto expected = reference::field(map, points, n, 20);
-    const auto values = field.at(points, n);
-    std::vector<double> errors;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const double error = std::abs(values[i] - expected[i]) / std::max(1.0, std::abs(expected[i]));
-      errors.push_back(std::isfinite(error) ? error : 1e9);
-    }
-    std::ranges::sort(errors);
+    const auto errors = test::sorted_errors(field, map, points, n);
     CAPTURE(variant, map.kind(), twice, n, errors.back());
     CHECK(errors[errors.size() / 2] < (twice ? 1e-9 : 1e-5));
     if (n == 1) CHECK(errors.back() < (twice ? 1e-8 : 2e-3));  // where the share is 1/256
@@ -157,21 +140,8 @@ TEST_CASE("the gradient of a painted map is that of its F") {
   const auto variant = GENERATE(from_range(test::variants()));
   const RationalMap map = GENERATE(painted_map(), painted_factors());
   const auto points = painted_points(1.9, 400);
-  const auto gradients =
-      Field(variant.of(test::shared_device()), map, Precision::single).gradient_at(points);
-  constexpr double kStep = 1e-6;
-  std::vector<double> errors;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto slope = [&](const Quaternion& along) {
-      const auto f = reference::field(
-          map, std::vector{points[i] + kStep * along, points[i] - kStep * along}, 1, 1e6);
-      return (f[0] - f[1]) / (2 * kStep);
-    };
-    const Quaternion expected{slope({1, 0, 0, 0}), slope({0, 1, 0, 0}), slope({0, 0, 1, 0}),
-                              slope({0, 0, 0, 1})};
-    errors.push_back(norm(gradients[i] - expected) / std::max(1.0, norm(expected)));
-  }
-  std::ranges::sort(errors);
+  const Field field(variant.of(test::shared_device()), map, Precision::single);
+  const auto errors = test::sorted_gradient_errors(field, map, points, 1e-6);
   CHECK(errors[errors.size() * 98 / 100] < 5e-3);
 }
 
@@ -223,13 +193,7 @@ TEST_CASE("the sparse surface of a painted map is the dense one") {
   SurfaceOptions options;
   options.resolution = 80;
   options.iterations = GENERATE(1, 6);
-  SurfaceReport report;
-  const TriangleMesh sparse = extract_surface(device, map, options, {}, &report);
-  options.dense = true;
-  const TriangleMesh dense = extract_surface(device, map, options);
-  REQUIRE(sparse.triangles.size() > 4000);
-  CHECK(sparse.triangles == dense.triangles);
-  CHECK(report.open_edges == 0);
+  const SurfaceReport report = test::checked_surface(device, map, options).report;
   CHECK(report.potentials < report.grid_points * 4 / 5);
 }
 
@@ -267,46 +231,8 @@ TEST_CASE("where the share is least the surface is the smooth shape") {
 
 TEST_CASE("rays find the set that a painted map's orbits have") {
   const auto variant = GENERATE(from_range(test::variants()));
-  const int iterations = GENERATE(1, 5);
   const RationalMap map = painted_map();
-  const Device device = variant.of(test::shared_device());
-  picture::MarchedSet set{map, iterations, {}, {}, Precision::single, Material::clay, {}};
-  const auto source = picture::march_source(device, set);
-  constexpr int kPixels = 28;
-  picture::View view = picture::camera_view({}, *map.box, kPixels, kPixels, 1);
-  view.footprint *= 0.1;  // steps as fine as those of larger pictures
-  const auto depths = source->depths(view, 0, kPixels);
-  const StopRadii stops = find_stop_radii(test::shared_device(), map);
-  const Field field(test::shared_device(), map, Precision::single, stops);
-  std::size_t hits = 0, through = 0, early = 0;
-  for (int row = 0; row < kPixels; ++row) {
-    for (int column = 0; column < kPixels; ++column) {
-      const Vector3d direction =
-          (view.dir + (column + 0.5) * view.dir_dx + (row + 0.5) * view.dir_dy).normalized();
-      const auto depth =
-          static_cast<double>(depths[static_cast<std::size_t>(row * kPixels + column)]);
-      std::vector<Quaternion> points;
-      std::vector<double> where;
-      const double from = view.eye.norm() - 2.5;
-      for (int k = 0; k < 400; ++k) {
-        where.push_back(from + 0.0125 * k);
-        const Vector3d x = view.eye + where.back() * direction;
-        points.push_back({x.x(), x.y(), x.z(), map.slice});
-      }
-      const auto values = field.decided_at(points, iterations);
-      double first = -1;
-      for (std::size_t k = 0; k < values.size() && first < 0; ++k) {
-        if (values[k] < map.surface_level) first = where[k];
-      }
-      hits += first >= 0 ? 1 : 0;
-      if (first >= 0 && (depth < 0 || depth > first + 0.025)) ++through;
-      if (depth >= 0 && first < 0) ++early;  // what is thinner than the steps here
-    }
-  }
-  CAPTURE(hits, through, early);
-  CHECK(hits > 120);
-  CHECK(through <= hits / 50);
-  CHECK(early <= hits / 10);
+  test::check_rays(variant.of(test::shared_device()), map, *map.box, GENERATE(1, 5));
 }
 
 TEST_CASE("knobs move a paint with the shape, and cannot turn it") {

@@ -7,8 +7,7 @@
 #include "distance_map.hpp"
 #include "map/portals.hpp"
 #include "map/reference_iteration.hpp"
-#include "picture/depth_source.hpp"
-#include "picture/view.hpp"
+#include "map_checks.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/knobs.hpp"
 #include "qjulia/portal_choice.hpp"
@@ -42,15 +41,7 @@ RationalMap factors_with_portals(PortalMask mask) {
 }
 
 std::vector<Quaternion> points_about(const Vector3d& middle, double reach, std::size_t count) {
-  std::mt19937_64 bits(8);
-  std::vector<Quaternion> points;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double x = middle.x() + test::uniform(bits, -reach, reach);
-    const double y = middle.y() + test::uniform(bits, -reach, reach);
-    const double z = middle.z() + test::uniform(bits, -reach, reach);
-    points.push_back({x, y, z, test::uniform(bits, -0.3, 0.3) * reach});
-  }
-  return points;
+  return test::random_points(8, count, reach, 0.3 * reach, middle);
 }
 
 /// How near q is to a portal's rim.
@@ -102,14 +93,7 @@ TEST_CASE("kernels iterate a map with portals as the reference does") {
   }
   CHECK(in_portals > 300);
   for (const int n : {1, 2, 3}) {
-    const auto expected = reference::field(map, points, n, 20);
-    const auto values = field.at(points, n);
-    std::vector<double> errors;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const double error = std::abs(values[i] - expected[i]) / std::max(1.0, std::abs(expected[i]));
-      errors.push_back(std::isfinite(error) ? error : 1e9);
-    }
-    std::ranges::sort(errors);
+    const auto errors = test::sorted_errors(field, map, points, n);
     CAPTURE(variant, twice, n, errors.back());
     CHECK(errors[errors.size() / 2] < (twice ? 1e-9 : 1e-5));
     if (n == 1 && mask == PortalMask::none) CHECK(errors.back() < (twice ? 1e-8 : 1e-4));
@@ -129,16 +113,9 @@ TEST_CASE("in a portal the gradient is that of the image's radius") {
   }
   const auto gradients =
       Field(variant.of(test::shared_device()), map, Precision::single).gradient_at(points);
-  constexpr double kStep = 1e-5;
   double worst = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto slope = [&](const Quaternion& along) {
-      const auto f = reference::field(
-          map, std::vector{points[i] + kStep * along, points[i] - kStep * along}, 1, 1e6);
-      return (f[0] - f[1]) / (2 * kStep);
-    };
-    const Quaternion expected{slope({1, 0, 0, 0}), slope({0, 1, 0, 0}), slope({0, 0, 1, 0}),
-                              slope({0, 0, 0, 1})};
+    const Quaternion expected = test::reference_gradient(map, points[i]);
     // The third portal's mask jumps at the set's boundary.
     if (norm(expected) > 1e3) continue;
     worst = test::worse(worst, norm(gradients[i] - expected) / std::max(1.0, norm(expected)));
@@ -209,14 +186,7 @@ TEST_CASE("no portal reaches the ball that orbits stay in, or beyond which none 
   CHECK(stops.outer == std::max(plain.outer, farthest));
   CHECK(stops.escape == Approx(1.25 * stops.outer));
   const auto points = points_about({-0.2, 0, 0}, 1.4, 2000);
-  const auto ended = reference::field(map, points, 6, 20);
-  const auto decided =
-      Field(test::shared_device(), map, Precision::single, stops).decided_at(points, 6);
-  std::size_t different = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if ((ended[i] < map.surface_level) != (decided[i] < map.surface_level)) ++different;
-  }
-  CHECK(different <= 6);  // by rounding, at the set's boundary
+  CHECK(test::wrongly_decided(map, stops, points) <= 6);  // by rounding, at the set's boundary
 }
 
 TEST_CASE("a portal of scale 1 to its own centre changes no orbit that does not enter it") {
@@ -291,62 +261,18 @@ TEST_CASE("the sparse surface of a map with portals is the dense one, with its c
   SurfaceOptions options;
   options.resolution = 96;
   options.iterations = GENERATE(1, 6);
-  SurfaceReport report;
-  const TriangleMesh sparse = extract_surface(device, map, options, {}, &report);
-  options.dense = true;
-  const TriangleMesh dense = extract_surface(device, map, options);
-  REQUIRE(sparse.triangles.size() > 4000);
-  CHECK(sparse.triangles == dense.triangles);
-  CHECK(report.open_edges == 0);
+  const auto [mesh, report] = test::checked_surface(device, map, options);
   CHECK(report.potentials < report.grid_points * 3 / 5);
   // Copies stand where the shape does not reach.
-  CHECK(sparse.box().high.x() > map.box->high.x() + 0.1);
+  CHECK(mesh.box().high.x() > map.box->high.x() + 0.1);
 }
 
 TEST_CASE("rays find the set that orbits have") {
   const auto variant = GENERATE(from_range(test::variants()));
   const auto mask = GENERATE(PortalMask::none, PortalMask::outside);
-  const int iterations = GENERATE(1, 5);
   const RationalMap map = map_with_portals(mask);
-  const Device device = variant.of(test::shared_device());
-  picture::MarchedSet set{map, iterations, {}, {}, Precision::single, Material::clay, {}};
-  const auto source = picture::march_source(device, set);
-  constexpr int kPixels = 28;
-  const Box framed = *map::box_with_copies(map);
-  picture::View view = picture::camera_view({}, framed, kPixels, kPixels, 1);
-  view.footprint *= 0.1;  // steps as fine as those of larger pictures
-  const auto depths = source->depths(view, 0, kPixels);
-  const StopRadii stops = find_stop_radii(test::shared_device(), map);
-  const Field field(test::shared_device(), map, Precision::single, stops);
-  std::size_t hits = 0, through = 0, early = 0;
-  for (int row = 0; row < kPixels; ++row) {
-    for (int column = 0; column < kPixels; ++column) {
-      const Vector3d direction =
-          (view.dir + (column + 0.5) * view.dir_dx + (row + 0.5) * view.dir_dy).normalized();
-      const auto depth =
-          static_cast<double>(depths[static_cast<std::size_t>(row * kPixels + column)]);
-      std::vector<Quaternion> points;
-      std::vector<double> where;
-      const double from = view.eye.norm() - 2.5;
-      for (int k = 0; k < 400; ++k) {
-        where.push_back(from + 0.0125 * k);
-        const Vector3d x = view.eye + where.back() * direction;
-        points.push_back({x.x(), x.y(), x.z(), map.slice});
-      }
-      const auto values = field.decided_at(points, iterations);
-      double first = -1;
-      for (std::size_t k = 0; k < values.size() && first < 0; ++k) {
-        if (values[k] < map.surface_level) first = where[k];
-      }
-      hits += first >= 0 ? 1 : 0;
-      if (first >= 0 && (depth < 0 || depth > first + 0.025)) ++through;
-      if (depth >= 0 && first < 0) ++early;  // what is thinner than the steps here
-    }
-  }
-  CAPTURE(hits, through, early);
-  CHECK(hits > 120);
-  CHECK(through <= hits / 50);
-  CHECK(early <= hits / 10);
+  test::check_rays(variant.of(test::shared_device()), map, *map::box_with_copies(map),
+                   GENERATE(1, 5));
 }
 
 TEST_CASE("knobs move portals with the shape") {

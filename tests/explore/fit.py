@@ -1,32 +1,19 @@
 #!/usr/bin/python3
-"""`qjulia explore` of a mesh in headless Chromium: the fit as it runs, stopped by its button, and files made of its map.
-Usage: fit.py QJULIA MESH FOLDER. Exits with 77 where there is no Chromium."""
+"""`qjulia explore` of a mesh in headless Chromium: the fit as it runs, stopped by its button, and files made of its map."""
 import json
-import pathlib
 import re
 import shutil
 import subprocess
-import sys
 import time
 
 import browser
+from checks import check, check_errors, folder, mesh, qjulia, run, run_test
 from server import Server
-
-qjulia, mesh, folder = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
-failures = []
-
-
-def check(holds, what):
-    print(("ok      " if holds else "FAILED  ") + what, flush=True)
-    if not holds:
-        failures.append(what)
 
 
 def json_of(*words):
     """What a command says with --json."""
-    done = subprocess.run([qjulia, *map(str, words), "--json", "--device", "cpu", "--quiet"], cwd=folder, capture_output=True, text=True,
-                          check=True)
-    return json.loads(done.stdout)
+    return json.loads(run(*words, "--json", "--device", "cpu", "--quiet"))
 
 
 def until(tab, script, seconds, what):
@@ -136,21 +123,15 @@ def check_broken_mesh():
 
 
 def main():
-    if browser.find() is None:
-        print("SKIPPED: no chromium here; 'tools/install-dependencies --all' adds it (about 300 MB)")
-        return 77
-    folder.mkdir(parents=True, exist_ok=True)
     (folder / "fitted.qjulia.json").unlink(missing_ok=True)
     shutil.copy(mesh, folder / "ball.obj")
     with Server(qjulia, folder, "ball.obj", "--factors", 60, "-o", "fitted.qjulia.json") as server:
         with browser.Browser(1000, 760) as tab:
             check_fit(tab, server)
             check_files(tab)
-            errors = [e for e in tab.errors if "asked for http://127.0.0.1" not in e]
-            check(errors == [], f"no errors: {sorted(set(errors))}")
+            check_errors(tab)
         check(server.is_well(), "a browser that is closed while a turntable is made does no harm")
     check_broken_mesh()
-    return 1 if failures else 0
 
 
-sys.exit(main())
+run_test(main)

@@ -1,6 +1,5 @@
 #!/usr/bin/python3
-"""The server of `qjulia explore`: what it draws, and what it refuses and survives.
-Usage: serve.py QJULIA MESH FOLDER. Exits with 77 where there is no Chromium."""
+"""The server of `qjulia explore`: what it draws, and what it refuses and survives."""
 import base64
 import pathlib
 import random
@@ -8,25 +7,12 @@ import shlex
 import signal
 import socket
 import subprocess
-import sys
 import threading
 import time
 
 import browser
+from checks import check, check_errors, fit_ball, folder, qjulia, run, run_test
 from server import Server
-
-qjulia, mesh, folder = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
-failures = []
-
-
-def check(holds, what):
-    print(("ok      " if holds else "FAILED  ") + what, flush=True)
-    if not holds:
-        failures.append(what)
-
-
-def run(*words):
-    subprocess.run([qjulia, *map(str, words)], cwd=folder, check=True)
 
 
 def check_refusals(server):
@@ -145,8 +131,7 @@ def check_pictures(server):
     same = (folder / "same.png").read_bytes()
     check(frame[:1] == b"=" and pixels(frame[1:]) == pixels(same), "a frame is the picture of 'render'")
     run("paint", "ball.qjulia.json", "-o", "painted.qjulia.json", "--ramp", "x=0.1:1", "--device", "cpu", "--quiet")
-    painted = Server(qjulia, folder, "painted.qjulia.json")
-    try:
+    with Server(qjulia, folder, "painted.qjulia.json") as painted:
         _, _, frame = painted.get("/frame?size=96x72&samples=1&detail=0.03&drift=0.3")
         run("render", "painted.qjulia.json", "-o", "same.png", "--size", "96x72", "--samples", 1, "--detail", 0.03, "--drift", 0.3,
             "--device", "cpu", "--quiet")
@@ -155,9 +140,6 @@ def check_pictures(server):
         _, _, refused = painted.get("/frame?size=8x8&rotate=0,0,1,30")
         check(refused[:1] == b"!" and b"rotate" in refused, "what paint does not bear is told")
         check(b'"paint"' in painted.get("/map?drift=0.2")[2], "a saved map keeps its paint")
-    finally:
-        painted.process.kill()
-        painted.process.wait()
     _, _, turned = server.get("/map?drift=0.4&order-seed=3")
     (folder / "turned.qjulia.json").write_bytes(turned[1:])
     run("convert", "ball.qjulia.json", "same.qjulia.json", "--drift", 0.4, "--order-seed", 3, "--device", "cpu", "--quiet")
@@ -184,8 +166,7 @@ def check_page(server):
         tab.wait(100)
         tab.screenshot(folder / "page.png")
         check_command(tab, server)
-        errors = [e for e in tab.errors if "asked for http://127.0.0.1" not in e]
-        check(errors == [], f"no errors: {sorted(set(errors))}")
+        check_errors(tab)
         tab.run("qjulia.change({ zoom: 2 }); 0")  # and the browser closes in mid-frame
     check(server.is_well(), "a browser that is closed in mid-frame does no harm")
 
@@ -223,11 +204,7 @@ def check_ends(server, before, what):
 
 
 def main():
-    if browser.find() is None:
-        print("SKIPPED: no chromium here; 'tools/install-dependencies --all' adds it (about 300 MB)")
-        return 77
-    folder.mkdir(parents=True, exist_ok=True)
-    run("fit", mesh, "-o", "ball.qjulia.json", "--factors", 24, "--max-evaluations", 60, "--device", "cpu", "--quiet")
+    fit_ball()
     server = Server(qjulia, folder, "ball.qjulia.json")
     try:
         check_refusals(server)
@@ -246,7 +223,6 @@ def main():
     finally:
         server.process.kill()
         server.process.wait()
-    return 1 if failures else 0
 
 
-sys.exit(main())
+run_test(main)

@@ -1,36 +1,17 @@
 #!/usr/bin/python3
 """A page of `qjulia share` in headless Chromium, from disk and with no network: what it draws is what
 `qjulia render` draws, what its shaders compute is what kernels compute, and its controls work.
-Usage: share.py QJULIA MESH FOLDER [MAP WxH]: with MAP, its silhouettes alone, for settings of the knobs.
-Exits with 77 where there is no Chromium."""
+share.py QJULIA MESH FOLDER [MAP WxH]: with MAP, its silhouettes alone, for settings of the knobs."""
 import array
 import json
 import math
 import os
 import pathlib
 import shlex
-import subprocess
 import sys
 
 import browser
-
-qjulia, mesh, folder = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
-failures = []
-
-
-def check(holds, what):
-    print(("ok      " if holds else "FAILED  ") + what, flush=True)
-    if not holds:
-        failures.append(what)
-
-
-def run(*words):
-    """What a command writes to standard output."""
-    command = [qjulia, *map(str, words)]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
-    if done.returncode != 0:
-        raise RuntimeError(f"{shlex.join(command)}: {done.stderr}")
-    return done.stdout
+from checks import check, fit_ball, folder, mesh, run, run_test
 
 
 def npy(file):
@@ -197,10 +178,6 @@ def check_escapes(tab):
     tab.errors[:] = [e for e in tab.errors if "unsafe-eval" not in e]  # that the console tells of
 
 
-def ball_map():
-    run("fit", mesh, "-o", "ball.qjulia.json", "--factors", 24, "--max-evaluations", 60, "--device", "cpu", "--quiet")
-
-
 def check_kinds(tab):
     """A map of each kind."""
     data = pathlib.Path(__file__).parent.parent.parent
@@ -269,10 +246,6 @@ def check_palette(tab, address):
 
 
 def main():
-    if browser.find() is None:
-        print("SKIPPED: no chromium here; 'tools/install-dependencies --all' adds it (about 300 MB)")
-        return 77
-    folder.mkdir(parents=True, exist_ok=True)
     with browser.Browser(640, 480) as tab:
         tab.offline()
         if len(sys.argv) > 4:
@@ -285,7 +258,7 @@ def main():
                              "slice=0.2&tufts=4&elevation=40&cutz=60", "rotate=40&axis=y&scale=1.1&detail=0.01"):
                 compare(tab, address, name, settings, sys.argv[5])
         else:
-            ball_map()
+            fit_ball()
             address = share("ball.qjulia.json")
             compare_field(tab, "ball.qjulia.json", True)
             for settings in ("", "detail=0.03&iterations=8&rotate=40&axis=y&up=-z", "phase1=60&phase2=40&phase3=20&azimuth=120&order=5",
@@ -299,7 +272,6 @@ def main():
             check_many_factors(tab)
             check_escapes(tab)
         check(tab.errors == [], f"no errors and no requests: {sorted(set(tab.errors))}")
-    return 1 if failures else 0
 
 
-sys.exit(main())
+run_test(main)

@@ -1,9 +1,9 @@
+// Meshes of every format as they are read, and what is refused.
+
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <random>
 #include <stop_token>
 
@@ -12,7 +12,6 @@
 #include "qjulia/painted_mesh.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
-#include "worse.hpp"
 
 using namespace qjulia;
 using Catch::Matchers::Contains;
@@ -32,126 +31,24 @@ void check_refused(const std::string& name, std::string_view bytes, const std::s
   CHECK_THROWS_WITH(read_mesh(path), Contains(name) && Contains(why));
 }
 
-TriangleMesh read_text(const std::string& name, std::string_view bytes,
-                       MeshReport* report = nullptr) {
+TriangleMesh parsed(const std::string& name, std::string_view bytes, MeshReport* report = nullptr) {
   return read_mesh(mesh_folder.file(name, bytes), report);
-}
-
-std::string bytes_of(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-/// The vertices of a .glb of ours as a viewer sees them: in the scene, whose Y is up.
-TriangleMesh read_glb(const std::filesystem::path& path) {
-  const std::string bytes = bytes_of(path);
-  const auto at = [&bytes](std::size_t from, auto value) {
-    std::memcpy(&value, bytes.data() + from, sizeof value);
-    return value;
-  };
-  const std::size_t json_bytes = at(12, std::uint32_t{});
-  const auto scene = nlohmann::json::parse(bytes.substr(20, json_bytes));
-  const auto q = scene.at("nodes").at(0).at("rotation").get<std::vector<double>>();
-  const Eigen::Quaterniond turn(q[3], q[0], q[1], q[2]);
-  const auto& positions = scene.at("accessors").at(1);
-  const std::size_t view = scene.at("bufferViews").at(1).at("byteOffset");
-  TriangleMesh mesh;
-  for (std::size_t i = 0; i < positions.at("count"); ++i) {
-    const std::size_t from = 28 + json_bytes + view + 12 * i;
-    const Eigen::Vector3d own(at(from, float{}), at(from + 4, float{}), at(from + 8, float{}));
-    mesh.vertices.emplace_back(turn * own);
-  }
-  return mesh;
 }
 
 }  // namespace
 
-TEST_CASE("every format is written and read back") {
-  const std::string name = GENERATE("m.ply", "m.stl", "m.obj", "m.off", "M.PLY");
-  const TriangleMesh mesh = shapes::torus(1, 0.35, 24, 12);
-  const auto path = mesh_folder.path() / name;
-  write_mesh(mesh, path);
-  MeshReport report;
-  const TriangleMesh read = read_mesh(path, &report);
-  CAPTURE(name);
-  CHECK(read.vertices.size() == mesh.vertices.size());
-  REQUIRE(read.triangles.size() == mesh.triangles.size());
-  double worst = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      worst = test::worse(worst, (mesh.vertices[mesh.triangles[t][corner]] -
-                                  read.vertices[read.triangles[t][corner]])
-                                     .norm());
-    }
-  }
-  CHECK(worst < 2e-7);
-  CHECK(report.closed());
-  CHECK(report.components == 1);
-  CHECK(report.warnings().empty());
-}
-
-TEST_CASE("binary formats have the size their layout asks for") {
-  const TriangleMesh mesh = shapes::sphere(1);
-  write_mesh(mesh, mesh_folder.path() / "size.stl");
-  CHECK(std::filesystem::file_size(mesh_folder.path() / "size.stl") ==
-        84 + 50 * mesh.triangles.size());
-  write_mesh(mesh, mesh_folder.path() / "size.ply");
-  const std::string ply = bytes_of(mesh_folder.path() / "size.ply");
-  CHECK(ply.size() ==
-        ply.find("end_header\n") + 11 + 12 * mesh.vertices.size() + 13 * mesh.triangles.size());
-}
-
-TEST_CASE("files stand upright where their format has an up, and keep coordinates elsewhere") {
-  // Three sides of its own along each axis, so that no turn is like another.
-  const TriangleMesh mesh = shapes::box({-1, -2, -3}, {4, 8, 16});
-  const auto written = [&](const std::string& name, std::optional<UpAxis> up) {
-    const std::filesystem::path path = mesh_folder.path() / name;
-    write_mesh(mesh, path, {}, up);
-    return path;
-  };
-  for (const UpAxis up :
-       {UpAxis::x, UpAxis::y, UpAxis::z, UpAxis::minus_x, UpAxis::minus_y, UpAxis::minus_z}) {
-    CAPTURE(to_string(up));
-    const auto along = [&](const Eigen::Vector3d& v) { return direction(up).dot(v); };
-    const double top = std::max(along(mesh.box().low), along(mesh.box().high));
-    const TriangleMesh print = read_mesh(written("up.stl", up));
-    CHECK(print.box().high.z() == top);
-    CHECK(print.box().size().z() == std::abs(along(mesh.box().size())));
-    CHECK(signed_volume(print) == Approx(signed_volume(mesh)));
-
-    const TriangleMesh glb = read_glb(written("up.glb", up));
-    CHECK(glb.box().high.y() == Approx(top));
-    CHECK(glb.box().size().y() == Approx(std::abs(along(mesh.box().size()))));
-    CHECK(glb.vertices.size() == mesh.vertices.size());
-
-    for (const std::string name : {"up.ply", "up.obj", "up.off"}) {
-      const std::string standing = bytes_of(written(name, up));
-      CHECK(standing == bytes_of(written(name, {})));
-    }
-  }
-  const std::string upright = bytes_of(written("up.stl", UpAxis::z));
-  CHECK(upright == bytes_of(written("up.stl", {})));
-  CHECK(read_glb(written("up.glb", {})).box().high.y() == Approx(16));
-}
-
-TEST_CASE("writing to an unknown format or a missing folder fails") {
-  CHECK_THROWS_AS(write_mesh(shapes::box(), mesh_folder.path() / "box.gltf"), InputError);
-  CHECK_THROWS_AS(write_mesh(shapes::box(), mesh_folder.path() / "no" / "box.ply"), OutputError);
-}
-
 TEST_CASE("obj: indices of every kind") {
-  const TriangleMesh plain = read_text("plain.obj", kTetrahedron);
+  const TriangleMesh plain = parsed("plain.obj", kTetrahedron);
   CHECK(plain.vertices.size() == 4);
   CHECK(plain.triangles.size() == 4);
-  const TriangleMesh dressed = read_text(
+  const TriangleMesh dressed = parsed(
       "dressed.obj",
       "# made by hand\r\nmtllib none.mtl\r\n"
       "v 0 0 0 1 0.5 0.2\r\nv +1 0 0\r\nv 0 1e0 0\r\nv 0 0 1.0\r\nvt 0.5\r\nvn nan 0 0\r\n"
       "usemtl none\r\ns off\r\nf 1/1/1 3//1 2/1\r\nf -4 -3 -1\r\nf 1 -1 3\r\nf 2 3 4 # last\r\n");
   CHECK(dressed.vertices == plain.vertices);
   CHECK(dressed.triangles == plain.triangles);
-  const TriangleMesh quad =
-      read_text("quad.obj", "f 1 2 3 4\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n");
+  const TriangleMesh quad = parsed("quad.obj", "f 1 2 3 4\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n");
   CHECK(quad.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
 }
 
@@ -175,11 +72,10 @@ TEST_CASE("obj: what is wrong is refused") {
 }
 
 TEST_CASE("off: comments, colours and counts on the first line") {
-  const TriangleMesh mesh =
-      read_text("colour.off",
-                "COFF 4 2 0 # counts\n# corners\n0 0 0 255 0 0\n1 0 0 9 9 9\n\n"
-                "1 1 0 1 1 1\n0 1 0 1 1 1 # end\n3 0 1 2 255 0 0\n"
-                "3 0 2 3 0.5 0.5 0.5");
+  const TriangleMesh mesh = parsed("colour.off",
+                                   "COFF 4 2 0 # counts\n# corners\n0 0 0 255 0 0\n1 0 0 9 9 9\n\n"
+                                   "1 1 0 1 1 1\n0 1 0 1 1 1 # end\n3 0 1 2 255 0 0\n"
+                                   "3 0 2 3 0.5 0.5 0.5");
   CHECK(mesh.vertices.size() == 4);
   CHECK(mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
 }
@@ -188,8 +84,8 @@ TEST_CASE("off: what is wrong is refused") {
   check_refused("empty.off", "", "empty");
   check_refused("words.off", "hello", "OFF");
   // Without a blank after the header, as in a well-known collection.
-  CHECK(read_text("glued.off", "OFF3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").triangles.size() == 1);
-  CHECK(read_text("lower.off", "off\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").triangles.size() == 1);
+  CHECK(parsed("glued.off", "OFF3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").triangles.size() == 1);
+  CHECK(parsed("lower.off", "off\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").triangles.size() == 1);
   check_refused("four.off", "4OFF\n3 1 0\n0 0 0 0\n1 0 0 0\n0 1 0 0\n3 0 1 2\n", "OFF");
   check_refused("binary.off", "OFF BINARY\n\1\2\3", "binary");
   check_refused("counts.off", "OFF\nmany few\n", "counts");
@@ -209,7 +105,7 @@ TEST_CASE("stl: text") {
       "solid part\n facet normal nan 0 0\n  OUTER loop\n   vertex 0 0 0\n   vertex 1 0 0\n"
       "   vertex 0 1 0\n  endloop\n endfacet\n";
   const std::string whole = std::string(kFacet) + "endsolid part\n";
-  CHECK(read_text("text.stl", whole).triangles == std::vector<Triangle>{{0, 1, 2}});
+  CHECK(parsed("text.stl", whole).triangles == std::vector<Triangle>{{0, 1, 2}});
   check_refused("cut.stl", kFacet, "endsolid");
   check_refused("cutter.stl", std::string_view(whole).substr(0, 90), "line 6");
   check_refused("none.stl", "solid part\nendsolid part\n", "no triangles");
@@ -224,7 +120,7 @@ TEST_CASE("stl: text") {
 
 TEST_CASE("stl: binary") {
   write_mesh(shapes::box(), mesh_folder.path() / "box.stl");
-  const std::string bytes = bytes_of(mesh_folder.path() / "box.stl");
+  const std::string bytes = test::read_text(mesh_folder.path() / "box.stl");
   check_refused("empty.stl", "", "empty");
   check_refused("short.stl", bytes.substr(0, bytes.size() - 7), "cut off");
   check_refused("header.stl", bytes.substr(0, 84), "cut off");
@@ -235,16 +131,16 @@ TEST_CASE("stl: binary") {
   std::memcpy(nan.data() + 84 + 50 + 12, "\0\0\xc0\x7f", 4);
   check_refused("nan.stl", nan, "triangle 2");
   // A few bytes too many do no harm, a triangle too many would be lost.
-  CHECK(read_text("more.stl", bytes + "\n").triangles.size() == 12);
+  CHECK(parsed("more.stl", bytes + "\n").triangles.size() == 12);
   check_refused("most.stl", bytes + std::string(50, '\0'), "holds 13");
   // A binary file may begin with the word that marks text.
   std::string solid = bytes;
   std::memcpy(solid.data(), "solid", 5);
-  CHECK(read_text("solid.stl", solid).triangles.size() == 12);
+  CHECK(parsed("solid.stl", solid).triangles.size() == 12);
 }
 
 TEST_CASE("ply: text with properties of every kind") {
-  const TriangleMesh mesh = read_text(
+  const TriangleMesh mesh = parsed(
       "rich.ply",
       "ply\r\nformat ascii 1.0\r\ncomment element of surprise\r\nobj_info property\r\n"
       "element camera 1\r\nproperty list int float view\r\n"
@@ -274,7 +170,7 @@ TEST_CASE("ply: big-endian bytes with unusual types") {
   }
   append(std::uint32_t{3});
   for (std::uint16_t v = 0; v < 3; ++v) append(v);
-  const TriangleMesh mesh = read_text("big.ply", bytes);
+  const TriangleMesh mesh = parsed("big.ply", bytes);
   CHECK(mesh.vertices == std::vector<Eigen::Vector3d>{{0, 0, 1}, {300, 0, 1}, {0, 2.5, 1}});
   CHECK(mesh.triangles == std::vector<Triangle>{{0, 1, 2}});
 }
@@ -306,7 +202,7 @@ TEST_CASE("what vertices say of their share is read with the mesh") {
       text("property float wild\n", "0 0 0 1\n1 0 0 0\n1 1 0 0.25\n0 1 0 1\n");
   CHECK(read("number.ply", with_number, "wild").shares == std::vector<float>{1, 0, 0.25, 1});
   // The mesh itself is what it is without.
-  CHECK(read_text("color.ply", in_color).vertices == read_text("number.ply", with_number).vertices);
+  CHECK(parsed("color.ply", in_color).vertices == parsed("number.ply", with_number).vertices);
   const PaintedMesh obj = read(
       "color.obj", "v 0 0 0 1 1 1\nv 1 0 0 0 0 0\nv 1 1 0 0.5 0.5 0.5\nv 0 1 0 0 0 1\nf 1 2 3 4\n");
   CHECK(obj.triangles.size() == 2);
@@ -333,7 +229,7 @@ TEST_CASE("ply: what is wrong is refused") {
   const auto text = [](const std::string& header, const std::string& body) {
     return "ply\nformat ascii 1.0\n" + header + "end_header\n" + body;
   };
-  CHECK(read_text("good.ply", text(vertices + faces, points + "3 0 1 2\n")).triangles.size() == 1);
+  CHECK(parsed("good.ply", text(vertices + faces, points + "3 0 1 2\n")).triangles.size() == 1);
   check_refused("empty.ply", "", "empty");
   check_refused("cut_header.ply", "ply\nformat ascii 1.0\nelement vertex 3\n", "cut off");
   check_refused("format.ply", "ply\nformat cuneiform 1.0\nend_header\n", "format");
@@ -367,7 +263,7 @@ TEST_CASE("ply: what is wrong is refused") {
                     std::string(12, '\0') + "\xff\xff\xff\x7f" + std::string(8, '\0'),
                 "early");
   write_mesh(shapes::sphere(2), mesh_folder.path() / "sphere.ply");
-  const std::string sphere = bytes_of(mesh_folder.path() / "sphere.ply");
+  const std::string sphere = test::read_text(mesh_folder.path() / "sphere.ply");
   check_refused("cut_faces.ply", std::string_view(sphere).substr(0, sphere.size() - 1), "early");
   check_refused("cut_vertices.ply", std::string_view(sphere).substr(0, 600), "promises");
 }
@@ -379,7 +275,7 @@ TEST_CASE("random bytes are refused or read, never worse") {
     for (char& byte : bytes) byte = static_cast<char>(random());
     if (trial < 4) check_refused("random.ply", bytes, "ply");
     for (const char* name : {"random.ply", "random.obj", "random.off", "random.stl"}) {
-      CHECK_THROWS_AS(read_text(name, bytes), InputError);
+      CHECK_THROWS_AS(parsed(name, bytes), InputError);
     }
   }
 }
@@ -389,7 +285,7 @@ TEST_CASE("files with damaged bytes are refused or read, never worse") {
   std::mt19937 random(6);
   for (const std::string name : {"damaged.ply", "damaged.obj", "damaged.off", "damaged.stl"}) {
     write_mesh(sphere, mesh_folder.path() / name);
-    const std::string bytes = bytes_of(mesh_folder.path() / name);
+    const std::string bytes = test::read_text(mesh_folder.path() / name);
     for (int trial = 0; trial < 150; ++trial) {
       std::string damaged =
           bytes.substr(0, trial % 3 == 0 ? random() % bytes.size() : bytes.size());
@@ -397,7 +293,7 @@ TEST_CASE("files with damaged bytes are refused or read, never worse") {
         damaged[random() % damaged.size()] = static_cast<char>(random());
       }
       try {
-        const TriangleMesh mesh = read_text(name, damaged);
+        const TriangleMesh mesh = parsed(name, damaged);
         CHECK(!mesh.triangles.empty());
         CHECK(mesh.triangles.size() <= sphere.triangles.size() + 4);
         for (const auto& triangle : mesh.triangles) {
@@ -419,48 +315,19 @@ TEST_CASE("a mesh that is missing, a folder or of another type is refused") {
   check_refused("noextension", "v 0 0 0\n", ".ply");
 }
 
-TEST_CASE("nothing is lost where OpenMesh's own meshes would drop faces") {
-  // Three triangles at one edge.
-  MeshReport report;
-  const TriangleMesh fan = read_text(
-      "fan.obj", "v 0 0 0\nv 0 0 1\nv 1 0 0\nv 0 1 0\nv -1 0 0\nf 1 2 3\nf 1 2 4\nf 1 2 5\n",
-      &report);
-  CHECK(fan.triangles.size() == 3);
-  CHECK(report.non_manifold_edges == 1);
-  CHECK(report.open_edges == 6);
-  CHECK(report.warnings().size() == 2);
-}
-
-TEST_CASE("equal vertices are welded and triangles without area dropped") {
-  write_mesh(shapes::soup(shapes::box()), mesh_folder.path() / "soup.obj");
-  MeshReport report;
-  const TriangleMesh mesh = read_mesh(mesh_folder.path() / "soup.obj", &report);
-  CHECK(mesh.vertices.size() == 8);
-  CHECK(report.welded_vertices == 28);
-  CHECK(report.closed());
-  // A vertex that only a dropped triangle uses goes with it, and -0 equals 0.
-  const TriangleMesh cleaned = read_text(
-      "clean.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv -0 0 0\nv 9 9 9\nf 1 2 3\nf 4 1 2\nf 4 4 5\n",
-      &report);
-  CHECK(cleaned.vertices.size() == 3);
-  CHECK(cleaned.box().high == Eigen::Vector3d(1, 1, 0));
-  CHECK(report.dropped_triangles == 2);
-  CHECK(report.welded_vertices == 1);
-}
-
 TEST_CASE("byte order marks: UTF-8 is read, UTF-16 is refused by name") {
   const std::string mark = "\xEF\xBB\xBF";
   const std::string obj = kTetrahedron;
-  CHECK(read_text("mark.obj", mark + obj).vertices == read_text("plain.obj", obj).vertices);
-  CHECK(read_text("mark.off", mark + "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").box().high ==
+  CHECK(parsed("mark.obj", mark + obj).vertices == parsed("plain.obj", obj).vertices);
+  CHECK(parsed("mark.off", mark + "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").box().high ==
         Eigen::Vector3d(1, 1, 0));
-  CHECK(read_text("mark.ply", mark + "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
-                                     "property float y\nproperty float z\nelement face 1\n"
-                                     "property list uchar int vertex_indices\nend_header\n"
-                                     "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+  CHECK(parsed("mark.ply", mark + "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
+                                  "property float y\nproperty float z\nelement face 1\n"
+                                  "property list uchar int vertex_indices\nend_header\n"
+                                  "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
             .triangles.size() == 1);
-  CHECK(read_text("mark.stl", mark + "solid\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
-                                     "vertex 0 1 0\nendloop\nendsolid")
+  CHECK(parsed("mark.stl", mark + "solid\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
+                                  "vertex 0 1 0\nendloop\nendsolid")
             .triangles.size() == 1);
   for (const std::string name : {"wide.obj", "wide.off", "wide.ply", "wide.stl"}) {
     std::string wide = "\xFF\xFE";
@@ -469,105 +336,29 @@ TEST_CASE("byte order marks: UTF-8 is read, UTF-16 is refused by name") {
   }
 }
 
-TEST_CASE("concave polygons keep their area") {
-  // A plus sign, extruded: its ends as polygons of twelve corners.
-  const std::vector<Eigen::Vector2i> plus = {{1, 0}, {2, 0}, {2, 1}, {3, 1}, {3, 2}, {2, 2},
-                                             {2, 3}, {1, 3}, {1, 2}, {0, 2}, {0, 1}, {1, 1}};
-  std::string text;
-  std::string top = "f";
-  std::string bottom = "f";
-  for (int z = 0; z < 2; ++z) {
-    for (const auto& p : plus) text += fmt::format("v {} {} {}\n", p.x(), p.y(), z);
-  }
-  for (int i = 0; i < 12; ++i) {
-    const int next = (i + 1) % 12;
-    text += fmt::format("f {} {} {} {}\n", i + 1, next + 1, next + 13, i + 13);
-    top += fmt::format(" {}", i + 13);
-    bottom += fmt::format(" {}", 12 - i);
-  }
-  MeshReport report;
-  const TriangleMesh mesh = read_text("plus.obj", text + top + "\n" + bottom + "\n", &report);
-  CHECK(signed_volume(mesh) == Approx(5));
-  CHECK(mesh.triangles.size() == 44);
-  CHECK(report.closed());
-  CHECK(report.warnings().empty());
-  double area = 0;
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const auto& x = mesh.vertices;
-    area += 0.5 * (x[b] - x[a]).cross(x[c] - x[a]).norm();
-  }
-  CHECK(area == Approx(22));
-  read_text("bow.obj", "v 0 0 0\nv 2 2 0\nv 2 0 0\nv 0 1 0\nf 1 2 3 4\n", &report);
-  CHECK(report.bad_polygons == 1);
-  CHECK_THAT(report.warnings().at(1), Contains("1 polygons cross themselves"));
-}
-
-TEST_CASE("repeated triangles are dropped and counted") {
-  const auto repeated = [](const TriangleMesh& mesh, std::size_t times) {
-    TriangleMesh result = mesh;
-    for (std::size_t i = 1; i < times; ++i) {
-      for (Triangle triangle : mesh.triangles) {
-        std::ranges::rotate(triangle, triangle.begin() + static_cast<std::ptrdiff_t>(i % 3));
-        result.triangles.push_back(triangle);
-      }
-    }
-    return result;
-  };
-  const TriangleMesh sphere = shapes::sphere(1);
-  const auto read_back = [&](const TriangleMesh& mesh, MeshReport& report) {
-    write_mesh(mesh, mesh_folder.path() / "repeated.obj");
-    return read_mesh(mesh_folder.path() / "repeated.obj", &report);
-  };
-  MeshReport once;
-  const TriangleMesh plain = read_back(sphere, once);
-  MeshReport report;
-  CHECK(read_back(repeated(sphere, 312), report).triangles == plain.triangles);
-  CHECK(report.duplicate_triangles == 311 * sphere.triangles.size());
-  CHECK(report.closed());
-  CHECK_THAT(report.warnings().at(0), Contains("repeat others"));
-
-  // Each triangle from both sides: of each pair the first is left.
-  CHECK(read_back(shapes::joined(sphere, shapes::inside_out(sphere)), report).triangles ==
-        plain.triangles);
-  CHECK(report.is_two_sided);
-  CHECK(report.two_sided_triangles == sphere.triangles.size());
-  CHECK_THAT(report.warnings().at(0), Contains("both windings"));
-
-  // A sheet beside a body: both its sides stay, so that they cancel out.
-  TriangleMesh sheet;
-  sheet.vertices = {{5, 0, 0}, {6, 0, 0}, {5, 1, 0}};
-  sheet.triangles = {{0, 1, 2}, {0, 2, 1}, {1, 2, 0}};
-  const TriangleMesh both = read_back(shapes::joined(sphere, sheet), report);
-  CHECK(both.triangles.size() == sphere.triangles.size() + 2);
-  CHECK(report.two_sided_triangles == 1);
-  CHECK(report.duplicate_triangles == 1);
-  CHECK_FALSE(report.is_two_sided);
-}
-
 TEST_CASE("meshes that are too large or too small to compute with are refused with the limit") {
   const auto sized = [](double side) {
     return fmt::format("v 0 0 0\nv {0:e} 0 0\nv 0 {0:e} 0\nv 0 0 {0:e}\nf 1 3 2\nf 1 2 4\n", side);
   };
   check_refused("large.obj", sized(1e15), "1e+12");
   check_refused("small.obj", sized(1e-15), "1e-12");
-  CHECK(read_text("fine.obj", sized(9e11)).triangles.size() == 2);
-  CHECK(read_text("fine.obj", sized(2e-12)).triangles.size() == 2);
+  CHECK(parsed("fine.obj", sized(9e11)).triangles.size() == 2);
+  CHECK(parsed("fine.obj", sized(2e-12)).triangles.size() == 2);
   // What is too small for single precision is 0.
-  CHECK(read_text("tiny.obj", "v 1e-60 1e-400 -1e-50\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").box().low ==
+  CHECK(parsed("tiny.obj", "v 1e-60 1e-400 -1e-50\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").box().low ==
         Eigen::Vector3d::Zero());
 }
 
 TEST_CASE("text .stl files are known by their first word in any case") {
-  CHECK(read_text("capitals.stl",
-                  "SOLID PART\nFACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX 0 0 0\nVERTEX 1 0 0\n"
-                  "VERTEX 0 1 0\nENDLOOP\nENDFACET\nENDSOLID PART\n")
+  CHECK(parsed("capitals.stl",
+               "SOLID PART\nFACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX 0 0 0\nVERTEX 1 0 0\n"
+               "VERTEX 0 1 0\nENDLOOP\nENDFACET\nENDSOLID PART\n")
             .triangles.size() == 1);
   // Facets in one line each.
-  CHECK(
-      read_text("lines.stl",
-                "solid vertex\nfacet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 "
-                "0 endloop endfacet\nendsolid vertex\n")
-          .triangles.size() == 1);
+  CHECK(parsed("lines.stl",
+               "solid vertex\nfacet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 "
+               "0 endloop endfacet\nendsolid vertex\n")
+            .triangles.size() == 1);
 }
 
 TEST_CASE("a file of another type is refused with what it seems to be") {
@@ -589,18 +380,18 @@ TEST_CASE("a file of another type is refused with what it seems to be") {
   check_refused("off_inside.stl", "OFF\n3 1 0\n0 0 0\n", "its name ends in .off");
   // The count of a binary file is wrong.
   write_mesh(shapes::box(), mesh_folder.path() / "count.stl");
-  std::string bytes = bytes_of(mesh_folder.path() / "count.stl");
+  std::string bytes = test::read_text(mesh_folder.path() / "count.stl");
   bytes[80] = 13;
   check_refused("count.stl", bytes,
                 "promises 13 triangles (734 bytes) and it holds 12 (684 bytes)");
 }
 
 TEST_CASE("lines that go on after a backslash, and lines that end as on old computers") {
-  CHECK(read_text("long.obj", "v 0 0 \\\n0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 \\\n 3 \\\n2\nf 1 2 4\n")
+  CHECK(parsed("long.obj", "v 0 0 \\\n0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 \\\n 3 \\\n2\nf 1 2 4\n")
             .triangles.size() == 2);
   std::string text = kTetrahedron;
   std::ranges::replace(text, '\n', '\r');
-  CHECK(read_text("old.obj", text).triangles.size() == 4);
+  CHECK(parsed("old.obj", text).triangles.size() == 4);
 }
 
 TEST_CASE("a stop request ends reading") {
@@ -610,27 +401,4 @@ TEST_CASE("a stop request ends reading") {
     write_mesh(shapes::sphere(1), mesh_folder.path() / name);
     CHECK_THROWS_AS(read_mesh(mesh_folder.path() / name, nullptr, source.get_token()), Interrupted);
   }
-}
-
-TEST_CASE("inspect counts components, edges and turned triangles") {
-  const auto two = inspect(shapes::joined(shapes::box(), shapes::torus()));
-  CHECK(two.components == 2);
-  CHECK(two.closed());
-  const auto open = inspect(shapes::open_box());
-  CHECK(open.open_edges == 4);
-  CHECK(open.warnings().size() == 1);
-  CHECK(inspect(shapes::inside_out(shapes::sphere(1))).is_inside_out);
-  CHECK(!inspect(shapes::sphere(1)).is_inside_out);
-  TriangleMesh one_turned = shapes::box();
-  std::swap(one_turned.triangles[0][0], one_turned.triangles[0][1]);
-  CHECK(inspect(one_turned).non_manifold_edges == 3);
-  CHECK(inspect(shapes::moved(shapes::box(), 1, {1e4, 0, 0})).warnings().size() == 1);
-}
-
-TEST_CASE("signed volume") {
-  CHECK(signed_volume(shapes::box({1, 2, 3}, {2, 4, 6})) == Approx(6));
-  CHECK(signed_volume(shapes::inside_out(shapes::box())) == Approx(-8));
-  CHECK(signed_volume(shapes::moved(shapes::box(), 1, {1e8, 0, 0})) == Approx(8));
-  CHECK(signed_volume(shapes::open_box()) > 0);
-  CHECK(signed_volume(oriented_outward(shapes::inside_out(shapes::box()))) == Approx(8));
 }

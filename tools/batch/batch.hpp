@@ -1,6 +1,7 @@
 #pragma once
 /// Many fits from one manifest.
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <functional>
@@ -74,6 +75,10 @@ enum class EntryState {
   failed,
   done,
 };
+/// What has ended first.
+inline constexpr std::array kEntryStates{EntryState::done,    EntryState::failed,
+                                         EntryState::running, EntryState::interrupted,
+                                         EntryState::lost,    EntryState::waiting};
 std::string to_string(EntryState state);
 
 /// A try that a device, not the entry, was to blame for.

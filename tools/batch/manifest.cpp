@@ -1,12 +1,14 @@
 #include <fmt/format.h>
+#include <glob.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 
 #include "base/input_file.hpp"
+#include "base/text.hpp"
 #include "base/toml.hpp"
 #include "batch/batch.hpp"
-#include "batch/manifest_paths.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/file_types.hpp"
 
@@ -50,6 +52,48 @@ std::optional<std::string> as_text(const toml::node& node) {
   if (const auto* whole = node.as_integer()) return fmt::format("{}", whole->get());
   if (const auto* real = node.as_floating_point()) return fmt::format("{}", real->get());
   return std::nullopt;
+}
+
+/// Whether the path has one of the characters * ? [ and so may stand for several files.
+bool is_glob(const std::string& path) { return path.find_first_of("*?[") != std::string::npos; }
+
+/// Mesh files (by extension) that match, sorted; relative patterns begin at `folder`.
+std::vector<std::filesystem::path> find_meshes(const std::filesystem::path& folder,
+                                               const std::string& pattern) {
+  std::vector<std::filesystem::path> found;
+  glob_t matches{};
+  if (::glob((folder / pattern).c_str(), 0, nullptr, &matches) == 0) {
+    for (std::size_t i = 0; i < matches.gl_pathc; ++i) found.emplace_back(matches.gl_pathv[i]);
+  }
+  ::globfree(&matches);
+  std::erase_if(found, [](const std::filesystem::path& path) {
+    return !has_type(path, FileContent::mesh, FileUse::read);
+  });
+  std::ranges::sort(found);
+  return found;
+}
+
+/// What a fit of `mesh` is called: `name` with its asterisk replaced by the mesh's name without
+/// extension; without a name, that.
+std::string entry_name(const std::optional<std::string>& name, const std::filesystem::path& mesh) {
+  std::string stem = base::to_utf8(mesh.stem().string());  // names stand in JSON
+  if (!name) return stem;
+  std::string result = *name;
+  if (const auto star = result.find('*'); star != std::string::npos) result.replace(star, 1, stem);
+  return result;
+}
+
+/// Why files cannot be called so; empty when they can.
+std::string name_problem(const std::string& name) {
+  constexpr std::array kTaken = {"batch", "summary", "contact_sheet"};
+  constexpr std::size_t kLongest = 200;
+  if (name.empty() || name.front() == '.') return "it must not be empty or begin with a dot";
+  if (name.size() > kLongest) return fmt::format("it is longer than {} bytes", kLongest);
+  if (std::ranges::any_of(name, [](unsigned char c) { return c == '/' || c == '*' || c < ' '; })) {
+    return "it must not have a slash, a second asterisk or control characters";
+  }
+  if (std::ranges::find(kTaken, name) != kTaken.end()) return "the batch's own files have it";
+  return {};
 }
 
 class Reader {

@@ -3,61 +3,36 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
 #include <ctime>
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "base/input_file.hpp"
 #include "base/output_file.hpp"
 #include "qjulia/error.hpp"
 
-namespace qjulia::batch {
+namespace qjulia {
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Progress, activity, fraction, seconds_left, detail)
+
+namespace batch {
+
+NLOHMANN_JSON_SERIALIZE_ENUM(EntryState, {{EntryState::waiting, "waiting"},
+                                          {EntryState::running, "running"},
+                                          {EntryState::lost, "lost"},
+                                          {EntryState::interrupted, "interrupted"},
+                                          {EntryState::failed, "failed"},
+                                          {EntryState::done, "done"}})
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FitKey, inputs, options)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FailedTry, device, error)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(EntryStatus, name, mesh, state, key, host, process, device,
+                                   started, seconds, progress, error, failed_tries, files, figures)
+
 namespace {
 
 using nlohmann::json;
 
 constexpr std::uint64_t kLargestFile = std::uint64_t{64} << 20;
-
-constexpr std::array<std::pair<EntryState, const char*>, 6> kStates{
-    {{EntryState::waiting, "waiting"},
-     {EntryState::running, "running"},
-     {EntryState::lost, "lost"},
-     {EntryState::interrupted, "interrupted"},
-     {EntryState::failed, "failed"},
-     {EntryState::done, "done"}}};
-
-EntryState state_from(const std::string& text) {
-  for (const auto& [state, name] : kStates) {
-    if (text == name) return state;
-  }
-  return EntryState::waiting;
-}
-
-/// What is wrong with any of the file's values reads as if it were not there.
-EntryStatus status_from(const json& j) {
-  EntryStatus s;
-  s.name = j.at("name");
-  s.mesh = j.at("mesh");
-  s.state = state_from(j.at("state"));
-  s.key = {j.at("key").at("inputs"), j.at("key").at("options")};
-  s.host = j.at("host");
-  s.process = j.at("process");
-  s.device = j.at("device");
-  s.started = j.at("started");
-  s.seconds = j.at("seconds");
-  s.progress.activity = j.at("progress").at("activity");
-  s.progress.fraction = j.at("progress").at("fraction");
-  s.progress.seconds_left = j.at("progress").at("seconds_left");
-  s.progress.detail = j.at("progress").at("detail");
-  s.error = j.at("error");
-  for (const json& f : j.at("failed_tries"))
-    s.failed_tries.push_back({f.at("device"), f.at("error")});
-  s.files = j.at("files").get<std::vector<std::string>>();
-  s.figures = j.at("figures");
-  return s;
-}
 
 /// File names need not be UTF-8.
 std::string dump(const json& object) {
@@ -66,35 +41,12 @@ std::string dump(const json& object) {
 
 }  // namespace
 
-std::string to_string(EntryState state) {
-  for (const auto& [each, name] : kStates) {
-    if (each == state) return name;
-  }
-  return "waiting";
-}
+std::string to_string(EntryState state) { return json(state).get<std::string>(); }
 
 json EntryStatus::to_json() const {
-  json tries = json::array();
-  for (const auto& [tried, why] : failed_tries)
-    tries.push_back({{"device", tried}, {"error", why}});
-  return {{"name", name},
-          {"mesh", mesh},
-          {"state", to_string(state)},
-          {"key", {{"inputs", key.inputs}, {"options", key.options}}},
-          {"host", host},
-          {"process", process},
-          {"device", device},
-          {"started", started},
-          {"seconds", seconds},
-          {"progress",
-           {{"activity", progress.activity},
-            {"fraction", progress.fraction},
-            {"seconds_left", std::isfinite(progress.seconds_left) ? progress.seconds_left : -1},
-            {"detail", progress.detail}}},
-          {"error", error},
-          {"failed_tries", tries},
-          {"files", files},
-          {"figures", figures}};
+  json all = *this;
+  if (!std::isfinite(progress.seconds_left)) all["progress"]["seconds_left"] = -1.0;
+  return all;
 }
 
 std::filesystem::path status_path(const std::filesystem::path& folder, const std::string& name) {
@@ -108,7 +60,7 @@ std::optional<EntryStatus> read_status(const std::filesystem::path& folder,
   if (!std::filesystem::is_regular_file(path, ignored)) return std::nullopt;
   const std::string text = base::read_text_file(path, "status", kLargestFile);
   try {
-    return status_from(json::parse(text));
+    return json::parse(text).get<EntryStatus>();
   } catch (const json::exception&) {
     return std::nullopt;
   }
@@ -155,4 +107,5 @@ std::vector<EntryStatus> read_batch(const std::filesystem::path& folder, bool is
   return all;
 }
 
-}  // namespace qjulia::batch
+}  // namespace batch
+}  // namespace qjulia

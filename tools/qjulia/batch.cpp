@@ -10,11 +10,9 @@
 
 #include "batch_display.hpp"
 #include "commands.hpp"
-#include "exit_code.hpp"
 #include "fit_options.hpp"
 #include "fit_worker.hpp"
 #include "launched_ranks.hpp"
-#include "options.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::tools {
@@ -59,11 +57,11 @@ std::size_t count(const std::vector<batch::EntryStatus>& entries, batch::EntrySt
 std::string totals(const std::vector<batch::EntryStatus>& entries) {
   std::string text =
       fmt::format("{} of {} done", count(entries, batch::EntryState::done), entries.size());
-  for (const batch::EntryState state :
-       {batch::EntryState::failed, batch::EntryState::running, batch::EntryState::interrupted,
-        batch::EntryState::lost, batch::EntryState::waiting}) {
-    if (const auto n = count(entries, state))
+  for (const batch::EntryState state : batch::kEntryStates) {
+    const std::size_t n = count(entries, state);
+    if (n > 0 && state != batch::EntryState::done) {
       text += fmt::format(", {} {}", n, batch::to_string(state));
+    }
   }
   return text;
 }

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "standard_streams.hpp"
-
 namespace qjulia::tools {
 namespace {
 

@@ -10,7 +10,8 @@
 #include <numeric>
 #include <sstream>
 
-#include "exit_code.hpp"
+#include "base/text.hpp"
+#include "failure.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::tools {
@@ -191,11 +192,8 @@ std::string longest_name(const std::string& names) {
 
 /// ".5" is a number and "-.5" is one too, which CLI11 takes for an option named ".".
 std::string with_zero(const std::string& word) {
-  if (!word.starts_with("-.")) return word;
-  double value = 0;
-  const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  const bool number = error == std::errc() && stop == word.data() + word.size();
-  return number ? "-0" + word.substr(1) : word;
+  const bool needs_zero = word.starts_with("-.") && base::number_in<double>(word);
+  return needs_zero ? "-0" + word.substr(1) : word;
 }
 
 bool is_direction(std::string_view word) { return word == "-x" || word == "-y" || word == "-z"; }

@@ -1,12 +1,13 @@
 #pragma once
-/// The subcommands. Each `add_…` describes itself to the parser; when it was the one typed, it sets
-/// `chosen` to what runs it.
+/// What every subcommand includes. Each `add_…` describes itself to the parser; when it was the one
+/// typed, it sets `chosen` to what runs it.
 
 #include <functional>
 #include <memory>
 #include <string>
 
 #include "command_line.hpp"
+#include "failure.hpp"
 #include "options.hpp"
 #include "session.hpp"
 

@@ -6,12 +6,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "camera_options.hpp"
 #include "commands.hpp"
-#include "exit_code.hpp"
 #include "files.hpp"
 #include "map_options.hpp"
-#include "options.hpp"
+#include "picture_options.hpp"
 #include "provenance.hpp"
 #include "qjulia/picture.hpp"
 

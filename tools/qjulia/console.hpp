@@ -1,5 +1,7 @@
 #pragma once
 /// Where the command's words go: results to standard output, everything else to standard error.
+/// Printing never throws and never ends the process: what a command has made is worth more than
+/// what it says about it.
 
 #include <nlohmann/json.hpp>
 #include <string>
@@ -45,5 +47,16 @@ class Console {
   ProgressDisplay display_;
   bool is_result_lost_ = false;
 };
+
+/// Call it first. Files that are opened later do not get the number of a stream that was closed,
+/// and a reader that goes away does not end the process.
+void prepare_standard_streams();
+
+/// To standard error, as it stands.
+void print_error(const std::string& text);
+
+/// A line to standard output. @return whether it was written; also where a pipe's reader, such as
+/// `head`, has had enough.
+bool print_result(const std::string& text);
 
 }  // namespace qjulia::tools

@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include "commands.hpp"
-#include "exit_code.hpp"
 #include "files.hpp"
 #include "map_options.hpp"
-#include "options.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/file_types.hpp"
@@ -25,6 +23,10 @@ struct ConvertArguments {
   MapOptions map_options;
   std::optional<UpAxis> up;
 };
+
+bool is_original_file(const std::string& file) {
+  return has_type(file, FileContent::original_map, FileUse::read);
+}
 
 RationalMap read_any(const std::string& file, const std::stop_token& stop) {
   return is_original_file(file) ? read_original(file) : read_map(file, stop);

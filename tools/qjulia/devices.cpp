@@ -6,8 +6,6 @@
 
 #include "commands.hpp"
 #include "device_obstacles.hpp"
-#include "exit_code.hpp"
-#include "options.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::tools {

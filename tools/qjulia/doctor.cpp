@@ -9,8 +9,6 @@
 
 #include "base/output_file.hpp"
 #include "commands.hpp"
-#include "exit_code.hpp"
-#include "options.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/self_test.hpp"

@@ -13,11 +13,9 @@
 
 #include "base/text.hpp"
 #include "commands.hpp"
-#include "exit_code.hpp"
 #include "explore/server.hpp"
 #include "files.hpp"
 #include "fit_options.hpp"
-#include "options.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"

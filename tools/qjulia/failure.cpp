@@ -5,11 +5,10 @@
 #include <utility>
 
 #include "base/text.hpp"
+#include "console.hpp"
 #include "device_obstacles.hpp"
-#include "exit_code.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/error.hpp"
-#include "standard_streams.hpp"
 
 namespace qjulia::tools {
 

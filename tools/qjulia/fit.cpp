@@ -11,13 +11,12 @@
 
 #include "base/output_file.hpp"
 #include "commands.hpp"
-#include "exit_code.hpp"
 #include "files.hpp"
 #include "fit_options.hpp"
 #include "launched_ranks.hpp"
-#include "options.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/file_types.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/tuning_cache.hpp"
 #include "report/report.hpp"
@@ -74,7 +73,7 @@ void check_files(const FitCommandArguments& arguments, const FitOptions& options
                  Session& session) {
   check_map_name(arguments.output);
   std::vector<std::filesystem::path> inputs{arguments.mesh};
-  if (is_schedule_file(options.schedule)) inputs.emplace_back(options.schedule);
+  if (extension_of(options.schedule) == ".toml") inputs.emplace_back(options.schedule);
   std::vector<base::Output> outputs{{"--output", arguments.output}};
   if (const auto checkpoint = checkpoint_file(arguments); !checkpoint.empty()) {
     outputs.push_back({"the checkpoint of --output", checkpoint});

@@ -9,10 +9,8 @@
 
 #include "commands.hpp"
 #include "embedded_note.hpp"
-#include "exit_code.hpp"
 #include "files.hpp"
 #include "map_options.hpp"
-#include "options.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/figures.hpp"

@@ -7,7 +7,7 @@
 #include <csignal>
 #include <initializer_list>
 
-#include "exit_code.hpp"
+#include "failure.hpp"
 
 namespace qjulia::tools {
 namespace {

@@ -11,7 +11,6 @@
 #include <limits>
 
 #include "device_obstacles.hpp"
-#include "exit_code.hpp"
 #include "failure.hpp"
 #include "qjulia/error.hpp"
 

@@ -164,15 +164,8 @@ void add_map_options(Command command, MapOptions& options, const std::string& bo
              "Iterations n, 1 to 16: 1 is the fitted shape itself, 2 and 3 have fewer octaves of "
              "detail, 6 is the set as it stays (8 where --detail is above 0.03)");
   add_knobs(command, options);
-  add.numbers(
-      "--box", 6, "X0 Y0 Z0 X1 Y1 Z1",
-      [&options](const std::vector<double>& b) {
-        options.box = Box{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
-        if (!(options.box->size().array() > 0).all()) {
-          throw InputError("give X0 Y0 Z0 X1 Y1 Z1 with X0 < X1, Y0 < Y1 and Z0 < Z1");
-        }
-      },
-      "Part of space to look at, shape units. " + box);
+  add.remember(
+      add_box(command, "--box", options.box, "Part of space to look at, shape units. " + box));
   add.number("--escape", &options.escape, "R",
              "Radius, map units, beyond which an orbit ends as outside: a radius smaller than "
              "the set's own cuts into it. " +

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cstdlib>
 
 #include "qjulia/error.hpp"
@@ -34,6 +33,17 @@ Option add_up(Command command, std::optional<UpAxis>& up, const std::string& des
     }
   };
   return command.word("--up", read, description).type("x|y|z|-x|-y|-z|auto").default_text("auto");
+}
+
+Option add_box(Command command, const std::string& name, std::optional<Box>& box,
+               const std::string& description) {
+  const auto take = [&box](const std::vector<double>& b) {
+    box = Box{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
+    if (!(box->size().array() > 0).all()) {
+      throw InputError("give X0 Y0 Z0 X1 Y1 Z1 with X0 < X1, Y0 < Y1 and Z0 < Z1");
+    }
+  };
+  return command.numbers(name, 6, take, description).type("X0 Y0 Z0 X1 Y1 Z1");
 }
 
 void add_device(Command command, std::string& device) {
@@ -71,18 +81,6 @@ std::string left_out_text(const LoosePieces& loose, const std::string& before) {
   return fmt::format("{}{} loose piece{} left out, {:.2g} % of the volume; --keep-loose keeps {}",
                      before, loose.count, loose.count == 1 ? "" : "s", 100 * loose.share,
                      loose.count == 1 ? "it" : "them");
-}
-
-std::array<int, 2> parse_size(const std::string& text) {
-  std::array<int, 2> size{};
-  const char* end = text.data() + text.size();
-  const auto width = std::from_chars(text.data(), end, size[0]);
-  const bool crossed = width.ec == std::errc() && width.ptr != end && *width.ptr == 'x';
-  if (crossed) {
-    const auto height = std::from_chars(width.ptr + 1, end, size[1]);
-    if (height.ec == std::errc() && height.ptr == end && size[0] > 0 && size[1] > 0) return size;
-  }
-  throw InputError(fmt::format("'{}' is not WIDTHxHEIGHT in pixels, such as 1280x960", text));
 }
 
 }  // namespace qjulia::tools

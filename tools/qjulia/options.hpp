@@ -1,12 +1,12 @@
 #pragma once
 /// Options that several commands share.
 
-#include <array>
 #include <optional>
 #include <string>
 
 #include "command_line.hpp"
 #include "console.hpp"
+#include "qjulia/box.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/figures.hpp"
 #include "qjulia/up_axis.hpp"
@@ -22,6 +22,10 @@ Option add_precision(Command command, Precision& precision, const std::string& d
 /// --up. `up` stays empty for "auto".
 Option add_up(Command command, std::optional<UpAxis>& up, const std::string& description);
 
+/// Six numbers: a box's low corner and its high one, which is above it.
+Option add_box(Command command, const std::string& name, std::optional<Box>& box,
+               const std::string& description);
+
 /// --device.
 void add_device(Command command, std::string& device);
 
@@ -30,8 +34,5 @@ void add_trace(Command command, std::string& file);
 
 /// "3 loose pieces left out, ..." after what comes before it; empty where none is.
 std::string left_out_text(const LoosePieces& loose, const std::string& before = {});
-
-/// "1280x960" as width and height. @throws InputError
-std::array<int, 2> parse_size(const std::string& text);
 
 }  // namespace qjulia::tools

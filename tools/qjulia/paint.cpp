@@ -2,12 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <nlohmann/json.hpp>
 
+#include "base/text.hpp"
 #include "commands.hpp"
-#include "exit_code.hpp"
-#include "options.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
@@ -29,23 +27,16 @@ struct PaintArguments {
 
 /// Of "y=1:0.1".
 PaintRamp ramp_of(const std::string& text) {
-  const auto refuse = [&] {
-    return InputError(fmt::format(
-        "--ramp: '{}' is not AXIS=LOW:HIGH with x, y or z and two shares, such as y=1:0.1", text));
-  };
-  const auto colon = text.find(':');
-  if (text.size() < 5 || text[0] < 'x' || text[0] > 'z' || text[1] != '=' ||
-      colon == std::string::npos) {
-    throw refuse();
+  const auto words = base::split(text, ':');
+  const std::string& first = words.front();
+  if (words.size() == 2 && first.size() > 2 && first[0] >= 'x' && first[0] <= 'z' &&
+      first[1] == '=') {
+    const double low = base::number_in<double>(first.substr(2)).value_or(-1);
+    const double high = base::number_in<double>(words[1]).value_or(-1);
+    if (low >= 0 && low <= 1 && high >= 0 && high <= 1) return {first[0] - 'x', low, high};
   }
-  const auto share = [&](std::size_t from, std::size_t to) {
-    double value = 0;
-    const char* const end = text.data() + to;
-    const auto [stopped, code] = std::from_chars(text.data() + from, end, value);
-    if (code != std::errc{} || stopped != end || !(value >= 0 && value <= 1)) throw refuse();
-    return value;
-  };
-  return {text[0] - 'x', share(2, colon), share(colon + 1, text.size())};
+  throw InputError(fmt::format(
+      "--ramp: '{}' is not AXIS=LOW:HIGH with x, y or z and two shares, such as y=1:0.1", text));
 }
 
 nlohmann::json options_json(const PaintArguments& arguments) {

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "standard_streams.hpp"
+#include "console.hpp"
 
 namespace qjulia::tools {
 namespace {

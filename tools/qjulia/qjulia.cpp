@@ -1,11 +1,9 @@
 /// The `qjulia` command: reads the command line, runs one subcommand, turns errors into exit codes.
 
 #include "commands.hpp"
-#include "exit_code.hpp"
 #include "failure.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/version.hpp"
-#include "standard_streams.hpp"
 
 namespace qjulia::tools {
 namespace {

@@ -9,13 +9,11 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "camera_options.hpp"
+#include "base/text.hpp"
 #include "commands.hpp"
-#include "exit_code.hpp"
 #include "files.hpp"
-#include "look_options.hpp"
 #include "map_options.hpp"
-#include "options.hpp"
+#include "picture_options.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/picture.hpp"
@@ -40,10 +38,7 @@ struct RenderArguments {
 /// "z=50%,x=0.2": axes, and where they are cut.
 std::vector<Cut> parse_cuts(const std::string& text) {
   std::vector<Cut> cuts;
-  for (std::size_t from = 0; from <= text.size();) {
-    const std::size_t comma = std::min(text.find(',', from), text.size());
-    std::string word = text.substr(from, comma - from);
-    from = comma + 1;
+  for (std::string word : base::split(text, ',')) {
     if (word.size() < 3 || word[0] < 'x' || word[0] > 'z' || word[1] != '=') {
       throw InputError(fmt::format("'{}' is not AXIS=PLACE, such as z=50% or x=0.2", word));
     }

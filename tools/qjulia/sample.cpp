@@ -7,10 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
-#include "exit_code.hpp"
 #include "files.hpp"
 #include "map_options.hpp"
-#include "options.hpp"
 #include "provenance.hpp"
 #include "qjulia/file_types.hpp"
 

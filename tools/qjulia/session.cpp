@@ -1,13 +1,49 @@
 #include "session.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
+#include <thread>
+
+#include "base/output_file.hpp"
 #include "device_obstacles.hpp"
-#include "files.hpp"
+#include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/tuning_cache.hpp"
 
 namespace qjulia::tools {
+namespace {
+
+/// Whether it is a pipe that others can open by its name.
+bool is_named_pipe(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::is_fifo(path, ignored) &&
+         !base::link_target(path).string().starts_with("/proc/");
+}
+
+/// Waits until somebody reads the pipe. @return its descriptor, which closes itself.
+/// @throws OutputError, Interrupted
+std::shared_ptr<const int> opened_when_read(const std::filesystem::path& pipe,
+                                            const std::stop_token& stop) {
+  constexpr std::chrono::milliseconds kBetweenTries{50};
+  int file = -1;
+  while ((file = ::open(pipe.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC)) < 0) {
+    if (errno != ENXIO && errno != EINTR) {
+      throw OutputError(fmt::format("cannot write '{}': {}", pipe.string(), std::strerror(errno)));
+    }
+    throw_if_stopped(stop);
+    std::this_thread::sleep_for(kBetweenTries);
+  }
+  return {new int(file), [](const int* open) {
+            ::close(*open);
+            delete open;
+          }};
+}
+
+}  // namespace
 
 Session::Session(const Verbosity& verbosity, std::string trace_file)
     : console(verbosity), trace_file_(std::move(trace_file)) {
@@ -18,7 +54,8 @@ Session::Session(const Verbosity& verbosity, std::string trace_file)
 void Session::check_outputs(const std::vector<std::filesystem::path>& inputs,
                             std::vector<base::Output> outputs) {
   if (trace_) outputs.push_back({"--trace", trace_file_});
-  tools::check_outputs(inputs, outputs);
+  base::check_distinct(inputs, outputs);
+  for (const base::Output& output : outputs) base::check_writable(output);
   for (const base::Output& output : outputs) {
     if (is_named_pipe(output.path)) {
       pipes_.push_back(opened_when_read(output.path, interrupts.token()));

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "base/output_check.hpp"
 #include "console.hpp"
-#include "files.hpp"
 #include "interrupts.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/mesh.hpp"
@@ -24,8 +24,9 @@ class Session {
   double seconds() const {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   }
-  /// `check_outputs` of files.hpp, with the trace. Pipes among the outputs are waited for until
-  /// somebody reads them, as a shell's '>' does. @throws InputError, OutputError, Interrupted
+  /// Checks all that a command reads and writes, with the trace, before any work. Pipes among the
+  /// outputs are waited for until somebody reads them, as a shell's '>' does. @throws InputError,
+  /// OutputError, Interrupted
   void check_outputs(const std::vector<std::filesystem::path>& inputs,
                      std::vector<base::Output> outputs);
   /// Progress to the console, stop requests from signals, stages to the trace. Valid as long as

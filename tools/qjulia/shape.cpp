@@ -2,14 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <nlohmann/json.hpp>
 
+#include "base/text.hpp"
 #include "commands.hpp"
-#include "exit_code.hpp"
 #include "files.hpp"
 #include "map_options.hpp"
-#include "options.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/exact_map.hpp"
@@ -29,50 +27,28 @@ struct ShapeArguments {
   PaintOptions paint;  ///< its thickness alone
 };
 
-/// @return the number that is all of `text`. @throws InputError
-template <class Number>
-Number number(std::string_view text, const std::string& versor) {
-  Number value{};
-  const char* const end = text.data() + text.size();
-  const auto [stopped, code] = std::from_chars(text.data(), end, value);
-  if (code != std::errc{} || stopped != end) {
-    throw InputError(fmt::format(
-        "--versor: '{}' is not random:K:SEED with two whole numbers, such as random:30:1", versor));
-  }
-  return value;
-}
-
-constexpr std::string_view kRandom = "random:";
-constexpr std::string_view kNoise = "noise", kNoise4 = "noise4";
 /// Of the shape, map units.
 constexpr double kLongestSide = 3;
 
-/// What stands before the first colon.
-std::string_view kind_of(std::string_view versor) { return versor.substr(0, versor.find(':')); }
+/// What `--versor` says: "noise", "noise4" or "random" and numbers, or else a map file.
+using Words = std::vector<std::string>;
 
-bool is_file(std::string_view versor) {
-  const std::string_view kind = kind_of(versor);
-  return !versor.starts_with(kRandom) && kind != kNoise && kind != kNoise4;
-}
+bool is_noise(const Words& words) { return words[0] == "noise" || words[0] == "noise4"; }
+bool is_random(const Words& words) { return words[0] == "random" && words.size() > 1; }
 
 /// Of "noise[:OCTAVES[:SCALE[:SEED]]]", scale in cells along the shape's longest side.
-NoiseVersor noise_of(std::string_view versor) {
+NoiseVersor noise_of(const Words& words) {
   NoiseVersor noise;
-  if (kind_of(versor) == kNoise4) noise.values = NoiseValues::quaternions;
-  std::vector<std::string_view> words;
-  for (auto colon = versor.find(':'); colon != std::string_view::npos; colon = versor.find(':')) {
-    versor.remove_prefix(colon + 1);
-    words.push_back(kind_of(versor));
-  }
+  if (words[0] == "noise4") noise.values = NoiseValues::quaternions;
   const auto read = [&]<class Number>(std::size_t at, Number& value) {
     if (at >= words.size()) return true;
-    const char* const end = words[at].data() + words[at].size();
-    const auto [stopped, code] = std::from_chars(words[at].data(), end, value);
-    return code == std::errc{} && stopped == end;
+    const auto given = base::number_in<Number>(words[at]);
+    value = given.value_or(value);
+    return given.has_value();
   };
   double scale = kLongestSide * noise.scale;
   const bool is_read =
-      words.size() <= 3 && read(0, noise.octaves) && read(1, scale) && read(2, noise.seed);
+      words.size() <= 4 && read(1, noise.octaves) && read(2, scale) && read(3, noise.seed);
   noise.scale = scale / kLongestSide;
   const double least = kLongestSide * NoiseVersor::kLeastScale;
   const double most = kLongestSide * NoiseVersor::kMostScale;
@@ -87,32 +63,34 @@ NoiseVersor noise_of(std::string_view versor) {
 }
 
 /// Sets the versor that `--versor` asks for.
-void choose_versor(const ShapeArguments& arguments, ExactMapOptions& options) {
-  const std::string_view versor = arguments.versor;
-  if (kind_of(versor) == kNoise || kind_of(versor) == kNoise4) {
-    options.noise = noise_of(versor);
-    return;
-  }
-  if (versor.starts_with(kRandom)) {
-    const std::string_view numbers = versor.substr(kRandom.size());
-    const auto colon = numbers.find(':');
-    options.roots = number<int>(numbers.substr(0, colon), arguments.versor);
-    if (options.roots < 1 || options.roots > ExactMapOptions::kMostRoots) {
-      throw InputError(fmt::format("--versor: '{}' has {} roots; give 1 to {}", versor,
-                                   options.roots, ExactMapOptions::kMostRoots));
+void choose_versor(const std::string& versor, ExactMapOptions& options) {
+  const Words words = base::split(versor, ':');
+  if (is_noise(words)) {
+    options.noise = noise_of(words);
+  } else if (is_random(words)) {
+    const auto roots = base::number_in<int>(words[1]);
+    const auto seed = base::number_in<std::uint64_t>(words.size() > 2 ? words[2] : "1");
+    if (!roots || !seed || words.size() > 3) {
+      throw InputError(fmt::format(
+          "--versor: '{}' is not random:K:SEED with two whole numbers, such as random:30:1",
+          versor));
     }
-    const auto seed = colon == std::string_view::npos ? "1" : numbers.substr(colon + 1);
-    options.seed = number<std::uint64_t>(seed, arguments.versor);
-    return;
+    if (*roots < 1 || *roots > ExactMapOptions::kMostRoots) {
+      throw InputError(fmt::format("--versor: '{}' has {} roots; give 1 to {}", versor, *roots,
+                                   ExactMapOptions::kMostRoots));
+    }
+    options.roots = *roots;
+    options.seed = *seed;
+  } else {
+    const RationalMap map = read_map(versor);
+    if (!std::holds_alternative<FactorsVersor>(map.versor)) {
+      throw InputError(fmt::format(
+          "--versor: '{}' is a {} map; give one whose versor is of factors", versor, map.kind()));
+    }
+    options.factors = map.factors;
+    options.factors_frame = map.shape_to_map;
+    options.phase = map.phase;
   }
-  const RationalMap map = read_map(arguments.versor);
-  if (!std::holds_alternative<FactorsVersor>(map.versor)) {
-    throw InputError(fmt::format("--versor: '{}' is a {} map; give one whose versor is of factors",
-                                 arguments.versor, map.kind()));
-  }
-  options.factors = map.factors;
-  options.factors_frame = map.shape_to_map;
-  options.phase = map.phase;
 }
 
 nlohmann::json options_json(const ShapeArguments& arguments) {
@@ -130,10 +108,13 @@ nlohmann::json options_json(const ShapeArguments& arguments) {
 int run_shape(const ShapeArguments& arguments, Session& session) {
   ExactMapOptions options = arguments.options;
   std::vector<std::filesystem::path> inputs{arguments.mesh};
-  if (is_file(arguments.versor)) inputs.emplace_back(arguments.versor);
+  if (const Words words = base::split(arguments.versor, ':');
+      !is_noise(words) && !is_random(words)) {
+    inputs.emplace_back(arguments.versor);
+  }
   check_map_name(arguments.output);
   session.check_outputs(inputs, {{"--output", arguments.output}});
-  choose_versor(arguments, options);
+  choose_versor(arguments.versor, options);
   options.validate();
   arguments.paint.validate();
   const TriangleMesh mesh = session.read_mesh(arguments.mesh);

@@ -8,7 +8,6 @@
 #include "base/output_file.hpp"
 #include "base/text.hpp"
 #include "commands.hpp"
-#include "exit_code.hpp"
 #include "explore/page.hpp"
 #include "qjulia/map_file.hpp"
 

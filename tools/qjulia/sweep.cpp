@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 #include <map>
 #include <numbers>
 
+#include "base/text.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::tools {
@@ -69,19 +69,14 @@ InputError unreadable(const std::string& text) {
       "--sweep '{}' is neither NAME=FROM:TO:COUNT, such as drift=0:1.05:12, nor NAME=A,B,C", text));
 }
 
-std::vector<double> numbers(const std::string& text, char between, const std::string& whole_text) {
+std::vector<double> numbers(const std::string& list, char between, const std::string& whole_text) {
   std::vector<double> values;
-  const char* at = text.data();
-  const char* const end = at + text.size();
-  for (;;) {
-    double value = 0;
-    const auto read = std::from_chars(at, end, value);
-    if (read.ec != std::errc() || !std::isfinite(value)) throw unreadable(whole_text);
-    values.push_back(value);
-    if (read.ptr == end) return values;
-    if (*read.ptr != between) throw unreadable(whole_text);
-    at = read.ptr + 1;
+  for (const std::string& word : base::split(list, between)) {
+    const auto value = base::number_in<double>(word);
+    if (!value || !std::isfinite(*value)) throw unreadable(whole_text);
+    values.push_back(*value);
   }
+  return values;
 }
 
 }  // namespace

@@ -1,10 +1,12 @@
-#include "look_options.hpp"
+#include "picture_options.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
+#include <array>
 
+#include "base/text.hpp"
+#include "options.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::tools {
@@ -13,14 +15,14 @@ namespace {
 constexpr const char* kLookGroup = "Look of the picture";
 constexpr const char* kColorWords = "RRGGBB (sRGB, such as ff8000), white or black";
 
-std::vector<std::string> words_between_commas(const std::string& text) {
-  std::vector<std::string> words;
-  for (std::size_t from = 0; from <= text.size();) {
-    const std::size_t comma = std::min(text.find(',', from), text.size());
-    words.push_back(text.substr(from, comma - from));
-    from = comma + 1;
+/// "1280x960" as width and height. @throws InputError
+std::array<int, 2> parse_size(const std::string& text) {
+  if (const auto words = base::split(text, 'x'); words.size() == 2) {
+    const std::array size{base::number_in<int>(words[0]).value_or(0),
+                          base::number_in<int>(words[1]).value_or(0)};
+    if (size[0] > 0 && size[1] > 0) return size;
   }
-  return words;
+  throw InputError(fmt::format("'{}' is not WIDTHxHEIGHT in pixels, such as 1280x960", text));
 }
 
 Rgb color_of(const std::string& option, const std::string& word, const std::string& others) {
@@ -36,7 +38,7 @@ Rgb color_of(const std::string& option, const std::string& word, const std::stri
 Palette palette_of(const std::string& text, Material material) {
   if (const auto named = palette_named(text)) return *named;
   std::vector<Rgb> colors;
-  for (const std::string& word : words_between_commas(text)) {
+  for (const std::string& word : base::split(text, ',')) {
     colors.push_back(color_of("--palette", word,
                               fmt::format("a palette: {}", fmt::join(palette_names(), ", "))));
   }
@@ -63,6 +65,43 @@ Palette palette_of(const std::string& text, Material material) {
 }
 
 }  // namespace
+
+void add_size(Command command, PictureOptions& options) {
+  command
+      .word(
+          "--size",
+          [&options](const std::string& text) {
+            const auto [width, height] = parse_size(text);
+            options.width = width;
+            options.height = height;
+          },
+          "Width and height in pixels")
+      .type("WxH")
+      .default_text(fmt::format("{}x{}", options.width, options.height));
+}
+
+void add_camera(Command command, Camera& camera) {
+  command.add("--azimuth", &camera.azimuth, "Degrees the camera is turned about the up axis");
+  command.add("--elevation", &camera.elevation, "Degrees of the camera above the horizon");
+  command.add("--zoom", &camera.zoom, "1 frames the whole shape, 2 half of it");
+  command
+      .numbers(
+          "--look-at", 3,
+          [&camera](const std::vector<double>& p) {
+            camera.look_at = Eigen::Vector3d(p[0], p[1], p[2]);
+          },
+          "The point in the middle of the picture, shape units. Default: the middle of what is "
+          "framed")
+      .type("X Y Z");
+  add_box(
+      command, "--frame", camera.frame,
+      "What fills the picture at zoom 1, shape units, seen from as far as the whole shape would "
+      "be. Default: the whole shape");
+  command.add("--field-of-view", &camera.field_of_view, "Degrees, vertical");
+  add_up(command, camera.up,
+         "The shape's axis that points up; auto is what the map says, or y where it says nothing. "
+         "Of a mesh it is a guess: its flattest, widest end is down");
+}
 
 void add_look(Command command, LookOptions& look) {
   command

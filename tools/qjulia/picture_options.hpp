@@ -1,13 +1,18 @@
 #pragma once
-/// Options of what a picture looks like: its colours, and what is behind and under the set.
+/// Options of the commands that draw: how large, from where, in what colours and before what.
 
 #include <string>
-#include <vector>
 
 #include "command_line.hpp"
 #include "qjulia/picture.hpp"
 
 namespace qjulia::tools {
+
+/// --size.
+void add_size(Command command, PictureOptions& options);
+
+/// --azimuth, --elevation, --zoom, --look-at, --frame, --field-of-view, --up.
+void add_camera(Command command, Camera& camera);
 
 struct LookOptions {
   std::string background = "studio";

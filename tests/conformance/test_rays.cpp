@@ -1,0 +1,488 @@
+// Rays that meet the unit ball and other sets, against closed forms and whole orbits.
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <set>
+
+#include "armed_ball.hpp"
+#include "ball_view.hpp"
+#include "device/context.hpp"
+#include "distance_map.hpp"
+#include "layout/picture_layout.h"
+#include "map/reference_iteration.hpp"
+#include "picture/band_grid.hpp"
+#include "picture/image_lattice.hpp"
+#include "qjulia/detail.hpp"
+#include "qjulia/field.hpp"
+#include "qjulia/surface.hpp"
+#include "random_maps.hpp"
+#include "worse.hpp"
+
+using namespace qjulia;
+using Eigen::Vector3d;
+
+TEST_CASE("rays meet the ball where they must, at every lane width") {
+  for (const int width : test::lane_widths()) {
+    for (const int iterations : {1, 6}) {
+      CAPTURE(width, iterations);
+      const auto source = picture::march_source(
+          test::with_width(width), {test::square(), iterations, {}, {}, Precision::single});
+      const picture::View view = test::ball_view(101, 67, 1);
+      const auto depths = source->depths(view, 0, view.rows);
+      REQUIRE(depths.size() == 101 * 67);
+      int hits = 0, wrong = 0;
+      double worst = 0;
+      test::for_pixels(view, depths, [&](int column, int row, double found) {
+        const double expected = test::sphere_depth(view, column, row);
+        if (found >= 0) ++hits;
+        if ((found >= 0) != (expected >= 0)) {
+          ++wrong;
+        } else if (expected >= 0) {
+          const Vector3d ray = test::direction(view, column, row);
+          const double slope = std::abs((view.eye + expected * ray).dot(ray));
+          worst = test::worse(worst, std::abs(found - expected) * slope);
+        }
+      });
+      // Rays that graze the ball inside one step's reach may pass it by.
+      CHECK(wrong <= 0.01 * hits);
+      CHECK(worst < view.tolerance);
+    }
+  }
+}
+
+TEST_CASE("a pixel's depth depends neither on the strip it is asked for in nor on lane width") {
+  const auto source =
+      picture::march_source(test::with_width(8), {test::square(), 6, {}, {}, Precision::single});
+  const auto other =
+      picture::march_source(test::with_width(16), {test::square(), 6, {}, {}, Precision::single});
+  const picture::View view = test::ball_view(37, 29, 2);
+  const auto whole = source->depths(view, 0, view.rows);
+  std::vector<float> strips;
+  for (int row = 0; row < view.rows; row += 7) {
+    const auto strip = source->depths(view, row, std::min(7, view.rows - row));
+    strips.insert(strips.end(), strip.begin(), strip.end());
+  }
+  CHECK(strips == whole);
+  const auto wider = other->depths(view, 0, view.rows);
+  int differ = 0;
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    if (std::abs(whole[i] - wider[i]) > 2 * view.tolerance) ++differ;
+  }
+  CHECK(differ <= 2);
+}
+
+TEST_CASE("refined samples lie on the ball") {
+  const auto source =
+      picture::march_source(test::with_width(16), {test::square(), 6, {}, {}, Precision::single});
+  const picture::View view = test::ball_view(80, 60, 2);
+  const auto depths = source->depths(view, 0, view.rows);
+  double worst = 0;
+  int hits = 0;
+  test::for_pixels(view, depths, [&](int column, int row, double t) {
+    if (t < 0) return;
+    ++hits;
+    worst = test::worse(worst,
+                        std::abs((view.eye + t * test::direction(view, column, row)).norm() - 1));
+  });
+  CHECK(hits > 1000);
+  CHECK(worst < 0.5 * view.footprint);
+}
+
+TEST_CASE("rays in double precision find the ball's depths as well") {
+  for (const int width : test::lane_widths()) {
+    CAPTURE(width);
+    const Device device = test::with_width(width);
+    if (!test::can_check(device, Precision::dbl)) return;
+    const picture::View view = test::ball_view(61, 47, 1);
+    const auto depths = picture::march_source(device, {test::square(), 6, {}, {}, Precision::dbl})
+                            ->depths(view, 0, view.rows);
+    const auto single =
+        picture::march_source(device, {test::square(), 6, {}, {}, Precision::single})
+            ->depths(view, 0, view.rows);
+    int wrong = 0;
+    for (std::size_t i = 0; i < depths.size(); ++i) {
+      if ((depths[i] >= 0) != (single[i] >= 0)) ++wrong;
+      if (std::abs(depths[i] - single[i]) > 2 * view.tolerance) ++wrong;
+    }
+    // Rays that graze the ball.
+    CHECK(wrong < 5);
+    CHECK(depths != single);
+  }
+}
+
+TEST_CASE("a part of the ball is cut open at the faces of its box") {
+  // The half behind z = 0.25, seen from the front: the cut's flat face, then the ball's rest.
+  const Box part{{-2, -2, -2}, {2, 2, 0.25}};
+  for (const int width : test::lane_widths()) {
+    CAPTURE(width);
+    const auto source = picture::march_source(test::with_width(width),
+                                              {test::square(), 6, {}, part, Precision::single});
+    picture::View view = picture::parallel_view(Vector3d::UnitZ(), *test::square().box, 64);
+    for (const bool coarse : {false, true}) {
+      view.coarse_will_do = coarse;
+      const auto depths = source->depths(view, 0, view.rows);
+      int on_cut = 0, beyond = 0;
+      double worst = 0;
+      test::for_pixels(view, depths, [&](int column, int row, double depth) {
+        const Vector3d from = test::eye(view, column, row);
+        if (std::hypot(from.x(), from.y()) > 0.9) return;
+        const double z = from.z() - depth;
+        if (depth >= 0 && z > -0.5) ++on_cut;
+        worst = test::worse(worst, std::abs(z - 0.25));
+        if (z > 0.27) ++beyond;
+      });
+      CHECK(on_cut > 1500);
+      CHECK(beyond == 0);
+      CHECK(worst < (coarse ? 0.05 : 1e-3));
+    }
+    CHECK(source->bounds().high.z() == 0.25);
+  }
+}
+
+namespace {
+
+/// |q|³ |q − 2| in logarithms: about the origin a body, and about (2, 0, 0) a ball with 0.4 % of
+/// its volume.
+RationalMap body_and_flake() {
+  RationalMap map;
+  map.factors = {Factor{{0, 0, 0, 0}, 3}, Factor{{2, 0, 0, 0}, 1}};
+  map.box = Box{{-1, -1, -1}, {2.2, 1, 1}};
+  return map;
+}
+
+/// Depth at which a ray enters the body or, where it is seen, the flake; negative where it does
+/// not. By short steps in double precision.
+double entered(const Vector3d& eye, const Vector3d& d, bool sees_flake) {
+  const auto is_inside = [&](double t) {
+    const Vector3d p = eye + t * d;
+    const double flake = (p - Vector3d(2, 0, 0)).norm();
+    return std::pow(p.norm(), 3) * flake < 1 && (sees_flake || p.x() < 1.4);
+  };
+  const double middle = -eye.dot(d), step = 0.002;
+  for (double t = std::max(0.0, middle - 3); t < middle + 3; t += step) {
+    if (!is_inside(t)) continue;
+    double low = t - step, high = t;
+    for (int i = 0; i < 30; ++i) (is_inside(0.5 * (low + high)) ? high : low) = 0.5 * (low + high);
+    return high;
+  }
+  return -1;
+}
+
+}  // namespace
+
+TEST_CASE("rays pass through loose pieces, and meet what is behind them") {
+  const RationalMap map = body_and_flake();
+  for (const int width : test::lane_widths()) {
+    for (const bool keeps : {false, true}) {
+      picture::MarchedSet set{map, 1, {}, {}, Precision::single};
+      set.keeps_loose = keeps;
+      const auto source = picture::march_source(test::with_width(width), set);
+      CHECK(source->loose_pieces().count == (keeps ? 0 : 1));
+      for (const Vector3d& from : {Vector3d(1, 0, 0), Vector3d(0, 0, 1)}) {
+        picture::View view = picture::parallel_view(from, *map.box, 96);
+        for (const bool coarse : {false, true}) {
+          CAPTURE(width, keeps, from.x(), coarse);
+          view.coarse_will_do = coarse;
+          const auto depths = source->depths(view, 0, view.rows);
+          int hits = 0, wrong = 0, on_flake = 0;
+          double worst = 0;
+          test::for_pixels(view, depths, [&](int column, int row, double found) {
+            const Vector3d from_eye = test::eye(view, column, row),
+                           d = test::direction(view, column, row);
+            const double expected = entered(from_eye, d, keeps);
+            if (found >= 0) ++hits;
+            if (found >= 0 && (from_eye + found * d).x() > 1.4) ++on_flake;
+            if ((found >= 0) != (expected >= 0)) {
+              ++wrong;
+            } else if (found >= 0) {
+              worst = test::worse(worst, std::abs(found - expected));
+            }
+          });
+          CHECK(hits > 400);
+          // Rays that graze what they meet.
+          CHECK(wrong <= 0.02 * hits);
+          CHECK((on_flake > 0) == keeps);
+          if (!coarse) CHECK(worst < 0.3);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("a part of the set has the loose pieces that the whole has") {
+  const RationalMap map = body_and_flake();
+  // The flake alone; and half of the body without the flake.
+  for (const bool keeps : {false, true}) {
+    picture::MarchedSet set{map, 1, {}, Box{{1.5, -1, -1}, {3, 1, 1}}, Precision::single};
+    set.keeps_loose = keeps;
+    const auto alone = picture::march_source(test::with_width(8), set);
+    const picture::View view = picture::parallel_view({1, 0, 0}, *map.box, 64);
+    const auto depths = alone->depths(view, 0, view.rows);
+    CHECK((std::ranges::max(depths) >= 0) == keeps);
+    set.part = Box{{-2, -2, -2}, {0, 2, 2}};
+    const auto half = picture::march_source(test::with_width(8), set);
+    const auto cut = half->depths(view, 0, view.rows);
+    CHECK(std::ranges::count_if(cut, [](float d) { return d >= 0; }) > 500);
+  }
+}
+
+TEST_CASE("interpolated images give the picture that computed ones give") {
+  // A distance's modulus is never interpolated, its versor is. Nor is paint.
+  const auto [distance, painted] =
+      GENERATE(table<bool, bool>({{false, false}, {true, false}, {false, true}}));
+  RationalMap map = distance ? test::distance_map(0.1, 60) : test::armed_ball_map(60);
+  if (distance) {
+    for (Factor& factor : map.factors)
+      factor.exponent *= 0.06;  // it turns about as fast as F rises
+  } else {
+    map = calibrated(test::device(), steepened(map, 12));
+  }
+  if (painted) {
+    Paint paint;
+    paint.cells = {9, 9, 9};
+    paint.origin = Vector3d::Constant(-2);
+    paint.step = 0.45;
+    for (int i = 0; i < 729; ++i) paint.shares.push_back(painted_share(0.2 + 0.1 * (i % 9)));
+    map.paint = paint;
+  }
+  for (const int width : test::lane_widths()) {
+    const Device device = test::with_width(width);
+    for (const Precision precision : {Precision::single, Precision::dbl}) {
+      if (precision == Precision::dbl && (painted || !test::can_check(device, precision))) continue;
+      CAPTURE(distance, painted, width, precision == Precision::dbl);
+      picture::MarchedSet set{map, 6, {}, {}, precision};
+      const picture::View view = picture::camera_view(
+          {}, {map.shape_to_map.to_map(map.box->low), map.shape_to_map.to_map(map.box->high)}, 120,
+          90, 1);
+      const auto found = picture::march_source(device, set)->depths(view, 0, view.rows);
+      set.foretells = false;
+      const auto expected = picture::march_source(device, set)->depths(view, 0, view.rows);
+      CHECK(found != expected);
+      const auto seen = [&](int column, int row) {
+        return expected[static_cast<std::size_t>(row * 120 + column)] >= 0;
+      };
+      int edges = 0, one = 0, hits = 0, far = 0;
+      for (int row = 1; row < 89; ++row) {
+        for (int column = 1; column < 119; ++column) {
+          const auto i = static_cast<std::size_t>(row * 120 + column);
+          const bool here = seen(column, row);
+          if (here != seen(column + 1, row) || here != seen(column, row + 1)) ++edges;
+          if (here != (found[i] >= 0)) ++one;
+          if (here) ++hits;
+          if (here && found[i] >= 0 && std::abs(found[i] - expected[i]) > view.footprint) ++far;
+        }
+      }
+      // An eighth of a pixel is what the set may be displaced by.
+      CHECK(edges > 200);
+      CHECK(one <= edges / 16);
+      CHECK(far <= 0.02 * hits);
+    }
+  }
+}
+
+TEST_CASE("a lattice trusts cells where it foretells images, and no others") {
+  const Device any = test::device();
+  const RationalMap map = calibrated(any, steepened(test::armed_ball_map(60), 12));
+  for (const int width : test::lane_widths()) {
+    CAPTURE(width);
+    const Device device = test::with_width(width);
+    const picture::MarchedSet set{map, 6, {}, {}, Precision::single};
+    const picture::Band band = picture::find_band(device, set, *map.box);
+    const picture::BandGrid grid(device, set, band);
+    const map::DeviceMap device_map(device, map, band.stops, Precision::single);
+    const double allowed = 0.02;
+    const picture::ImageLattice lattice(device_map, grid, grid.bounds(), allowed / band.steepest,
+                                        band.steepest);
+    std::vector<double> layout(QJ_GRID_SIZE), field(lattice.field().size()),
+        versors(lattice.versors().size());
+    std::vector<std::uint8_t> trusted(lattice.trusted().size());
+    device::Context& context = device.context();
+    context.read(lattice.layout(), layout);
+    context.read(lattice.field(), field);
+    context.read(lattice.versors(), versors);
+    context.read(lattice.trusted(), std::span(trusted));
+    const int nx = static_cast<int>(layout[QJ_GRID_POINTS]);
+    const int ny = static_cast<int>(layout[QJ_GRID_POINTS + 1]);
+    // Lagrange's polynomial through four nodes, written as it stands in books.
+    const auto weight = [](int m, double s) {
+      double w = 1;
+      for (int j = -1; j <= 2; ++j) {
+        if (j != m) w *= (s - j) / (m - j);
+      }
+      return w;
+    };
+    int checked = 0, wrong = 0;
+    for (std::size_t cell = 0; cell < trusted.size(); ++cell) {
+      if (trusted[cell] == 0 || cell % 7 != 0) continue;
+      const int number = static_cast<int>(cell), row = number / nx;
+      const std::array<int, 3> at{number % nx, row % ny, row / ny};
+      const std::array<double, 3> way{std::fmod(0.37 * number, 1), std::fmod(0.71 * number, 1),
+                                      std::fmod(0.13 * number, 1)};
+      double f = 0;
+      Eigen::Vector4d u = Eigen::Vector4d::Zero();
+      for (int k = -1; k <= 2; ++k) {
+        for (int j = -1; j <= 2; ++j) {
+          for (int i = -1; i <= 2; ++i) {
+            const auto node =
+                static_cast<std::size_t>(((at[2] + k) * ny + at[1] + j) * nx + at[0] + i);
+            const double w = weight(i, way[0]) * weight(j, way[1]) * weight(k, way[2]);
+            f += w * field[node];
+            u += w * Eigen::Vector4d(versors[4 * node], versors[4 * node + 1],
+                                     versors[4 * node + 2], versors[4 * node + 3]);
+          }
+        }
+      }
+      const auto place = [&](std::size_t axis) {
+        return layout[QJ_GRID_ORIGIN + axis] + layout[QJ_GRID_STEP] * (at[axis] + way[axis]);
+      };
+      const auto step = reference::step(map, {place(0), place(1), place(2), map.slice});
+      const Eigen::Vector4d expected(step.versor.x, step.versor.y, step.versor.z, step.versor.w);
+      ++checked;
+      if (std::abs(f - step.log_norm) + (u - expected).norm() > 2 * allowed) ++wrong;
+    }
+    CHECK(checked > 500);
+    CHECK(wrong <= 0.01 * checked);
+    const auto share =
+        static_cast<double>(std::ranges::count(trusted, 1)) / static_cast<double>(trusted.size());
+    CHECK(share < 0.9);  // far from the band nothing is known beforehand
+  }
+}
+
+TEST_CASE("an escape radius cuts the set, and one that would empty it is refused") {
+  // q² at the circle of radius 1: orbits from 0.9 stay, whatever the escape radius above 1.
+  const picture::View view = test::ball_view(41, 31, 1);
+  const auto depths = [&](std::optional<double> escape, double shift) {
+    RationalMap map = test::square();
+    map.log_scale = shift;  // the set's radius is e^-shift
+    return picture::march_source(test::with_width(8), {map, 6, escape, {}, Precision::single})
+        ->depths(view, 0, view.rows);
+  };
+  CHECK(depths(1.5, 0) == depths(30.0, 0));
+  const auto hits = [](const std::vector<float>& all) {
+    return std::ranges::count_if(all, [](float depth) { return depth >= 0; });
+  };
+  // e^-0.3 q²: a ball of radius 1.35, of which orbits that reach 1.1 are cut.
+  CHECK(hits(depths(1.1, -0.3)) < hits(depths({}, -0.3)));
+  CHECK_THROWS_WITH(depths(0.9, 0), Catch::Contains("escape: 0.9 "));
+  CHECK_THROWS_WITH(depths(1e10, 0), Catch::Contains("escape: 10000000000"));
+}
+
+TEST_CASE("safe steps never lead into the ball, and the grid's coarse depths lie within a cell") {
+  for (const int width : test::lane_widths()) {
+    CAPTURE(width);
+    const Device device = test::with_width(width);
+    const picture::MarchedSet set{test::square(), 6, {}, {}, Precision::single};
+    const picture::Band band = picture::find_band(device, set, *test::square().box);
+    CHECK(band.radius >= 1);
+    picture::BandGrid grid(device, set, band);
+    for (const Vector3d& corner : {grid.bounds().low, grid.bounds().high}) {
+      CHECK(corner.cwiseAbs().minCoeff() > 1);
+      CHECK(corner.cwiseAbs().maxCoeff() < 1.3);
+    }
+    std::vector<double> safe(grid.safe().size()), layout(grid.layout().size());
+    device.context().read(grid.safe(), safe);
+    device.context().read(grid.layout(), layout);
+    const int nx = static_cast<int>(layout[QJ_GRID_POINTS]);
+    const int ny = static_cast<int>(layout[QJ_GRID_POINTS + 1]);
+    double longest = -10, total = 0;
+    for (std::size_t i = 0; i < safe.size(); ++i) {
+      const int at = static_cast<int>(i), row = at / nx;
+      const Vector3d index(at % nx, row % ny, row / ny);
+      const Vector3d p = Vector3d(layout[0], layout[1], layout[2]) + layout[QJ_GRID_STEP] * index;
+      longest = std::max(longest, safe[i] - (p.norm() - 1));
+      total += std::max(0.0, safe[i]);
+    }
+    CHECK(longest < 1e-4);
+    CHECK(total / static_cast<double>(safe.size()) > 0.05);
+
+    const picture::View view = test::ball_view(61, 47, 1);
+    const auto depths = grid.depths(view, 0, view.rows);
+    int wrong = 0;
+    test::for_pixels(view, depths, [&](int column, int row, double found) {
+      const Vector3d ray = test::direction(view, column, row);
+      // Rays that pass close by the ball may go either way.
+      const double passes = view.eye.cross(ray).norm();
+      if (std::abs(passes - 1) < grid.step()) return;
+      if ((found >= 0) != (passes < 1)) ++wrong;
+      if (found >= 0 && std::abs((view.eye + found * ray).norm() - 1) > grid.step()) ++wrong;
+    });
+    CHECK(wrong == 0);
+  }
+}
+
+TEST_CASE("at n = 1 the silhouette and the depths are those of the extracted mesh") {
+  const Device device = test::device();
+  const RationalMap map = steepened(test::armed_ball_map(60), 10);
+  const auto marched = picture::march_source(device, {map, 1, {}, {}, Precision::single});
+  SurfaceOptions options;
+  options.resolution = 160;
+  options.iterations = 1;
+  TriangleMesh mesh = extract_surface(device, map, options);
+  for (Vector3d& vertex : mesh.vertices) vertex = map.shape_to_map.to_map(vertex);
+  for (const double azimuth : {30.0, 140.0}) {
+    Camera camera;
+    camera.azimuth = azimuth;
+    const picture::View view = picture::camera_view(camera, mesh.box(), 320, 240, 1);
+    const auto set = marched->depths(view, 0, view.rows);
+    const auto drawn = picture::mesh_source(mesh)->depths(view, 0, view.rows);
+    int both = 0, either = 0;
+    double apart = 0;
+    for (std::size_t i = 0; i < set.size(); ++i) {
+      if (set[i] >= 0 || drawn[i] >= 0) ++either;
+      if (set[i] < 0 || drawn[i] < 0) continue;
+      ++both;
+      apart += std::abs(set[i] - drawn[i]);
+    }
+    CHECK(either > 5000);
+    CHECK(both >= 0.995 * either);
+    CHECK(apart / both < 0.5 * view.footprint);
+  }
+}
+
+TEST_CASE("points are coloured by the orbits they have") {
+  RationalMap map = test::random_map(7, 0.3, 0.5, 3);
+  map.factors.push_back({{0, 0, 0, 0}, 3});
+  map.box = Box{{-1.5, -1.5, -1.5}, {1.5, 1.5, 1.5}};
+  const Material material = GENERATE(Material::iterations, Material::trap);
+  const int n = 5;
+  for (const int width : test::lane_widths()) {
+    const Device device = test::with_width(width);
+    const auto source =
+        picture::march_source(device, {map, n, {}, {}, Precision::single, material});
+    const StopRadii stops = find_stop_radii(device, map);
+    const double below = std::log(stops.inner);
+    const double above = std::log(std::min(stops.outer, stops.escape));
+    std::vector<Vector3d> points;
+    for (int i = 0; i < 301; ++i) {
+      points.emplace_back(std::sin(0.7 * i) * 1.2, std::cos(1.3 * i) * 0.9, std::sin(2.1 * i));
+    }
+    std::vector<double> arrays;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      for (const Vector3d& point : points) arrays.push_back(point[axis]);
+    }
+    const auto found = source->traits(arrays);
+    REQUIRE(found.size() == points.size());
+    int wrong = 0;
+    std::set<float> seen;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      Quaternion q{points[i].x(), points[i].y(), points[i].z(), map.slice};
+      int last = 0;
+      double closest = 1;
+      for (int m = 1; m <= n; ++m) {
+        const auto step = reference::step(map, q);
+        last = m;
+        if (m <= 2) closest = std::min(closest, std::abs(step.versor.x));
+        if (step.log_norm <= below || step.log_norm >= above) break;
+        const double r = std::exp(step.log_norm);
+        q = {r * step.versor.x, r * step.versor.y, r * step.versor.z, r * step.versor.w};
+      }
+      const double expected = material == Material::trap ? closest : (last - 1) / double(n - 1);
+      if (std::abs(found[i] - expected) > 1e-3) ++wrong;
+      seen.insert(found[i]);
+    }
+    // Orbits that are chaotic, or pass close to a stop radius.
+    CHECK(wrong <= 6);
+    CHECK(seen.size() >= 4);
+  }
+}

@@ -1,0 +1,152 @@
+// What is done to a mesh that was read, what is told of it, and what is measured.
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <catch2/catch.hpp>
+
+#include "qjulia/error.hpp"
+#include "qjulia/mesh.hpp"
+#include "shapes.hpp"
+#include "temporary_folder.hpp"
+
+using namespace qjulia;
+using Catch::Matchers::Contains;
+
+namespace {
+
+const test::TemporaryFolder cleaned_folder;
+
+TriangleMesh cleaned(const std::string& name, std::string_view bytes,
+                     MeshReport* report = nullptr) {
+  return read_mesh(cleaned_folder.file(name, bytes), report);
+}
+
+}  // namespace
+
+TEST_CASE("nothing is lost where OpenMesh's own meshes would drop faces") {
+  // Three triangles at one edge.
+  MeshReport report;
+  const TriangleMesh fan =
+      cleaned("fan.obj",
+              "v 0 0 0\nv 0 0 1\nv 1 0 0\nv 0 1 0\nv -1 0 0\nf 1 2 3\nf 1 2 4\nf 1 2 5\n", &report);
+  CHECK(fan.triangles.size() == 3);
+  CHECK(report.non_manifold_edges == 1);
+  CHECK(report.open_edges == 6);
+  CHECK(report.warnings().size() == 2);
+}
+
+TEST_CASE("equal vertices are welded and triangles without area dropped") {
+  write_mesh(shapes::soup(shapes::box()), cleaned_folder.path() / "soup.obj");
+  MeshReport report;
+  const TriangleMesh mesh = read_mesh(cleaned_folder.path() / "soup.obj", &report);
+  CHECK(mesh.vertices.size() == 8);
+  CHECK(report.welded_vertices == 28);
+  CHECK(report.closed());
+  // A vertex that only a dropped triangle uses goes with it, and -0 equals 0.
+  const TriangleMesh left =
+      cleaned("clean.obj",
+              "v 0 0 0\nv 1 0 0\nv 0 1 0\nv -0 0 0\nv 9 9 9\nf 1 2 3\nf 4 1 2\nf 4 4 5\n", &report);
+  CHECK(left.vertices.size() == 3);
+  CHECK(left.box().high == Eigen::Vector3d(1, 1, 0));
+  CHECK(report.dropped_triangles == 2);
+  CHECK(report.welded_vertices == 1);
+}
+
+TEST_CASE("concave polygons keep their area") {
+  // A plus sign, extruded: its ends as polygons of twelve corners.
+  const std::vector<Eigen::Vector2i> plus = {{1, 0}, {2, 0}, {2, 1}, {3, 1}, {3, 2}, {2, 2},
+                                             {2, 3}, {1, 3}, {1, 2}, {0, 2}, {0, 1}, {1, 1}};
+  std::string text;
+  std::string top = "f";
+  std::string bottom = "f";
+  for (int z = 0; z < 2; ++z) {
+    for (const auto& p : plus) text += fmt::format("v {} {} {}\n", p.x(), p.y(), z);
+  }
+  for (int i = 0; i < 12; ++i) {
+    const int next = (i + 1) % 12;
+    text += fmt::format("f {} {} {} {}\n", i + 1, next + 1, next + 13, i + 13);
+    top += fmt::format(" {}", i + 13);
+    bottom += fmt::format(" {}", 12 - i);
+  }
+  MeshReport report;
+  const TriangleMesh mesh = cleaned("plus.obj", text + top + "\n" + bottom + "\n", &report);
+  CHECK(signed_volume(mesh) == Approx(5));
+  CHECK(mesh.triangles.size() == 44);
+  CHECK(report.closed());
+  CHECK(report.warnings().empty());
+  double area = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const auto& x = mesh.vertices;
+    area += 0.5 * (x[b] - x[a]).cross(x[c] - x[a]).norm();
+  }
+  CHECK(area == Approx(22));
+  cleaned("bow.obj", "v 0 0 0\nv 2 2 0\nv 2 0 0\nv 0 1 0\nf 1 2 3 4\n", &report);
+  CHECK(report.bad_polygons == 1);
+  CHECK_THAT(report.warnings().at(1), Contains("1 polygons cross themselves"));
+}
+
+TEST_CASE("repeated triangles are dropped and counted") {
+  const auto repeated = [](const TriangleMesh& mesh, std::size_t times) {
+    TriangleMesh result = mesh;
+    for (std::size_t i = 1; i < times; ++i) {
+      for (Triangle triangle : mesh.triangles) {
+        std::ranges::rotate(triangle, triangle.begin() + static_cast<std::ptrdiff_t>(i % 3));
+        result.triangles.push_back(triangle);
+      }
+    }
+    return result;
+  };
+  const TriangleMesh sphere = shapes::sphere(1);
+  const auto read_back = [&](const TriangleMesh& mesh, MeshReport& report) {
+    write_mesh(mesh, cleaned_folder.path() / "repeated.obj");
+    return read_mesh(cleaned_folder.path() / "repeated.obj", &report);
+  };
+  MeshReport once;
+  const TriangleMesh plain = read_back(sphere, once);
+  MeshReport report;
+  CHECK(read_back(repeated(sphere, 312), report).triangles == plain.triangles);
+  CHECK(report.duplicate_triangles == 311 * sphere.triangles.size());
+  CHECK(report.closed());
+  CHECK_THAT(report.warnings().at(0), Contains("repeat others"));
+
+  // Each triangle from both sides: of each pair the first is left.
+  CHECK(read_back(shapes::joined(sphere, shapes::inside_out(sphere)), report).triangles ==
+        plain.triangles);
+  CHECK(report.is_two_sided);
+  CHECK(report.two_sided_triangles == sphere.triangles.size());
+  CHECK_THAT(report.warnings().at(0), Contains("both windings"));
+
+  // A sheet beside a body: both its sides stay, so that they cancel out.
+  TriangleMesh sheet;
+  sheet.vertices = {{5, 0, 0}, {6, 0, 0}, {5, 1, 0}};
+  sheet.triangles = {{0, 1, 2}, {0, 2, 1}, {1, 2, 0}};
+  const TriangleMesh both = read_back(shapes::joined(sphere, sheet), report);
+  CHECK(both.triangles.size() == sphere.triangles.size() + 2);
+  CHECK(report.two_sided_triangles == 1);
+  CHECK(report.duplicate_triangles == 1);
+  CHECK_FALSE(report.is_two_sided);
+}
+
+TEST_CASE("inspect counts components, edges and turned triangles") {
+  const auto two = inspect(shapes::joined(shapes::box(), shapes::torus()));
+  CHECK(two.components == 2);
+  CHECK(two.closed());
+  const auto open = inspect(shapes::open_box());
+  CHECK(open.open_edges == 4);
+  CHECK(open.warnings().size() == 1);
+  CHECK(inspect(shapes::inside_out(shapes::sphere(1))).is_inside_out);
+  CHECK(!inspect(shapes::sphere(1)).is_inside_out);
+  TriangleMesh one_turned = shapes::box();
+  std::swap(one_turned.triangles[0][0], one_turned.triangles[0][1]);
+  CHECK(inspect(one_turned).non_manifold_edges == 3);
+  CHECK(inspect(shapes::moved(shapes::box(), 1, {1e4, 0, 0})).warnings().size() == 1);
+}
+
+TEST_CASE("signed volume") {
+  CHECK(signed_volume(shapes::box({1, 2, 3}, {2, 4, 6})) == Approx(6));
+  CHECK(signed_volume(shapes::inside_out(shapes::box())) == Approx(-8));
+  CHECK(signed_volume(shapes::moved(shapes::box(), 1, {1e8, 0, 0})) == Approx(8));
+  CHECK(signed_volume(shapes::open_box()) > 0);
+  CHECK(signed_volume(oriented_outward(shapes::inside_out(shapes::box()))) == Approx(8));
+}
