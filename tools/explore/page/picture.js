@@ -121,5 +121,8 @@ export function depths() {
   for (let y = 0; y < rows; ++y) {
     for (let x = 0; x < columns; ++x) result[(rows - 1 - y) * columns + x] = all[4 * (y * columns + x)];
   }
-  return { columns, rows, depths: result, pixel: finest.view.footprint };
+  // As march.glsl counts them.
+  const counts = all.filter((_, i) => i % 4 === 3), versors = counts.map((c) => Math.floor(c / 4096));
+  const sum = (values) => values.reduce((a, b) => a + b, 0);
+  return { columns, rows, depths: result, pixel: finest.view.footprint, fields: sum(counts) - 4096 * sum(versors), versors: sum(versors) };
 }
