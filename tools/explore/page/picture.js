@@ -66,11 +66,12 @@ export async function draw(options) {
   const drawing = await first;
   if (!drawing || isStale()) return false;
   const { scene, seen, view, middle } = drawing, divisors = [4, 2, 1], all = 1.33 + options.samples;
-  let { result } = drawing, done = 0;
+  let result = null, done = 0;
   report((done += 1 / 64) / all);
   for (const divisor of divisors) {
     const from = performance.now();
-    result = await marchView(scene, view(divisor), seen, divisor, middle, result, isStale);
+    // Without hints: those of a coarser picture may lie behind a thin wall.
+    result = await marchView(scene, view(divisor), seen, divisor, middle, null, isStale);
     if (!result) return false;
     paint(scene, result, middle, 1, options.isDark);
     await drawn();
