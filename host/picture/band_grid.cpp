@@ -8,6 +8,7 @@
 #include "base/random.hpp"
 #include "device/point_batch.hpp"
 #include "picture/grid_layout.hpp"
+#include "qjulia/progress.hpp"
 
 namespace qjulia::picture {
 namespace {
@@ -18,9 +19,6 @@ constexpr double kCoarseShare = 0.75;
 constexpr double kNone = 1e30;
 /// Rays end before they are this many shells deep in the band.
 constexpr double kDeepest = 2.5;
-/// Cells along the grid's longest side of the finer one that shows what pieces hang on: about as
-/// many as a surface has.
-constexpr double kFinestCells = 256;
 
 /// Nearly the greatest ‖∇F₁‖ where F₁ = level: the 95th percentile over points scattered in the
 /// box and led there by Newton's steps along the gradient. Nothing where none of them gets there.
@@ -239,7 +237,7 @@ const std::vector<float>& BandGrid::values() {
   return values_;
 }
 
-surface::LoosePlaces BandGrid::loose_places() {
+surface::LoosePlaces BandGrid::loose_places(int finest_cells, const std::stop_token& stop) {
   // Nearer than this to the band, rays ask for orbits.
   const double near = 0.25 * grid_.step;
   std::vector<bool> is_inside(steps_.size()), may_be_inside(steps_.size());
@@ -248,24 +246,25 @@ surface::LoosePlaces BandGrid::loose_places() {
     may_be_inside[i] = steps_[i] < near;
   }
   const surface::LevelSet set(device_, map_, band_.stops, iterations_, precision_);
-  const int divisions =
-      std::max(2, static_cast<int>(std::ceil(kFinestCells / std::ranges::max(grid_.points))));
-  return surface::find_loose_places(grid_, is_inside, may_be_inside, divisions,
-                                    [&](const std::vector<Eigen::Vector3d>& points) {
-                                      std::vector<bool> found(points.size());
-                                      surface::PointList asked;
-                                      std::vector<std::size_t> numbers;
-                                      for (std::size_t i = 0; i < points.size(); ++i) {
-                                        if (interpolated(grid_, steps_, points[i]) > near) continue;
-                                        asked.add(points[i].x(), points[i].y(), points[i].z());
-                                        numbers.push_back(i);
-                                      }
-                                      const std::vector<float> values = set.at(asked);
-                                      for (std::size_t i = 0; i < values.size(); ++i) {
-                                        found[numbers[i]] = double{values[i]} < map_.surface_level;
-                                      }
-                                      return found;
-                                    });
+  const auto insides = [&](const std::vector<Eigen::Vector3d>& points) {
+    throw_if_stopped(stop);
+    std::vector<bool> found(points.size());
+    surface::PointList asked;
+    std::vector<std::size_t> numbers;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (interpolated(grid_, steps_, points[i]) > near) continue;
+      asked.add(points[i].x(), points[i].y(), points[i].z());
+      numbers.push_back(i);
+    }
+    const std::vector<float> values = set.at(asked);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      found[numbers[i]] = double{values[i]} < map_.surface_level;
+    }
+    return found;
+  };
+  const double cells = std::ranges::max(grid_.points);
+  const int divisions = std::max(2, static_cast<int>(std::ceil(finest_cells / cells)));
+  return surface::find_loose_places(grid_, is_inside, may_be_inside, divisions, insides);
 }
 
 void BandGrid::leave_out(const surface::LoosePlaces& places) {

@@ -42,7 +42,8 @@ class BandGrid {
   double step() const { return grid_.step; }
 
   /// What of the set hangs on nothing large. @pre the grid is over all of the set.
-  surface::LoosePlaces loose_places();
+  /// @param finest_cells of MarchedSet.
+  surface::LoosePlaces loose_places(int finest_cells, const std::stop_token& stop);
   /// Depths are those of the set without it from now on; before the first of them.
   void leave_out(const surface::LoosePlaces& places);
 

@@ -22,6 +22,9 @@ class DepthSource {
   /// meets nothing.
   virtual std::vector<float> depths(const View& view, int first_row, int rows) = 0;
 
+  /// From now on this ends what `depths` and `traits` do.
+  virtual void stop_with(const std::stop_token& stop) { static_cast<void>(stop); }
+
   /// Computes what rays of the view need.
   virtual void prepare(const View& view) { static_cast<void>(view); }
 
@@ -47,11 +50,14 @@ struct MarchedSet {
   std::optional<Box> part;                  ///< map units: what lies outside it is cut away
   Precision precision = Precision::single;  ///< of rays and orbits
   Material material = Material::clay;       ///< what `traits` are of
-  std::stop_token stop{};                   ///< ends `depths`
+  std::stop_token stop{};                   ///< ends the making of a source, and its work
   bool foretells = true;                    ///< first iterates are interpolated where that will do
   double displacement = 0.125;              ///< of what is seen, at most, in pixels
   int cells = 144;                          ///< along the band, for safe steps and coarse depths
   bool keeps_loose = true;                  ///< pieces that hang on nothing
+  /// Cells along the longest side of the finer grid that shows what pieces hang on: about as many
+  /// as a surface has.
+  int finest_cells = 256;
 };
 
 /// A map's iterated set, in map coordinates, ray-marched on the device.

@@ -18,6 +18,7 @@ constexpr int kRimMap = 384;
 constexpr int kKeyMap = 768;
 constexpr int kLeastMap = 64;
 constexpr double kKeySoftness = 0.05;
+constexpr double kDegree = std::numbers::pi / 180;
 
 /// What the surroundings send from a direction whose sine of elevation is `rise`, per steradian:
 /// a sky brightest overhead, cool; a floor that glows warmly with the light it has got.
@@ -78,7 +79,7 @@ std::vector<Light> sky_lights(UpAxis up, const Box& held, double fineness, int c
   return lights;
 }
 
-LampLights lamps(const Camera& camera, const Box& held, double fineness) {
+LampLights lamps(const Camera& camera, const Lamp& key, const Box& held, double fineness) {
   Camera level = camera;
   level.elevation = 0;
   const CameraAxes axes = camera_axes(level);
@@ -88,7 +89,11 @@ LampLights lamps(const Camera& camera, const Box& held, double fineness) {
   const auto lamp = [&](const Vector3d& towards, const Vector3d& color, double softness, int size) {
     return Light{towards, color, softness, parallel_view(towards, held, map_size(size, fineness))};
   };
-  LampLights lights{lamp(from(-0.78, 0.78, 0.42), {1.35, 1.26, 1.10}, kKeySoftness, kKeyMap),
+  const double azimuth = key.azimuth * kDegree, elevation = key.elevation * kDegree;
+  const Vector3d towards = from(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
+                                std::cos(azimuth) * std::cos(elevation));
+  const Vector3d color = key.strength * Vector3d(1.35, 1.26, 1.10);
+  LampLights lights{lamp(towards, color, kKeySoftness, kKeyMap),
                     lamp(from(0.75, 0.40, -0.60), {0.50, 0.54, 0.60}, 0, kRimMap)};
   lights.rim.view.coarse_will_do = true;
   return lights;

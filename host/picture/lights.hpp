@@ -28,6 +28,6 @@ struct LampLights {
   Light key;  ///< with a penumbra
   Light rim;  ///< casts no shadow on the ground
 };
-LampLights lamps(const Camera& camera, const Box& held, double fineness);
+LampLights lamps(const Camera& camera, const Lamp& key, const Box& held, double fineness);
 
 }  // namespace qjulia::picture

@@ -103,6 +103,8 @@ class MarchSource : public DepthSource {
     loose_bits_ = device.context().upload<std::uint32_t>(loose_.bits);
   }
 
+  void stop_with(const std::stop_token& stop) override { stop_ = stop; }
+
   std::vector<float> depths(const View& view, int first_row, int rows) override {
     if (grid_.is_empty()) {
       return std::vector<float>(
@@ -161,9 +163,9 @@ class MarchSource : public DepthSource {
     if (set.part) {
       // What is cut away may be what a piece hangs on.
       set.part.reset();
-      loose_ = BandGrid(device_, set, band_).loose_places();
+      loose_ = BandGrid(device_, set, band_).loose_places(set.finest_cells, set.stop);
     } else {
-      loose_ = grid_.loose_places();
+      loose_ = grid_.loose_places(set.finest_cells, set.stop);
     }
     grid_.leave_out(loose_);
   }

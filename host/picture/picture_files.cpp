@@ -81,7 +81,7 @@ Image normal_image(const std::vector<float>& normals, int width, int height) {
 
 }  // namespace
 
-std::string png_bytes(const Image& image, const PictureText& text) {
+std::string png_bytes(const Image& image, const PictureText& text, Packing packing) {
   if (image.width < 1 || image.height < 1 ||
       image.pixels.size() !=
           3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) ||
@@ -93,6 +93,7 @@ std::string png_bytes(const Image& image, const PictureText& text) {
   png.width = static_cast<png_uint_32>(image.width);
   png.height = static_cast<png_uint_32>(image.height);
   png.format = image.alpha.empty() ? PNG_FORMAT_RGB : PNG_FORMAT_RGBA;
+  if (packing == Packing::quick) png.flags |= PNG_IMAGE_FLAG_FAST;
   std::vector<std::uint8_t> mixed;
   for (std::size_t i = 0; i < image.alpha.size(); ++i) {
     const auto rgb = image.pixels.begin() + static_cast<std::ptrdiff_t>(3 * i);

@@ -32,9 +32,11 @@ constexpr int kFloorMap = 256;         ///< texels a side at full fineness
 /// A picture as large as this has light maps and grids at full fineness; a smaller one has coarser
 /// ones, down to kLeastFineness.
 constexpr double kFullWidth = 1280, kFullHeight = 960, kLeastFineness = 0.2;
-/// A draft has fewer sky lights, coarser lamps, and a lattice of images that is off by more.
-constexpr int kSkyLights = 64, kDraftSkyLights = 16;
-constexpr double kDraftLamps = 0.5, kDraftDisplacement = 0.5;
+/// A draft has the coarsest grids, fewer sky lights, and coarser lamps. It has no lattice of
+/// images, which takes longer than the rays of a small picture, and looks less finely for what
+/// loose pieces hang on.
+constexpr int kSkyLights = 64, kDraftSkyLights = 16, kDraftFinestCells = 128;
+constexpr double kDraftLamps = 0.5;
 /// What a sample of the picture, a texel of a light, and the band's grids cost, in marched rays.
 constexpr double kSampleCost = 0.4, kCoarseCost = 0.05, kGridCost = 3e5;
 constexpr double kEverywhere = 1e6;  ///< map units: farther than any set reaches
@@ -202,6 +204,9 @@ void PictureOptions::validate() const {
   base::expect_between("zoom", camera.zoom, 0.01, 1000.0);
   base::expect_between("field_of_view", camera.field_of_view, 1.0, 120.0, "degrees");
   map::expect_box(box);
+  base::expect_finite("lamp", lamp.azimuth);
+  base::expect_between("lamp", lamp.elevation, -90.0, 90.0, "degrees");
+  base::expect_between("lamp", lamp.strength, 0.0, 10.0);
   expect_color("background", background);
   expect_color("palette", palette.clay);
   for (const Rgb& stop : palette.stops) expect_color("palette", stop);
@@ -229,7 +234,8 @@ struct Studio::Impl {
   ShapeToMap to_scene;  ///< from the shape's coordinates to those of source and frame
   double fineness = 1;
   UpAxis known_up = kDefaultUp;  ///< where the camera does not say
-  std::optional<UpAxis> up{};    ///< of the sky and the ground, once they are there
+  std::stop_token stop{};        ///< of pictures that have no other
+  std::optional<UpAxis> up{};    ///< of the sky and the ground that are there
   std::vector<Light> sky{};
   std::vector<std::vector<float>> sky_maps{};
   double ground = 0;  ///< height along up
@@ -239,8 +245,14 @@ struct Studio::Impl {
 
  private:
   Scene scene() const {
-    return {direction(*up), ground,           framed.center(),    0.5 * framed.diagonal(),
-            options.ground, options.backdrop, options.background, options.palette};
+    return {direction(*options.camera.up),
+            ground,
+            framed.center(),
+            0.5 * framed.diagonal(),
+            options.ground,
+            options.backdrop,
+            options.background,
+            options.palette};
   }
   int sky_count() const { return options.draft ? kDraftSkyLights : kSkyLights; }
   void look_around(const std::function<void(const View&)>& report);
@@ -255,6 +267,7 @@ double cost(const View& view) {
 }
 
 double fineness_of(const PictureOptions& options) {
+  if (options.draft) return kLeastFineness;
   const double share = std::max(options.width / kFullWidth, options.height / kFullHeight);
   return std::clamp(share, kLeastFineness, 1.0);
 }
@@ -275,11 +288,14 @@ Studio::Studio(const Device& device, const RationalMap& map, const PictureOption
                  stop};
   set.cells = static_cast<int>(set.cells * std::sqrt(fineness));
   set.keeps_loose = options.keep_loose;
-  if (options.draft) set.displacement = kDraftDisplacement;
+  if (options.draft) {
+    set.foretells = false;
+    set.finest_cells = kDraftFinestCells;
+  }
   auto source = march_source(device, set);
   const Box framed = framed_box(map, options.box, *source);
   impl_ = std::make_unique<Impl>(Impl{device, options, std::move(source), framed, map.shape_to_map,
-                                      fineness, map.up.value_or(kDefaultUp)});
+                                      fineness, map.up.value_or(kDefaultUp), stop});
 }
 
 Studio::Studio(const Device& device, const TriangleMesh& mesh, const Box& framed,
@@ -301,6 +317,11 @@ Studio::~Studio() = default;
 Studio::Studio(Studio&&) noexcept = default;
 Studio& Studio::operator=(Studio&&) noexcept = default;
 
+void Studio::resize(int width, int height) {
+  impl_->options.width = width;
+  impl_->options.height = height;
+}
+
 Image Studio::picture(const Camera& camera, const ProgressMonitor& monitor, PictureLayers* layers) {
   impl_->options.camera = camera;
   impl_->options.camera.up = camera.up.value_or(impl_->known_up);
@@ -311,26 +332,30 @@ Image Studio::picture(const Camera& camera, const ProgressMonitor& monitor, Pict
 /// What the sky and the ground need, at the first picture.
 void Studio::Impl::look_around(const std::function<void(const View&)>& report) {
   if (up == options.camera.up) return;
-  up = options.camera.up;
-  sky = sky_lights(*up, source->bounds(), fineness, sky_count());
+  // A stop may come in between.
+  up.reset();
+  const UpAxis wanted = *options.camera.up;
+  sky = sky_lights(wanted, source->bounds(), fineness, sky_count());
   sky_maps.clear();
   for (const Light& light : sky) {
     sky_maps.push_back(source->depths(light.view, 0, light.view.rows));
     report(light.view);
   }
-  ground = lowest(*source, direction(*up), fineness);
+  ground = lowest(*source, direction(wanted), fineness);
   ground_light = options.ground ? picture::ground_light(device, scene(), sky, sky_maps, fineness)
                                 : GroundLight{};
+  up = wanted;
 }
 
 Image Studio::Impl::picture(const Camera& camera, const ProgressMonitor& monitor,
                             PictureLayers* layers) {
   const auto start = std::chrono::steady_clock::now();
+  source->stop_with(monitor.stop.stop_possible() ? monitor.stop : stop);
   const int samples = options.samples_per_axis;
   const View view =
       camera_view(in_scene(camera, to_scene), framed, options.width, options.height, samples);
   const LampLights with =
-      lamps(camera, source->bounds(), fineness * (options.draft ? kDraftLamps : 1));
+      lamps(camera, options.lamp, source->bounds(), fineness * (options.draft ? kDraftLamps : 1));
   const bool is_first = up != camera.up;
   double all = cost(view) + cost(with.key.view) + cost(with.rim.view);
   if (is_first) {

@@ -67,6 +67,13 @@ enum class Backdrop {
   transparent  ///< pixels have an alpha; shadows on the ground are black and partly transparent
 };
 
+/// The brightest light. It turns with the camera, and stays level when the camera rises.
+struct Lamp {
+  double azimuth = -61.7;   ///< degrees from the camera to the right
+  double elevation = 41.4;  ///< degrees above the horizon, -90 to 90
+  double strength = 1;      ///< 0 to 10
+};
+
 struct PictureOptions {
   int width = 1280;
   int height = 960;
@@ -79,6 +86,7 @@ struct PictureOptions {
   std::optional<Box> box;
   std::vector<Cut> cuts;  ///< of maps; what is framed stays
   Camera camera;
+  Lamp lamp;
   Material material = Material::clay;  ///< of maps; meshes are of clay
   Palette palette;
   Backdrop backdrop = Backdrop::studio;
@@ -87,8 +95,8 @@ struct PictureOptions {
   /// Of maps: pieces that hang on nothing, and are less than a hundredth as large as the largest
   /// body. Copies in portals are always kept.
   bool keep_loose = false;
-  /// Sooner and rougher: shadows of fewer lights, and places off by up to half a pixel. Set it
-  /// where the next picture is soon to come.
+  /// Sooner and rougher, for pictures of some 160 x 120 pixels of which the next is soon to come:
+  /// light as coarse as it gets, whatever the size, and loose pieces found less surely.
   bool draft = false;
   void validate() const;  ///< @throws InputError
 };
@@ -111,8 +119,8 @@ struct PictureLayers {
 class Studio {
  public:
   /// @param options hold for every picture; their camera is the first one's, and says what is up.
-  /// @param stop ends the work, here and in the pictures. @throws InputError naming the option or
-  /// what is wrong with the map.
+  /// @param stop ends the work, here and in pictures whose monitors have no other. @throws
+  /// InputError naming the option or what is wrong with the map.
   Studio(const Device& device, const RationalMap& map, const PictureOptions& options,
          const std::stop_token& stop = {});
   /// @param framed what the camera frames, in the mesh's
@@ -122,6 +130,9 @@ class Studio {
   ~Studio();
   Studio(Studio&&) noexcept;
   Studio& operator=(Studio&&) noexcept;
+
+  /// Pictures have this size from now on, and light as fine as before.
+  void resize(int width, int height);
 
   /// @param layers gets what the pixels show, unless it is null.
   Image picture(const Camera& camera, const ProgressMonitor& monitor = {},
@@ -171,9 +182,15 @@ Image captioned(const Image& image, const std::string& text);
 /// Keywords (1 to 79 Latin-1 characters) and what a file says under them (Latin-1).
 using PictureText = std::map<std::string, std::string>;
 
+enum class Packing {
+  small,
+  quick,  ///< a third of the time, and larger
+};
+
 /// The bytes of a PNG file, with an alpha where the image has one; `text` as tEXt chunks. @throws
 /// InputError without pixels.
-std::string png_bytes(const Image& image, const PictureText& text = {});
+std::string png_bytes(const Image& image, const PictureText& text = {},
+                      Packing packing = Packing::small);
 
 /// The bytes of an animated PNG file: images of one size, one after the other for so many seconds
 /// each, again and again. @throws InputError without any, or of several sizes.

@@ -127,6 +127,45 @@ TEST_CASE("a studio's pictures are those drawn one by one, and tell when they wi
   }
 }
 
+TEST_CASE("a studio whose picture was stopped anywhere draws the next as it should") {
+  const Device device = test::device();
+  const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 12));
+  const PictureOptions options = small(48, 36);
+  const auto whole = render(device, map, options).pixels;
+  Studio studio(device, map, options);
+  for (int reports = 1; reports < 60; reports += 19) {
+    std::stop_source stop;
+    ProgressMonitor monitor;
+    monitor.stop = stop.get_token();
+    int told = 0;
+    monitor.on_progress = [&](const Progress&) {
+      if (++told == reports) stop.request_stop();
+    };
+    CHECK_THROWS_AS(studio.picture(options.camera, monitor), Interrupted);
+    CHECK(told == reports);
+  }
+  CHECK(studio.picture(options.camera).pixels == whole);
+}
+
+TEST_CASE("drafts of several sizes are drawn in one light, and look like the whole") {
+  const Device device = test::device();
+  const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 12));
+  PictureOptions options = small(96, 72);
+  options.draft = true;
+  Studio studio(device, map, options);
+  studio.picture(options.camera);
+  studio.resize(160, 120);
+  options = small(160, 120);
+  const Image draft = studio.picture(options.camera), whole = render(device, map, options);
+  REQUIRE(draft.pixels.size() == whole.pixels.size());
+  CHECK(draft.covered == Approx(whole.covered).epsilon(0.02));
+  double off = 0;
+  for (std::size_t i = 0; i < whole.pixels.size(); ++i) {
+    off += std::abs(draft.pixels[i] - whole.pixels[i]);
+  }
+  CHECK(off / static_cast<double>(whole.pixels.size()) < 4);
+}
+
 TEST_CASE("normals of depth point away from the ball's middle") {
   const Device device = test::with_width(1);
   device::Context& context = device.context();

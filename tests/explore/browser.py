@@ -148,6 +148,26 @@ class Browser:
         self.call("Input.dispatchMouseEvent", type="mouseMoved", x=to_x, y=to_y, button="left", buttons=1)
         self.call("Input.dispatchMouseEvent", type="mouseReleased", x=to_x, y=to_y, button="left", clickCount=1)
 
+    def be_phone(self, width, height):
+        """From now on the tab is that of a phone, with two of its pixels in one of the page's, and fingers."""
+        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=2, mobile=True)
+        self.call("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
+
+    def touch(self, *fingers, steps=8):
+        """Fingers, each ((x, y) of where it is put down, (x, y) of where it is lifted), go straight at the same time."""
+        def points(way):
+            return [{"x": a[0] + way * (b[0] - a[0]), "y": a[1] + way * (b[1] - a[1]), "id": i} for i, (a, b) in enumerate(fingers)]
+        self.call("Input.dispatchTouchEvent", type="touchStart", touchPoints=points(0))
+        for step in range(1, steps + 1):
+            self.call("Input.dispatchTouchEvent", type="touchMove", touchPoints=points(step / steps))
+        self.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+
+    def tap(self, selector):
+        """A finger on the middle of an element."""
+        x, y = self.run(f"(() => {{ const b = document.querySelector('{selector}').getBoundingClientRect(); "
+                        "return [b.x + b.width / 2, b.y + b.height / 2]; })()")
+        self.touch(((x, y), (x, y)), steps=0)
+
     def download(self, folder, script, seconds=200):
         """The file that a script has the page download."""
         shutil.rmtree(folder, ignore_errors=True)

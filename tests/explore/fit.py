@@ -95,6 +95,15 @@ def check_files(tab):
     if shutil.which("admesh"):
         told = subprocess.run(["admesh", "-c", file], capture_output=True, text=True, check=True).stdout
         check(re.search(r"Degenerate facets\s*: *0", told) is not None, "admesh finds nothing to mend")
+    tab.run("qjulia.change({ cuty: 55 }); 0")
+    info = json_of("info", made_file(tab, "ply", resolution=48).resolve())
+    low, high = info["box"]
+    middle = tab.run("(() => { const [low, high] = JSON.parse(document.getElementById('qjulia-map').textContent).box; "
+                     "return low[1] + 0.55 * (high[1] - low[1]); })()")
+    check(abs(high[1] - middle) < 1e-5 and low[1] < 0 and not info["closed"], f"a set that is cut open makes a mesh that is: {info['box']}")
+    tab.run(making("stl", {"resolution": 48, "millimetres": 80}))
+    until(tab, "document.getElementById('note').textContent.includes('cannot be printed')", 20, "but no printable file")
+    tab.run("qjulia.change({ cuty: 100 }); 0")
     file = made_file(tab, "glb", resolution=32)
     check(file.read_bytes()[:4] == b"glTF", "a .glb file")
     file = made_file(tab, "turntable", frames=5, width=64, height=48)

@@ -31,7 +31,10 @@ class Server:
         try:
             connection.request(method, path, body=body, headers=own)
             answer = connection.getresponse()
-            return answer.status, answer.headers, answer.read()
+            data = answer.read()
+            while data[:1] == b"~":  # how far it was
+                data = data[data.index(b"\n") + 1:]
+            return answer.status, answer.headers, data
         finally:
             connection.close()
 

@@ -146,6 +146,40 @@ def check_controls(tab, address):
     check(command == "qjulia surface ball.qjulia.json -o surface.ply --phase 0.3420201 0.9396926 0 0", command)
 
 
+def check_phone(address):
+    """Fingers on a phone turn, move and zoom the set, and reach the controls."""
+    with browser.Browser(360, 640) as tab:
+        tab.be_phone(360, 640)
+        tab.open(address + "?samples=0")
+        tab.wait(100)
+        size = tab.run("[document.getElementById('canvas').width, document.getElementById('canvas').height, innerWidth, innerHeight]")
+        check(size == [720, 1280, 360, 640], f"on a phone the picture fills the screen: {size}")
+        tab.touch(((180, 320), (205, 310)))
+        tab.wait(100)
+        check(abs(tab.run("qjulia.state.azimuth") - 20) < 0.5 and abs(tab.run("qjulia.state.elevation") - 11) < 0.5,
+              f"a finger turns the set: {tab.run('location.hash')}")
+        tab.touch(((150, 320), (120, 320)), ((210, 320), (240, 320)))
+        tab.wait(100)
+        check(abs(tab.run("qjulia.state.zoom") - 2) < 0.02, f"two fingers that part zoom in: {tab.run('qjulia.state.zoom')}")
+        tab.touch(((150, 320), (150, 280)), ((210, 320), (210, 280)))
+        tab.wait(100)
+        check(tab.run("qjulia.state.look[1]") < -0.05 and abs(tab.run("qjulia.state.zoom") - 2) < 0.02,
+              f"two fingers that go up move the set up: {tab.run('qjulia.state.look')}")
+        check(tab.run("visualViewport.scale") == 1 and tab.run("scrollY") == 0, "the page itself stays where it is")
+        tab.tap("#fold")
+        check(tab.run("document.documentElement.dataset.controls") == "open", "a tap opens the controls")
+        boxes = tab.run("[...document.querySelectorAll('#actions button')].map((b) => b.getBoundingClientRect()).map((b) => [b.left, b.right])")
+        check(all(left >= 0 and right <= 360 for left, right in boxes), "which fit the screen")
+        before = tab.run("qjulia.state.detail")
+        left, top, wide = tab.run("(() => { const r = document.querySelector('input[type=range][name=detail]'); r.scrollIntoView(); "
+                                  "const b = r.getBoundingClientRect(); return [b.x, b.y + b.height / 2, b.width]; })()")
+        tab.touch(((left + wide / 2, top), (left + 0.9 * wide, top)))
+        tab.wait(100)
+        check(tab.run("qjulia.state.detail") > before and "detail" in tab.run("location.hash"), "and a finger moves a slider")
+        tab.screenshot(folder / "phone.png")
+        check(tab.errors == [], f"no errors on the phone: {sorted(set(tab.errors))}")
+
+
 def check_saved_map(tab, address):
     tab.open(f"{address}?size=16x16&samples=0#drift=0.5&order=3&scale=1.1&tufts=3&rotate=30")
     tab.wait(200)
@@ -271,6 +305,7 @@ def main():
             check_palette(tab, address)
             check_many_factors(tab)
             check_escapes(tab)
+            check_phone(address)
         check(tab.errors == [], f"no errors and no requests: {sorted(set(tab.errors))}")
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""How soon the page of `qjulia explore` shows what changes: figures for a person.
+"""How soon the pages of `qjulia explore` and `qjulia share` show what changes: figures for a person.
 Usage: chrt -r 5 tests/explore/speed.py QJULIA MAP FOLDER"""
 import json
 import pathlib
@@ -12,10 +12,42 @@ import time
 import browser
 from server import Server
 
-qjulia, map_file, folder = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
+qjulia, map_file, folder = str(pathlib.Path(sys.argv[1]).resolve()), pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
 # What is changed in turn, k the number of the change.
 CHANGES = ("azimuth: 30 + 7 * k", "phase1: 5 + k", "detail: 0.01 + 0.0003 * k", "elevation: k / 2", "drift: 0.1 + 0.005 * k",
            "zoom: 1 + 0.01 * k", "order: 1 + k", "scale: 1 + 0.002 * k", "slice: 0.002 * k", "iterations: 4 + k % 4")
+
+
+def time_shared(page):
+    """A page that draws by itself, on SwiftShader."""
+    with browser.Browser(660, 500) as tab:
+        tab.open(f"{page.as_uri()}?size=640x360&samples=0")
+        tab.wait(200)
+        factors, fields, versors = tab.run("(({ fields, versors }) => [JSON.parse(document.getElementById('qjulia-map').textContent)"
+                                           ".factors.length, fields, versors])(qjulia.depths())")
+        # A factor costs 15 operations in F, 95 in a versor. Coarser pictures before the whole add a third of its rays.
+        flop = 4 * 4 / 3 * factors * (15 * fields + 95 * versors)
+        print(f"a shared page at 1280x720: {4 * fields / 1e6:.1f} M evaluations of F and {4 * versors / 1e6:.1f} M versors, with the "
+              f"coarser pictures {flop / 1e9:.0f} GFLOP; at 30 % of 1, 5, 20 TFLOP/s "
+              + ", ".join(f"{flop / 0.3e12 / t:.3f}" for t in (1, 5, 20)) + " s")
+        wholes, waits = [], []
+        for k in range(5):
+            tab.open(f"{page.as_uri()}?size=160x120&samples=0#azimuth={40 * k}")
+            tab.wait(100)
+            figures = tab.run("qjulia.figures")
+            wholes.append(figures["fullMs"] - figures["sceneMs"])
+            waits.append(figures["longestWaitMs"])
+        print(f"a shared page: 160x120 complete {statistics.median(wholes):.0f} ms after its grid, which takes {figures['sceneMs']:.0f} ms")
+        tab.open(f"{page.as_uri()}?size=480x360&samples=0")
+        tab.wait(100)
+        first = {}
+        for k in range(12):
+            knob = ("azimuth: 37 + 7 * k", "detail: 0.015 + 0.001 * k", "phase1: 5 + k")[k % 3]
+            tab.run(f"{{ const k = {k}; qjulia.change({{ {knob} }}); }} 0")
+            tab.wait(100)
+            first.setdefault(knob.split(":")[0], []).append(round(tab.run("qjulia.figures.firstMs")))
+            waits.append(tab.run("qjulia.figures.longestWaitMs"))
+        print(f"  at 480x360, first pictures after a change: {json.dumps(first)} ms; longest wait, for six draws at most: {max(waits):.0f} ms")
 
 
 def main():
@@ -50,6 +82,9 @@ def main():
         begin = time.monotonic()
         tab.wait(200)
         print(f"1280x960, anti-aliased, from the opening of the page: {time.monotonic() - begin:.1f} s")
+    page = folder.resolve() / "page.html"
+    subprocess.run([qjulia, "share", map_file.name, "-o", page, "--quiet"], cwd=folder, check=True)
+    time_shared(page)
     begin = time.monotonic()
     subprocess.run([qjulia, "render", map_file.name, "-o", "render.png", "--size", "1280x960", "--device", "cpu", "--quiet"], cwd=folder,
                    check=True)

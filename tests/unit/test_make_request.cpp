@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "explore/cut_mesh.hpp"
 #include "explore/make_request.hpp"
 #include "qjulia/error.hpp"
 
@@ -27,6 +28,53 @@ TEST_CASE("what is to be made is read with the knobs") {
   CHECK(turntable.view.picture.width == 64);
 }
 
+TEST_CASE("drafts of all sizes have one studio, whole pictures one a size") {
+  const auto text = [](const std::string& size, const std::string& azimuth, bool is_draft) {
+    explore::Query query{{"size", size}, {"azimuth", azimuth}, {"detail", "0.03"}};
+    if (is_draft) query.insert({"draft", "1"});
+    return explore::read_view(query).studio_text;
+  };
+  CHECK(text("160x120", "0", true) == text("400x300", "10", true));
+  CHECK(text("160x120", "0", false) == text("160x120", "10", false));
+  CHECK(text("160x120", "0", false) != text("400x300", "0", false));
+  CHECK(text("160x120", "0", false) != text("160x120", "0", true));
+}
+
+TEST_CASE("a mesh is cut along planes") {
+  // An octahedron, whose lower half is four triangles and whose section is a square.
+  TriangleMesh mesh;
+  for (const double side : {-1.0, 1.0}) {
+    for (int axis = 0; axis < 3; ++axis)
+      mesh.vertices.push_back(side * Eigen::Vector3d::Unit(axis));
+  }
+  mesh.triangles = {{3, 4, 5}, {4, 0, 5}, {0, 1, 5}, {1, 3, 5},
+                    {4, 3, 2}, {0, 4, 2}, {1, 0, 2}, {3, 1, 2}};
+  for (const Eigen::Vector3d& v : mesh.vertices) mesh.normals.push_back(v.cast<float>());
+  REQUIRE(inspect(mesh).closed());
+  for (const double most : {-0.5, 0.0, 0.5}) {
+    const TriangleMesh cut = explore::cut_away(mesh, 2, most);
+    const MeshReport report = inspect(cut);
+    CHECK(report.open_edges == 4);
+    CHECK(report.non_manifold_edges == 0);
+    CHECK(cut.box().high.z() == most);
+    CHECK(cut.box().low.z() == -1);
+    CHECK(cut.normals.size() == cut.vertices.size());
+    double area = 0;
+    for (const Triangle& t : cut.triangles) {
+      const Eigen::Vector3d a = cut.vertices[t[1]] - cut.vertices[t[0]];
+      const Eigen::Vector3d normal = a.cross(cut.vertices[t[2]] - cut.vertices[t[0]]);
+      CHECK(normal.dot(cut.vertices[t[0]]) > 0);
+      area += 0.5 * normal.norm();
+    }
+    // Of each face, a triangle of area √3 / 2, what is above is a smaller one, or below.
+    const double part = (1 - std::abs(most)) * (1 - std::abs(most));
+    const double faces = most > 0 ? 8 - 4 * part : 4 * part;
+    CHECK(area == Approx(faces * std::sqrt(3) / 2));
+  }
+  CHECK(explore::cut_away(mesh, 0, 2).triangles.size() == mesh.triangles.size());
+  CHECK(explore::cut_away(mesh, 0, -2).triangles.empty());
+}
+
 TEST_CASE("nothing else is made") {
   const explore::Query bad[] = {{},
                                 {{"make", ""}},
@@ -37,6 +85,7 @@ TEST_CASE("nothing else is made") {
                                 {{"make", "ply"}, {"resolution", "1e2"}},
                                 {{"make", "ply"}, {"resolution", "64"}, {"resolution", "65"}},
                                 {{"make", "stl"}, {"millimetres", "-1"}},
+                                {{"make", "stl"}, {"cut-z", "50"}},
                                 {{"make", "stl"}, {"millimetres", "nan"}},
                                 {{"make", "turntable"}, {"frames", "1"}},
                                 {{"make", "turntable"}, {"frames", "120"}, {"size", "4000x4000"}},

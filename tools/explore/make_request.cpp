@@ -48,6 +48,11 @@ MakeRequest read_make(Query query) {
   made.view = read_view(query);
   made.surface.iterations = made.view.picture.iterations;
   const PictureOptions& picture = made.view.picture;
+  if (made.extension == ".stl" && !picture.cuts.empty()) {
+    throw InputError(
+        "a set that is cut open is not closed, and cannot be printed: set x, y and z under 'Cut "
+        "open' to 100, or make another file");
+  }
   if (made.is_turntable &&
       picture.height > MakeRequest::kMostPixels / picture.width / made.frames) {
     throw InputError("so many pictures are too large for a page: give fewer, or a smaller size");

@@ -4,11 +4,13 @@
 #include <stdlib.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <vector>
 
+#include "explore/cut_mesh.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/figures.hpp"
 #include "qjulia/mesh.hpp"
@@ -56,10 +58,18 @@ std::string mesh_file(const Device& device, RationalMap map, const MakeRequest& 
   TriangleMesh mesh = extract_surface(device, map, request.surface, monitor);
   if (mesh.triangles.empty()) throw Error("the set is empty: try less detail, or fewer iterations");
   drop_loose_pieces(mesh);
+  for (const Cut& cut : request.view.picture.cuts) {
+    if (!map.box) throw InputError("cut: the map keeps no box of its shape");
+    const int axis = cut.axis - 'x';
+    mesh = cut_away(mesh, axis, std::lerp(map.box->low[axis], map.box->high[axis], cut.at / 100));
+  }
+  if (mesh.triangles.empty()) throw Error("nothing is left of the set: cut less away");
   const MeshReport report = inspect(mesh);
   monitor.report({"", 1, 0,
                   fmt::format("{} triangles, {}", report.triangles,
-                              report.closed() ? "closed and manifold" : "not closed")});
+                              report.closed()                     ? "closed and manifold"
+                              : request.view.picture.cuts.empty() ? "not closed"
+                                                                  : "open where it is cut")});
   return bytes_of(mesh, request.extension, map.up);
 }
 

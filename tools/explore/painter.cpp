@@ -22,30 +22,29 @@ const RationalMap& Painter::turned(const ViewRequest& view) {
   return turned_;
 }
 
-Studio Painter::new_studio(const ViewRequest& view) {
-  // The next request may well want this studio: only the end of everything stops it.
+Studio Painter::new_studio(const ViewRequest& view, const std::stop_token& stop) {
   PictureOptions options = view.picture;
   options.keep_loose = keep_loose_;
-  if (!view.shows_mesh) return {device_, turned(view), options, end_};
+  if (!view.shows_mesh) return {device_, turned(view), options, stop};
   if (mesh_ == nullptr) throw InputError("there is no mesh here, but a map");
   return {device_, *mesh_, mesh_->box(), options};
 }
 
-Studio& Painter::studio(const ViewRequest& view) {
+Studio& Painter::studio(const ViewRequest& view, const std::stop_token& stop) {
   const auto found = std::ranges::find(studios_, view.studio_text, &Kept::text);
   if (found != studios_.end()) {
     studios_.splice(studios_.begin(), studios_, found);
   } else {
-    studios_.push_front({view.studio_text, view.shows_mesh, new_studio(view)});
+    studios_.push_front({view.studio_text, view.shows_mesh, new_studio(view, stop)});
     if (studios_.size() > kMostStudios) studios_.pop_back();
   }
   return studios_.front().studio;
 }
 
-std::string Painter::picture(const ViewRequest& view, const std::stop_token& stop) {
-  ProgressMonitor monitor;
-  monitor.stop = stop;
-  return png_bytes(studio(view).picture(view.picture.camera, monitor));
+std::string Painter::picture(const ViewRequest& view, const ProgressMonitor& monitor) {
+  Studio& seen = studio(view, monitor.stop);
+  seen.resize(view.picture.width, view.picture.height);
+  return png_bytes(seen.picture(view.picture.camera, monitor), {}, Packing::quick);
 }
 
 std::string Painter::map_file(const ViewRequest& view) {

@@ -17,23 +17,22 @@ class Painter {
  public:
   /// @param mesh what a view of the mesh shows; it must stay.
   /// @param keep_loose of all pictures.
-  /// @param end ends all work.
-  Painter(Device device, const TriangleMesh* mesh, bool keep_loose, std::stop_token end)
-      : device_(std::move(device)), mesh_(mesh), keep_loose_(keep_loose), end_(std::move(end)) {}
+  Painter(Device device, const TriangleMesh* mesh, bool keep_loose)
+      : device_(std::move(device)), mesh_(mesh), keep_loose_(keep_loose) {}
 
   const Device& device() const { return device_; }
   /// From now on pictures are of this map.
   void show(RationalMap map);
 
   /// The bytes of a PNG file. @throws InputError for what the map does not bear, Interrupted
-  std::string picture(const ViewRequest& view, const std::stop_token& stop);
+  std::string picture(const ViewRequest& view, const ProgressMonitor& monitor);
   /// The map with its knobs turned. @throws InputError
   const RationalMap& turned(const ViewRequest& view);
   /// A map file's JSON of it.
   std::string map_file(const ViewRequest& view);
 
  private:
-  /// As many sizes of a picture as a page asks for in turn.
+  /// A draft's and a whole picture's, of two pages.
   static constexpr std::size_t kMostStudios = 4;
   struct Kept {
     std::string text;  ///< of the requests that it serves
@@ -41,14 +40,13 @@ class Painter {
     Studio studio;
   };
 
-  Studio new_studio(const ViewRequest& view);
-  Studio& studio(const ViewRequest& view);
+  Studio new_studio(const ViewRequest& view, const std::stop_token& stop);
+  Studio& studio(const ViewRequest& view, const std::stop_token& stop);
 
   Device device_;
   const TriangleMesh* mesh_;
   RationalMap map_;
   bool keep_loose_;
-  std::stop_token end_;
   std::string turned_text_ = "none";
   RationalMap turned_;
   std::list<Kept> studios_;  ///< the last one used first

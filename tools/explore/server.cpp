@@ -101,7 +101,7 @@ Server::Impl::Impl(const Device& device, std::optional<FitTask> task, const std:
     : host(options.host),
       file(named),
       live(task ? std::optional<LiveFit>(std::in_place, std::move(*task)) : std::nullopt),
-      painter(device, live ? &live->mesh() : nullptr, options.keep_loose, ending.get_token()) {
+      painter(device, live ? &live->mesh() : nullptr, options.keep_loose) {
   http.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
   http.set_payload_max_length(kLongestBody);
   http.set_read_timeout(kReadLimit);
@@ -243,8 +243,12 @@ void Server::Impl::route() {
   });
   http.Get("/frame", [this](const auto& request, auto& response) {
     answer(request, response, Job::Length::picture, [this](const Query& query) -> Work {
-      return
-          [this, view = read_view(query)](Job& job) { return painter.picture(view, job.stop()); };
+      return [this, view = read_view(query)](Job& job) {
+        ProgressMonitor monitor;
+        monitor.stop = job.stop();
+        monitor.on_progress = [&](const Progress& progress) { job.report(progress); };
+        return painter.picture(view, monitor);
+      };
     });
   });
   http.Get("/map", [this](const auto& request, auto& response) {

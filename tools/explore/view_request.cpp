@@ -56,7 +56,7 @@ UpAxis direction_named(std::string_view text) {
 
 /// What one name of a query does.
 struct Part {
-  enum class Changes { knobs, studio, camera } changes;
+  enum class Changes { knobs, studio, size, camera } changes;
   std::function<void(std::string_view, ViewRequest&)> take;
 };
 
@@ -108,7 +108,13 @@ const std::map<std::string, Part, std::less<>>& parts() {
           if (!palette) throw InputError("give the name of a palette");
           v.picture.palette = *palette;
         }}},
-      {"size", {Changes::studio, [](auto text, auto& v) { read_size(text, v.picture); }}},
+      {"lamp",
+       {Changes::studio,
+        [](auto text, auto& v) {
+          const Eigen::Vector3d lamp = vector(text);
+          v.picture.lamp = {lamp.x(), lamp.y(), lamp.z()};
+        }}},
+      {"size", {Changes::size, [](auto text, auto& v) { read_size(text, v.picture); }}},
       {"samples",
        {Changes::studio,
         [](auto text, auto& v) {
@@ -151,6 +157,7 @@ const std::map<std::string, Part, std::less<>>& parts() {
 ViewRequest read_view(const Query& query) {
   ViewRequest view;
   view.picture.samples_per_axis = 1;
+  std::string size_text;
   for (const auto& [name, value] : query) {
     const auto found = parts().find(name);
     if (found == parts().end()) throw InputError("a request has an unknown name");
@@ -163,8 +170,11 @@ ViewRequest read_view(const Query& query) {
     }
     const std::string text = fmt::format("{}={}&", name, value);
     if (changes == Changes::knobs) view.knobs_text += text;
-    if (changes != Changes::camera) view.studio_text += text;
+    if (changes == Changes::knobs || changes == Changes::studio) view.studio_text += text;
+    if (changes == Changes::size) size_text = text;
   }
+  // Drafts of all sizes stand in the same light.
+  if (!view.picture.draft) view.studio_text += size_text;
   return view;
 }
 

@@ -20,7 +20,8 @@ struct ViewRequest {
   PictureOptions picture;
   bool shows_mesh = false;  ///< that a map is being fitted to, in place of the map
   std::string knobs_text;   ///< the same for requests with the same knobs
-  std::string studio_text;  ///< the same for requests that differ in the camera alone
+  /// The same for requests that differ in the camera alone, or in size where they are drafts.
+  std::string studio_text;
 };
 
 /// What is no number, unknown, given twice or too large for a page; knobs and pictures check their

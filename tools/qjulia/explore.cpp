@@ -131,7 +131,8 @@ void describe_explore(Command command, ExploreArguments& a) {
       .type("");
   command.file("-o,--output", a.output, "Map file to write when a mesh is fitted. Default: none")
       .type("MAP");
-  add_fit_size(command, a.fit);
+  add_fit_size(command, a.fit,
+               "Seconds after which a mesh's fit ends with what it has reached. Default: none");
   command.flag("--open", a.opens, "Open the page in the desktop's browser");
   command.add("--port", &a.options.port, "Port of the page; 0: any that is free")
       .range(0, 65535)

@@ -23,7 +23,7 @@ std::string option_names(const CommandLine& command) {
 
 }  // namespace
 
-void add_fit_size(Command command, FitArguments& a) {
+void add_fit_size(Command command, FitArguments& a, const char* time_limit_help) {
   const auto read_factors = [&a](const std::string& text) {
     a.options.factors = text == "auto" ? 0 : whole_number(text);
     if (text != "auto" && a.options.factors == 0) {
@@ -37,15 +37,13 @@ void add_fit_size(Command command, FitArguments& a) {
             "closely; the fit, surfaces and pictures take longer")
       .type("NUMBER|auto")
       .default_text("auto");
-  command
-      .add("--time-limit", &a.time_limit,
-           "Seconds of the whole command, with --resume of this run; the map reached by then is "
-           "saved. Default: none")
-      .type("SECONDS");
+  command.add("--time-limit", &a.time_limit, time_limit_help).type("SECONDS");
 }
 
 void add_fit_options(Command command, FitArguments& a) {
-  add_fit_size(command, a);
+  add_fit_size(command, a,
+               "Seconds of the whole command, with --resume of this run; the map reached by then "
+               "is saved. Default: none");
   command.add("--max-factors", &a.options.max_factors,
               "The largest number that 'auto' stands for, 8 to 20000");
   add_detail(

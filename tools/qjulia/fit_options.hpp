@@ -18,7 +18,7 @@ struct FitArguments {
 };
 
 /// --factors and --time-limit.
-void add_fit_size(Command command, FitArguments& arguments);
+void add_fit_size(Command command, FitArguments& arguments, const char* time_limit_help);
 
 /// Everything that says how to fit; neither files nor devices.
 void add_fit_options(Command command, FitArguments& arguments);

@@ -126,11 +126,23 @@ void add_look(Command command, LookOptions& look) {
                        fmt::join(palette_names(), ", "), Palette::kMostStops))
       .group(kLookGroup)
       .type("NAME|COLOURS");
+  command
+      .numbers(
+          "--lamp", 3,
+          [&look](const std::vector<double>& v) {
+            look.lamp = {v[0], v[1], v[2]};
+          },
+          "The brightest light: degrees from the camera to the right, degrees above the horizon, "
+          "and how strong it is, 0 to 10")
+      .group(kLookGroup)
+      .type("AZIMUTH ELEVATION STRENGTH")
+      .default_text("-61.7 41.4 1");
 }
 
 PictureOptions with_look(PictureOptions options, const LookOptions& look) {
   options.ground = !look.no_ground;
   options.keep_loose = look.keep_loose;
+  options.lamp = look.lamp;
   options.palette = palette_of(look.palette, options.material);
   if (look.background == "transparent") {
     options.backdrop = Backdrop::transparent;

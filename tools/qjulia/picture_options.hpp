@@ -19,9 +19,10 @@ struct LookOptions {
   std::string palette = "earth";
   bool no_ground = false;
   bool keep_loose = false;
+  Lamp lamp{};
 };
 
-/// --background, --no-ground, --palette and --keep-loose. `look` must stay where it is.
+/// --background, --no-ground, --palette, --keep-loose and --lamp. `look` must stay where it is.
 void add_look(Command command, LookOptions& look);
 
 /// The picture's options with what was given; their material is set before.

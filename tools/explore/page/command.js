@@ -29,6 +29,8 @@ function pictureOptions() {
   if (state.up !== usual.up) options.push(["up", [state.up]]);
   if (state.material !== "clay") options.push(["material", [state.material]]);
   if (state.palette !== usual.palette) options.push(["palette", [state.palette]]);
+  const lamp = ["lightaz", "lightup", "light"];
+  if (lamp.some((name) => state[name] !== usual[name])) options.push(["lamp", lamp.map((name) => short(state[name]))]);
   return options;
 }
 

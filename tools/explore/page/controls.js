@@ -112,13 +112,12 @@ if (map.box) {
   group("Cut open", ...["x", "y", "z"].map((axis) =>
     slider("cut" + axis, axis, `Cuts away what lies beyond this place along ${axis}, per cent of the shape's box`, 1)));
 }
-const isLit = document.documentElement.dataset.renderer === "webgl";  // a server has the lamps of qjulia render
 group("Look",
   menu("material", "material", "What colours the set: clay; how late the orbit of a point is decided; or how close two iterates come to the plane X = 0"),
   menu("palette", "palette", "The set's colours: of clay, or those that the other materials go through from low to high"),
-  isLit && slider("light", "light", "Strength of the lamp. qjulia render has 1", 0.05),
-  isLit && slider("lightaz", "from the side", "Where the lamp is, degrees from the camera to the right. qjulia render has -62", 1),
-  isLit && slider("lightup", "from above", "How high the lamp is, degrees. qjulia render has 41", 1),
+  slider("light", "light", "Strength of the lamp", 0.05),
+  slider("lightaz", "from the side", "Where the lamp is, degrees from the camera to the right", 1),
+  slider("lightup", "from above", "How high the lamp is, degrees", 1),
   menu("up", "up", "The shape's axis that points up"));
 
 panel.addEventListener("submit", (event) => event.preventDefault());

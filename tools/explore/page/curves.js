@@ -1,6 +1,6 @@
 // Curves of a fit.
 
-const wide = 300, high = 120, edge = 6;
+const wide = 300, high = 80, edge = 6;
 const svgElement = (name, attributes, text = "") => {
   const made = document.createElementNS("http://www.w3.org/2000/svg", name);
   for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
@@ -27,6 +27,8 @@ export function drawCurve(svg, lists, isLog) {
       .map(([x, v]) => `${x.toFixed(1)},${(high - edge - (place(v) || 0) * (high - 2 * edge)).toFixed(1)}`);
     svg.append(svgElement("polyline", { points: points.join(" ") }));
   }
-  svg.append(svgElement("text", { x: wide - edge, y: 14, "text-anchor": "end" }, legible(most)),
-             svgElement("text", { x: edge, y: high - edge }, legible(least)));
+  // Beside the curve, whichever way it goes.
+  const left = { x: edge }, right = { x: wide - edge, "text-anchor": "end" }, falls = all[0] > all.at(-1);
+  svg.append(svgElement("text", { ...(falls ? right : left), y: 14 }, legible(most)),
+             svgElement("text", { ...(falls ? left : right), y: high - edge }, legible(least)));
 }

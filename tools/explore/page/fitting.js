@@ -86,7 +86,7 @@ async function watch() {
 function lose(error) {
   if (isOver) return;
   isOver = true;
-  fail(error instanceof TypeError ? new Error("the server has ended; its terminal says why") : error);
+  fail(error);
 }
 
 function turn(event) {

@@ -53,7 +53,7 @@ export function offerFiles() {
     begin.hidden = false, cancel.hidden = bar.hidden = true;
   });
   cancel.addEventListener("click", () => making?.abort());
-  group("Make a file", element("label", { title: "Of the whole set, with its knobs as they stand" }, element("span", {}, "file"), product),
+  group("Make a file", element("label", { title: "Of the set with its knobs as they stand. Meshes are open where it is cut" }, element("span", {}, "file"), product),
         ...Object.values(fields), bar, element("div", { className: "row" }, begin, cancel));
   follow();
 }

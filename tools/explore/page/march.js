@@ -27,7 +27,7 @@ export function measure(uniforms) {
 }
 
 /** Depths of a whole view: { view, depths } with a texture as march.glsl says; null where isStale() says,
- * meanwhile, that nobody waits for it. @param coarse such a result of fewer pixels, or null. */
+ * meanwhile, that nobody waits for it. @param coarse such a result whose depths are hints, or null. */
 export async function marchView(scene, view, seen, name, jitter, coarse, isStale) {
   const { columns, rows, footprint } = view;
   const values = {

@@ -22,7 +22,7 @@ let renderer = null;
 function fit() {
   const ratio = Math.min(devicePixelRatio, 2);
   const size = fixed ? [Number(fixed[1]), Number(fixed[2])] : [canvas.clientWidth * ratio, canvas.clientHeight * ratio].map(Math.round);
-    canvas.classList.toggle("sized", Boolean(fixed));
+  canvas.classList.toggle("sized", Boolean(fixed));
   const [width, height] = size.map((v) => Math.min(Math.max(v, 1), renderer.most));
   const isNew = width !== canvas.width || height !== canvas.height;
   if (isNew) Object.assign(canvas, { width, height });
@@ -75,7 +75,7 @@ async function copy(text) {
 
 async function savePictureOf(size) {
   const match = /^\s*(\d{2,5})\s*[x ×]\s*(\d{2,5})\s*$/.exec(size ?? "");
-  if (!match) return;
+  if (!match || isSaving) return;
   isSaving = true;
   const before = [canvas.width, canvas.height];
   try {
@@ -89,6 +89,7 @@ async function savePictureOf(size) {
   }
   [canvas.width, canvas.height] = before;
   isSaving = false;
+  if (!fixed) fit();
   refresh();
 }
 

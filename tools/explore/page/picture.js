@@ -66,11 +66,12 @@ export async function draw(options) {
   const drawing = await first;
   if (!drawing || isStale()) return false;
   const { scene, seen, view, middle } = drawing, divisors = [4, 2, 1], all = 1.33 + options.samples;
-  let { result } = drawing, done = 0;
+  let result = null, done = 0;
   report((done += 1 / 64) / all);
   for (const divisor of divisors) {
     const from = performance.now();
-    result = await marchView(scene, view(divisor), seen, divisor, middle, result, isStale);
+    // Without hints: those of a coarser picture may lie behind a thin wall.
+    result = await marchView(scene, view(divisor), seen, divisor, middle, null, isStale);
     if (!result) return false;
     paint(scene, result, middle, 1, options.isDark);
     await drawn();
@@ -121,5 +122,8 @@ export function depths() {
   for (let y = 0; y < rows; ++y) {
     for (let x = 0; x < columns; ++x) result[(rows - 1 - y) * columns + x] = all[4 * (y * columns + x)];
   }
-  return { columns, rows, depths: result, pixel: finest.view.footprint };
+  // As march.glsl counts them.
+  const counts = all.filter((_, i) => i % 4 === 3), versors = counts.map((c) => Math.floor(c / 4096));
+  const sum = (values) => values.reduce((a, b) => a + b, 0);
+  return { columns, rows, depths: result, pixel: finest.view.footprint, fields: sum(counts) - 4096 * sum(versors), versors: sum(versors) };
 }

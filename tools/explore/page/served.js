@@ -11,20 +11,19 @@ let newest = 0, request = null;
 /** Milliseconds of the last picture's parts, and how many pictures there were: for measurements. */
 const served = { frames: [], count: 0 };
 
-/** What a picture's parts ask for: the first a draft of at most some 160 x 120. */
+/** What a picture's parts ask for: drafts, the first of at most some 160 x 120, then the whole. */
 function stages(width, height, samples) {
   const coarsest = Math.max(1, Math.sqrt(width * height / (160 * 120)));
-  const ratios = [coarsest, coarsest / 2.5, 1].filter((ratio, i) => i === 0 || ratio > 1.2 || i === 2);
-  const sizes = ratios.map((ratio, i) => ({ size: `${Math.ceil(width / ratio)}x${Math.ceil(height / ratio)}`, samples: 1,
-                                            ...(i === 0 ? { draft: 1 } : {}) }));
-  return samples > 0 ? [...sizes, { size: `${width}x${height}`, samples: 2 }] : sizes;
+  const drafts = [coarsest, coarsest / 2.5].filter((ratio, i) => i === 0 || ratio > 1.2)
+    .map((ratio) => ({ size: `${Math.ceil(width / ratio)}x${Math.ceil(height / ratio)}`, samples: 1, draft: 1 }));
+  return [...drafts, { size: `${width}x${height}`, samples: samples > 0 ? 2 : 1 }];
 }
 
 let draft = Promise.resolve();  // the draft that is being drawn
 
 /** Draws one of the stages; whether it is still wanted. */
-async function drawStage(stage, isStale, signal, begin) {
-  const picture = await ask("frame", { ...queryOf(), ...stage }, { signal });
+async function drawStage(stage, isStale, begin, options) {
+  const picture = await ask("frame", { ...queryOf(), ...stage }, options);
   if (!picture || isStale()) return false;
   const image = await createImageBitmap(picture);
   context.drawImage(image, 0, 0, canvas.width, canvas.height);
@@ -44,12 +43,12 @@ async function drawServed(options) {
   served.frames = [];
   const all = stages(canvas.width, canvas.height, options.samples);
   try {
-    const first = drawStage(all[0], () => false, null, begin);
+    const first = drawStage(all[0], () => false, begin, {});
     draft = first.catch(() => {});
     if (!await first || isStale()) return false;
-    for (const [i, stage] of all.entries()) {
-      if (i > 0 && !await drawStage(stage, isStale, signal, begin)) return false;
-      options.report?.((i + 1) / all.length);
+    const report = (share) => { if (!isStale()) options.report?.(share); };
+    for (const stage of all.slice(1)) {
+      if (!await drawStage(stage, isStale, begin, { signal, report })) return false;
     }
   } catch (error) {
     if (isStale()) return false;

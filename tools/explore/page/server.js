@@ -4,8 +4,11 @@ const token = new URLSearchParams(location.search).get("token");
 const client = [...crypto.getRandomValues(new Uint8Array(16))].map((byte) => byte.toString(16).padStart(2, "0")).join("");
 
 async function fetched(path, query, options) {
-  const answer = await fetch(`${path}?${new URLSearchParams(query)}`,
-                             { ...options, headers: { "X-Qjulia-Token": token, "X-Qjulia-Client": client } });
+  const headers = { "X-Qjulia-Token": token, "X-Qjulia-Client": client };
+  const answer = await fetch(`${path}?${new URLSearchParams(query)}`, { ...options, headers }).catch((error) => {
+    // So browsers say that nobody listens.
+    throw error instanceof TypeError ? new Error("the server has ended; its terminal says why") : error;
+  });
   if (!answer.ok) throw new Error((await answer.text()).trim());
   return answer;
 }

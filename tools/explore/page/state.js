@@ -10,7 +10,7 @@ export const ranges = {
   drift: [0, 0, 1.1], slice: [map.slice, -1.5, 1.5], scale: [1, 0.3, 3],
   rotate: [0, -180, 180], order: [0, 0, 999999], tufts: [map.tufts ?? 1, 1, 100],
   cutx: [100, 1, 100], cuty: [100, 1, 100], cutz: [100, 1, 100],
-  lightaz: [-62, -180, 180], lightup: [41, -20, 90], light: [1, 0, 2],
+  lightaz: [-61.7, -180, 180], lightup: [41.4, -20, 90], light: [1, 0, 2],
 };
 const whole = ["iterations", "order"];
 const [phase1, phase2, phase3] = anglesOf(map.phase ?? [1, 0, 0, 0]);
