@@ -113,7 +113,7 @@ RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
   modulus.grid = placed.grid;
   modulus.origin = placed.origin;
   modulus.step = placed.step;
-  const double detail = chosen_detail(options.detail, thinness(shape.mesh));
+  const double detail = chosen_detail(options.detail, thinness(shape.mesh), kExactShare);
   modulus.shell = detail * box.diagonal();
   modulus.inradius = shape.inradius;
   modulus.fourth = options.fourth;

@@ -182,7 +182,7 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   const Shape shape =
       in_stage("measure the mesh", [&] { return make_shape(device, mesh, monitor.stop); });
   const double detail =
-      team.broadcast({chosen_detail(options.detail, thinness(shape.mesh))}).front();
+      team.broadcast({chosen_detail(options.detail, thinness(shape.mesh), kFittedShare)}).front();
   Schedule schedule = find_schedule(options.schedule);
   if (options.polish) schedule = with_polish(std::move(schedule), detail);
   const int planned = planned_evaluations(options, schedule);

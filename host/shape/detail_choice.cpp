@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -11,7 +12,8 @@ namespace {
 
 constexpr double kThinnessOfBall = 6 * std::numbers::sqrt3;
 constexpr double kThickest = 0.02;
-constexpr double kShare = 0.2;
+/// Thin shapes have this detail as long as it is not more than they can bear.
+constexpr double kVisible = 0.005, kBearable = 0.35;
 
 double of_automatic(DetailWord word) {
   switch (word) {
@@ -57,10 +59,11 @@ double thinness(const TriangleMesh& mesh) {
   return mesh.box().diagonal() * area / std::abs(signed_volume(mesh));
 }
 
-double chosen_detail(const DetailChoice& detail, double thinness) {
+double chosen_detail(const DetailChoice& detail, double thinness, double share) {
   if (const auto* number = std::get_if<double>(&detail)) return *number;
-  const double beyond = std::max(thinness - kThinnessOfBall, kShare / kThickest);
-  return of_automatic(std::get<DetailWord>(detail)) * kShare / beyond;
+  const double beyond = std::max(thinness - kThinnessOfBall, share / kThickest);
+  return of_automatic(std::get<DetailWord>(detail)) *
+         std::max(share / beyond, std::min(kVisible, kBearable / beyond));
 }
 
 }  // namespace qjulia

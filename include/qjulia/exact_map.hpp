@@ -23,12 +23,12 @@ struct ExactMapOptions {
   int resolution = 192;
   /// δ: a thicker shell is a wilder fractal. A number is 0.0001 … 0.1 of the box's diagonal.
   DetailChoice detail = DetailWord::automatic;
-  double tufts = 2;            ///< the map's RationalMap::tufts
+  double tufts = 1;            ///< the map's RationalMap::tufts
   std::optional<UpAxis> up{};  ///< the map's RationalMap::up; by default what `guess_up` says
   FourthCoordinate fourth = FourthCoordinate::round;
   /// Roots of the versor, placed inside the shape, 1 … 1000, with whole powers 2 … 13 (as Schor
   /// and Kim 2023 draw them): more roots, finer grooves. Where `factors` are given, they are it.
-  int roots = 30;
+  int roots = 60;
   std::uint64_t seed = 1;
   /// The versor is this noise, where given, and not of factors; `scale` in cells a map unit, of
   /// which the shape's longest side has 3.

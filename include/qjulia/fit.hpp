@@ -99,9 +99,9 @@ struct FitOptions {
   /// A file to keep the fit in while it is under way, rewritten at each stage's end and every 10 s:
   /// the caller removes it once the result is safe. Set it for fits that take minutes. Empty: none.
   std::filesystem::path checkpoint;
-  /// The map's RationalMap::tufts, which the fit itself does not need. Raise it where pieces come
-  /// loose; 1 leaves all tufts that stand off the shape.
-  double tufts = 2;
+  /// The map's RationalMap::tufts, which the fit itself does not need. Raise it where many pieces
+  /// come loose, or for grooves without tufts that stand off the shape.
+  double tufts = 1;
   /// The map's RationalMap::up; by default what `guess_up` says. Set it where that is wrong: maps
   /// are drawn and exported standing so.
   std::optional<UpAxis> up;

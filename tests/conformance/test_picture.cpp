@@ -130,7 +130,7 @@ TEST_CASE("a studio's pictures are those drawn one by one, and tell when they wi
 TEST_CASE("a studio whose picture was stopped anywhere draws the next as it should") {
   const Device device = test::device();
   const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 12));
-  const PictureOptions options = small(48, 36);
+  const PictureOptions options = test::picture_of(48, 36);
   const auto whole = render(device, map, options).pixels;
   Studio studio(device, map, options);
   for (int reports = 1; reports < 60; reports += 19) {
@@ -150,12 +150,12 @@ TEST_CASE("a studio whose picture was stopped anywhere draws the next as it shou
 TEST_CASE("drafts of several sizes are drawn in one light, and look like the whole") {
   const Device device = test::device();
   const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 12));
-  PictureOptions options = small(96, 72);
+  PictureOptions options = test::picture_of(96, 72);
   options.draft = true;
   Studio studio(device, map, options);
   studio.picture(options.camera);
   studio.resize(160, 120);
-  options = small(160, 120);
+  options = test::picture_of(160, 120);
   const Image draft = studio.picture(options.camera), whole = render(device, map, options);
   REQUIRE(draft.pixels.size() == whole.pixels.size());
   CHECK(draft.covered == Approx(whole.covered).epsilon(0.02));

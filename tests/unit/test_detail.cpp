@@ -78,19 +78,26 @@ TEST_CASE("a cube and a ball are equally thick, and thinness has no unit") {
 }
 
 TEST_CASE("words give thick shapes two per cent, thin ones less, and keep their order") {
-  const auto detail = [](DetailWord word, double thin) { return chosen_detail(word, thin); };
+  const auto detail = [](DetailWord word, double thin) {
+    return chosen_detail(word, thin, kFittedShare);
+  };
   CHECK(detail(DetailWord::automatic, 10.3) == Approx(0.02));
-  CHECK(detail(DetailWord::automatic, 19.3) == Approx(0.02));  // the bunny
-  CHECK(detail(DetailWord::automatic, 22.5) == Approx(0.0165).epsilon(0.01));
-  CHECK(detail(DetailWord::automatic, 61.2) == Approx(0.0039).epsilon(0.01));  // a figure
-  CHECK(detail(DetailWord::automatic, 80.4) == Approx(0.00286).epsilon(0.01));
+  CHECK(detail(DetailWord::automatic, 17.8) == Approx(0.02));
+  CHECK(detail(DetailWord::automatic, 19.3) == Approx(0.0168).epsilon(0.01));  // the bunny
+  CHECK(detail(DetailWord::automatic, 34.1) == Approx(0.0063).epsilon(0.01));  // a hand
+  CHECK(detail(DetailWord::automatic, 61.2) == Approx(0.005));                 // a figure
+  CHECK(detail(DetailWord::automatic, 80.3) == Approx(0.005));                 // a scorpion
+  CHECK(detail(DetailWord::automatic, 360.4) == Approx(0.001).epsilon(0.001));
+  CHECK(chosen_detail(DetailWord::automatic, 10.3, kExactShare) == Approx(0.02));
+  CHECK(chosen_detail(DetailWord::automatic, 19.3, kExactShare) == Approx(0.0135).epsilon(0.01));
+  CHECK(chosen_detail(DetailWord::automatic, 61.2, kExactShare) == Approx(0.005));
   for (const double thin : {10.4, 30.0, 1000.0}) {
     const double automatic = detail(DetailWord::automatic, thin);
     CHECK(detail(DetailWord::smooth, thin) == Approx(automatic / 8));
     CHECK(detail(DetailWord::clear, thin) == Approx(automatic / 2));
     CHECK(detail(DetailWord::wild, thin) == Approx(2 * automatic));
   }
-  CHECK(chosen_detail(0.037, 1e9) == 0.037);
+  CHECK(chosen_detail(0.037, 1e9, kFittedShare) == 0.037);
 }
 
 TEST_CASE("choices are written as they are given") {

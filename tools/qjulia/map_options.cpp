@@ -182,7 +182,9 @@ RationalMap with_knobs(const Device& device, const RationalMap& map, const MapOp
     if (options.detail) {
       const bool needs_shape = std::holds_alternative<DetailWord>(*options.detail);
       if (needs_shape) with_detail(map, 1e-4);  // throws where no detail can be had
-      knobs.detail = chosen_detail(*options.detail, needs_shape ? thinness_of(device, map) : 0);
+      const bool is_exact = std::holds_alternative<DistanceModulus>(map.modulus);
+      knobs.detail = chosen_detail(*options.detail, needs_shape ? thinness_of(device, map) : 0,
+                                   is_exact ? kExactShare : kFittedShare);
     }
     return with_knobs(device, map, knobs);
   } catch (const OptionError& error) {

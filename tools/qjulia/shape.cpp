@@ -22,7 +22,7 @@ struct ShapeArguments {
   std::string mesh;
   std::string output;
   std::string device;
-  std::string versor = "random:30:1";
+  std::string versor = "random:60:1";
   ExactMapOptions options;
   PaintOptions paint;  ///< its thickness alone
 };
@@ -72,7 +72,7 @@ void choose_versor(const std::string& versor, ExactMapOptions& options) {
     const auto seed = base::number_in<std::uint64_t>(words.size() > 2 ? words[2] : "1");
     if (!roots || !seed || words.size() > 3) {
       throw InputError(fmt::format(
-          "--versor: '{}' is not random:K:SEED with two whole numbers, such as random:30:1",
+          "--versor: '{}' is not random:K:SEED with two whole numbers, such as random:60:1",
           versor));
     }
     if (*roots < 1 || *roots > ExactMapOptions::kMostRoots) {
@@ -196,7 +196,7 @@ void add_shape(CommandLine& program, ChosenCommand& chosen) {
       "shape", "Make a map that has a mesh's exact shape, without a fit",
       "Examples:\n"
       "  qjulia shape human.obj -o human.qjulia.json\n"
-      "  qjulia shape human.obj -o other.qjulia.json --versor random:30:2\n"
+      "  qjulia shape human.obj -o other.qjulia.json --versor random:60:2\n"
       "  qjulia shape human.obj -o noise.qjulia.json --versor noise:2:9:1\n"
       "  qjulia shape bunny.obj -o bunny.qjulia.json --versor fitted.qjulia.json\n"
       "The map holds the mesh's distance on a grid: about a megabyte, where a fitted map has\n"
