@@ -13,7 +13,7 @@ namespace {
 constexpr double kThinnessOfBall = 6 * std::numbers::sqrt3;
 constexpr double kThickest = 0.02;
 /// Thin shapes have this detail as long as it is not more than they can bear.
-constexpr double kVisible = 0.005, kBearable = 0.35;
+constexpr double kLeastVisible = 0.005, kBearable = 0.35;
 
 double of_automatic(DetailWord word) {
   switch (word) {
@@ -63,7 +63,7 @@ double chosen_detail(const DetailChoice& detail, double thinness, double share) 
   if (const auto* number = std::get_if<double>(&detail)) return *number;
   const double beyond = std::max(thinness - kThinnessOfBall, share / kThickest);
   return of_automatic(std::get<DetailWord>(detail)) *
-         std::max(share / beyond, std::min(kVisible, kBearable / beyond));
+         std::max(share / beyond, std::min(kLeastVisible, kBearable / beyond));
 }
 
 }  // namespace qjulia

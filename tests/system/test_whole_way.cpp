@@ -265,8 +265,10 @@ TEST_CASE("info tells a map's shell and a mesh's faults") {
   REQUIRE(map.exit_code == 0);
   const json json_map = json::parse(map.out);
   CHECK(json_map["type"] == "map");
+  const auto detail = json_map["detail"].get<double>();  // what `auto` gives this torus
+  CHECK(detail == Approx(0.0173).epsilon(0.01));
   CHECK(json_map["shell_thickness"].get<double>() ==
-        Approx(0.02 * std::sqrt(2 * 2.9 * 2.9 + 0.9 * 0.9)).epsilon(0.01));
+        Approx(detail * std::sqrt(2 * 2.9 * 2.9 + 0.9 * 0.9)).epsilon(0.01));
   CHECK(json_map["outer_radius"].get<double>() > 1.5);
   CHECK(json_map["outer_radius"].get<double>() < 4);
   CHECK(json_map["field_at_origin"].get<double>() < json_map["surface_level"].get<double>());
