@@ -13,18 +13,25 @@ from concurrent.futures import ThreadPoolExecutor
 from trials import Workshop, tiny_commands
 
 
+# Functions of libraries in which running out of memory ends the process: nlohmann's JSON allocates
+# where it frees its values, in a destructor; Eigen 3.4.0 keeps a pointer to what it has freed when
+# a matrix cannot grow (DenseStorage::resize), and LBFGSpp's bounded solver grows some.
+SPARED = ("json_value::destroy(", "LBFGSpp::BFGSMat<", "LBFGSpp::BKLDLT<", "LBFGSpp::Cauchy<",
+          "LBFGSpp::SubspaceMin<")
+
+
 def spared(qjulia):
-    """Where nlohmann's JSON frees its values, for each kind of JSON: it allocates there, in a
-    destructor, which ends the process when there is no memory."""
+    """The code of SPARED in the program, as ranges of addresses."""
     symbols = subprocess.run(["nm", "-CS", qjulia], capture_output=True, text=True, check=True)
-    ranges = []
+    ranges = set()
     for line in symbols.stdout.splitlines():
-        if "json_value::destroy(" in line:
-            begin, size = (int(word, 16) for word in line.split()[:2])
-            ranges.append(f"{begin:x}-{begin + size:x}")
+        words = line.split(maxsplit=3)
+        if len(words) == 4 and any(name in words[3] for name in SPARED):
+            begin, size = (int(word, 16) for word in words[:2])
+            ranges.add(f"{begin:x}-{begin + size:x}")
     if not ranges:
         raise SystemExit(f"{qjulia} has no symbols")
-    return ",".join(ranges)
+    return ",".join(sorted(ranges))
 
 
 def calls_of(workshop, library, command):

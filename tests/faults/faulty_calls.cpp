@@ -52,7 +52,7 @@ struct Module {
 
 Module program;
 std::uintptr_t program_base = 0;
-std::array<Module, 8> spared;
+std::array<Module, 64> spared;
 /// Libraries that are there from the start, but the OpenCL loader.
 std::array<Module, 128> libraries;
 std::size_t library_count = 0;
