@@ -1,12 +1,12 @@
-// Marches the rays of a view, tile by tile, a few turns of each a draw, so that none takes long.
+// Marches the rays of a view, a few turns of each a draw and as many tiles at once as take some 25 ms.
 import { anyPassed, bind, drawAll, drawn, drawTo, gl, keptTexture, program, use } from "./gl.js";
 import { asked, evaluate } from "./field.js";
 import { bindGrid } from "./grid.js";
 
 const march = program("march.glsl");
 const turns = 8;      // of a ray in a draw call
-const drawMs = 40;    // that a draw call may take
-const batch = 6;      // draw calls that are waited for together
+const drawMs = 25;    // that draws which are waited for together may take
+const batch = 6;      // tiles of a first such draw
 const anyDrawn = gl.createQuery();
 let turnMs = 0;       // of a pixel, at most
 
@@ -38,12 +38,14 @@ export async function marchView(scene, view, seen, name, jitter, coarse, isStale
   };
   const pair = [0, 1].map((i) => keptTexture(`${name} ${i}`, gl.RGBA32F, columns, rows));
   const side = Math.max(8, Math.min(4096, Math.round(Math.sqrt(drawMs / turns / turnMs) / 8) * 8));
-  const tiles = [];
-  for (let y = 0; y < rows; y += side) for (let x = 0; x < columns; x += side) tiles.push([x, y]);
-  while (tiles.length > 0) {
-    const some = tiles.splice(0, batch);
-    for (let draw = 0, alive = true; alive; ++draw) {
+  const across = Math.ceil(columns / side), tiles = across * Math.ceil(rows / side);
+  const costs = new Float32Array(tiles).fill(drawMs / batch);  // of a tile's last draw, ms
+  for (let draw = 0, alive = true; alive; ++draw) {
+    alive = false;
+    for (let from = 0, to = 0; from < tiles; from = to) {
       if (isStale()) return null;
+      let expected = costs[from];
+      for (to = from + 1; to < tiles && expected + costs[to] <= drawMs; ++to) expected += costs[to];
       bindGrid(scene.grid);
       bind("hints", gl.TEXTURE_2D, coarse ? coarse.depths : pair[1 - draw % 2]);
       bind("before", gl.TEXTURE_2D, pair[1 - draw % 2]);
@@ -51,14 +53,16 @@ export async function marchView(scene, view, seen, name, jitter, coarse, isStale
       use(march, { ...values, draw });
       gl.beginQuery(gl.ANY_SAMPLES_PASSED, anyDrawn);
       gl.enable(gl.SCISSOR_TEST);
-      for (const [x, y] of some) {
-        gl.scissor(x, y, side, side);
+      for (let tile = from, count; tile < to; tile += count) {  // those of a row at once
+        const column = tile % across;
+        count = Math.min(across - column, to - tile);
+        gl.scissor(column * side, (tile - column) / across * side, count * side, side);
         drawAll();
       }
       gl.disable(gl.SCISSOR_TEST);
       gl.endQuery(gl.ANY_SAMPLES_PASSED);
-      await drawn();
-      alive = await anyPassed(anyDrawn);
+      costs.fill(await drawn() / (to - from), from, to);
+      if (await anyPassed(anyDrawn)) alive = true;
     }
   }
   return { view, depths: pair[0] };
