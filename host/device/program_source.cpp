@@ -5,7 +5,6 @@
 #include <set>
 #include <sstream>
 
-#include "device/embedded_kernels.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::device {

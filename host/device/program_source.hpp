@@ -1,8 +1,13 @@
 #pragma once
+#include <functional>
 #include <map>
 #include <string>
+#include <string_view>
 
 namespace qjulia::device {
+
+/// Kernel sources by path from the repository root; generated at build time.
+const std::map<std::string, std::string_view, std::less<>>& embedded_kernels();
 
 /// The embedded kernel file `name` (say "energy.cl") with every `#include "…"` replaced by the file
 /// it names, once each, and `#line` marks so that a build log names the real file and line. For an

@@ -9,7 +9,7 @@
 #include "base/fnv_hash.hpp"
 #include "base/input_file.hpp"
 #include "base/output_file.hpp"
-#include "device/embedded_kernels.hpp"
+#include "device/program_source.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/version.hpp"
 

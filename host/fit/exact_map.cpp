@@ -103,7 +103,7 @@ RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
     for (double& d : found) d *= to_map.scale;
     return found;
   };
-  const Box box{to_map.to_map(shape.box.low), to_map.to_map(shape.box.high)};
+  const Box box = to_map.to_map(shape.box);
 
   report("sampling the distance");
   const fitting::PlacedGrid placed =

@@ -57,7 +57,7 @@ LabelCheck compare_precisions(const Device& device, const RationalMap& map, int 
   const StopRadii stops = find_stop_radii(device, map, {}, stop);
   Box box;
   if (map.box) {
-    box = {map.shape_to_map.to_map(map.box->low), map.shape_to_map.to_map(map.box->high)};
+    box = map.shape_to_map.to_map(*map.box);
   } else {
     const double reach = std::min(stops.outer, stops.escape);
     box = {Eigen::Vector3d::Constant(-reach), Eigen::Vector3d::Constant(reach)};

@@ -109,7 +109,7 @@ std::pair<double, double> portal_reach(const std::vector<Portal>& portals) {
 std::optional<Box> box_with_copies(const RationalMap& map) {
   if (!map.box || map.portals.empty()) return map.box;
   const ShapeToMap& to_map = map.shape_to_map;
-  const Box shape{to_map.to_map(map.box->low), to_map.to_map(map.box->high)};
+  const Box shape = to_map.to_map(*map.box);
   // Copies stand on copies, each so much smaller that few of them widen the box.
   constexpr int kDepth = 4;
   Box all = shape;

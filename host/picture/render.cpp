@@ -125,7 +125,7 @@ std::size_t covered_pixels(const View& view, const Strip& strip) {
 Camera in_scene(Camera camera, const ShapeToMap& to_scene) {
   if (camera.look_at) camera.look_at = to_scene.to_map(*camera.look_at);
   if (camera.frame) {
-    camera.frame = Box{to_scene.to_map(camera.frame->low), to_scene.to_map(camera.frame->high)};
+    camera.frame = to_scene.to_map(*camera.frame);
   }
   return camera;
 }
@@ -135,7 +135,7 @@ Camera in_scene(Camera camera, const ShapeToMap& to_scene) {
 Box framed_box(const RationalMap& map, const std::optional<Box>& part, const DepthSource& source) {
   const std::optional<Box> box = part ? part : map::box_with_copies(map);
   if (!box) return source.bounds();
-  return {map.shape_to_map.to_map(box->low), map.shape_to_map.to_map(box->high)};
+  return map.shape_to_map.to_map(*box);
 }
 
 /// The part of space that the options leave of the map's set, map coordinates. @throws OptionError
@@ -156,7 +156,7 @@ std::optional<Box> part_left(const RationalMap& map, const PictureOptions& optio
     part.high[axis] = std::min(part.high[axis], at);
   }
   if (!(part.size().array() > 0).all()) throw OptionError("cut", "nothing is left of the box");
-  return Box{map.shape_to_map.to_map(part.low), map.shape_to_map.to_map(part.high)};
+  return map.shape_to_map.to_map(part);
 }
 
 }  // namespace
@@ -309,7 +309,7 @@ Studio::Studio(const Device& device, const TriangleMesh& mesh, const Box& framed
   const ShapeToMap to_scene{3 / side, -3 / side * framed.center()};
   impl_ =
       std::make_unique<Impl>(Impl{device, options, mesh_source(mesh, to_scene),
-                                  Box{to_scene.to_map(framed.low), to_scene.to_map(framed.high)},
+                                  to_scene.to_map(framed),
                                   to_scene, fineness_of(options), guess_up(mesh)});
 }
 

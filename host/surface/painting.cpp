@@ -232,7 +232,7 @@ Paint painted(const Device& device, const RationalMap& map, const PaintOptions& 
     throw InputError("the map does not say its \"detail\", which the thickness bounds");
   }
   const ShapeToMap& to_map = map.shape_to_map;
-  const Box box{to_map.to_map(map.box->low), to_map.to_map(map.box->high)};
+  const Box box = to_map.to_map(*map.box);
   Paint paint = empty_paint(box);
   std::vector<double> shares(paint.size(), options.elsewhere);
   const auto multiply = [&](const std::vector<double>& by) {

@@ -53,7 +53,7 @@ double reach_about(double level, double tufts, const StopRadii& stops, int itera
 Box box_to_mesh(const LevelSet& set, const RationalMap& map, const StopRadii& stops,
                 const SurfaceOptions& options, const ProgressMonitor& monitor) {
   const ShapeToMap& to_map = map.shape_to_map;
-  if (options.box) return Box{to_map.to_map(options.box->low), to_map.to_map(options.box->high)};
+  if (options.box) return to_map.to_map(*options.box);
   const GridField field = [&set](const Grid& grid, const GridBlock& block) {
     return set.over(grid, block);
   };

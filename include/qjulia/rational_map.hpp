@@ -32,6 +32,7 @@ struct ShapeToMap {
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 
   Eigen::Vector3d to_map(const Eigen::Vector3d& x) const { return scale * x + translation; }
+  Box to_map(const Box& box) const { return {to_map(box.low), to_map(box.high)}; }
   Eigen::Vector3d to_shape(const Eigen::Vector3d& x) const { return (x - translation) / scale; }
 };
 
