@@ -6,14 +6,15 @@
 namespace qjulia::fitting {
 
 /// How much the fate of an image depends on its direction: the mean over directions of the 4-D
-/// space of |F₁ − its median|, at most 1 each, on the sphere of radius e^L about the origin.
+/// space of |ln ρ|, with ρ e^L the radius of {F₁ < L} that way, between e^L / 2 and 2 e^L, and L such
+/// that the median of ρ is 1.
 double unevenness(const RationalMap& map);
 
 /// Moves centres to the other side of the slice, W to 2 slice − W, where that makes the map less
 /// uneven. F₁ on the slice knows only their distance from it and stays the same; the iterated set
 /// comes closer to the shape. Sweeps over the factors, greedily, from all W ≥ the slice; a map that
 /// was more even before stays as it is.
-/// @param given calibrated, so that e^L is about how far the set reaches.
+/// @param given calibrated, so that e^L is the median radius.
 RationalMap with_even_sides(const RationalMap& given);
 
 }  // namespace qjulia::fitting

@@ -12,8 +12,9 @@ namespace {
 
 constexpr double kThinnessOfBall = 6 * std::numbers::sqrt3;
 constexpr double kThickest = 0.02;
-/// Thin shapes have this detail as long as it is not more than they can bear.
-constexpr double kLeastVisible = 0.005, kBearable = 0.35;
+/// Thin shapes are treated as if they were so thin, in x, as long as they can bear it: from x = 70 on
+/// as if they were 3/7 as thin.
+constexpr double kThinnest = 30, kBearable = 3.0 / 7;
 
 double of_automatic(DetailWord word) {
   switch (word) {
@@ -62,8 +63,8 @@ double thinness(const TriangleMesh& mesh) {
 double chosen_detail(const DetailChoice& detail, double thinness, double share) {
   if (const auto* number = std::get_if<double>(&detail)) return *number;
   const double beyond = std::max(thinness - kThinnessOfBall, share / kThickest);
-  return of_automatic(std::get<DetailWord>(detail)) *
-         std::max(share / beyond, std::min(kLeastVisible, kBearable / beyond));
+  return of_automatic(std::get<DetailWord>(detail)) * share /
+         std::min(beyond, std::max(kThinnest, kBearable * beyond));
 }
 
 }  // namespace qjulia

@@ -9,11 +9,23 @@
 
 using namespace qjulia;
 
-TEST_CASE("moving centres across the slice keeps F_1 on it and evens what lies off it") {
-  auto map = test::random_map(40, 0.05, 0.5, 7);
-  map.slice = GENERATE(0.0, 0.05);
+namespace {
+
+/// A random map whose centres lie off the slice and whose F rises outwards, by a root in its
+/// middle.
+RationalMap rising_map(std::size_t count, double exponent, std::uint64_t seed) {
+  auto map = test::random_map(count, 0.5 * exponent, exponent, seed);
   map.surface_level = -0.3;
-  for (Factor& factor : map.factors) factor.center.w *= 5;
+  for (Factor& factor : map.factors) factor.center.w *= 8;
+  map.factors.push_back({{0, 0, 0, 0}, 0.2 * exponent * static_cast<double>(count)});
+  return map;
+}
+
+}  // namespace
+
+TEST_CASE("moving centres across the slice keeps F_1 on it and evens what lies off it") {
+  auto map = rising_map(40, 0.5, 7);
+  map.slice = GENERATE(0.0, 0.05);
   const auto even = fitting::with_even_sides(map);
 
   std::vector<Quaternion> on_slice;
@@ -49,13 +61,12 @@ TEST_CASE("two equal roots are evenest on opposite sides") {
 }
 
 TEST_CASE("a map as even as sides can make it stays as it is") {
-  const auto even = fitting::with_even_sides(test::random_map(20, 0.2, 3, 8));
+  const auto even = fitting::with_even_sides(rising_map(20, 3, 8));
   const auto again = fitting::with_even_sides(even);
   for (std::size_t k = 0; k < even.factors.size(); ++k) {
     CHECK(again.factors[k].center == even.factors[k].center);
   }
   // Many strong factors, whose sides were drawn: what begins with all on one side ends above them.
-  auto drawn = test::random_map(5000, 0.1, 0.6, 1);
-  for (Factor& factor : drawn.factors) factor.center.w *= 10;
+  const auto drawn = rising_map(5000, 0.6, 1);
   CHECK(fitting::unevenness(fitting::with_even_sides(drawn)) <= fitting::unevenness(drawn));
 }
