@@ -30,9 +30,10 @@ double thinness(const TriangleMesh& mesh);
 /// Of `chosen_detail`. With the same δ, exact maps are rougher than fitted ones.
 constexpr double kFittedShare = 0.135, kExactShare = 0.12;
 
-/// δ for a shape of that thinness. With x = thinness − 6 √3, `automatic` is share / x, at most 0.02;
-/// x counts as 30 at most, or as 3/7 of itself where that is more. The set of a ball lacks nothing of it
-/// whatever δ; of other shapes it lacks about 0.12 to 0.3 times δ x (docs/fitting.md).
+/// δ for a shape of that thinness. With x = thinness − 6 √3, `automatic` is share / x, at most
+/// 0.02; x counts as 30 at most, or as 3/7 of itself where that is more. The set of a ball lacks
+/// nothing of it whatever δ; of other shapes it lacks about 0.12 to 0.3 times δ x
+/// (docs/fitting.md).
 double chosen_detail(const DetailChoice& detail, double thinness, double share);
 
 }  // namespace qjulia
