@@ -55,7 +55,8 @@ class Surroundings {
         std::clamp(kPairs / kRows / factors, kLeastDirections, kMostDirections)));
     for (Values& values : points_) values.resize(kRows, std::ssize(directions));
     for (Eigen::Index column = 0; column < std::ssize(directions); ++column) {
-      const Quaternion u = std::exp(map.surface_level) * directions[static_cast<std::size_t>(column)];
+      const Quaternion u =
+          std::exp(map.surface_level) * directions[static_cast<std::size_t>(column)];
       const std::array coordinates{u.x, u.y, u.z, u.w};
       for (std::size_t i = 0; i < points_.size(); ++i) {
         points_[i].col(column) = static_cast<float>(coordinates[i]) *

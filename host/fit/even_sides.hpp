@@ -6,8 +6,7 @@
 namespace qjulia::fitting {
 
 /// How much the fate of an image depends on its direction: the mean over directions of the 4-D
-/// space of |ln ρ|, with ρ e^L the radius of {F₁ < L} that way, between e^L / 2 and 2 e^L, and L such
-/// that the median of ρ is 1.
+/// space of |ln ρ|. ρ is the radius of {F₁ < L} that way over its median, at least ½ and at most 2.
 double unevenness(const RationalMap& map);
 
 /// Moves centres to the other side of the slice, W to 2 slice − W, where that makes the map less

@@ -75,8 +75,7 @@ Box box_in_sight(const View& view, const Box& bounds) {
 
 /// A map's box in map coordinates, or where it knows none, one that holds most of its factors.
 Box shape_box(const RationalMap& map) {
-  if (map.box)
-    return map.shape_to_map.to_map(*map.box);
+  if (map.box) return map.shape_to_map.to_map(*map.box);
   const Eigen::Vector3d corner = Eigen::Vector3d::Constant(2);
   return {-corner, corner};
 }

@@ -307,10 +307,9 @@ Studio::Studio(const Device& device, const TriangleMesh& mesh, const Box& framed
   }
   // As large as maps are, so that both are lit alike.
   const ShapeToMap to_scene{3 / side, -3 / side * framed.center()};
-  impl_ =
-      std::make_unique<Impl>(Impl{device, options, mesh_source(mesh, to_scene),
-                                  to_scene.to_map(framed),
-                                  to_scene, fineness_of(options), guess_up(mesh)});
+  impl_ = std::make_unique<Impl>(Impl{device, options, mesh_source(mesh, to_scene),
+                                      to_scene.to_map(framed), to_scene, fineness_of(options),
+                                      guess_up(mesh)});
 }
 
 Studio::~Studio() = default;

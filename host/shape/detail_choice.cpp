@@ -12,8 +12,7 @@ namespace {
 
 constexpr double kThinnessOfBall = 6 * std::numbers::sqrt3;
 constexpr double kThickest = 0.02;
-/// Thin shapes are treated as if they were so thin, in x, as long as they can bear it: from x = 70 on
-/// as if they were 3/7 as thin.
+/// Of thin shapes x counts as kThinnest, as long as they can bear it: beyond 70 as kBearable x.
 constexpr double kThinnest = 30, kBearable = 3.0 / 7;
 
 double of_automatic(DetailWord word) {
