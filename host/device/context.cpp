@@ -6,7 +6,9 @@
 #include <bit>
 #include <chrono>
 #include <cstring>
+#include <mutex>
 #include <optional>
+#include <set>
 
 #include "device/device_clock.hpp"
 #include "device/launch_sizer.hpp"
@@ -26,6 +28,36 @@ DeviceTimes times_of(const cl::Event& event) {
           at(event.getProfilingInfo<CL_PROFILING_COMMAND_START>()),
           at(event.getProfilingInfo<CL_PROFILING_COMMAND_END>())};
 }
+
+/// Which of this process's queues this is: the least number, from 0, that no other has.
+class QueueNumber {
+ public:
+  QueueNumber() {
+    const std::lock_guard lock(mutex());
+    while (taken().contains(value_)) ++value_;
+    taken().insert(value_);
+  }
+  ~QueueNumber() {
+    const std::lock_guard lock(mutex());
+    taken().erase(value_);
+  }
+  QueueNumber(const QueueNumber&) = delete;
+  QueueNumber& operator=(const QueueNumber&) = delete;
+
+  int value() const { return value_; }
+
+ private:
+  static std::mutex& mutex() {
+    static std::mutex instance;
+    return instance;
+  }
+  static std::set<int>& taken() {
+    static std::set<int> instance;
+    return instance;
+  }
+
+  int value_ = 0;
+};
 
 }  // namespace
 
@@ -79,6 +111,7 @@ struct Context::Impl {
   std::shared_ptr<Trace> trace;
   Trace::Row row = Trace::Row::device;
   DeviceClock clock;
+  QueueNumber number;
 
   void expect(cl_int code, const std::string& call) const { check(code, info.name, call); }
   void collect_times();
@@ -215,7 +248,10 @@ std::string option_line(const BuildOptions& options) {
 
 Kernel Context::kernel(const std::string& file, const std::string& name,
                        const BuildOptions& options) {
-  const std::string line = option_line(options);
+  std::string line = option_line(options);
+  if (impl_->number.value() > 0 && needs_kernels_of_its_own(impl_->info)) {
+    line += fmt::format(" -DQJ_QUEUE={}", impl_->number.value());  // no kernel asks for it
+  }
   std::string key = fmt::format("{}\n{}\n{}", name, file, line);
   for (const auto& [unused, included] : options.files) key += '\n' + included;
   if (const auto found = impl_->kernels.find(key); found != impl_->kernels.end()) {

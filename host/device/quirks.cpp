@@ -53,6 +53,10 @@ Tuning default_tuning(const DeviceInfo& info, Precision precision, Layout layout
   return tuning;
 }
 
+bool needs_kernels_of_its_own(const DeviceInfo& info) {
+  return info.platform_name == "Portable Computing Language";
+}
+
 std::size_t preferred_group_size(const DeviceInfo& info, int lane_width) {
   const bool has_wide_lanes = lane_width > 1 && suited_layout(info) == Layout::cpu;
   const std::size_t most = std::max<std::size_t>(info.largest_work_group, 1);

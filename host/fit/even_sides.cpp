@@ -12,7 +12,7 @@ namespace qjulia::fitting {
 namespace {
 
 constexpr int kMostSweeps = 4;
-/// Factors times points: half a second or so for all sweeps.
+/// Factors times points: takes about half a second for all sweeps.
 constexpr Eigen::Index kPairs = Eigen::Index{20} << 20;
 constexpr Eigen::Index kMostDirections = 2048, kLeastDirections = 128;
 
@@ -112,7 +112,7 @@ RationalMap with_even_sides(const RationalMap& given) {
       tried = field + static_cast<float>(0.5 * exponent) *
                           (points.distances2(other) / points.distances2(center)).log();
       const double value = unevenness(tried);
-      if (value >= least) continue;
+      if (!(value < least)) continue;
       least = value;
       field.swap(tried);
       center = other;

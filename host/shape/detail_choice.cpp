@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kThinnessOfBall = 6 * std::numbers::sqrt3;
 constexpr double kThickest = 0.02;
-/// Of thin shapes x counts as kThinnest, as long as they can bear it: beyond 70 as kBearable x.
+/// x is capped at kThinnest, or at kBearable x where that is larger (x > 70).
 constexpr double kThinnest = 30, kBearable = 3.0 / 7;
 
 double of_automatic(DetailWord word) {

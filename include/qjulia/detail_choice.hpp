@@ -31,9 +31,8 @@ double thinness(const TriangleMesh& mesh);
 constexpr double kFittedShare = 0.135, kExactShare = 0.12;
 
 /// δ for a shape of that thinness. With x = thinness − 6 √3, `automatic` is share / x, at most
-/// 0.02; x counts as 30 at most, or as 3/7 of itself where that is more. The set of a ball lacks
-/// nothing of it whatever δ; of other shapes it lacks about 0.12 to 0.3 times δ x
-/// (docs/fitting.md).
+/// 0.02, where x is capped at 30, or at 3/7 of its value where that is larger. A ball's set loses
+/// nothing of the shape at any δ; other sets lose about 0.12 to 0.3 times δ x (docs/fitting.md).
 double chosen_detail(const DetailChoice& detail, double thinness, double share);
 
 }  // namespace qjulia

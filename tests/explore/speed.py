@@ -47,7 +47,7 @@ def time_shared(page):
             tab.wait(100)
             first.setdefault(knob.split(":")[0], []).append(round(tab.run("qjulia.figures.firstMs")))
             waits.append(tab.run("qjulia.figures.longestWaitMs"))
-        print(f"  at 480x360, first pictures after a change: {json.dumps(first)} ms; longest wait, for six draws at most: {max(waits):.0f} ms")
+        print(f"  at 480x360, first pictures after a change: {json.dumps(first)} ms; longest wait for draws: {max(waits):.0f} ms")
 
 
 def main():

@@ -11,8 +11,8 @@ using namespace qjulia;
 
 namespace {
 
-/// A random map whose centres lie off the slice and whose F rises outwards, by a root in its
-/// middle.
+/// A random map whose centres lie off the slice and whose F rises outwards, thanks to a root at the
+/// origin.
 RationalMap rising_map(std::size_t count, double exponent, std::uint64_t seed) {
   auto map = test::random_map(count, 0.5 * exponent, exponent, seed);
   map.surface_level = -0.3;

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "batch_display.hpp"
+#include "command_line.hpp"
 #include "commands.hpp"
 #include "fit_options.hpp"
 #include "fit_worker.hpp"
@@ -23,18 +24,31 @@ struct BatchArguments {
   std::string folder;
   std::string status;
   std::string device;
-  int jobs = 1;
+  int jobs = 1;  ///< 0: as many as keep the device busy
   bool check = false;
   bool resume = false;
   bool retry_failed = false;
 };
+
+/// Of fits that leave a CPU's cores idle a sixth of the time, two leave little of it.
+constexpr int kBusyJobs = 2;
+
+int jobs_in(const std::string& text) {
+  if (text == "auto") return 0;
+  const int jobs = whole_number(text);
+  if (jobs < 1 || jobs > 1024) {
+    throw InputError(text + " is out of range; give auto, or a number from 1 to 1024");
+  }
+  return jobs;
+}
 
 /// This rank's queues: `jobs` for a CPU, one for any other device.
 std::vector<batch::BatchDevice> batch_devices(const BatchArguments& arguments,
                                               const LaunchedRanks& ranks) {
   std::vector<batch::BatchDevice> devices;
   for (const DeviceInfo& info : devices_of(ranks, arguments.device)) {
-    const int queues = info.kind == DeviceKind::cpu ? arguments.jobs : 1;
+    const int jobs = arguments.jobs == 0 ? kBusyJobs : arguments.jobs;
+    const int queues = info.kind == DeviceKind::cpu ? jobs : 1;
     for (int i = 0; i < queues; ++i) {
       devices.push_back({describe(info), [place = fmt::format("{}:{}", info.platform, info.index)] {
                            return make_fit_worker(place);
@@ -194,9 +208,12 @@ void describe_batch(Command command, BatchArguments& a) {
                "Keep what is complete for the same meshes and options, and do the rest");
   command.flag("--retry-failed", a.retry_failed, "With --resume: try again what failed");
   command
-      .add("--jobs", &a.jobs,
-           "Fits side by side on a CPU, 1 to 1024; a GPU always does one at a time")
-      .range(1, 1024);
+      .word(
+          "--jobs", [&a](const std::string& text) { a.jobs = jobs_in(text); },
+          "Fits side by side on a CPU, 1 to 1024, or 'auto': 2, which keep it busy; a GPU "
+          "always does one at a time")
+      .type("NUMBER|auto")
+      .default_text("1");
   command.file("--status", a.status, "Only report the progress of the batch in this folder")
       .type("FOLDER");
   add_device(command, a.device);

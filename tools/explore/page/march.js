@@ -1,12 +1,13 @@
-// Marches the rays of a view, a few turns of each a draw and as many tiles at once as take some 25 ms.
+// Marches the rays of a view: a few turns of each per draw, over as many tiles at once as should take
+// about 25 ms.
 import { anyPassed, bind, drawAll, drawn, drawTo, gl, keptTexture, program, use } from "./gl.js";
 import { asked, evaluate } from "./field.js";
 import { bindGrid } from "./grid.js";
 
 const march = program("march.glsl");
 const turns = 8;      // of a ray in a draw call
-const drawMs = 25;    // that draws which are waited for together may take
-const batch = 6;      // tiles of a first such draw
+const drawMs = 25;    // aimed at between two waits; a tile's draw takes it at most, as measured
+const batch = 6;      // tiles drawn together while nothing is known of them
 const anyDrawn = gl.createQuery();
 let turnMs = 0;       // of a pixel, at most
 
@@ -40,12 +41,15 @@ export async function marchView(scene, view, seen, name, jitter, coarse, isStale
   const side = Math.max(8, Math.min(4096, Math.round(Math.sqrt(drawMs / turns / turnMs) / 8) * 8));
   const across = Math.ceil(columns / side), tiles = across * Math.ceil(rows / side);
   const costs = new Float32Array(tiles).fill(drawMs / batch);  // of a tile's last draw, ms
+  const finished = new Uint8Array(tiles);
   for (let draw = 0, alive = true; alive; ++draw) {
     alive = false;
     for (let from = 0, to = 0; from < tiles; from = to) {
+      to = from + 1;
+      if (finished[from]) continue;
       if (isStale()) return null;
       let expected = costs[from];
-      for (to = from + 1; to < tiles && expected + costs[to] <= drawMs; ++to) expected += costs[to];
+      for (; to < tiles && !finished[to] && expected + costs[to] <= drawMs; ++to) expected += costs[to];
       bindGrid(scene.grid);
       bind("hints", gl.TEXTURE_2D, coarse ? coarse.depths : pair[1 - draw % 2]);
       bind("before", gl.TEXTURE_2D, pair[1 - draw % 2]);
@@ -61,8 +65,11 @@ export async function marchView(scene, view, seen, name, jitter, coarse, isStale
       }
       gl.disable(gl.SCISSOR_TEST);
       gl.endQuery(gl.ANY_SAMPLES_PASSED);
-      costs.fill(await drawn() / (to - from), from, to);
+      const cost = await drawn() / (to - from);
+      // A coarse clock may say 0.
+      for (let tile = from; tile < to; ++tile) costs[tile] = Math.max(cost, costs[tile] / 4);
       if (await anyPassed(anyDrawn)) alive = true;
+      else finished.fill(1, from, to);
     }
   }
   return { view, depths: pair[0] };
