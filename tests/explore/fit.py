@@ -114,6 +114,9 @@ def check_files(tab):
     check(data[:8] == b"\x89PNG\r\n\x1a\n" and data.count(b"fcTL") == 5 and b"acTL" in data, "a turntable of 5 pictures")
     tab.run(making("ply", {"resolution": 1024}))
     until(tab, "document.querySelector('#panel progress').value > 0", 100, "while a mesh is made, the page says how far it is")
+    for turn in range(20):  # pictures and slabs of the mesh do not share a queue
+        tab.run(f"qjulia.change({{ azimuth: {5 * turn} }}); 0")
+        tab.rest(0.15)
     begin = time.monotonic()
     tab.run("qjulia.change({ azimuth: 100 }); 0")
     tab.wait(100)

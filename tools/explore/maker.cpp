@@ -55,7 +55,8 @@ std::string bytes_of(const TriangleMesh& mesh, const std::string& extension,
 std::string mesh_file(const Device& device, RationalMap map, const MakeRequest& request,
                       const ProgressMonitor& monitor) {
   if (request.millimetres) map = with_longest_side(std::move(map), *request.millimetres);
-  TriangleMesh mesh = extract_surface(device, map, request.surface, monitor);
+  // Pictures are drawn on `device` while slabs of the mesh are evaluated on threads of their own.
+  TriangleMesh mesh = extract_surface(device.sibling(), map, request.surface, monitor);
   if (mesh.triangles.empty()) throw Error("the set is empty: try less detail, or fewer iterations");
   drop_loose_pieces(mesh);
   for (const Cut& cut : request.view.picture.cuts) {
