@@ -21,7 +21,7 @@ std::size_t preferred_group_size(const DeviceInfo& info, int lane_width);
 /// Whether two queues of a process must not run kernels built from the same source with the same
 /// options. PoCL 3.1 has aborted in pocl_release_dlhandle_cache then: it keeps builds of a kernel
 /// for grids of different widths, but counts their uses by source and group size alone. Three of
-/// 129 batches of three to six fits at a time ended so, and none of 220 with kernels of their own.
+/// 129 batches of three to six fits at a time ended so, and none of 275 with kernels of their own.
 bool needs_kernels_of_its_own(const DeviceInfo& info);
 
 }  // namespace qjulia::device
