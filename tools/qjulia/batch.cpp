@@ -24,7 +24,7 @@ struct BatchArguments {
   std::string folder;
   std::string status;
   std::string device;
-  int jobs = 1;  ///< 0: as many as keep the device busy
+  int jobs = 1;
   bool check = false;
   bool resume = false;
   bool retry_failed = false;
@@ -34,7 +34,7 @@ struct BatchArguments {
 constexpr int kBusyJobs = 2;
 
 int jobs_in(const std::string& text) {
-  if (text == "auto") return 0;
+  if (text == "auto") return kBusyJobs;
   const int jobs = whole_number(text);
   if (jobs < 1 || jobs > 1024) {
     throw InputError(text + " is out of range; give auto, or a number from 1 to 1024");
@@ -47,8 +47,7 @@ std::vector<batch::BatchDevice> batch_devices(const BatchArguments& arguments,
                                               const LaunchedRanks& ranks) {
   std::vector<batch::BatchDevice> devices;
   for (const DeviceInfo& info : devices_of(ranks, arguments.device)) {
-    const int jobs = arguments.jobs == 0 ? kBusyJobs : arguments.jobs;
-    const int queues = info.kind == DeviceKind::cpu ? jobs : 1;
+    const int queues = info.kind == DeviceKind::cpu ? arguments.jobs : 1;
     for (int i = 0; i < queues; ++i) {
       devices.push_back({describe(info), [place = fmt::format("{}:{}", info.platform, info.index)] {
                            return make_fit_worker(place);
