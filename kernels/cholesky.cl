@@ -1,7 +1,7 @@
 // Cholesky's factorisation H = R^T R by blocks of rows, the largest index last: a block's own
 // triangle, its rows right of that, then (panel_products in gauss_newton.cl) what they take from
 // the rows below. H is an `order` x `order` matrix by rows, of which only the upper triangle is
-// used; R takes its place. H comes from, and R goes to, matrices in single precision.
+// used; R takes its place. H comes from a matrix in single precision, and R is read in it.
 
 #include "lanes.clh"
 #include "layout/panel_layout.h"
@@ -31,11 +31,11 @@ kernel void unit_diagonal(int n, int stride, global const int* place, global con
   matrix[(size_t)i * order + j] = value;
 }
 
-// R in single precision. Work-item (column, row).
-kernel void narrowed(int order, global const real* matrix, global float* upper) {
+// Rows of R in single precision, from `first`. Work-item (column, row of the block).
+kernel void narrowed(int order, int first, global const real* matrix, global float* block) {
   int j = (int)get_global_id(0), i = (int)get_global_id(1);
-  size_t at = (size_t)i * order + j;
-  if (j < order && i <= j) upper[at] = (float)matrix[at];
+  if (j >= order || first + i > j) return;
+  block[(size_t)i * order + j] = (float)matrix[(size_t)(first + i) * order + j];
 }
 
 // The triangle of QJ_CHOLESKY_BLOCK rows from `first`. One group of any size. A pivot that is not

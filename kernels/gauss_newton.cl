@@ -170,9 +170,18 @@ kernel void panel_products(global const real* panels, int chunk, int order, int 
   }
 }
 
-// The same where work-items share tiles of the panels in local memory: a group of PRODUCT_SIDE x
-// PRODUCT_SIDE of them makes PRODUCT_TILE x PRODUCT_TILE entries of H, lanes or not. Groups wholly
-// below the diagonal have nothing to do.
+// H_ij becomes scale_i scale_j H_ij, upper triangle. Work-item (v, i): columns v QJ_WIDTH … of row
+// i.
+kernel void scaled_rows(int order, global const real* scale, global real* matrix) {
+  int v = (int)get_global_id(0), i = (int)get_global_id(1);
+  if ((v + 1) * QJ_WIDTH <= i || v * QJ_WIDTH >= order) return;
+  global real* row = matrix + (size_t)i * order;
+  lane_store(lane_load(row, v) * (lane_load(scale, v) * scale[i]), row, v);
+}
+
+// As panel_products where work-items share tiles of the panels in local memory: a group of
+// PRODUCT_SIDE x PRODUCT_SIDE of them makes PRODUCT_TILE x PRODUCT_TILE entries of H, lanes or not.
+// Groups wholly below the diagonal have nothing to do.
 #define PRODUCT_SIDE 16
 #define PRODUCT_TILE 64
 #define PRODUCT_DEPTH 16  // samples in local memory at a time; divides `chunk`

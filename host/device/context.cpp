@@ -10,6 +10,7 @@
 #include <optional>
 #include <set>
 
+#include "base/large_pages.hpp"
 #include "device/device_clock.hpp"
 #include "device/launch_sizer.hpp"
 #include "device/opencl.hpp"
@@ -114,6 +115,7 @@ struct Context::Impl {
   QueueNumber number;
 
   void expect(cl_int code, const std::string& call) const { check(code, info.name, call); }
+  void use_large_pages(const cl::Buffer& buffer, std::size_t bytes) const;
   void collect_times();
   void collect_time(const Pending& launch);
   void add_time(const Pending& launch, std::chrono::nanoseconds length);
@@ -151,6 +153,18 @@ Context::~Context() {
 
 const DeviceInfo& Context::info() const { return impl_->info; }
 
+/// On a CPU, whose buffers are where the host finds them.
+void Context::Impl::use_large_pages(const cl::Buffer& buffer, std::size_t bytes) const {
+  constexpr std::size_t kLeast = std::size_t{1} << 22;
+  if (info.kind != DeviceKind::cpu || bytes < kLeast) return;
+  cl_int code = CL_SUCCESS;
+  void* at = queue.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_WRITE_INVALIDATE_REGION, 0, bytes,
+                                    nullptr, nullptr, &code);
+  if (code != CL_SUCCESS) return;
+  base::use_large_pages(at, bytes);
+  expect(queue.enqueueUnmapMemObject(buffer, at), "clEnqueueUnmapMemObject");
+}
+
 Memory Context::allocate_bytes(std::size_t bytes) {
   Memory memory;
   memory.bytes_ = bytes;
@@ -160,6 +174,7 @@ Memory Context::allocate_bytes(std::size_t bytes) {
   memory.handle_->buffer = cl::Buffer(impl_->context, CL_MEM_READ_WRITE,
                                       std::max<std::size_t>(bytes, 1), nullptr, &code);
   impl_->expect(code, fmt::format("allocating {} bytes", bytes));
+  impl_->use_large_pages(memory.handle_->buffer, bytes);
   memory.handle_->bytes = bytes;
   memory.handle_->allocated = impl_->allocated;
   impl_->allocated->now += bytes;

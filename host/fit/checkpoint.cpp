@@ -95,6 +95,10 @@ std::optional<FitState> Checkpoint::load(Team& team) const {
     state.evaluations = j.at("evaluations");
     state.seconds = j.at("seconds");
     for (const json& report : j.at("reports")) state.reports.push_back(report_from(report));
+    for (const json& c : j.at("curvature")) {
+      state.curvature.push_back(
+          {map_from_json(c.at(0), path_.string()), c.at(1), c.at(2), c.at(3)});
+    }
     for (const json& e : j.at("evaluated")) {
       state.evaluated.push_back({e.at(0), e.at(1).get<std::vector<double>>()});
     }
@@ -106,8 +110,11 @@ std::optional<FitState> Checkpoint::load(Team& team) const {
 
 void Checkpoint::save(const FitState& state) {
   if (path_.empty()) return;
-  json reports = json::array(), evaluated = json::array();
+  json reports = json::array(), curvature = json::array(), evaluated = json::array();
   for (const StageReport& report : state.reports) reports.push_back(to_json(report));
+  for (const CurvatureSource& c : state.curvature) {
+    curvature.push_back(json::array({to_json(c.map), c.random, c.level, c.moved}));
+  }
   for (const Evaluation& e : state.evaluated) {
     evaluated.push_back(json::array({e.energy, e.gradient}));
   }
@@ -119,6 +126,7 @@ void Checkpoint::save(const FitState& state) {
                                     {"evaluations", state.evaluations},
                                     {"seconds", state.seconds},
                                     {"reports", std::move(reports)},
+                                    {"curvature", std::move(curvature)},
                                     {"evaluated", std::move(evaluated)}});
   try {
     const std::string_view content(reinterpret_cast<const char*>(bytes.data()), bytes.size());

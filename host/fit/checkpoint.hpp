@@ -13,6 +13,14 @@
 
 namespace qjulia::fitting {
 
+/// Whence a stage's Gauss-Newton matrix comes.
+struct CurvatureSource {
+  RationalMap map;
+  std::string random;              ///< the generator's state before the stage's samples
+  int level = 0;                   ///< that they were drawn for
+  std::vector<std::size_t> moved;  ///< factors moved elsewhere since the last stage
+};
+
 /// Where a fit stands at the start of a stage. From it the stage goes the same way again, bit for
 /// bit; `evaluated` spares it the evaluations it has made already.
 struct FitState {
@@ -22,7 +30,8 @@ struct FitState {
   int evaluations = 0;
   double seconds = 0;  ///< spent so far, in all processes
   std::vector<StageReport> reports;
-  std::vector<Evaluation> evaluated;  ///< of the stage that was under way, in their order
+  std::vector<CurvatureSource> curvature;  ///< of the stages whose matrices this one's adds to
+  std::vector<Evaluation> evaluated;       ///< of the stage that was under way, in their order
 };
 
 /// What a checkpoint belongs to: mesh, options, device and its settings. Two fits with one key go

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/large_pages.hpp"
 #include "device/refused.hpp"
 #include "fit/panel_products.hpp"
 #include "layout/panel_layout.h"
@@ -50,12 +51,12 @@ class DeviceFactorisation {
                     {i32(n_), i32(h_.order), place_, h_.rows, entries});
     Eigen::VectorXd values(static_cast<Index>(n_));
     context_.read(entries, {values.data(), n_});
-    return values * h_.factor;
+    return values.cwiseProduct(h_.squared_scale);
   }
 
   /// @return whether it is positive definite with what is beside the diagonal divided by `more`.
   bool factorise(const Eigen::VectorXd& scale, double more) {
-    const Eigen::VectorXd factors = scale * std::sqrt(h_.factor);
+    const Eigen::VectorXd factors = scale.cwiseProduct(h_.squared_scale.cwiseSqrt());
     const auto sent = context_.upload_real({factors.data(), n_}, Precision::dbl);
     context_.launch(kernel("unit_diagonal"), {{order_, order_, 1}},
                     {i32(n_), i32(h_.order), place_, h_.rows, sent,
@@ -66,11 +67,16 @@ class DeviceFactorisation {
     return std::isfinite(pivot.front());
   }
 
-  /// In H's place.
+  /// Narrowed on the device, and read by blocks of rows.
   Eigen::MatrixXf lower() {
-    context_.launch(kernel("narrowed"), {{order_, order_, 1}}, {i32(order_), matrix_, h_.rows});
     Eigen::MatrixXf rows(order_, order_);
-    context_.read(h_.rows, std::span<float>(rows.data(), order_ * order_));
+    base::use_large_pages(rows.data(), order_ * order_ * sizeof(float));
+    const auto block = context_.allocate_real(kBlock * order_, Precision::single);
+    for (std::size_t first = 0; first < order_; first += kBlock) {
+      context_.launch(kernel("narrowed"), {{order_, kBlock, 1}},
+                      {i32(order_), i32(first), matrix_, block});
+      context_.read(block, std::span<float>(rows.data() + first * order_, kBlock * order_));
+    }
     return rows;
   }
 
@@ -130,7 +136,19 @@ CurvatureFactor factorised(const Eigen::MatrixXd& h, double damping) {
   return {scale, matrix.cast<float>()};
 }
 
-std::size_t factorised_size(std::size_t n) { return padded(n) * padded(n); }
+Eigen::VectorXd CurvatureSum::faded(std::size_t factors, const std::vector<std::size_t>& moved) {
+  const auto k = static_cast<Index>(factors);
+  const bool is_first = weight.size() == 0;
+  if (is_first) weight = Eigen::VectorXd::Zero(1 + 5 * k);
+  Eigen::VectorXd kept = Eigen::VectorXd::Constant(1 + 5 * k, kKept);
+  for (const std::size_t i : moved) {
+    for (Index component = 0; component < 5; ++component) {
+      kept[1 + component * k + static_cast<Index>(i)] = 0;
+    }
+  }
+  weight = weight.cwiseProduct(kept).array() + 1;
+  return is_first ? Eigen::VectorXd() : Eigen::VectorXd(kept.cwiseSqrt());
+}
 
 std::optional<CurvatureFactor> factorised(const Device& device, const DeviceMatrix& h,
                                           double damping) {

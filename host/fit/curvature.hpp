@@ -27,21 +27,35 @@ Eigen::VectorXd unit_scale(const Eigen::VectorXd& diagonal, double damping);
 /// beside the diagonal is divided by 1 + λ, 1 + 10 λ, …
 CurvatureFactor factorised(const Eigen::MatrixXd& h, double damping);
 
-/// A matrix on a device, in single precision.
-struct DeviceMatrix {
-  const device::RealBuffer& rows;   ///< its upper triangle, by rows
-  std::size_t order;                ///< entries of a row
-  std::vector<std::int32_t> place;  ///< row and column of H's i-th
-  double factor;                    ///< H is so many times what is there
+/// Gauss-Newton matrices of a level's stages so far, so that more samples than one stage's speak:
+/// Σ γ^age H, where of a factor that was moved elsewhere only what came later counts.
+struct CurvatureSum {
+  /// γ: a matrix counts so many times as much as the next stage's.
+  static constexpr double kKept = 0.75;
+
+  Eigen::VectorXd weight;      ///< n: Σ γ^age over the matrices that know each unknown
+  Eigen::MatrixXd matrix;      ///< n × n, where it is kept on the host
+  device::RealBuffer rows;     ///< where it is kept on a device: its upper triangle, by rows,
+  double samples_of_each = 1;  ///< divided by this
+
+  /// Makes room for the next matrix.
+  /// @param moved the numbers of the factors that were moved elsewhere since the last one.
+  /// @return n: the sum so far is to be multiplied from both sides with these on a diagonal; empty:
+  /// there is none.
+  Eigen::VectorXd faded(std::size_t factors, const std::vector<std::size_t>& moved);
 };
 
-/// The length of a buffer that `factorised` can work in, for H of order n.
-std::size_t factorised_size(std::size_t n);
+/// H_ij = d_i d_j rows_ij on a device, d² = `squared_scale`.
+struct DeviceMatrix {
+  const device::RealBuffer& rows;   ///< its upper triangle, by rows, in single precision
+  std::size_t order;                ///< entries of a row
+  std::vector<std::int32_t> place;  ///< row and column of H's i-th
+  Eigen::VectorXd squared_scale;    ///< n
+};
 
-/// The same on the device, by blocks of QJ_CHOLESKY_BLOCK rows. The result takes the matrix's place
-/// there, whose buffer holds `factorised_size` reals.
+/// The same on the device, by blocks of QJ_CHOLESKY_BLOCK rows.
 /// @return nothing where the device has no double precision or too little memory, or H is so small
-/// that launches would take longer than the work; the matrix is then as it was.
+/// that launches would take longer than the work.
 std::optional<CurvatureFactor> factorised(const Device& device, const DeviceMatrix& h,
                                           double damping);
 

@@ -107,19 +107,54 @@ class DeviceEvaluator final : public Evaluator {
   }
 
   Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
-    run_gauss_newton(map);
-    return to_symmetric(QJ_PANEL_ORDER(factors_), unknown_places(map));
+    run_energy(map);
+    const std::size_t order = QJ_PANEL_ORDER(factors_);
+    const RealBuffer rows = device_.context().allocate_real(order * order, precision_);
+    add_jacobian_products(map, PanelProducts::Update::set, rows);
+    return step_of(order) * to_symmetric(rows, order, places_of(map.factors.size()));
   }
 
-  CurvatureFactor curvature_factor(const RationalMap& map, double damping) override {
-    run_gauss_newton(map);
-    const std::size_t order = QJ_PANEL_ORDER(factors_);
-    if (precision_ == Precision::single) {
-      auto factor =
-          factorised(device_, {matrix_, order, unknown_places(map), matrix_factor_}, damping);
-      if (factor) return *std::move(factor);
+  void add_curvature(const RationalMap& map, const std::vector<std::size_t>& moved,
+                     CurvatureSum& sum) override {
+    if (precision_ != Precision::single) {
+      Evaluator::add_curvature(map, moved, sum);
+      return;
     }
-    return factorised(to_symmetric(order, unknown_places(map)), damping);
+    run_energy(map);
+    Context& context = device_.context();
+    const std::size_t order = QJ_PANEL_ORDER(factors_);
+    const double step = step_of(order);
+    const Eigen::VectorXd kept = sum.faded(map.factors.size(), moved);
+    auto update = PanelProducts::Update::add;
+    if (kept.size() == 0) {
+      sum.rows = context.allocate_real(order * order, precision_);
+      update = PanelProducts::Update::set;
+    } else {
+      const auto place = places_of(map.factors.size());
+      std::vector<double> scale(order, 0.0);
+      for (std::size_t i = 0; i < place.size(); ++i) {
+        scale[static_cast<std::size_t>(place[i])] =
+            kept[static_cast<Eigen::Index>(i)] * std::sqrt(sum.samples_of_each / step);
+      }
+      context.launch(kernel("gauss_newton.cl", "scaled_rows"),
+                     {{order / division_.width, order, 1}},
+                     {i32(order), context.upload_real(scale, precision_), sum.rows});
+    }
+    sum.samples_of_each = step;
+    add_jacobian_products(map, update, sum.rows);
+  }
+
+  CurvatureFactor factor(const CurvatureSum& sum, double damping) override {
+    if (precision_ != Precision::single) return Evaluator::factor(sum, damping);
+    const auto n = static_cast<std::size_t>(sum.weight.size());
+    const auto place = places_of((n - 1) / QJ_MAP_COMPONENTS);
+    const std::size_t order = QJ_PANEL_ORDER((n - 1) / QJ_MAP_COMPONENTS);
+    const Eigen::VectorXd squared = sum.samples_of_each * sum.weight.cwiseInverse();
+    auto found = factorised(device_, {sum.rows, order, place, squared}, damping);
+    if (found) return *std::move(found);
+    const Eigen::VectorXd scale = squared.cwiseSqrt();
+    return factorised(
+        scale.asDiagonal() * to_symmetric(sum.rows, order, place) * scale.asDiagonal(), damping);
   }
 
   Eigen::MatrixXd pursuit_products(const RationalMap& map,
@@ -137,14 +172,15 @@ class DeviceEvaluator final : public Evaluator {
     const auto sent = device_.context().upload_real(arrays, precision_);
     const auto pursuit = kernel("gauss_newton.cl", "pursuit_panels");
     const std::size_t order = QJ_PURSUIT_ORDER(count);
-    panel_products(order, order * order, [&](std::size_t step, std::size_t first) {
+    const RealBuffer rows = device_.context().allocate_real(order * order, precision_);
+    add_products(order, PanelProducts::Update::set, rows, [&](std::size_t step, std::size_t first) {
       device_.context().launch(
           pursuit, {{stride / division_.width, division_.panel_samples / division_.panel_block, 1}},
           {panel_arguments(map.slice, count, step, first), samples_, sent, field_, panels_});
     });
     std::vector<std::int32_t> place{QJ_PURSUIT_ONES(i32(count)), QJ_PURSUIT_RESIDUALS(i32(count))};
     for (std::size_t i = 0; i < count; ++i) place.push_back(i32(i));
-    return to_symmetric(order, place);
+    return step_of(order) * to_symmetric(rows, order, place);
   }
 
   Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
@@ -195,56 +231,53 @@ class DeviceEvaluator final : public Evaluator {
     });
   }
 
-  /// Leaves H in `matrix_`.
-  void run_gauss_newton(const RationalMap& map) {
-    run_energy(map);
+  /// Every so many samples one is taken for a matrix of that order, in place of all of them.
+  double step_of(std::size_t order) const {
+    return static_cast<double>(divide_up(division_.stride, curvature_samples(order)));
+  }
+
+  /// JᵀWJ over the samples taken, with the field that run_energy left.
+  void add_jacobian_products(const RationalMap& map, PanelProducts::Update update,
+                             const RealBuffer& matrix) {
     const auto jacobian = kernel("gauss_newton.cl", "jacobian_panels");
     const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
-    const std::size_t order = QJ_PANEL_ORDER(factors_);
-    const std::size_t size =
-        std::max(order * order, factorised_size(1 + QJ_MAP_COMPONENTS * map.factors.size()));
-    panel_products(order, size, [&](std::size_t step, std::size_t first) {
+    const auto fill = [&](std::size_t step, std::size_t first) {
       device_.context().launch(
           jacobian, {{vectors, division_.panel_samples / division_.panel_block, 1}},
           {panel_arguments(map.slice, factors_, step, first), samples_, map_, field_, panels_});
-    });
+    };
+    add_products(QJ_PANEL_ORDER(factors_), update, matrix, fill);
   }
 
   /// H's row and column of each unknown.
-  std::vector<std::int32_t> unknown_places(const RationalMap& map) const {
-    const std::size_t k = map.factors.size();
+  static std::vector<std::int32_t> places_of(std::size_t k) {
     std::vector<std::int32_t> place(1 + QJ_MAP_COMPONENTS * k);
-    place[0] = i32(QJ_GRADIENT_LOG_SCALE(factors_));
+    place[0] = i32(QJ_GRADIENT_LOG_SCALE(k));
     for (std::size_t c = 0; c < QJ_MAP_COMPONENTS; ++c) {
-      for (std::size_t i = 0; i < k; ++i)
-        place[1 + c * k + i] = i32(c * QJ_MAP_STRIDE(factors_) + i);
+      for (std::size_t i = 0; i < k; ++i) place[1 + c * k + i] = i32(c * QJ_MAP_STRIDE(k) + i);
     }
     return place;
   }
 
-  /// Leaves PᵀP over an evenly spaced part of the samples in `matrix_`, by rows of an order × order
-  /// matrix of which only the upper triangle is there, divided by `matrix_factor_`.
-  /// @param fill puts every step-th sample from the first-th such one into the panels.
-  /// @param size reals to make room for.
+  /// Updates the upper triangle of an order × order matrix, by rows, with PᵀP over the samples
+  /// taken.
+  /// @param fill puts every step-th sample from the first-th such one into the panels P.
   template <class Fill>
-  void panel_products(std::size_t order, std::size_t size, const Fill& fill) {
-    if (matrix_.size() < size || panels_.size() < division_.panel_samples * order) {
-      allocate_panels(order, size);
-    }
-    const std::size_t step = divide_up(division_.stride, curvature_samples(order));
+  void add_products(std::size_t order, PanelProducts::Update update, const RealBuffer& matrix,
+                    const Fill& fill) {
+    if (panels_.size() < division_.panel_samples * order) allocate_panels(order);
+    const auto step = static_cast<std::size_t>(step_of(order));
     const std::size_t taken = divide_up(division_.stride, step);
     for (std::size_t first = 0; first < taken; first += division_.panel_samples) {
       fill(step, first);
       products_(panels_, division_.panel_samples, order, 0,
-                first == 0 ? PanelProducts::Update::set : PanelProducts::Update::add, matrix_);
+                first == 0 ? update : PanelProducts::Update::add, matrix);
     }
-    matrix_factor_ = static_cast<double>(step);
   }
 
   /// Panels of fewer samples where the device has no memory for as many as asked for.
-  void allocate_panels(std::size_t order, std::size_t size) {
+  void allocate_panels(std::size_t order) {
     Context& context = device_.context();
-    matrix_ = context.allocate_real(size, precision_);
     const std::size_t least = std::max<std::size_t>(division_.panel_block, kLeastPanelSamples);
     for (;;) {
       try {
@@ -258,18 +291,18 @@ class DeviceEvaluator final : public Evaluator {
     }
   }
 
-  /// The entries of `matrix_` at `place`, mirrored.
-  Eigen::MatrixXd to_symmetric(std::size_t order, const std::vector<std::int32_t>& place) {
+  /// The entries at `place` of a matrix whose upper triangle is there, mirrored.
+  Eigen::MatrixXd to_symmetric(const RealBuffer& matrix, std::size_t order,
+                               const std::vector<std::int32_t>& place) const {
     std::vector<double> rows(order * order);
-    device_.context().read(matrix_, rows);
+    device_.context().read(matrix, rows);
     const auto n = static_cast<Eigen::Index>(place.size());
     Eigen::MatrixXd h(n, n);
     for (Eigen::Index i = 0; i < n; ++i) {
       for (Eigen::Index j = 0; j < n; ++j) {
         const auto [low, high] =
             std::minmax(place[static_cast<std::size_t>(i)], place[static_cast<std::size_t>(j)]);
-        h(j, i) = rows[static_cast<std::size_t>(low) * order + static_cast<std::size_t>(high)] *
-                  matrix_factor_;
+        h(j, i) = rows[static_cast<std::size_t>(low) * order + static_cast<std::size_t>(high)];
       }
     }
     return h;
@@ -308,7 +341,6 @@ class DeviceEvaluator final : public Evaluator {
     }
     const std::size_t rows = rows_.size() / columns;
     panels_ = {};
-    matrix_ = {};
     block_sums_ = context.allocate_real(divide_up(rows, kRowBlock) * columns, precision_);
   }
 
@@ -431,8 +463,7 @@ class DeviceEvaluator final : public Evaluator {
   PanelProducts products_;
   RealBuffer samples_, field_, cotangent_, energies_, orbit_energies_;
   std::size_t factors_ = 0;
-  double matrix_factor_ = 1;  ///< samples that each of those taken stands for
-  RealBuffer map_, rows_, orbits_, lane_sums_, block_sums_, panels_, matrix_;
+  RealBuffer map_, rows_, orbits_, lane_sums_, block_sums_, panels_;
 };
 
 }  // namespace

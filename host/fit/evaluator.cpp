@@ -33,6 +33,21 @@ RationalMap with_unknowns(RationalMap map, const std::vector<double>& v) {
   return map;
 }
 
+void Evaluator::add_curvature(const RationalMap& map, const std::vector<std::size_t>& moved,
+                              CurvatureSum& sum) {
+  const Eigen::VectorXd kept = sum.faded(map.factors.size(), moved);
+  if (kept.size() == 0) {
+    sum.matrix = gauss_newton(map);
+  } else {
+    sum.matrix = kept.asDiagonal() * sum.matrix * kept.asDiagonal() + gauss_newton(map);
+  }
+}
+
+CurvatureFactor Evaluator::factor(const CurvatureSum& sum, double damping) {
+  const Eigen::VectorXd scale = sum.weight.cwiseSqrt().cwiseInverse();
+  return factorised(scale.asDiagonal() * sum.matrix * scale.asDiagonal(), damping);
+}
+
 namespace {
 
 /// What a sample adds to the energy, and its derivatives by F.

@@ -46,10 +46,12 @@ class Evaluator {
   virtual Eigen::MatrixXd gauss_newton(const RationalMap& map) = 0;
   /// Its diagonal, over all samples: for maps whose whole matrix would be too large.
   virtual Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) = 0;
-  /// Of that matrix.
-  virtual CurvatureFactor curvature_factor(const RationalMap& map, double damping) {
-    return factorised(gauss_newton(map), damping);
-  }
+  /// Adds that matrix to `sum`, of maps with as many factors, by evaluators of the same kind.
+  /// @param moved the numbers of the factors that were moved elsewhere since the last one.
+  virtual void add_curvature(const RationalMap& map, const std::vector<std::size_t>& moved,
+                             CurvatureSum& sum);
+  /// Of the sum's mean.
+  virtual CurvatureFactor factor(const CurvatureSum& sum, double damping);
   /// The weighted scalar products over samples, of order 2 + m, of the columns 1, F_1 − target and
   /// ln |x − c| for each of the m centres: what matching pursuit asks for, since F_1 is linear in
   /// exponents. Weights and samples are those of `gauss_newton`.
@@ -74,8 +76,12 @@ class ForwardingEvaluator : public Evaluator {
   Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
     return to_.gauss_newton_diagonal(map);
   }
-  CurvatureFactor curvature_factor(const RationalMap& map, double damping) override {
-    return to_.curvature_factor(map, damping);
+  void add_curvature(const RationalMap& map, const std::vector<std::size_t>& moved,
+                     CurvatureSum& sum) override {
+    to_.add_curvature(map, moved, sum);
+  }
+  CurvatureFactor factor(const CurvatureSum& sum, double damping) override {
+    return to_.factor(sum, damping);
   }
   Eigen::MatrixXd pursuit_products(const RationalMap& map,
                                    const std::vector<Quaternion>& centers) override {
@@ -90,10 +96,10 @@ class ForwardingEvaluator : public Evaluator {
 std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples, const EnergyOptions& options);
 
 /// The device takes H of that order from an evenly spaced part of more samples than this. With
-/// fewer than four an unknown, steps follow the part rather than the whole (docs/fitting.md).
+/// fewer, steps follow the part rather than the whole (docs/fitting.md).
 constexpr std::size_t curvature_samples(std::size_t order) {
   constexpr std::size_t kLeast = 10'240;
-  return std::max(kLeast, 4 * order);
+  return std::max(kLeast, 2 * order);
 }
 
 /// With more factors, or where the device has no memory for H, its diagonal stands for it and no

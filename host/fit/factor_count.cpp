@@ -42,7 +42,11 @@ StageTime timed(const EvaluatorFactory& make_evaluator, const SamplePool& pool, 
   base::Random random(seed);
   const auto evaluator = make_evaluator(pool.draw(level, random), {});
   constexpr double kDamping = 0.1;
-  const auto factorise = [&] { evaluator->curvature_factor(map, kDamping); };
+  const auto factorise = [&] {
+    CurvatureSum sum;
+    evaluator->add_curvature(map, {}, sum);
+    evaluator->factor(sum, kDamping);
+  };
   factorise();
   StageTime time;
   time.curvature = seconds_of(factorise);

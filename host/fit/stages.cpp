@@ -9,7 +9,6 @@
 #include "device/refused.hpp"
 #include "fit/minimize.hpp"
 #include "fit/relocate.hpp"
-#include "fit/subspace.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::fitting {
@@ -57,19 +56,19 @@ void reweight(Samples& samples, const std::vector<double>& field, const Level& l
   }
 }
 
-Preconditioner preconditioner(Evaluator& evaluator, const RationalMap& map,
-                              const Subspace& subspace, double damping) {
-  if (map.factors.size() <= kMostByMatrix) {
-    try {
-      return Preconditioner(
-          subspace.is_whole()
-              ? evaluator.curvature_factor(map, damping)
-              : factorised(subspace.restricted_matrix(evaluator.gauss_newton(map)), damping));
-    } catch (const DeviceError& error) {
-      if (!device::is_out_of_memory(error)) throw;
-    }
+/// Whether its stages' Gauss-Newton matrices are alike, but for their samples.
+bool adds_up(const Level& level) {
+  return level.points == Points::surface && level.iterations == 1 && level.loss == Loss::distance &&
+         level.reweight == 0;
+}
+
+/// The numbers of the factors whose centres differ.
+std::vector<std::size_t> moved_between(const RationalMap& before, const RationalMap& after) {
+  std::vector<std::size_t> moved;
+  for (std::size_t k = 0; k < before.factors.size(); ++k) {
+    if (norm(after.factors[k].center - before.factors[k].center) > 0) moved.push_back(k);
   }
-  return {subspace.restricted_diagonal(evaluator.gauss_newton_diagonal(map)), damping};
+  return moved;
 }
 
 /// Tells of each evaluation.
@@ -108,12 +107,14 @@ void Stages::resume(FitState state) {
   map_ = state.map;
   random_.set_state(state.random);
   reports_ = state.reports;
+  sources_ = state.curvature;
   budget_.carry(state.evaluations, state.seconds);
   resumed_ = std::move(state);
 }
 
 FitState Stages::state(int level) const {
-  return {map_, random_.state(), level, budget_.evaluations(), budget_.seconds(), reports_, {}};
+  return {map_,     random_.state(), level, budget_.evaluations(), budget_.seconds(),
+          reports_, sources_,        {}};
 }
 
 RationalMap Stages::map() const {
@@ -128,6 +129,60 @@ StopReason Stages::run() {
     if (budget_.time_left() < preparation_) return StopReason::time_limit;
     if (const auto reason = run_stage()) return *reason;
   }
+}
+
+Samples Stages::draw(const Level& level) {
+  Samples samples = target_.draw(level, random_);
+  team_.adopt(samples.position);
+  team_.adopt(samples.weight);
+  team_.adopt(samples.target);
+  team_.adopt(samples.side);
+  return samples;
+}
+
+std::unique_ptr<Evaluator> Stages::evaluator_of(const Samples& samples, const Level& level) const {
+  EnergyOptions energy;
+  energy.iterations = level.iterations;
+  energy.loss = level.loss;
+  energy.alpha = level.alpha;
+  return make_evaluator_(samples, energy);
+}
+
+void Stages::gather_curvature() {
+  const std::string now = random_.state();
+  for (const CurvatureSource& source : sources_) {
+    const Level& level = schedule_.levels.at(static_cast<std::size_t>(source.level));
+    random_.set_state(source.random);
+    evaluator_of(draw(level), level)->add_curvature(source.map, source.moved, curvature_);
+  }
+  random_.set_state(now);
+}
+
+Preconditioner Stages::preconditioner(Evaluator& evaluator, const Subspace& subspace,
+                                      const CurvatureSource& source) {
+  const Level& level = schedule_.levels.at(static_cast<std::size_t>(source.level));
+  const double damping = schedule_.damping;
+  if (!subspace.is_whole() || !adds_up(level)) {
+    sources_.clear();
+    curvature_ = {};
+  }
+  if (map_.factors.size() <= kMostByMatrix) {
+    try {
+      if (!subspace.is_whole()) {
+        return Preconditioner(
+            factorised(subspace.restricted_matrix(evaluator.gauss_newton(map_)), damping));
+      }
+      if (curvature_.weight.size() == 0) gather_curvature();
+      evaluator.add_curvature(map_, source.moved, curvature_);
+      if (adds_up(level)) sources_.push_back(source);
+      return Preconditioner(evaluator.factor(curvature_, damping));
+    } catch (const DeviceError& error) {
+      if (!device::is_out_of_memory(error)) throw;
+      sources_.clear();
+      curvature_ = {};
+    }
+  }
+  return {subspace.restricted_diagonal(evaluator.gauss_newton_diagonal(map_)), damping};
 }
 
 std::optional<StopReason> Stages::run_stage() {
@@ -145,25 +200,18 @@ std::optional<StopReason> Stages::run_stage() {
     return work();
   };
   if (level.iterations > 1) map_ = map();
-  Samples samples = part("draw samples", [&] { return target_.draw(level, random_); });
-  team_.adopt(samples.position);
-  team_.adopt(samples.weight);
-  team_.adopt(samples.target);
-  team_.adopt(samples.side);
+  CurvatureSource source{{}, random_.state(), before.level, {}};
+  Samples samples = part("draw samples", [&] { return draw(level); });
   if (level.loss == Loss::tanh) std::ranges::fill(samples.target, map_.surface_level);
-  EnergyOptions energy;
-  energy.iterations = level.iterations;
-  energy.loss = level.loss;
-  energy.alpha = level.alpha;
-  auto evaluator = part("send samples", [&] { return make_evaluator_(samples, energy); });
+  auto evaluator = part("send samples", [&] { return evaluator_of(samples, level); });
   if (level.reweight > 0) {
     reweight(samples, evaluator->field(map_), level);
-    evaluator = make_evaluator_(samples, energy);
+    evaluator = evaluator_of(samples, level);
   }
   if (level.relocated > 0 && !reports_.empty() && options_.unknowns == Unknowns::all &&
       map_.factors.size() <= kMostByMatrix) {
     const auto most = static_cast<int>(map_.factors.size() / 4);
-    map_ = part("relocate", [&] {
+    RationalMap relocated = part("relocate", [&] {
       try {
         return relocate_factors(*evaluator, samples, map_, std::min(level.relocated, most),
                                 random_);
@@ -172,12 +220,15 @@ std::optional<StopReason> Stages::run_stage() {
         return map_;
       }
     });
+    team_.adopt(relocated);
+    source.moved = moved_between(map_, relocated);
+    map_ = std::move(relocated);
   }
   team_.adopt(map_);
+  source.map = map_;
   const Subspace subspace(map_, level, options_.unknowns);
-  const Preconditioner scaling = part("preconditioner", [&] {
-    return preconditioner(*evaluator, map_, subspace, schedule_.damping);
-  });
+  const Preconditioner scaling =
+      part("preconditioner", [&] { return preconditioner(*evaluator, subspace, source); });
   budget_.update();
   preparation_ = budget_.seconds() - start;
   WatchedEvaluator watched(*evaluator, options_.observer);

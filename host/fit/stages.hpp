@@ -9,7 +9,9 @@
 #include "fit/budget.hpp"
 #include "fit/checkpoint.hpp"
 #include "fit/evaluator.hpp"
+#include "fit/preconditioner.hpp"
 #include "fit/schedule.hpp"
+#include "fit/subspace.hpp"
 #include "fit/team.hpp"
 
 namespace qjulia::fitting {
@@ -46,6 +48,12 @@ class Stages {
   std::optional<StopReason> run_stage();
   /// The state at the start of a stage.
   FitState state(int level) const;
+  Samples draw(const Level& level);
+  std::unique_ptr<Evaluator> evaluator_of(const Samples& samples, const Level& level) const;
+  /// Adds to `curvature_` what the stages before a resumed one had added.
+  void gather_curvature();
+  Preconditioner preconditioner(Evaluator& evaluator, const Subspace& subspace,
+                                const CurvatureSource& source);
 
   RationalMap map_;
   Target target_;
@@ -58,6 +66,8 @@ class Stages {
   Team& team_;
   base::Random random_;
   std::vector<StageReport> reports_;
+  std::vector<CurvatureSource> sources_;  ///< of `curvature_`
+  CurvatureSum curvature_;
   double preparation_ = 0;           ///< seconds of the last stage before its first step
   int level_ = 0;                    ///< no stage belongs to an earlier one any more
   std::optional<FitState> resumed_;  ///< the stage that was under way, until it is run

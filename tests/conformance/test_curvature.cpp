@@ -47,7 +47,7 @@ std::optional<CurvatureFactor> on_device(const Device& device, const MatrixXd& h
   for (std::size_t i = 0; i < n; ++i) {
     place[i] = static_cast<std::int32_t>(i == 0 ? stride - 1 : i <= n / 2 ? i - 1 : i + 1);
   }
-  std::vector<double> rows(std::max(stride * stride, fitting::factorised_size(n)), 7);
+  std::vector<double> rows(stride * stride, 7);
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j < n; ++j) {
       const auto [low, high] = std::minmax(place[i], place[j]);
@@ -56,7 +56,8 @@ std::optional<CurvatureFactor> on_device(const Device& device, const MatrixXd& h
     }
   }
   const auto sent = device.context().upload_real(rows, Precision::single);
-  return fitting::factorised(device, {sent, stride, place, 2}, kDamping);
+  return fitting::factorised(device, {sent, stride, place, Eigen::VectorXd::Constant(h.rows(), 2)},
+                             kDamping);
 }
 
 MatrixXd damped(const MatrixXd& h) {

@@ -27,9 +27,7 @@ class Slow final : public Evaluator {
     const auto n = static_cast<Eigen::Index>(1 + 5 * map.factors.size());
     return Eigen::MatrixXd::Identity(n, n);
   }
-  CurvatureFactor curvature_factor(const RationalMap& /*map*/, double /*damping*/) override {
-    return {};
-  }
+  CurvatureFactor factor(const CurvatureSum& /*sum*/, double /*damping*/) override { return {}; }
   Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
     return Eigen::VectorXd::Ones(static_cast<Eigen::Index>(1 + 5 * map.factors.size()));
   }
