@@ -46,7 +46,7 @@ kernel void jacobian_panels(qj_panel_arguments with, global const real* samples,
     lane_store(r * d.x, at + QJ_MAP_CENTER_X * component_tiles * panel, 0);
     lane_store(r * d.y, at + QJ_MAP_CENTER_Y * component_tiles * panel, 0);
     lane_store(r * d.z, at + QJ_MAP_CENTER_Z * component_tiles * panel, 0);
-    lane_store(r * centers.dw, at + QJ_MAP_CENTER_W * component_tiles * panel, 0);
+    lane_store(r * d.w, at + QJ_MAP_CENTER_W * component_tiles * panel, 0);
     if (v == 0) {
       // The log scale's tile, and the tile that makes their number even.
       for (int t = QJ_MAP_COMPONENTS * component_tiles; t < QJ_PANEL_TILES(with.count); ++t) {
@@ -116,7 +116,7 @@ kernel void jacobian_squares(global const real* samples, int stride, int chunk,
     x_sum = fma(weight, d.x * d.x, x_sum);
     y_sum = fma(weight, d.y * d.y, y_sum);
     z_sum = fma(weight, d.z * d.z, z_sum);
-    w_sum += weight;
+    w_sum = fma(weight, d.w * d.w, w_sum);
     scale_sum += w;
   }
   global real* row = rows + (size_t)c * QJ_GRADIENT_COLUMNS(factors);
@@ -126,7 +126,7 @@ kernel void jacobian_squares(global const real* samples, int stride, int chunk,
   lane_store(a2 * x_sum, row + QJ_MAP_CENTER_X * map_stride, v);
   lane_store(a2 * y_sum, row + QJ_MAP_CENTER_Y * map_stride, v);
   lane_store(a2 * z_sum, row + QJ_MAP_CENTER_Z * map_stride, v);
-  lane_store(a2 * centers.dw * centers.dw * w_sum, row + QJ_MAP_CENTER_W * map_stride, v);
+  lane_store(a2 * w_sum, row + QJ_MAP_CENTER_W * map_stride, v);
   if (v == 0) row[QJ_GRADIENT_LOG_SCALE(factors)] = scale_sum;
 }
 

@@ -150,7 +150,8 @@ static inline qlane sample_point(global const real* samples, int stride, uint i,
                                  global const real* map) {
   return q_make(lane_load(samples + QJ_SAMPLE_X * stride, i),
                 lane_load(samples + QJ_SAMPLE_Y * stride, i),
-                lane_load(samples + QJ_SAMPLE_Z * stride, i), lane_of(map[QJ_MAP_SLICE]));
+                lane_load(samples + QJ_SAMPLE_Z * stride, i),
+                lane_load(samples + QJ_SAMPLE_W * stride, i) + map[QJ_MAP_SLICE]);
 }
 
 // samples, map and the scalars: as energy_terms takes them, but a group of QJ_GROUP work-items

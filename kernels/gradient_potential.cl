@@ -31,7 +31,7 @@ kernel void gradient_potential(global const real* samples, int stride, int chunk
     x_sum = fma(r, d.x, x_sum);
     y_sum = fma(r, d.y, y_sum);
     z_sum = fma(r, d.z, z_sum);
-    w_sum += r;
+    w_sum = fma(r, d.w, w_sum);
     scale_sum += l;
   }
   global real* row = rows + (size_t)c * QJ_GRADIENT_COLUMNS(factors);
@@ -39,6 +39,6 @@ kernel void gradient_potential(global const real* samples, int stride, int chunk
   lane_store(-a * x_sum, row + QJ_MAP_CENTER_X * map_stride, v);
   lane_store(-a * y_sum, row + QJ_MAP_CENTER_Y * map_stride, v);
   lane_store(-a * z_sum, row + QJ_MAP_CENTER_Z * map_stride, v);
-  lane_store(-a * centers.dw * w_sum, row + QJ_MAP_CENTER_W * map_stride, v);
+  lane_store(-a * w_sum, row + QJ_MAP_CENTER_W * map_stride, v);
   if (v == 0) row[QJ_GRADIENT_LOG_SCALE(factors)] = scale_sum;
 }

@@ -75,6 +75,7 @@ class DeviceEvaluator final : public Evaluator {
       arrays[QJ_SAMPLE_X * stride + i] = samples.position[s].x();
       arrays[QJ_SAMPLE_Y * stride + i] = samples.position[s].y();
       arrays[QJ_SAMPLE_Z * stride + i] = samples.position[s].z();
+      arrays[QJ_SAMPLE_W * stride + i] = samples.off_slice[s];
       arrays[QJ_SAMPLE_WEIGHT * stride + i] = i < samples.size() ? samples.weight[s] : 0;
       arrays[QJ_SAMPLE_TARGET * stride + i] = samples.target[s];
       arrays[QJ_SAMPLE_SIDE * stride + i] = samples.side[s];

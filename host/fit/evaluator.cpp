@@ -63,7 +63,7 @@ class ReferenceEvaluator final : public Evaluator {
       : samples_(std::move(samples)), options_(options) {}
 
   Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
-    const std::vector<Quaternion> starts = on_slice(map);
+    const std::vector<Quaternion> starts = points(map);
     const auto f = reference::field(map, starts, options_.iterations, options_.escape);
     Eigen::VectorXd slopes(static_cast<Eigen::Index>(f.size()));
     Evaluation result;
@@ -82,11 +82,11 @@ class ReferenceEvaluator final : public Evaluator {
   }
 
   std::vector<double> field(const RationalMap& map) override {
-    return reference::field(map, on_slice(map), options_.iterations, options_.escape);
+    return reference::field(map, points(map), options_.iterations, options_.escape);
   }
 
   Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
-    const std::vector<Quaternion> starts = on_slice(map);
+    const std::vector<Quaternion> starts = points(map);
     const auto f = reference::field(map, starts, 1, options_.escape);
     Eigen::VectorXd curvatures(static_cast<Eigen::Index>(f.size()));
     for (std::size_t i = 0; i < f.size(); ++i) {
@@ -102,7 +102,7 @@ class ReferenceEvaluator final : public Evaluator {
 
   Eigen::MatrixXd pursuit_products(const RationalMap& map,
                                    const std::vector<Quaternion>& centers) override {
-    const std::vector<Quaternion> starts = on_slice(map);
+    const std::vector<Quaternion> starts = points(map);
     const auto f = reference::field(map, starts, 1, options_.escape);
     const auto rows = static_cast<Eigen::Index>(f.size());
     Eigen::MatrixXd columns(rows, 2 + static_cast<Eigen::Index>(centers.size()));
@@ -119,9 +119,12 @@ class ReferenceEvaluator final : public Evaluator {
   }
 
  private:
-  std::vector<Quaternion> on_slice(const RationalMap& map) const {
+  std::vector<Quaternion> points(const RationalMap& map) const {
     std::vector<Quaternion> starts;
-    for (const auto& x : samples_.position) starts.push_back({x.x(), x.y(), x.z(), map.slice});
+    for (std::size_t i = 0; i < samples_.size(); ++i) {
+      const Eigen::Vector3d& x = samples_.position[i];
+      starts.push_back({x.x(), x.y(), x.z(), map.slice + samples_.off_slice[i]});
+    }
     return starts;
   }
 

@@ -57,7 +57,8 @@ std::vector<Quaternion> draw_candidates(const RationalMap& map, const Samples& s
   double total = 0;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const double residual = field[i] - samples.target[i];
-    const bool asks = samples.side[i] * residual <= 0 && samples.weight[i] > 0;
+    const bool asks =
+        samples.side[i] * residual <= 0 && samples.weight[i] > 0 && samples.off_slice[i] == 0;
     cumulative.push_back(total += asks ? std::pow(std::abs(residual), 1.5) : 0);
   }
   std::vector<Quaternion> centers;
@@ -71,7 +72,8 @@ std::vector<Quaternion> draw_candidates(const RationalMap& map, const Samples& s
     const Eigen::Vector3d x =
         base + gap * Eigen::Vector3d(random.uniform(-0.8, 0.8), random.uniform(-0.8, 0.8),
                                      random.uniform(-0.8, 0.8));
-    centers.push_back({x.x(), x.y(), x.z(), gap * kWidths[random.index(3)]});
+    const double side = i % 2 == 0 ? 1 : -1;
+    centers.push_back({x.x(), x.y(), x.z(), side * gap * kWidths[random.index(3)]});
   }
   return centers;
 }
@@ -88,7 +90,8 @@ std::vector<std::size_t> pick_apart(const std::vector<Quaternion>& centers, cons
     if (picked.size() == count) break;
     const bool apart = std::ranges::all_of(picked, [&](std::size_t j) {
       const Quaternion d = centers[i] - centers[j];
-      return std::hypot(d.x, d.y, d.z) > 1.4 * std::min(centers[i].w, centers[j].w);
+      return std::hypot(d.x, d.y, d.z) >
+             1.4 * std::min(std::abs(centers[i].w), std::abs(centers[j].w));
     });
     if (apart) picked.push_back(i);
   }

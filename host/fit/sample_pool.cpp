@@ -38,6 +38,30 @@ void balance(Samples& samples, const std::vector<double>& signs) {
   }
 }
 
+/// Adds points in random directions of the four-dimensional space, half of them within half the
+/// ball's radius of its sphere, the others anywhere from there to the pool's reach. Iterates land
+/// in all directions: where the set off the slice is a ball, they stay or leave by their distance
+/// from the origin alone.
+void add_off_slice(const Level& level, double inradius, base::Random& random, Samples& samples) {
+  constexpr double kShare = 0.15;
+  constexpr double kBall = 1.2, kLeastW = 0.3;  // inradii
+  const double ball = kBall * inradius;
+  const auto count = static_cast<int>(kShare * level.samples);
+  for (int i = 0; i < count;) {
+    Eigen::Vector4d u;
+    for (double& coordinate : u) coordinate = random.uniform(-1, 1);
+    const double farthest = i % 2 == 0 ? 1.5 * ball : std::max(kReach, 1.5 * ball);
+    const double radius = random.uniform(0.5 * ball, farthest);
+    const double length = u.norm();
+    if (length > 1 || std::abs(u[3]) * radius < kLeastW * inradius * length) continue;
+    const Eigen::Vector4d q = (radius / length) * u;
+    const double d = radius - ball;
+    samples.add(q.head<3>(), level.off_slice_weight, std::clamp(d, -level.band, level.band),
+                side_of(d), q[3]);
+    ++i;
+  }
+}
+
 }  // namespace
 
 SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance, std::uint64_t seed,
@@ -46,6 +70,7 @@ SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance, 
       std::clamp(evaluations / kEvaluations, kLeastShare, 1.0) * std::max(1.0, samples / kSamples);
   const auto points_of = [share](double all) { return static_cast<std::size_t>(share * all); };
   SamplePool pool;
+  pool.inradius = shape.inradius;
   pool.surface = sample_surface(shape.mesh, points_of(kSurfacePoints), seed);
   base::Random random(seed);
   std::vector<Eigen::Vector3d> points(points_of(kNearPoints));
@@ -102,6 +127,7 @@ Samples SamplePool::draw(const Level& level, base::Random& random) const {
     const double side = side_of(p.distance);
     samples.add(p.position, 1, side * b, side);
   }
+  if (level.off_slice_weight > 0) add_off_slice(level, inradius, random, samples);
   for (double& w : samples.weight) w /= static_cast<double>(total);
   return samples;
 }

@@ -20,11 +20,14 @@ struct SamplePool {
   std::vector<SurfacePoint> surface;
   std::vector<DistancePoint> near;    ///< offset from the surface along normals
   std::vector<DistancePoint> around;  ///< uniform in a box about the shape
+  double inradius = 0;                ///< distance of the origin to the surface
 
   /// A stage's samples. For the distance loss, half on the surface (target 0), 35 % within the
-  /// band (target: the distance), the rest beyond it, one-sided at ± band; weights sum to 1. For
-  /// the tanh loss seven eighths within the band, the rest beyond it, with their sides and target
-  /// 0; either side's weights sum to ½.
+  /// band (target: the distance), the rest beyond it, one-sided at ± band; weights sum to 1 at a
+  /// `band_weight` of 1. With an `off_slice_weight` there are 15 % more, at |W| of 0.3
+  /// inradius or more, one-sided at ± band: inside a ball about the origin, outside beyond it.
+  /// For the tanh loss seven eighths within the band, the rest beyond it, with their sides and
+  /// target 0; either side's weights sum to ½.
   Samples draw(const Level& level, base::Random& random) const;
 };
 

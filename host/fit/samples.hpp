@@ -24,16 +24,18 @@ enum class Loss {
 inline const std::map<std::string, Loss> kLosses{{"distance", Loss::distance},
                                                  {"tanh", Loss::tanh}};
 
-/// Sample points in map coordinates, on the map's slice. All vectors have one length.
+/// Sample points in map coordinates. All vectors have one length.
 struct Samples {
   std::vector<Eigen::Vector3d> position;
-  std::vector<double> weight;  ///< w ≥ 0
-  std::vector<double> target;  ///< wanted F; with the tanh loss the surface's level
-  std::vector<double> side;    ///< +1 outside, −1 inside, 0 neither
+  std::vector<double> off_slice;  ///< their W less the map's slice; 0 for all that show the shape
+  std::vector<double> weight;     ///< w ≥ 0
+  std::vector<double> target;     ///< wanted F; with the tanh loss the surface's level
+  std::vector<double> side;       ///< +1 outside, −1 inside, 0 neither
 
   std::size_t size() const { return position.size(); }
-  void add(const Eigen::Vector3d& x, double w, double wanted, double s) {
+  void add(const Eigen::Vector3d& x, double w, double wanted, double s, double from_slice = 0) {
     position.push_back(x);
+    off_slice.push_back(from_slice);
     weight.push_back(w);
     target.push_back(wanted);
     side.push_back(s);

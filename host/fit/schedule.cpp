@@ -114,6 +114,7 @@ Level read_level(const toml::table& toml, const std::string& file, double after)
   table.number("alpha", level.alpha, 1e-3, 1e6);
   table.number("band", level.band, 1e-6, 2);
   table.number("band_weight", level.band_weight, 0, 1e6);
+  table.number("off_slice_weight", level.off_slice_weight, 0, 1e6);
   table.number("reweight", level.reweight, 0, 100);
   table.choice<Space>("unknowns", level.space,
                       {{"scalars", Space::scalars},
@@ -134,6 +135,9 @@ Level read_level(const toml::table& toml, const std::string& file, double after)
   }
   if (level.relocated > 0 && level.loss != Loss::distance) {
     table.fail(toml, "'relocate' needs loss \"distance\"");
+  }
+  if (level.off_slice_weight > 0 && (on_grid || level.loss != Loss::distance)) {
+    table.fail(toml, "'off_slice_weight' needs points \"surface\" and loss \"distance\"");
   }
   return level;
 }

@@ -31,10 +31,11 @@ struct Level {
   int iterations = 1;   ///< n; above 1 the map has the wanted detail, below it is in distance units
   int samples = 20000;  ///< a stage's number of samples, or of cells along a grid's side
   Loss loss = Loss::distance;
-  double alpha = 10;       ///< sharpness of the tanh loss
-  double band = 0.04;      ///< b: samples with |d| < b aim at d, those farther at "beyond ±b"
-  double band_weight = 1;  ///< of a sample in the band; one on the surface or farther has 1
-  double reweight = 0;     ///< r: weights times 1 + r e / mean e, e the error at the stage's start
+  double alpha = 10;            ///< sharpness of the tanh loss
+  double band = 0.04;           ///< b: samples with |d| < b aim at d, those farther at "beyond ±b"
+  double band_weight = 1;       ///< of a sample in the band; one on the surface or farther has 1
+  double off_slice_weight = 0;  ///< of a sample off the slice; 0: there are none
+  double reweight = 0;  ///< r: weights times 1 + r e / mean e, e the error at the stage's start
   Space space = Space::all;
   int clusters = 40;  ///< of roots and poles together
   int steps = 60;     ///< L-BFGS steps of a stage

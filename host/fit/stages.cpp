@@ -134,6 +134,7 @@ StopReason Stages::run() {
 Samples Stages::draw(const Level& level) {
   Samples samples = target_.draw(level, random_);
   team_.adopt(samples.position);
+  team_.adopt(samples.off_slice);
   team_.adopt(samples.weight);
   team_.adopt(samples.target);
   team_.adopt(samples.side);

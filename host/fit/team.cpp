@@ -89,7 +89,8 @@ class DistributedEvaluator final : public Evaluator {
     for (auto p = static_cast<std::size_t>(team.rank()); p < parts_; p += size()) {
       Samples part;
       for (std::size_t i = begin_of(p); i < begin_of(p + 1); ++i) {
-        part.add(samples.position[i], samples.weight[i], samples.target[i], samples.side[i]);
+        part.add(samples.position[i], samples.weight[i], samples.target[i], samples.side[i],
+                 samples.off_slice[i]);
       }
       mine_.push_back(local(part, options));
     }

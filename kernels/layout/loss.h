@@ -10,10 +10,11 @@
 #define QJ_SAMPLE_X 0
 #define QJ_SAMPLE_Y 1
 #define QJ_SAMPLE_Z 2
-#define QJ_SAMPLE_WEIGHT 3
-#define QJ_SAMPLE_TARGET 4
-#define QJ_SAMPLE_SIDE 5
-#define QJ_SAMPLE_ARRAYS 6
+#define QJ_SAMPLE_W 3 /* from the map's slice */
+#define QJ_SAMPLE_WEIGHT 4
+#define QJ_SAMPLE_TARGET 5
+#define QJ_SAMPLE_SIDE 6
+#define QJ_SAMPLE_ARRAYS 7
 
 /* Scalars of the kernels that sum the energy. */
 QJ_ARGUMENTS(qj_energy_arguments) {

@@ -21,9 +21,12 @@ RationalMap map_off_slice() {
   return map;
 }
 
-/// Random samples, and some beside a factor and beside its branch cut.
+/// Random samples, every fourth off the slice, and some beside a factor and beside its branch cut.
 fitting::Samples hard_samples(const RationalMap& map) {
   fitting::Samples samples = test::random_samples(150, 62);
+  for (std::size_t i = 0; i < samples.size(); i += 4) {
+    samples.off_slice[i] = 0.01 * static_cast<double>(i) - 0.7;
+  }
   const Quaternion& c = map.factors[2].center;
   for (const double step : {1e-3, 1e-2}) {
     samples.add({c.x + step, c.y, c.z + step}, 0.01, 0.1, 0);  // near the factor
@@ -115,6 +118,47 @@ TEST_CASE("the Gauss-Newton matrix on the device is the reference's") {
     }
     const auto one = fitting::make_device_evaluator(device, samples, options)->gauss_newton(map);
     CHECK((one - expected).cwiseAbs().maxCoeff() < 1e-4 * size);
+  }
+}
+
+TEST_CASE("Gauss-Newton matrices add up on the device as the reference's do") {
+  // As large as those that are factorised on the device, and small ones, which are not.
+  const int factors = GENERATE(13, 80);
+  const RationalMap before = test::random_map(factors, 0.1, 0.6, 64);
+  RationalMap after = before;
+  for (Factor& factor : after.factors) factor.exponent *= 1.1;
+  const std::vector<std::size_t> moved{2, 7};
+  for (const std::size_t k : moved) after.factors[k].center = {0.1, 0.2, 0.3, -0.4};
+  const fitting::Samples samples = test::random_samples(3000, 65);
+  const auto sum_of = [&](fitting::Evaluator& evaluator) {
+    fitting::CurvatureSum sum;
+    evaluator.add_curvature(before, {}, sum);
+    evaluator.add_curvature(after, moved, sum);
+    return evaluator.factor(sum, 1e-3);
+  };
+  const auto product = [](const fitting::CurvatureFactor& factor) {
+    const Eigen::Index n = factor.scale.size();
+    const Eigen::MatrixXd lower =
+        factor.lower.topLeftCorner(n, n).cast<double>().triangularView<Eigen::Lower>();
+    return Eigen::MatrixXd(lower * lower.transpose());
+  };
+  const auto reference = fitting::make_reference_evaluator(samples, {});
+  const fitting::CurvatureFactor expected = sum_of(*reference);
+  // A moved factor's rows are those of the last matrix alone.
+  const Eigen::MatrixXd last = reference->gauss_newton(after);
+  const auto row = static_cast<Eigen::Index>(1 + moved.front());
+  CHECK(expected.scale[row] == Approx(1 / std::sqrt(last(row, row) * 1.001)).epsilon(1e-6));
+  for (const test::Variant& variant : test::variants()) {
+    const auto device = variant.of(test::device());
+    CAPTURE(variant, factors);
+    const auto check = [&](Precision precision, double tolerance) {
+      const auto found = sum_of(*fitting::make_device_evaluator(device, samples, {}, precision));
+      CHECK((found.scale - expected.scale).cwiseQuotient(expected.scale).cwiseAbs().maxCoeff() <
+            tolerance);
+      CHECK((product(found) - product(expected)).cwiseAbs().maxCoeff() < tolerance);
+    };
+    if (test::can_check(device, Precision::dbl)) check(Precision::dbl, 1e-6);
+    check(Precision::single, 1e-4);
   }
 }
 

@@ -41,6 +41,7 @@ inline fitting::SamplePool sphere_pool(std::size_t count) {
     }
   };
   fitting::SamplePool pool;
+  pool.inradius = 1;
   for (std::size_t i = 0; i < count; ++i) {
     const Eigen::Vector3d n = direction();
     pool.surface.push_back({n, n});

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "fit/monopoles.hpp"
 #include "sphere_pool.hpp"
@@ -43,6 +44,25 @@ TEST_CASE("a stage's samples have the shares, targets and sides it asks for") {
   base::Random same(3);
   CHECK(pool.draw(level, same).position == samples.position);
 
+  // Off the slice: a ball of 1.2 inradii.
+  level.off_slice_weight = 0.25;
+  const auto more = pool.draw(level, same);
+  REQUIRE(more.size() == 1150);
+  int within = 0;
+  for (std::size_t i = 0; i < more.size(); ++i) {
+    CHECK((more.off_slice[i] != 0) == (i >= 1000));
+    if (more.off_slice[i] == 0) continue;
+    const double d = std::hypot(more.position[i].norm(), more.off_slice[i]) - 1.2;
+    CHECK(std::abs(more.off_slice[i]) >= 0.3);
+    CHECK(more.side[i] * d > 0);
+    CHECK(more.target[i] == Approx(std::clamp(d, -0.1, 0.1)).margin(1e-12));
+    CHECK(more.weight[i] == Approx(0.00025));
+    within += d < 0 ? 1 : 0;
+  }
+  CHECK(within > 40);
+  CHECK(within < 110);
+
+  level.off_slice_weight = 0;
   level.loss = fitting::Loss::tanh;
   const auto sided = pool.draw(level, random);
   double inside = 0;
