@@ -13,9 +13,9 @@ struct LoopCounts {
 
 // counted
 constexpr LoopCounts kLogNorm{.fma = 18, .special = 0, .loads = 5, .other = 20};
-constexpr LoopCounts kVersor{.fma = 48, .special = 1, .loads = 9, .other = 73};
-constexpr LoopCounts kPotentialGradient{.fma = 28, .special = 1, .loads = 4, .other = 34};
-constexpr LoopCounts kStep{.fma = 49, .special = 0, .loads = 10, .other = 98};
+constexpr LoopCounts kVersor{.fma = 50, .special = 1, .loads = 10, .other = 75};
+constexpr LoopCounts kPotentialGradient{.fma = 30, .special = 1, .loads = 5, .other = 40};
+constexpr LoopCounts kStep{.fma = 50, .special = 1, .loads = 8, .other = 93};
 constexpr LoopCounts kPullBack{.fma = 114, .special = 3, .loads = 7, .other = 91};
 constexpr LoopCounts kPullBackLast{.fma = 33, .special = 2, .loads = 3, .other = 66};
 // end
