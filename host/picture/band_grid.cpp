@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 
 #include "base/random.hpp"
 #include "device/point_batch.hpp"
-#include "picture/grid_layout.hpp"
+#include "layout/picture_layout.h"
 #include "qjulia/progress.hpp"
 
 namespace qjulia::picture {
@@ -53,37 +52,19 @@ std::optional<double> steepest_slope(const Field& field, double slice, double le
 
 /// A grid over the box, `cells` along its longest side.
 surface::Grid grid_over(const Box& box, int cells) {
-  surface::Grid grid;
-  grid.step = box.size().maxCoeff() / cells;
-  grid.origin = box.low;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double side = box.size()[static_cast<Eigen::Index>(i)];
-    grid.points[i] = std::max(2, static_cast<int>(std::ceil(side / grid.step)) + 1);
-  }
-  return grid;
-}
-
-std::vector<std::int32_t> all_numbers(const surface::Grid& grid) {
-  std::vector<std::int32_t> numbers(surface::whole(grid).size());
-  std::iota(numbers.begin(), numbers.end(), 0);
-  return numbers;
+  return surface::grid_around(box, box.size().maxCoeff() / cells, 0);
 }
 
 /// Trilinear between the grid's points; beyond it, as at its nearest face.
 double interpolated(const surface::Grid& grid, const std::vector<double>& values,
                     const Eigen::Vector3d& p) {
-  std::array<std::size_t, 3> low{};
-  std::array<double, 3> way{};
-  for (std::size_t a = 0; a < 3; ++a) {
-    const auto axis = static_cast<Eigen::Index>(a);
-    const double at = std::clamp((p[axis] - grid.origin[axis]) / grid.step, 0.0,
-                                 std::max(0.0, grid.points[a] - 1.001));
-    low[a] = static_cast<std::size_t>(at);
-    way[a] = at - std::floor(at);
-  }
+  const Eigen::Array3d last = (grid.points.cast<double>().array() - 1.001).max(0.0);
+  const Eigen::Array3d at = ((p - grid.origin) / grid.step).array().max(0.0).min(last);
+  const Eigen::Array3i low = at.cast<int>();
+  const Eigen::Array3d way = at - at.floor();
   const auto row = static_cast<std::size_t>(grid.points[0]);
   const std::size_t slice = row * static_cast<std::size_t>(grid.points[1]);
-  const double* c = values.data() + low[2] * slice + low[1] * row + low[0];
+  const double* c = values.data() + surface::number_of(low, grid.points);
   const auto along_x = [&](const double* v) { return std::lerp(v[0], v[1], way[0]); };
   const auto along_y = [&](const double* v) {
     return std::lerp(along_x(v), along_x(v + row), way[1]);
@@ -97,18 +78,23 @@ Box close_box(const surface::Grid& grid, const std::vector<double>& safe) {
   const auto close =
       surface::marked_indices(grid, [&](std::size_t i) { return safe[i] < grid.step; });
   if (!close) return {-cell, cell};
-  return {grid.at(close->first.cast<double>()) - cell,
-          grid.at(close->second.cast<double>()) + cell};
-}
-
-/// The box in both; nothing where they have nothing in common.
-std::optional<Box> common(const Box& a, const Box& b) {
-  const Box both{a.low.cwiseMax(b.low), a.high.cwiseMin(b.high)};
-  if ((both.size().array() > 0).all()) return both;
-  return std::nullopt;
+  return {grid.point(close->first) - cell, grid.point(close->second) + cell};
 }
 
 }  // namespace
+
+std::vector<double> grid_layout(const surface::Grid& grid, const Box& seen) {
+  std::vector<double> reals(QJ_GRID_SIZE);
+  const auto put = [&](std::size_t first, const Eigen::Vector3d& v) {
+    Eigen::Map<Eigen::Vector3d>(reals.data() + first) = v;
+  };
+  put(QJ_GRID_ORIGIN, grid.origin);
+  put(QJ_GRID_POINTS, grid.points.cast<double>());
+  put(QJ_GRID_SEEN_LOW, seen.low);
+  put(QJ_GRID_SEEN_HIGH, seen.high);
+  reals[QJ_GRID_STEP] = grid.step;
+  return reals;
+}
 
 Band find_band(const Device& device, const MarchedSet& set, const Box& shape) {
   const RationalMap& map = set.map;
@@ -117,11 +103,10 @@ Band find_band(const Device& device, const MarchedSet& set, const Box& shape) {
   band.radius = 1.001 * std::min(band.stops.outer, band.stops.escape);
   band.level = set.iterations == 1 ? map.surface_level
                                    : std::log(std::min(band.stops.outer, band.stops.escape));
-  const Eigen::Vector3d corner = Eigen::Vector3d::Constant(band.radius);
-  const Box within{shape.low.cwiseMax(-corner), shape.high.cwiseMin(corner)};
+  const Box ball = surface::cube(band.radius);
+  const Box within{shape.low.cwiseMax(ball.low), shape.high.cwiseMin(ball.high)};
   // Steps are those that are safe without paint (plain_safe_step in kernels/map.clh).
   const Field field(device, without_paint(without_portals(map)), Precision::single, band.stops);
-  const Box ball{-corner, corner};
   std::optional<double> steepest = steepest_slope(field, map.slice, band.level, within);
   if (!steepest) steepest = steepest_slope(field, map.slice, band.level, ball);
   band.steepest = steepest.value_or(20 / ball.diagonal());
@@ -134,28 +119,25 @@ Band find_band(const Device& device, const MarchedSet& set, const Box& shape) {
 
 BandGrid::BandGrid(const Device& device, const MarchedSet& set, const Band& band)
     : device_(device),
-      map_(set.map),
-      iterations_(set.iterations),
-      precision_(set.precision),
+      set_(set),
       band_(band),
-      device_map_(device, set.map, band.stops, set.precision),
-      inner_(device_map_.has_portals() ? -kNone
-                                       : (device_map_.log_inner() - band.level) / band.steepest),
+      map_(device, set.map, band.stops, set.precision),
+      inner_(map_.has_portals() ? -kNone : (map_.log_inner() - band.level) / band.steepest),
       deepest_(std::max(inner_, -kDeepest / band.steepest)) {
   device::Context& context = device_.context();
-  const Eigen::Vector3d corner = Eigen::Vector3d::Constant(band.radius);
-  const surface::Grid first = grid_over({-corner, corner}, kFirstCells);
-  const std::vector<double> first_steps = safe_steps(first, all_numbers(first));
+  const surface::Grid first = grid_over(surface::cube(band.radius), kFirstCells);
+  const std::vector<double> first_steps =
+      safe_steps(first, surface::all_numbers(surface::whole(first)));
   bounds_ = close_box(first, first_steps);
   if (set.part) {
-    const std::optional<Box> seen = common(bounds_, *set.part);
-    is_empty_ = !seen;
-    bounds_ = seen.value_or(*set.part);
+    const Box seen{bounds_.low.cwiseMax(set.part->low), bounds_.high.cwiseMin(set.part->high)};
+    is_empty_ = !(seen.size().array() > 0).all();
+    bounds_ = is_empty_ ? *set.part : seen;
   }
   grid_ = grid_over(bounds_, set.cells);
-  layout_ = context.upload_real(grid_layout(grid_, bounds_), precision_);
+  layout_ = context.upload_real(grid_layout(grid_, bounds_), set_.precision);
   steps_ = safe_steps(grid_, first, first_steps);
-  safe_ = context.upload_real(steps_, precision_);
+  safe_ = context.upload_real(steps_, set_.precision);
 }
 
 std::vector<double> BandGrid::safe_steps(const surface::Grid& grid,
@@ -163,24 +145,18 @@ std::vector<double> BandGrid::safe_steps(const surface::Grid& grid,
   std::vector<double> safe(numbers.size());
   if (numbers.empty()) return safe;
   device::Context& context = device_.context();
-  const auto layout = context.upload_real(grid_layout(grid), precision_);
-  numbers.resize(device_map_.groups(numbers.size()) * device_map_.lanes(), numbers.back());
+  const auto layout = context.upload_real(grid_layout(grid), set_.precision);
+  numbers.resize(map_.groups(numbers.size()) * map_.lanes(), numbers.back());
   const auto sent = context.upload<std::int32_t>(numbers);
-  device::PointBatch batch(context, device_map_.kernel("ray_march.cl", "safe_steps"), precision_,
-                           device_map_.lanes(), device_map_.modulus_cost());
+  device::PointBatch batch(context, map_.kernel("ray_march.cl", "safe_steps"), set_.precision,
+                           map_.lanes(), map_.modulus_cost());
   batch.run<0, 1>(
       safe.size(), device::PointBatch::NoInputs{},
       [&](const device::PointBatch::Part& part) {
-        return std::vector<device::Argument>{layout,
-                                             sent,
-                                             device::narrow(part.first / device_map_.lanes()),
-                                             device::narrow(part.items),
-                                             device_map_.buffer(),
-                                             device_map_.factors(),
-                                             iterations_,
-                                             device_map_.real(band_.level),
-                                             device_map_.real(band_.steepest),
-                                             part.out};
+        return surface::Arguments({layout, sent, device::narrow(part.first / map_.lanes()),
+                                   device::narrow(part.items), map_.buffer(), map_.factors(),
+                                   set_.iterations, map_.real(band_.level),
+                                   map_.real(band_.steepest), part.out});
       },
       [&](std::size_t i, const std::array<double, 1>& step) { safe[i] = step[0]; });
   return safe;
@@ -189,20 +165,15 @@ std::vector<double> BandGrid::safe_steps(const surface::Grid& grid,
 std::vector<double> BandGrid::safe_steps(const surface::Grid& grid, const surface::Grid& coarse,
                                          const std::vector<double>& coarse_steps) const {
   // Between points of the coarse grid there may be a portal.
-  if (device_map_.has_portals()) return safe_steps(grid, all_numbers(grid));
+  if (map_.has_portals()) return safe_steps(grid, surface::all_numbers(surface::whole(grid)));
   const double near = coarse.step + grid.step;
   std::vector<double> safe(surface::whole(grid).size());
   std::vector<std::int32_t> numbers;
-  std::size_t number = 0;
-  for (int k = 0; k < grid.points[2]; ++k) {
-    for (int j = 0; j < grid.points[1]; ++j) {
-      for (int i = 0; i < grid.points[0]; ++i, ++number) {
-        const double step = interpolated(coarse, coarse_steps, grid.at(Eigen::Vector3d(i, j, k)));
-        safe[number] = (step > 0 ? kCoarseShare : 1) * step;
-        if (step < near && step > deepest_ - near) numbers.push_back(device::narrow(number));
-      }
-    }
-  }
+  surface::for_points(grid.points, [&](std::size_t number, const Eigen::Vector3i& index) {
+    const double step = interpolated(coarse, coarse_steps, grid.point(index));
+    safe[number] = (step > 0 ? kCoarseShare : 1) * step;
+    if (step < near && step > deepest_ - near) numbers.push_back(device::narrow(number));
+  });
   const std::vector<double> found = safe_steps(grid, numbers);
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     safe[static_cast<std::size_t>(numbers[i])] = found[i];
@@ -215,29 +186,32 @@ bool BandGrid::has_orbits_near(const Eigen::Vector3d& p, double reach) const {
   return step < 0.25 * grid_.step + reach && step > deepest_ - reach;
 }
 
+surface::LevelSet BandGrid::level_set() const {
+  return {device_, set_.map, band_.stops, set_.iterations, set_.precision};
+}
+
 const std::vector<float>& BandGrid::values() {
   if (!values_.empty()) return values_;
   // Where F₁ alone tells the side, the safe step tells F₁.
-  const double outside = band_.level - map_.surface_level;
+  const double outside = band_.level - set_.map.surface_level;
   values_.resize(steps_.size());
   std::vector<std::int32_t> undecided;
   for (std::size_t i = 0; i < steps_.size(); ++i) {
     values_[i] = static_cast<float>(outside + band_.steepest * steps_[i]);
     if (steps_[i] < 0 && steps_[i] > inner_ - grid_.step) undecided.push_back(device::narrow(i));
   }
-  const surface::LevelSet set(device_, map_, band_.stops, iterations_, precision_);
   std::vector<float> found(steps_.size());
-  set.at(grid_, surface::whole(grid_), undecided, found);
+  level_set().at(grid_, surface::whole(grid_), undecided, found);
   for (const std::int32_t i : undecided) {
     const auto number = static_cast<std::size_t>(i);
-    values_[number] = found[number] - static_cast<float>(map_.surface_level);
+    values_[number] = found[number] - static_cast<float>(set_.map.surface_level);
   }
   // Far values say nothing about where between two points the surface lies.
   for (float& value : values_) value = std::clamp(value, -1.0F, 1.0F);
   return values_;
 }
 
-surface::LoosePlaces BandGrid::loose_places(int finest_cells, const std::stop_token& stop) {
+surface::LoosePlaces BandGrid::loose_places() {
   // Nearer than this to the band, rays ask for orbits.
   const double near = 0.25 * grid_.step;
   std::vector<bool> is_inside(steps_.size()), may_be_inside(steps_.size());
@@ -245,53 +219,47 @@ surface::LoosePlaces BandGrid::loose_places(int finest_cells, const std::stop_to
     is_inside[i] = values()[i] < 0;
     may_be_inside[i] = steps_[i] < near;
   }
-  const surface::LevelSet set(device_, map_, band_.stops, iterations_, precision_);
+  const surface::LevelSet set = level_set();
   const auto insides = [&](const std::vector<Eigen::Vector3d>& points) {
-    throw_if_stopped(stop);
+    throw_if_stopped(set_.stop);
     std::vector<bool> found(points.size());
-    surface::PointList asked;
+    std::vector<Eigen::Vector3d> asked;
     std::vector<std::size_t> numbers;
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (interpolated(grid_, steps_, points[i]) > near) continue;
-      asked.add(points[i].x(), points[i].y(), points[i].z());
+      asked.push_back(points[i]);
       numbers.push_back(i);
     }
     const std::vector<float> values = set.at(asked);
     for (std::size_t i = 0; i < values.size(); ++i) {
-      found[numbers[i]] = double{values[i]} < map_.surface_level;
+      found[numbers[i]] = double{values[i]} < set_.map.surface_level;
     }
     return found;
   };
-  const double cells = std::ranges::max(grid_.points);
-  const int divisions = std::max(2, static_cast<int>(std::ceil(finest_cells / cells)));
+  const double cells = grid_.points.maxCoeff();
+  const int divisions = std::max(2, static_cast<int>(std::ceil(set_.finest_cells / cells)));
   return surface::find_loose_places(grid_, is_inside, may_be_inside, divisions, insides);
 }
 
 void BandGrid::leave_out(const surface::LoosePlaces& places) {
   values();
-  std::size_t number = 0;
-  for (int k = 0; k < grid_.points[2]; ++k) {
-    for (int j = 0; j < grid_.points[1]; ++j) {
-      for (int i = 0; i < grid_.points[0]; ++i, ++number) {
-        if (values_[number] >= 0) continue;
-        if (places.holds(grid_.at(Eigen::Vector3d(i, j, k)))) values_[number] = 1;
-      }
-    }
-  }
+  surface::for_points(grid_.points, [&](std::size_t number, const Eigen::Vector3i& index) {
+    if (values_[number] < 0 && places.holds(grid_.point(index))) values_[number] = 1;
+  });
 }
 
 std::vector<float> BandGrid::depths(const View& view, int first_row, int rows) {
   device::Context& context = device_.context();
   if (sent_values_.size() == 0) {
     sent_values_ =
-        context.upload_real(std::vector<double>(values().begin(), values().end()), precision_);
-    grid_depth_ = context.kernel("ray_grid.cl", "grid_depth", {1, precision_, {}});
+        context.upload_real(std::vector<double>(values().begin(), values().end()), set_.precision);
+    grid_depth_ = context.kernel("ray_grid.cl", "grid_depth", {1, set_.precision, {}});
   }
   const auto wide = static_cast<std::size_t>(view.columns);
   const auto deep = static_cast<std::size_t>(rows);
-  const auto out = context.allocate_real(wide * deep, precision_);
+  const auto out = context.allocate_real(wide * deep, set_.precision);
   context.launch(grid_depth_, {{(wide + 7) / 8 * 8, (deep + 7) / 8 * 8, 1}, {8, 8, 1}},
-                 {context.upload_real(view.packed(), precision_), view.columns, first_row, rows,
+                 {context.upload_real(view.packed(), set_.precision), view.columns, first_row, rows,
                   layout_, safe_, sent_values_, out});
   std::vector<double> depths(wide * deep);
   context.read(out, depths);

@@ -13,6 +13,9 @@
 
 namespace qjulia::picture {
 
+/// A grid as layout/picture_layout.h says. @param seen the part of space that rays go through.
+std::vector<double> grid_layout(const surface::Grid& grid, const Box& seen = {});
+
 /// What rays need to know of the band of undecided points.
 struct Band {
   StopRadii stops;
@@ -36,14 +39,14 @@ class BandGrid {
   /// Depths of `rows` rows of a view, to about a cell.
   std::vector<float> depths(const View& view, int first_row, int rows);
 
+  const map::DeviceMap& map() const { return map_; }
   const Box& bounds() const { return bounds_; }
   /// Whether nothing of the set lies in the part that is seen.
   bool is_empty() const { return is_empty_; }
   double step() const { return grid_.step; }
 
   /// What of the set hangs on nothing large. @pre the grid is over all of the set.
-  /// @param finest_cells of MarchedSet.
-  surface::LoosePlaces loose_places(int finest_cells, const std::stop_token& stop);
+  surface::LoosePlaces loose_places();
   /// Depths are those of the set without it from now on; before the first of them.
   void leave_out(const surface::LoosePlaces& places);
 
@@ -54,6 +57,7 @@ class BandGrid {
   /// The safe steps at the points of these numbers.
   std::vector<double> safe_steps(const surface::Grid& grid,
                                  std::vector<std::int32_t> numbers) const;
+  surface::LevelSet level_set() const;
   /// F_n − L at the grid's points, as far as it matters.
   const std::vector<float>& values();
   /// At all points of `grid`, given those of a coarser one: computed near the band alone.
@@ -61,11 +65,9 @@ class BandGrid {
                                  const std::vector<double>& coarse_steps) const;
 
   Device device_;
-  RationalMap map_;
-  int iterations_;
-  Precision precision_;
+  MarchedSet set_;
   Band band_;
-  map::DeviceMap device_map_;
+  map::DeviceMap map_;
   surface::Grid grid_;
   Box bounds_;
   bool is_empty_ = false;

@@ -69,10 +69,13 @@ double text_width(cairo_t* context, const std::string& text, double size) {
   return extents.x_advance;
 }
 
+void set_ink(cairo_t* context) { cairo_set_source_rgb(context, 0.15, 0.15, 0.15); }
+
 void draw_text(cairo_t* context, const std::string& text, double x, double y, double size,
                Anchor anchor) {
   const double width = text_width(context, text, size);  // chooses the font too
   const double share = anchor == Anchor::left ? 0 : anchor == Anchor::middle ? 0.5 : 1;
+  set_ink(context);
   cairo_move_to(context, x - share * width, y);
   cairo_show_text(context, text.c_str());
 }

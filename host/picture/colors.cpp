@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
+#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <utility>
@@ -11,7 +11,6 @@
 namespace qjulia {
 namespace {
 
-constexpr int kHex = 16;
 constexpr double kMost = 255;
 
 /// IEC 61966-2-1.
@@ -20,13 +19,6 @@ double decoded(double encoded) {
 }
 double encoded(double linear) {
   return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
-}
-
-std::optional<int> hex_digit(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return std::nullopt;
 }
 
 Rgb of(std::uint32_t hex) {
@@ -54,22 +46,18 @@ std::optional<Rgb> color_named(std::string_view text) {
   if (text.starts_with('#')) text.remove_prefix(1);
   if (text.size() != 3 && text.size() != 6) return std::nullopt;
   std::uint32_t hex = 0;
-  for (const char c : text) {
-    const auto digit = hex_digit(c);
-    if (!digit) return std::nullopt;
-    const int times = text.size() == 3 ? 2 : 1;
-    for (int i = 0; i < times; ++i) hex = kHex * hex + static_cast<std::uint32_t>(*digit);
-  }
+  const auto [end, error] = std::from_chars(text.begin(), text.end(), hex, 16);
+  if (error != std::errc() || end != text.end()) return std::nullopt;
+  // Of three digits each stands for two.
+  if (text.size() == 3) hex = 0x11 * ((hex & 0xF00U) << 8 | (hex & 0xF0U) << 4 | (hex & 0xFU));
   return of(hex);
 }
 
 std::string color_name(const Rgb& color) {
-  std::array<long, 3> parts{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double linear = std::clamp(color[static_cast<Eigen::Index>(i)], 0.0, 1.0);
-    parts[i] = std::lround(kMost * encoded(linear));
-  }
-  return fmt::format("#{:02x}{:02x}{:02x}", parts[0], parts[1], parts[2]);
+  const auto part = [&](Eigen::Index i) {
+    return std::lround(kMost * encoded(std::clamp(color[i], 0.0, 1.0)));
+  };
+  return fmt::format("#{:02x}{:02x}{:02x}", part(0), part(1), part(2));
 }
 
 std::optional<Palette> palette_named(std::string_view name) {

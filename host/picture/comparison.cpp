@@ -13,24 +13,16 @@ namespace qjulia {
 using namespace picture;
 namespace {
 
-using Color = std::array<double, 3>;  ///< sRGB, 0 … 1
-
 /// The share of seen points whose distance the scale holds.
 constexpr double kHeld = 0.98;
 constexpr int kGap = 8;  ///< pixels between pictures
 
-Color between(const Color& a, const Color& b, double t) {
-  Color c;
-  for (std::size_t i = 0; i < 3; ++i) c[i] = a[i] + t * (b[i] - a[i]);
-  return c;
-}
-
 /// From −1, within the mesh, to 1, outside: blue, white, red, as in Moreland 2009, "Diverging color
-/// maps for scientific visualization".
-Color diverging(double t) {
-  constexpr Color kInside{0.23, 0.30, 0.75}, kMiddle{0.93, 0.93, 0.93}, kOutside{0.71, 0.02, 0.15};
+/// maps for scientific visualization"; sRGB.
+Rgb diverging(double t) {
+  const Rgb inside(0.23, 0.30, 0.75), middle(0.93, 0.93, 0.93), outside(0.71, 0.02, 0.15);
   t = std::clamp(t, -1.0, 1.0);
-  return t < 0 ? between(kMiddle, kInside, -t) : between(kMiddle, kOutside, t);
+  return middle + std::abs(t) * ((t < 0 ? inside : outside) - middle);
 }
 
 /// The least of 1, 2 and 5 times a power of ten that is not below `value`.
@@ -85,9 +77,9 @@ Image colored(const Image& picture, const std::vector<double>& distances, double
       std::fill_n(rgb, 3, static_cast<std::uint8_t>(255 * brightness));
       continue;
     }
-    const Color color = diverging(distances[i] / full);
+    const Rgb color = diverging(distances[i] / full);
     const double shade = std::clamp(brightness / kLit, 0.0, 1.1);
-    for (std::size_t c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
       rgb[c] = static_cast<std::uint8_t>(std::clamp(255 * shade * color[c], 0.0, 255.0));
     }
   }
@@ -103,12 +95,12 @@ Image with_scale(const Image& sheet, double full, double diagonal) {
   cairo_t* context = canvas.context();
   const double top = sheet.height + 2 * size;
   for (int i = 0; i < static_cast<int>(width); ++i) {
-    const Color color = diverging(2 * (i + 0.5) / width - 1);
+    const Rgb color = diverging(2 * (i + 0.5) / width - 1);
     cairo_set_source_rgb(context, color[0], color[1], color[2]);
     cairo_rectangle(context, left + i, top, 1.5, size);
     cairo_fill(context);
   }
-  cairo_set_source_rgb(context, 0.15, 0.15, 0.15);
+  set_ink(context);
   draw_text(
       context,
       "distance of the set from the mesh: % of its box's diagonal; below, its units. Blue: inside",

@@ -56,7 +56,6 @@ Image captioned(const Image& image, const std::string& text) {
   const double size = std::max(11.0, image.width / 24.0);
   CairoCanvas canvas(image.width, image.height + static_cast<int>(2 * size));
   canvas.put(opaque(image), 0, 0);
-  cairo_set_source_rgb(canvas.context(), 0.15, 0.15, 0.15);
   draw_text(canvas.context(), text, 0.5 * image.width, image.height + 1.35 * size, size,
             Anchor::middle);
   return canvas.image();

@@ -17,6 +17,8 @@ struct DepthGrid {
   int rows = 0;
   std::vector<float> depths;  ///< row by row; below 0 where nothing is
 
+  float at(int column, int row) const { return depths[index(column, row, columns)]; }
+
   /// Empty: nothing in the 3 × 3 pixels around. Smooth: depth is nearly linear over them. `pixel`:
   /// a pixel's width in units of depth.
   PixelKind kind(int column, int row, double pixel) const;

@@ -23,17 +23,13 @@ class DepthSource {
   virtual std::vector<float> depths(const View& view, int first_row, int rows) = 0;
 
   /// From now on this ends what `depths` and `traits` do.
-  virtual void stop_with(const std::stop_token& stop) { static_cast<void>(stop); }
+  virtual void stop_with(const std::stop_token& /*stop*/) {}
 
   /// Computes what rays of the view need.
-  virtual void prepare(const View& view) { static_cast<void>(view); }
+  virtual void prepare(const View& /*view*/) {}
 
-  /// What colours the points given (arrays X, Y, Z of as many), 0 … 1 each; empty where nothing
-  /// does.
-  virtual std::vector<float> traits(const std::vector<double>& points) {
-    static_cast<void>(points);
-    return {};
-  }
+  /// What colours the points given, 0 … 1 each; empty where nothing does.
+  virtual std::vector<float> traits(const std::vector<Eigen::Vector3d>& /*points*/) { return {}; }
 
   /// What is left out, in the view's units.
   virtual LoosePieces loose_pieces() const { return {}; }

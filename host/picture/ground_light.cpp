@@ -1,5 +1,3 @@
-#include "picture/ground_light.hpp"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -7,6 +5,7 @@
 
 #include "device/context.hpp"
 #include "layout/picture_layout.h"
+#include "picture/shading.hpp"
 
 namespace qjulia::picture {
 namespace {
@@ -43,8 +42,8 @@ std::vector<float> smoothed(const std::vector<float>& points, std::size_t side) 
 
 }  // namespace
 
-GroundLight ground_light(const Device& device, const Scene& scene, const std::vector<Light>& sky,
-                         const std::vector<std::vector<float>>& maps, double fineness) {
+GroundLight ground_light(const Device& device, const Scene& scene, std::vector<Light> sky,
+                         double fineness) {
   GroundLight ground;
   ground.side = static_cast<int>(std::lround(kSide * std::sqrt(fineness)));
   ground.right = scene.up.unitOrthogonal();
@@ -65,21 +64,17 @@ GroundLight ground_light(const Device& device, const Scene& scene, const std::ve
       put(scene.up);
     }
   }
-  std::vector<float> lights, atlas;
-  for (std::size_t i = 0; i < sky.size(); ++i) {
-    Light light = sky[i];
+  for (Light& light : sky) {
     light.softness = softness_of(sky.size());
     ground.open += std::max(0.0, light.towards.dot(scene.up)) * light.color;
-    const auto reals = light.packed(atlas.size());
-    lights.insert(lights.end(), reals.begin(), reals.end());
-    atlas.insert(atlas.end(), maps[i].begin(), maps[i].end());
   }
+  const PackedLights lights = packed(sky);
   device::Context& context = device.context();
   const auto kernel = context.kernel("shade.cl", "ground_sky", {1, Precision::single, {}});
   const std::size_t count = receivers.size() / QJ_RECEIVER_SIZE;
   const auto points = context.upload<float>(receivers);
-  const auto sources = context.upload<float>(lights);
-  const auto depths = context.upload<float>(atlas);
+  const auto sources = context.upload<float>(lights.reals);
+  const auto depths = context.upload<float>(lights.atlas);
   const auto shares = context.allocate<float>(count);
   const qj_light_arguments<float> arguments{.receivers = static_cast<std::int32_t>(count),
                                             .ground = 0,

@@ -31,9 +31,6 @@ class ImageLattice {
   const device::Buffer<std::uint8_t>& trusted() const { return trusted_; }
 
  private:
-  void compute(const map::DeviceMap& map, const surface::Grid& grid,
-               std::vector<std::int32_t> numbers, std::vector<std::int32_t> slots,
-               const device::RealBuffer& field, const device::RealBuffer& versors) const;
   void trust(const map::DeviceMap& map, const surface::Grid& grid,
              const std::vector<std::int32_t>& cells, double allowed);
 

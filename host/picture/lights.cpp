@@ -33,27 +33,31 @@ int map_size(int full, double fineness) {
 
 }  // namespace
 
-std::vector<float> Light::packed(std::size_t first_texel) const {
-  std::vector<float> reals(QJ_LIGHT_SIZE);
-  const auto put = [&](std::size_t first, const Vector3d& v) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      reals[first + i] = static_cast<float>(v[static_cast<Eigen::Index>(i)]);
-    }
-  };
-  const auto put_affine = [&](std::size_t first, const Vector3d& v) {
-    put(first, v);
-    reals[first + 3] = static_cast<float>(-v.dot(view.eye));
-  };
-  put(QJ_LIGHT_DIRECTION, towards);
-  put(QJ_LIGHT_COLOR, color);
-  put_affine(QJ_LIGHT_U, view.eye_dx / view.eye_dx.squaredNorm());
-  put_affine(QJ_LIGHT_V, view.eye_dy / view.eye_dy.squaredNorm());
-  put_affine(QJ_LIGHT_DEPTH, view.dir);
-  reals[QJ_LIGHT_SOFTNESS] = static_cast<float>(softness);
-  reals[QJ_LIGHT_TEXEL] = static_cast<float>(view.footprint);
-  reals[QJ_LIGHT_MAP_SIZE] = static_cast<float>(view.columns);
-  reals[QJ_LIGHT_MAP_FIRST] = static_cast<float>(first_texel);
-  return reals;
+PackedLights packed(std::span<const Light> lights) {
+  PackedLights all{std::vector<float>(lights.size() * QJ_LIGHT_SIZE), {}};
+  float* reals = all.reals.data();
+  for (const Light& light : lights) {
+    const View& view = light.view;
+    const auto put = [&](std::size_t first, const Vector3d& v) {
+      Eigen::Map<Eigen::Vector3f>(reals + first) = v.cast<float>();
+    };
+    const auto put_affine = [&](std::size_t first, const Vector3d& v) {
+      put(first, v);
+      reals[first + 3] = static_cast<float>(-v.dot(view.eye));
+    };
+    put(QJ_LIGHT_DIRECTION, light.towards);
+    put(QJ_LIGHT_COLOR, light.color);
+    put_affine(QJ_LIGHT_U, view.eye_dx / view.eye_dx.squaredNorm());
+    put_affine(QJ_LIGHT_V, view.eye_dy / view.eye_dy.squaredNorm());
+    put_affine(QJ_LIGHT_DEPTH, view.dir);
+    reals[QJ_LIGHT_SOFTNESS] = static_cast<float>(light.softness);
+    reals[QJ_LIGHT_TEXEL] = static_cast<float>(view.footprint);
+    reals[QJ_LIGHT_MAP_SIZE] = static_cast<float>(view.columns);
+    reals[QJ_LIGHT_MAP_FIRST] = static_cast<float>(all.atlas.size());
+    reals += QJ_LIGHT_SIZE;
+    all.atlas.insert(all.atlas.end(), light.depths.begin(), light.depths.end());
+  }
+  return all;
 }
 
 std::vector<Light> sky_lights(UpAxis up, const Box& held, double fineness, int count) {

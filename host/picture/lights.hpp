@@ -14,10 +14,15 @@ struct Light {
   Eigen::Vector3d color = Eigen::Vector3d::Zero();    ///< irradiance of a surface that faces it
   double softness = 0;                                ///< tangent of its angular radius
   View view;
-
-  /// As layout/picture_layout.h says; `first_texel` is where its depth map begins in the atlas.
-  std::vector<float> packed(std::size_t first_texel) const;
+  std::vector<float> depths{};  ///< the map: of the view, once it was taken
 };
+
+/// Lights as layout/picture_layout.h says.
+struct PackedLights {
+  std::vector<float> reals;
+  std::vector<float> atlas;  ///< their depth maps
+};
+PackedLights packed(std::span<const Light> lights);
 
 /// @param held a box that holds the shape. @param fineness of the depth maps: 1 for a picture of
 /// 1280 × 960, in proportion for smaller ones.

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -11,7 +12,6 @@
 #include "picture/band_grid.hpp"
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
-#include "picture/grid_layout.hpp"
 #include "picture/image_lattice.hpp"
 #include "qjulia/error.hpp"
 
@@ -57,59 +57,43 @@ std::vector<Ray> all_rays(int columns, int first_row, int rows) {
 /// A box about what rays of the view meet in `bounds`.
 Box box_in_sight(const View& view, const Box& bounds) {
   const double middle = (bounds.center() - view.eye).norm(), reach = 0.5 * bounds.diagonal();
-  Box sight{Eigen::Vector3d::Constant(1e30), Eigen::Vector3d::Constant(-1e30)};
+  Eigen::AlignedBox3d sight;
   for (const double x : {0.0, double(view.columns)}) {
     for (const double y : {0.0, double(view.rows)}) {
-      const Eigen::Vector3d origin = view.eye + x * view.eye_dx + y * view.eye_dy;
-      const Eigen::Vector3d direction = view.dir + x * view.dir_dx + y * view.dir_dy;
       // As far along the view's axis as the bounds reach.
       for (const double depth : {std::max(0.0, middle - reach), middle + reach}) {
-        const Eigen::Vector3d p = origin + depth * direction;
-        sight.low = sight.low.cwiseMin(p);
-        sight.high = sight.high.cwiseMax(p);
+        sight.extend(view.origin(x, y) + depth * view.direction(x, y));
       }
     }
   }
-  return {sight.low.cwiseMax(bounds.low), sight.high.cwiseMin(bounds.high)};
+  return {sight.min().cwiseMax(bounds.low), sight.max().cwiseMin(bounds.high)};
 }
 
 /// A map's box in map coordinates, or where it knows none, one that holds most of its factors.
 Box shape_box(const RationalMap& map) {
-  if (map.box) return map.shape_to_map.to_map(*map.box);
-  const Eigen::Vector3d corner = Eigen::Vector3d::Constant(2);
-  return {-corner, corner};
+  return map.box ? map.shape_to_map.to_map(*map.box) : surface::cube(2);
 }
 
 class MarchSource : public DepthSource {
  public:
   MarchSource(const Device& device, const MarchedSet& set)
       : device_(device),
-        iterations_(set.iterations),
-        precision_(set.precision),
-        material_(set.material),
-        foretells_(set.foretells),
-        displacement_(set.displacement),
-        stop_(set.stop),
+        set_(set),
         band_(find_band(device, set, shape_box(set.map))),
         grid_(device, set, band_),
-        device_map_(device, set.map, band_.stops, set.precision),
-        kernel_(device_map_.kernel("ray_march.cl", "march_depth")) {
+        kernel_(map_.kernel("ray_march.cl", "march_depth")) {
     // Copies in portals may be smaller than what the grid shows of where they stand.
-    if (!set.keeps_loose && !grid_.is_empty() && set.map.portals.empty()) find_loose(set);
-    loose_layout_ = device.context().upload_real(grid_layout(loose_.grid), precision_);
+    if (!set.keeps_loose && !grid_.is_empty() && set.map.portals.empty()) find_loose();
+    loose_layout_ = device.context().upload_real(grid_layout(loose_.grid), set_.precision);
     // A kernel's buffer has a size.
     if (loose_.bits.empty()) loose_.bits.push_back(0);
     loose_bits_ = device.context().upload<std::uint32_t>(loose_.bits);
   }
 
-  void stop_with(const std::stop_token& stop) override { stop_ = stop; }
+  void stop_with(const std::stop_token& stop) override { set_.stop = stop; }
 
   std::vector<float> depths(const View& view, int first_row, int rows) override {
-    if (grid_.is_empty()) {
-      return std::vector<float>(
-          static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(rows),
-          static_cast<float>(QJ_NO_HIT));
-    }
+    if (grid_.is_empty()) return no_hits(view, rows);
     if (view.coarse_will_do) return grid_.depths(view, first_row, rows);
     if (view.samples == 1) return march_rows(view, first_row, rows);
     // One ray a pixel tells where a pixel's samples need rays of their own.
@@ -124,32 +108,25 @@ class MarchSource : public DepthSource {
     if (!grid_.is_empty()) lattice_for(view);
   }
 
-  std::vector<float> traits(const std::vector<double>& points) override {
-    if (material_ == Material::clay) return {};
-    const std::size_t all = points.size() / 3;
-    device::PointBatch batch(device_.context(), device_map_.kernel("orbit_trait.cl", "orbit_trait"),
-                             precision_, device_map_.lanes(),
-                             device_map_.step_cost() * iterations_);
-    std::vector<float> traits(all);
+  std::vector<float> traits(const std::vector<Eigen::Vector3d>& points) override {
+    if (set_.material == Material::clay) return {};
+    device::PointBatch batch(device_.context(), map_.kernel("orbit_trait.cl", "orbit_trait"),
+                             set_.precision, map_.lanes(), map_.step_cost() * set_.iterations);
+    std::vector<float> traits(points.size());
     batch.run<3, 1>(
-        all,
+        points.size(),
         [&](std::size_t i) {
-          return std::array{points[i], points[all + i], points[2 * all + i]};
+          return std::array{points[i].x(), points[i].y(), points[i].z()};
         },
         [&](const device::PointBatch::Part& part) {
-          return std::vector<device::Argument>{part.in,
-                                               device::narrow(part.stride),
-                                               device::narrow(part.items),
-                                               device_map_.buffer(),
-                                               device_map_.factors(),
-                                               iterations_,
-                                               material_ == Material::trap ? 1 : 0,
-                                               part.out};
+          return surface::Arguments(
+              {part.in, device::narrow(part.stride), device::narrow(part.items), map_.buffer(),
+               map_.factors(), set_.iterations, set_.material == Material::trap ? 1 : 0, part.out});
         },
         [&](std::size_t i, const std::array<double, 1>& trait) {
           traits[i] = static_cast<float>(trait[0]);
         },
-        0, stop_);
+        0, set_.stop);
     return traits;
   }
 
@@ -158,24 +135,25 @@ class MarchSource : public DepthSource {
   LoosePieces loose_pieces() const override { return loose_.pieces; }
 
  private:
-  void find_loose(MarchedSet set) {
-    if (set.part) {
+  void find_loose() {
+    if (set_.part) {
       // What is cut away may be what a piece hangs on.
-      set.part.reset();
-      loose_ = BandGrid(device_, set, band_).loose_places(set.finest_cells, set.stop);
+      MarchedSet whole = set_;
+      whole.part.reset();
+      loose_ = BandGrid(device_, whole, band_).loose_places();
     } else {
-      loose_ = grid_.loose_places(set.finest_cells, set.stop);
+      loose_ = grid_.loose_places();
     }
     grid_.leave_out(loose_);
   }
 
   /// What serves the view's rays; made at the first call.
   const ImageLattice& lattice_for(const View& view) {
-    const double displacement = displacement_ * view.footprint * view.samples;
+    const double displacement = set_.displacement * view.footprint * view.samples;
     Box box = box_in_sight(view, grid_.bounds());
-    if (!foretells_ || !device_map_.interpolates() || device_map_.step_cost() < kWorthForetelling ||
-        iterations_ == 1 || (box.size().array() <= 0).any()) {
-      if (lattices_.empty()) lattices_.emplace_back(device_map_);
+    if (!set_.foretells || !map_.interpolates() || map_.step_cost() < kWorthForetelling ||
+        set_.iterations == 1 || (box.size().array() <= 0).any()) {
+      if (lattices_.empty()) lattices_.emplace_back(map_);
       return lattices_.front();
     }
     const auto found = std::ranges::find_if(
@@ -183,31 +161,35 @@ class MarchSource : public DepthSource {
     if (found != lattices_.end()) return *found;
     if (box.size().prod() > kPart * grid_.bounds().size().prod()) box = grid_.bounds();
     if (lattices_.size() == kMostLattices) lattices_.pop_front();
-    return lattices_.emplace_back(device_map_, grid_, box, displacement, band_.steepest);
+    return lattices_.emplace_back(map_, grid_, box, displacement, band_.steepest);
   }
 
-  /// Depths of the given rays, in their order.
-  std::vector<float> march(const View& view, const std::vector<Ray>& rays) {
+  static std::vector<float> no_hits(const View& view, int rows) {
+    return std::vector<float>(index(0, rows, view.columns), static_cast<float>(QJ_NO_HIT));
+  }
+
+  /// Puts the depths of these rays in their places among those of rows from `first_row` on.
+  void march(const View& view, const std::vector<Ray>& rays, int first_row,
+             std::vector<float>& depths) {
     device::Context& context = device_.context();
-    const auto packed = context.upload_real(view.packed(), precision_);
+    const auto packed = context.upload_real(view.packed(), set_.precision);
     // Fine enough for what a pixel can show, and for the shell's own grain.
     const double shell = 1 / band_.steepest;
     const double finest = finest_step(view);
     // Copies in portals have finer grain than any shell: there pixels alone decide.
-    const double grain = device_map_.has_portals() ? 0 : shell / 40;
+    const double grain = map_.has_portals() ? 0 : shell / 40;
     const double step = std::max(finest, std::clamp(view.footprint, grain, shell / 6));
     const double tolerance = std::max(finest, view.tolerance);
     if (grid_.step() < 4 * finest) {
       throw Error(fmt::format(
           "the set is too small for its distance of {:.2g} from the eye or the map's origin to be "
           "drawn in {} precision",
-          view.eye.norm() + band_.radius, to_string(precision_)));
+          view.eye.norm() + band_.radius, to_string(set_.precision)));
     }
     const ImageLattice& lattice = lattice_for(view);
-    const std::size_t share = kRaysALane * device_map_.lanes();
-    device::PointBatch batch(context, kernel_, precision_, share,
-                             device_map_.step_cost() * kIteratesARay);
-    std::vector<float> depths(rays.size());
+    const std::size_t share = kRaysALane * map_.lanes();
+    device::PointBatch batch(context, kernel_, set_.precision, share,
+                             map_.step_cost() * kIteratesARay);
     batch.run<3, 1>(
         rays.size(),
         [&](std::size_t i) {
@@ -215,54 +197,40 @@ class MarchSource : public DepthSource {
           return std::array{ray.column + 0.5, ray.row + 0.5, double{ray.hint}};
         },
         [&](const device::PointBatch::Part& part) {
-          const auto march = device::arguments(precision_, [&](auto r) {
+          const auto march = device::arguments(set_.precision, [&](auto r) {
             using real = decltype(r);
             return qj_march<real>{.radius = real(band_.radius),
                                   .steepest = real(band_.steepest),
                                   .shortest = real(step),
                                   .tolerance = real(tolerance),
-                                  .iterations = iterations_,
+                                  .iterations = set_.iterations,
                                   .stride = device::narrow(part.stride),
                                   .count = device::narrow(part.count),
                                   .share = device::narrow(share)};
           });
-          return std::vector<device::Argument>{device_map_.buffer(),
-                                               device_map_.factors(),
-                                               march,
-                                               packed,
-                                               part.in,
-                                               grid_.layout(),
-                                               grid_.safe(),
-                                               lattice.layout(),
-                                               lattice.field(),
-                                               lattice.versors(),
-                                               lattice.trusted(),
-                                               loose_layout_,
-                                               loose_bits_,
-                                               part.out};
+          return surface::Arguments({map_.buffer(), map_.factors(), march, packed, part.in,
+                                     grid_.layout(), grid_.safe(), lattice.layout(),
+                                     lattice.field(), lattice.versors(), lattice.trusted(),
+                                     loose_layout_, loose_bits_, part.out});
         },
         [&](std::size_t i, const std::array<double, 1>& depth) {
-          depths[i] = static_cast<float>(depth[0]);
+          depths[index(rays[i].column, rays[i].row - first_row, view.columns)] =
+              static_cast<float>(depth[0]);
         },
-        device_map_.lanes() == 1 ? 64 : 1, stop_);
-    return depths;
+        map_.lanes() == 1 ? 64 : 1, set_.stop);
   }
 
   /// The least difference between depths that rounding leaves, with a margin: rays that took
   /// shorter steps, or were bisected further, would never end.
   double finest_step(const View& view) const {
     const double farthest = view.eye.norm() + band_.radius;
-    return farthest * (precision_ == Precision::dbl ? 0x1p-50 : 0x1p-21);
+    return farthest * (set_.precision == Precision::dbl ? 0x1p-50 : 0x1p-21);
   }
 
   /// Every ray of these rows.
   std::vector<float> march_rows(const View& view, int first_row, int rows) {
-    const auto rays = all_rays(view.columns, first_row, rows);
-    const auto in_order = march(view, rays);
-    std::vector<float> depths(in_order.size());
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      depths[index(rays[i].column, rays[i].row - first_row, view.columns)] = in_order[i];
-    }
+    std::vector<float> depths = no_hits(view, rows);
+    march(view, all_rays(view.columns, first_row, rows), first_row, depths);
     return depths;
   }
 
@@ -270,9 +238,7 @@ class MarchSource : public DepthSource {
   std::vector<float> refine(const View& view, int first_row, int rows, int from,
                             const DepthGrid& pixels) {
     const double pixel = view.footprint * view.samples;
-    std::vector<float> depths(
-        static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(rows),
-        static_cast<float>(QJ_NO_HIT));
+    std::vector<float> depths = no_hits(view, rows);
     std::vector<Ray> rays;
     for (Ray ray : all_rays(view.columns, first_row, rows)) {
       const int i = ray.column / view.samples, j = ray.row / view.samples - from;
@@ -286,25 +252,17 @@ class MarchSource : public DepthSource {
         rays.push_back(ray);
       }
     }
-    const auto marched = march(view, rays);
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      depths[index(rays[i].column, rays[i].row - first_row, view.columns)] = marched[i];
-    }
+    march(view, rays, first_row, depths);
     return depths;
   }
 
   Device device_;
-  int iterations_;
-  Precision precision_;
-  Material material_;
-  bool foretells_;
-  double displacement_;
-  std::stop_token stop_;
+  MarchedSet set_;
   Band band_;
   BandGrid grid_;
-  surface::LoosePlaces loose_;
-  map::DeviceMap device_map_;
+  const map::DeviceMap& map_ = grid_.map();
   device::Kernel kernel_;
+  surface::LoosePlaces loose_;
   device::RealBuffer loose_layout_;
   device::Buffer<std::uint32_t> loose_bits_;
   std::deque<ImageLattice> lattices_;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "layout/picture_layout.h"
+#include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
 
 namespace qjulia::picture {
@@ -34,8 +35,7 @@ class MeshSource : public DepthSource {
       return {1 / v[0], v[1] / v[0], v[2] / v[0]};
     });
 
-    std::vector<double> nearest(
-        static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(rows), kFar);
+    std::vector<double> nearest(index(0, rows, view.columns), kFar);
     for (const Triangle& triangle : mesh_.triangles) {
       const Vector3d &a = seen[triangle[0]], &b = seen[triangle[1]], &c = seen[triangle[2]];
       // Behind the eye: a camera stands outside of what it frames.
@@ -74,11 +74,8 @@ class MeshSource : public DepthSource {
         const double v = ((b[1] - a[1]) * (y - a[2]) - (x - a[1]) * (b[2] - a[2])) / area;
         if (u < 0 || v < 0 || u + v > 1) continue;
         const double s = a[0] + u * (b[0] - a[0]) + v * (c[0] - a[0]);
-        const double depth =
-            parallel ? s : (view.dir + x * view.dir_dx + y * view.dir_dy).norm() / s;
-        double& held =
-            nearest[static_cast<std::size_t>(j) * static_cast<std::size_t>(view.columns) +
-                    static_cast<std::size_t>(i)];
+        const double depth = parallel ? s : view.direction(x, y).norm() / s;
+        double& held = nearest[index(i, j, view.columns)];
         held = std::min(held, depth);
       }
     }

@@ -73,47 +73,31 @@ class Scale {
   double low_ = 0, high_ = 1;
 };
 
-/// Names beside points, each with a line to its point where it could not stand close by.
-class PointNames {
- public:
-  explicit PointNames(cairo_t* context, const LabelBox& frame)
-      : context_(context), labels_(frame) {}
-
-  void keep_clear(double x, double y) { labels_.keep_clear(x, y); }
-
-  void keep_clear(double x0, double y0, double x1, double y1) {
-    constexpr double kStep = 3;
-    const double length = std::hypot(x1 - x0, y1 - y0);
-    for (double s = 0; s < length; s += kStep) {
-      labels_.keep_clear(x0 + s / length * (x1 - x0), y0 + s / length * (y1 - y0));
-    }
+/// A name beside its point, with a line to it where it could not stand close by.
+void draw_name(cairo_t* context, PlotLabels& labels, const std::string& name, double x, double y) {
+  const LabelBox box = labels.place(x, y, text_width(context, name, kFont), kFont);
+  const double near_x = std::clamp(x, box.left, box.right());
+  const double near_y = std::clamp(y, box.top, box.bottom());
+  constexpr double kClose = 12;
+  if (std::hypot(near_x - x, near_y - y) > kClose) {
+    set_ink(context);
+    cairo_set_line_width(context, 0.7);
+    cairo_move_to(context, x, y);
+    cairo_line_to(context, near_x, near_y);
+    cairo_stroke(context);
   }
-
-  void draw(const std::string& name, double x, double y) {
-    const LabelBox box = labels_.place(x, y, text_width(context_, name, kFont), kFont);
-    cairo_set_source_rgb(context_, 0.15, 0.15, 0.15);
-    const double near_x = std::clamp(x, box.left, box.right());
-    const double near_y = std::clamp(y, box.top, box.bottom());
-    constexpr double kClose = 12;
-    if (std::hypot(near_x - x, near_y - y) > kClose) {
-      cairo_set_line_width(context_, 0.7);
-      cairo_move_to(context_, x, y);
-      cairo_line_to(context_, near_x, near_y);
-      cairo_stroke(context_);
-    }
-    draw_text(context_, name, box.left, box.bottom() - 0.2 * kFont, kFont);
-  }
-
- private:
-  cairo_t* context_;
-  PlotLabels labels_;
-};
+  draw_text(context, name, box.left, box.bottom() - 0.2 * kFont, kFont);
+}
 
 void draw(cairo_t* context, const Plot& plot) {
   const Scale x(plot.x, plot.series, &PlotSeries::x), y(plot.y, plot.series, &PlotSeries::y);
   const double wide = plot.width - kLeft - kRight, high = plot.height - kTop - kBottom;
   const auto place_x = [&](double value) { return kLeft + wide * x.at(value); };
   const auto place_y = [&](double value) { return kTop + high * (1 - y.at(value)); };
+
+  const auto is_shown = [&](const PlotSeries& s, std::size_t i) {
+    return shown(plot.x, s.x[i]) && shown(plot.y, s.y[i]);
+  };
 
   // Grid and numbers.
   cairo_set_line_width(context, 1);
@@ -122,7 +106,6 @@ void draw(cairo_t* context, const Plot& plot) {
     cairo_move_to(context, x0, y0);
     cairo_line_to(context, x1, y1);
     cairo_stroke(context);
-    cairo_set_source_rgb(context, 0.15, 0.15, 0.15);
   };
   for (const double tick : x.ticks()) {
     line(place_x(tick), kTop, place_x(tick), kTop + high);
@@ -134,7 +117,7 @@ void draw(cairo_t* context, const Plot& plot) {
     draw_text(context, fmt::format("{:.6g}", tick), kLeft - 6, place_y(tick) + 0.35 * kFont, kFont,
               Anchor::right);
   }
-  cairo_set_source_rgb(context, 0.15, 0.15, 0.15);
+  set_ink(context);
   cairo_rectangle(context, kLeft, kTop, wide, high);
   cairo_stroke(context);
   draw_text(context, plot.title, kLeft, 0.65 * kTop, 1.15 * kFont);
@@ -157,7 +140,7 @@ void draw(cairo_t* context, const Plot& plot) {
     cairo_set_line_width(context, 1.8);
     bool drawing = false;
     for (std::size_t i = 0; i < s.x.size(); ++i) {
-      const bool seen = shown(plot.x, s.x[i]) && shown(plot.y, s.y[i]);
+      const bool seen = is_shown(s, i);
       if (seen && s.line) {
         (drawing ? cairo_line_to : cairo_move_to)(context, place_x(s.x[i]), place_y(s.y[i]));
       }
@@ -165,7 +148,7 @@ void draw(cairo_t* context, const Plot& plot) {
     }
     cairo_stroke(context);
     for (std::size_t i = 0; s.points && i < s.x.size(); ++i) {
-      if (!shown(plot.x, s.x[i]) || !shown(plot.y, s.y[i])) continue;
+      if (!is_shown(s, i)) continue;
       cairo_arc(context, place_x(s.x[i]), place_y(s.y[i]), 3.5, 0, 2 * std::numbers::pi);
       cairo_fill(context);
     }
@@ -173,7 +156,7 @@ void draw(cairo_t* context, const Plot& plot) {
   cairo_restore(context);
 
   // Names stand clear of the legend, lines, points and each other.
-  PointNames names(context, {kLeft, kTop, wide, high});
+  PlotLabels names({kLeft, kTop, wide, high});
 
   // Legend, at the upper right.
   double row = kTop + 1.5 * kFont;
@@ -187,7 +170,6 @@ void draw(cairo_t* context, const Plot& plot) {
     cairo_set_source_rgb(context, color[0], color[1], color[2]);
     cairo_rectangle(context, kLeft + wide - 22, row - 0.5 * kFont, 14, 4);
     cairo_fill(context);
-    cairo_set_source_rgb(context, 0.15, 0.15, 0.15);
     draw_text(context, plot.series[k].label, kLeft + wide - 28, row, kFont, Anchor::right);
     for (const double y_of : {row, row - 0.8 * kFont}) {
       names.keep_clear(kLeft + wide - reach, y_of, kLeft + wide, y_of);
@@ -197,18 +179,18 @@ void draw(cairo_t* context, const Plot& plot) {
 
   for (const PlotSeries& s : plot.series) {
     for (std::size_t i = 0; i < s.x.size(); ++i) {
-      if (!shown(plot.x, s.x[i]) || !shown(plot.y, s.y[i])) continue;
+      if (!is_shown(s, i)) continue;
       const double x1 = place_x(s.x[i]), y1 = place_y(s.y[i]);
       names.keep_clear(x1, y1);
-      if (s.line && i > 0 && shown(plot.x, s.x[i - 1]) && shown(plot.y, s.y[i - 1])) {
+      if (s.line && i > 0 && is_shown(s, i - 1)) {
         names.keep_clear(place_x(s.x[i - 1]), place_y(s.y[i - 1]), x1, y1);
       }
     }
   }
   for (const PlotSeries& s : plot.series) {
     for (std::size_t i = 0; i < s.names.size(); ++i) {
-      if (!shown(plot.x, s.x[i]) || !shown(plot.y, s.y[i])) continue;
-      names.draw(s.names[i], place_x(s.x[i]), place_y(s.y[i]));
+      if (!is_shown(s, i)) continue;
+      draw_name(context, names, s.names[i], place_x(s.x[i]), place_y(s.y[i]));
     }
   }
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace qjulia::picture {
 
@@ -18,6 +19,14 @@ bool PlotLabels::is_free(const LabelBox& box) const {
   return box.left >= frame_.left && box.right() <= frame_.right() && box.top >= frame_.top &&
          box.bottom() <= frame_.bottom() && std::ranges::none_of(clear_, within) &&
          std::ranges::none_of(placed_, overlaps);
+}
+
+void PlotLabels::keep_clear(double x0, double y0, double x1, double y1) {
+  constexpr double kStep = 3;
+  const double length = std::hypot(x1 - x0, y1 - y0);
+  for (double s = 0; s < length; s += kStep) {
+    keep_clear(x0 + s / length * (x1 - x0), y0 + s / length * (y1 - y0));
+  }
 }
 
 LabelBox PlotLabels::place(double x, double y, double width, double height) {

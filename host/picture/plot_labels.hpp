@@ -18,6 +18,8 @@ class PlotLabels {
 
   /// No label is to cover this place.
   void keep_clear(double x, double y) { clear_.push_back({x, y}); }
+  /// Nor this line.
+  void keep_clear(double x0, double y0, double x1, double y1);
 
   /// The place of a label of this size for a point: as near to it as leaves every label placed
   /// before and every place kept clear uncovered, within the frame. Where there is none, beside the

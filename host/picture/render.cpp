@@ -12,12 +12,12 @@
 #include "map/box_option.hpp"
 #include "map/portals.hpp"
 #include "picture/depth_grid.hpp"
-#include "picture/ground_light.hpp"
 #include "picture/shading.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/progress.hpp"
+#include "surface/grid.hpp"
 
 namespace qjulia {
 
@@ -58,22 +58,15 @@ std::vector<float> traits_of(const View& view, const Strip& strip, DepthSource& 
   std::vector<Vector3d> points;
   std::vector<std::size_t> numbers;
   const int first_row = strip.first_row * strip.samples - strip.halo;
+  const auto wide = static_cast<std::size_t>(view.columns);
+  const double behind = view.footprint * view.samples;
   for (std::size_t i = 0; i < strip.depths.size(); ++i) {
     if (strip.depths[i] < 0) continue;
-    const auto wide = static_cast<std::size_t>(view.columns);
-    const std::size_t row = i / wide;
-    const double x = static_cast<double>(i % wide) + 0.5;
-    const double y = first_row + static_cast<double>(row) + 0.5;
-    const Vector3d direction = (view.dir + x * view.dir_dx + y * view.dir_dy).normalized();
-    const double behind = view.footprint * view.samples;
-    points.emplace_back(view.eye + (double{strip.depths[i]} + behind) * direction);
+    const int column = static_cast<int>(i % wide), row = first_row + static_cast<int>(i / wide);
+    points.push_back(view.at(column + 0.5, row + 0.5, double{strip.depths[i]} + behind));
     numbers.push_back(i);
   }
-  std::vector<double> arrays;
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    for (const Vector3d& point : points) arrays.push_back(point[axis]);
-  }
-  const std::vector<float> found = source.traits(arrays);
+  const std::vector<float> found = source.traits(points);
   if (found.empty()) return {};
   std::vector<float> traits(strip.depths.size());
   for (std::size_t i = 0; i < found.size(); ++i) traits[numbers[i]] = found[i];
@@ -97,8 +90,7 @@ void add_layers(const View& view, const Strip& strip, const std::vector<float>& 
         continue;
       }
       const double x = i + 0.5, y = strip.first_row * strip.samples + j + 0.5;
-      const Vector3d direction = (view.dir + x * view.dir_dx + y * view.dir_dy).normalized();
-      const Vector3d point = to_scene.to_shape(view.eye + double{depth} * direction);
+      const Vector3d point = to_scene.to_shape(view.at(x, y, double{depth}));
       layers.depth.push_back(depth / static_cast<float>(to_scene.scale));
       const auto normal = normals.begin() + static_cast<std::ptrdiff_t>(3 * sample);
       layers.normal.insert(layers.normal.end(), normal, normal + 3);
@@ -110,8 +102,7 @@ void add_layers(const View& view, const Strip& strip, const std::vector<float>& 
 /// Pixels of the strip that have a sample on the surface.
 std::size_t covered_pixels(const View& view, const Strip& strip) {
   const int columns = view.columns / strip.samples;
-  std::vector<bool> covered(static_cast<std::size_t>(columns) *
-                            static_cast<std::size_t>(strip.rows));
+  std::vector<bool> covered(index(0, strip.rows, columns));
   for (int j = 0; j < strip.rows * strip.samples; ++j) {
     for (int i = 0; i < columns * strip.samples; ++i) {
       if (strip.depths[index(i, j + strip.halo, view.columns)] < 0) continue;
@@ -124,9 +115,7 @@ std::size_t covered_pixels(const View& view, const Strip& strip) {
 /// The camera aimed in the scene's coordinates instead of the shape's.
 Camera in_scene(Camera camera, const ShapeToMap& to_scene) {
   if (camera.look_at) camera.look_at = to_scene.to_map(*camera.look_at);
-  if (camera.frame) {
-    camera.frame = to_scene.to_map(*camera.frame);
-  }
+  if (camera.frame) camera.frame = to_scene.to_map(*camera.frame);
   return camera;
 }
 
@@ -134,15 +123,13 @@ Camera in_scene(Camera camera, const ShapeToMap& to_scene) {
 /// copies, or where none is known, the source's bounds.
 Box framed_box(const RationalMap& map, const std::optional<Box>& part, const DepthSource& source) {
   const std::optional<Box> box = part ? part : map::box_with_copies(map);
-  if (!box) return source.bounds();
-  return map.shape_to_map.to_map(*box);
+  return box ? map.shape_to_map.to_map(*box) : source.bounds();
 }
 
 /// The part of space that the options leave of the map's set, map coordinates. @throws OptionError
 std::optional<Box> part_left(const RationalMap& map, const PictureOptions& options) {
   if (!options.box && options.cuts.empty()) return std::nullopt;
-  const Vector3d everywhere = Vector3d::Constant(kEverywhere / map.shape_to_map.scale);
-  Box part = options.box.value_or(Box{-everywhere, everywhere});
+  Box part = options.box.value_or(surface::cube(kEverywhere / map.shape_to_map.scale));
   for (const Cut& cut : options.cuts) {
     const auto axis = static_cast<Eigen::Index>(cut.axis - 'x');
     double at = cut.at;
@@ -157,6 +144,22 @@ std::optional<Box> part_left(const RationalMap& map, const PictureOptions& optio
   }
   if (!(part.size().array() > 0).all()) throw OptionError("cut", "nothing is left of the box");
   return map.shape_to_map.to_map(part);
+}
+
+double cost(const View& view) {
+  const double of_ray = view.coarse_will_do ? kCoarseCost : view.samples > 1 ? kSampleCost : 1;
+  return double(view.columns) * view.rows * of_ray;
+}
+
+double fineness_of(const PictureOptions& options) {
+  if (options.draft) return kLeastFineness;
+  const double share = std::max(options.width / kFullWidth, options.height / kFullHeight);
+  return std::clamp(share, kLeastFineness, 1.0);
+}
+
+void expect_color(const char* field, const Rgb& color) {
+  if ((color.array() >= 0).all() && (color.array() <= 1).all()) return;
+  throw OptionError(field, "a colour's parts are 0 to 1");
 }
 
 }  // namespace
@@ -184,15 +187,6 @@ const char* to_string(Backdrop backdrop) {
   }
   return "";
 }
-
-namespace {
-
-void expect_color(const char* field, const Rgb& color) {
-  if ((color.array() >= 0).all() && (color.array() <= 1).all()) return;
-  throw OptionError(field, "a colour's parts are 0 to 1");
-}
-
-}  // namespace
 
 void PictureOptions::validate() const {
   base::expect_between("width", width, 1, 16384, "pixels");
@@ -237,7 +231,6 @@ struct Studio::Impl {
   std::stop_token stop{};        ///< of pictures that have no other
   std::optional<UpAxis> up{};    ///< of the sky and the ground that are there
   std::vector<Light> sky{};
-  std::vector<std::vector<float>> sky_maps{};
   double ground = 0;  ///< height along up
   GroundLight ground_light{};
 
@@ -255,24 +248,11 @@ struct Studio::Impl {
             options.palette};
   }
   int sky_count() const { return options.draft ? kDraftSkyLights : kSkyLights; }
+  void take_depths(Light& light) const {
+    light.depths = source->depths(light.view, 0, light.view.rows);
+  }
   void look_around(const std::function<void(const View&)>& report);
 };
-
-namespace {
-
-double rays(const View& view) { return double(view.columns) * double(view.rows); }
-
-double cost(const View& view) {
-  return rays(view) * (view.coarse_will_do ? kCoarseCost : view.samples > 1 ? kSampleCost : 1);
-}
-
-double fineness_of(const PictureOptions& options) {
-  if (options.draft) return kLeastFineness;
-  const double share = std::max(options.width / kFullWidth, options.height / kFullHeight);
-  return std::clamp(share, kLeastFineness, 1.0);
-}
-
-}  // namespace
 
 Studio::Studio(const Device& device, const RationalMap& map, const PictureOptions& options,
                const std::stop_token& stop) {
@@ -335,14 +315,13 @@ void Studio::Impl::look_around(const std::function<void(const View&)>& report) {
   up.reset();
   const UpAxis wanted = *options.camera.up;
   sky = sky_lights(wanted, source->bounds(), fineness, sky_count());
-  sky_maps.clear();
-  for (const Light& light : sky) {
-    sky_maps.push_back(source->depths(light.view, 0, light.view.rows));
+  for (Light& light : sky) {
+    take_depths(light);
     report(light.view);
   }
   ground = lowest(*source, direction(wanted), fineness);
-  ground_light = options.ground ? picture::ground_light(device, scene(), sky, sky_maps, fineness)
-                                : GroundLight{};
+  ground_light =
+      options.ground ? picture::ground_light(device, scene(), sky, fineness) : GroundLight{};
   up = wanted;
 }
 
@@ -353,7 +332,7 @@ Image Studio::Impl::picture(const Camera& camera, const ProgressMonitor& monitor
   const int samples = options.samples_per_axis;
   const View view =
       camera_view(in_scene(camera, to_scene), framed, options.width, options.height, samples);
-  const LampLights with =
+  LampLights with =
       lamps(camera, options.lamp, source->bounds(), fineness * (options.draft ? kDraftLamps : 1));
   const bool is_first = up != camera.up;
   double all = cost(view) + cost(with.key.view) + cost(with.rim.view);
@@ -382,18 +361,16 @@ Image Studio::Impl::picture(const Camera& camera, const ProgressMonitor& monitor
     const TraceStage stage(monitor.trace, "sky");
     look_around([&](const View& seen) { report(cost(seen)); });
   }
+  {
+    const TraceStage stage(monitor.trace, "lamps");
+    take_depths(with.key);
+    take_depths(with.rim);
+  }
+  report(cost(with.key.view) + cost(with.rim.view));
   std::vector<Light> lights{with.key};
   lights.insert(lights.end(), sky.begin(), sky.end());
   lights.push_back(with.rim);
-  std::vector<std::vector<float>> maps;
-  {
-    const TraceStage stage(monitor.trace, "lamps");
-    maps.push_back(source->depths(with.key.view, 0, with.key.view.rows));
-    maps.insert(maps.end(), sky_maps.begin(), sky_maps.end());
-    maps.push_back(source->depths(with.rim.view, 0, with.rim.view.rows));
-  }
-  report(cost(with.key.view) + cost(with.rim.view));
-  const Shading shading(device, scene(), ground_light, lights, maps);
+  const Shading shading(device, scene(), ground_light, lights);
 
   if (layers != nullptr) *layers = {};
   Image image{options.width, options.height, {}};

@@ -1,6 +1,7 @@
 #include "picture/shading.hpp"
 
 #include "layout/picture_layout.h"
+#include "picture/depth_grid.hpp"
 
 namespace qjulia::picture {
 namespace {
@@ -12,8 +13,9 @@ constexpr double kNormalSoftness = 5;
 constexpr int kKey = 0;
 
 /// Work-groups of a fixed shape: a device may compile anew for each shape it meets.
-device::Range tiles(std::size_t columns, std::size_t rows) {
-  return {{(columns + 7) / 8 * 8, (rows + 7) / 8 * 8, 1}, {8, 8, 1}};
+device::Range tiles(int columns, int rows) {
+  const auto padded = [](int count) { return static_cast<std::size_t>((count + 7) / 8 * 8); };
+  return {{padded(columns), padded(rows), 1}, {8, 8, 1}};
 }
 
 static_assert(QJ_MOST_STOPS == Palette::kMostStops);
@@ -33,9 +35,7 @@ int number_of(Backdrop backdrop) {
 std::vector<float> packed(const Scene& scene, const GroundLight& ground) {
   std::vector<float> reals(QJ_SCENE_SIZE);
   const auto put = [&](std::size_t first, const Eigen::Vector3d& v) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      reals[first + i] = static_cast<float>(v[static_cast<Eigen::Index>(i)]);
-    }
+    Eigen::Map<Eigen::Vector3f>(reals.data() + first) = v.cast<float>();
   };
   put(QJ_SCENE_UP, scene.up);
   put(QJ_SCENE_CENTER, scene.center);
@@ -58,18 +58,13 @@ std::vector<float> packed(const Scene& scene, const GroundLight& ground) {
 }  // namespace
 
 Shading::Shading(const Device& device, const Scene& scene, const GroundLight& ground,
-                 const std::vector<Light>& lights, const std::vector<std::vector<float>>& maps)
+                 std::span<const Light> lights)
     : device_(device), lights_count_(static_cast<int>(lights.size())) {
   device::Context& context = device.context();
-  std::vector<float> light_reals, atlas;
-  for (std::size_t i = 0; i < lights.size(); ++i) {
-    const auto reals = lights[i].packed(atlas.size());
-    light_reals.insert(light_reals.end(), reals.begin(), reals.end());
-    atlas.insert(atlas.end(), maps[i].begin(), maps[i].end());
-  }
-  lights_ = context.upload<float>(light_reals);
+  const auto [reals, atlas] = packed(lights);
+  lights_ = context.upload<float>(reals);
   key_ = context.upload<float>(
-      std::span(light_reals).subspan(std::size_t{kKey} * QJ_LIGHT_SIZE, QJ_LIGHT_SIZE));
+      std::span(reals).subspan(std::size_t{kKey} * QJ_LIGHT_SIZE, QJ_LIGHT_SIZE));
   maps_ = context.upload<float>(atlas);
   scene_ = context.upload<float>(packed(scene, ground));
   ground_ = context.upload<float>(ground.shares);
@@ -84,57 +79,49 @@ Shading::Shading(const Device& device, const Scene& scene, const GroundLight& gr
 
 Shaded Shading::shade(const View& view, const Strip& strip, bool with_normals) const {
   device::Context& context = device_.context();
-  const auto wide = static_cast<std::size_t>(view.columns);
-  const auto deep = strip.depths.size() / wide;
-  const auto columns = wide / static_cast<std::size_t>(strip.samples);
-  const auto rows = static_cast<std::size_t>(strip.rows);
+  const int wide = view.columns, deep = static_cast<int>(strip.depths.size()) / wide;
+  const int columns = wide / strip.samples, sample_rows = strip.rows * strip.samples;
   const auto view_reals = context.upload_real(view.packed(), Precision::single);
   const auto depths = context.upload<float>(strip.depths);
   const auto normals = context.allocate<float>(3 * strip.depths.size());
   context.launch(
       normals_, tiles(wide, deep),
-      {view_reals, view.columns, strip.first_row * strip.samples - strip.halo,
-       static_cast<std::int32_t>(deep), depths,
+      {view_reals, wide, strip.first_row * strip.samples - strip.halo, deep, depths,
        device::Argument::real(kNormalSoftness * view.footprint, Precision::single), normals});
-  const std::size_t rows_of_samples = rows * static_cast<std::size_t>(strip.samples);
-  const auto ground = static_cast<std::int32_t>(wide * rows_of_samples);
-  const qj_strip_arguments<float> strip_arguments{.columns = static_cast<std::int32_t>(columns),
-                                                  .rows_in_all = view.rows / strip.samples,
-                                                  .first_row = strip.first_row,
-                                                  .rows = strip.rows,
-                                                  .samples = strip.samples,
-                                                  .halo = strip.halo,
-                                                  .has_traits = strip.traits.empty() ? 0 : 1};
-  const qj_light_arguments<float> light_arguments{
-      .receivers = ground + static_cast<std::int32_t>(columns * rows),
-      .ground = ground,
-      .wide = view.columns,
-      .samples = strip.samples,
-      .lights = lights_count_,
-      .key = kKey};
-  const auto of_strip = device::Argument::of(strip_arguments);
-  const auto of_light = device::Argument::of(light_arguments);
-  const auto count = static_cast<std::size_t>(light_arguments.receivers);
+  const auto of_strip =
+      device::Argument::of(qj_strip_arguments<float>{.columns = columns,
+                                                     .rows_in_all = view.rows / strip.samples,
+                                                     .first_row = strip.first_row,
+                                                     .rows = strip.rows,
+                                                     .samples = strip.samples,
+                                                     .halo = strip.halo,
+                                                     .has_traits = strip.traits.empty() ? 0 : 1});
+  const int samples = wide * sample_rows, pixels = columns * strip.rows;
+  const auto of_light =
+      device::Argument::of(qj_light_arguments<float>{.receivers = samples + pixels,
+                                                     .ground = samples,
+                                                     .wide = wide,
+                                                     .samples = strip.samples,
+                                                     .lights = lights_count_,
+                                                     .key = kKey});
+  const auto count = static_cast<std::size_t>(samples + pixels);
   const auto receivers = context.allocate<float>(QJ_RECEIVER_SIZE * count);
   const auto received = context.allocate<float>(QJ_RECEIVED_SIZE * count);
-  context.launch(sample_receivers_, tiles(wide, rows_of_samples),
+  context.launch(sample_receivers_, tiles(wide, sample_rows),
                  {of_strip, view_reals, depths, normals, receivers});
-  context.launch(ground_receivers_, tiles(columns, rows),
+  context.launch(ground_receivers_, tiles(columns, strip.rows),
                  {of_strip, view_reals, depths, scene_, receivers});
-  const auto of_samples = static_cast<std::size_t>(ground);
-  context.launch(sky_light_, {{of_samples, 1, 1}, {}},
+  context.launch(sky_light_, {{static_cast<std::size_t>(samples), 1, 1}, {}},
                  {of_light, receivers, lights_, maps_, received});
   context.launch(key_light_, {{count, 1, 1}, {}}, {of_light, receivers, lights_, maps_, received});
   const auto traits = context.upload<float>(strip.traits);
-  const auto bytes = context.allocate<std::uint8_t>(4 * columns * rows);
+  const auto bytes = context.allocate<std::uint8_t>(4 * index(0, strip.rows, columns));
   context.launch(
-      pixels_, tiles(columns, rows),
+      pixels_, tiles(columns, strip.rows),
       {of_strip, view_reals, depths, normals, traits, key_, scene_, ground_, received, bytes});
   Shaded shaded;
   std::vector<std::uint8_t> rgba(bytes.size());
   context.read(bytes, std::span(rgba));
-  shaded.pixels.reserve(3 * columns * rows);
-  shaded.alpha.reserve(columns * rows);
   for (std::size_t i = 0; i < rgba.size(); i += 4) {
     for (std::size_t c = 0; c < 3; ++c) shaded.pixels.push_back(rgba[i + c]);
     shaded.alpha.push_back(rgba[i + 3]);

@@ -2,6 +2,7 @@
 /// Turns depths into colours on the device.
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "device/context.hpp"
@@ -33,6 +34,12 @@ struct GroundLight {
   std::vector<float> shares{};
 };
 
+/// The sky's light on the ground around the shape, which no camera changes. Each light stands for
+/// its part of the sky: its shadow is as soft as that part is wide.
+/// @param sky with depth maps. @param fineness as for lights.
+GroundLight ground_light(const Device& device, const Scene& scene, std::vector<Light> sky,
+                         double fineness);
+
 /// Rows of a picture, of a view whose pixels are `samples` × `samples` samples.
 struct Strip {
   int first_row = 0;  ///< pixels
@@ -52,9 +59,9 @@ struct Shaded {
 
 class Shading {
  public:
-  /// @param maps each light's depth map, in the lights' order.
+  /// @param lights with depth maps.
   Shading(const Device& device, const Scene& scene, const GroundLight& ground,
-          const std::vector<Light>& lights, const std::vector<std::vector<float>>& maps);
+          std::span<const Light> lights);
 
   /// @param with_normals else there are none.
   Shaded shade(const View& view, const Strip& strip, bool with_normals) const;

@@ -28,6 +28,7 @@ double extent(const Box& box, const Vector3d& up, const Vector3d& unit) {
 /// Distance at which that cylinder fits a frame with these tangents of its half angles.
 double framing_distance(const Camera& camera, const Box& box, double tan_x, double tan_y) {
   double distance = 0;
+  const Vector3d up = direction(camera.up.value_or(kDefaultUp));
   Camera turned = camera;
   for (int azimuth = 0; azimuth < 360; azimuth += 5) {
     turned.azimuth = azimuth;
@@ -35,7 +36,7 @@ double framing_distance(const Camera& camera, const Box& box, double tan_x, doub
     // The support function of the cylinder along each side plane's normal.
     const auto from = [&](const Vector3d& across, double tangent) {
       const Vector3d normal = (across + tangent * axes.back).normalized();
-      return extent(box, up_of(camera), normal) * std::sqrt(1 + tangent * tangent) / tangent;
+      return extent(box, up, normal) * std::sqrt(1 + tangent * tangent) / tangent;
     };
     for (const double sign : {-1.0, 1.0}) {
       distance = std::max({distance, from(sign * axes.right, tan_x), from(sign * axes.up, tan_y)});
@@ -72,7 +73,7 @@ View View::coarse() const {
 std::vector<double> View::packed() const {
   std::vector<double> reals(QJ_VIEW_SIZE);
   const auto put = [&](std::size_t first, const Vector3d& v) {
-    for (std::size_t i = 0; i < 3; ++i) reals[first + i] = v[static_cast<Eigen::Index>(i)];
+    Eigen::Map<Vector3d>(reals.data() + first) = v;
   };
   put(QJ_VIEW_EYE, eye);
   put(QJ_VIEW_EYE_DX, eye_dx);
@@ -83,11 +84,10 @@ std::vector<double> View::packed() const {
   return reals;
 }
 
-Vector3d up_of(const Camera& camera) { return direction(camera.up.value_or(kDefaultUp)); }
-
 CameraAxes camera_axes(const Camera& camera) {
-  const Vector3d up = up_of(camera);
-  const Vector3d front = Vector3d::Unit((axis_number(camera.up.value_or(kDefaultUp)) + 1) % 3);
+  const UpAxis up_axis = camera.up.value_or(kDefaultUp);
+  const Vector3d up = direction(up_axis);
+  const Vector3d front = Vector3d::Unit((axis_number(up_axis) + 1) % 3);
   const Vector3d side = up.cross(front);
   const double a = camera.azimuth * kDegree, e = camera.elevation * kDegree;
   CameraAxes axes;

@@ -14,16 +14,18 @@ namespace qjulia::picture {
 struct View {
   int columns = 0;
   int rows = 0;
-  Eigen::Vector3d eye = Eigen::Vector3d::Zero();
-  Eigen::Vector3d eye_dx = Eigen::Vector3d::Zero();
-  Eigen::Vector3d eye_dy = Eigen::Vector3d::Zero();
-  Eigen::Vector3d dir = Eigen::Vector3d::Zero();
-  Eigen::Vector3d dir_dx = Eigen::Vector3d::Zero();
-  Eigen::Vector3d dir_dy = Eigen::Vector3d::Zero();
+  Eigen::Vector3d eye{0, 0, 0}, eye_dx{0, 0, 0}, eye_dy{0, 0, 0};
+  Eigen::Vector3d dir{0, 0, 0}, dir_dx{0, 0, 0}, dir_dy{0, 0, 0};
   double footprint = 0;         ///< width of a pixel at the middle of the scene
   double tolerance = 0;         ///< of depths
   int samples = 1;              ///< pixels on each side of a square that belong together
   bool coarse_will_do = false;  ///< depths may come from a grid that smooths fine detail
+
+  Eigen::Vector3d origin(double x, double y) const { return eye + x * eye_dx + y * eye_dy; }
+  Eigen::Vector3d direction(double x, double y) const { return dir + x * dir_dx + y * dir_dy; }
+  Eigen::Vector3d at(double x, double y, double depth) const {
+    return origin(x, y) + depth * direction(x, y).normalized();
+  }
 
   /// The view whose pixels are this one's squares of `samples` × `samples`.
   View coarse() const;
@@ -36,9 +38,6 @@ struct View {
 struct CameraAxes {
   Eigen::Vector3d right, up, back;
 };
-
-/// Unit vector; `kDefaultUp` where the camera does not say.
-Eigen::Vector3d up_of(const Camera& camera);
 
 /// Azimuth 0 looks against the axis that follows `up` in the cycle x, y, z: for up = y it looks
 /// along −z.

@@ -244,14 +244,12 @@ double ray_grid(const Device& device, Precision precision) {
 /// and 4t and are still undecided.
 double orbit_trait(const Device& device, Precision precision) {
   const auto source = picture::march_source(device, {ball(), 6, {}, {}, precision, Material::trap});
-  constexpr std::size_t kCount = 100;
-  std::vector<double> points(3 * kCount), right;
-  for (std::size_t i = 0; i < kCount; ++i) {
-    const double t = 0.1 + 0.02 * static_cast<double>(i);
+  std::vector<Vector3d> points;
+  std::vector<double> right;
+  for (int i = 0; i < 100; ++i) {
+    const double t = 0.1 + 0.02 * i;
     constexpr double kRadius = 0.998;
-    points[i] = kRadius * std::cos(t);
-    points[kCount + i] = kRadius * 0.6 * std::sin(t);
-    points[2 * kCount + i] = kRadius * 0.8 * std::sin(t);
+    points.push_back(kRadius * Vector3d(std::cos(t), 0.6 * std::sin(t), 0.8 * std::sin(t)));
     right.push_back(std::min(std::abs(std::cos(2 * t)), std::abs(std::cos(4 * t))));
   }
   const auto found = source->traits(points);

@@ -16,25 +16,18 @@ constexpr int kCoarse = 64;
 /// The block of points in the grid's side 2 · axis + side.
 GridBlock side_of(const Grid& grid, int axis, int side) {
   GridBlock block = whole(grid);
-  const auto a = static_cast<std::size_t>(axis);
-  block.first[a] = side == 0 ? 0 : grid.points[a] - 1;
-  block.count[a] = 1;
+  block.first[axis] = side == 0 ? 0 : grid.points[axis] - 1;
+  block.count[axis] = 1;
   return block;
 }
 
 }  // namespace
 
 Grid grid_over(const Box& box, int resolution) {
-  Grid grid;
-  grid.step = box.size().maxCoeff() / resolution;
-  Eigen::Vector3d cells;
-  for (int axis = 0; axis < 3; ++axis) {
-    // A side that is a whole number of steps but for rounding is not given one more.
-    cells[axis] = std::max(1.0, std::ceil(box.size()[axis] / grid.step - 1e-6));
-    grid.points[static_cast<std::size_t>(axis)] = static_cast<int>(cells[axis]) + 1;
-  }
-  grid.origin = box.center() - 0.5 * grid.step * cells;
-  return grid;
+  const double step = box.size().maxCoeff() / resolution;
+  // A side that is a whole number of steps but for rounding is not given one more.
+  const Eigen::Array3d cells = (box.size().array() / step - 1e-6).ceil().max(1.0);
+  return {box.center() - 0.5 * step * cells.matrix(), step, cells.cast<int>() + 1};
 }
 
 Box enlarged_until_clear(const GridField& field, double level, Box box, int resolution,
@@ -67,9 +60,7 @@ Box shrunk_to_inside(const GridField& field, double level, const Box& box) {
   const auto values = field(grid, whole(grid));
   const auto inside = marked_indices(grid, [&](std::size_t i) { return values[i] < inside_below; });
   if (!inside) return box;
-  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(2);
-  return {grid.at(inside->first.cast<double>() - margin),
-          grid.at(inside->second.cast<double>() + margin)};
+  return {grid.point(inside->first.array() - 2), grid.point(inside->second.array() + 2)};
 }
 
 }  // namespace qjulia::surface

@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -17,7 +16,6 @@
 #include "qjulia/shape.hpp"
 #include "shape/overlap.hpp"
 #include "surface/level_set.hpp"
-#include "surface/level_set_surface.hpp"
 #include "surface/limbs.hpp"
 
 namespace qjulia {
@@ -50,25 +48,19 @@ CubeSamples sample_cube(const SignedDistance& distance, const Box& about,
   const Box box = part.value_or(Box{about.center() - half, about.center() + half});
   CubeSamples samples;
   samples.cell = box.size().maxCoeff() / resolution;
-  std::array<int, 3>& points = samples.grid.points;
-  Eigen::Vector3d first;
-  for (int axis = 0; axis < 3; ++axis) {
-    const int cells = std::max(1, static_cast<int>(std::lround(box.size()[axis] / samples.cell)));
-    points[static_cast<std::size_t>(axis)] = cells;
-    first[axis] = box.center()[axis] - 0.5 * samples.cell * (cells - 1);
-  }
-  samples.grid.origin = shape_to_map.to_map(first);
-  samples.grid.step = shape_to_map.scale * samples.cell;
+  const Eigen::Array3d cells = (box.size() / samples.cell).array().round().max(1.0);
+  const Grid centers{box.center() - 0.5 * samples.cell * (cells - 1).matrix(), samples.cell,
+                     cells.cast<int>()};
+  samples.grid = {shape_to_map.to_map(centers.origin), shape_to_map.scale * samples.cell,
+                  centers.points};
 
   std::vector<Eigen::Vector3d> slice;
-  for (int z = 0; z < points[2]; ++z) {
+  for (int z = 0; z < centers.points.z(); ++z) {
     throw_if_stopped(monitor.stop);
     slice.clear();
-    for (int y = 0; y < points[1]; ++y) {
-      for (int x = 0; x < points[0]; ++x) {
-        slice.push_back(first + samples.cell * Eigen::Vector3d(x, y, z));
-      }
-    }
+    for_points(slices(centers, z, 1).count, [&](std::size_t, const Eigen::Vector3i& at) {
+      slice.push_back(centers.point({at.x(), at.y(), z}));
+    });
     const auto values = distance.at(slice, monitor.stop);
     samples.distance.insert(samples.distance.end(), values.begin(), values.end());
   }
@@ -121,8 +113,7 @@ std::vector<Limb> limbs_of(const CubeSamples& samples, double longest_side) {
 }
 
 bool holds(const std::optional<Box>& part, const Eigen::Vector3d& x) {
-  return !part ||
-         ((x.array() >= part->low.array()).all() && (x.array() <= part->high.array()).all());
+  return !part || Eigen::AlignedBox3d(part->low, part->high).contains(x);
 }
 
 /// Of the triangles whose middle lies in the part.

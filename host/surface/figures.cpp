@@ -69,18 +69,46 @@ void fill_in(const TriangleMesh& mesh, double spacing, std::vector<Eigen::Vector
   }
 }
 
+void set_dimension(const BoxDimension& box, SurfaceFigures& figures) {
+  figures.dimension = box.dimension;
+  figures.dimension_error = box.error;
+  figures.box_sizes = box.sizes;
+}
+
+base::UnionFind components_of(const TriangleMesh& mesh) {
+  base::UnionFind components(mesh.vertices.size());
+  for (const auto& [a, b, c] : mesh.triangles) {
+    components.unite(a, b);
+    components.unite(b, c);
+  }
+  return components;
+}
+
+/// The vertices v for which `keeps` holds, and the triangles on them.
+template <class Keeps>
+TriangleMesh part_of(const TriangleMesh& mesh, const Keeps& keeps) {
+  TriangleMesh kept;
+  std::vector<std::uint32_t> number(mesh.vertices.size());
+  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (!keeps(v)) continue;
+    number[v] = static_cast<std::uint32_t>(kept.vertices.size());
+    kept.vertices.push_back(mesh.vertices[v]);
+    if (!mesh.normals.empty()) kept.normals.push_back(mesh.normals[v]);
+  }
+  for (const auto& [a, b, c] : mesh.triangles) {
+    if (keeps(a)) kept.triangles.push_back({number[a], number[b], number[c]});
+  }
+  return kept;
+}
+
 }  // namespace
 
 BoxDimension box_dimension(std::span<const Eigen::Vector3f> points, double finest) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   if (points.empty()) return {kNone, kNone, 0};
-  Eigen::Vector3f low = points.front();
-  Eigen::Vector3f high = low;
-  for (const Eigen::Vector3f& p : points) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  const float side = (high - low).maxCoeff();
+  Eigen::AlignedBox3f box;
+  for (const Eigen::Vector3f& p : points) box.extend(p);
+  const float side = box.sizes().maxCoeff();
   int level = kFinest;
   while (level >= kCoarsest && static_cast<double>(side) / (1 << level) < finest) --level;
   const int sizes = level - kCoarsest + 1;
@@ -90,7 +118,7 @@ BoxDimension box_dimension(std::span<const Eigen::Vector3f> points, double fines
   const auto most = static_cast<float>((1 << level) - 1);
   const float scale = static_cast<float>(1 << level) / side;
   for (const Eigen::Vector3f& p : points) {
-    const Eigen::Vector3f at = (scale * (p - low)).cwiseMin(most);
+    const Eigen::Vector3f at = (scale * (p - box.min())).cwiseMin(most);
     boxes.hold(static_cast<std::uint32_t>(at.x()), static_cast<std::uint32_t>(at.y()),
                static_cast<std::uint32_t>(at.z()));
   }
@@ -181,10 +209,7 @@ SurfaceFigures FigureSink::figures() {
   figures.components = impl_->components.sets();
   const double edge =
       impl_->triangles > 0 ? impl_->edges / (3 * static_cast<double>(impl_->triangles)) : 0;
-  const BoxDimension box = box_dimension(impl_->positions, kEdgesPerBox * edge);
-  figures.dimension = box.dimension;
-  figures.dimension_error = box.error;
-  figures.box_sizes = box.sizes;
+  set_dimension(box_dimension(impl_->positions, kEdgesPerBox * edge), figures);
   return figures;
 }
 
@@ -201,10 +226,7 @@ SurfaceFigures measure(const TriangleMesh& mesh) {
       points.emplace_back((x - mesh.vertices.front()).cast<float>());
     }
     fill_in(mesh, finest / kPointsPerBox, points);
-    const BoxDimension box = box_dimension(points, finest * 0.999);
-    figures.dimension = box.dimension;
-    figures.dimension_error = box.error;
-    figures.box_sizes = box.sizes;
+    set_dimension(box_dimension(points, finest * 0.999), figures);
   }
   return figures;
 }
@@ -217,36 +239,6 @@ nlohmann::json to_json(const SurfaceFigures& figures) {
           {"box_dimension_error", figures.dimension_error},
           {"box_sizes", figures.box_sizes}};
 }
-
-namespace {
-
-base::UnionFind components_of(const TriangleMesh& mesh) {
-  base::UnionFind components(mesh.vertices.size());
-  for (const auto& [a, b, c] : mesh.triangles) {
-    components.unite(a, b);
-    components.unite(b, c);
-  }
-  return components;
-}
-
-/// The vertices v for which `keeps` holds, and the triangles on them.
-template <class Keeps>
-TriangleMesh part_of(const TriangleMesh& mesh, const Keeps& keeps) {
-  TriangleMesh kept;
-  std::vector<std::uint32_t> number(mesh.vertices.size());
-  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (!keeps(v)) continue;
-    number[v] = static_cast<std::uint32_t>(kept.vertices.size());
-    kept.vertices.push_back(mesh.vertices[v]);
-    if (!mesh.normals.empty()) kept.normals.push_back(mesh.normals[v]);
-  }
-  for (const auto& [a, b, c] : mesh.triangles) {
-    if (keeps(a)) kept.triangles.push_back({number[a], number[b], number[c]});
-  }
-  return kept;
-}
-
-}  // namespace
 
 TriangleMesh large_components(const TriangleMesh& mesh, double least) {
   base::UnionFind components = components_of(mesh);

@@ -7,8 +7,9 @@
 #include <numeric>
 
 #include "device/point_batch.hpp"
+#include "layout/grid_block.h"
 #include "layout/settling.h"
-#include "surface/grid_block.hpp"
+#include "surface/level_set.hpp"
 
 namespace qjulia::surface {
 namespace {
@@ -27,28 +28,44 @@ constexpr int kWidestSpacing = 32;
 constexpr double kClearance = 1.5;
 
 /// Fills the last work-item's lanes with its last number.
-void fill_lanes(std::vector<std::int32_t>& numbers, std::size_t lanes) {
-  numbers.resize((numbers.size() + lanes - 1) / lanes * lanes, numbers.back());
-}
-
-/// Both rising.
-std::vector<std::int32_t> without(std::vector<std::int32_t> numbers,
-                                  std::span<const std::int32_t> some) {
-  if (some.empty()) return numbers;
-  std::vector<std::int32_t> others;
-  std::ranges::set_difference(numbers, some, std::back_inserter(others));
-  return others;
+void fill_lanes(const map::DeviceMap& map, std::vector<std::int32_t>& numbers) {
+  numbers.resize(map.groups(numbers.size()) * map.lanes(), numbers.back());
 }
 
 }  // namespace
 
-/// F and U of points, on the device.
-template <class Real>
-struct InterpolatedOrbits<Real>::Images {
-  device::Buffer<Real> field;
-  device::Buffer<Real> versors;  ///< four reals each
-  device::Buffer<Real> change;   ///< by how much fewer nodes give others; interpolated ones only
-};
+device::Argument grid_block(const Grid& grid, const GridBlock& block, Precision precision) {
+  return device::arguments(precision, [&](auto r) {
+    using real = decltype(r);
+    return qj_grid_block<real>{.origin_x = real(grid.origin.x()),
+                               .origin_y = real(grid.origin.y()),
+                               .origin_z = real(grid.origin.z()),
+                               .step = real(grid.step),
+                               .nx = block.count[0],
+                               .ny = block.count[1],
+                               .ix = block.first[0],
+                               .iy = block.first[1],
+                               .iz = block.first[2]};
+  });
+}
+
+void block_images(const map::DeviceMap& map, const Grid& grid, const GridBlock& block, int spacing,
+                  std::vector<std::int32_t> numbers, std::vector<std::int32_t> slots,
+                  const device::Memory& field, const device::Memory& versors) {
+  auto& context = map.context();
+  fill_lanes(map, numbers);
+  fill_lanes(map, slots);
+  const auto from = context.upload<std::int32_t>(numbers);
+  const auto to = context.upload<std::int32_t>(slots);
+  const device::Argument points = grid_block(grid, block, map.precision());
+  const auto arguments = [&](std::size_t first, std::size_t count) {
+    return Arguments({from, to, points, spacing, device::narrow(first), device::narrow(count),
+                      map.buffer(), map.factors(), field, versors});
+  };
+  device::launch_in_parts(context, map.kernel("interpolated_orbit.cl", "block_images"),
+                          map.groups(numbers.size()), map.step_cost() * map.points_per_item(),
+                          arguments);
+}
 
 template <class Real>
 InterpolatedOrbits<Real>::InterpolatedOrbits(const map::DeviceMap& map, const Grid& grid,
@@ -61,65 +78,29 @@ InterpolatedOrbits<Real>::InterpolatedOrbits(const map::DeviceMap& map, const Gr
       level_(static_cast<Real>(level)),
       above_(static_cast<Real>(above)) {}
 
-/// Of the points of these numbers in the block of every `spacing`-th point; point i in slot
-/// slots[i] of `size`.
-template <class Real>
-auto InterpolatedOrbits<Real>::images(const GridBlock& block, int spacing,
-                                      std::vector<std::int32_t> numbers,
-                                      std::vector<std::int32_t> slots, std::size_t size) const
-    -> Images {
-  auto& context = map_.context();
-  const auto kernel = map_.kernel("interpolated_orbit.cl", "block_images");
-  fill_lanes(numbers, map_.lanes());
-  fill_lanes(slots, map_.lanes());
-  const auto from = context.upload<std::int32_t>(numbers);
-  const auto to = context.upload<std::int32_t>(slots);
-  Images made{context.allocate<Real>(size), context.allocate<Real>(4 * size), {}};
-  const device::Argument points = grid_block(grid_, block, map_.precision());
-  device::launch_in_parts(context, kernel, map_.groups(numbers.size()),
-                          map_.step_cost() * map_.points_per_item(),
-                          [&](std::size_t first, std::size_t count) {
-                            return std::vector<device::Argument>{from,
-                                                                 to,
-                                                                 points,
-                                                                 spacing,
-                                                                 device::narrow(first),
-                                                                 device::narrow(count),
-                                                                 map_.buffer(),
-                                                                 map_.factors(),
-                                                                 made.field,
-                                                                 made.versors};
-                          });
-  return made;
-}
-
-/// Where the lattice's columns meet the block's rows.
-template <class Real>
-auto InterpolatedOrbits<Real>::in_rows(const NodeLattice& lattice) const -> Images {
-  auto& context = map_.context();
-  const Images nodes = images(lattice.nodes, lattice.spacing, lattice.needed_nodes,
-                              lattice.needed_nodes, lattice.nodes.size());
-  std::vector<std::int32_t> numbers = lattice.needed_meetings;
-  fill_lanes(numbers, map_.lanes());
-  const auto sent = context.upload<std::int32_t>(numbers);
-  const std::size_t size = lattice.meetings();
-  Images made{context.allocate<Real>(size), context.allocate<Real>(4 * size),
-              context.allocate<Real>(size)};
-  const std::size_t groups = map_.groups(numbers.size());
-  context.launch(
-      map_.kernel("interpolated_orbit.cl", "interpolate_rows"), {{groups, 1, 1}},
-      {sent, lattice.nodes.count[0], lattice.nodes.count[1], lattice.rows, lattice.spacing,
-       nodes.field, nodes.versors, device::narrow(groups), made.field, made.versors, made.change});
-  return made;
-}
-
 template <class Real>
 std::vector<Real> InterpolatedOrbits<Real>::settled(const NodeLattice& lattice,
                                                     std::vector<std::int32_t> numbers) const {
   auto& context = map_.context();
-  const Images rows = in_rows(lattice);
+  const Images nodes = images(lattice.nodes.size());
+  block_images(map_, grid_, lattice.nodes, lattice.spacing, lattice.needed_nodes,
+               lattice.needed_nodes, nodes.field, nodes.versors);
+
+  // Where the lattice's columns meet the block's rows.
+  std::vector<std::int32_t> meetings = lattice.needed_meetings;
+  fill_lanes(map_, meetings);
+  const auto sent_meetings = context.upload<std::int32_t>(meetings);
+  const Images rows = images(lattice.meetings());
+  // By how much fewer nodes give others.
+  const auto change = context.allocate<Real>(lattice.meetings());
+  const std::size_t groups = map_.groups(meetings.size());
+  context.launch(
+      map_.kernel("interpolated_orbit.cl", "interpolate_rows"), {{groups, 1, 1}},
+      {sent_meetings, lattice.nodes.count[0], lattice.nodes.count[1], lattice.rows, lattice.spacing,
+       nodes.field, nodes.versors, device::narrow(groups), rows.field, rows.versors, change});
+
   std::vector<Real> found(numbers.size());
-  fill_lanes(numbers, map_.lanes());
+  fill_lanes(map_, numbers);
   const auto sent = context.upload<std::int32_t>(numbers);
   const auto values = context.allocate<Real>(numbers.size());
   const auto kernel = map_.kernel("interpolated_orbit.cl", "settle_points");
@@ -132,21 +113,13 @@ std::vector<Real> InterpolatedOrbits<Real>::settled(const NodeLattice& lattice,
                              .node_columns = lattice.nodes.count[0],
                              .spacing = lattice.spacing};
   });
+  const auto arguments = [&](std::size_t first, std::size_t count) {
+    return Arguments({sent, points, settling, rows.field, rows.versors, change,
+                      device::narrow(first), device::narrow(count), map_.buffer(), map_.factors(),
+                      values});
+  };
   device::launch_in_parts(context, kernel, map_.groups(numbers.size()),
-                          map_.modulus_cost() * map_.points_per_item(),
-                          [&](std::size_t first, std::size_t count) {
-                            return std::vector<device::Argument>{sent,
-                                                                 points,
-                                                                 settling,
-                                                                 rows.field,
-                                                                 rows.versors,
-                                                                 rows.change,
-                                                                 device::narrow(first),
-                                                                 device::narrow(count),
-                                                                 map_.buffer(),
-                                                                 map_.factors(),
-                                                                 values};
-                          });
+                          map_.modulus_cost() * map_.points_per_item(), arguments);
   context.read<Real>(values, found);
   return found;
 }
@@ -167,7 +140,9 @@ int InterpolatedOrbits<Real>::spacing(std::span<const std::int32_t> numbers) con
   std::vector<std::int32_t> slots(points.size());
   std::iota(slots.begin(), slots.end(), 0);
   std::vector<Real> u(4 * points.size());
-  map_.context().template read<Real>(images(block_, 1, points, slots, points.size()).versors, u);
+  const Images made = images(points.size());
+  block_images(map_, grid_, block_, 1, points, slots, made.field, made.versors);
+  map_.context().template read<Real>(made.versors, u);
   double widest = 0;
   for (const std::size_t neighbour : {std::size_t{4}, std::size_t{8}}) {
     std::array<double, kProbes> turns{};
@@ -194,20 +169,13 @@ std::vector<std::int32_t> InterpolatedOrbits<Real>::near_factors(
   std::vector<bool> marks;                    // of the block's points
   for (const Quaternion& c : map_.centers()) {
     if (std::abs(c.w - map_.slice()) > reach * grid_.step) continue;
-    const Eigen::Vector3d center =
-        (Eigen::Vector3d(c.x, c.y, c.z) - grid_.origin) / grid_.step -
-        Eigen::Vector3d(block_.first[0], block_.first[1], block_.first[2]);
+    const Eigen::Array3d center =
+        (Eigen::Vector3d(c.x, c.y, c.z) - grid_.origin) / grid_.step - block_.first.cast<double>();
     // Points low … high − 1 along each axis.
-    std::array<int, 3> low{}, high{};
-    bool empty = false;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double c_axis = center[static_cast<Eigen::Index>(axis)];
-      const double last = block_.count[axis];
-      low[axis] = static_cast<int>(std::clamp(std::ceil(c_axis - reach), 0.0, last));
-      high[axis] = static_cast<int>(std::clamp(std::floor(c_axis + reach) + 1, 0.0, last));
-      empty = empty || low[axis] >= high[axis];
-    }
-    if (empty) continue;
+    const Eigen::Array3d last = block_.count.cast<double>();
+    const Eigen::Array3i low = (center - reach).ceil().max(0.0).min(last).cast<int>();
+    const Eigen::Array3i high = ((center + reach).floor() + 1).max(0.0).min(last).cast<int>();
+    if ((low >= high).any()) continue;
     marks.resize(block_.size());
     for (int z = low[2]; z < high[2]; ++z) {
       for (int y = low[1]; y < high[1]; ++y) {
@@ -228,13 +196,16 @@ std::vector<std::int32_t> InterpolatedOrbits<Real>::near_factors(
 template <class Real>
 std::vector<std::int32_t> InterpolatedOrbits<Real>::settle(std::span<const std::int32_t> numbers,
                                                            std::span<float> values) {
-  std::vector<std::int32_t> others(numbers.begin(), numbers.end());
-  if (numbers.size() < kFewest || block_.count[0] < 2 || block_.count[1] < 2) return others;
+  std::vector<std::int32_t> asking(numbers.begin(), numbers.end());
+  if (numbers.size() < kFewest || block_.count[0] < 2 || block_.count[1] < 2) return asking;
   const int step = spacing(numbers);
-  if (step < 2) return others;
+  if (step < 2) return asking;
   const std::vector<std::int32_t> near = near_factors(numbers, step);
-  if (near.size() == numbers.size()) return others;
-  std::vector<std::int32_t> asking = without(std::move(others), near);
+  if (near.size() == numbers.size()) return asking;
+  if (!near.empty()) {
+    asking.clear();
+    std::ranges::set_difference(numbers, near, std::back_inserter(asking));
+  }
   const NodeLattice lattice = node_lattice(block_, step, asking);
   nodes_ += lattice.needed_nodes.size();
   const std::vector<Real> found = settled(lattice, asking);
@@ -248,7 +219,7 @@ std::vector<std::int32_t> InterpolatedOrbits<Real>::settle(std::span<const std::
   }
   asking.resize(kept);
   if (near.empty()) return asking;
-  others.clear();
+  std::vector<std::int32_t> others;
   std::ranges::merge(asking, near, std::back_inserter(others));
   return others;
 }

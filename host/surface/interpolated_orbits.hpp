@@ -11,6 +11,16 @@
 
 namespace qjulia::surface {
 
+/// A block of the grid's points as kernels take it.
+device::Argument grid_block(const Grid& grid, const GridBlock& block, Precision precision);
+
+/// Launches the kind's F and U at points of these numbers in the block of every `spacing`-th point,
+/// point i in slot slots[i].
+/// @param field a real a slot. @param versors four.
+void block_images(const map::DeviceMap& map, const Grid& grid, const GridBlock& block, int spacing,
+                  std::vector<std::int32_t> numbers, std::vector<std::int32_t> slots,
+                  const device::Memory& field, const device::Memory& versors);
+
 /// F_1 and the versor U of the image e^{F_1} U change smoothly from point to point, and U costs
 /// several times as much as F. So both are computed on a lattice and interpolated, and only F of
 /// the image is evaluated point by point. The difference to interpolants of lower order says how
@@ -34,10 +44,14 @@ class InterpolatedOrbits {
   std::uint64_t nodes() const { return nodes_; }
 
  private:
-  struct Images;
-  Images images(const GridBlock& block, int spacing, std::vector<std::int32_t> numbers,
-                std::vector<std::int32_t> slots, std::size_t size) const;
-  Images in_rows(const NodeLattice& lattice) const;
+  /// F of so many points and U, four reals each, on the device.
+  struct Images {
+    device::Buffer<Real> field, versors;
+  };
+  Images images(std::size_t size) const {
+    auto& context = map_.context();
+    return {context.template allocate<Real>(size), context.template allocate<Real>(4 * size)};
+  }
   std::vector<Real> settled(const NodeLattice& lattice, std::vector<std::int32_t> numbers) const;
   int spacing(std::span<const std::int32_t> numbers) const;
   std::vector<std::int32_t> near_factors(std::span<const std::int32_t> numbers, int spacing) const;

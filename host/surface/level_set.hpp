@@ -1,5 +1,5 @@
 #pragma once
-/// F_n at the points of a regular grid, block by block.
+/// F_n at the points of a regular grid, block by block, and its level set as a mesh.
 
 #include <cstddef>
 #include <cstdint>
@@ -8,24 +8,13 @@
 
 #include "map/device_map.hpp"
 #include "qjulia/field.hpp"
+#include "qjulia/surface.hpp"
 #include "surface/grid.hpp"
 
 namespace qjulia::surface {
 
-/// Points of the map's slice, map coordinates.
-struct PointList {
-  std::vector<double> x, y, z;
-
-  std::size_t size() const { return x.size(); }
-  void add(double px, double py, double pz) {
-    x.push_back(px);
-    y.push_back(py);
-    z.push_back(pz);
-  }
-  /// Points `begin` … `begin + count − 1`, rounded, into three arrays of `stride` each.
-  template <class Real>
-  void copy(std::size_t begin, std::size_t count, std::size_t stride, std::span<Real> out) const;
-};
+/// Of a launch.
+using Arguments = std::vector<device::Argument>;
 
 /// Least and greatest F_1, or where that decides nothing F_2, for each of several cubes.
 struct FieldBounds {
@@ -37,18 +26,6 @@ struct ClampRange {
   double level = 0;
   double below = 0;
   double above = 0;
-};
-
-/// How many points were asked for what.
-struct LevelSetCounts {
-  std::uint64_t potentials = 0;  ///< F_1 evaluated
-  std::uint64_t settled = 0;     ///< points whose orbits were interpolated, and settled by that
-  std::uint64_t nodes = 0;       ///< points they were interpolated from
-  std::uint64_t iterated = 0;    ///< points left undecided by F_1, and iterated
-  std::uint64_t iterates = 0;    ///< second and further iterates of these, all together
-  std::uint64_t cubes = 0;       ///< cubes bounded
-
-  LevelSetCounts& operator+=(const LevelSetCounts& other);
 };
 
 /// F_n with orbits ended at the stop radii; orbits run in the precision given, and values are
@@ -81,37 +58,35 @@ class LevelSet {
   void clamped_at(const Grid& grid, const GridBlock& block, std::span<const std::int32_t> numbers,
                   const ClampRange& clamp, std::span<float> values) const;
 
-  /// F_n at points anywhere on the slice.
-  std::vector<float> at(const PointList& points) const;
+  /// F_n at points anywhere on the slice, map coordinates.
+  std::vector<float> at(std::span<const Eigen::Vector3d> points) const;
 
   /// Bounds of F_1 over cubes that reach `half_side` from their centres along each axis; of
   /// ln |q| where they reach beyond the escape radius; of F_2 where a portal leads to an image that
   /// goes on. Rounding is allowed for.
-  FieldBounds bounds(const PointList& centers, double half_side) const;
+  FieldBounds bounds(std::span<const Eigen::Vector3d> centers, double half_side) const;
 
   /// Where F_1 is below it, F_n is below `level` for certain; −infinity where that is not known.
   double certainly_inside_below(double level) const;
   /// Where F_1 is above it, F_n is above `level` for certain.
   double certainly_outside_above(double level) const;
 
-  const LevelSetCounts& counts() const { return counts_; }
+  /// How many points were asked for what: potentials … bounded_blocks.
+  const SurfaceReport& counts() const { return counts_; }
   void reset_counts() { counts_ = {}; }
 
  private:
-  // Each computes in `Real`, the type of the precision.
-  template <class Real>
-  void at_in(const Grid& grid, const GridBlock& block, std::span<const std::int32_t> numbers,
-             std::span<float> values) const;
-  template <class Real>
-  void clamped_at_in(const Grid& grid, const GridBlock& block,
-                     std::span<const std::int32_t> numbers, const ClampRange& clamp,
-                     std::span<float> values) const;
-  template <class Real>
-  std::vector<float> at_in(const PointList& points) const;
   /// F_n of `count` points, chunk by chunk: `start(begin, count, orbits)` launches
   /// `first_kernel`, the first iterate of some, `take(begin, values)` gets what they end with.
+  template <class Start, class Take>
+  void iterate(std::size_t count, const device::Kernel& first_kernel, const Start& start,
+               const Take& take) const {
+    precision() == Precision::dbl ? iterate_in<double>(count, first_kernel, start, take)
+                                  : iterate_in<float>(count, first_kernel, start, take);
+  }
   template <class Real, class Start, class Take>
-  void iterate(std::size_t count, const device::Kernel& first_kernel, Start start, Take take) const;
+  void iterate_in(std::size_t count, const device::Kernel& first_kernel, const Start& start,
+                  const Take& take) const;
   /// What the first iterates of so many work-items cost.
   double work(std::size_t groups) const {
     return static_cast<double>(groups) * map_.points_per_item() * map_.modulus_cost();
@@ -127,7 +102,12 @@ class LevelSet {
   int iterations_;
   float below_;  ///< an iterate of this log radius or less never leaves
   float above_;  ///< an iterate of this log radius or more never returns
-  mutable LevelSetCounts counts_;
+  mutable SurfaceReport counts_;
 };
+
+/// `extract_surface` for callers that know the stop radii. Map and options are valid.
+SurfaceReport level_set_surface(const Device& device, const RationalMap& map,
+                                const StopRadii& stops, const SurfaceOptions& options,
+                                SurfaceSink& sink, const ProgressMonitor& monitor);
 
 }  // namespace qjulia::surface

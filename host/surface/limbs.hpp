@@ -1,7 +1,7 @@
 #pragma once
 /// Limbs of a solid, and which of them another has as well.
 
-#include <cstdint>
+#include <cstddef>
 #include <vector>
 
 #include "surface/grid.hpp"
@@ -11,8 +11,8 @@ namespace qjulia::surface {
 /// A part that stands off: its tip is farther from the body's middle, through the solid, than all
 /// that can be reached from it on the way.
 struct Limb {
-  double length = 0;              ///< from the tip back to where it meets what reaches farther
-  std::vector<std::int32_t> tip;  ///< points in the last quarter of the length
+  double length = 0;             ///< from the tip back to where it meets what reaches farther
+  std::vector<std::size_t> tip;  ///< points in the last quarter of the length
 };
 
 /// Limbs that are at least `least` long. Distances are shortest ways from point to point of the

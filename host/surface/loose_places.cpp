@@ -1,9 +1,9 @@
 #include "surface/loose_places.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "base/union_find.hpp"
 
@@ -18,38 +18,11 @@ constexpr int kMostRounds = 6;
 /// surface, and crumbs of it, lie between points.
 constexpr int kMargin = 2;
 
-using Index = std::array<int, 3>;
-
-std::size_t number_of(const Index& at, const Index& points) {
-  const auto [i, j, k] = at;
-  return (static_cast<std::size_t>(k) * static_cast<std::size_t>(points[1]) +
-          static_cast<std::size_t>(j)) *
-             static_cast<std::size_t>(points[0]) +
-         static_cast<std::size_t>(i);
-}
-
-Index index_of(std::size_t number, const Index& points) {
-  const auto nx = static_cast<std::size_t>(points[0]), ny = static_cast<std::size_t>(points[1]);
-  return {static_cast<int>(number % nx), static_cast<int>(number / nx % ny),
-          static_cast<int>(number / nx / ny)};
-}
-
-bool is_on(const Index& at, const Index& points) {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (at[axis] < 0 || at[axis] >= points[axis]) return false;
-  }
-  return true;
-}
-
-Index moved(Index at, std::size_t axis, int by) {
-  at[axis] += by;
-  return at;
-}
+using Index = Eigen::Vector3i;
 
 /// Which inside points of the coarse grid belong to bodies that are kept, and which look loose.
 struct CoarseBodies {
-  enum Kind : std::uint8_t { outside, kept, suspect };
-  std::vector<Kind> kinds;
+  std::vector<bool> is_kept;
   std::vector<std::size_t> suspects;
   double largest = 0;  ///< points
   double kept_points = 0;
@@ -57,35 +30,29 @@ struct CoarseBodies {
 
 CoarseBodies coarse_bodies(const Grid& grid, const std::vector<bool>& is_inside) {
   base::UnionFind bodies(is_inside.size());
-  const std::size_t row = static_cast<std::size_t>(grid.points[0]);
-  const std::array<std::size_t, 3> stride{1, row, row * static_cast<std::size_t>(grid.points[1])};
-  std::size_t number = 0;
-  for (int k = 0; k < grid.points[2]; ++k) {
-    for (int j = 0; j < grid.points[1]; ++j) {
-      for (int i = 0; i < grid.points[0]; ++i, ++number) {
-        if (!is_inside[number]) continue;
-        const Index at{i, j, k};
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          if (at[axis] == 0 || !is_inside[number - stride[axis]]) continue;
-          bodies.unite(static_cast<std::uint32_t>(number),
-                       static_cast<std::uint32_t>(number - stride[axis]));
-        }
+  for_points(grid.points, [&](std::size_t number, const Index& at) {
+    if (!is_inside[number]) return;
+    std::size_t stride = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::size_t before = number - stride;
+      if (at[axis] > 0 && is_inside[before]) {
+        bodies.unite(static_cast<std::uint32_t>(number), static_cast<std::uint32_t>(before));
       }
+      stride *= static_cast<std::size_t>(grid.points[axis]);
     }
-  }
+  });
   std::vector<std::uint32_t> sizes(is_inside.size());
   for (std::uint32_t i = 0; i < sizes.size(); ++i) {
     if (is_inside[i]) ++sizes[bodies.root(i)];
   }
   CoarseBodies found;
   found.largest = sizes.empty() ? 0 : *std::ranges::max_element(sizes);
-  found.kinds.resize(sizes.size());
+  found.is_kept.resize(sizes.size());
   for (std::uint32_t i = 0; i < sizes.size(); ++i) {
     if (!is_inside[i]) continue;
-    const bool is_kept = sizes[bodies.root(i)] >= kLeast * found.largest;
-    found.kinds[i] = is_kept ? CoarseBodies::kept : CoarseBodies::suspect;
-    if (is_kept) ++found.kept_points;
-    if (!is_kept) found.suspects.push_back(i);
+    found.is_kept[i] = sizes[bodies.root(i)] >= kLeast * found.largest;
+    if (found.is_kept[i]) ++found.kept_points;
+    if (!found.is_kept[i]) found.suspects.push_back(i);
   }
   return found;
 }
@@ -97,21 +64,17 @@ std::vector<std::size_t> cells_beside(const Grid& grid, const CoarseBodies& coar
   const auto row = static_cast<std::size_t>(grid.points[0]);
   const std::size_t slice = row * static_cast<std::size_t>(grid.points[1]);
   std::vector<std::size_t> cells;
-  for (int k = 0; k + 1 < grid.points[2]; ++k) {
-    for (int j = 0; j + 1 < grid.points[1]; ++j) {
-      for (int i = 0; i + 1 < grid.points[0]; ++i) {
-        const std::size_t first = number_of({i, j, k}, grid.points);
-        bool is_asked = false, has_body = false;
-        for (const std::size_t corner : {first, first + row, first + slice, first + slice + row}) {
-          for (const std::size_t at : {corner, corner + 1}) {
-            is_asked = is_asked || may_be_inside[at];
-            has_body = has_body || coarse.kinds[at] == CoarseBodies::kept;
-          }
-        }
-        if (is_asked && !has_body) cells.push_back(first);
+  for_points(grid.points.array() - 1, [&](std::size_t, const Index& lower) {
+    const std::size_t first = number_of(lower, grid.points);
+    bool is_asked = false, has_body = false;
+    for (const std::size_t corner : {first, first + row, first + slice, first + slice + row}) {
+      for (const std::size_t at : {corner, corner + 1}) {
+        is_asked = is_asked || may_be_inside[at];
+        has_body = has_body || coarse.is_kept[at];
       }
     }
-  }
+    if (is_asked && !has_body) cells.push_back(first);
+  });
   return cells;
 }
 
@@ -119,43 +82,39 @@ std::vector<std::size_t> cells_beside(const Grid& grid, const CoarseBodies& coar
 /// its lower corner on, `divisions` along each side.
 class FineBlocks {
  public:
-  FineBlocks(const Grid& coarse, int divisions, const Insides& insides)
+  FineBlocks(const Grid& coarse, const CoarseBodies& bodies, int divisions, const Insides& insides)
       : coarse_points_(coarse.points),
+        bodies_(bodies),
         divisions_(divisions),
+        block_{Index::Zero(), Index::Constant(divisions)},
         insides_(insides),
-        slots_(whole(coarse).size(), kUnknown) {
-    fine_.origin = coarse.origin;
-    fine_.step = coarse.step / divisions;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      fine_.points[axis] = coarse.points[axis] * divisions;
-    }
-  }
+        fine_{coarse.origin, coarse.step / divisions, divisions * coarse.points},
+        slots_(whole(coarse).size(), kUnknown) {}
 
   const Grid& grid() const { return fine_; }
   std::size_t size() const { return inside_.size(); }
   bool is_inside(std::size_t place) const { return inside_[place]; }
 
-  /// The block of a fine point is to be known after the next `look`.
-  void want(const Index& at) {
-    if (!is_on(at, fine_.points)) return;
-    const std::size_t block = block_of(at);
-    if (slots_[block] != kUnknown) return;
-    slots_[block] = kWanted;
-    wanted_.push_back(block);
+  /// The blocks of the fine points at most `reach` from one are to be known after the next `look`.
+  void want(const Index& middle, int reach) {
+    for_around(fine_.points, middle, reach, [&](std::size_t, const Index& at) {
+      const std::size_t block = block_of(at);
+      if (slots_[block] != kUnknown) return;
+      slots_[block] = kWanted;
+      wanted_.push_back(block);
+    });
   }
 
   /// Asks for the points of the blocks that are wanted; whether there were any.
   bool look() {
     if (wanted_.empty()) return false;
     std::vector<Eigen::Vector3d> points;
-    points.reserve(wanted_.size() * block_points());
+    points.reserve(wanted_.size() * block_.size());
     for (const std::size_t block : wanted_) {
       slots_[block] = static_cast<std::int32_t>(blocks_.size());
       blocks_.push_back(block);
-      for (std::size_t i = 0; i < block_points(); ++i) {
-        const Index at = point_of(blocks_.size() - 1, i);
-        points.push_back(fine_.at(Eigen::Vector3d(at[0], at[1], at[2])));
-      }
+      const std::size_t first = (blocks_.size() - 1) * block_.size();
+      for (std::size_t i = 0; i < block_.size(); ++i) points.push_back(fine_.point(at(first + i)));
     }
     wanted_.clear();
     const std::vector<bool> found = insides_(points);
@@ -163,48 +122,37 @@ class FineBlocks {
     return true;
   }
 
-  static constexpr std::ptrdiff_t kNowhere = -1;
+  static constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
   /// Where a fine point stands in the order of what is known; `kNowhere` where its block is not.
-  std::ptrdiff_t place(const Index& at) const {
-    if (!is_on(at, fine_.points)) return kNowhere;
+  std::size_t place(const Index& at) const {
+    if (!is_on_grid(at)) return kNowhere;
     const std::int32_t slot = slots_[block_of(at)];
     if (slot < 0) return kNowhere;
-    const Index in{at[0] % divisions_, at[1] % divisions_, at[2] % divisions_};
-    return static_cast<std::ptrdiff_t>(static_cast<std::size_t>(slot) * block_points() +
-                                       number_of(in, {divisions_, divisions_, divisions_}));
+    const Index in_block = at - divisions_ * (at / divisions_);
+    return static_cast<std::size_t>(slot) * block_.size() + number_of(in_block, block_.count);
   }
   /// The fine point of a place.
   Index at(std::size_t place) const {
-    return point_of(place / block_points(), place % block_points());
+    return divisions_ * index_of(blocks_[place / block_.size()], coarse_points_) +
+           index_of(place % block_.size(), block_.count);
   }
-  /// Whether it is a point of the coarse grid as well, and which.
-  bool is_coarse(const Index& at, std::size_t& number) const {
-    for (const int i : at) {
-      if (i % divisions_ != 0) return false;
-    }
-    number = block_of(at);
-    return true;
+  bool is_on_grid(const Index& at) const {
+    return (at.array() >= 0).all() && (at.array() < fine_.points.array()).all();
+  }
+  /// Whether a fine point is one of the coarse grid as well, in a body that is kept.
+  bool is_kept(const Index& at) const {
+    return at == divisions_ * (at / divisions_) && bodies_.is_kept[block_of(at)];
   }
 
  private:
   static constexpr std::int32_t kUnknown = -1, kWanted = -2;
 
-  std::size_t block_points() const {
-    const auto d = static_cast<std::size_t>(divisions_);
-    return d * d * d;
-  }
-  std::size_t block_of(const Index& at) const {
-    return number_of({at[0] / divisions_, at[1] / divisions_, at[2] / divisions_}, coarse_points_);
-  }
-  Index point_of(std::size_t slot, std::size_t in_block) const {
-    const Index block = index_of(blocks_[slot], coarse_points_);
-    const Index in = index_of(in_block, {divisions_, divisions_, divisions_});
-    return {block[0] * divisions_ + in[0], block[1] * divisions_ + in[1],
-            block[2] * divisions_ + in[2]};
-  }
+  std::size_t block_of(const Index& at) const { return number_of(at / divisions_, coarse_points_); }
 
-  std::array<int, 3> coarse_points_;
+  Index coarse_points_;
+  const CoarseBodies& bodies_;
   int divisions_;
+  GridBlock block_;  ///< the points of one
   const Insides& insides_;
   Grid fine_;
   std::vector<std::int32_t> slots_;  ///< of coarse cells: number of a known block
@@ -215,77 +163,48 @@ class FineBlocks {
 /// Bodies of the fine points that are known.
 struct FineBodies {
   base::UnionFind bodies;
-  std::uint32_t kept = 0;  ///< what hangs on a body that is kept is one with this element
+  std::uint32_t kept = 0;     ///< what hangs on a body that is kept is one with this element
+  std::vector<bool> goes_on;  ///< by root: whether more of a body may be in blocks not known
+
+  bool is_kept(std::uint32_t place) { return bodies.root(place) == bodies.root(kept); }
 };
 
-FineBodies fine_bodies(const FineBlocks& fine, const CoarseBodies& coarse) {
-  FineBodies found{base::UnionFind(fine.size() + 1), static_cast<std::uint32_t>(fine.size())};
+/// Asks for the blocks in which bodies that are not kept may go on.
+FineBodies fine_bodies(FineBlocks& fine) {
+  FineBodies found{base::UnionFind(fine.size() + 1), static_cast<std::uint32_t>(fine.size()),
+                   std::vector<bool>(fine.size())};
   for (std::uint32_t place = 0; place < fine.size(); ++place) {
     if (!fine.is_inside(place)) continue;
     const Index at = fine.at(place);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const std::ptrdiff_t next = fine.place(moved(at, axis, 1));
-      if (next == FineBlocks::kNowhere || !fine.is_inside(static_cast<std::size_t>(next))) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::size_t next = fine.place(at + Index::Unit(axis));
+      if (next == FineBlocks::kNowhere || !fine.is_inside(next)) continue;
       found.bodies.unite(place, static_cast<std::uint32_t>(next));
     }
-    std::size_t number = 0;
-    if (fine.is_coarse(at, number) && coarse.kinds[number] == CoarseBodies::kept) {
-      found.bodies.unite(place, found.kept);
-    }
-  }
-  return found;
-}
-
-/// Marks the bodies that may go on in blocks that are not known, and asks for these blocks where a
-/// body looked loose on the coarse grid.
-std::vector<bool> follow(FineBlocks& fine, FineBodies& found, const CoarseBodies& coarse) {
-  std::vector<bool> goes_on(fine.size()), is_suspect(fine.size());
-  for (std::uint32_t place = 0; place < fine.size(); ++place) {
-    std::size_t number = 0;
-    if (fine.is_inside(place) && fine.is_coarse(fine.at(place), number) &&
-        coarse.kinds[number] == CoarseBodies::suspect &&
-        found.bodies.root(place) != found.bodies.root(found.kept)) {
-      is_suspect[found.bodies.root(place)] = true;
-    }
+    if (fine.is_kept(at)) found.bodies.unite(place, found.kept);
   }
   for (std::uint32_t place = 0; place < fine.size(); ++place) {
-    if (!fine.is_inside(place)) continue;
-    const std::uint32_t body = found.bodies.root(place);
-    if (body == found.bodies.root(found.kept)) continue;
+    if (!fine.is_inside(place) || found.is_kept(place)) continue;
     const Index at = fine.at(place);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (int axis = 0; axis < 3; ++axis) {
       for (const int by : {-1, 1}) {
-        const Index next = moved(at, axis, by);
-        if (!is_on(next, fine.grid().points) || fine.place(next) != FineBlocks::kNowhere) continue;
-        fine.want(next);
-        goes_on[body] = true;
+        const Index next = at + by * Index::Unit(axis);
+        if (!fine.is_on_grid(next) || fine.place(next) != FineBlocks::kNowhere) continue;
+        fine.want(next, 0);
+        found.goes_on[found.bodies.root(place)] = true;
       }
     }
   }
-  return goes_on;
-}
-
-/// Calls `take` with each index at most `reach` from another along each axis.
-template <class Take>
-void for_around(const Index& at, int reach, const Take& take) {
-  for (int k = -reach; k <= reach; ++k) {
-    for (int j = -reach; j <= reach; ++j) {
-      for (int i = -reach; i <= reach; ++i) take(Index{at[0] + i, at[1] + j, at[2] + k});
-    }
-  }
+  return found;
 }
 
 }  // namespace
 
 bool LoosePlaces::holds(const Eigen::Vector3d& p) const {
   if (bits.empty()) return false;
-  Index at{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto i = static_cast<Eigen::Index>(axis);
-    at[axis] = static_cast<int>(std::lround((p[i] - grid.origin[i]) / grid.step));
-  }
-  if (!is_on(at, grid.points)) return false;
-  const std::size_t number = number_of(at, grid.points);
+  const Eigen::Array3d at = ((p - grid.origin) / grid.step).array().round();
+  if ((at < 0).any() || (at >= grid.points.cast<double>().array()).any()) return false;
+  const std::size_t number = number_of(at.cast<int>(), grid.points);
   return ((bits[number / 32] >> (number % 32)) & 1U) != 0;
 }
 
@@ -293,48 +212,37 @@ LoosePlaces find_loose_places(const Grid& grid, const std::vector<bool>& is_insi
                               const std::vector<bool>& may_be_inside, int divisions,
                               const Insides& insides) {
   const CoarseBodies coarse = coarse_bodies(grid, is_inside);
-  FineBlocks fine(grid, divisions, insides);
+  FineBlocks fine(grid, coarse, divisions, insides);
   for (const std::size_t suspect : coarse.suspects) {
-    Index at = index_of(suspect, grid.points);
-    for (int& i : at) i *= divisions;
-    for_around(at, 1, [&](const Index& i) { fine.want(i); });
+    fine.want(divisions * index_of(suspect, grid.points), 1);
   }
   for (const std::size_t cell : cells_beside(grid, coarse, may_be_inside)) {
-    Index at = index_of(cell, grid.points);
-    for (int& i : at) i *= divisions;
-    fine.want(at);
+    fine.want(divisions * index_of(cell, grid.points), 0);
   }
   FineBodies found;
-  std::vector<bool> goes_on;
-  for (int round = 0; round < kMostRounds && fine.look(); ++round) {
-    found = fine_bodies(fine, coarse);
-    goes_on = follow(fine, found, coarse);
-  }
+  for (int round = 0; round < kMostRounds && fine.look(); ++round) found = fine_bodies(fine);
   // What lies about loose pieces, too.
-  for (std::uint32_t place = 0; place < goes_on.size(); ++place) {
-    if (!fine.is_inside(place)) continue;
-    const std::uint32_t body = found.bodies.root(place);
-    if (body == found.bodies.root(found.kept) || goes_on[body]) continue;
-    for_around(fine.at(place), kMargin + 1, [&](const Index& i) { fine.want(i); });
+  for (std::uint32_t place = 0; place < found.goes_on.size(); ++place) {
+    if (!fine.is_inside(place) || found.is_kept(place) || found.goes_on[found.bodies.root(place)]) {
+      continue;
+    }
+    fine.want(fine.at(place), kMargin + 1);
   }
-  if (fine.look()) {
-    found = fine_bodies(fine, coarse);
-    goes_on = follow(fine, found, coarse);
-  }
+  if (fine.look()) found = fine_bodies(fine);
   if (fine.size() == 0) return {};
   const std::uint32_t kept = found.bodies.root(found.kept);
   std::vector<std::uint32_t> sizes(found.bodies.size());
-  for (std::uint32_t place = 0; place + 1 < sizes.size(); ++place) {
+  for (std::uint32_t place = 0; place < fine.size(); ++place) {
     if (fine.is_inside(place)) ++sizes[found.bodies.root(place)];
   }
   const double cell = std::pow(fine.grid().step, 3);
   const double most = kLeast * coarse.largest * divisions * divisions * divisions;
   const auto is_loose = [&](std::uint32_t body) {
-    return body != kept && sizes[body] > 0 && !goes_on[body] && sizes[body] < most;
+    return body != kept && sizes[body] > 0 && !found.goes_on[body] && sizes[body] < most;
   };
 
   LoosePlaces places;
-  for (std::uint32_t body = 0; body < goes_on.size(); ++body) {
+  for (std::uint32_t body = 0; body < fine.size(); ++body) {
     if (!is_loose(body)) continue;
     ++places.pieces.count;
     places.pieces.volume += cell * sizes[body];
@@ -343,26 +251,23 @@ LoosePlaces find_loose_places(const Grid& grid, const std::vector<bool>& is_insi
   const double all = places.pieces.volume + std::pow(grid.step, 3) * coarse.kept_points;
   places.pieces.share = places.pieces.volume / all;
   places.grid = fine.grid();
-  places.bits.resize((whole(fine.grid()).size() + 31) / 32);
-  for (std::uint32_t place = 0; place < goes_on.size(); ++place) {
+  const Index& points = places.grid.points;
+  places.bits.resize((whole(places.grid).size() + 31) / 32);
+  for (std::uint32_t place = 0; place < fine.size(); ++place) {
     if (!fine.is_inside(place) || !is_loose(found.bodies.root(place))) continue;
-    for_around(fine.at(place), kMargin, [&](const Index& at) {
-      if (!is_on(at, fine.grid().points)) return;
-      const std::size_t number = number_of(at, fine.grid().points);
+    for_around(points, fine.at(place), kMargin, [&](std::size_t number, const Index&) {
       places.bits[number / 32] |= 1U << (number % 32);
     });
   }
   // What is kept keeps its surface.
-  for (std::uint32_t place = 0; place < goes_on.size(); ++place) {
+  for (std::uint32_t place = 0; place < fine.size(); ++place) {
     if (!fine.is_inside(place) || is_loose(found.bodies.root(place))) continue;
-    for_around(fine.at(place), 1, [&](const Index& at) {
-      if (!is_on(at, fine.grid().points)) return;
-      const std::ptrdiff_t other = fine.place(at);
-      if (other != FineBlocks::kNowhere && fine.is_inside(static_cast<std::size_t>(other)) &&
+    for_around(points, fine.at(place), 1, [&](std::size_t number, const Index& at) {
+      const std::size_t other = fine.place(at);
+      if (other != FineBlocks::kNowhere && fine.is_inside(other) &&
           is_loose(found.bodies.root(static_cast<std::uint32_t>(other)))) {
         return;
       }
-      const std::size_t number = number_of(at, fine.grid().points);
       places.bits[number / 32] &= ~(1U << (number % 32));
     });
   }

@@ -9,7 +9,8 @@
 #include "surface/cube_cases.hpp"
 
 namespace qjulia::surface {
-MarchingCubes::MarchingCubes(const std::array<int, 3>& points, double level, double reach,
+
+MarchingCubes::MarchingCubes(const Eigen::Vector3i& points, double level, double reach,
                              double steepness)
     : points_(points),
       nx_(static_cast<std::size_t>(points[0])),
@@ -42,7 +43,7 @@ void MarchingCubes::add(std::span<const float> slice, const Slab& slab) {
   ++slices_;
   upper_.slab = &slab;
   classify(slice, upper_);
-  part_.complete = part_.first + static_cast<std::uint32_t>(part_.vertices.size());
+  part_.complete = next_vertex();
   cross_slice(upper_);
   if (slices_ == 1) return;
   cross_between();
@@ -50,11 +51,9 @@ void MarchingCubes::add(std::span<const float> slice, const Slab& slab) {
 }
 
 MeshPart MarchingCubes::take() {
-  if (slices_ == points_[2]) {
-    part_.complete = part_.first + static_cast<std::uint32_t>(part_.vertices.size());
-  }
+  if (slices_ == points_[2]) part_.complete = next_vertex();
   MeshPart next;
-  next.first = part_.first + static_cast<std::uint32_t>(part_.vertices.size());
+  next.first = next_vertex();
   return std::exchange(part_, std::move(next));
 }
 
@@ -66,7 +65,7 @@ void MarchingCubes::classify(std::span<const float> values, Slice& slice) const 
       if (run.side != Side::unknown) {
         std::fill(slice.inside.begin() + static_cast<std::ptrdiff_t>(i),
                   slice.inside.begin() + static_cast<std::ptrdiff_t>(end),
-                  run.side == Side::inside ? std::uint8_t{1} : std::uint8_t{0});
+                  static_cast<std::uint8_t>(run.side == Side::inside));
         continue;
       }
       for (; i < end; ++i) {
@@ -78,23 +77,19 @@ void MarchingCubes::classify(std::span<const float> values, Slice& slice) const 
   }
 }
 
-std::uint32_t MarchingCubes::add_vertex(const EdgeVertex& vertex) {
-  const std::size_t number = part_.first + part_.vertices.size();
-  if (number >= std::numeric_limits<std::uint32_t>::max()) {
-    throw Error("the surface has more than 4294967294 vertices; lower the resolution");
-  }
-  part_.vertices.push_back(vertex);
-  return static_cast<std::uint32_t>(number);
-}
-
 std::uint32_t MarchingCubes::crossing(std::size_t index, int z, int axis, float below,
                                       float above) {
+  if (part_.first + part_.vertices.size() >= std::numeric_limits<std::uint32_t>::max()) {
+    throw Error("the surface has more than 4294967294 vertices; lower the resolution");
+  }
+  const std::uint32_t number = next_vertex();
   float t = below / (below - above);
   if (!(t >= kVertexMargin)) t = kVertexMargin;  // also where a difference is not a number
   t = std::min(t, 1 - kVertexMargin);
   const bool leads_inside = (z == slices_ - 1 ? upper_ : lower_).inside[index] == 0;
-  return add_vertex(
+  part_.vertices.push_back(
       {{static_cast<int>(index % nx_), static_cast<int>(index / nx_), z}, axis, t, leads_inside});
+  return number;
 }
 
 void MarchingCubes::cross_slice(Slice& slice) {
@@ -161,19 +156,27 @@ void MarchingCubes::mesh_cell(unsigned inside, std::size_t corner) {
 }
 
 void MarchingCubes::count_open_edges(unsigned inside, std::size_t corner) {
-  const std::array<std::size_t, 3> cell{corner % nx_, corner / nx_,
-                                        static_cast<std::size_t>(slices_ - 2)};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto last = static_cast<std::size_t>(points_[axis]) - 2;
-    const int low_face = static_cast<int>(2 * axis);
-    if (cell[axis] == 0) part_.open_edges += face_segments(inside, low_face).size();
-    if (cell[axis] == last) part_.open_edges += face_segments(inside, low_face + 1).size();
+  const Eigen::Vector3i cell(static_cast<int>(corner % nx_), static_cast<int>(corner / nx_),
+                             slices_ - 2);
+  for (int axis = 0; axis < 3; ++axis) {
+    if (cell[axis] == 0) part_.open_edges += face_segments(inside, 2 * axis).size();
+    if (cell[axis] == points_[axis] - 2) {
+      part_.open_edges += face_segments(inside, 2 * axis + 1).size();
+    }
   }
 }
 
 void MeshBuilder::add(const MeshPart& part) {
-  place(part);
-  add_normals(part.triangles);
+  for (const EdgeVertex& vertex : part.vertices) {
+    positions_.push_back(shape_to_map_.to_shape(vertex.on(grid_, double{vertex.at})));
+  }
+  normals_.resize(positions_.size(), Eigen::Vector3d::Zero());
+  const auto position = [&](std::uint32_t number) { return positions_[number - first_]; };
+  for (const auto& [a, b, c] : part.triangles) {
+    const Eigen::Vector3d origin = position(a);
+    const Eigen::Vector3d area = (position(b) - origin).cross(position(c) - origin);
+    for (const auto number : {a, b, c}) normals_[number - first_] += area;
+  }
   triangles_ += part.triangles.size();
   sink_.triangles(part.triangles);
 
@@ -184,23 +187,6 @@ void MeshBuilder::add(const MeshPart& part) {
   positions_.erase(positions_.begin(), positions_.begin() + kept);
   normals_.erase(normals_.begin(), normals_.begin() + kept);
   first_ = part.complete;
-}
-
-void MeshBuilder::place(const MeshPart& part) {
-  for (const EdgeVertex& vertex : part.vertices) {
-    Eigen::Vector3d index(vertex.point[0], vertex.point[1], vertex.point[2]);
-    index[vertex.axis] += static_cast<double>(vertex.at);
-    positions_.push_back(shape_to_map_.to_shape(grid_.at(index)));
-  }
-  normals_.resize(positions_.size(), Eigen::Vector3d::Zero());
-}
-
-void MeshBuilder::add_normals(const std::vector<Triangle>& triangles) {
-  for (const auto& [a, b, c] : triangles) {
-    const Eigen::Vector3d& origin = position(a);
-    const Eigen::Vector3d area = (position(b) - origin).cross(position(c) - origin);
-    for (const auto number : {a, b, c}) normals_[number - first_] += area;
-  }
 }
 
 }  // namespace qjulia::surface

@@ -18,10 +18,15 @@ constexpr float kVertexMargin = 0.01F;
 
 /// A vertex on the grid edge that leads from a point one step along an axis.
 struct EdgeVertex {
-  std::array<int, 3> point{};
+  Eigen::Vector3i point = Eigen::Vector3i::Zero();
   int axis = 0;
   float at = 0;               ///< 0 at `point`, 1 at the edge's other end
   bool leads_inside = false;  ///< `point` is outside
+
+  /// The point of the grid that lies so far along the edge.
+  Eigen::Vector3d on(const Grid& grid, double along) const {
+    return grid.at(point.cast<double>() + along * Eigen::Vector3d::Unit(axis));
+  }
 };
 
 /// What some slices have added to a mesh.
@@ -43,7 +48,7 @@ class MarchingCubes {
   /// @param reach differences from the level are clamped to it before interpolation; for fields
   ///   that jump. @param steepness of the field above the level; divided by it, the field
   ///   interpolates as well as below.
-  MarchingCubes(const std::array<int, 3>& points, double level, double reach, double steepness = 1);
+  MarchingCubes(const Eigen::Vector3i& points, double level, double reach, double steepness = 1);
 
   /// The next slice, x fastest; values of points whose sides are known are ignored. `slab` must
   /// live until the slice after this one was added.
@@ -73,9 +78,11 @@ class MarchingCubes {
   void mesh_cell(unsigned inside, std::size_t corner);
   void count_open_edges(unsigned inside, std::size_t corner);
   std::uint32_t crossing(std::size_t index, int z, int axis, float below, float above);
-  std::uint32_t add_vertex(const EdgeVertex& vertex);
+  std::uint32_t next_vertex() const {
+    return part_.first + static_cast<std::uint32_t>(part_.vertices.size());
+  }
 
-  std::array<int, 3> points_;
+  Eigen::Vector3i points_;
   std::size_t nx_, ny_;
   float level_, reach_, flatten_;
   int slices_ = 0;  ///< slices seen
@@ -97,10 +104,6 @@ class MeshBuilder {
   std::size_t triangles() const { return triangles_; }
 
  private:
-  Eigen::Vector3d& position(std::uint32_t number) { return positions_[number - first_]; }
-  void place(const MeshPart& part);
-  void add_normals(const std::vector<Triangle>& triangles);
-
   Grid grid_;
   ShapeToMap shape_to_map_;
   SurfaceSink& sink_;

@@ -10,28 +10,19 @@ namespace {
 /// cheap, and cost as many bounds: 8 takes a sixth longer where the shell is thin.
 constexpr int kLeaf = 4;
 
-int blocks_over(int points, int size) { return (points + size - 1) / size; }
-
 }  // namespace
 
 /// The blocks of `size` points a side that cover kSlices slices, x fastest.
 struct NarrowBand::Blocks {
   int size;
-  std::array<int, 3> count;
+  Eigen::Vector3i count;
   std::vector<Side> sides;
 
   Blocks(const Grid& grid, int size_)
       : size(size_),
-        count{blocks_over(grid.points[0], size), blocks_over(grid.points[1], size), kSlices / size},
-        sides(static_cast<std::size_t>(count[0]) * static_cast<std::size_t>(count[1]) *
-                  static_cast<std::size_t>(count[2]),
-              Side::unknown) {}
-
-  Side& at(int x, int y, int z) {
-    const int block = (z * count[1] + y) * count[0] + x;
-    return sides[static_cast<std::size_t>(block)];
-  }
-  Side at(int x, int y, int z) const { return const_cast<Blocks*>(this)->at(x, y, z); }
+        count((grid.points[0] + size - 1) / size, (grid.points[1] + size - 1) / size,
+              kSlices / size),
+        sides(GridBlock{{}, count}.size(), Side::unknown) {}
 };
 
 Slab unclassified_slab(const Grid& grid, int slices) {
@@ -43,28 +34,19 @@ NarrowBand::NarrowBand(const LevelSet& set, const Grid& grid, double level)
       grid_(grid),
       inside_below_(set.certainly_inside_below(level)),
       outside_above_(set.certainly_outside_above(level)) {
-  const Eigen::Vector3d last =
-      grid.at(Eigen::Vector3d(grid.points[0], grid.points[1], grid.points[2]));
+  const Eigen::Vector3d last = grid.point(grid.points);
   rounding_ = 0x1p-21 * grid.origin.cwiseAbs().cwiseMax(last.cwiseAbs()).maxCoeff();
 }
 
 void NarrowBand::classify(Blocks& blocks, int z) const {
-  PointList centers;
+  std::vector<Eigen::Vector3d> centers;
   std::vector<std::size_t> numbers;
-  const double middle = 0.5 * (blocks.size - 1);
-  std::size_t number = 0;
-  for (int bz = 0; bz < blocks.count[2]; ++bz) {
-    const int first_slice = z + bz * blocks.size;
-    for (int by = 0; by < blocks.count[1]; ++by) {
-      for (int bx = 0; bx < blocks.count[0]; ++bx, ++number) {
-        if (blocks.sides[number] != Side::unknown || first_slice >= grid_.points[2]) continue;
-        const Eigen::Vector3d center = grid_.at(Eigen::Vector3d(
-            bx * blocks.size + middle, by * blocks.size + middle, first_slice + middle));
-        centers.add(center.x(), center.y(), center.z());
-        numbers.push_back(number);
-      }
-    }
-  }
+  for_points(blocks.count, [&](std::size_t number, const Eigen::Vector3i& block) {
+    const Eigen::Vector3i first = blocks.size * block + Eigen::Vector3i(0, 0, z);
+    if (blocks.sides[number] != Side::unknown || first.z() >= grid_.points.z()) return;
+    centers.push_back(grid_.at(first.cast<double>().array() + 0.5 * (blocks.size - 1)));
+    numbers.push_back(number);
+  });
   const double half_side = 0.5 * grid_.step * (blocks.size + 1) + rounding_;
   const FieldBounds bounds = set_.bounds(centers, half_side);
   for (std::size_t i = 0; i < numbers.size(); ++i) {
@@ -79,7 +61,7 @@ Slab NarrowBand::slab_of(const Blocks& blocks, int block_z, int slices) const {
     std::vector<PointRun> row;
     for (int bx = 0; bx < blocks.count[0]; ++bx) {
       const int end = std::min((bx + 1) * blocks.size, grid_.points[0]);
-      const Side side = blocks.at(bx, by, block_z);
+      const Side side = blocks.sides[number_of({bx, by, block_z}, blocks.count)];
       if (!row.empty() && row.back().side == side) {
         row.back().end = end;
       } else {
@@ -96,13 +78,9 @@ std::vector<Slab> NarrowBand::slabs(int z) const {
   classify(blocks, z);
   while (blocks.size > kLeaf) {
     Blocks halves(grid_, blocks.size / 2);
-    for (int bz = 0; bz < halves.count[2]; ++bz) {
-      for (int by = 0; by < halves.count[1]; ++by) {
-        for (int bx = 0; bx < halves.count[0]; ++bx) {
-          halves.at(bx, by, bz) = blocks.at(bx / 2, by / 2, bz / 2);
-        }
-      }
-    }
+    for_points(halves.count, [&](std::size_t number, const Eigen::Vector3i& half) {
+      halves.sides[number] = blocks.sides[number_of(half / 2, blocks.count)];
+    });
     blocks = std::move(halves);
     classify(blocks, z);
   }

@@ -10,9 +10,6 @@ namespace {
 constexpr int kBefore = 2;
 constexpr int kAfter = 3;
 
-/// Nodes along a side of so many points.
-int nodes_along(int points, int spacing) { return kBefore + (points - 1) / spacing + kAfter + 1; }
-
 /// One byte for each thing that may be needed.
 using Marks = std::vector<std::uint8_t>;
 
@@ -72,13 +69,10 @@ std::size_t NodeLattice::meetings() const {
 
 NodeLattice node_lattice(const GridBlock& block, int spacing,
                          std::span<const std::int32_t> asking) {
-  NodeLattice lattice;
-  lattice.spacing = spacing;
-  lattice.rows = block.count[1];
-  lattice.nodes = block;
-  for (const std::size_t axis : {std::size_t{0}, std::size_t{1}}) {
+  NodeLattice lattice{spacing, block, block.count[1], {}, {}};
+  for (const int axis : {0, 1}) {
     lattice.nodes.first[axis] -= kBefore * spacing;
-    lattice.nodes.count[axis] = nodes_along(block.count[axis], spacing);
+    lattice.nodes.count[axis] = kBefore + (block.count[axis] - 1) / spacing + kAfter + 1;
   }
   const Marks meetings = meetings_at(block, lattice, asking);
   lattice.needed_meetings = numbers_of(meetings);

@@ -6,12 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <utility>
 
 #include "base/range_check.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
-#include "surface/local_thickness.hpp"
+#include "surface/level_set.hpp"
 
 namespace qjulia {
 namespace {
@@ -32,91 +33,61 @@ struct Gathered {
 
 /// A paint with the finest cells that are allowed over the box; map units.
 Paint empty_paint(const Box& box) {
-  const auto cells_of = [&](double step) {
-    std::array<int, 3> cells{};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double side = box.size()[static_cast<Eigen::Index>(axis)];
-      cells[axis] = static_cast<int>(std::ceil(side / step)) + 2 * kAround;
-    }
-    return cells;
-  };
   Paint paint;
+  Eigen::Map<Eigen::Array3i> cells(paint.cells.data());
   paint.step = box.size().maxCoeff() / (Paint::kMostCells - 2 * kAround);
   for (;; paint.step *= 1.01) {
-    paint.cells = cells_of(paint.step);
-    const bool fits = *std::ranges::max_element(paint.cells) <= Paint::kMostCells;
-    if (fits && paint.size() <= Paint::kMostInAll) break;
+    cells = (box.size().array() / paint.step).ceil().cast<int>() + 2 * kAround;
+    if (cells.maxCoeff() <= Paint::kMostCells && paint.size() <= Paint::kMostInAll) break;
   }
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto row = static_cast<Eigen::Index>(axis);
-    paint.origin[row] = box.center()[row] - 0.5 * paint.step * paint.cells[axis];
-  }
+  paint.origin = box.center() - 0.5 * paint.step * cells.cast<double>().matrix();
   paint.shares.resize(paint.size());
   return paint;
 }
 
+Eigen::Vector3i cells_of(const Paint& paint) { return Eigen::Vector3i(paint.cells.data()); }
+
 /// Calls `visit(number, center)` for each cell.
 template <class Visit>
 void for_cells(const Paint& paint, const Visit& visit) {
-  std::size_t number = 0;
-  for (int k = 0; k < paint.cells[2]; ++k) {
-    for (int j = 0; j < paint.cells[1]; ++j) {
-      for (int i = 0; i < paint.cells[0]; ++i) visit(number++, paint.center(i, j, k));
-    }
-  }
+  surface::for_points(cells_of(paint), [&](std::size_t number, const Eigen::Vector3i& at) {
+    visit(number, paint.center(at.x(), at.y(), at.z()));
+  });
 }
 
 /// The cell that holds a place; none beyond the grid.
 std::optional<std::size_t> cell_at(const Paint& paint, const Vector3d& x) {
-  std::size_t number = 0;
-  for (std::size_t i = 3; i-- > 0;) {
-    const auto row = static_cast<Eigen::Index>(i);
-    const double u = std::floor((x[row] - paint.origin[row]) / paint.step);
-    if (!(u >= 0 && u < paint.cells[i])) return std::nullopt;
-    number = number * static_cast<std::size_t>(paint.cells[i]) + static_cast<std::size_t>(u);
-  }
-  return number;
+  const Eigen::Array3d at = ((x - paint.origin) / paint.step).array().floor();
+  const Eigen::Vector3i cells = cells_of(paint);
+  if (!(at >= 0).all() || !(at < cells.cast<double>().array()).all()) return std::nullopt;
+  return surface::number_of(at.cast<int>(), cells);
 }
 
 /// The means of what cells have gathered; from these on outwards, layer by layer, those of the
 /// neighbours that have a value, until all have one.
 std::vector<double> spread(const Paint& paint, const std::vector<Gathered>& gathered) {
-  const auto [nx, ny, nz] = paint.cells;
   constexpr double kUnknown = -1;
   std::vector<double> values(gathered.size(), kUnknown);
   for (std::size_t i = 0; i < gathered.size(); ++i) {
     if (gathered[i].weight > 0) values[i] = gathered[i].sum / gathered[i].weight;
   }
-  for (bool has_grown = true; has_grown;) {
-    has_grown = false;
-    std::vector<std::pair<std::size_t, double>> found;
-    std::size_t number = 0;
-    for (int k = 0; k < nz; ++k) {
-      for (int j = 0; j < ny; ++j) {
-        for (int i = 0; i < nx; ++i, ++number) {
-          if (values[number] != kUnknown) continue;
-          double sum = 0, count = 0;
-          for (int c = std::max(0, k - 1); c <= std::min(nz - 1, k + 1); ++c) {
-            for (int b = std::max(0, j - 1); b <= std::min(ny - 1, j + 1); ++b) {
-              for (int a = std::max(0, i - 1); a <= std::min(nx - 1, i + 1); ++a) {
-                const int neighbor = (c * ny + b) * nx + a;
-                const double value = values[static_cast<std::size_t>(neighbor)];
-                if (value == kUnknown) continue;
-                sum += value;
-                ++count;
-              }
-            }
-          }
-          if (count > 0) found.emplace_back(number, sum / count);
-        }
-      }
-    }
-    for (const auto& [at, value] : found) values[at] = value;
-    has_grown = !found.empty();
-  }
-  for (double& value : values) {
-    if (value == kUnknown) value = 1;  // nothing was gathered anywhere
-  }
+  const Eigen::Vector3i cells = cells_of(paint);
+  std::vector<std::pair<std::size_t, double>> found;
+  do {
+    found.clear();
+    surface::for_points(cells, [&](std::size_t number, const Eigen::Vector3i& at) {
+      if (values[number] != kUnknown) return;
+      double sum = 0, count = 0;
+      surface::for_around(cells, at, 1, [&](std::size_t neighbor, const Eigen::Vector3i&) {
+        if (values[neighbor] == kUnknown) return;
+        sum += values[neighbor];
+        ++count;
+      });
+      if (count > 0) found.emplace_back(number, sum / count);
+    });
+    for (const auto& [number, value] : found) values[number] = value;
+  } while (!found.empty());
+  std::ranges::replace(values, kUnknown, 1.0);  // nothing was gathered anywhere
   return values;
 }
 
@@ -153,20 +124,124 @@ std::vector<double> of_mesh(const Paint& paint, const PaintedMesh& mesh, const S
   return spread(paint, gathered);
 }
 
+/// Radii that are told apart, each so many times the one before.
+constexpr double kRatio = 1.15;
+/// A ball holds places this share of its radius beyond it: corners, and bumps of its own size.
+constexpr double kBeyondBall = 0.1;
+/// Stands for no point anywhere; its sums stay finite.
+constexpr float kFar = 1e12F;
+
+/// Lower envelope of parabolas (Felzenszwalb and Huttenlocher 2012): squares[i] becomes the least
+/// (i − j)² + squares[j].
+class EnvelopeAlong {
+ public:
+  explicit EnvelopeAlong(std::size_t most) : values_(most), place_(most), begins_(most + 1) {}
+
+  void apply(float* squares, std::size_t stride, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) values_[i] = squares[i * stride];
+    std::size_t last = 0;
+    place_[0] = 0;
+    begins_[0] = -std::numeric_limits<float>::infinity();
+    begins_[1] = std::numeric_limits<float>::infinity();
+    for (std::size_t i = 1; i < count; ++i) {
+      float at = meeting(i, place_[last]);
+      while (at <= begins_[last]) at = meeting(i, place_[--last]);
+      place_[++last] = i;
+      begins_[last] = at;
+      begins_[last + 1] = std::numeric_limits<float>::infinity();
+    }
+    std::size_t part = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto x = static_cast<float>(i);
+      while (begins_[part + 1] < x) ++part;
+      const float away = x - static_cast<float>(place_[part]);
+      squares[i * stride] = away * away + values_[place_[part]];
+    }
+  }
+
+ private:
+  /// Where the parabola of i becomes lower than that of j < i.
+  float meeting(std::size_t i, std::size_t j) const {
+    const auto a = static_cast<float>(i), b = static_cast<float>(j);
+    return ((values_[i] - values_[j]) / (a - b) + a + b) / 2;
+  }
+
+  std::vector<float> values_;
+  std::vector<std::size_t> place_;
+  std::vector<float> begins_;
+};
+
+/// Squares of distances to the nearest point where `squares` is 0; elsewhere it is kFar. Steps.
+void to_distances(const surface::Grid& grid, std::vector<float>& squares) {
+  const auto nx = static_cast<std::size_t>(grid.points[0]);
+  const auto ny = static_cast<std::size_t>(grid.points[1]);
+  const auto nz = static_cast<std::size_t>(grid.points[2]);
+  EnvelopeAlong envelope(std::max({nx, ny, nz}));
+  for (std::size_t row = 0; row < ny * nz; ++row) envelope.apply(&squares[row * nx], 1, nx);
+  for (std::size_t k = 0; k < nz; ++k) {
+    for (std::size_t i = 0; i < nx; ++i) envelope.apply(&squares[k * nx * ny + i], nx, ny);
+  }
+  for (std::size_t i = 0; i < nx * ny; ++i) envelope.apply(&squares[i], nx * ny, nz);
+}
+
+/// A place just within the surface, and the radius of the largest ball in the shape that holds it
+/// (its local thickness: Hildebrand and Rüegsegger 1997); map units.
+struct ThicknessAt {
+  Vector3d x;
+  double radius = 0;
+};
+
+/// Of the map's own shape (n = 1, without portals), at those points of the grid that are inside and
+/// have a neighbour outside. Radii above `most` are `most`.
+std::vector<ThicknessAt> local_thickness(const Device& device, const RationalMap& map,
+                                         const surface::Grid& grid, double most,
+                                         const ProgressMonitor& monitor) {
+  const RationalMap plain = without_paint(without_portals(map));
+  const surface::LevelSet set(device, plain, {}, 1);
+  const std::vector<float> field = set.over(grid, surface::whole(grid));
+  const auto level = static_cast<float>(map.surface_level);
+  // From a point inside to the nearest point outside: to the surface it is half a step less.
+  std::vector<float> depth(field.size());
+  std::ranges::transform(field, depth.begin(), [&](float f) { return f < level ? kFar : 0.0F; });
+  to_distances(grid, depth);
+  std::vector<std::size_t> rim;
+  for (std::size_t i = 0; i < depth.size(); ++i) {
+    if (depth[i] > 0 && depth[i] < 1.5F) rim.push_back(i);
+    depth[i] = std::sqrt(depth[i]) - 0.5F;
+  }
+  // The opening by a ball of each radius: what lies within the radius of places so deep.
+  std::vector<float> radii(rim.size(), 0.5F);
+  std::vector<float> squares(depth.size());
+  const double last = std::min(most / grid.step, double{*std::ranges::max_element(depth)});
+  for (double radius = 1; radius < kRatio * last; radius *= kRatio) {
+    throw_if_stopped(monitor.stop);
+    const double used = std::min(radius, last);
+    std::ranges::transform(depth, squares.begin(),
+                           [&](float d) { return double{d} >= used ? 0.0F : kFar; });
+    to_distances(grid, squares);
+    const double reach = (1 + kBeyondBall) * used + 0.5;
+    for (std::size_t i = 0; i < rim.size(); ++i) {
+      if (double{squares[rim[i]]} <= reach * reach) radii[i] = static_cast<float>(used);
+    }
+  }
+  std::vector<ThicknessAt> found;
+  found.reserve(rim.size());
+  for (std::size_t i = 0; i < rim.size(); ++i) {
+    found.push_back(
+        {grid.point(surface::index_of(rim[i], grid.points)), grid.step * double{radii[i]}});
+  }
+  return found;
+}
+
 /// min(1, c τ / δ) with τ the thickness of the shape there.
 std::vector<double> of_thickness(const Device& device, const RationalMap& map, const Paint& paint,
                                  const Box& box, double factor, const ProgressMonitor& monitor) {
   const double shell = *map.detail * box.diagonal();
-  surface::Grid grid;
   const Vector3d size = box.size();
-  grid.step = std::max(std::cbrt(size.prod() / kMostSamples), size.maxCoeff() / kMostSteps);
+  const double step = std::max(std::cbrt(size.prod() / kMostSamples), size.maxCoeff() / kMostSteps);
   // A layer of points outside all around.
-  grid.origin = box.low.array() - 1.5 * grid.step;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    grid.points[axis] =
-        static_cast<int>(std::ceil(size[static_cast<Eigen::Index>(axis)] / grid.step)) + 4;
-  }
-  const auto thickness = surface::local_thickness(device, map, grid, shell / factor, monitor);
+  const surface::Grid grid = surface::grid_around(box, step, 1.5);
+  const auto thickness = local_thickness(device, map, grid, shell / factor, monitor);
   std::vector<Gathered> gathered(paint.size());
   for (const auto& [x, radius] : thickness) {
     const auto cell = cell_at(paint, x);
@@ -191,6 +266,11 @@ void expect_share(const char* field, double share) {
   base::expect_between(field, share, 0.0, 1.0, "of the detail");
 }
 
+void expect_few(const char* field, std::size_t marks) {
+  if (marks <= PaintOptions::kMostMarks) return;
+  throw OptionError(field, fmt::format("at most {} are allowed", PaintOptions::kMostMarks));
+}
+
 }  // namespace
 
 void PaintOptions::validate() const {
@@ -200,12 +280,8 @@ void PaintOptions::validate() const {
     expect_share("ramp", ramp->low);
     expect_share("ramp", ramp->high);
   }
-  if (balls.size() > kMostMarks) {
-    throw OptionError("balls", fmt::format("at most {} are allowed", kMostMarks));
-  }
-  if (blocks.size() > kMostMarks) {
-    throw OptionError("blocks", fmt::format("at most {} are allowed", kMostMarks));
-  }
+  expect_few("balls", balls.size());
+  expect_few("blocks", blocks.size());
   for (const PaintBall& ball : balls) {
     expect_share("balls", ball.share);
     if (!ball.center.allFinite()) throw OptionError("balls", "a center is not finite");

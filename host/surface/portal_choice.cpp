@@ -1,17 +1,15 @@
 #include "qjulia/portal_choice.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <queue>
-#include <utility>
 
 #include "base/range_check.hpp"
 #include "map/portals.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/surface.hpp"
+#include "surface/shortest_ways.hpp"
 
 namespace qjulia {
 namespace {
@@ -41,43 +39,25 @@ class EdgeDistances {
         neighbours_(mesh.vertices.size()),
         distances_(mesh.vertices.size(), std::numeric_limits<double>::infinity()) {
     for (const auto& [a, b, c] : mesh.triangles) {
-      for (const auto& [from, to] : {std::pair{a, b}, std::pair{b, c}, std::pair{c, a}}) {
-        neighbours_[from].push_back(to);
-      }
+      neighbours_[a].push_back(b);
+      neighbours_[b].push_back(c);
+      neighbours_[c].push_back(a);
     }
   }
 
-  /// Dijkstra's algorithm, where the new points are nearer than those before.
   void add(const std::vector<std::size_t>& sources) {
-    using Reached = std::pair<double, std::size_t>;
-    std::priority_queue<Reached, std::vector<Reached>, std::greater<>> open;
-    for (const std::size_t source : sources) {
-      distances_[source] = 0;
-      open.emplace(0, source);
-    }
-    while (!open.empty()) {
-      const auto [distance, at] = open.top();
-      open.pop();
-      if (distance > distances_[at]) continue;
-      for (const std::size_t next : neighbours_[at]) {
-        const double there = distance + (vertices_[next] - vertices_[at]).norm();
-        if (there >= distances_[next]) continue;
-        distances_[next] = there;
-        open.emplace(there, next);
+    surface::shorten_ways(distances_, sources, [&](std::size_t from, const auto& take) {
+      for (const std::size_t next : neighbours_[from]) {
+        take(next, (vertices_[next] - vertices_[from]).norm());
       }
-    }
+    });
   }
 
   /// The farthest point of the part that is reached.
   std::size_t farthest() const {
-    std::size_t best = 0;
-    double most = -1;
-    for (std::size_t i = 0; i < distances_.size(); ++i) {
-      if (!std::isfinite(distances_[i]) || distances_[i] <= most) continue;
-      most = distances_[i];
-      best = i;
-    }
-    return best;
+    const auto farthest = std::ranges::max_element(
+        distances_, {}, [](double distance) { return std::isfinite(distance) ? distance : -1; });
+    return static_cast<std::size_t>(farthest - distances_.begin());
   }
 
  private:

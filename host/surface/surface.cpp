@@ -17,7 +17,6 @@
 #include "qjulia/field.hpp"
 #include "surface/clear_box.hpp"
 #include "surface/level_set.hpp"
-#include "surface/level_set_surface.hpp"
 #include "surface/marching_cubes.hpp"
 #include "surface/narrow_band.hpp"
 
@@ -62,8 +61,7 @@ Box box_to_mesh(const LevelSet& set, const RationalMap& map, const StopRadii& st
     const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kMargin * known->size().maxCoeff());
     box = {to_map.to_map(known->low - margin), to_map.to_map(known->high + margin)};
   } else {
-    const Eigen::Vector3d reach = Eigen::Vector3d::Constant(farthest_inside(stops));
-    box = shrunk_to_inside(field, map.surface_level, {-reach, reach});
+    box = shrunk_to_inside(field, map.surface_level, cube(farthest_inside(stops)));
   }
   return enlarged_until_clear(field, map.surface_level, box, options.resolution,
                               2 * farthest_inside(stops), monitor);
@@ -79,13 +77,9 @@ void refine(const LevelSet& set, double level, const Grid& grid, int halvings,
   std::vector<float> far(vertices.size(), 1.0F);
   const auto inside_below = static_cast<float>(level);
   for (int halving = 0; halving < halvings; ++halving) {
-    PointList points;
+    std::vector<Eigen::Vector3d> points;
     for (std::size_t i = 0; i < vertices.size(); ++i) {
-      const EdgeVertex& vertex = vertices[i];
-      Eigen::Vector3d index(vertex.point[0], vertex.point[1], vertex.point[2]);
-      index[vertex.axis] += static_cast<double>(0.5F * (near[i] + far[i]));
-      const Eigen::Vector3d x = grid.at(index);
-      points.add(x.x(), x.y(), x.z());
+      points.push_back(vertices[i].on(grid, double{0.5F * (near[i] + far[i])}));
     }
     const std::vector<float> values = set.at(points);
     for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -258,11 +252,9 @@ void SurfaceOptions::validate() const {
   map::expect_box(box);
 }
 
-namespace surface {
-
-SurfaceReport level_set_surface(const Device& device, const RationalMap& map,
-                                const StopRadii& stops, const SurfaceOptions& options,
-                                SurfaceSink& sink, const ProgressMonitor& monitor) {
+SurfaceReport surface::level_set_surface(const Device& device, const RationalMap& map,
+                                         const StopRadii& stops, const SurfaceOptions& options,
+                                         SurfaceSink& sink, const ProgressMonitor& monitor) {
   LevelSet set(device, map, stops, options.iterations, options.precision);
   const Box box = [&] {
     const TraceStage stage(monitor.trace, "find the box");
@@ -276,19 +268,17 @@ SurfaceReport level_set_surface(const Device& device, const RationalMap& map,
   const TraceStage stage(monitor.trace, "extract the surface");
   SurfaceReport report = mesh_level_set(set, second, map, reach, grid, options, sink, monitor);
   sibling.record(nullptr);
-  LevelSetCounts counts = set.counts();
-  counts += second.counts();
   report.grid_points = whole(grid).size();
-  report.potentials = counts.potentials;
-  report.settled = counts.settled;
-  report.nodes = counts.nodes;
-  report.iterated = counts.iterated;
-  report.iterates = counts.iterates;
-  report.bounded_blocks = counts.cubes;
+  for (const SurfaceReport& counts : {set.counts(), second.counts()}) {
+    report.potentials += counts.potentials;
+    report.settled += counts.settled;
+    report.nodes += counts.nodes;
+    report.iterated += counts.iterated;
+    report.iterates += counts.iterates;
+    report.bounded_blocks += counts.bounded_blocks;
+  }
   return report;
 }
-
-}  // namespace surface
 
 void MeshSink::vertices(std::span<const Eigen::Vector3d> positions,
                         std::span<const Eigen::Vector3d> normals) {

@@ -73,20 +73,20 @@ TEST_CASE("bounds over cubes hold F, within the domain and across its end") {
   const surface::LevelSet set(variant.of(test::device()), map, {0.4, 1.9, 50}, 1);
   const double half_side = GENERATE(0.01, 0.1, 0.4);
   std::mt19937_64 bits(9);
-  surface::PointList centers;
+  std::vector<Eigen::Vector3d> centers;
   for (int i = 0; i < 61; ++i) {
     const double x = test::uniform(bits, -2, 2);
     const double y = test::uniform(bits, -2, 2);
-    centers.add(x, y, test::uniform(bits, -2, 2));
+    centers.emplace_back(x, y, test::uniform(bits, -2, 2));
   }
   const auto bounds = set.bounds(centers, half_side);
   std::size_t wrong = 0;
   for (std::size_t i = 0; i < centers.size(); ++i) {
     for (int k = 0; k < 60; ++k) {
       const auto offset = [&] { return half_side * test::uniform(bits, -1, 1); };
-      const double x = centers.x[i] + offset();
-      const double y = centers.y[i] + offset();
-      const double f = reference::step(map, {x, y, centers.z[i] + offset(), map.slice}).log_norm;
+      const double x = centers[i].x() + offset();
+      const double y = centers[i].y() + offset();
+      const double f = reference::step(map, {x, y, centers[i].z() + offset(), map.slice}).log_norm;
       if (f < static_cast<double>(bounds.low[i]) || f > static_cast<double>(bounds.high[i])) {
         ++wrong;
       }

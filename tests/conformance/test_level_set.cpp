@@ -197,23 +197,23 @@ TEST_CASE("bounds of F_1 over a cube hold at every point in it") {
   const surface::LevelSet set(device, map, kLevelStops, 1);
   std::mt19937_64 bits(4);
   for (const double half : {0.5, 0.1, 0.01, 0.001}) {
-    surface::PointList centers;
+    std::vector<Eigen::Vector3d> centers;
     for (int i = 0; i < 300; ++i) {
       const auto at = [&bits] { return static_cast<float>(test::uniform(bits, -1.8, 1.8)); };
-      centers.add(at(), at(), at());
+      centers.emplace_back(at(), at(), at());
     }
     const surface::FieldBounds bounds = set.bounds(centers, half);
     REQUIRE(bounds.low.size() == centers.size());
     // Corners first, then anywhere.
     constexpr std::size_t kTrials = 40;
-    surface::PointList points;
+    std::vector<Eigen::Vector3d> points;
     for (std::size_t i = 0; i < centers.size(); ++i) {
       for (std::size_t trial = 0; trial < kTrials; ++trial) {
         const auto offset = [&](unsigned axis) {
           const double corner = (trial >> axis & 1U) != 0 ? half : -half;
           return static_cast<float>(trial < 8 ? corner : test::uniform(bits, -half, half));
         };
-        points.add(centers.x[i] + offset(0), centers.y[i] + offset(1), centers.z[i] + offset(2));
+        points.push_back(centers[i] + Eigen::Vector3d(offset(0), offset(1), offset(2)));
       }
     }
     const std::vector<float> values = set.at(points);

@@ -151,11 +151,11 @@ TEST_CASE("bounds of a painted map over cubes hold") {
   const double half_side = GENERATE(0.005, 0.05, 0.3, 1.5);
   const surface::LevelSet set(variant.of(test::shared_device()), map, {}, 1);
   std::mt19937_64 bits(9);
-  surface::PointList centers;
+  std::vector<Eigen::Vector3d> centers;
   for (std::size_t i = 0; i < 151; ++i) {
     const double x = test::uniform(bits, -2.2, 1.8);
     const double y = test::uniform(bits, -1.4, 1.6);
-    centers.add(x, y, test::uniform(bits, -1.2, 1.2));
+    centers.emplace_back(x, y, test::uniform(bits, -1.2, 1.2));
   }
   const auto bounds = set.bounds(centers, half_side);
   std::size_t wrong = 0;
@@ -163,9 +163,9 @@ TEST_CASE("bounds of a painted map over cubes hold") {
     std::vector<Quaternion> points;
     for (int k = 0; k < 40; ++k) {
       const auto offset = [&] { return half_side * test::uniform(bits, -1, 1); };
-      const double x = centers.x[i] + offset();
-      const double y = centers.y[i] + offset();
-      points.push_back({x, y, centers.z[i] + offset(), map.slice});
+      const double x = centers[i].x() + offset();
+      const double y = centers[i].y() + offset();
+      points.push_back({x, y, centers[i].z() + offset(), map.slice});
     }
     const auto low = static_cast<double>(bounds.low[i]), high = static_cast<double>(bounds.high[i]);
     for (const double f : reference::field(map, points, 1, 1e6)) {

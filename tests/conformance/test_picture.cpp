@@ -11,7 +11,7 @@
 #include "ball_view.hpp"
 #include "device/context.hpp"
 #include "layout/picture_layout.h"
-#include "picture/ground_light.hpp"
+#include "picture/shading.hpp"
 #include "png_file.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/surface.hpp"
@@ -375,12 +375,11 @@ TEST_CASE("the sky's shadow on the ground is as smooth and round as the ball tha
   const Device device = test::device();
   const double fineness = GENERATE(0.2, 1.0);
   const auto source = picture::mesh_source(shapes::sphere(4));
-  const auto sky = picture::sky_lights(UpAxis::y, source->bounds(), fineness, 64);
-  std::vector<std::vector<float>> maps;
-  for (const auto& light : sky) maps.push_back(source->depths(light.view, 0, light.view.rows));
+  auto sky = picture::sky_lights(UpAxis::y, source->bounds(), fineness, 64);
+  for (auto& light : sky) light.depths = source->depths(light.view, 0, light.view.rows);
   picture::Scene scene;
   scene.ground = -1;
-  const auto ground = picture::ground_light(device, scene, sky, maps, fineness);
+  const auto ground = picture::ground_light(device, scene, sky, fineness);
   REQUIRE(ground.shares.size() == static_cast<std::size_t>(ground.side * ground.side));
   const auto radius = [&](int i) {
     const double u = 2.0 * i / (ground.side - 1) - 1;

@@ -134,18 +134,18 @@ TEST_CASE("bounds over cubes tell sides that orbits have") {
   const double level = map.surface_level;
   const double half_side = GENERATE(0.004, 0.02, 0.1);
   std::mt19937_64 bits(9);
-  surface::PointList centers;
+  std::vector<Eigen::Vector3d> centers;
   for (std::size_t i = 0; i < 151; ++i) {
     const double x = test::uniform(bits, -2, 1.6);
     const double y = test::uniform(bits, -1.2, 1.2);
     const double z = test::uniform(bits, -0.6, 0.6);
     if (i % 3 == 0) {
-      centers.add(x, y, z);
+      centers.emplace_back(x, y, z);
       continue;
     }
     const Portal& portal = map.portals[i % 3 - 1];
     const Vector3d in_ball = portal.center + 0.5 * portal.radius * Vector3d(x, y, z);
-    centers.add(in_ball.x(), in_ball.y(), in_ball.z());
+    centers.push_back(in_ball);
   }
   const auto bounds = set.bounds(centers, half_side);
   std::size_t wrong = 0, decided_in_portals = 0;
@@ -155,7 +155,7 @@ TEST_CASE("bounds over cubes tell sides that orbits have") {
     const bool outside = low > set.certainly_outside_above(level);
     CHECK(low <= high);
     if (!inside && !outside) continue;
-    const Vector3d center(centers.x[i], centers.y[i], centers.z[i]);
+    const Vector3d& center = centers[i];
     for (const Portal& portal : map.portals) {
       if ((center - portal.center).norm() + 0.05 < portal.radius) ++decided_in_portals;
     }

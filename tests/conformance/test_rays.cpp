@@ -478,11 +478,7 @@ TEST_CASE("points are coloured by the orbits they have") {
     for (int i = 0; i < 301; ++i) {
       points.emplace_back(std::sin(0.7 * i) * 1.2, std::cos(1.3 * i) * 0.9, std::sin(2.1 * i));
     }
-    std::vector<double> arrays;
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      for (const Vector3d& point : points) arrays.push_back(point[axis]);
-    }
-    const auto found = source->traits(arrays);
+    const auto found = source->traits(points);
     REQUIRE(found.size() == points.size());
     int wrong = 0;
     std::set<float> seen;

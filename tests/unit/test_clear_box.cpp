@@ -38,7 +38,7 @@ TEST_CASE("a grid covers its box, centred on it") {
   const surface::Grid grid = surface::grid_over(box, 30);
   CHECK(grid.step == Approx(0.1));
   // Sides of 30, 15 and 10 whole cells.
-  CHECK(grid.points == std::array{31, 16, 11});
+  CHECK(grid.points == Eigen::Vector3i(31, 16, 11));
   const surface::Grid coarse = surface::grid_over(box, 7);
   const Vector3d last =
       coarse.at(Vector3d(coarse.points[0] - 1, coarse.points[1] - 1, coarse.points[2] - 1));

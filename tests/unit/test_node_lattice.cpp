@@ -22,7 +22,7 @@ TEST_CASE("a lattice has what interpolation takes, and nothing else") {
   const surface::NodeLattice lattice = surface::node_lattice(block, spacing, asking);
   const int columns = lattice.nodes.count[0];
   const int node_rows = lattice.nodes.count[1];
-  CHECK(lattice.nodes.first == std::array{5 - 2 * spacing, 1 - 2 * spacing, 2});
+  CHECK(lattice.nodes.first == Eigen::Vector3i(5 - 2 * spacing, 1 - 2 * spacing, 2));
   CHECK(lattice.nodes.count[2] == 3);
   CHECK(lattice.meetings() == static_cast<std::size_t>(columns * 17 * 3));
 

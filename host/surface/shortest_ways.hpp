@@ -1,0 +1,36 @@
+#pragma once
+/// Shortest ways between places that have neighbours; Dijkstra's algorithm.
+
+#include <cstddef>
+#include <functional>
+#include <queue>
+#include <utility>
+#include <vector>
+
+namespace qjulia::surface {
+
+/// Shortens `ways`, the least known to each place, by those that begin at `sources`.
+/// @param for_neighbours (place, take) calls take(neighbour, length of the way there).
+template <class ForNeighbours>
+void shorten_ways(std::vector<double>& ways, const std::vector<std::size_t>& sources,
+                  const ForNeighbours& for_neighbours) {
+  using Reached = std::pair<double, std::size_t>;
+  std::priority_queue<Reached, std::vector<Reached>, std::greater<>> open;
+  for (const std::size_t source : sources) {
+    ways[source] = 0;
+    open.emplace(0, source);
+  }
+  while (!open.empty()) {
+    const auto [here, at] = open.top();
+    open.pop();
+    if (here > ways[at]) continue;
+    for_neighbours(at, [&, here = here](std::size_t next, double length) {
+      const double there = here + length;
+      if (there >= ways[next]) return;
+      ways[next] = there;
+      open.emplace(there, next);
+    });
+  }
+}
+
+}  // namespace qjulia::surface
