@@ -200,47 +200,45 @@ int run_batch(const BatchArguments& arguments, Session& session) {
 }
 
 void describe_batch(Command command, BatchArguments& a) {
-  command.file("MANIFEST", a.manifest, "What to fit: a TOML file, as above").type("");
-  command.file("-o,--output", a.folder, "Folder for everything the batch writes").type("FOLDER");
+  command.file("MANIFEST", a.manifest, "", "What to fit: a TOML file, as above");
+  command.file("-o,--output", a.folder, "FOLDER", "Folder for everything the batch writes");
   command.flag("--check", a.check, "Only say what is wrong with the manifest");
   command.flag("--resume", a.resume,
                "Keep what is complete for the same meshes and options, and do the rest");
   command.flag("--retry-failed", a.retry_failed, "With --resume: try again what failed");
   command
       .word(
-          "--jobs", [&a](const std::string& text) { a.jobs = jobs_in(text); },
-          "Fits side by side on a CPU, 1 to 1024, or 'auto': 2, which keep it busy; a GPU "
-          "always does one at a time")
-      .type("NUMBER|auto")
+          "--jobs", "NUMBER|auto", [&a](const std::string& text) { a.jobs = jobs_in(text); },
+          "Fits side by side on a CPU, 1 to 1024, or 'auto': 2, which keep it busy; a GPU always "
+          "does one at a time")
       .default_text("1");
-  command.file("--status", a.status, "Only report the progress of the batch in this folder")
-      .type("FOLDER");
+  command.file("--status", a.status, "FOLDER",
+               "Only report the progress of the batch in this folder");
   add_device(command, a.device);
 }
 
 }  // namespace
 
 void add_batch(CommandLine& program, ChosenCommand& chosen) {
-  const CommandText text{
-      "batch", "Fit many meshes, resumable after any interruption",
-      "A manifest:\n"
-      "  [defaults]\n"
-      "  factors = 331               any option of 'qjulia fit', with _ for -\n"
-      "  picture = true              and surface = true: what to make of each map\n"
-      "  [[fit]]\n"
-      "  mesh = \"shapes/*.ply\"       a path or glob, from the manifest's folder\n"
-      "  [[fit]]\n"
-      "  mesh = \"bunny.obj\"\n"
-      "  name = \"bunny-fine\"\n"
-      "  factors = 1000\n"
-      "Examples:\n"
-      "  qjulia batch shapes.toml -o results\n"
-      "  qjulia batch shapes.toml -o results --resume     after whatever has happened\n"
-      "  qjulia batch --status results\n"
-      "  mpirun -np 4 qjulia batch shapes.toml -o results   on the machines mpirun is told\n"
-      "'--device all' uses every device there is. Exit code 1 while any entry is not done.",
-      /*can_trace=*/false};
-  add_command(program, chosen, text, describe_batch, run_batch);
+  add_command(program, chosen,
+              {"batch", "Fit many meshes, resumable after any interruption", R"(A manifest:
+  [defaults]
+  factors = 331               any option of 'qjulia fit', with _ for -
+  picture = true              and surface = true: what to make of each map
+  [[fit]]
+  mesh = "shapes/*.ply"       a path or glob, from the manifest's folder
+  [[fit]]
+  mesh = "bunny.obj"
+  name = "bunny-fine"
+  factors = 1000
+Examples:
+  qjulia batch shapes.toml -o results
+  qjulia batch shapes.toml -o results --resume     after whatever has happened
+  qjulia batch --status results
+  mpirun -np 4 qjulia batch shapes.toml -o results   on the machines mpirun is told
+'--device all' uses every device there is. Exit code 1 while any entry is not done.)",
+               /*can_trace=*/false},
+              describe_batch, run_batch);
 }
 
 }  // namespace qjulia::tools

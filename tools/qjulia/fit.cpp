@@ -202,34 +202,28 @@ int run_fit(const FitCommandArguments& arguments, Session& session) {
 }
 
 void describe_fit(Command command, FitCommandArguments& a) {
-  command.file("MESH", a.mesh, "Triangle mesh: .obj, .off, .ply or .stl").required().type("");
-  command.file("-o,--output", a.output, "Map file to write, such as bunny.qjulia.json")
-      .required()
-      .type("MAP");
+  command.input("MESH", a.mesh, "Triangle mesh: .obj, .off, .ply or .stl");
+  command.output(a.output, "MAP", "Map file to write, such as bunny.qjulia.json");
   add_fit_options(command, a.fit);
   command.flag("--resume", a.resume,
                "Go on where an earlier run of the same command was stopped or killed: it kept "
                "MAP.checkpoint. Without one, start afresh; with the finished map, do nothing");
-  command
-      .file("--report", a.report,
-            "Folder for report.html: pictures, curves, figures and options on one page "
-            "that needs nothing else. Made after the fit, in some seconds more")
-      .type("DIR");
+  command.file("--report", a.report, "DIR",
+               "Folder for report.html: pictures, curves, figures and options on one page that "
+               "needs nothing else. Made after the fit, in some seconds more");
   add_device(command, a.device);
 }
 
 }  // namespace
 
 void add_fit(CommandLine& program, ChosenCommand& chosen) {
-  const CommandText text{
-      "fit", "Fit a map to a mesh",
-      "Examples:\n"
-      "  qjulia fit bunny.obj -o bunny.qjulia.json\n"
-      "  qjulia fit bunny.obj -o quick.qjulia.json --factors 100 --time-limit 20\n"
-      "Meshes with holes are welcome; what is wrong with them is reported. Ctrl-C ends the fit\n"
-      "and saves what was reached (exit code 130); --resume then goes on. A resumed fit ends with\n"
-      "the same factors as one that was never stopped, unless a time limit ends it."};
-  add_command(program, chosen, text, describe_fit, run_fit);
+  add_command(program, chosen, {"fit", "Fit a map to a mesh", R"(Examples:
+  qjulia fit bunny.obj -o bunny.qjulia.json
+  qjulia fit bunny.obj -o quick.qjulia.json --factors 100 --time-limit 20
+Meshes with holes are welcome; what is wrong with them is reported. Ctrl-C ends the fit
+and saves what was reached (exit code 130); --resume then goes on. A resumed fit ends with
+the same factors as one that was never stopped, unless a time limit ends it.)"},
+              describe_fit, run_fit);
 }
 
 }  // namespace qjulia::tools

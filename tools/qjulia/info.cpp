@@ -388,37 +388,33 @@ int run_info(const InfoArguments& arguments, Session& session) {
 }
 
 void describe_info(Command command, InfoArguments& a) {
-  command
-      .file("FILE", a.file,
-            "Map, a page with one, mesh (.obj, .off, .ply, .stl), or a .png or .glb that "
-            "qjulia made")
-      .required()
-      .type("");
+  command.input(
+      "FILE", a.file,
+      "Map, a page with one, mesh (.obj, .off, .ply, .stl), or a .png or .glb that qjulia made");
   command.flag("--check-precision", a.check_precision,
-               "Also count the points near a map's surface that are inside in single and "
-               "outside in double precision, or the other way round");
+               "Also count the points near a map's surface that are inside in single and outside "
+               "in double precision, or the other way round");
   command.flag("--printable", a.printable,
-               "Also whether a mesh is ready to print: one closed body, with walls that the "
-               "nozzle can make");
-  command.add("--nozzle", &a.nozzle, "Width of the printer's nozzle, millimetres").range(0.01, 10);
+               "Also whether a mesh is ready to print: one closed body, with walls that the nozzle "
+               "can make");
+  command.add("--nozzle", &a.nozzle, "NUMBER", "Width of the printer's nozzle, millimetres")
+      .range(0.01, 10);
   add_device(command, a.device);
 }
 
 }  // namespace
 
 void add_info(CommandLine& program, ChosenCommand& chosen) {
-  const CommandText text{
-      "info", "Say what is in a map or mesh",
-      "Examples:\n"
-      "  qjulia info bunny.obj                    is it closed? how large? how thick inside?\n"
-      "  qjulia info bunny.stl --printable        is it ready to print?\n"
-      "  qjulia info bunny.qjulia.json            factors, detail, radii, how deep its origin "
-      "lies\n"
-      "  qjulia info bunny.qjulia.json --verbose  and how it was made\n"
-      "Orbits within r_in stay for ever, orbits beyond r_out leave. F1 at the origin should be\n"
-      "below -2: nearer 0 the set dissolves.",
-      /*can_trace=*/false};
-  add_command(program, chosen, text, describe_info, run_info);
+  add_command(program, chosen,
+              {"info", "Say what is in a map or mesh", R"(Examples:
+  qjulia info bunny.obj                    is it closed? how large? how thick inside?
+  qjulia info bunny.stl --printable        is it ready to print?
+  qjulia info bunny.qjulia.json            factors, detail, radii, how deep its origin lies
+  qjulia info bunny.qjulia.json --verbose  and how it was made
+Orbits within r_in stay for ever, orbits beyond r_out leave. F1 at the origin should be
+below -2: nearer 0 the set dissolves.)",
+               /*can_trace=*/false},
+              describe_info, run_info);
 }
 
 }  // namespace qjulia::tools

@@ -289,36 +289,27 @@ int run_render(const RenderArguments& arguments, Session& session) {
 }
 
 void describe_render(Command command, RenderArguments& a) {
-  command
-      .file("MAP", a.input,
-            "Map file of 'qjulia fit' or 'qjulia shape'; or a mesh (.obj, .off, .ply, .stl), drawn "
-            "in "
-            "the same view and light for comparison")
-      .required()
-      .type("");
-  command.file("-o,--output", a.output, "Picture to write: .png").required().type("PICTURE");
+  command.input("MAP", a.input,
+                "Map file of 'qjulia fit' or 'qjulia shape'; or a mesh (.obj, .off, .ply, .stl), "
+                "drawn in the same view and light for comparison");
+  command.output(a.output, "PICTURE", "Picture to write: .png");
   add_size(command, a.options);
-  command.add("--samples", &a.options.samples_per_axis, "Anti-aliasing: N x N rays per pixel");
+  command.add("--samples", &a.options.samples_per_axis, "INT",
+              "Anti-aliasing: N x N rays per pixel");
   add_camera(command, a.options.camera);
+  command.word(
+      "--cut", "AXIS=PLACE", [&a](const std::string& text) { a.options.cuts = parse_cuts(text); },
+      "Cut away what lies beyond a place along an axis, and show the inside: a coordinate, shape "
+      "units, or per cent of the shape's box; several with commas, x=0.2,z=50%");
+  command.word(
+      "--sweep", "SWEEP", [&a](const std::string& text) { a.sweep = text; },
+      std::string("Pictures for several values of one option, NAME=FROM:TO:COUNT or NAME=A,B,C: a "
+                  "contact sheet in PICTURE, and each in PICTURE_001.png and on. NAME: ") +
+          kSweepNames);
   command
-      .word(
-          "--cut", [&a](const std::string& text) { a.options.cuts = parse_cuts(text); },
-          "Cut away what lies beyond a place along an axis, and show the inside: a coordinate, "
-          "shape units, or per cent of the shape's box; several with commas, x=0.2,z=50%")
-      .type("AXIS=PLACE");
-  command
-      .word(
-          "--sweep", [&a](const std::string& text) { a.sweep = text; },
-          std::string("Pictures for several values of one option, NAME=FROM:TO:COUNT or "
-                      "NAME=A,B,C: a contact sheet in PICTURE, and each in "
-                      "PICTURE_001.png and on. NAME: ") +
-              kSweepNames)
-      .type("SWEEP");
-  command
-      .add("--turntable", &a.turntable,
+      .add("--turntable", &a.turntable, "N",
            "The same for N azimuths once around, 2 to 10000: the shape turns under steady light")
-      .range(2, 10000)
-      .type("N");
+      .range(2, 10000);
   command.choice(
       "--material", a.options.material,
       {{to_string(Material::clay), Material::clay},
@@ -326,16 +317,13 @@ void describe_render(Command command, RenderArguments& a) {
        {to_string(Material::trap), Material::trap}},
       "What colours the set: clay; iterations, how late the orbit of a point is decided; or trap, "
       "how close two iterates come to the plane X = 0, seen from the origin");
-  command
-      .file("--aov", a.layers,
-            "Also write what each pixel shows: PREFIX.depth.npy (along the ray from the\n"
-            "camera, shape units, inf where nothing is), PREFIX.normal.npy and\n"
-            "PREFIX.position.npy (shape coordinates), unfiltered; depth and normal also as\n"
-            ".png to look at")
-      .type("PREFIX");
+  command.file("--aov", a.layers, "PREFIX",
+               "Also write what each pixel shows: PREFIX.depth.npy (along the ray from the camera, "
+               "shape units, inf where nothing is), PREFIX.normal.npy and PREFIX.position.npy "
+               "(shape coordinates), unfiltered; depth and normal also as .png to look at");
   command.flag("--preview", a.preview,
-               "First write a rough picture, up to 320 wide, as NAME.preview.png; it goes "
-               "when\nthe picture is done");
+               "First write a rough picture, up to 320 wide, as NAME.preview.png; it goes when the "
+               "picture is done");
   add_look(command, a.look);
   add_map_options(command, a.map_options, "The set is cut open at its faces. Default: all of it");
   add_device(command, a.device);
@@ -344,24 +332,21 @@ void describe_render(Command command, RenderArguments& a) {
 }  // namespace
 
 void add_render(CommandLine& program, ChosenCommand& chosen) {
-  const CommandText text{
-      "render", "Draw a picture of a map's set",
-      "Examples:\n"
-      "  qjulia render bunny.qjulia.json -o bunny.png\n"
-      "  qjulia render bunny.qjulia.json -o ears.png --frame -0.8 0.6 -0.8 0.15 1 0.15\n"
-      "  qjulia render bunny.qjulia.json -o inside.png --cut z=50% --azimuth 0\n"
-      "  qjulia render bunny.obj -o mesh.png             the mesh in the same view\n"
-      "  qjulia render bunny.qjulia.json -o crust.png --drift 0.8 --detail 0.03\n"
-      "  qjulia render bunny.qjulia.json -o drift.png --sweep drift=0:1.05:12 --size 480x360\n"
-      "  qjulia render bunny.qjulia.json -o turn.png --turntable 36\n"
-      "  qjulia render bunny.qjulia.json -o cut_out.png --background transparent --no-ground\n"
-      "  qjulia render bunny.qjulia.json -o glow.png --material trap --palette ember\n"
-      "  qjulia render bunny.qjulia.json -o big.png --size 3840x2160 --preview --aov big\n"
-      "Rays meet the set itself, not a mesh of it: the picture is as sharp as its pixels. The "
-      "file's\n"
-      "text chunk 'qjulia' says how it was made.\n" +
-          std::string(kMapOptionsHelp)};
-  add_command(program, chosen, text, describe_render, run_render);
+  add_command(program, chosen, {"render", "Draw a picture of a map's set", std::string(R"(Examples:
+  qjulia render bunny.qjulia.json -o bunny.png
+  qjulia render bunny.qjulia.json -o ears.png --frame -0.8 0.6 -0.8 0.15 1 0.15
+  qjulia render bunny.qjulia.json -o inside.png --cut z=50% --azimuth 0
+  qjulia render bunny.obj -o mesh.png             the mesh in the same view
+  qjulia render bunny.qjulia.json -o crust.png --drift 0.8 --detail 0.03
+  qjulia render bunny.qjulia.json -o drift.png --sweep drift=0:1.05:12 --size 480x360
+  qjulia render bunny.qjulia.json -o turn.png --turntable 36
+  qjulia render bunny.qjulia.json -o cut_out.png --background transparent --no-ground
+  qjulia render bunny.qjulia.json -o glow.png --material trap --palette ember
+  qjulia render bunny.qjulia.json -o big.png --size 3840x2160 --preview --aov big
+Rays meet the set itself, not a mesh of it: the picture is as sharp as its pixels. The file's
+text chunk 'qjulia' says how it was made.
+)") + kMapOptionsHelp},
+              describe_render, run_render);
 }
 
 }  // namespace qjulia::tools
