@@ -14,7 +14,7 @@
 #include "explore/maker.hpp"
 #include "explore/page.hpp"
 #include "explore/painter.hpp"
-#include "explore/view_request.hpp"
+#include "explore/request.hpp"
 #include "explore/worker.hpp"
 #include "qjulia/error.hpp"
 

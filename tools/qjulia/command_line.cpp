@@ -231,8 +231,8 @@ Option Option::group(const std::string& title) const {
   return *this;
 }
 
-Option Option::excludes(Option other) const {
-  option_->excludes(other.option_);
+Option Option::excludes(std::initializer_list<Option> others) const {
+  for (const Option& other : others) option_->excludes(other.option_);
   return *this;
 }
 

@@ -31,7 +31,7 @@ class Option {
   Option range(double low, double high) const;
   /// Its place in the help.
   Option group(const std::string& title) const;
-  Option excludes(Option other) const;
+  Option excludes(std::initializer_list<Option> others) const;
   /// The value that holds without it, as the help shows it.
   Option default_text(const std::string& text) const;
 

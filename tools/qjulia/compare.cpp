@@ -17,8 +17,7 @@ namespace qjulia::tools {
 namespace {
 
 struct CompareArguments {
-  std::string map;
-  std::string mesh;
+  std::string map, mesh;
   std::string picture;  ///< empty: none
   PictureOptions view;
   std::string device;

@@ -16,10 +16,7 @@ namespace qjulia::tools {
 namespace {
 
 struct ConvertArguments {
-  std::string input;
-  std::string output;
-  std::string device;
-  std::string portals;
+  std::string input, output, device, portals;
   MapOptions map_options;
   std::optional<UpAxis> up;
 };

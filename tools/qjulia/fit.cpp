@@ -25,9 +25,7 @@ namespace qjulia::tools {
 namespace {
 
 struct FitCommandArguments {
-  std::string mesh;
-  std::string output;
-  std::string device;
+  std::string mesh, output, device;
   std::string report;  ///< folder; empty: none
   FitArguments fit;
   bool resume = false;

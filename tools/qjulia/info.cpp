@@ -4,16 +4,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "base/input_file.hpp"
+#include "base/text.hpp"
 #include "commands.hpp"
-#include "embedded_note.hpp"
 #include "files.hpp"
 #include "map_options.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/figures.hpp"
+#include "qjulia/file_types.hpp"
 #include "qjulia/label_check.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/mesh.hpp"
@@ -51,10 +54,8 @@ struct Answer {
 };
 
 struct InfoArguments {
-  std::string file;
-  std::string device;
-  bool check_precision = false;
-  bool printable = false;
+  std::string file, device;
+  bool check_precision = false, printable = false;
   double nozzle = 0.4;
 };
 
@@ -351,6 +352,89 @@ Answer map_info(const InfoArguments& arguments, const Session& session) {
   }
   if (session.console.verbose()) answer.add("provenance    " + map.provenance.json().dump(2));
   return answer;
+}
+
+/// Notes stand at the beginning of a file, before pixels and vertices.
+constexpr std::uint64_t kLongestBeginning = std::uint64_t{1} << 20;
+
+std::uint32_t unsigned_at(std::string_view bytes, std::size_t at, bool big_endian) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto byte = static_cast<unsigned char>(bytes[at + (big_endian ? i : 3 - i)]);
+    value = value << 8U | byte;
+  }
+  return value;
+}
+
+/// PNG specification, 5.3: length, type, data, CRC; the first chunk is IHDR.
+nlohmann::json picture_note(std::string_view bytes) {
+  using namespace std::string_view_literals;
+  constexpr std::size_t kSignature = 8, kType = 4, kData = 8, kFrame = 12;
+  constexpr std::string_view kKeyword = "qjulia\0"sv;
+  nlohmann::json json;
+  for (std::size_t chunk = kSignature; chunk + kFrame <= bytes.size();) {
+    const std::size_t length = unsigned_at(bytes, chunk, true);
+    const std::string_view type = bytes.substr(chunk + kType, 4);
+    if (length > bytes.size() - chunk - kFrame || type == "IDAT") break;
+    const std::string_view data = bytes.substr(chunk + kData, length);
+    if (type == "IHDR" && length >= 8) {
+      json["width"] = unsigned_at(data, 0, true);
+      json["height"] = unsigned_at(data, 4, true);
+    } else if (type == "tEXt" && data.starts_with(kKeyword)) {
+      json["made_with"] = nlohmann::json::parse(data.substr(kKeyword.size()));
+    }
+    chunk += kFrame + length;
+  }
+  return json;
+}
+
+/// glTF 2.0, 4.4: a header of 12 bytes, then length and type of the JSON chunk.
+nlohmann::json scene_note(std::string_view bytes) {
+  constexpr std::size_t kChunk = 12, kData = 20;
+  if (bytes.size() < kData) return {};
+  const nlohmann::json scene =
+      nlohmann::json::parse(bytes.substr(kData, unsigned_at(bytes, kChunk, false)));
+  nlohmann::json json;
+  const nlohmann::json& primitive = scene.at("meshes").at(0).at("primitives").at(0);
+  const auto count = [&](const nlohmann::json& accessor) {
+    return scene.at("accessors").at(accessor.get<std::size_t>()).at("count").get<std::uint64_t>();
+  };
+  json["vertices"] = count(primitive.at("attributes").at("POSITION"));
+  json["triangles"] = count(primitive.at("indices")) / 3;
+  const std::string note = scene.at("asset").at("extras").at("made_with");
+  json["made_with"] = nlohmann::json::parse(note);
+  return json;
+}
+
+/// Reads the note that `render`, `compare` and `surface` leave in pictures (.png, a tEXt chunk) and
+/// scenes (.glb, asset.extras.made_with).
+/// @return the note under "made_with", and "width" and "height" of a picture or "vertices" and
+/// "triangles" of a scene.
+/// @throws InputError when the file is neither, or says nothing.
+nlohmann::json read_embedded_note(const std::filesystem::path& path, const std::stop_token& stop) {
+  base::InputFile file(path, "file", std::numeric_limits<std::uint64_t>::max(), stop);
+  std::string bytes;
+  file.read(bytes, kLongestBeginning);
+  nlohmann::json json;
+  try {
+    if (bytes.starts_with("\x89PNG\r\n")) json = picture_note(bytes);
+    if (bytes.starts_with("glTF")) json = scene_note(bytes);
+  } catch (const nlohmann::json::exception&) {
+    json.clear();  // another program's
+  }
+  if (!json.contains("made_with")) {
+    throw InputError(fmt::format(
+        "'{}' does not say how it was made; 'info' reads maps, meshes ({}), and the pictures and "
+        ".glb files that this program writes",
+        base::to_utf8(path.string()), extension_list(FileContent::mesh, FileUse::read)));
+  }
+  return json;
+}
+
+/// Whether the name is that of such a file.
+bool can_hold_note(const std::filesystem::path& path) {
+  const std::string extension = extension_of(path);
+  return extension == ".png" || extension == ".glb";
 }
 
 /// A picture or scene of ours: what it shows, and how it was made.

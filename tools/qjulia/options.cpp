@@ -12,7 +12,7 @@ void add_verbosity(Command command, Verbosity& verbosity) {
   const Option quiet =
       command.flag("-q,--quiet", verbosity.quiet, "Say nothing but results, warnings and errors");
   command.flag("-v,--verbose", verbosity.verbose, "Say more, such as where the device's time went")
-      .excludes(quiet);
+      .excludes({quiet});
   command.flag("--json", verbosity.json,
                "Print the result as one JSON object on standard output; everything else goes to "
                "standard error");

@@ -15,12 +15,7 @@ namespace qjulia::tools {
 namespace {
 
 struct PaintArguments {
-  std::string map;
-  std::string output;
-  std::string device;
-  std::string mesh;
-  std::string property;
-  std::string ramp;
+  std::string map, output, device, mesh, property, ramp;
   bool clear = false;
   PaintOptions options;
 };

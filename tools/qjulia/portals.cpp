@@ -17,9 +17,7 @@ namespace qjulia::tools {
 namespace {
 
 struct PortalsArguments {
-  std::string map;
-  std::string output;
-  std::string device;
+  std::string map, output, device;
   PortalOptions options;
 };
 

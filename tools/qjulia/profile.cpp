@@ -22,13 +22,9 @@ namespace qjulia::tools {
 namespace {
 
 struct ProfileArguments {
-  std::string device;
-  std::string baseline;
-  std::string plot;
-  std::string csv;
+  std::string device, baseline, plot, csv;
   std::optional<int> lane_width;
-  bool tune = false;
-  bool scaling = false;
+  bool tune = false, scaling = false;
   double tolerance = 0.2;
   ProfileOptions options;
 };
@@ -181,32 +177,29 @@ void describe_profile(Command command, ProfileArguments& a) {
                              .flag("--scaling", a.scaling,
                                    "Measure how the time and memory of an energy with its gradient "
                                    "grow with samples (25^3 to 193^3) and factors (83 to 1324)")
-                             .excludes(tune);
+                             .excludes({tune});
   command.add("--samples", &a.options.samples, "INT", "Sample points");
   command.add("--factors", &a.options.factors, "INT", "Factors of the map");
   command.add("--repeats", &a.options.repeats, "INT", "Timed runs of each kernel");
   command
       .add("--width", &a.lane_width, "INT",
            "Lanes of a work-item: 1, 8 or 16. Default: what suits the device")
-      .excludes(tune)
-      .excludes(scaling);
+      .excludes({tune, scaling});
   add_precision(command, a.options.precision, "Arithmetic on the device");
   command
       .file("--baseline", a.baseline, "FILE",
             "An earlier --json report: exit code 1 if a kernel has become slower")
-      .excludes(tune)
-      .excludes(scaling);
+      .excludes({tune, scaling});
   command
       .file("--plot", a.plot, "PICTURE.png",
             "Draw a roofline: each kernel's speed over its work per byte of memory, under what the "
             "device can do at most")
-      .excludes(tune)
-      .excludes(scaling);
+      .excludes({tune, scaling});
   command
       .file("--csv", a.csv, "FILE.csv",
             "Also write the figures as a table, a line for each kernel, or with --scaling for each "
             "size")
-      .excludes(tune);
+      .excludes({tune});
   command.add("--tolerance", &a.tolerance, "NUMBER",
               "What counts as slower: 0.2 is 20 % over the baseline's median");
   add_device(command, a.device);

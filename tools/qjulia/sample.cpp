@@ -16,9 +16,7 @@ namespace qjulia::tools {
 namespace {
 
 struct SampleArguments {
-  std::string map;
-  std::string output;
-  std::string device;
+  std::string map, output, device;
   MapOptions map_options;
   SampleOptions options;
 };

@@ -19,9 +19,7 @@ namespace qjulia::tools {
 namespace {
 
 struct ShapeArguments {
-  std::string mesh;
-  std::string output;
-  std::string device;
+  std::string mesh, output, device;
   std::string versor = "random:60:1";
   ExactMapOptions options;
   PaintOptions paint;  ///< its thickness alone

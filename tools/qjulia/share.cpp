@@ -15,8 +15,7 @@ namespace qjulia::tools {
 namespace {
 
 struct ShareArguments {
-  std::string map;
-  std::string output;
+  std::string map, output;
 };
 
 int run_share(const ShareArguments& arguments, Session& session) {

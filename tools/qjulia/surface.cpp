@@ -19,13 +19,10 @@ namespace qjulia::tools {
 namespace {
 
 struct SurfaceArguments {
-  std::string map;
-  std::string output;
-  std::string device;
+  std::string map, output, device;
   MapOptions map_options;
   SurfaceOptions options;
-  bool keep_loose = false;
-  bool largest_component = false;
+  bool keep_loose = false, largest_component = false;
   std::optional<double> min_component;  ///< of the largest one's area
   std::optional<double> millimetres;    ///< instead of shape units
   std::optional<UpAxis> up;             ///< instead of the map's; of files that stand upright
@@ -175,13 +172,12 @@ void describe_surface(Command command, SurfaceArguments& a) {
   const Option largest = command
                              .flag("--largest-component", a.largest_component,
                                    "Leave out all but the largest connected part")
-                             .excludes(keep);
+                             .excludes({keep});
   command
       .add("--min-component", &a.min_component, "FRACTION",
            "Leave out connected parts with less than this fraction, 0 to 1, of the largest one's "
            "area")
-      .excludes(largest)
-      .excludes(keep)
+      .excludes({largest, keep})
       .range(0.0, 1.0);
   command
       .add("--millimetres", &a.millimetres, "LENGTH",
