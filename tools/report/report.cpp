@@ -14,10 +14,22 @@
 namespace qjulia::report {
 namespace {
 
+/// Of the set's picture.
+PictureOptions picture_options(const ReportOptions& options) {
+  PictureOptions picture;
+  picture.width = options.width;
+  picture.height = options.height;
+  picture.iterations = options.iterations;
+  return picture;
+}
+
 /// A figure of the stages against the evaluations or the seconds up to their ends.
 std::string curve(const std::vector<StageReport>& stages, const char* label, bool by_seconds,
                   double StageReport::*value, bool logarithmic) {
-  PlotSeries series;
+  Plot plot;
+  plot.width = 480;
+  plot.height = 300;
+  PlotSeries& series = plot.series.emplace_back();
   series.points = true;
   double at = 0;
   for (const StageReport& stage : stages) {
@@ -25,13 +37,9 @@ std::string curve(const std::vector<StageReport>& stages, const char* label, boo
     series.x.push_back(at);
     series.y.push_back(stage.*value);
   }
-  Plot plot;
-  plot.width = 480;
-  plot.height = 300;
   plot.x.label = by_seconds ? "seconds in stages" : "evaluations";
   plot.y.label = label;
   plot.y.logarithmic = logarithmic;
-  plot.series.push_back(std::move(series));
   // As a picture of its own: names inside a plot are those of every other plot.
   return fmt::format(
       "<figure><img alt=\"{} against {}\" src=\"data:image/svg+xml;base64,{}\"/></figure>\n",
@@ -76,22 +84,14 @@ std::string metrics_table(const std::vector<FitMetrics>& all) {
 
 }  // namespace
 
-void ReportOptions::validate() const {
-  PictureOptions picture;
-  picture.width = width;
-  picture.height = height;
-  picture.iterations = iterations;
-  picture.validate();
-}
+void ReportOptions::validate() const { picture_options(*this).validate(); }
 
 FitReport make_report(const Device& device, const TriangleMesh& mesh, const FitResult& result,
                       const std::string& title, const ReportOptions& options,
                       const ProgressMonitor& monitor) {
   options.validate();
   FitReport report{title, result, {}, {}};
-  PictureOptions picture;
-  picture.width = options.width;
-  picture.height = options.height;
+  PictureOptions picture = picture_options(options);
   picture.camera.up = result.map.up.value_or(kDefaultUp);  // of the mesh too
   const auto add = [&](const std::string& caption, Image image) {
     report.pictures.push_back({caption, std::move(image)});
