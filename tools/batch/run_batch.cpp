@@ -220,9 +220,9 @@ std::vector<EntryStatus> run_batch(const Manifest& manifest,
                                    const std::vector<BatchDevice>& devices,
                                    const BatchOptions& options,
                                    const std::function<void(const BatchEvent&)>& observe,
-                                   std::stop_token stop, const Exchange& exchange) {
+                                   std::stop_token stop, Ranks* ranks) {
   Observer observer(observe);
-  Queue queue(manifest, options, exchange, devices.size(), [&](const Settled& settled) {
+  Queue queue(manifest, options, ranks, devices.size(), [&](const Settled& settled) {
     const EntryStatus& status = settled.status;
     observer({.kind = status.state == EntryState::done ? Kind::done : Kind::failed,
               .earlier = settled.by == Settled::By::earlier_run,

@@ -1,8 +1,6 @@
 #pragma once
 /// Files made of what a page shows: meshes, and turntables as moving pictures.
 
-#include <functional>
-#include <stop_token>
 #include <string>
 
 #include "explore/request.hpp"

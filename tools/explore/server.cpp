@@ -154,33 +154,30 @@ bool Server::Impl::admits(const httplib::Request& request, httplib::Response& re
   response.set_header("Referrer-Policy", "no-referrer");
   response.set_header("Cross-Origin-Resource-Policy", "same-origin");
   response.set_header("X-Frame-Options", "DENY");
+  const auto refused = [&](int status, const char* text) {
+    refuse(response, status, text);
+    return false;
+  };
   const std::string own = fmt::format("{}:{}", host, port);
   const std::string named = request.get_header_value("Host");
   const bool is_own =
       named == own || (host == "127.0.0.1" && named == fmt::format("localhost:{}", port));
   if (!is_own || request.get_header_value_count("Host") != 1) {
-    refuse(response, 403, "this server has another name");
-    return false;
+    return refused(403, "this server has another name");
   }
   if (request.has_header("Origin") && request.get_header_value("Origin") != "http://" + named) {
-    refuse(response, 403, "requests of other sites are refused");
-    return false;
+    return refused(403, "requests of other sites are refused");
   }
   if (request.method != (request.path == kStop ? "POST" : "GET")) {
-    refuse(response, 405, "this is not asked so");
-    return false;
+    return refused(405, "this is not asked so");
   }
   // Of which a request may name a thousand, each answered with the whole page.
-  if (!request.ranges.empty()) {
-    refuse(response, 416, "answers are whole; ask without a range");
-    return false;
-  }
+  if (!request.ranges.empty()) return refused(416, "answers are whole; ask without a range");
   const bool is_page = request.path == "/";
   const std::string given =
       is_page ? request.get_param_value("token") : request.get_header_value(kTokenHeader);
   if (!are_equal(given, token)) {
-    refuse(response, 403, "open the address that 'qjulia explore' printed: it has the token");
-    return false;
+    return refused(403, "open the address that 'qjulia explore' printed: it has the token");
   }
   return true;
 }

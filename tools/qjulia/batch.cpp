@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "batch_display.hpp"
-#include "command_line.hpp"
 #include "commands.hpp"
 #include "files.hpp"
 #include "fit_options.hpp"
@@ -284,11 +283,6 @@ BatchStart start(const BatchArguments& arguments, const LaunchedRanks& ranks, Se
   return start;
 }
 
-batch::Exchange exchange_of(LaunchedRanks& ranks) {
-  return {static_cast<std::size_t>(ranks.rank()), static_cast<std::size_t>(ranks.size()),
-          [&ranks](const Ranks::Numbers& mine) { return ranks.all_gather(mine); }};
-}
-
 int run_batch(const BatchArguments& arguments, Session& session) {
   if (!arguments.status.empty()) return show_status(arguments, session);
   if (arguments.check) return check(arguments, session);
@@ -306,7 +300,7 @@ int run_batch(const BatchArguments& arguments, Session& session) {
     BatchDisplay display(session.console, manifest.entries.size(), session.console.quiet());
     unsaved = batch::run_batch(
         manifest, devices, options, [&](const batch::BatchEvent& event) { display.show(event); },
-        session.interrupts.token(), exchange_of(*ranks));
+        session.interrupts.token(), ranks.get());
     return unsaved.empty() ? kDone : kFailed;
   });
   const int finished = together(*ranks, [&]() -> int {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <sstream>
 
@@ -16,6 +17,20 @@
 
 namespace qjulia::tools {
 namespace {
+
+/// Words in lines of at most so many columns, each after `indent`.
+std::string wrapped(const std::vector<std::string>& words, std::size_t columns,
+                    const std::string& indent) {
+  std::string text, line;
+  for (const std::string& word : words) {
+    if (!line.empty() && line.size() + 1 + word.size() > columns) {
+      text += line + '\n';
+      line.clear();
+    }
+    line += (line.empty() ? indent : " ") + word;
+  }
+  return text + line;
+}
 
 /// CLI11's help with descriptions broken into lines and examples first. --help lists options of
 /// further groups by name alone; --help-all explains them.
@@ -28,19 +43,9 @@ class HelpFormat : public CLI::Formatter {
   }
 
   std::string make_option_desc(const CLI::Option* option) const override {
-    constexpr std::size_t kColumns = 64;
-    std::istringstream words(CLI::Formatter::make_option_desc(option));
-    words.exceptions(std::ios::badbit);
-    std::string text;
-    std::string line;
-    for (std::string word; words >> word;) {
-      if (!line.empty() && line.size() + 1 + word.size() > kColumns) {
-        text += line + '\n';
-        line.clear();
-      }
-      line += (line.empty() ? "" : " ") + word;
-    }
-    return text + line;
+    std::istringstream stream(CLI::Formatter::make_option_desc(option));
+    stream.exceptions(std::ios::badbit);
+    return wrapped({std::istream_iterator<std::string>(stream), {}}, 64, "");
   }
 
  private:
@@ -62,18 +67,9 @@ class HelpFormat : public CLI::Formatter {
 
   static std::string names_of(const std::string& group,
                               const std::vector<const CLI::Option*>& all) {
-    constexpr std::size_t kColumns = 92;
-    std::string text = fmt::format("\n{} (--help-all explains them):\n", group);
-    std::string line = " ";
-    for (const CLI::Option* option : all) {
-      const std::string name = option->get_name();
-      if (line.size() + 1 + name.size() > kColumns) {
-        text += line + '\n';
-        line = " ";
-      }
-      line += ' ' + name;
-    }
-    return text + line + '\n';
+    std::vector<std::string> names;
+    for (const CLI::Option* option : all) names.push_back(option->get_name());
+    return fmt::format("\n{} (--help-all explains them):\n{}\n", group, wrapped(names, 92, "  "));
   }
 };
 

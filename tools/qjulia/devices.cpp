@@ -6,7 +6,6 @@
 
 #include "commands.hpp"
 #include "device_obstacles.hpp"
-#include "qjulia/error.hpp"
 
 namespace qjulia::tools {
 namespace {

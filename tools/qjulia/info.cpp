@@ -51,6 +51,11 @@ struct Answer {
   nlohmann::json json;
 
   void add(const std::string& line) { text += "\n" + line; }
+  /// A line, and the same for programs.
+  void add(const std::string& line, const char* name, nlohmann::json value) {
+    add(line);
+    json[name] = std::move(value);
+  }
 };
 
 struct InfoArguments {
@@ -179,27 +184,31 @@ Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
 }
 
 void describe_member(const char* name, const Quaternion& q, Answer& answer) {
-  answer.add(fmt::format("{:<13} ({}, {}, {}, {})", name, q.x, q.y, q.z, q.w));
-  answer.json[name] = {q.x, q.y, q.z, q.w};
+  answer.add(fmt::format("{:<13} ({}, {}, {}, {})", name, q.x, q.y, q.z, q.w), name,
+             {q.x, q.y, q.z, q.w});
 }
 
 void describe_member(const char* name, const DistanceModulus& distance, Answer& answer) {
   const auto [nx, ny, nz] = distance.grid->data().cells;
-  const bool is_round = distance.fourth == FourthCoordinate::round;
+  const char* fourth = distance.fourth == FourthCoordinate::round ? "round" : "ignored";
   answer.add(fmt::format("{:<13} {} x {} x {} cells of {:.3g}, map units; fourth coordinate {}",
-                         name, nx, ny, nz, distance.step, is_round ? "round" : "ignored"));
-  answer.json[name] = {{"cells", {nx, ny, nz}},
-                       {"step", distance.step},
-                       {"shell", distance.shell},
-                       {"fourth", is_round ? "round" : "ignored"}};
+                         name, nx, ny, nz, distance.step, fourth),
+             name,
+             {{"cells", {nx, ny, nz}},
+              {"step", distance.step},
+              {"shell", distance.shell},
+              {"fourth", fourth}});
 }
 
 void describe_member(const char* name, const NoiseVersor& noise, Answer& answer) {
   const char* values = noise.values == NoiseValues::vectors ? "vectors" : "quaternions";
   answer.add(fmt::format("{:<13} {} octaves from {:.4g} cells a map unit on, seed {}; {}", name,
-                         noise.octaves, noise.scale, noise.seed, values));
-  answer.json[name] = {
-      {"octaves", noise.octaves}, {"scale", noise.scale}, {"seed", noise.seed}, {"values", values}};
+                         noise.octaves, noise.scale, noise.seed, values),
+             name,
+             {{"octaves", noise.octaves},
+              {"scale", noise.scale},
+              {"seed", noise.seed},
+              {"values", values}});
 }
 
 /// What the modulus and the versor are made of.
@@ -258,26 +267,21 @@ void describe_paint(const RationalMap& map, Answer& answer) {
 }
 
 void describe_shape(const RationalMap& map, Answer& answer) {
-  if (map.detail) {
-    answer.add(fmt::format("detail        {:.4g} of the box's diagonal", *map.detail));
-    answer.json["detail"] = *map.detail;
+  if (const auto& detail = map.detail) {
+    answer.add(fmt::format("detail        {:.4g} of the box's diagonal", *detail), "detail",
+               *detail);
   }
   if (map.detail && map.box) {
     const double thickness = *map.detail * map.box->diagonal();
-    answer.add(fmt::format("shell         {:.4g} thick, shape units", thickness));
-    answer.json["shell_thickness"] = thickness;
+    answer.add(fmt::format("shell         {:.4g} thick, shape units", thickness), "shell_thickness",
+               thickness);
   }
-  if (map.inradius) {
-    answer.add(fmt::format("inradius      {:.4g}, shape units", *map.inradius));
-    answer.json["inradius"] = *map.inradius;
+  if (const auto& r = map.inradius) {
+    answer.add(fmt::format("inradius      {:.4g}, shape units", *r), "inradius", *r);
   }
-  if (map.box) {
-    answer.add(to_text(*map.box));
-    answer.json["box"] = to_json(*map.box);
-  }
+  if (map.box) answer.add(to_text(*map.box), "box", to_json(*map.box));
   if (map.up) {
-    answer.add(fmt::format("up            {}", to_string(*map.up)));
-    answer.json["up"] = to_string(*map.up);
+    answer.add(fmt::format("up            {}", to_string(*map.up)), "up", to_string(*map.up));
   }
 }
 
@@ -287,17 +291,16 @@ void describe_orbits(const RationalMap& map, const Device& device, const std::st
   const StopRadii stops = find_stop_radii(device, map, {}, stop);
   const std::vector<Quaternion> origin{{0, 0, 0, map.slice}};
   const double depth = Field(device, map).at(origin).front();
-  const bool bounded = std::isfinite(stops.outer);
-  answer.add(fmt::format("r_in          {}", stops.inner > 0
-                                                 ? fmt::format("{:.4g}, map units", stops.inner)
-                                                 : "none: no ball is mapped into itself"));
-  answer.add(fmt::format("r_out         {}", bounded ? fmt::format("{:.4g}, map units", stops.outer)
-                                                     : "none: the set is not bounded"));
-  answer.add(fmt::format("F1 at origin  {:.4g}", depth));
-  answer.json.update(
-      {{"inner_radius", stops.inner > 0 ? nlohmann::json(stops.inner) : nlohmann::json()},
-       {"outer_radius", bounded ? nlohmann::json(stops.outer) : nlohmann::json()},
-       {"field_at_origin", depth}});
+  const auto add_radius = [&](const char* label, const char* name, double radius, bool is_known,
+                              const char* otherwise) {
+    answer.add(label + (is_known ? fmt::format("{:.4g}, map units", radius) : otherwise), name,
+               is_known ? nlohmann::json(radius) : nlohmann::json());
+  };
+  add_radius("r_in          ", "inner_radius", stops.inner, stops.inner > 0,
+             "none: no ball is mapped into itself");
+  add_radius("r_out         ", "outer_radius", stops.outer, std::isfinite(stops.outer),
+             "none: the set is not bounded");
+  answer.add(fmt::format("F1 at origin  {:.4g}", depth), "field_at_origin", depth);
   if (depth > kDeepEnough && map.is_rational()) {
     const std::string warning = fmt::format(
         "F1 at the origin is above {}: the iterated set is near dissolving; use a smaller --detail",

@@ -165,16 +165,6 @@ std::unique_ptr<LaunchedRanks> join_ranks() {
 #endif
 }
 
-std::vector<DeviceInfo> divided(const std::vector<DeviceInfo>& devices, int local_rank,
-                                int local_size) {
-  const auto rank = static_cast<std::size_t>(local_rank);
-  const auto size = static_cast<std::size_t>(local_size);
-  if (size > devices.size()) return {devices[rank % devices.size()]};
-  std::vector<DeviceInfo> mine;
-  for (std::size_t i = rank; i < devices.size(); i += size) mine.push_back(devices[i]);
-  return mine;
-}
-
 std::vector<DeviceInfo> devices_of(const LaunchedRanks& ranks, const std::string& wanted) {
   expect_descriptors();
   const DeviceInfo first = Device::choose(wanted == "all" ? "" : wanted).info();
@@ -188,7 +178,12 @@ std::vector<DeviceInfo> devices_of(const LaunchedRanks& ranks, const std::string
     // Of CPUs each platform shows the same one.
     if (first.kind == DeviceKind::cpu) shared = {first};
   }
-  return divided(shared, ranks.local_rank(), ranks.local_size());
+  const auto rank = static_cast<std::size_t>(ranks.local_rank());
+  const auto size = static_cast<std::size_t>(ranks.local_size());
+  if (size > shared.size()) return {shared[rank % shared.size()]};
+  std::vector<DeviceInfo> mine;
+  for (std::size_t i = rank; i < shared.size(); i += size) mine.push_back(shared[i]);
+  return mine;
 }
 
 }  // namespace qjulia::tools

@@ -33,8 +33,4 @@ std::unique_ptr<LaunchedRanks> join_ranks();
 /// @throws NoDeviceError
 std::vector<DeviceInfo> devices_of(const LaunchedRanks& ranks, const std::string& wanted);
 
-/// Those of `devices` that rank `local_rank` of `local_size` on a machine uses.
-std::vector<DeviceInfo> divided(const std::vector<DeviceInfo>& devices, int local_rank,
-                                int local_size);
-
 }  // namespace qjulia::tools

@@ -37,23 +37,6 @@ double thinness_of(const Device& device, const RationalMap& map) {
   return thinness(mesh);
 }
 
-nlohmann::json knobs_json(const MapKnobs& knobs) {
-  nlohmann::json json = {{"detail", nullptr},    {"order_seed", nullptr}, {"phase", nullptr},
-                         {"slice", nullptr},     {"rotate", nullptr},     {"drift", nullptr},
-                         {"translate", nullptr}, {"scale", nullptr},      {"tufts", nullptr}};
-  if (knobs.order_seed) json["order_seed"] = *knobs.order_seed;
-  if (const auto& p = knobs.phase) json["phase"] = {p->x, p->y, p->z, p->w};
-  if (knobs.slice) json["slice"] = *knobs.slice;
-  if (const auto& r = knobs.rotate) {
-    json["rotate"] = {r->axis.x(), r->axis.y(), r->axis.z(), r->degrees};
-  }
-  if (knobs.drift) json["drift"] = *knobs.drift;
-  if (const auto& t = knobs.translate) json["translate"] = {t->x(), t->y(), t->z()};
-  if (knobs.scale) json["scale"] = *knobs.scale;
-  if (knobs.tufts) json["tufts"] = *knobs.tufts;
-  return json;
-}
-
 /// Takes a number or a word.
 Option add_detail(Command command, std::function<void(const DetailChoice&)> take,
                   const std::string& description) {
@@ -188,13 +171,31 @@ RationalMap with_knobs(const Device& device, const RationalMap& map, const MapOp
 }
 
 nlohmann::json to_json(const MapOptions& options) {
-  nlohmann::json json = knobs_json(options.knobs);
-  if (options.detail) json["detail"] = to_json(*options.detail);
-  json["iterations"] = options.iterations;
-  json["precision"] = to_string(options.precision);
-  json["box"] = options.box ? to_json(*options.box) : nlohmann::json();
-  json["escape"] = options.escape ? nlohmann::json(*options.escape) : nlohmann::json();
-  return json;
+  const MapKnobs& knobs = options.knobs;
+  nlohmann::json detail, phase, rotate, translate, box;
+  if (options.detail) detail = to_json(*options.detail);
+  if (const auto& p = knobs.phase) phase = {p->x, p->y, p->z, p->w};
+  if (const auto& r = knobs.rotate) {
+    rotate = {r->axis.x(), r->axis.y(), r->axis.z(), r->degrees};
+  }
+  if (const auto& t = knobs.translate) translate = {t->x(), t->y(), t->z()};
+  if (options.box) box = to_json(*options.box);
+  const auto or_null = [](const auto& value) {
+    return value ? nlohmann::json(*value) : nlohmann::json();
+  };
+  return {{"detail", detail},
+          {"order_seed", or_null(knobs.order_seed)},
+          {"phase", phase},
+          {"slice", or_null(knobs.slice)},
+          {"rotate", rotate},
+          {"drift", or_null(knobs.drift)},
+          {"translate", translate},
+          {"scale", or_null(knobs.scale)},
+          {"tufts", or_null(knobs.tufts)},
+          {"iterations", options.iterations},
+          {"precision", to_string(options.precision)},
+          {"box", box},
+          {"escape", or_null(options.escape)}};
 }
 
 nlohmann::json to_json(const Box& box) {

@@ -2,7 +2,6 @@
 /// Options of every command that looks at a map's set: what is turned on the map before it is used,
 /// and how it is iterated.
 
-#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>

@@ -5,9 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
-#include "files.hpp"
 #include "provenance.hpp"
-#include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/portal_choice.hpp"

@@ -10,7 +10,6 @@
 #include "base/input_file.hpp"
 #include "base/output_file.hpp"
 #include "commands.hpp"
-#include "files.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/scaling.hpp"

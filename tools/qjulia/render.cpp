@@ -220,39 +220,28 @@ void warn_if_empty(const Image& image, const std::string& input, const PictureOp
                   input));
 }
 
-/// A rough picture of the same view, soon. "bunny.png": "bunny.preview.png". It goes when the
-/// picture is done, and stays when that was interrupted.
-class Preview {
- public:
-  explicit Preview(const std::filesystem::path& picture)
-      : path_(picture.parent_path() / (picture.stem().string() + ".preview.png")) {}
+/// "bunny.png": "bunny.preview.png".
+std::filesystem::path preview_path(const std::filesystem::path& picture) {
+  return picture.parent_path() / (picture.stem().string() + ".preview.png");
+}
 
-  void draw(const Device& device, const Scene& scene, const RenderArguments& arguments,
-            PictureOptions options, Session& session) const {
-    const int reduction = std::max(kReduction, (options.width + kWidest - 1) / kWidest);
-    options.width = std::max(1, options.width / reduction);
-    options.height = std::max(1, options.height / reduction);
-    options.samples_per_axis = 1;
-    const Image image =
-        studio_of(device, scene, arguments.input, arguments.map_options, options, session)
-            .picture(options.camera, session.monitor());
-    write_png(image, path_, {{"Software", program_name()}});
-    session.console.note(fmt::format("preview: {}, {:.1f} s", path_.string(), session.seconds()));
-    session.written_so_far = "only the preview was written";
-  }
-
-  const std::filesystem::path& path() const { return path_; }
-
-  void remove() const {
-    std::error_code ignored;
-    std::filesystem::remove(path_, ignored);
-  }
-
- private:
-  static constexpr int kReduction = 4;
-  static constexpr int kWidest = 320;  ///< pixels
-  std::filesystem::path path_;
-};
+/// A rough picture of the same view, soon. It goes when the picture is done, and stays when that
+/// was interrupted.
+void draw_preview(const Device& device, const Scene& scene, const RenderArguments& arguments,
+                  PictureOptions options, Session& session) {
+  constexpr int kReduction = 4, kWidest = 320;  // pixels
+  const int reduction = std::max(kReduction, (options.width + kWidest - 1) / kWidest);
+  options.width = std::max(1, options.width / reduction);
+  options.height = std::max(1, options.height / reduction);
+  options.samples_per_axis = 1;
+  const Image image =
+      studio_of(device, scene, arguments.input, arguments.map_options, options, session)
+          .picture(options.camera, session.monitor());
+  const auto path = preview_path(arguments.output);
+  write_png(image, path, {{"Software", program_name()}});
+  session.console.note(fmt::format("preview: {}, {:.1f} s", path.string(), session.seconds()));
+  session.written_so_far = "only the preview was written";
+}
 
 std::optional<Sweep> wanted_sweep(const RenderArguments& arguments, const PictureOptions& options) {
   if (arguments.sweep && arguments.turntable) {
@@ -285,7 +274,7 @@ std::filesystem::path frame_path(const std::filesystem::path& sheet, std::size_t
 std::vector<base::Output> outputs_of(const RenderArguments& arguments,
                                      const std::optional<Sweep>& sweep) {
   std::vector<base::Output> outputs{{"--output", arguments.output, {".png"}}};
-  if (arguments.preview) outputs.push_back({"--preview", Preview(arguments.output).path()});
+  if (arguments.preview) outputs.push_back({"--preview", preview_path(arguments.output)});
   if (!arguments.layers.empty()) {
     for (const auto& path : layer_files(arguments.layers)) outputs.push_back({"--aov", path});
   }
@@ -372,8 +361,7 @@ int run_render(const RenderArguments& arguments, Session& session) {
   const Scene scene = read_scene(arguments, session);
   const Device device = session.open_device(arguments.device);
 
-  const Preview preview(arguments.output);
-  if (arguments.preview) preview.draw(device, scene, arguments, options, session);
+  if (arguments.preview) draw_preview(device, scene, arguments, options, session);
   PictureLayers layers;
   const Image image =
       studio_of(device, scene, arguments.input, arguments.map_options, options, session)
@@ -389,7 +377,8 @@ int run_render(const RenderArguments& arguments, Session& session) {
       layer_files.push_back(path.string());
     }
   }
-  if (arguments.preview) preview.remove();
+  std::error_code ignored;
+  if (arguments.preview) std::filesystem::remove(preview_path(arguments.output), ignored);
   session.report_kernels(device);
   const double seconds = session.seconds();
   const std::string of_layers =

@@ -7,7 +7,6 @@
 #include "base/base64.hpp"
 #include "base/output_file.hpp"
 #include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
 #include "qjulia/plot.hpp"
 #include "report/html.hpp"
 
