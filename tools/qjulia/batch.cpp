@@ -82,7 +82,7 @@ class FitWorker final : public batch::BatchWorker {
     if (entry.outputs.picture) write_png(picture(entry, result.map, monitor), file(".png"));
     if (entry.outputs.report) {
       const report::FitReport report =
-          report::make_report(device_, mesh, result, entry.name, {}, monitor);
+          report::make_report(device_, mesh, result, entry.name, monitor);
       report::write_report(report, file(".report.html"));
     }
     std::filesystem::remove(folder / (entry.name + ".checkpoint"));

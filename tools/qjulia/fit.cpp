@@ -87,7 +87,7 @@ void make_report(const FitCommandArguments& arguments, const Device& device,
   const TraceStage stage(session.trace(), "report");
   const std::string title = std::filesystem::path(arguments.mesh).filename().string();
   const report::FitReport report =
-      report::make_report(device, mesh, result, title, {}, session.monitor());
+      report::make_report(device, mesh, result, title, session.monitor());
   report::write_report(report, report_file(arguments));
 }
 

@@ -13,14 +13,7 @@
 namespace qjulia::report {
 namespace {
 
-/// Of the set's picture.
-PictureOptions picture_options(const ReportOptions& options) {
-  PictureOptions picture;
-  picture.width = options.width;
-  picture.height = options.height;
-  picture.iterations = options.iterations;
-  return picture;
-}
+constexpr int kIterations = 6;  ///< of the set's picture and figures
 
 /// A figure of the stages against the evaluations or the seconds up to their ends.
 std::string curve(const std::vector<StageReport>& stages, const char* label, bool by_seconds,
@@ -83,14 +76,12 @@ std::string metrics_table(const std::vector<FitMetrics>& all) {
 
 }  // namespace
 
-void ReportOptions::validate() const { picture_options(*this).validate(); }
-
 FitReport make_report(const Device& device, const TriangleMesh& mesh, const FitResult& result,
-                      const std::string& title, const ReportOptions& options,
-                      const ProgressMonitor& monitor) {
-  options.validate();
+                      const std::string& title, const ProgressMonitor& monitor) {
   FitReport report{title, result, {}, {}};
-  PictureOptions picture = picture_options(options);
+  PictureOptions picture;
+  picture.width = 480;
+  picture.height = 360;
   picture.camera.up = result.map.up.value_or(kDefaultUp);  // of the mesh too
   const auto add = [&](const std::string& caption, Image image) {
     report.pictures.push_back({caption, std::move(image)});
@@ -98,16 +89,16 @@ FitReport make_report(const Device& device, const TriangleMesh& mesh, const FitR
   add("the mesh", render_mesh(device, mesh, mesh.box(), picture, monitor));
   picture.iterations = 1;
   add("the potential, n = 1", render(device, result.map, picture, monitor));
-  picture.iterations = options.iterations;
+  picture.iterations = kIterations;
   Image set = render(device, result.map, picture, monitor);
   const std::size_t loose = set.loose.count;
-  add(fmt::format("the set, n = {}{}", options.iterations,
+  add(fmt::format("the set, n = {}{}", kIterations,
                   loose == 0   ? ""
                   : loose == 1 ? ", without a loose piece"
                                : fmt::format(", without {} loose pieces", loose)),
       std::move(set));
   CompareOptions comparison;
-  comparison.iterations = options.iterations;
+  comparison.iterations = kIterations;
   report.metrics = compare(device, result.map, mesh, comparison, monitor);
   return report;
 }
