@@ -286,25 +286,25 @@ BatchStart start(const BatchArguments& arguments, const LaunchedRanks& ranks, Se
 int run_batch(const BatchArguments& arguments, Session& session) {
   if (!arguments.status.empty()) return show_status(arguments, session);
   if (arguments.check) return check(arguments, session);
-  const auto ranks = join_ranks();
+  LaunchedRanks ranks;
   std::optional<BatchStart> started;
-  if (const int code = together(*ranks, [&]() -> int {
-        started.emplace(start(arguments, *ranks, session));
+  if (const int code = together(ranks, [&]() -> int {
+        started.emplace(start(arguments, ranks, session));
         return kDone;
       })) {
     return code;
   }
   std::vector<batch::EntryStatus> unsaved;
-  const int code = together(*ranks, [&]() -> int {
+  const int code = together(ranks, [&]() -> int {
     const auto& [manifest, options, devices, lock] = *started;
     BatchDisplay display(session.console, manifest.entries.size(), session.console.quiet());
     unsaved = batch::run_batch(
         manifest, devices, options, [&](const batch::BatchEvent& event) { display.show(event); },
-        session.interrupts.token(), ranks.get());
+        session.interrupts.token(), &ranks);
     return unsaved.empty() ? kDone : kFailed;
   });
-  const int finished = together(*ranks, [&]() -> int {
-    return ranks->rank() == 0 ? finish(arguments, unsaved, session) : kDone;
+  const int finished = together(ranks, [&]() -> int {
+    return ranks.rank() == 0 ? finish(arguments, unsaved, session) : kDone;
   });
   return std::max(code, finished);
 }

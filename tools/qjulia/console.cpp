@@ -65,7 +65,10 @@ void Console::summary(const std::string& text, const nlohmann::json& object) {
 }
 
 void Console::print(const std::string& text) {
-  if (print_result(text)) return;
+  const bool is_written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() &&
+                          std::fputc('\n', stdout) != EOF && std::fflush(stdout) == 0;
+  // A pipe's reader, such as `head`, may have had enough.
+  if (is_written || errno == EPIPE) return;
   is_result_lost_ = true;
   print_error("qjulia: cannot write to standard output\n");
 }
@@ -89,12 +92,6 @@ void prepare_standard_streams() {
 void print_error(const std::string& text) {
   std::fwrite(text.data(), 1, text.size(), stderr);
   std::fflush(stderr);
-}
-
-bool print_result(const std::string& text) {
-  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() &&
-                       std::fputc('\n', stdout) != EOF && std::fflush(stdout) == 0;
-  return written || errno == EPIPE;
 }
 
 std::string clock_time(double seconds) {

@@ -72,10 +72,6 @@ void prepare_standard_streams();
 /// To standard error, as it stands.
 void print_error(const std::string& text);
 
-/// A line to standard output. @return whether it was written; also where a pipe's reader, such as
-/// `head`, has had enough.
-bool print_result(const std::string& text);
-
 /// "0:12" or "1:02:03".
 std::string clock_time(double seconds);
 

@@ -172,30 +172,30 @@ int save(const FitCommandArguments& arguments, const FitOptions& options, const 
 }
 
 int run_fit(const FitCommandArguments& arguments, Session& session) {
-  const auto ranks = join_ranks();
-  if (ranks->rank() > 0) session.leave_trace();  // rank 0 writes it
+  LaunchedRanks ranks;
+  if (ranks.rank() > 0) session.leave_trace();  // rank 0 writes it
   FitOptions options;
   FitStart begun;
-  const int code = together(*ranks, [&]() -> int {
+  const int code = together(ranks, [&]() -> int {
     options = checked_options(arguments.fit);
-    if (!arguments.fit.sample_parts) options.sample_parts = ranks->size();
-    begun = start(arguments, options, *ranks, session);
+    if (!arguments.fit.sample_parts) options.sample_parts = ranks.size();
+    begun = start(arguments, options, ranks, session);
     return kDone;
   });
   if (code != kDone) return code;
-  if (ranks->all_gather({begun.is_done ? 1.0 : 0.0}).front().front() != 0) {
-    return ranks->rank() == 0
-               ? show_finished(arguments, own_device(*ranks, arguments.device), session)
+  if (ranks.all_gather({begun.is_done ? 1.0 : 0.0}).front().front() != 0) {
+    return ranks.rank() == 0
+               ? show_finished(arguments, own_device(ranks, arguments.device), session)
                : kDone;
   }
-  return together(*ranks, [&]() -> int {
+  return together(ranks, [&]() -> int {
     FitOptions remaining = options;
     // The limit covers the whole command; some time must remain.
     remaining.time_limit = std::max(options.time_limit - session.seconds(), 1e-3);
     remaining.checkpoint = checkpoint_file(arguments);
     remaining.resume = arguments.resume;
-    FitResult result = fit(*begun.device, begun.mesh, remaining, session.monitor(), *ranks);
-    return ranks->rank() == 0 ? save(arguments, options, begun, std::move(result), session) : kDone;
+    FitResult result = fit(*begun.device, begun.mesh, remaining, session.monitor(), ranks);
+    return ranks.rank() == 0 ? save(arguments, options, begun, std::move(result), session) : kDone;
   });
 }
 
