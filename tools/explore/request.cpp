@@ -44,7 +44,7 @@ void read(std::string_view text, bool& value) { value = query_number<int>(text) 
 
 void read(std::string_view text, Eigen::Vector3d& value) {
   const std::vector<double> v = numbers(text, 3);
-  value = {v[0], v[1], v[2]};
+  value = Eigen::Vector3d(v[0], v[1], v[2]);
 }
 
 void read(std::string_view text, Lamp& value) {
@@ -54,12 +54,12 @@ void read(std::string_view text, Lamp& value) {
 
 void read(std::string_view text, Quaternion& value) {
   const std::vector<double> v = numbers(text, 4);
-  value = {v[0], v[1], v[2], v[3]};
+  value = Quaternion{v[0], v[1], v[2], v[3]};
 }
 
 void read(std::string_view text, Rotation& value) {
   const std::vector<double> v = numbers(text, 4);
-  value = {{v[0], v[1], v[2]}, v[3]};
+  value = Rotation{{v[0], v[1], v[2]}, v[3]};
 }
 
 void read(std::string_view text, Material& value) {
