@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "explore/make_request.hpp"
+#include "explore/request.hpp"
 #include "qjulia/error.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "explore/cut_mesh.hpp"
-#include "explore/make_request.hpp"
+#include "explore/request.hpp"
 #include "qjulia/error.hpp"
 
 using namespace qjulia;

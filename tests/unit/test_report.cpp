@@ -85,7 +85,4 @@ TEST_CASE("a report is written where it is wanted, in a folder that is made") {
   folder.file("plain", "text");
   CHECK_THROWS_AS(report::write_report(some_report(), folder.path() / "plain" / "report.html"),
                   OutputError);
-  report::ReportOptions options;
-  options.width = 0;
-  CHECK_THROWS_AS(options.validate(), InputError);
 }

@@ -13,6 +13,7 @@
 
 #include "batch/folder_lock.hpp"
 #include "qjulia/progress.hpp"
+#include "qjulia/ranks.hpp"
 
 namespace qjulia::batch {
 
@@ -153,16 +154,6 @@ struct BatchEvent {
   std::string message{};  ///< why an entry is given back or a device retired
 };
 
-/// This process among those that run the batch together. All of them call `all_gather` in the same
-/// order.
-struct Exchange {
-  std::size_t rank = 0;
-  std::size_t size = 1;
-  /// What every rank gives, by rank, on every rank.
-  std::function<std::vector<std::vector<double>>(const std::vector<double>&)> all_gather =
-      [](const std::vector<double>& mine) { return std::vector<std::vector<double>>{mine}; };
-};
-
 /// Makes the folder and takes its lock, removes what an earlier run left half done, and unless
 /// resuming forgets what it finished. Once a batch, by rank 0, before any rank runs it.
 /// @return the lock, to be held until the batch has ended.
@@ -175,12 +166,13 @@ FolderLock prepare_batch(const Manifest& manifest, const BatchOptions& options);
 /// devices are retired, or a stop is requested. A device that fails three entries in a row is
 /// retired; an entry that fails on devices three times has failed.
 /// @param observe called by one thread at a time.
+/// @param ranks those that run the batch together; null: this process alone.
 /// @return entries whose state could not be written down by this rank.
 std::vector<EntryStatus> run_batch(const Manifest& manifest,
                                    const std::vector<BatchDevice>& devices,
                                    const BatchOptions& options,
                                    const std::function<void(const BatchEvent&)>& observe = {},
-                                   std::stop_token stop = {}, const Exchange& exchange = {});
+                                   std::stop_token stop = {}, Ranks* ranks = nullptr);
 
 /// Every entry of the batch in `folder`, in the manifest's order, from any rank.
 /// @param is_running whether a process has the folder: what is under way is lost without.

@@ -15,26 +15,6 @@
 namespace qjulia::batch {
 namespace {
 
-/// Everything that is wrong, to be told at once.
-class Problems {
- public:
-  void add(std::size_t line, std::string what) { all_.emplace_back(line, std::move(what)); }
-
-  /// @throws InputError unless there are none.
-  void raise(const std::filesystem::path& file) {
-    if (all_.empty()) return;
-    std::ranges::stable_sort(all_, {}, &std::pair<std::size_t, std::string>::first);
-    std::string text;
-    for (const auto& [line, what] : all_) {
-      text += fmt::format("{}{}:{}: {}", text.empty() ? "" : "\n", file.string(), line, what);
-    }
-    throw InputError(text);
-  }
-
- private:
-  std::vector<std::pair<std::size_t, std::string>> all_;
-};
-
 std::size_t line_of(const toml::source_region& region) { return region.begin.line; }
 
 /// What one table says, [defaults] or a [[fit]].
@@ -115,18 +95,30 @@ class Reader {
       } else if (key.str() == "fit" && node.is_array_of_tables()) {
         fits = node.as_array()->size();
       } else {
-        problems_.add(line, fmt::format("'{}' is not known here; a manifest has one [defaults] and "
-                                        "any number of [[fit]]",
-                                        key.str()));
+        complain(line, fmt::format("'{}' is not known here; a manifest has one [defaults] and "
+                                   "any number of [[fit]]",
+                                   key.str()));
       }
     }
-    if (fits == 0) problems_.add(1, "there is nothing to fit; add a [[fit]] with a mesh");
+    if (fits == 0) complain(1, "there is nothing to fit; add a [[fit]] with a mesh");
     for (std::size_t i = 0; i < fits; ++i) add_entries(*root["fit"][i].as_table(), defaults);
-    problems_.raise(manifest_.file);
+    raise_problems();
     return std::move(manifest_);
   }
 
  private:
+  void complain(std::size_t line, std::string what) { problems_.emplace(line, std::move(what)); }
+
+  /// @throws InputError telling all that is wrong at once, unless nothing is.
+  void raise_problems() const {
+    std::string text;
+    for (const auto& [line, what] : problems_) {
+      text +=
+          fmt::format("{}{}:{}: {}", text.empty() ? "" : "\n", manifest_.file.string(), line, what);
+    }
+    if (!text.empty()) throw InputError(text);
+  }
+
   toml::table parse() const {
     constexpr std::uint64_t kLargestFile = std::uint64_t{16} << 20;
     return base::parse_toml(base::read_text_file(manifest_.file, "manifest", kLargestFile, stop_),
@@ -145,7 +137,7 @@ class Reader {
       if (is_fit && (name == "mesh" || name == "name")) {
         const auto text = node.value<std::string>();
         if (!text || text->empty()) {
-          problems_.add(line, fmt::format("'{}' must be text", name));
+          complain(line, fmt::format("'{}' must be text", name));
           continue;
         }
         (name == "mesh" ? section.mesh : section.name) = *text;
@@ -178,8 +170,8 @@ class Reader {
                  kind && has_type("surface." + *kind, FileContent::mesh, FileUse::write)) {
         outputs.surface = extension_of("surface." + *kind);
       } else {
-        problems_.add(
-            line, "'surface' must be true, false, \"ply\", \"obj\", \"stl\", \"off\" or \"glb\"");
+        complain(line,
+                 "'surface' must be true, false, \"ply\", \"obj\", \"stl\", \"off\" or \"glb\"");
       }
     } else if (name == "surface_resolution") {
       read_whole(node, 2, 8192, line, "'surface_resolution'", outputs.surface_resolution);
@@ -190,7 +182,7 @@ class Reader {
     } else if (name == "picture_size") {
       const toml::array* size = node.as_array();
       if (size == nullptr || size->size() != 2) {
-        problems_.add(line, "'picture_size' must be width and height, such as [640, 480]");
+        complain(line, "'picture_size' must be width and height, such as [640, 480]");
         return true;
       }
       read_whole((*size)[0], 1, 16384, line, "the width of 'picture_size'", outputs.picture_width);
@@ -206,7 +198,7 @@ class Reader {
     if (node.is_boolean()) {
       value = *node.value<bool>();
     } else {
-      problems_.add(line, fmt::format("{} must be true or false", what));
+      complain(line, fmt::format("{} must be true or false", what));
     }
   }
 
@@ -216,7 +208,7 @@ class Reader {
     if (given && *given >= low && *given <= high) {
       value = static_cast<int>(*given);
     } else {
-      problems_.add(line, fmt::format("{} must be a whole number, {} to {}", what, low, high));
+      complain(line, fmt::format("{} must be a whole number, {} to {}", what, low, high));
     }
   }
 
@@ -230,18 +222,13 @@ class Reader {
       option.values.push_back(*text);
     } else {
       const toml::array* array = node.as_array();
-      bool plain = array != nullptr && !array->empty();
-      if (plain) {
-        for (const toml::node& element : *array) {
-          const auto value = as_text(element);
-          plain = plain && value;
-          if (value) option.values.push_back(*value);
-        }
+      for (std::size_t i = 0; array != nullptr && i < array->size(); ++i) {
+        if (const auto value = as_text((*array)[i])) option.values.push_back(*value);
       }
-      if (!plain) {
-        problems_.add(line, fmt::format("'{}' must be a number, text, true or false, or a list of "
-                                        "numbers",
-                                        name));
+      if (array == nullptr || array->empty() || option.values.size() < array->size()) {
+        complain(line, fmt::format("'{}' must be a number, text, true or false, or a list of "
+                                   "numbers",
+                                   name));
         return true;
       }
     }
@@ -249,7 +236,7 @@ class Reader {
       check_({option});
       options.push_back(std::move(option));
     } catch (const InputError& error) {
-      problems_.add(line, error.what());
+      complain(line, error.what());
     }
     return true;
   }
@@ -257,7 +244,7 @@ class Reader {
   void add_entries(const toml::table& table, const Section& defaults) {
     const Section section = read_section(table, defaults, true);
     if (!section.mesh) {
-      problems_.add(section.line, "this [[fit]] has no 'mesh': a path, or a glob such as *.obj");
+      complain(section.line, "this [[fit]] has no 'mesh': a path, or a glob such as *.obj");
       return;
     }
     const auto folder = manifest_.file.parent_path();
@@ -265,22 +252,22 @@ class Reader {
     if (is_glob(*section.mesh) && !std::filesystem::exists(meshes.front())) {
       meshes = find_meshes(folder, *section.mesh);
       if (meshes.empty() && !meshes_may_be_missing_) {
-        problems_.add(section.line, fmt::format("no mesh matches '{}'", *section.mesh));
+        complain(section.line, fmt::format("no mesh matches '{}'", *section.mesh));
       }
       if (meshes.size() > 1 && section.name && section.name->find('*') == std::string::npos) {
-        problems_.add(section.line,
-                      fmt::format("'{}' matches {} meshes, which cannot all be named '{}'; put an "
-                                  "asterisk where each mesh's own name shall stand",
-                                  *section.mesh, meshes.size(), *section.name));
+        complain(section.line,
+                 fmt::format("'{}' matches {} meshes, which cannot all be named '{}'; put an "
+                             "asterisk where each mesh's own name shall stand",
+                             *section.mesh, meshes.size(), *section.name));
         return;
       }
     } else if (!meshes_may_be_missing_ && !std::filesystem::exists(meshes.front())) {
-      problems_.add(section.line, fmt::format("there is no mesh '{}'", meshes.front().string()));
+      complain(section.line, fmt::format("there is no mesh '{}'", meshes.front().string()));
     }
     try {
       check_(section.options);
     } catch (const InputError& error) {
-      problems_.add(section.line, error.what());
+      complain(section.line, error.what());
     }
     for (const auto& mesh : meshes) add_entry(section, mesh);
   }
@@ -288,14 +275,14 @@ class Reader {
   void add_entry(const Section& section, const std::filesystem::path& mesh) {
     const std::string name = entry_name(section.name, mesh);
     if (const std::string problem = name_problem(name); !problem.empty()) {
-      problems_.add(section.line, fmt::format("a fit cannot be named '{}': {}", name, problem));
+      complain(section.line, fmt::format("a fit cannot be named '{}': {}", name, problem));
       return;
     }
     const auto [first, added] = lines_.try_emplace(name, section.line);
     if (!added) {
-      problems_.add(section.line, fmt::format("'{}' is the name of the fit in line {} too; give "
-                                              "one of them a 'name' of its own",
-                                              name, first->second));
+      complain(section.line, fmt::format("'{}' is the name of the fit in line {} too; give "
+                                         "one of them a 'name' of its own",
+                                         name, first->second));
       return;
     }
     manifest_.entries.push_back({name, mesh, section.options, section.outputs, section.line});
@@ -305,8 +292,8 @@ class Reader {
   bool meshes_may_be_missing_;
   Manifest manifest_;
   std::stop_token stop_;
-  Problems problems_;
-  std::map<std::string, std::size_t> lines_;  ///< of the entries met, by name
+  std::multimap<std::size_t, std::string> problems_;  ///< by line
+  std::map<std::string, std::size_t> lines_;          ///< of the entries met, by name
 };
 
 }  // namespace

@@ -1,7 +1,5 @@
 #include "batch/queue.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <chrono>
 #include <utility>
@@ -12,7 +10,7 @@
 namespace qjulia::batch {
 namespace {
 
-using Message = std::vector<double>;
+using Message = Ranks::Numbers;
 
 /// A rank with nothing to tell joins a round as often, so that others are not kept waiting.
 constexpr std::chrono::milliseconds kBetweenRounds{50};
@@ -44,11 +42,12 @@ class MessageReader {
 
 }  // namespace
 
-Queue::Queue(const Manifest& manifest, const BatchOptions& options, const Exchange& exchange,
+Queue::Queue(const Manifest& manifest, const BatchOptions& options, Ranks* ranks,
              std::size_t runners, std::function<void(const Settled&)> observe_settled)
     : manifest_(manifest),
       options_(options),
-      exchange_(exchange),
+      ranks_(ranks),
+      rank_(ranks == nullptr ? 0 : static_cast<std::size_t>(ranks->rank())),
       observe_settled_(std::move(observe_settled)),
       places_(manifest.entries.size(), Place::open),
       held_(runners),
@@ -120,7 +119,8 @@ void Queue::run() {
 void Queue::go_round() {
   settle_earlier();
   for (;;) {
-    const auto messages = exchange_.all_gather(message());
+    const Message mine = message();
+    const auto messages = ranks_ == nullptr ? std::vector<Message>{mine} : ranks_->all_gather(mine);
     replay(messages);
     const bool none_left =
         std::ranges::all_of(messages, [](const Message& m) { return m.front() == 0; });
@@ -162,7 +162,7 @@ void Queue::replay(const std::vector<Message>& messages) {
       const auto state = static_cast<EntryState>(readers[rank].next());
       places_[index] = is_settled(state) ? Place::settled : Place::open;
       if (!is_settled(state)) continue;
-      if (rank == exchange_.rank) {
+      if (rank == rank_) {
         settled.push_back(std::move(settled_here_.extract(index).mapped()));
       } else {
         EntryStatus status;
@@ -180,7 +180,7 @@ void Queue::replay(const std::vector<Message>& messages) {
       const auto index = choose(last_choice);
       if (!index) continue;
       places_[*index] = Place::taken;
-      if (rank != exchange_.rank) continue;
+      if (rank != rank_) continue;
       const auto request = requests_.find(runner);
       if (request != requests_.end()) {
         request->second.answer = index;
@@ -206,7 +206,8 @@ std::optional<std::size_t> Queue::choose(const std::set<std::size_t>& last_choic
 
 /// This rank looks at its share of the entries: one of every `size`.
 void Queue::settle_earlier() {
-  for (std::size_t i = exchange_.rank; i < places_.size(); i += exchange_.size) {
+  const std::size_t size = ranks_ == nullptr ? 1 : static_cast<std::size_t>(ranks_->size());
+  for (std::size_t i = rank_; i < places_.size(); i += size) {
     const auto status = settled_status(i);
     if (!status) continue;
     const std::lock_guard lock(mutex_);

@@ -26,8 +26,8 @@ class Queue {
  public:
   /// @param runners threads of this rank that take entries.
   /// @param observe_settled told of every entry that is settled, in the same order on all ranks.
-  Queue(const Manifest& manifest, const BatchOptions& options, const Exchange& exchange,
-        std::size_t runners, std::function<void(const Settled&)> observe_settled);
+  Queue(const Manifest& manifest, const BatchOptions& options, Ranks* ranks, std::size_t runners,
+        std::function<void(const Settled&)> observe_settled);
 
   /// The next entry, this runner's alone until it is put back. Waits while entries are in other
   /// hands, which may give them back. Nothing when all are settled, a stop is requested, or `run`
@@ -45,7 +45,7 @@ class Queue {
   /// A runner takes no more entries; one that it still has is open again.
   void leave(std::size_t runner) noexcept;
 
-  /// Goes round the ranks until no runner is left on any. For the thread that may call `exchange`.
+  /// Goes round the ranks until no runner is left on any. For the thread that may call `ranks`.
   /// When it throws, runners end.
   void run();
 
@@ -70,7 +70,8 @@ class Queue {
 
   const Manifest& manifest_;
   const BatchOptions& options_;
-  const Exchange& exchange_;
+  Ranks* ranks_;  ///< null: this process alone
+  std::size_t rank_;
   std::function<void(const Settled&)> observe_settled_;
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;  ///< for runners: answers, or that all is settled

@@ -44,28 +44,27 @@ class Observer {
 };
 
 /// One device's thread.
-class Runner {
- public:
-  Runner(std::size_t number, const Manifest& manifest, const BatchDevice& device,
-         const BatchOptions& options, Queue& queue, Observer& observe, const std::stop_token& stop)
-      : number_(number),
-        manifest_(manifest),
-        device_(device),
-        options_(options),
-        queue_(queue),
-        observe_(observe),
-        stop_(stop) {}
+struct Runner {
+  std::size_t number;
+  const Manifest& manifest;
+  const BatchDevice& device;
+  const BatchOptions& options;
+  Queue& queue;
+  Observer& observe;
+  const std::stop_token& stop;
+  std::unique_ptr<BatchWorker> worker{};
+  std::set<std::size_t> failed_here{};
+  std::set<std::size_t> failed_in_a_row{};
 
   void run() {
-    while (const auto index = queue_.next(number_, failed_here_, stop_)) {
+    while (const auto index = queue.next(number, failed_here, stop)) {
       if (!run_entry(*index)) return;
     }
   }
 
- private:
   /// @return whether the device stays in use.
   bool run_entry(std::size_t index) {
-    const BatchEntry& entry = manifest_.entries[index];
+    const BatchEntry& entry = manifest.entries[index];
     EntryStatus status;
     status.name = entry.name;
     status.mesh = entry.mesh.string();
@@ -75,20 +74,20 @@ class Runner {
       status.error = std::move(error);
       status.seconds = seconds_since(start);
       status.progress = {};
-      queue_.put_back(number_, index, status);
+      queue.put_back(number, index, status);
     };
     const auto device_failed = [&](const std::exception& error) {
       return blame_device(index, status, error.what(), put_back);
     };
     try {
-      status = queue_.first_status(index);
+      status = queue.first_status(index);
       begin(status);
-      if (!worker_) worker_ = device_.open();
-      EntryResult result = worker_->run(entry, options_.folder, monitor(status, start));
+      if (!worker) worker = device.open();
+      EntryResult result = worker->run(entry, options.folder, monitor(status, start));
       status.files = std::move(result.files);
       status.figures = std::move(result.figures);
       put_back(EntryState::done);
-      failed_in_a_row_.clear();
+      failed_in_a_row.clear();
     } catch (const Interrupted&) {
       put_back(EntryState::interrupted);
       tell(Kind::interrupted, &status);
@@ -105,16 +104,16 @@ class Runner {
   }
 
   void tell(Kind kind, const EntryStatus* status, const std::string& message = {}) {
-    observe_({.kind = kind, .status = status, .device = device_.name, .message = message});
+    observe({.kind = kind, .status = status, .device = device.name, .message = message});
   }
 
   void begin(EntryStatus& status) {
     status.state = EntryState::running;
     status.host = host_name();
     status.process = ::getpid();
-    status.device = device_.name;
+    status.device = device.name;
     status.started = time_stamp();
-    write_status(options_.folder, status);
+    write_status(options.folder, status);
     tell(Kind::started, &status);
   }
 
@@ -126,21 +125,21 @@ class Runner {
               if (Clock::now() - written < kBetweenStatuses) return;
               written = Clock::now();
               try {
-                write_status(options_.folder, status);
+                write_status(options.folder, status);
               } catch (const OutputError&) {
                 // Only who looks from outside misses something.
               }
             },
-            stop_};
+            stop};
   }
 
   template <class PutBack>
   bool blame_device(std::size_t index, EntryStatus& status, const std::string& why,
                     const PutBack& put_back) {
-    worker_.reset();  // a context that failed once may never work again
-    failed_here_.insert(index);
-    failed_in_a_row_.insert(index);
-    status.failed_tries.push_back({device_.name, why});
+    worker.reset();  // a context that failed once may never work again
+    failed_here.insert(index);
+    failed_in_a_row.insert(index);
+    status.failed_tries.push_back({device.name, why});
     if (status.failed_tries.size() >= kMostTries) {
       put_back(EntryState::failed,
                fmt::format("devices failed {} times, last: {}", kMostTries, why));
@@ -148,22 +147,11 @@ class Runner {
       put_back(EntryState::waiting, why);
       tell(Kind::given_back, &status, why);
     }
-    if (failed_in_a_row_.size() < kEntriesToRetire) return true;
+    if (failed_in_a_row.size() < kEntriesToRetire) return true;
     tell(Kind::retired, nullptr,
          fmt::format("it failed {} entries in a row, last: {}", kEntriesToRetire, why));
     return false;
   }
-
-  std::size_t number_;
-  const Manifest& manifest_;
-  const BatchDevice& device_;
-  const BatchOptions& options_;
-  Queue& queue_;
-  Observer& observe_;
-  const std::stop_token& stop_;
-  std::unique_ptr<BatchWorker> worker_;
-  std::set<std::size_t> failed_here_;
-  std::set<std::size_t> failed_in_a_row_;
 };
 
 /// The manifest, its meshes and schedules.
@@ -232,9 +220,9 @@ std::vector<EntryStatus> run_batch(const Manifest& manifest,
                                    const std::vector<BatchDevice>& devices,
                                    const BatchOptions& options,
                                    const std::function<void(const BatchEvent&)>& observe,
-                                   std::stop_token stop, const Exchange& exchange) {
+                                   std::stop_token stop, Ranks* ranks) {
   Observer observer(observe);
-  Queue queue(manifest, options, exchange, devices.size(), [&](const Settled& settled) {
+  Queue queue(manifest, options, ranks, devices.size(), [&](const Settled& settled) {
     const EntryStatus& status = settled.status;
     observer({.kind = status.state == EntryState::done ? Kind::done : Kind::failed,
               .earlier = settled.by == Settled::By::earlier_run,
@@ -251,7 +239,7 @@ std::vector<EntryStatus> run_batch(const Manifest& manifest,
     for (std::size_t i = 0; i < devices.size(); ++i) {
       const auto run = [&, i, stop] {
         try {
-          Runner(i, manifest, devices[i], options, queue, observer, stop).run();
+          Runner{i, manifest, devices[i], options, queue, observer, stop}.run();
         } catch (...) {
           failures[i] = std::current_exception();
         }

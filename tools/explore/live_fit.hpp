@@ -28,7 +28,6 @@ class LiveFit {
   explicit LiveFit(FitTask task) : task_(std::move(task)) {}
 
   FitTask& task() { return task_; }
-  const TriangleMesh& mesh() const { return task_.mesh; }
 
   /// @param take gets the map before the first stage and after each.
   /// @param pause is called between evaluations.

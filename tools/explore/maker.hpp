@@ -1,11 +1,9 @@
 #pragma once
 /// Files made of what a page shows: meshes, and turntables as moving pictures.
 
-#include <functional>
-#include <stop_token>
 #include <string>
 
-#include "explore/make_request.hpp"
+#include "explore/request.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/progress.hpp"
 #include "qjulia/rational_map.hpp"

@@ -5,7 +5,7 @@
 #include <stop_token>
 #include <string>
 
-#include "explore/view_request.hpp"
+#include "explore/request.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/rational_map.hpp"

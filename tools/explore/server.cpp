@@ -14,7 +14,7 @@
 #include "explore/maker.hpp"
 #include "explore/page.hpp"
 #include "explore/painter.hpp"
-#include "explore/view_request.hpp"
+#include "explore/request.hpp"
 #include "explore/worker.hpp"
 #include "qjulia/error.hpp"
 
@@ -67,20 +67,192 @@ void ServerOptions::validate() const {
 struct Server::Impl {
   using Work = std::function<std::string(Job&)>;
 
-  Impl(const Device& device, std::optional<FitTask> task, const std::string& file,
-       const ServerOptions& options);
+  Impl(const Device& device, std::optional<FitTask> task, const std::string& named,
+       const ServerOptions& options)
+      : host(options.host),
+        file(named),
+        live(task ? std::optional<LiveFit>(std::in_place, std::move(*task)) : std::nullopt),
+        painter(device, live ? &live->task().mesh : nullptr, options.keep_loose) {
+    http.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
+    http.set_payload_max_length(kLongestBody);
+    http.set_read_timeout(kReadLimit);
+    http.set_write_timeout(kWriteLimit);
+    http.set_keep_alive_timeout(kKeptAlive);
+    http.set_tcp_nodelay(true);
+    // Not the library's own, with which several servers could share a port.
+    http.set_socket_options([](socket_t) {});
+    route();
+    port = options.port;
+    if (port == 0)
+      port = http.bind_to_any_port(host);
+    else if (!http.bind_to_port(host, port))
+      port = -1;
+    if (port <= 0) {
+      throw Error(fmt::format("cannot listen on {}:{}: it is taken, or not this machine's", host,
+                              options.port));
+    }
+  }
 
-  void route();
   /// From now on the page is the map's.
-  void show(const RationalMap& map);
-  void begin_fit();
+  void show(const RationalMap& map) {
+    painter.show(map);
+    const std::lock_guard lock(mutex);
+    page = served_page(map, file);
+  }
+
+  void begin_fit() {
+    page = fitting_page(file);
+    live->task().on_end = [this, theirs = live->task().on_end](FitResult& result) {
+      if (theirs) theirs(result);
+      show(result.map);
+    };
+    worker.ask(kOwn, Job::Length::many_pictures, [this](Job& /*job*/) {
+      try {
+        live->run(
+            painter.device(), ending.get_token(),
+            [this](const RationalMap& map) { painter.show(map); },
+            [this] { worker.draw_waiting(); });
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        failed = std::current_exception();
+        changed.notify_all();
+      }
+      return std::string();
+    });
+  }
+
   /// Whether the request may be answered; if not, it is refused.
-  bool admits(const httplib::Request& request, httplib::Response& response) const;
+  bool admits(const httplib::Request& request, httplib::Response& response) const {
+    response.set_header("Cache-Control", "no-store");
+    response.set_header("X-Content-Type-Options", "nosniff");
+    response.set_header("Referrer-Policy", "no-referrer");
+    response.set_header("Cross-Origin-Resource-Policy", "same-origin");
+    response.set_header("X-Frame-Options", "DENY");
+    const auto refused = [&](int status, const char* text) {
+      refuse(response, status, text);
+      return false;
+    };
+    const std::string own = fmt::format("{}:{}", host, port);
+    const std::string named = request.get_header_value("Host");
+    const bool is_own =
+        named == own || (host == "127.0.0.1" && named == fmt::format("localhost:{}", port));
+    if (!is_own || request.get_header_value_count("Host") != 1) {
+      return refused(403, "this server has another name");
+    }
+    if (request.has_header("Origin") && request.get_header_value("Origin") != "http://" + named) {
+      return refused(403, "requests of other sites are refused");
+    }
+    if (request.method != (request.path == kStop ? "POST" : "GET")) {
+      return refused(405, "this is not asked so");
+    }
+    // Of which a request may name a thousand, each answered with the whole page.
+    if (!request.ranges.empty()) return refused(416, "answers are whole; ask without a range");
+    const bool is_page = request.path == "/";
+    const std::string given =
+        is_page ? request.get_param_value("token") : request.get_header_value(kTokenHeader);
+    if (!are_equal(given, token)) {
+      return refused(403, "open the address that 'qjulia explore' printed: it has the token");
+    }
+    return true;
+  }
+
   /// Has the worker do what a request asks for, and sends what comes of it: lines of how far it is
   /// ('~', a share, a text), then the bytes ('='), nothing because another request came ('-'), or
   /// what went wrong ('!').
   void answer(const httplib::Request& request, httplib::Response& response, Job::Length length,
-              const std::function<Work(const Query&)>& read);
+              const std::function<Work(const Query&)>& read) {
+    const std::string client = request.get_header_value("X-Qjulia-Client");
+    if (client.empty() || client.size() > kLongestName) {
+      return refuse(response, 400, "a request must say which page it comes from");
+    }
+    Work work;
+    try {
+      work = read(request.params);
+    } catch (const InputError& error) {
+      return refuse(response, 400, error.what());
+    }
+    const auto job = worker.ask(client, length, std::move(work));
+    if (!job) return refuse(response, 503, "too many pages are waiting");
+    const auto until = std::chrono::steady_clock::now() +
+                       (length == Job::Length::picture ? kPictureLimit : kLongLimit);
+    response.set_chunked_content_provider(
+        "application/octet-stream",
+        [job, until](std::size_t /*offset*/, httplib::DataSink& sink) {
+          std::string told;
+          // Looks now and then whether anybody still listens.
+          Job::End end = job->wait(100ms);
+          for (; end == Job::End::waits; end = job->wait(100ms)) {
+            if (const std::string progress = job->progress(); progress != told) {
+              told = progress;
+              if (!sink.write(told.data(), told.size())) job->cancel();
+            }
+            if (!sink.is_writable() || std::chrono::steady_clock::now() > until) {
+              job->cancel();
+              return false;
+            }
+          }
+          const std::string whole = job->progress() +
+                                    (end == Job::End::done     ? "="
+                                     : end == Job::End::failed ? "!"
+                                                               : "-") +
+                                    job->bytes();
+          sink.write(whole.data(), whole.size());
+          sink.done();
+          return true;
+        },
+        [job](bool) { job->cancel(); });
+  }
+
+  void route() {
+    http.set_pre_routing_handler([this](const auto& request, auto& response) {
+      return admits(request, response) ? httplib::Server::HandlerResponse::Unhandled
+                                       : httplib::Server::HandlerResponse::Handled;
+    });
+    http.set_exception_handler([](const auto&, auto& response, std::exception_ptr) {
+      refuse(response, 500, "this request could not be answered");
+    });
+    http.Get("/", [this](const auto&, auto& response) {
+      const std::lock_guard lock(mutex);
+      response.set_content(page, "text/html; charset=utf-8");
+    });
+    http.Get("/frame", [this](const auto& request, auto& response) {
+      answer(request, response, Job::Length::picture, [this](const Query& query) -> Work {
+        return [this, view = read_view(query)](Job& job) {
+          ProgressMonitor monitor;
+          monitor.stop = job.stop();
+          monitor.on_progress = [&](const Progress& progress) { job.report(progress); };
+          return painter.picture(view, monitor);
+        };
+      });
+    });
+    http.Get("/map", [this](const auto& request, auto& response) {
+      answer(request, response, Job::Length::picture, [this](const Query& query) -> Work {
+        return [this, view = read_view(query)](Job& /*job*/) { return painter.map_file(view); };
+      });
+    });
+    http.Get("/make", [this](const auto& request, auto& response) {
+      answer(request, response, Job::Length::many_pictures, [this](const Query& query) -> Work {
+        return [this, wanted = read_make(query)](Job& job) {
+          const RationalMap map = painter.turned(wanted.view);
+          ProgressMonitor monitor;
+          monitor.stop = job.stop();
+          monitor.on_progress = [&](const Progress& progress) {
+            job.report(progress);
+            worker.draw_waiting();
+          };
+          return made_file(painter.device(), map, wanted, monitor);
+        };
+      });
+    });
+    if (!live) return;
+    http.Get("/fit", [this](const auto&, auto& response) {
+      response.set_content(live->json(), "application/json");
+    });
+    http.Post(kStop, [this](const auto&, auto& response) {
+      live->stop();
+      response.set_content("{}", "application/json");
+    });
+  }
 
   std::string host, file;
   int port = 0;
@@ -95,190 +267,6 @@ struct Server::Impl {
   Worker worker;
   httplib::Server http;
 };
-
-Server::Impl::Impl(const Device& device, std::optional<FitTask> task, const std::string& named,
-                   const ServerOptions& options)
-    : host(options.host),
-      file(named),
-      live(task ? std::optional<LiveFit>(std::in_place, std::move(*task)) : std::nullopt),
-      painter(device, live ? &live->mesh() : nullptr, options.keep_loose) {
-  http.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
-  http.set_payload_max_length(kLongestBody);
-  http.set_read_timeout(kReadLimit);
-  http.set_write_timeout(kWriteLimit);
-  http.set_keep_alive_timeout(kKeptAlive);
-  http.set_tcp_nodelay(true);
-  // Not the library's own, with which several servers could share a port.
-  http.set_socket_options([](socket_t) {});
-  route();
-  port = options.port;
-  if (port == 0)
-    port = http.bind_to_any_port(host);
-  else if (!http.bind_to_port(host, port))
-    port = -1;
-  if (port <= 0) {
-    throw Error(fmt::format("cannot listen on {}:{}: it is taken, or not this machine's", host,
-                            options.port));
-  }
-}
-
-void Server::Impl::show(const RationalMap& map) {
-  painter.show(map);
-  const std::lock_guard lock(mutex);
-  page = served_page(map, file);
-}
-
-void Server::Impl::begin_fit() {
-  page = fitting_page(file);
-  live->task().on_end = [this, theirs = live->task().on_end](FitResult& result) {
-    if (theirs) theirs(result);
-    show(result.map);
-  };
-  worker.ask(kOwn, Job::Length::many_pictures, [this](Job& /*job*/) {
-    try {
-      live->run(
-          painter.device(), ending.get_token(),
-          [this](const RationalMap& map) { painter.show(map); }, [this] { worker.draw_waiting(); });
-    } catch (...) {
-      const std::lock_guard lock(mutex);
-      failed = std::current_exception();
-      changed.notify_all();
-    }
-    return std::string();
-  });
-}
-
-bool Server::Impl::admits(const httplib::Request& request, httplib::Response& response) const {
-  response.set_header("Cache-Control", "no-store");
-  response.set_header("X-Content-Type-Options", "nosniff");
-  response.set_header("Referrer-Policy", "no-referrer");
-  response.set_header("Cross-Origin-Resource-Policy", "same-origin");
-  response.set_header("X-Frame-Options", "DENY");
-  const std::string own = fmt::format("{}:{}", host, port);
-  const std::string named = request.get_header_value("Host");
-  const bool is_own =
-      named == own || (host == "127.0.0.1" && named == fmt::format("localhost:{}", port));
-  if (!is_own || request.get_header_value_count("Host") != 1) {
-    refuse(response, 403, "this server has another name");
-    return false;
-  }
-  if (request.has_header("Origin") && request.get_header_value("Origin") != "http://" + named) {
-    refuse(response, 403, "requests of other sites are refused");
-    return false;
-  }
-  if (request.method != (request.path == kStop ? "POST" : "GET")) {
-    refuse(response, 405, "this is not asked so");
-    return false;
-  }
-  // Of which a request may name a thousand, each answered with the whole page.
-  if (!request.ranges.empty()) {
-    refuse(response, 416, "answers are whole; ask without a range");
-    return false;
-  }
-  const bool is_page = request.path == "/";
-  const std::string given =
-      is_page ? request.get_param_value("token") : request.get_header_value(kTokenHeader);
-  if (!are_equal(given, token)) {
-    refuse(response, 403, "open the address that 'qjulia explore' printed: it has the token");
-    return false;
-  }
-  return true;
-}
-
-void Server::Impl::answer(const httplib::Request& request, httplib::Response& response,
-                          Job::Length length, const std::function<Work(const Query&)>& read) {
-  const std::string client = request.get_header_value("X-Qjulia-Client");
-  if (client.empty() || client.size() > kLongestName) {
-    return refuse(response, 400, "a request must say which page it comes from");
-  }
-  Work work;
-  try {
-    work = read(request.params);
-  } catch (const InputError& error) {
-    return refuse(response, 400, error.what());
-  }
-  const auto job = worker.ask(client, length, std::move(work));
-  if (!job) return refuse(response, 503, "too many pages are waiting");
-  const auto until = std::chrono::steady_clock::now() +
-                     (length == Job::Length::picture ? kPictureLimit : kLongLimit);
-  response.set_chunked_content_provider(
-      "application/octet-stream",
-      [job, until](std::size_t /*offset*/, httplib::DataSink& sink) {
-        std::string told;
-        // Looks now and then whether anybody still listens.
-        Job::End end = job->wait(100ms);
-        for (; end == Job::End::waits; end = job->wait(100ms)) {
-          if (const std::string progress = job->progress(); progress != told) {
-            told = progress;
-            if (!sink.write(told.data(), told.size())) job->cancel();
-          }
-          if (!sink.is_writable() || std::chrono::steady_clock::now() > until) {
-            job->cancel();
-            return false;
-          }
-        }
-        const std::string whole = job->progress() +
-                                  (end == Job::End::done     ? "="
-                                   : end == Job::End::failed ? "!"
-                                                             : "-") +
-                                  job->bytes();
-        sink.write(whole.data(), whole.size());
-        sink.done();
-        return true;
-      },
-      [job](bool) { job->cancel(); });
-}
-
-void Server::Impl::route() {
-  http.set_pre_routing_handler([this](const auto& request, auto& response) {
-    return admits(request, response) ? httplib::Server::HandlerResponse::Unhandled
-                                     : httplib::Server::HandlerResponse::Handled;
-  });
-  http.set_exception_handler([](const auto&, auto& response, std::exception_ptr) {
-    refuse(response, 500, "this request could not be answered");
-  });
-  http.Get("/", [this](const auto&, auto& response) {
-    const std::lock_guard lock(mutex);
-    response.set_content(page, "text/html; charset=utf-8");
-  });
-  http.Get("/frame", [this](const auto& request, auto& response) {
-    answer(request, response, Job::Length::picture, [this](const Query& query) -> Work {
-      return [this, view = read_view(query)](Job& job) {
-        ProgressMonitor monitor;
-        monitor.stop = job.stop();
-        monitor.on_progress = [&](const Progress& progress) { job.report(progress); };
-        return painter.picture(view, monitor);
-      };
-    });
-  });
-  http.Get("/map", [this](const auto& request, auto& response) {
-    answer(request, response, Job::Length::picture, [this](const Query& query) -> Work {
-      return [this, view = read_view(query)](Job& /*job*/) { return painter.map_file(view); };
-    });
-  });
-  http.Get("/make", [this](const auto& request, auto& response) {
-    answer(request, response, Job::Length::many_pictures, [this](const Query& query) -> Work {
-      return [this, wanted = read_make(query)](Job& job) {
-        const RationalMap map = painter.turned(wanted.view);
-        ProgressMonitor monitor;
-        monitor.stop = job.stop();
-        monitor.on_progress = [&](const Progress& progress) {
-          job.report(progress);
-          worker.draw_waiting();
-        };
-        return made_file(painter.device(), map, wanted, monitor);
-      };
-    });
-  });
-  if (!live) return;
-  http.Get("/fit", [this](const auto&, auto& response) {
-    response.set_content(live->json(), "application/json");
-  });
-  http.Post(kStop, [this](const auto&, auto& response) {
-    live->stop();
-    response.set_content("{}", "application/json");
-  });
-}
 
 Server::Server(const Device& device, const RationalMap& map, const std::string& file,
                const ServerOptions& options) {

@@ -1,7 +1,6 @@
 #pragma once
 /// A page over HTTP, drawn by a device of this machine.
 
-#include <functional>
 #include <memory>
 #include <stop_token>
 #include <string>

@@ -9,25 +9,26 @@
 #include <optional>
 
 #include "batch_display.hpp"
-#include "command_line.hpp"
 #include "commands.hpp"
+#include "files.hpp"
 #include "fit_options.hpp"
-#include "fit_worker.hpp"
 #include "launched_ranks.hpp"
+#include "provenance.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/figures.hpp"
+#include "qjulia/map_file.hpp"
+#include "qjulia/picture.hpp"
+#include "qjulia/surface.hpp"
+#include "qjulia/tuning_cache.hpp"
+#include "report/report.hpp"
 
 namespace qjulia::tools {
 namespace {
 
 struct BatchArguments {
-  std::string manifest;
-  std::string folder;
-  std::string status;
-  std::string device;
+  std::string manifest, folder, status, device;
   int jobs = 1;
-  bool check = false;
-  bool resume = false;
-  bool retry_failed = false;
+  bool check = false, resume = false, retry_failed = false;
 };
 
 /// Of fits that leave a CPU's cores idle a sixth of the time, two leave little of it.
@@ -42,6 +43,119 @@ int jobs_in(const std::string& text) {
   return jobs;
 }
 
+/// The batch's maps are the same bytes wherever and whenever they are made: times stand in the
+/// status files.
+nlohmann::json without_times(nlohmann::json provenance) {
+  provenance.erase("seconds");
+  for (nlohmann::json& stage : provenance["stages"]) stage.erase("seconds");
+  return provenance;
+}
+
+/// What a batch does with an entry: a mesh in, a map, a surface and a picture out.
+class FitWorker final : public batch::BatchWorker {
+ public:
+  explicit FitWorker(CachedTuning kept)
+      : device_(std::move(kept.device)), tuning_warning_(std::move(kept.warning)) {}
+
+  batch::EntryResult run(const batch::BatchEntry& entry, const std::filesystem::path& folder,
+                         const ProgressMonitor& monitor) override {
+    const FitOptions options = checked_options(entry.options);
+    MeshReport mesh_report;
+    const TriangleMesh mesh = read_mesh(entry.mesh, &mesh_report, monitor.stop);
+    device_.reset_kernel_times();
+    FitResult result = fit_resumable(mesh, options, folder / (entry.name + ".checkpoint"), monitor);
+    if (result.stopped == StopReason::interrupted) throw Interrupted();
+
+    double kernel_seconds = 0;
+    for (const auto& [name, time] : device_.kernel_times()) kernel_seconds += time.seconds;
+    batch::EntryResult entry_result;
+    const auto file = [&](const std::string& extension) {
+      entry_result.files.push_back(entry.name + extension);
+      return folder / entry_result.files.back();
+    };
+    result.map.provenance = without_times(provenance(entry.mesh, options, device_, result));
+    write_map(result.map, file(".qjulia.json"));
+    if (entry.outputs.surface) {
+      write_mesh(surface(entry, result.map, monitor), file(*entry.outputs.surface), {},
+                 result.map.up);
+    }
+    if (entry.outputs.picture) write_png(picture(entry, result.map, monitor), file(".png"));
+    if (entry.outputs.report) {
+      const report::FitReport report =
+          report::make_report(device_, mesh, result, entry.name, monitor);
+      report::write_report(report, file(".report.html"));
+    }
+    std::filesystem::remove(folder / (entry.name + ".checkpoint"));
+
+    auto warnings = mesh_report.warnings();
+    if (!tuning_warning_.empty()) warnings.push_back(tuning_warning_);
+    warnings.insert(warnings.end(), result.warnings.begin(), result.warnings.end());
+    entry_result.figures = final_figures(result);
+    entry_result.figures.update({{"factors", result.map.factors.size()},
+                                 {"evaluations", result.evaluations},
+                                 {"fit_seconds", result.seconds},
+                                 {"kernel_seconds", kernel_seconds},
+                                 {"stopped", result.map.provenance.json()["stopped"]},
+                                 {"warnings", warnings}});
+    return entry_result;
+  }
+
+ private:
+  FitResult fit_resumable(const TriangleMesh& mesh, FitOptions options,
+                          const std::filesystem::path& checkpoint,
+                          const ProgressMonitor& monitor) const {
+    options.checkpoint = checkpoint;
+    options.resume = true;
+    try {
+      return fit(device_, mesh, options, monitor);
+    } catch (const InputError&) {
+      // The checkpoint may be of other options or another device: then the fit starts afresh.
+      if (!std::filesystem::remove(checkpoint)) throw;
+      return fit(device_, mesh, options, monitor);
+    }
+  }
+
+  TriangleMesh surface(const batch::BatchEntry& entry, const RationalMap& map,
+                       const ProgressMonitor& monitor) const {
+    SurfaceOptions options;
+    options.resolution = entry.outputs.surface_resolution;
+    TriangleMesh mesh = extract_surface(device_, map, options, monitor);
+    if (mesh.triangles.empty()) {
+      throw Error("the set is empty, so there is no surface; try a smaller detail");
+    }
+    drop_loose_pieces(mesh);
+    return mesh;
+  }
+
+  Image picture(const batch::BatchEntry& entry, const RationalMap& map,
+                const ProgressMonitor& monitor) const {
+    PictureOptions options;
+    options.width = entry.outputs.picture_width;
+    options.height = entry.outputs.picture_height;
+    return render(device_, map, options, monitor);
+  }
+
+  Device device_;
+  std::string tuning_warning_;
+};
+
+/// Hashes of the mesh's bytes and of every option the results depend on.
+batch::FitKey fit_key(const batch::BatchEntry& entry) {
+  const batch::BatchOutputs& outputs = entry.outputs;
+  const std::string rest = fmt::format(
+      "{} {} {} {} {}x{}", outputs.report, outputs.surface.value_or("-"),
+      outputs.surface ? outputs.surface_resolution : 0, outputs.picture,
+      outputs.picture ? outputs.picture_width : 0, outputs.picture ? outputs.picture_height : 0);
+  const FitOptions options = checked_options(entry.options);
+  batch::FitKey key{{}, text_hash(to_json(options).dump() + rest)};
+  try {
+    key.inputs = file_hash(entry.mesh);
+  } catch (const InputError&) {
+    // Reading the mesh will say so.
+  }
+  return key;
+}
+
 /// This rank's queues: `jobs` for a CPU, one for any other device.
 std::vector<batch::BatchDevice> batch_devices(const BatchArguments& arguments,
                                               const LaunchedRanks& ranks) {
@@ -50,7 +164,8 @@ std::vector<batch::BatchDevice> batch_devices(const BatchArguments& arguments,
     const int queues = info.kind == DeviceKind::cpu ? arguments.jobs : 1;
     for (int i = 0; i < queues; ++i) {
       devices.push_back({describe(info), [place = fmt::format("{}:{}", info.platform, info.index)] {
-                           return make_fit_worker(place);
+                           return std::make_unique<FitWorker>(
+                               with_cached_tuning(Device::choose(place)));
                          }});
     }
   }
@@ -168,79 +283,72 @@ BatchStart start(const BatchArguments& arguments, const LaunchedRanks& ranks, Se
   return start;
 }
 
-batch::Exchange exchange_of(LaunchedRanks& ranks) {
-  return {static_cast<std::size_t>(ranks.rank()), static_cast<std::size_t>(ranks.size()),
-          [&ranks](const Ranks::Numbers& mine) { return ranks.all_gather(mine); }};
-}
-
 int run_batch(const BatchArguments& arguments, Session& session) {
   if (!arguments.status.empty()) return show_status(arguments, session);
   if (arguments.check) return check(arguments, session);
-  const auto ranks = join_ranks();
+  LaunchedRanks ranks;
   std::optional<BatchStart> started;
-  if (const int code = together(*ranks, [&]() -> int {
-        started.emplace(start(arguments, *ranks, session));
+  if (const int code = together(ranks, [&]() -> int {
+        started.emplace(start(arguments, ranks, session));
         return kDone;
       })) {
     return code;
   }
   std::vector<batch::EntryStatus> unsaved;
-  const int code = together(*ranks, [&]() -> int {
+  const int code = together(ranks, [&]() -> int {
     const auto& [manifest, options, devices, lock] = *started;
     BatchDisplay display(session.console, manifest.entries.size(), session.console.quiet());
     unsaved = batch::run_batch(
         manifest, devices, options, [&](const batch::BatchEvent& event) { display.show(event); },
-        session.interrupts.token(), exchange_of(*ranks));
+        session.interrupts.token(), &ranks);
     return unsaved.empty() ? kDone : kFailed;
   });
-  const int finished = together(*ranks, [&]() -> int {
-    return ranks->rank() == 0 ? finish(arguments, unsaved, session) : kDone;
+  const int finished = together(ranks, [&]() -> int {
+    return ranks.rank() == 0 ? finish(arguments, unsaved, session) : kDone;
   });
   return std::max(code, finished);
 }
 
 void describe_batch(Command command, BatchArguments& a) {
-  command.file("MANIFEST", a.manifest, "What to fit: a TOML file, as above").type("");
-  command.file("-o,--output", a.folder, "Folder for everything the batch writes").type("FOLDER");
+  command.file("MANIFEST", a.manifest, "", "What to fit: a TOML file, as above");
+  command.file("-o,--output", a.folder, "FOLDER", "Folder for everything the batch writes");
   command.flag("--check", a.check, "Only say what is wrong with the manifest");
   command.flag("--resume", a.resume,
                "Keep what is complete for the same meshes and options, and do the rest");
   command.flag("--retry-failed", a.retry_failed, "With --resume: try again what failed");
   command
       .word(
-          "--jobs", [&a](const std::string& text) { a.jobs = jobs_in(text); },
-          "Fits side by side on a CPU, 1 to 1024, or 'auto': 2, which keep it busy; a GPU "
-          "always does one at a time")
-      .type("NUMBER|auto")
+          "--jobs", "NUMBER|auto", [&a](const std::string& text) { a.jobs = jobs_in(text); },
+          "Fits side by side on a CPU, 1 to 1024, or 'auto': 2, which keep it busy; a GPU always "
+          "does one at a time")
       .default_text("1");
-  command.file("--status", a.status, "Only report the progress of the batch in this folder")
-      .type("FOLDER");
+  command.file("--status", a.status, "FOLDER",
+               "Only report the progress of the batch in this folder");
   add_device(command, a.device);
 }
 
 }  // namespace
 
 void add_batch(CommandLine& program, ChosenCommand& chosen) {
-  const CommandText text{
-      "batch", "Fit many meshes, resumable after any interruption",
-      "A manifest:\n"
-      "  [defaults]\n"
-      "  factors = 331               any option of 'qjulia fit', with _ for -\n"
-      "  picture = true              and surface = true: what to make of each map\n"
-      "  [[fit]]\n"
-      "  mesh = \"shapes/*.ply\"       a path or glob, from the manifest's folder\n"
-      "  [[fit]]\n"
-      "  mesh = \"bunny.obj\"\n"
-      "  name = \"bunny-fine\"\n"
-      "  factors = 1000\n"
-      "Examples:\n"
-      "  qjulia batch shapes.toml -o results\n"
-      "  qjulia batch shapes.toml -o results --resume     after whatever has happened\n"
-      "  qjulia batch --status results\n"
-      "  mpirun -np 4 qjulia batch shapes.toml -o results   on the machines mpirun is told\n"
-      "'--device all' uses every device there is. Exit code 1 while any entry is not done.",
-      /*can_trace=*/false};
-  add_command(program, chosen, text, describe_batch, run_batch);
+  add_command(program, chosen,
+              {"batch", "Fit many meshes, resumable after any interruption", R"(A manifest:
+  [defaults]
+  factors = 331               any option of 'qjulia fit', with _ for -
+  picture = true              and surface = true: what to make of each map
+  [[fit]]
+  mesh = "shapes/*.ply"       a path or glob, from the manifest's folder
+  [[fit]]
+  mesh = "bunny.obj"
+  name = "bunny-fine"
+  factors = 1000
+Examples:
+  qjulia batch shapes.toml -o results
+  qjulia batch shapes.toml -o results --resume     after whatever has happened
+  qjulia batch --status results
+  mpirun -np 4 qjulia batch shapes.toml -o results   on the machines mpirun is told
+'--device all' uses every device there is. Exit code 1 while any entry is not done.)",
+               /*can_trace=*/false},
+              describe_batch, run_batch);
 }
 
 }  // namespace qjulia::tools

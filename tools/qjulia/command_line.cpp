@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <sstream>
 
@@ -16,6 +17,20 @@
 
 namespace qjulia::tools {
 namespace {
+
+/// Words in lines of at most so many columns, each after `indent`.
+std::string wrapped(const std::vector<std::string>& words, std::size_t columns,
+                    const std::string& indent) {
+  std::string text, line;
+  for (const std::string& word : words) {
+    if (!line.empty() && line.size() + 1 + word.size() > columns) {
+      text += line + '\n';
+      line.clear();
+    }
+    line += (line.empty() ? indent : " ") + word;
+  }
+  return text + line;
+}
 
 /// CLI11's help with descriptions broken into lines and examples first. --help lists options of
 /// further groups by name alone; --help-all explains them.
@@ -28,19 +43,9 @@ class HelpFormat : public CLI::Formatter {
   }
 
   std::string make_option_desc(const CLI::Option* option) const override {
-    constexpr std::size_t kColumns = 64;
-    std::istringstream words(CLI::Formatter::make_option_desc(option));
-    words.exceptions(std::ios::badbit);
-    std::string text;
-    std::string line;
-    for (std::string word; words >> word;) {
-      if (!line.empty() && line.size() + 1 + word.size() > kColumns) {
-        text += line + '\n';
-        line.clear();
-      }
-      line += (line.empty() ? "" : " ") + word;
-    }
-    return text + line;
+    std::istringstream stream(CLI::Formatter::make_option_desc(option));
+    stream.exceptions(std::ios::badbit);
+    return wrapped({std::istream_iterator<std::string>(stream), {}}, 64, "");
   }
 
  private:
@@ -62,18 +67,9 @@ class HelpFormat : public CLI::Formatter {
 
   static std::string names_of(const std::string& group,
                               const std::vector<const CLI::Option*>& all) {
-    constexpr std::size_t kColumns = 92;
-    std::string text = fmt::format("\n{} (--help-all explains them):\n", group);
-    std::string line = " ";
-    for (const CLI::Option* option : all) {
-      const std::string name = option->get_name();
-      if (line.size() + 1 + name.size() > kColumns) {
-        text += line + '\n';
-        line = " ";
-      }
-      line += ' ' + name;
-    }
-    return text + line + '\n';
+    std::vector<std::string> names;
+    for (const CLI::Option* option : all) names.push_back(option->get_name());
+    return fmt::format("\n{} (--help-all explains them):\n{}\n", group, wrapped(names, 92, "  "));
   }
 };
 
@@ -171,23 +167,31 @@ std::string shown(const std::optional<Value>&) {
   return {};
 }
 
-const char* type_word(const Target& target) {
-  struct Word {
-    const char* operator()(const std::string*) const { return "TEXT"; }
-    const char* operator()(const int*) const { return "INT"; }
-    const char* operator()(const std::optional<int>*) const { return "INT"; }
-    const char* operator()(const std::uint64_t*) const { return "INT"; }
-    const char* operator()(const std::optional<std::uint64_t>*) const { return "INT"; }
-    const char* operator()(const double*) const { return "NUMBER"; }
-    const char* operator()(const std::optional<double>*) const { return "NUMBER"; }
-  };
-  return std::visit(Word{}, target);
-}
-
 /// "-o,--output": "--output".
 std::string longest_name(const std::string& names) {
   const auto comma = names.rfind(',');
   return comma == std::string::npos ? names : names.substr(comma + 1);
+}
+
+/// Reads numbers, and calls `take` with each `count` of them.
+auto number_reader(const std::string& names, int count,
+                   std::function<void(const std::vector<double>&)> take) {
+  return
+      [option = longest_name(names), count, take = std::move(take)](const CLI::results_t& words) {
+        return read_for(option, [&] {
+          std::vector<double> values;
+          for (const std::string& word : words) {
+            values.push_back(read_number<double>(word));
+            if (std::ssize(values) < count) continue;
+            take(values);
+            values.clear();
+          }
+        });
+      };
+}
+
+int count_words(const std::string& text) {
+  return 1 + static_cast<int>(std::ranges::count(text, ' '));
 }
 
 /// ".5" is a number and "-.5" is one too, which CLI11 takes for an option named ".".
@@ -203,16 +207,6 @@ bool is_direction(std::string_view word) { return word == "-x" || word == "-y" |
 double finite_number(const std::string& word) { return read_number<double>(word); }
 
 int whole_number(const std::string& word) { return read_number<int>(word); }
-
-Option Option::type(const std::string& word) const {
-  option_->type_name(word);
-  return *this;
-}
-
-Option Option::required() const {
-  option_->required();
-  return *this;
-}
 
 Option Option::range(double low, double high) const {
   option_->check(CLI::Validator(
@@ -233,8 +227,8 @@ Option Option::group(const std::string& title) const {
   return *this;
 }
 
-Option Option::excludes(Option other) const {
-  option_->excludes(other.option_);
+Option Option::excludes(std::initializer_list<Option> others) const {
+  for (const Option& other : others) option_->excludes(other.option_);
   return *this;
 }
 
@@ -247,67 +241,63 @@ std::string Option::name() const { return option_->get_name(); }
 
 bool Option::given() const { return option_->count() > 0; }
 
-Option Command::word(const std::string& names, std::function<void(const std::string&)> take,
+Option Command::word(const std::string& names, const std::string& type,
+                     std::function<void(const std::string&)> take,
                      const std::string& description) const {
   const auto read = [option = longest_name(names),
                      take = std::move(take)](const CLI::results_t& words) {
     return read_for(option, [&] { take(words.front()); });
   };
-  return Option(app_->add_option(names, read, description)).type("TEXT");
+  return Option(app_->add_option(names, read, description)->type_name(type));
 }
 
-Option Command::add(const std::string& names, Target target, const std::string& description) const {
+Option Command::add(const std::string& names, Target target, const std::string& type,
+                    const std::string& description) const {
   const auto take = [target](const std::string& word) {
     std::visit([&](auto* value) { read(word, *value); }, target);
   };
-  return word(names, take, description)
-      .type(type_word(target))
+  return word(names, type, take, description)
       .default_text(std::visit([](const auto* value) { return shown(*value); }, target));
 }
 
-Option Command::file(const std::string& names, std::string& target,
+Option Command::file(const std::string& names, std::string& target, const std::string& type,
                      const std::string& description) const {
   const auto take = [&target](const std::string& name) {
     if (name.empty()) throw InputError("the name is empty; give a file or folder");
     target = name;
   };
-  return word(names, take, description);
+  return word(names, type, take, description);
+}
+
+void Command::input(const std::string& name, std::string& target,
+                    const std::string& description) const {
+  file(name, target, "", description).option_->required();
+}
+
+void Command::output(std::string& target, const std::string& type,
+                     const std::string& description) const {
+  file("-o,--output", target, type, description).option_->required();
 }
 
 Option Command::flag(const std::string& names, bool& target, const std::string& description) const {
   return Option(app_->add_flag(names, target, description));
 }
 
-Option Command::numbers(const std::string& names, int count,
+Option Command::numbers(const std::string& names, const std::string& type,
                         std::function<void(const std::vector<double>&)> take,
                         const std::string& description) const {
-  const auto read = [option = longest_name(names),
-                     take = std::move(take)](const CLI::results_t& words) {
-    return read_for(option, [&] {
-      std::vector<double> values;
-      for (const std::string& word : words) values.push_back(read_number<double>(word));
-      take(values);
-    });
-  };
-  return Option(app_->add_option(names, read, description)->expected(count));
+  const int count = count_words(type);
+  return Option(app_->add_option(names, number_reader(names, count, std::move(take)), description)
+                    ->expected(count)
+                    ->type_name(type));
 }
 
-Option Command::repeated_numbers(const std::string& names, int count, int most,
+Option Command::repeated_numbers(const std::string& names, const std::string& type, int most,
                                  std::function<void(const std::vector<double>&)> take,
                                  const std::string& description) const {
-  const auto read = [option = longest_name(names), take = std::move(take),
-                     count](const CLI::results_t& words) {
-    return read_for(option, [&] {
-      std::vector<double> values;
-      for (const std::string& word : words) {
-        values.push_back(read_number<double>(word));
-        if (std::ssize(values) < count) continue;
-        take(values);
-        values.clear();
-      }
-    });
-  };
-  return Option(app_->add_option(names, read, description)
+  const int count = count_words(type);
+  return Option(app_->add_option(names, number_reader(names, count, std::move(take)), description)
+                    ->type_name(type)
                     ->type_size(count)
                     ->expected(1, most)
                     ->allow_extra_args(false));
@@ -324,7 +314,7 @@ Option Command::one_of(const std::string& names, const std::vector<std::string>&
     }
     take(static_cast<std::size_t>(found - words.begin()));
   };
-  return word(names, find, description).type(fmt::format("{}", fmt::join(words, "|")));
+  return word(names, fmt::format("{}", fmt::join(words, "|")), find, description);
 }
 
 void Command::footer(const std::string& text) const { app_->footer(text); }

@@ -27,14 +27,11 @@ int whole_number(const std::string& word);
 /// One option or positional argument of a command. A handle: copies are the same option.
 class Option {
  public:
-  /// The word for its value in the help; empty: none.
-  Option type(const std::string& word) const;
-  Option required() const;
   /// Values outside are refused.
   Option range(double low, double high) const;
   /// Its place in the help.
   Option group(const std::string& title) const;
-  Option excludes(Option other) const;
+  Option excludes(std::initializer_list<Option> others) const;
   /// The value that holds without it, as the help shows it.
   Option default_text(const std::string& text) const;
 
@@ -55,21 +52,28 @@ using Target = std::variant<std::string*, int*, std::uint64_t*, double*, std::op
 
 /// A command to describe. A handle: copies are the same command. Targets must outlive the parsing.
 /// @param names such as "-o,--output"; without dashes it is positional.
+/// @param type the words for its values in the help; empty: none.
 class Command {
  public:
-  Option add(const std::string& names, Target target, const std::string& description) const;
+  Option add(const std::string& names, Target target, const std::string& type,
+             const std::string& description) const;
   /// The name of a file or folder: not empty.
-  Option file(const std::string& names, std::string& target, const std::string& description) const;
+  Option file(const std::string& names, std::string& target, const std::string& type,
+              const std::string& description) const;
+  /// The file that a command reads: positional, and always given.
+  void input(const std::string& name, std::string& target, const std::string& description) const;
+  /// -o, the file that it writes: always given.
+  void output(std::string& target, const std::string& type, const std::string& description) const;
   Option flag(const std::string& names, bool& target, const std::string& description) const;
   /// A word that `take` reads. @param take throws InputError saying what is wrong with it.
-  Option word(const std::string& names, std::function<void(const std::string&)> take,
-              const std::string& description) const;
-  /// `count` finite numbers. @param take as above.
-  Option numbers(const std::string& names, int count,
+  Option word(const std::string& names, const std::string& type,
+              std::function<void(const std::string&)> take, const std::string& description) const;
+  /// As many finite numbers as `type` has words. @param take as above.
+  Option numbers(const std::string& names, const std::string& type,
                  std::function<void(const std::vector<double>&)> take,
                  const std::string& description) const;
   /// The same as often as the option is given, `most` times at most.
-  Option repeated_numbers(const std::string& names, int count, int most,
+  Option repeated_numbers(const std::string& names, const std::string& type, int most,
                           std::function<void(const std::vector<double>&)> take,
                           const std::string& description) const;
   /// One of `names_and_values`, by its name.

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
-#include "files.hpp"
 #include "map_options.hpp"
 #include "picture_options.hpp"
 #include "provenance.hpp"
@@ -17,8 +16,7 @@ namespace qjulia::tools {
 namespace {
 
 struct CompareArguments {
-  std::string map;
-  std::string mesh;
+  std::string map, mesh;
   std::string picture;  ///< empty: none
   PictureOptions view;
   std::string device;
@@ -84,16 +82,12 @@ int run_compare(const CompareArguments& arguments, Session& session) {
 void describe_compare(Command command, CompareArguments& a) {
   a.view.width = 640;
   a.view.height = 480;
-  command.file("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'").required().type("");
-  command.file("MESH", a.mesh, "The mesh it was fitted to: .obj, .off, .ply or .stl")
-      .required()
-      .type("");
-  command.add("--resolution", &a.options.resolution, "Cells along each side of the cube");
-  command
-      .file("--picture", a.picture,
-            "Also draw mesh, potential, set and the distance of set from mesh as colour:\n"
-            ".png of four pictures with a scale")
-      .type("FILE.png");
+  command.input("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'");
+  command.input("MESH", a.mesh, "The mesh it was fitted to: .obj, .off, .ply or .stl");
+  command.add("--resolution", &a.options.resolution, "INT", "Cells along each side of the cube");
+  command.file("--picture", a.picture, "FILE.png",
+               "Also draw mesh, potential, set and the distance of set from mesh as colour: .png "
+               "of four pictures with a scale");
   command.flag("--limbs", a.options.limbs,
                "Also count the mesh's limbs (arms, legs, ears; a tenth of its longest side and "
                "more), and those that the set keeps to the last quarter of their length");
@@ -106,17 +100,16 @@ void describe_compare(Command command, CompareArguments& a) {
 }  // namespace
 
 void add_compare(CommandLine& program, ChosenCommand& chosen) {
-  const CommandText text{
-      "compare", "Measure how well a map fits a mesh",
-      "Example:\n"
-      "  qjulia compare bunny.qjulia.json bunny.obj\n"
-      "  qjulia compare bunny.qjulia.json bunny.obj --picture bunny.png --azimuth 120\n"
-      "IoU is volume in common over volume in either: 1 is a perfect fit. It is taken over a cube\n"
-      "centred on the mesh's box, side 1.15 times its longest side. Distances are between the two\n"
-      "surfaces. Roughness is the set's area over the mesh's: detail makes it grow. Energy is -1\n"
-      "for a perfect fit. The first line is for n = 1, the second for --iterations.\n" +
-          std::string(kMapOptionsHelp)};
-  add_command(program, chosen, text, describe_compare, run_compare);
+  add_command(program, chosen,
+              {"compare", "Measure how well a map fits a mesh", std::string(R"(Example:
+  qjulia compare bunny.qjulia.json bunny.obj
+  qjulia compare bunny.qjulia.json bunny.obj --picture bunny.png --azimuth 120
+IoU is volume in common over volume in either: 1 is a perfect fit. It is taken over a cube
+centred on the mesh's box, side 1.15 times its longest side. Distances are between the two
+surfaces. Roughness is the set's area over the mesh's: detail makes it grow. Energy is -1
+for a perfect fit. The first line is for n = 1, the second for --iterations.
+)") + kMapOptionsHelp},
+              describe_compare, run_compare);
 }
 
 }  // namespace qjulia::tools

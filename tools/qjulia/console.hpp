@@ -3,10 +3,11 @@
 /// Printing never throws and never ends the process: what a command has made is worth more than
 /// what it says about it.
 
+#include <chrono>
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "progress_display.hpp"
+#include "qjulia/progress.hpp"
 
 namespace qjulia::tools {
 
@@ -15,6 +16,22 @@ struct Verbosity {
   bool quiet = false;    ///< only results, warnings and errors
   bool verbose = false;  ///< also where the time went
   bool json = false;     ///< the result as one JSON object
+};
+
+/// Progress: a bar with the time left on a terminal, now and then a line elsewhere.
+class ProgressDisplay {
+ public:
+  ProgressDisplay();
+  void show(const Progress& progress);
+  /// Removes the bar, so that other text can be written in its place.
+  void clear();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool terminal_;
+  bool drawn_ = false;
+  std::string activity_;
+  Clock::time_point last_;
 };
 
 class Console {
@@ -55,8 +72,16 @@ void prepare_standard_streams();
 /// To standard error, as it stands.
 void print_error(const std::string& text);
 
-/// A line to standard output. @return whether it was written; also where a pipe's reader, such as
-/// `head`, has had enough.
-bool print_result(const std::string& text);
+/// "0:12" or "1:02:03".
+std::string clock_time(double seconds);
+
+/// Of standard error; 80 when it is no terminal.
+std::size_t terminal_columns();
+
+/// "43 %, 0:12 left, E -0.97": everything of a moment but its activity.
+std::string describe(const Progress& progress);
+
+/// The bar and its text, cut to `columns` characters.
+std::string bar_line(const Progress& progress, std::size_t columns);
 
 }  // namespace qjulia::tools

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "commands.hpp"
-#include "files.hpp"
 #include "map_options.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
@@ -16,10 +15,7 @@ namespace qjulia::tools {
 namespace {
 
 struct ConvertArguments {
-  std::string input;
-  std::string output;
-  std::string device;
-  std::string portals;
+  std::string input, output, device, portals;
   MapOptions map_options;
   std::optional<UpAxis> up;
 };
@@ -76,23 +72,15 @@ int run_convert(const ConvertArguments& arguments, Session& session) {
 }
 
 void describe_convert(Command command, ConvertArguments& a) {
-  command
-      .file("IN", a.input,
-            "Map: .qjulia.json, .o3d or .poly4d of the papers' programs; or .f3d, a distance field "
-            "of theirs, which becomes a mesh")
-      .required()
-      .type("");
-  command
-      .file("OUT", a.output,
-            "Map file to write, such as bunny.qjulia.json; of an .f3d a mesh: .ply, .obj, .stl, "
-            ".off or .glb")
-      .required()
-      .type("");
-  command
-      .file("--portals", a.portals,
-            "Portals from a text file of the papers' program, for a shape in its box of side 1 "
-            "about the origin; those of the map are replaced")
-      .type("TEXT");
+  command.input("IN", a.input,
+                "Map: .qjulia.json, .o3d or .poly4d of the papers' programs; or .f3d, a distance "
+                "field of theirs, which becomes a mesh");
+  command.input("OUT", a.output,
+                "Map file to write, such as bunny.qjulia.json; of an .f3d a mesh: .ply, .obj, "
+                ".stl, .off or .glb");
+  command.file("--portals", a.portals, "TEXT",
+               "Portals from a text file of the papers' program, for a shape in its box of side 1 "
+               "about the origin; those of the map are replaced");
   add_up(command, a.up, "The shape's axis that points up; auto is what the map says");
   add_knobs(command, a.map_options);
   add_device(command, a.device);
@@ -101,20 +89,19 @@ void describe_convert(Command command, ConvertArguments& a) {
 }  // namespace
 
 void add_convert(CommandLine& program, ChosenCommand& chosen) {
-  const CommandText text{
-      "convert", "Make a map file of another map",
-      "Examples:\n"
-      "  qjulia convert bunny.o3d bunny.qjulia.json      a map of the original program\n"
-      "  qjulia convert bunny.f3d bunny.ply              a distance field of the papers'\n"
-      "  qjulia convert bunny.poly4d versor.qjulia.json  a polynomial, for 'shape --versor'\n"
-      "  qjulia convert bunny.qjulia.json stack.qjulia.json --portals bunny.txt\n"
-      "  qjulia convert bunny.qjulia.json crust.qjulia.json --drift 0.8 --detail 0.03\n"
-      "  qjulia convert lying.qjulia.json standing.qjulia.json --up z\n"
-      "With knobs it writes a map with its settings baked in: 'surface' and 'render' make of it,\n"
-      "without options, what they would make of the first with these.\n" +
-          std::string(kMapOptionsHelp),
-      /*can_trace=*/false};
-  add_command(program, chosen, text, describe_convert, run_convert);
+  add_command(program, chosen,
+              {"convert", "Make a map file of another map", std::string(R"(Examples:
+  qjulia convert bunny.o3d bunny.qjulia.json      a map of the original program
+  qjulia convert bunny.f3d bunny.ply              a distance field of the papers'
+  qjulia convert bunny.poly4d versor.qjulia.json  a polynomial, for 'shape --versor'
+  qjulia convert bunny.qjulia.json stack.qjulia.json --portals bunny.txt
+  qjulia convert bunny.qjulia.json crust.qjulia.json --drift 0.8 --detail 0.03
+  qjulia convert lying.qjulia.json standing.qjulia.json --up z
+With knobs it writes a map with its settings baked in: 'surface' and 'render' make of it,
+without options, what they would make of the first with these.
+)") + kMapOptionsHelp,
+               /*can_trace=*/false},
+              describe_convert, run_convert);
 }
 
 }  // namespace qjulia::tools

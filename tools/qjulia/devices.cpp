@@ -6,7 +6,6 @@
 
 #include "commands.hpp"
 #include "device_obstacles.hpp"
-#include "qjulia/error.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -51,16 +50,15 @@ int run_devices(const std::string& wanted, Session& session) {
 }  // namespace
 
 void add_devices(CommandLine& program, ChosenCommand& chosen) {
-  const CommandText text{
-      "devices", "List the OpenCL devices that can compute",
-      "Examples:\n"
-      "  qjulia devices                  every device; the one commands use has a star\n"
-      "  qjulia devices --device cpu     would this choose the right one?\n"
-      "'qjulia doctor' checks a device; docs/devices.md says what is known of each platform.\n"
-      "Exit code 3 means that there is none, or none of that name. On a machine without a GPU,\n"
-      "'apt-get install pocl-opencl-icd' makes the CPU one.",
-      /*can_trace=*/false};
-  add_command(program, chosen, text, add_device, run_devices);
+  add_command(program, chosen,
+              {"devices", "List the OpenCL devices that can compute", R"(Examples:
+  qjulia devices                  every device; the one commands use has a star
+  qjulia devices --device cpu     would this choose the right one?
+'qjulia doctor' checks a device; docs/devices.md says what is known of each platform.
+Exit code 3 means that there is none, or none of that name. On a machine without a GPU,
+'apt-get install pocl-opencl-icd' makes the CPU one.)",
+               /*can_trace=*/false},
+              add_device, run_devices);
 }
 
 }  // namespace qjulia::tools

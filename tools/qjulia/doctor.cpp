@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -97,18 +96,16 @@ int run_doctor(const std::string& wanted, Session& session) {
 }  // namespace
 
 void add_doctor(CommandLine& program, ChosenCommand& chosen) {
-  const CommandText text{
-      "doctor", "Check that a device computes what it should",
-      "Examples:\n"
-      "  qjulia doctor                   the device that commands would use\n"
-      "  qjulia doctor --device gpu      the first GPU\n"
-      "  qjulia doctor --json > report.json\n"
-      "Builds every program in the layout and precision that commands would use, and compares "
-      "small\n"
-      "results with references on the host: a few seconds, more while a driver compiles for the\n"
-      "first time. Exit code 1 when a program fails. docs/devices.md says what is known of each\n"
-      "platform, and how to install its driver."};
-  add_command(program, chosen, text, add_device, run_doctor);
+  add_command(program, chosen,
+              {"doctor", "Check that a device computes what it should", R"(Examples:
+  qjulia doctor                   the device that commands would use
+  qjulia doctor --device gpu      the first GPU
+  qjulia doctor --json > report.json
+Builds every program in the layout and precision that commands would use, and compares small
+results with references on the host: a few seconds, more while a driver compiles for the
+first time. Exit code 1 when a program fails. docs/devices.md says what is known of each
+platform, and how to install its driver.)"},
+              add_device, run_doctor);
 }
 
 }  // namespace qjulia::tools

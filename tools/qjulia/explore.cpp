@@ -123,25 +123,19 @@ int run_explore(const ExploreArguments& arguments, Session& session) {
 }
 
 void describe_explore(Command command, ExploreArguments& a) {
-  command
-      .file("MAP|MESH", a.input,
-            "Map file, a page with one, or a mesh (.obj, .off, .ply, .stl), which is fitted first, "
-            "on the page")
-      .required()
-      .type("");
-  command.file("-o,--output", a.output, "Map file to write when a mesh is fitted. Default: none")
-      .type("MAP");
+  command.input("MAP|MESH", a.input,
+                "Map file, a page with one, or a mesh (.obj, .off, .ply, .stl), which is fitted "
+                "first, on the page");
+  command.file("-o,--output", a.output, "MAP",
+               "Map file to write when a mesh is fitted. Default: none");
   add_fit_size(command, a.fit,
                "Seconds after which a mesh's fit ends with what it has reached. Default: none");
   command.flag("--open", a.opens, "Open the page in the desktop's browser");
-  command.add("--port", &a.options.port, "Port of the page; 0: any that is free")
-      .range(0, 65535)
-      .type("N");
-  command
-      .add("--host", &a.options.host,
-           "Address of this machine to listen on. Others than the default can be reached by "
-           "whoever is on the network")
-      .type("ADDRESS");
+  command.add("--port", &a.options.port, "N", "Port of the page; 0: any that is free")
+      .range(0, 65535);
+  command.add("--host", &a.options.host, "ADDRESS",
+              "Address of this machine to listen on. Others than the default can be reached by "
+              "whoever is on the network");
   command.flag("--keep-loose", a.options.keep_loose,
                "Draw all connected parts of the set, as 'qjulia render' does with it");
   add_device(command, a.device);
@@ -150,17 +144,15 @@ void describe_explore(Command command, ExploreArguments& a) {
 }  // namespace
 
 void add_explore(CommandLine& program, ChosenCommand& chosen) {
-  const CommandText text{"explore", "Play with a map in a browser",
-                         "Examples:\n"
-                         "  qjulia explore bunny.qjulia.json --open\n"
-                         "  qjulia explore bunny.obj --open          shows the fit as it runs\n"
-                         "Prints the address of a page with a slider for every option of the map; "
-                         "this machine's device\n"
-                         "draws. The page is for this machine alone, and its address has a token "
-                         "that nobody can guess.\n"
-                         "'qjulia share' makes a page for others. See docs/explore.md.",
-                         /*can_trace=*/false};
-  add_command(program, chosen, text, describe_explore, run_explore);
+  add_command(program, chosen,
+              {"explore", "Play with a map in a browser", R"(Examples:
+  qjulia explore bunny.qjulia.json --open
+  qjulia explore bunny.obj --open          shows the fit as it runs
+Prints the address of a page with a slider for every option of the map; this machine's device
+draws. The page is for this machine alone, and its address has a token that nobody can guess.
+'qjulia share' makes a page for others. See docs/explore.md.)",
+               /*can_trace=*/false},
+              describe_explore, run_explore);
 }
 
 }  // namespace qjulia::tools

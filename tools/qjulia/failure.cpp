@@ -11,14 +11,9 @@
 #include "qjulia/error.hpp"
 
 namespace qjulia::tools {
+namespace {
 
-int exit_code_of(const std::exception& error) {
-  if (dynamic_cast<const InputError*>(&error) != nullptr) return kBadInput;
-  if (dynamic_cast<const NoDeviceError*>(&error) != nullptr) return kNoDevice;
-  if (dynamic_cast<const Interrupted*>(&error) != nullptr) return kInterrupted;
-  return kFailed;
-}
-
+/// The option that sets a field of an options struct: "max_evaluations" is "--max-evaluations".
 std::string option_name(std::string field) {
   constexpr std::array<std::pair<const char*, const char*>, 4> kOthers{
       {{"lane_width", "--width"},
@@ -30,6 +25,15 @@ std::string option_name(std::string field) {
   }
   std::ranges::replace(field, '_', '-');
   return "--" + field;
+}
+
+}  // namespace
+
+int exit_code_of(const std::exception& error) {
+  if (dynamic_cast<const InputError*>(&error) != nullptr) return kBadInput;
+  if (dynamic_cast<const NoDeviceError*>(&error) != nullptr) return kNoDevice;
+  if (dynamic_cast<const Interrupted*>(&error) != nullptr) return kInterrupted;
+  return kFailed;
 }
 
 std::string message_of(const std::exception& error) {

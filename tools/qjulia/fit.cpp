@@ -25,9 +25,7 @@ namespace qjulia::tools {
 namespace {
 
 struct FitCommandArguments {
-  std::string mesh;
-  std::string output;
-  std::string device;
+  std::string mesh, output, device;
   std::string report;  ///< folder; empty: none
   FitArguments fit;
   bool resume = false;
@@ -89,7 +87,7 @@ void make_report(const FitCommandArguments& arguments, const Device& device,
   const TraceStage stage(session.trace(), "report");
   const std::string title = std::filesystem::path(arguments.mesh).filename().string();
   const report::FitReport report =
-      report::make_report(device, mesh, result, title, {}, session.monitor());
+      report::make_report(device, mesh, result, title, session.monitor());
   report::write_report(report, report_file(arguments));
 }
 
@@ -174,62 +172,56 @@ int save(const FitCommandArguments& arguments, const FitOptions& options, const 
 }
 
 int run_fit(const FitCommandArguments& arguments, Session& session) {
-  const auto ranks = join_ranks();
-  if (ranks->rank() > 0) session.leave_trace();  // rank 0 writes it
+  LaunchedRanks ranks;
+  if (ranks.rank() > 0) session.leave_trace();  // rank 0 writes it
   FitOptions options;
   FitStart begun;
-  const int code = together(*ranks, [&]() -> int {
+  const int code = together(ranks, [&]() -> int {
     options = checked_options(arguments.fit);
-    if (!arguments.fit.sample_parts) options.sample_parts = ranks->size();
-    begun = start(arguments, options, *ranks, session);
+    if (!arguments.fit.sample_parts) options.sample_parts = ranks.size();
+    begun = start(arguments, options, ranks, session);
     return kDone;
   });
   if (code != kDone) return code;
-  if (ranks->all_gather({begun.is_done ? 1.0 : 0.0}).front().front() != 0) {
-    return ranks->rank() == 0
-               ? show_finished(arguments, own_device(*ranks, arguments.device), session)
+  if (ranks.all_gather({begun.is_done ? 1.0 : 0.0}).front().front() != 0) {
+    return ranks.rank() == 0
+               ? show_finished(arguments, own_device(ranks, arguments.device), session)
                : kDone;
   }
-  return together(*ranks, [&]() -> int {
+  return together(ranks, [&]() -> int {
     FitOptions remaining = options;
     // The limit covers the whole command; some time must remain.
     remaining.time_limit = std::max(options.time_limit - session.seconds(), 1e-3);
     remaining.checkpoint = checkpoint_file(arguments);
     remaining.resume = arguments.resume;
-    FitResult result = fit(*begun.device, begun.mesh, remaining, session.monitor(), *ranks);
-    return ranks->rank() == 0 ? save(arguments, options, begun, std::move(result), session) : kDone;
+    FitResult result = fit(*begun.device, begun.mesh, remaining, session.monitor(), ranks);
+    return ranks.rank() == 0 ? save(arguments, options, begun, std::move(result), session) : kDone;
   });
 }
 
 void describe_fit(Command command, FitCommandArguments& a) {
-  command.file("MESH", a.mesh, "Triangle mesh: .obj, .off, .ply or .stl").required().type("");
-  command.file("-o,--output", a.output, "Map file to write, such as bunny.qjulia.json")
-      .required()
-      .type("MAP");
+  command.input("MESH", a.mesh, "Triangle mesh: .obj, .off, .ply or .stl");
+  command.output(a.output, "MAP", "Map file to write, such as bunny.qjulia.json");
   add_fit_options(command, a.fit);
   command.flag("--resume", a.resume,
                "Go on where an earlier run of the same command was stopped or killed: it kept "
                "MAP.checkpoint. Without one, start afresh; with the finished map, do nothing");
-  command
-      .file("--report", a.report,
-            "Folder for report.html: pictures, curves, figures and options on one page "
-            "that needs nothing else. Made after the fit, in some seconds more")
-      .type("DIR");
+  command.file("--report", a.report, "DIR",
+               "Folder for report.html: pictures, curves, figures and options on one page that "
+               "needs nothing else. Made after the fit, in some seconds more");
   add_device(command, a.device);
 }
 
 }  // namespace
 
 void add_fit(CommandLine& program, ChosenCommand& chosen) {
-  const CommandText text{
-      "fit", "Fit a map to a mesh",
-      "Examples:\n"
-      "  qjulia fit bunny.obj -o bunny.qjulia.json\n"
-      "  qjulia fit bunny.obj -o quick.qjulia.json --factors 100 --time-limit 20\n"
-      "Meshes with holes are welcome; what is wrong with them is reported. Ctrl-C ends the fit\n"
-      "and saves what was reached (exit code 130); --resume then goes on. A resumed fit ends with\n"
-      "the same factors as one that was never stopped, unless a time limit ends it."};
-  add_command(program, chosen, text, describe_fit, run_fit);
+  add_command(program, chosen, {"fit", "Fit a map to a mesh", R"(Examples:
+  qjulia fit bunny.obj -o bunny.qjulia.json
+  qjulia fit bunny.obj -o quick.qjulia.json --factors 100 --time-limit 20
+Meshes with holes are welcome; what is wrong with them is reported. Ctrl-C ends the fit
+and saves what was reached (exit code 130); --resume then goes on. A resumed fit ends with
+the same factors as one that was never stopped, unless a time limit ends it.)"},
+              describe_fit, run_fit);
 }
 
 }  // namespace qjulia::tools

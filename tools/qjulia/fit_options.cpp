@@ -31,48 +31,33 @@ void add_fit_size(Command command, FitArguments& a, const char* time_limit_help)
     }
   };
   command
-      .word("--factors", read_factors,
+      .word("--factors", "NUMBER|auto", read_factors,
             "Factors of the map, 8 to 20000, or 'auto': as many as settle in the time limit on "
             "this device, or as the schedule says where there is none. More follow the shape more "
             "closely; the fit, surfaces and pictures take longer")
-      .type("NUMBER|auto")
       .default_text("auto");
-  command.add("--time-limit", &a.time_limit, time_limit_help).type("SECONDS");
+  command.add("--time-limit", &a.time_limit, "SECONDS", time_limit_help);
 }
 
 void add_fit_options(Command command, FitArguments& a) {
   add_fit_size(command, a,
                "Seconds of the whole command, with --resume of this run; the map reached by then "
                "is saved. Default: none");
-  command.add("--max-factors", &a.options.max_factors,
+  command.add("--max-factors", &a.options.max_factors, "INT",
               "The largest number that 'auto' stands for, 8 to 20000");
-  add_detail(
-      command, [&a](const DetailChoice& detail) { a.options.detail = detail; },
-      "'surface' and 'render' can change it later")
-      .default_text(to_string(a.options.detail));
-  command.add(
-      "--tufts", &a.options.tufts,
-      "How many times as steep the field is outside the shape, 1 to 100: above 1 tufts that "
-      "stand off the shape are shorter, and fewer pieces come loose. 'surface' and 'render' "
-      "can change it later");
-  add_up(command, a.options.up,
-         "The mesh's axis that points up in pictures, and in files that have an up of their own. "
-         "auto: the mesh's flattest, widest end is down; where none is, y is up");
-  command
-      .add("--target-iou", &a.options.target_iou,
-           "End once a stage reaches this IoU on a coarse grid, above 0 to 1. Default: do not")
-      .type("NUMBER");
-  command.add("--max-evaluations", &a.options.max_evaluations,
+  add_detail(command, a.options.detail);
+  add_tufts_and_up(command, a.options.tufts, a.options.up);
+  command.add("--target-iou", &a.options.target_iou, "NUMBER",
+              "End once a stage reaches this IoU on a coarse grid, above 0 to 1. Default: do not");
+  command.add("--max-evaluations", &a.options.max_evaluations, "INT",
               "Maximum number of evaluations of energy and gradient; 0: the schedule's default");
-  command
-      .add("--seed", &a.options.seed,
-           "Seed of all random choices. The same seed, options and device give the same "
-           "factors bit for bit, unless a time limit ends the fit or 'qjulia profile --tune' has "
-           "changed the device's settings")
-      .type("INT");
-  command.add("--schedule", &a.options.schedule,
-              "What the fit does, level by level: 'tight', 'fast' (shorter, coarser), 'paper' "
-              "(the course of Kim 2015), or a .toml file of levels");
+  command.add("--seed", &a.options.seed, "INT",
+              "Seed of all random choices. The same seed, options and device give the same factors "
+              "bit for bit, unless a time limit ends the fit or 'qjulia profile --tune' has "
+              "changed the device's settings");
+  command.add("--schedule", &a.options.schedule, "TEXT",
+              "What the fit does, level by level: 'tight', 'fast' (shorter, coarser), 'paper' (the "
+              "course of Kim 2015), or a .toml file of levels");
   command.flag("--polish", a.options.polish,
                "Spend the last two fifths of the fit on the iterated set itself, at the wanted "
                "detail: closer to the shape, and less rough");
@@ -83,7 +68,7 @@ void add_fit_options(Command command, FitArguments& a) {
                  {{"depth", Placement::depth}, {"paper", Placement::paper}},
                  "Where factors start: 'depth' spreads them inside and about the shape, 'paper' "
                  "puts them on the surface as point charges (Kim 2015)");
-  command.add("--sample-parts", &a.sample_parts,
+  command.add("--sample-parts", &a.sample_parts, "INT",
               "Equal parts of the samples over which energies are summed; under mpirun, ranks "
               "share them. The same number gives the same factors bit for bit on any number of "
               "ranks. Default: the number of ranks");

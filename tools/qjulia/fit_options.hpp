@@ -2,7 +2,6 @@
 /// The options of a fit, as `fit` takes them on its command line and `batch` in its manifest.
 
 #include <optional>
-#include <string>
 
 #include "batch/batch.hpp"
 #include "command_line.hpp"

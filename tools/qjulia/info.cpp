@@ -4,16 +4,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "base/input_file.hpp"
+#include "base/text.hpp"
 #include "commands.hpp"
-#include "embedded_note.hpp"
 #include "files.hpp"
 #include "map_options.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/figures.hpp"
+#include "qjulia/file_types.hpp"
 #include "qjulia/label_check.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/mesh.hpp"
@@ -48,13 +51,16 @@ struct Answer {
   nlohmann::json json;
 
   void add(const std::string& line) { text += "\n" + line; }
+  /// A line, and the same for programs.
+  void add(const std::string& line, const char* name, nlohmann::json value) {
+    add(line);
+    json[name] = std::move(value);
+  }
 };
 
 struct InfoArguments {
-  std::string file;
-  std::string device;
-  bool check_precision = false;
-  bool printable = false;
+  std::string file, device;
+  bool check_precision = false, printable = false;
   double nozzle = 0.4;
 };
 
@@ -178,27 +184,31 @@ Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
 }
 
 void describe_member(const char* name, const Quaternion& q, Answer& answer) {
-  answer.add(fmt::format("{:<13} ({}, {}, {}, {})", name, q.x, q.y, q.z, q.w));
-  answer.json[name] = {q.x, q.y, q.z, q.w};
+  answer.add(fmt::format("{:<13} ({}, {}, {}, {})", name, q.x, q.y, q.z, q.w), name,
+             {q.x, q.y, q.z, q.w});
 }
 
 void describe_member(const char* name, const DistanceModulus& distance, Answer& answer) {
   const auto [nx, ny, nz] = distance.grid->data().cells;
-  const bool is_round = distance.fourth == FourthCoordinate::round;
+  const char* fourth = distance.fourth == FourthCoordinate::round ? "round" : "ignored";
   answer.add(fmt::format("{:<13} {} x {} x {} cells of {:.3g}, map units; fourth coordinate {}",
-                         name, nx, ny, nz, distance.step, is_round ? "round" : "ignored"));
-  answer.json[name] = {{"cells", {nx, ny, nz}},
-                       {"step", distance.step},
-                       {"shell", distance.shell},
-                       {"fourth", is_round ? "round" : "ignored"}};
+                         name, nx, ny, nz, distance.step, fourth),
+             name,
+             {{"cells", {nx, ny, nz}},
+              {"step", distance.step},
+              {"shell", distance.shell},
+              {"fourth", fourth}});
 }
 
 void describe_member(const char* name, const NoiseVersor& noise, Answer& answer) {
   const char* values = noise.values == NoiseValues::vectors ? "vectors" : "quaternions";
   answer.add(fmt::format("{:<13} {} octaves from {:.4g} cells a map unit on, seed {}; {}", name,
-                         noise.octaves, noise.scale, noise.seed, values));
-  answer.json[name] = {
-      {"octaves", noise.octaves}, {"scale", noise.scale}, {"seed", noise.seed}, {"values", values}};
+                         noise.octaves, noise.scale, noise.seed, values),
+             name,
+             {{"octaves", noise.octaves},
+              {"scale", noise.scale},
+              {"seed", noise.seed},
+              {"values", values}});
 }
 
 /// What the modulus and the versor are made of.
@@ -257,26 +267,21 @@ void describe_paint(const RationalMap& map, Answer& answer) {
 }
 
 void describe_shape(const RationalMap& map, Answer& answer) {
-  if (map.detail) {
-    answer.add(fmt::format("detail        {:.4g} of the box's diagonal", *map.detail));
-    answer.json["detail"] = *map.detail;
+  if (const auto& detail = map.detail) {
+    answer.add(fmt::format("detail        {:.4g} of the box's diagonal", *detail), "detail",
+               *detail);
   }
   if (map.detail && map.box) {
     const double thickness = *map.detail * map.box->diagonal();
-    answer.add(fmt::format("shell         {:.4g} thick, shape units", thickness));
-    answer.json["shell_thickness"] = thickness;
+    answer.add(fmt::format("shell         {:.4g} thick, shape units", thickness), "shell_thickness",
+               thickness);
   }
-  if (map.inradius) {
-    answer.add(fmt::format("inradius      {:.4g}, shape units", *map.inradius));
-    answer.json["inradius"] = *map.inradius;
+  if (const auto& r = map.inradius) {
+    answer.add(fmt::format("inradius      {:.4g}, shape units", *r), "inradius", *r);
   }
-  if (map.box) {
-    answer.add(to_text(*map.box));
-    answer.json["box"] = to_json(*map.box);
-  }
+  if (map.box) answer.add(to_text(*map.box), "box", to_json(*map.box));
   if (map.up) {
-    answer.add(fmt::format("up            {}", to_string(*map.up)));
-    answer.json["up"] = to_string(*map.up);
+    answer.add(fmt::format("up            {}", to_string(*map.up)), "up", to_string(*map.up));
   }
 }
 
@@ -286,17 +291,16 @@ void describe_orbits(const RationalMap& map, const Device& device, const std::st
   const StopRadii stops = find_stop_radii(device, map, {}, stop);
   const std::vector<Quaternion> origin{{0, 0, 0, map.slice}};
   const double depth = Field(device, map).at(origin).front();
-  const bool bounded = std::isfinite(stops.outer);
-  answer.add(fmt::format("r_in          {}", stops.inner > 0
-                                                 ? fmt::format("{:.4g}, map units", stops.inner)
-                                                 : "none: no ball is mapped into itself"));
-  answer.add(fmt::format("r_out         {}", bounded ? fmt::format("{:.4g}, map units", stops.outer)
-                                                     : "none: the set is not bounded"));
-  answer.add(fmt::format("F1 at origin  {:.4g}", depth));
-  answer.json.update(
-      {{"inner_radius", stops.inner > 0 ? nlohmann::json(stops.inner) : nlohmann::json()},
-       {"outer_radius", bounded ? nlohmann::json(stops.outer) : nlohmann::json()},
-       {"field_at_origin", depth}});
+  const auto add_radius = [&](const char* label, const char* name, double radius, bool is_known,
+                              const char* otherwise) {
+    answer.add(label + (is_known ? fmt::format("{:.4g}, map units", radius) : otherwise), name,
+               is_known ? nlohmann::json(radius) : nlohmann::json());
+  };
+  add_radius("r_in          ", "inner_radius", stops.inner, stops.inner > 0,
+             "none: no ball is mapped into itself");
+  add_radius("r_out         ", "outer_radius", stops.outer, std::isfinite(stops.outer),
+             "none: the set is not bounded");
+  answer.add(fmt::format("F1 at origin  {:.4g}", depth), "field_at_origin", depth);
   if (depth > kDeepEnough && map.is_rational()) {
     const std::string warning = fmt::format(
         "F1 at the origin is above {}: the iterated set is near dissolving; use a smaller --detail",
@@ -353,6 +357,89 @@ Answer map_info(const InfoArguments& arguments, const Session& session) {
   return answer;
 }
 
+/// Notes stand at the beginning of a file, before pixels and vertices.
+constexpr std::uint64_t kLongestBeginning = std::uint64_t{1} << 20;
+
+std::uint32_t unsigned_at(std::string_view bytes, std::size_t at, bool big_endian) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto byte = static_cast<unsigned char>(bytes[at + (big_endian ? i : 3 - i)]);
+    value = value << 8U | byte;
+  }
+  return value;
+}
+
+/// PNG specification, 5.3: length, type, data, CRC; the first chunk is IHDR.
+nlohmann::json picture_note(std::string_view bytes) {
+  using namespace std::string_view_literals;
+  constexpr std::size_t kSignature = 8, kType = 4, kData = 8, kFrame = 12;
+  constexpr std::string_view kKeyword = "qjulia\0"sv;
+  nlohmann::json json;
+  for (std::size_t chunk = kSignature; chunk + kFrame <= bytes.size();) {
+    const std::size_t length = unsigned_at(bytes, chunk, true);
+    const std::string_view type = bytes.substr(chunk + kType, 4);
+    if (length > bytes.size() - chunk - kFrame || type == "IDAT") break;
+    const std::string_view data = bytes.substr(chunk + kData, length);
+    if (type == "IHDR" && length >= 8) {
+      json["width"] = unsigned_at(data, 0, true);
+      json["height"] = unsigned_at(data, 4, true);
+    } else if (type == "tEXt" && data.starts_with(kKeyword)) {
+      json["made_with"] = nlohmann::json::parse(data.substr(kKeyword.size()));
+    }
+    chunk += kFrame + length;
+  }
+  return json;
+}
+
+/// glTF 2.0, 4.4: a header of 12 bytes, then length and type of the JSON chunk.
+nlohmann::json scene_note(std::string_view bytes) {
+  constexpr std::size_t kChunk = 12, kData = 20;
+  if (bytes.size() < kData) return {};
+  const nlohmann::json scene =
+      nlohmann::json::parse(bytes.substr(kData, unsigned_at(bytes, kChunk, false)));
+  nlohmann::json json;
+  const nlohmann::json& primitive = scene.at("meshes").at(0).at("primitives").at(0);
+  const auto count = [&](const nlohmann::json& accessor) {
+    return scene.at("accessors").at(accessor.get<std::size_t>()).at("count").get<std::uint64_t>();
+  };
+  json["vertices"] = count(primitive.at("attributes").at("POSITION"));
+  json["triangles"] = count(primitive.at("indices")) / 3;
+  const std::string note = scene.at("asset").at("extras").at("made_with");
+  json["made_with"] = nlohmann::json::parse(note);
+  return json;
+}
+
+/// Reads the note that `render`, `compare` and `surface` leave in pictures (.png, a tEXt chunk) and
+/// scenes (.glb, asset.extras.made_with).
+/// @return the note under "made_with", and "width" and "height" of a picture or "vertices" and
+/// "triangles" of a scene.
+/// @throws InputError when the file is neither, or says nothing.
+nlohmann::json read_embedded_note(const std::filesystem::path& path, const std::stop_token& stop) {
+  base::InputFile file(path, "file", std::numeric_limits<std::uint64_t>::max(), stop);
+  std::string bytes;
+  file.read(bytes, kLongestBeginning);
+  nlohmann::json json;
+  try {
+    if (bytes.starts_with("\x89PNG\r\n")) json = picture_note(bytes);
+    if (bytes.starts_with("glTF")) json = scene_note(bytes);
+  } catch (const nlohmann::json::exception&) {
+    json.clear();  // another program's
+  }
+  if (!json.contains("made_with")) {
+    throw InputError(fmt::format(
+        "'{}' does not say how it was made; 'info' reads maps, meshes ({}), and the pictures and "
+        ".glb files that this program writes",
+        base::to_utf8(path.string()), extension_list(FileContent::mesh, FileUse::read)));
+  }
+  return json;
+}
+
+/// Whether the name is that of such a file.
+bool can_hold_note(const std::filesystem::path& path) {
+  const std::string extension = extension_of(path);
+  return extension == ".png" || extension == ".glb";
+}
+
 /// A picture or scene of ours: what it shows, and how it was made.
 Answer note_info(const InfoArguments& arguments, const Session& session) {
   const nlohmann::json note = read_embedded_note(arguments.file, session.interrupts.token());
@@ -388,37 +475,33 @@ int run_info(const InfoArguments& arguments, Session& session) {
 }
 
 void describe_info(Command command, InfoArguments& a) {
-  command
-      .file("FILE", a.file,
-            "Map, a page with one, mesh (.obj, .off, .ply, .stl), or a .png or .glb that "
-            "qjulia made")
-      .required()
-      .type("");
+  command.input(
+      "FILE", a.file,
+      "Map, a page with one, mesh (.obj, .off, .ply, .stl), or a .png or .glb that qjulia made");
   command.flag("--check-precision", a.check_precision,
-               "Also count the points near a map's surface that are inside in single and "
-               "outside in double precision, or the other way round");
+               "Also count the points near a map's surface that are inside in single and outside "
+               "in double precision, or the other way round");
   command.flag("--printable", a.printable,
-               "Also whether a mesh is ready to print: one closed body, with walls that the "
-               "nozzle can make");
-  command.add("--nozzle", &a.nozzle, "Width of the printer's nozzle, millimetres").range(0.01, 10);
+               "Also whether a mesh is ready to print: one closed body, with walls that the nozzle "
+               "can make");
+  command.add("--nozzle", &a.nozzle, "NUMBER", "Width of the printer's nozzle, millimetres")
+      .range(0.01, 10);
   add_device(command, a.device);
 }
 
 }  // namespace
 
 void add_info(CommandLine& program, ChosenCommand& chosen) {
-  const CommandText text{
-      "info", "Say what is in a map or mesh",
-      "Examples:\n"
-      "  qjulia info bunny.obj                    is it closed? how large? how thick inside?\n"
-      "  qjulia info bunny.stl --printable        is it ready to print?\n"
-      "  qjulia info bunny.qjulia.json            factors, detail, radii, how deep its origin "
-      "lies\n"
-      "  qjulia info bunny.qjulia.json --verbose  and how it was made\n"
-      "Orbits within r_in stay for ever, orbits beyond r_out leave. F1 at the origin should be\n"
-      "below -2: nearer 0 the set dissolves.",
-      /*can_trace=*/false};
-  add_command(program, chosen, text, describe_info, run_info);
+  add_command(program, chosen,
+              {"info", "Say what is in a map or mesh", R"(Examples:
+  qjulia info bunny.obj                    is it closed? how large? how thick inside?
+  qjulia info bunny.stl --printable        is it ready to print?
+  qjulia info bunny.qjulia.json            factors, detail, radii, how deep its origin lies
+  qjulia info bunny.qjulia.json --verbose  and how it was made
+Orbits within r_in stay for ever, orbits beyond r_out leave. F1 at the origin should be
+below -2: nearer 0 the set dissolves.)",
+               /*can_trace=*/false},
+              describe_info, run_info);
 }
 
 }  // namespace qjulia::tools

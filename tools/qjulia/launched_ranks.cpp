@@ -25,15 +25,6 @@
 namespace qjulia::tools {
 namespace {
 
-class SingleRank final : public LaunchedRanks {
- public:
-  int rank() const override { return 0; }
-  int size() const override { return 1; }
-  int local_rank() const override { return 0; }
-  int local_size() const override { return 1; }
-  std::vector<Numbers> all_gather(const Numbers& mine) override { return {mine}; }
-};
-
 /// By what OpenMPI, MPICH, and Slurm with either of their interfaces tell those they start.
 bool is_launched() {
   constexpr std::array kSigns = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMI_RANK", "PMIX_RANK"};
@@ -70,64 +61,11 @@ void wait_for(MPI_Request& request) {
   }
 }
 
-class MpiRanks final : public LaunchedRanks {
- public:
-  MpiRanks() {
-    int provided = 0;
-    MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
-    MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
-    MPI_Comm_size(MPI_COMM_WORLD, &size_);
-    MPI_Comm machine{};
-    MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, rank_, MPI_INFO_NULL, &machine);
-    MPI_Comm_rank(machine, &local_rank_);
-    MPI_Comm_size(machine, &local_size_);
-    MPI_Comm_free(&machine);
-  }
-  ~MpiRanks() override { MPI_Finalize(); }
-  MpiRanks(const MpiRanks&) = delete;
-  MpiRanks& operator=(const MpiRanks&) = delete;
-
-  int rank() const override { return rank_; }
-  int size() const override { return size_; }
-  int local_rank() const override { return local_rank_; }
-  int local_size() const override { return local_size_; }
-
-  std::vector<Numbers> all_gather(const Numbers& mine) override {
-    // MPI counts in int.
-    if (mine.size() > std::numeric_limits<int>::max() / static_cast<std::size_t>(size_)) {
-      throw Error("the ranks have more than 2^31 numbers for one message; use fewer factors");
-    }
-    const auto count = static_cast<int>(mine.size());
-    std::vector<int> counts(static_cast<std::size_t>(size_));
-    MPI_Request request{};
-    MPI_Iallgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, MPI_COMM_WORLD, &request);
-    wait_for(request);
-    std::vector<int> places(counts.size());
-    std::exclusive_scan(counts.begin(), counts.end(), places.begin(), 0);
-    Numbers all(static_cast<std::size_t>(places.back() + counts.back()));
-    MPI_Iallgatherv(mine.data(), count, MPI_DOUBLE, all.data(), counts.data(), places.data(),
-                    MPI_DOUBLE, MPI_COMM_WORLD, &request);
-    wait_for(request);
-    std::vector<Numbers> by_rank;
-    for (std::size_t r = 0; r < counts.size(); ++r) {
-      const auto first = all.begin() + places[r];
-      by_rank.emplace_back(first, first + counts[r]);
-    }
-    return by_rank;
-  }
-
- private:
-  int rank_ = 0;
-  int size_ = 1;
-  int local_rank_ = 0;
-  int local_size_ = 1;
-};
-
 #endif
 
 }  // namespace
 
-int together(LaunchedRanks& ranks, const std::function<int()>& work) {
+int together(Ranks& ranks, const std::function<int()>& work) {
   int code = kDone;
   std::exception_ptr failure;
   try {
@@ -149,15 +87,24 @@ int together(LaunchedRanks& ranks, const std::function<int()>& work) {
   return code;
 }
 
-std::unique_ptr<LaunchedRanks> join_ranks() {
-  if (!is_launched()) return std::make_unique<SingleRank>();
+LaunchedRanks::LaunchedRanks() {
+  if (!is_launched()) return;
 #ifdef QJULIA_MPI
   // Before message passing starts, since that may look for OpenCL devices too.
   const auto own = kernel_cache().folder / fmt::format("rank-{}", launched_rank());
   std::error_code ignored;  // PoCL says what is wrong with it
   std::filesystem::create_directories(own, ignored);
   ::setenv("POCL_CACHE_DIR", own.c_str(), 1);
-  return std::make_unique<MpiRanks>();
+  int provided = 0;
+  MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
+  has_joined_ = true;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
+  MPI_Comm_size(MPI_COMM_WORLD, &size_);
+  MPI_Comm machine{};
+  MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, rank_, MPI_INFO_NULL, &machine);
+  MPI_Comm_rank(machine, &local_rank_);
+  MPI_Comm_size(machine, &local_size_);
+  MPI_Comm_free(&machine);
 #else
   throw Error(
       "this program was started by mpirun and was built without MPI; install libopenmpi-dev and "
@@ -165,14 +112,37 @@ std::unique_ptr<LaunchedRanks> join_ranks() {
 #endif
 }
 
-std::vector<DeviceInfo> divided(const std::vector<DeviceInfo>& devices, int local_rank,
-                                int local_size) {
-  const auto rank = static_cast<std::size_t>(local_rank);
-  const auto size = static_cast<std::size_t>(local_size);
-  if (size > devices.size()) return {devices[rank % devices.size()]};
-  std::vector<DeviceInfo> mine;
-  for (std::size_t i = rank; i < devices.size(); i += size) mine.push_back(devices[i]);
-  return mine;
+LaunchedRanks::~LaunchedRanks() {
+#ifdef QJULIA_MPI
+  if (has_joined_) MPI_Finalize();
+#endif
+}
+
+std::vector<Ranks::Numbers> LaunchedRanks::all_gather(const Numbers& mine) {
+  if (!has_joined_) return {mine};
+  std::vector<Numbers> by_rank;
+#ifdef QJULIA_MPI
+  // MPI counts in int.
+  if (mine.size() > std::numeric_limits<int>::max() / static_cast<std::size_t>(size_)) {
+    throw Error("the ranks have more than 2^31 numbers for one message; use fewer factors");
+  }
+  const auto count = static_cast<int>(mine.size());
+  std::vector<int> counts(static_cast<std::size_t>(size_));
+  MPI_Request request{};
+  MPI_Iallgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, MPI_COMM_WORLD, &request);
+  wait_for(request);
+  std::vector<int> places(counts.size());
+  std::exclusive_scan(counts.begin(), counts.end(), places.begin(), 0);
+  Numbers all(static_cast<std::size_t>(places.back() + counts.back()));
+  MPI_Iallgatherv(mine.data(), count, MPI_DOUBLE, all.data(), counts.data(), places.data(),
+                  MPI_DOUBLE, MPI_COMM_WORLD, &request);
+  wait_for(request);
+  for (std::size_t r = 0; r < counts.size(); ++r) {
+    const auto first = all.begin() + places[r];
+    by_rank.emplace_back(first, first + counts[r]);
+  }
+#endif
+  return by_rank;
 }
 
 std::vector<DeviceInfo> devices_of(const LaunchedRanks& ranks, const std::string& wanted) {
@@ -188,7 +158,12 @@ std::vector<DeviceInfo> devices_of(const LaunchedRanks& ranks, const std::string
     // Of CPUs each platform shows the same one.
     if (first.kind == DeviceKind::cpu) shared = {first};
   }
-  return divided(shared, ranks.local_rank(), ranks.local_size());
+  const auto rank = static_cast<std::size_t>(ranks.local_rank());
+  const auto size = static_cast<std::size_t>(ranks.local_size());
+  if (size > shared.size()) return {shared[rank % shared.size()]};
+  std::vector<DeviceInfo> mine;
+  for (std::size_t i = rank; i < shared.size(); i += size) mine.push_back(shared[i]);
+  return mine;
 }
 
 }  // namespace qjulia::tools

@@ -2,7 +2,6 @@
 /// The ranks that mpirun has started, or this process alone.
 
 #include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,30 +10,36 @@
 
 namespace qjulia::tools {
 
-class LaunchedRanks : public Ranks {
+/// Starts message passing where this process was launched by mpirun or another launcher that it
+/// knows, and gives this rank a kernel cache of its own, since PoCL's is not safe to fill by
+/// several processes. Made before the first device is opened.
+class LaunchedRanks final : public Ranks {
  public:
-  virtual int local_rank() const = 0;  ///< among those of this machine
-  virtual int local_size() const = 0;
+  /// @throws Error when it was launched, and this program was built without MPI.
+  LaunchedRanks();
+  ~LaunchedRanks() override;
+  LaunchedRanks(const LaunchedRanks&) = delete;
+  LaunchedRanks& operator=(const LaunchedRanks&) = delete;
+
+  int rank() const override { return rank_; }
+  int size() const override { return size_; }
+  int local_rank() const { return local_rank_; }  ///< among those of this machine
+  int local_size() const { return local_size_; }
+  std::vector<Numbers> all_gather(const Numbers& mine) override;
+
+ private:
+  bool has_joined_ = false;
+  int rank_ = 0, size_ = 1, local_rank_ = 0, local_size_ = 1;
 };
 
 /// Runs `work` on every rank and lets all meet: a launcher ends the others when one leaves with a
 /// code that is not 0.
 /// @return the largest of the ranks' exit codes, on each; the first rank that threw says why.
-int together(LaunchedRanks& ranks, const std::function<int()>& work);
-
-/// Starts message passing where this process was launched by mpirun or another launcher that it
-/// knows, and gives this rank a kernel cache of its own, since PoCL's is not safe to fill by
-/// several processes. Called before the first device is opened.
-/// @throws Error when this program was built without MPI.
-std::unique_ptr<LaunchedRanks> join_ranks();
+int together(Ranks& ranks, const std::function<int()>& work);
 
 /// The devices that are this rank's part of those wanted, for a machine whose ranks share them: at
 /// least one. Alone, what is wanted: every device for "all", else one.
 /// @throws NoDeviceError
 std::vector<DeviceInfo> devices_of(const LaunchedRanks& ranks, const std::string& wanted);
-
-/// Those of `devices` that rank `local_rank` of `local_size` on a machine uses.
-std::vector<DeviceInfo> divided(const std::vector<DeviceInfo>& devices, int local_rank,
-                                int local_size);
 
 }  // namespace qjulia::tools

@@ -16,29 +16,9 @@ namespace {
 
 constexpr const char* kGroup = "Map options";
 
-/// Adds options to one command and one group, and remembers them.
-class OptionAdder {
- public:
-  OptionAdder(Command command, MapOptions& options) : command_(command), options_(options) {}
-
-  void number(const std::string& name, Target target, const char* type,
-              const std::string& description) {
-    remember(command_.add(name, target, description).type(type));
-  }
-
-  /// As many finite numbers as `type` has words.
-  void numbers(const std::string& name, int count, const char* type,
-               std::function<void(const std::vector<double>&)> take,
-               const std::string& description) {
-    remember(command_.numbers(name, count, std::move(take), description).type(type));
-  }
-
-  void remember(Option option) { options_.options.push_back(option.group(kGroup)); }
-
- private:
-  Command command_;
-  MapOptions& options_;
-};
+constexpr const char* kTuftsText =
+    "How many times as steep the field is outside the shape, 1 to 100: above 1 tufts that stand "
+    "off the shape are shorter, and fewer pieces come loose. ";
 
 /// Longest side of the grid on which a map's own shape is measured, cells.
 constexpr int kThinnessCells = 128;
@@ -57,38 +37,7 @@ double thinness_of(const Device& device, const RationalMap& map) {
   return thinness(mesh);
 }
 
-nlohmann::json knobs_json(const MapKnobs& knobs) {
-  nlohmann::json json = {{"detail", nullptr},    {"order_seed", nullptr}, {"phase", nullptr},
-                         {"slice", nullptr},     {"rotate", nullptr},     {"drift", nullptr},
-                         {"translate", nullptr}, {"scale", nullptr},      {"tufts", nullptr}};
-  if (knobs.order_seed) json["order_seed"] = *knobs.order_seed;
-  if (const auto& p = knobs.phase) json["phase"] = {p->x, p->y, p->z, p->w};
-  if (knobs.slice) json["slice"] = *knobs.slice;
-  if (const auto& r = knobs.rotate) {
-    json["rotate"] = {r->axis.x(), r->axis.y(), r->axis.z(), r->degrees};
-  }
-  if (knobs.drift) json["drift"] = *knobs.drift;
-  if (const auto& t = knobs.translate) json["translate"] = {t->x(), t->y(), t->z()};
-  if (knobs.scale) json["scale"] = *knobs.scale;
-  if (knobs.tufts) json["tufts"] = *knobs.tufts;
-  return json;
-}
-
-}  // namespace
-
-const char* const kMapOptionsHelp =
-    "The map's options work together, in this order: --detail, --order-seed, --phase, --slice,\n"
-    "--rotate, then --drift and --translate as one move, after which the map is calibrated again,\n"
-    "and --scale and --tufts last.";
-
-std::vector<std::string> MapOptions::given() const {
-  std::vector<std::string> names;
-  for (const Option& option : options) {
-    if (option.given()) names.push_back(option.name());
-  }
-  return names;
-}
-
+/// Takes a number or a word.
 Option add_detail(Command command, std::function<void(const DetailChoice&)> take,
                   const std::string& description) {
   const auto read = [take = std::move(take)](const std::string& text) {
@@ -102,77 +51,104 @@ Option add_detail(Command command, std::function<void(const DetailChoice&)> take
       throw InputError(fmt::format("{}; give one, or auto, smooth, clear or wild", error.what()));
     }
   };
-  return command
-      .word("--detail", read,
-            "Thickness of the fractal shell: 'auto' is as much as the shape bears without losing "
-            "limbs, 'smooth' an eighth of it, 'clear' half, 'wild' twice as much; or a number, the "
-            "fraction of the shape's box diagonal, from 0.0001 to 0.1. A round body bears 0.02 and "
-            "is heavily grooved at 0.05, a thin figure bears 0.004. " +
-                description)
-      .type("WORD|FRACTION");
+  return command.word(
+      "--detail", "WORD|FRACTION", read,
+      "Thickness of the fractal shell: 'auto' is as much as the shape bears without losing limbs, "
+      "'smooth' an eighth of it, 'clear' half, 'wild' twice as much; or a number, the fraction of "
+      "the shape's box diagonal, from 0.0001 to 0.1. A round body bears 0.02 and is heavily "
+      "grooved at 0.05, a thin figure bears 0.004. " +
+          description);
+}
+
+}  // namespace
+
+const char* const kMapOptionsHelp =
+    "The map's options work together, in this order: --detail, --order-seed, --phase, --slice,\n"
+    "--rotate, then --drift and --translate as one move, after which the map is calibrated again,\n"
+    "and --scale and --tufts last.";
+
+void MapOptions::keep(std::initializer_list<Option> added) {
+  for (const Option& option : added) options.push_back(option.group(kGroup));
+}
+
+std::vector<std::string> MapOptions::given() const {
+  std::vector<std::string> names;
+  for (const Option& option : options) {
+    if (option.given()) names.push_back(option.name());
+  }
+  return names;
+}
+
+void add_detail(Command command, DetailChoice& detail) {
+  add_detail(
+      command, [&detail](const DetailChoice& given) { detail = given; },
+      "'surface' and 'render' can change it later")
+      .default_text(to_string(detail));
+}
+
+void add_tufts_and_up(Command command, double& tufts, std::optional<UpAxis>& up) {
+  command.add("--tufts", &tufts, "NUMBER",
+              std::string(kTuftsText) + "'surface' and 'render' can change it later");
+  add_up(command, up,
+         "The mesh's axis that points up in pictures, and in files that have an up of their own. "
+         "auto: the mesh's flattest, widest end is down; where none is, y is up");
 }
 
 void add_knobs(Command command, MapOptions& options) {
   MapKnobs& knobs = options.knobs;
-  OptionAdder add(command, options);
-  add.remember(add_detail(
-      command, [&options](const DetailChoice& detail) { options.detail = detail; },
-      "Default: the map's own"));
-  add.number("--order-seed", &knobs.order_seed, "N",
-             "Shuffles the map's factors by this seed: another pattern of grooves on the same "
-             "shape. Default: the map's own order");
-  add.numbers(
-      "--phase", 4, "X Y Z W",
-      [&knobs](const std::vector<double>& p) {
-        knobs.phase = Quaternion{p[0], p[1], p[2], p[3]};
-      },
-      "Unit quaternion in front of the map, X its real part, normalised for you: turns the pattern "
-      "of grooves and keeps the shape; vary it little by little for animations. Default: the "
-      "map's own");
-  add.number("--slice", &knobs.slice, "W",
-             "Fourth coordinate of the slice that is looked at, map units (the shape's longest "
-             "side is 3): away from 0 thin parts vanish first. Default: the map's own");
-  add.numbers(
-      "--rotate", 4, "X Y Z DEGREES",
-      [&knobs](const std::vector<double>& r) {
-        knobs.rotate = Rotation{{r[0], r[1], r[2]}, r[3]};
-      },
-      "Turns the factors, and the shape with them, about this axis through the origin of "
-      "iteration: about x, the real axis, the grooves turn along; about any other, they change");
-  add.number("--drift", &knobs.drift, "F",
-             "Moves the origin of iteration inside the shape, along z, in inradii: grooves deepen "
-             "from 0.3 on, near 1 the set is a hollow crust, past 1.1 dust");
-  add.numbers(
-      "--translate", 3, "X Y Z",
-      [&knobs](const std::vector<double>& t) {
-        knobs.translate = Eigen::Vector3d(t[0], t[1], t[2]);
-      },
-      "Moves the factors by this vector, shape units, and the window with them: the shape stays "
-      "where it is, and iteration turns about another point of it");
-  add.number("--scale", &knobs.scale, "S",
-             "Above 1 the set swells, below 1 it wears away; 1 changes nothing");
-  add.number("--tufts", &knobs.tufts, "K",
-             "How many times as steep the field is outside the shape, 1 to 100: above 1 tufts that "
-             "stand off the shape are shorter, and fewer pieces come loose. Default: the map's "
-             "own");
+  const auto set_phase = [&knobs](const std::vector<double>& p) {
+    knobs.phase = Quaternion{p[0], p[1], p[2], p[3]};
+  };
+  const auto set_rotation = [&knobs](const std::vector<double>& r) {
+    knobs.rotate = Rotation{{r[0], r[1], r[2]}, r[3]};
+  };
+  options.keep({
+      add_detail(
+          command, [&options](const DetailChoice& detail) { options.detail = detail; },
+          "Default: the map's own"),
+      command.add("--order-seed", &knobs.order_seed, "N",
+                  "Shuffles the map's factors by this seed: another pattern of grooves on the same "
+                  "shape. Default: the map's own order"),
+      command.numbers("--phase", "X Y Z W", set_phase,
+                      "Unit quaternion in front of the map, X its real part, normalised for you: "
+                      "turns the pattern of grooves and keeps the shape; vary it little by little "
+                      "for animations. Default: the map's own"),
+      command.add(
+          "--slice", &knobs.slice, "W",
+          "Fourth coordinate of the slice that is looked at, map units (the shape's "
+          "longest side is 3): away from 0 thin parts vanish first. Default: the map's own"),
+      command.numbers("--rotate", "X Y Z DEGREES", set_rotation,
+                      "Turns the factors, and the shape with them, about this axis through the "
+                      "origin of iteration: about x, the real axis, the grooves turn along; about "
+                      "any other, they change"),
+      command.add("--drift", &knobs.drift, "F",
+                  "Moves the origin of iteration inside the shape, along z, in inradii: grooves "
+                  "deepen from 0.3 on, near 1 the set is a hollow crust, past 1.1 dust"),
+      add_vector(command, "--translate", knobs.translate,
+                 "Moves the factors by this vector, shape units, and the window with them: the "
+                 "shape stays where it is, and iteration turns about another point of it"),
+      command.add("--scale", &knobs.scale, "S",
+                  "Above 1 the set swells, below 1 it wears away; 1 changes nothing"),
+      command.add("--tufts", &knobs.tufts, "K", std::string(kTuftsText) + "Default: the map's own"),
+  });
 }
 
 void add_map_options(Command command, MapOptions& options, const std::string& box,
                      const std::string& escape) {
-  OptionAdder add(command, options);
-  add.number("--iterations", &options.iterations, "INT",
-             "Iterations n, 1 to 16: 1 is the fitted shape itself, 2 and 3 have fewer octaves of "
-             "detail, 6 is the set as it stays (8 where --detail is above 0.03)");
+  options.keep({command.add(
+      "--iterations", &options.iterations, "INT",
+      "Iterations n, 1 to 16: 1 is the fitted shape itself, 2 and 3 have fewer octaves of detail, "
+      "6 is the set as it stays (8 where --detail is above 0.03)")});
   add_knobs(command, options);
-  add.remember(
-      add_box(command, "--box", options.box, "Part of space to look at, shape units. " + box));
-  add.number("--escape", &options.escape, "R",
-             "Radius, map units, beyond which an orbit ends as outside: a radius smaller than "
-             "the set's own cuts into it. " +
-                 escape);
-  add.remember(add_precision(command, options.precision,
-                             "Arithmetic of the orbits: single, or double where the device has "
-                             "it"));
+  options.keep({
+      add_box(command, "--box", options.box, "Part of space to look at, shape units. " + box),
+      command.add("--escape", &options.escape, "R",
+                  "Radius, map units, beyond which an orbit ends as outside: a radius smaller than "
+                  "the set's own cuts into it. " +
+                      escape),
+      add_precision(command, options.precision,
+                    "Arithmetic of the orbits: single, or double where the device has it"),
+  });
 }
 
 RationalMap with_knobs(const Device& device, const RationalMap& map, const MapOptions& options,
@@ -195,13 +171,31 @@ RationalMap with_knobs(const Device& device, const RationalMap& map, const MapOp
 }
 
 nlohmann::json to_json(const MapOptions& options) {
-  nlohmann::json json = knobs_json(options.knobs);
-  if (options.detail) json["detail"] = to_json(*options.detail);
-  json["iterations"] = options.iterations;
-  json["precision"] = to_string(options.precision);
-  json["box"] = options.box ? to_json(*options.box) : nlohmann::json();
-  json["escape"] = options.escape ? nlohmann::json(*options.escape) : nlohmann::json();
-  return json;
+  const MapKnobs& knobs = options.knobs;
+  nlohmann::json detail, phase, rotate, translate, box;
+  if (options.detail) detail = to_json(*options.detail);
+  if (const auto& p = knobs.phase) phase = {p->x, p->y, p->z, p->w};
+  if (const auto& r = knobs.rotate) {
+    rotate = {r->axis.x(), r->axis.y(), r->axis.z(), r->degrees};
+  }
+  if (const auto& t = knobs.translate) translate = {t->x(), t->y(), t->z()};
+  if (options.box) box = to_json(*options.box);
+  const auto or_null = [](const auto& value) {
+    return value ? nlohmann::json(*value) : nlohmann::json();
+  };
+  return {{"detail", detail},
+          {"order_seed", or_null(knobs.order_seed)},
+          {"phase", phase},
+          {"slice", or_null(knobs.slice)},
+          {"rotate", rotate},
+          {"drift", or_null(knobs.drift)},
+          {"translate", translate},
+          {"scale", or_null(knobs.scale)},
+          {"tufts", or_null(knobs.tufts)},
+          {"iterations", options.iterations},
+          {"precision", to_string(options.precision)},
+          {"box", box},
+          {"escape", or_null(options.escape)}};
 }
 
 nlohmann::json to_json(const Box& box) {

@@ -2,7 +2,6 @@
 /// Options of every command that looks at a map's set: what is turned on the map before it is used,
 /// and how it is iterated.
 
-#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -25,12 +24,16 @@ struct MapOptions {
   /// Those on the command line, by name: "--detail".
   std::vector<std::string> given() const;
 
-  std::vector<Option> options;  ///< the parser's
+  /// Puts options of the parser's into one group, and remembers them.
+  void keep(std::initializer_list<Option> added);
+  std::vector<Option> options;
 };
 
-/// --detail, a number or a word. @param take takes what was given.
-Option add_detail(Command command, std::function<void(const DetailChoice&)> take,
-                  const std::string& description);
+/// --detail of a map that is made of a mesh.
+void add_detail(Command command, DetailChoice& detail);
+
+/// --tufts and --up of such a map.
+void add_tufts_and_up(Command command, double& tufts, std::optional<UpAxis>& up);
 
 /// The knobs alone. `options` must stay where it is.
 void add_knobs(Command command, MapOptions& options);

@@ -12,7 +12,7 @@ void add_verbosity(Command command, Verbosity& verbosity) {
   const Option quiet =
       command.flag("-q,--quiet", verbosity.quiet, "Say nothing but results, warnings and errors");
   command.flag("-v,--verbose", verbosity.verbose, "Say more, such as where the device's time went")
-      .excludes(quiet);
+      .excludes({quiet});
   command.flag("--json", verbosity.json,
                "Print the result as one JSON object on standard output; everything else goes to "
                "standard error");
@@ -32,7 +32,7 @@ Option add_up(Command command, std::optional<UpAxis>& up, const std::string& des
       throw InputError(fmt::format("'{}' is no direction; give x, y, z, -x, -y, -z or auto", word));
     }
   };
-  return command.word("--up", read, description).type("x|y|z|-x|-y|-z|auto").default_text("auto");
+  return command.word("--up", "x|y|z|-x|-y|-z|auto", read, description).default_text("auto");
 }
 
 Option add_box(Command command, const std::string& name, std::optional<Box>& box,
@@ -43,37 +43,39 @@ Option add_box(Command command, const std::string& name, std::optional<Box>& box
       throw InputError("give X0 Y0 Z0 X1 Y1 Z1 with X0 < X1, Y0 < Y1 and Z0 < Z1");
     }
   };
-  return command.numbers(name, 6, take, description).type("X0 Y0 Z0 X1 Y1 Z1");
+  return command.numbers(name, "X0 Y0 Z0 X1 Y1 Z1", take, description);
+}
+
+Option add_vector(Command command, const std::string& name, std::optional<Eigen::Vector3d>& vector,
+                  const std::string& description) {
+  const auto take = [&vector](const std::vector<double>& v) {
+    vector = Eigen::Vector3d(v[0], v[1], v[2]);
+  };
+  return command.numbers(name, "X Y Z", take, description);
 }
 
 void add_device(Command command, std::string& device) {
-  command
-      .add("--device", &device,
-           "Where to compute: gpu, cpu, P:D (platform and device number of 'qjulia devices') or "
-           "part of a name. Default: $QJULIA_DEVICE, else the first GPU, else the first device "
-           "there is")
-      .type("DEVICE");
+  command.add("--device", &device, "DEVICE",
+              "Where to compute: gpu, cpu, P:D (platform and device number of 'qjulia devices') or "
+              "part of a name. Default: $QJULIA_DEVICE, else the first GPU, else the first device "
+              "there is");
   // By way of the environment, so that ranks and workers take it too.
-  command
-      .word(
-          "--layout",
-          [](const std::string& layout) {
-            if (layout != "auto" && layout != "cpu" && layout != "gpu") {
-              throw InputError(fmt::format("'{}' is no layout; give auto, cpu or gpu", layout));
-            }
-            ::setenv("QJULIA_LAYOUT", layout.c_str(), 1);
-          },
-          "How kernels are cut into work-items: cpu (wide lanes), gpu (groups of work-items that "
-          "share local memory) or auto, what suits the device. Default: $QJULIA_LAYOUT, else auto")
-      .type("LAYOUT");
+  const auto set_layout = [](const std::string& layout) {
+    if (layout != "auto" && layout != "cpu" && layout != "gpu") {
+      throw InputError(fmt::format("'{}' is no layout; give auto, cpu or gpu", layout));
+    }
+    ::setenv("QJULIA_LAYOUT", layout.c_str(), 1);
+  };
+  command.word("--layout", "LAYOUT", set_layout,
+               "How kernels are cut into work-items: cpu (wide lanes), gpu (groups of work-items "
+               "that share local memory) or auto, what suits the device. Default: $QJULIA_LAYOUT, "
+               "else auto");
 }
 
 void add_trace(Command command, std::string& file) {
-  command
-      .file("--trace", file,
-            "Write what ran when, stages of the host and kernels of the device, as a trace-event "
-            "JSON for ui.perfetto.dev or chrome://tracing")
-      .type("FILE");
+  command.file("--trace", file, "FILE",
+               "Write what ran when, stages of the host and kernels of the device, as a "
+               "trace-event JSON for ui.perfetto.dev or chrome://tracing");
 }
 
 std::string left_out_text(const LoosePieces& loose, const std::string& before) {

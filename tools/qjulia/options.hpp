@@ -26,6 +26,10 @@ Option add_up(Command command, std::optional<UpAxis>& up, const std::string& des
 Option add_box(Command command, const std::string& name, std::optional<Box>& box,
                const std::string& description);
 
+/// A vector or a point.
+Option add_vector(Command command, const std::string& name, std::optional<Eigen::Vector3d>& vector,
+                  const std::string& description);
+
 /// --device.
 void add_device(Command command, std::string& device);
 

@@ -15,12 +15,7 @@ namespace qjulia::tools {
 namespace {
 
 struct PaintArguments {
-  std::string map;
-  std::string output;
-  std::string device;
-  std::string mesh;
-  std::string property;
-  std::string ramp;
+  std::string map, output, device, mesh, property, ramp;
   bool clear = false;
   PaintOptions options;
 };
@@ -97,50 +92,34 @@ int run_paint(const PaintArguments& arguments, Session& session) {
 }
 
 void describe_paint(Command command, PaintArguments& a) {
-  command.file("MAP", a.map, "Map file of any kind; paint that it has is replaced")
-      .required()
-      .type("");
-  command.file("-o,--output", a.output, "Map file to write, such as painted.qjulia.json")
-      .required()
-      .type("MAP");
-  command
-      .repeated_numbers(
-          "--ball", 5, static_cast<int>(PaintOptions::kMostMarks),
-          [&a](const std::vector<double>& v) {
-            a.options.balls.push_back({{v[0], v[1], v[2]}, v[3], v[4]});
-          },
-          "A ball, in the mesh's coordinates, whose places have this share of the detail. May be "
-          "given again; later ones lie on top")
-      .type("X Y Z RADIUS SHARE");
-  command
-      .repeated_numbers(
-          "--block", 7, static_cast<int>(PaintOptions::kMostMarks),
-          [&a](const std::vector<double>& v) {
-            a.options.blocks.push_back({{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}}, v[6]});
-          },
-          "The same for a block between two corners, under all balls")
-      .type("X0 Y0 Z0 X1 Y1 Z1 SHARE");
-  command
-      .add("--ramp", &a.ramp,
-           "Shares that go evenly along an axis, from the shape's low end to its high one, such "
-           "as y=1:0.1")
-      .type("AXIS=LOW:HIGH");
-  command
-      .file("--mesh", a.mesh,
-            "The mesh with vertex colors: white places have all of the detail, black ones none. "
-            ".ply or .obj")
-      .type("MESH");
-  command
-      .add("--property", &a.property,
-           "With --mesh: the number of a .ply's vertices, 0 to 1, that is the share instead")
-      .type("NAME");
-  command
-      .add("--thickness", &a.options.thickness,
-           "Bounds the shell by this share of the shape's own thickness, 0.01 to 2: thin limbs "
-           "then keep their shape, and thick parts all of the detail. 0.15 is a good one")
-      .type("FRACTION");
-  command.add("--elsewhere", &a.options.elsewhere, "The share of places that nothing is said of")
-      .type("SHARE");
+  command.input("MAP", a.map, "Map file of any kind; paint that it has is replaced");
+  command.output(a.output, "MAP", "Map file to write, such as painted.qjulia.json");
+  command.repeated_numbers(
+      "--ball", "X Y Z RADIUS SHARE", static_cast<int>(PaintOptions::kMostMarks),
+      [&a](const std::vector<double>& v) {
+        a.options.balls.push_back({{v[0], v[1], v[2]}, v[3], v[4]});
+      },
+      "A ball, in the mesh's coordinates, whose places have this share of the detail. May be given "
+      "again; later ones lie on top");
+  command.repeated_numbers(
+      "--block", "X0 Y0 Z0 X1 Y1 Z1 SHARE", static_cast<int>(PaintOptions::kMostMarks),
+      [&a](const std::vector<double>& v) {
+        a.options.blocks.push_back({{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}}, v[6]});
+      },
+      "The same for a block between two corners, under all balls");
+  command.add("--ramp", &a.ramp, "AXIS=LOW:HIGH",
+              "Shares that go evenly along an axis, from the shape's low end to its high one, such "
+              "as y=1:0.1");
+  command.file("--mesh", a.mesh, "MESH",
+               "The mesh with vertex colors: white places have all of the detail, black ones none. "
+               ".ply or .obj");
+  command.add("--property", &a.property, "NAME",
+              "With --mesh: the number of a .ply's vertices, 0 to 1, that is the share instead");
+  command.add("--thickness", &a.options.thickness, "FRACTION",
+              "Bounds the shell by this share of the shape's own thickness, 0.01 to 2: thin limbs "
+              "then keep their shape, and thick parts all of the detail. 0.15 is a good one");
+  command.add("--elsewhere", &a.options.elsewhere, "SHARE",
+              "The share of places that nothing is said of");
   command.flag("--clear", a.clear, "Takes the map's paint away, and paints nothing");
   add_device(command, a.device);
 }
@@ -148,18 +127,17 @@ void describe_paint(Command command, PaintArguments& a) {
 }  // namespace
 
 void add_paint(CommandLine& program, ChosenCommand& chosen) {
-  const CommandText text{
-      "paint", "Say where a map's surface is wild and where it is smooth",
-      "Examples:\n"
-      "  qjulia paint human.qjulia.json -o painted.qjulia.json --thickness 0.15\n"
-      "  qjulia paint bunny.qjulia.json -o half.qjulia.json --ramp x=0:1\n"
-      "  qjulia paint bunny.qjulia.json -o face.qjulia.json --ball -0.85 0.3 0 0.4 0\n"
-      "  qjulia paint bunny.qjulia.json -o colors.qjulia.json --mesh painted.ply\n"
-      "Each place has a share of the map's detail: with 1 nothing changes, with 0 the surface is\n"
-      "the smooth shape (to 1/256 of the detail). Ramp and mesh multiply, blocks and balls take\n"
-      "the place of what is there, and --thickness bounds the result. The paint is a part of the\n"
-      "map, and every command follows it. See docs/painting.md."};
-  add_command(program, chosen, text, describe_paint, run_paint);
+  add_command(program, chosen,
+              {"paint", "Say where a map's surface is wild and where it is smooth", R"(Examples:
+  qjulia paint human.qjulia.json -o painted.qjulia.json --thickness 0.15
+  qjulia paint bunny.qjulia.json -o half.qjulia.json --ramp x=0:1
+  qjulia paint bunny.qjulia.json -o face.qjulia.json --ball -0.85 0.3 0 0.4 0
+  qjulia paint bunny.qjulia.json -o colors.qjulia.json --mesh painted.ply
+Each place has a share of the map's detail: with 1 nothing changes, with 0 the surface is
+the smooth shape (to 1/256 of the detail). Ramp and mesh multiply, blocks and balls take
+the place of what is there, and --thickness bounds the result. The paint is a part of the
+map, and every command follows it. See docs/painting.md.)"},
+              describe_paint, run_paint);
 }
 
 }  // namespace qjulia::tools

@@ -67,37 +67,29 @@ Palette palette_of(const std::string& text, Material material) {
 }  // namespace
 
 void add_size(Command command, PictureOptions& options) {
-  command
-      .word(
-          "--size",
-          [&options](const std::string& text) {
-            const auto [width, height] = parse_size(text);
-            options.width = width;
-            options.height = height;
-          },
-          "Width and height in pixels")
-      .type("WxH")
+  const auto set_size = [&options](const std::string& text) {
+    const auto [width, height] = parse_size(text);
+    options.width = width;
+    options.height = height;
+  };
+  command.word("--size", "WxH", set_size, "Width and height in pixels")
       .default_text(fmt::format("{}x{}", options.width, options.height));
 }
 
 void add_camera(Command command, Camera& camera) {
-  command.add("--azimuth", &camera.azimuth, "Degrees the camera is turned about the up axis");
-  command.add("--elevation", &camera.elevation, "Degrees of the camera above the horizon");
-  command.add("--zoom", &camera.zoom, "1 frames the whole shape, 2 half of it");
-  command
-      .numbers(
-          "--look-at", 3,
-          [&camera](const std::vector<double>& p) {
-            camera.look_at = Eigen::Vector3d(p[0], p[1], p[2]);
-          },
-          "The point in the middle of the picture, shape units. Default: the middle of what is "
-          "framed")
-      .type("X Y Z");
+  command.add("--azimuth", &camera.azimuth, "NUMBER",
+              "Degrees the camera is turned about the up axis");
+  command.add("--elevation", &camera.elevation, "NUMBER",
+              "Degrees of the camera above the horizon");
+  command.add("--zoom", &camera.zoom, "NUMBER", "1 frames the whole shape, 2 half of it");
+  add_vector(command, "--look-at", camera.look_at,
+             "The point in the middle of the picture, shape units. Default: the middle of what is "
+             "framed");
   add_box(
       command, "--frame", camera.frame,
       "What fills the picture at zoom 1, shape units, seen from as far as the whole shape would "
       "be. Default: the whole shape");
-  command.add("--field-of-view", &camera.field_of_view, "Degrees, vertical");
+  command.add("--field-of-view", &camera.field_of_view, "NUMBER", "Degrees, vertical");
   add_up(command, camera.up,
          "The shape's axis that points up; auto is what the map says, or y where it says nothing. "
          "Of a mesh it is a guess: its flattest, widest end is down");
@@ -105,13 +97,12 @@ void add_camera(Command command, Camera& camera) {
 
 void add_look(Command command, LookOptions& look) {
   command
-      .add("--background", &look.background,
+      .add("--background", &look.background, "studio|transparent|COLOUR",
            std::string("What is behind the set: studio, light grey; transparent, a .png with "
                        "alpha, in which the set's shadow is black and lets what is behind shine "
                        "through; or a colour: ") +
                kColorWords)
-      .group(kLookGroup)
-      .type("studio|transparent|COLOUR");
+      .group(kLookGroup);
   command.flag("--no-ground", look.no_ground, "Leave out the ground under the set, and its shadow")
       .group(kLookGroup);
   command
@@ -120,22 +111,17 @@ void add_look(Command command, LookOptions& look) {
             "the largest are left out, as 'qjulia surface' does")
       .group(kLookGroup);
   command
-      .add("--palette", &look.palette,
+      .add("--palette", &look.palette, "NAME|COLOURS",
            fmt::format("The set's colours: {}; or colours of your own, one for clay, 2 to {} with "
                        "commas between for other materials, from low to high",
                        fmt::join(palette_names(), ", "), Palette::kMostStops))
-      .group(kLookGroup)
-      .type("NAME|COLOURS");
+      .group(kLookGroup);
+  const auto set_lamp = [&look](const std::vector<double>& v) { look.lamp = {v[0], v[1], v[2]}; };
   command
-      .numbers(
-          "--lamp", 3,
-          [&look](const std::vector<double>& v) {
-            look.lamp = {v[0], v[1], v[2]};
-          },
-          "The brightest light: degrees from the camera to the right, degrees above the horizon, "
-          "and how strong it is, 0 to 10")
+      .numbers("--lamp", "AZIMUTH ELEVATION STRENGTH", set_lamp,
+               "The brightest light: degrees from the camera to the right, degrees above the "
+               "horizon, and how strong it is, 0 to 10")
       .group(kLookGroup)
-      .type("AZIMUTH ELEVATION STRENGTH")
       .default_text("-61.7 41.4 1");
 }
 

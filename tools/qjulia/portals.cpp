@@ -5,9 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
-#include "files.hpp"
 #include "provenance.hpp"
-#include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/portal_choice.hpp"
@@ -17,9 +15,7 @@ namespace qjulia::tools {
 namespace {
 
 struct PortalsArguments {
-  std::string map;
-  std::string output;
-  std::string device;
+  std::string map, output, device;
   PortalOptions options;
 };
 
@@ -60,40 +56,33 @@ int run_portals(const PortalsArguments& arguments, Session& session) {
 }
 
 void describe_portals(Command command, PortalsArguments& a) {
-  command.file("MAP", a.map, "Map file of any kind; portals that it has are replaced")
-      .required()
-      .type("");
-  command.file("-o,--output", a.output, "Map file to write, such as stacked.qjulia.json")
-      .required()
-      .type("MAP");
-  command.add("--count", &a.options.count, "Copies on the shape itself, 1 to 16").type("N");
-  command.add("--size", &a.options.size, "Size of a copy as a fraction of the shape's, 0.02 to 0.6")
-      .type("FRACTION");
-  command.choice(
-      "--mask", a.options.mask,
-      {{"outside", PortalMask::outside},
-       {"inside", PortalMask::inside},
-       {"none", PortalMask::none}},
-      "Points of its ball that a portal takes: those outside the shape, so that the copy "
-      "is added to it; those inside, so that of the shape only what lies in the copy is "
-      "left; or all, so that the copy stands in place of the shape");
+  command.input("MAP", a.map, "Map file of any kind; portals that it has are replaced");
+  command.output(a.output, "MAP", "Map file to write, such as stacked.qjulia.json");
+  command.add("--count", &a.options.count, "N", "Copies on the shape itself, 1 to 16");
+  command.add("--size", &a.options.size, "FRACTION",
+              "Size of a copy as a fraction of the shape's, 0.02 to 0.6");
+  command.choice("--mask", a.options.mask,
+                 {{"outside", PortalMask::outside},
+                  {"inside", PortalMask::inside},
+                  {"none", PortalMask::none}},
+                 "Points of its ball that a portal takes: those outside the shape, so that the "
+                 "copy is added to it; those inside, so that of the shape only what lies in the "
+                 "copy is left; or all, so that the copy stands in place of the shape");
   add_device(command, a.device);
 }
 
 }  // namespace
 
 void add_portals(CommandLine& program, ChosenCommand& chosen) {
-  const CommandText text{
-      "portals", "Plant copies of a map's set on its own tips",
-      "Examples:\n"
-      "  qjulia portals bunny.qjulia.json -o stack.qjulia.json --count 2\n"
-      "  qjulia render stack.qjulia.json -o stack.png --iterations 9\n"
-      "Portals are balls in which the map moves, turns and enlarges space instead, so that a copy\n"
-      "of the set stands there, with copies on it in turn. Copies are put on protrusions, far "
-      "apart\n"
-      "from each other. The map file lists them under \"portals\": move, turn and scale them\n"
-      "there. See docs/portals.md."};
-  add_command(program, chosen, text, describe_portals, run_portals);
+  add_command(program, chosen,
+              {"portals", "Plant copies of a map's set on its own tips", R"(Examples:
+  qjulia portals bunny.qjulia.json -o stack.qjulia.json --count 2
+  qjulia render stack.qjulia.json -o stack.png --iterations 9
+Portals are balls in which the map moves, turns and enlarges space instead, so that a copy
+of the set stands there, with copies on it in turn. Copies are put on protrusions, far apart
+from each other. The map file lists them under "portals": move, turn and scale them
+there. See docs/portals.md.)"},
+              describe_portals, run_portals);
 }
 
 }  // namespace qjulia::tools

@@ -10,7 +10,6 @@
 #include "base/input_file.hpp"
 #include "base/output_file.hpp"
 #include "commands.hpp"
-#include "files.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/scaling.hpp"
@@ -22,13 +21,9 @@ namespace qjulia::tools {
 namespace {
 
 struct ProfileArguments {
-  std::string device;
-  std::string baseline;
-  std::string plot;
-  std::string csv;
+  std::string device, baseline, plot, csv;
   std::optional<int> lane_width;
-  bool tune = false;
-  bool scaling = false;
+  bool tune = false, scaling = false;
   double tolerance = 0.2;
   ProfileOptions options;
 };
@@ -172,45 +167,39 @@ int run_profile(const ProfileArguments& given, Session& session) {
 }
 
 void describe_profile(Command command, ProfileArguments& a) {
-  const Option tune = command.flag(
-      "--tune", a.tune,
-      "Find the lane width, samples per work-item and tile sizes that are fastest here, check that "
-      "each gives the default's results (to 1e-4 of the largest, double 1e-10), and keep the best "
-      "for every command to use");
+  const Option tune =
+      command.flag("--tune", a.tune,
+                   "Find the lane width, samples per work-item and tile sizes that are fastest "
+                   "here, check that each gives the default's results (to 1e-4 of the largest, "
+                   "double 1e-10), and keep the best for every command to use");
   const Option scaling = command
                              .flag("--scaling", a.scaling,
                                    "Measure how the time and memory of an energy with its gradient "
                                    "grow with samples (25^3 to 193^3) and factors (83 to 1324)")
-                             .excludes(tune);
-  command.add("--samples", &a.options.samples, "Sample points");
-  command.add("--factors", &a.options.factors, "Factors of the map");
-  command.add("--repeats", &a.options.repeats, "Timed runs of each kernel");
+                             .excludes({tune});
+  command.add("--samples", &a.options.samples, "INT", "Sample points");
+  command.add("--factors", &a.options.factors, "INT", "Factors of the map");
+  command.add("--repeats", &a.options.repeats, "INT", "Timed runs of each kernel");
   command
-      .add("--width", &a.lane_width,
+      .add("--width", &a.lane_width, "INT",
            "Lanes of a work-item: 1, 8 or 16. Default: what suits the device")
-      .excludes(tune)
-      .excludes(scaling);
+      .excludes({tune, scaling});
   add_precision(command, a.options.precision, "Arithmetic on the device");
   command
-      .file("--baseline", a.baseline,
+      .file("--baseline", a.baseline, "FILE",
             "An earlier --json report: exit code 1 if a kernel has become slower")
-      .excludes(tune)
-      .excludes(scaling)
-      .type("FILE");
+      .excludes({tune, scaling});
   command
-      .file("--plot", a.plot,
-            "Draw a roofline: each kernel's speed over its work per byte of memory, under "
-            "what the device can do at most")
-      .excludes(tune)
-      .excludes(scaling)
-      .type("PICTURE.png");
+      .file("--plot", a.plot, "PICTURE.png",
+            "Draw a roofline: each kernel's speed over its work per byte of memory, under what the "
+            "device can do at most")
+      .excludes({tune, scaling});
   command
-      .file("--csv", a.csv,
-            "Also write the figures as a table, a line for each kernel, or with --scaling for "
-            "each size")
-      .excludes(tune)
-      .type("FILE.csv");
-  command.add("--tolerance", &a.tolerance,
+      .file("--csv", a.csv, "FILE.csv",
+            "Also write the figures as a table, a line for each kernel, or with --scaling for each "
+            "size")
+      .excludes({tune});
+  command.add("--tolerance", &a.tolerance, "NUMBER",
               "What counts as slower: 0.2 is 20 % over the baseline's median");
   add_device(command, a.device);
 }
@@ -218,30 +207,28 @@ void describe_profile(Command command, ProfileArguments& a) {
 }  // namespace
 
 void add_profile(CommandLine& program, ChosenCommand& chosen) {
-  const CommandText text{
-      "profile", "Measure the kernels against the device's limits",
-      "Examples:\n"
-      "  qjulia profile\n"
-      "  qjulia profile --json > before.json\n"
-      "  qjulia profile --baseline before.json --tolerance 0.1    exit code 1 if slower\n"
-      "  qjulia profile --plot roofline.png\n"
-      "  qjulia profile --scaling                                 cost against size\n"
-      "  qjulia profile --tune                                    once a device; a minute or two\n"
-      "  qjulia profile --csv kernels.csv\n"
-      "A pair is one factor at one sample for one iterate. The share of the limit compares a\n"
-      "kernel's slots (multiply-adds, multiplications and divisions in its source, one each) with\n"
-      "the measured peak multiply-add rate. The predicted time is what the compiled kernel's\n"
-      "instructions, as counted for GPUs, and its memory traffic take at these limits. Rays and\n"
-      "distances end early by design: they have times only. Times are from the device's own\n"
-      "clock. The spread is that of the runs, over their median; a warning says so when the\n"
-      "machine was not idle.\n"
-      "Tuned settings are kept for the device, its driver and this program in\n"
-      "$XDG_CACHE_HOME/qjulia (~/.cache/qjulia), and every command uses them from then on. Sums\n"
-      "are then taken in another order: maps fitted before and after differ slightly,\n"
-      "as they do between machines tuned differently. QJULIA_TUNING=off in the environment keeps "
-      "to\n"
-      "the defaults, which are the same everywhere."};
-  add_command(program, chosen, text, describe_profile, run_profile);
+  add_command(program, chosen,
+              {"profile", "Measure the kernels against the device's limits", R"(Examples:
+  qjulia profile
+  qjulia profile --json > before.json
+  qjulia profile --baseline before.json --tolerance 0.1    exit code 1 if slower
+  qjulia profile --plot roofline.png
+  qjulia profile --scaling                                 cost against size
+  qjulia profile --tune                                    once a device; a minute or two
+  qjulia profile --csv kernels.csv
+A pair is one factor at one sample for one iterate. The share of the limit compares a
+kernel's slots (multiply-adds, multiplications and divisions in its source, one each) with
+the measured peak multiply-add rate. The predicted time is what the compiled kernel's
+instructions, as counted for GPUs, and its memory traffic take at these limits. Rays and
+distances end early by design: they have times only. Times are from the device's own
+clock. The spread is that of the runs, over their median; a warning says so when the
+machine was not idle.
+Tuned settings are kept for the device, its driver and this program in
+$XDG_CACHE_HOME/qjulia (~/.cache/qjulia), and every command uses them from then on. Sums
+are then taken in another order: maps fitted before and after differ slightly,
+as they do between machines tuned differently. QJULIA_TUNING=off in the environment keeps to
+the defaults, which are the same everywhere.)"},
+              describe_profile, run_profile);
 }
 
 }  // namespace qjulia::tools

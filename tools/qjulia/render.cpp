@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <optional>
 
 #include "base/text.hpp"
@@ -17,15 +19,12 @@
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/picture.hpp"
-#include "sweep.hpp"
 
 namespace qjulia::tools {
 namespace {
 
 struct RenderArguments {
-  std::string input;
-  std::string output;
-  std::string device;
+  std::string input, output, device;
   std::optional<std::string> sweep;
   std::optional<int> turntable;
   std::string layers;  ///< prefix of their files; empty: none
@@ -48,6 +47,128 @@ std::vector<Cut> parse_cuts(const std::string& text) {
     cuts.push_back(cut);
   }
   return cuts;
+}
+
+constexpr int kMostFrames = 10000;
+
+/// One option taken through a list of values: a picture for each.
+struct Sweep {
+  std::string name;  ///< of the option, without dashes
+  std::vector<double> values;
+};
+
+using Setter = void (*)(double, MapOptions&, PictureOptions&);
+
+/// cos A + u sin A, for a unit vector along `axis` (1: i, 2: j, 3: k) and A in degrees.
+Quaternion turned_phase(int axis, double degrees) {
+  const double angle = degrees * std::numbers::pi / 180;
+  Quaternion phase{std::cos(angle), 0, 0, 0};
+  (axis == 1 ? phase.y : axis == 2 ? phase.z : phase.w) = std::sin(angle);
+  return phase;
+}
+
+int whole(const char* name, double value) {
+  if (value != std::round(value) || std::abs(value) > 1e9) {
+    throw InputError(fmt::format("--sweep {}: {} is not a whole number", name, value));
+  }
+  return static_cast<int>(value);
+}
+
+const std::map<std::string, Setter>& setters() {
+  static const std::map<std::string, Setter> all = {
+      {"azimuth", [](double v, MapOptions&, PictureOptions& p) { p.camera.azimuth = v; }},
+      {"elevation", [](double v, MapOptions&, PictureOptions& p) { p.camera.elevation = v; }},
+      {"zoom", [](double v, MapOptions&, PictureOptions& p) { p.camera.zoom = v; }},
+      {"iterations",
+       [](double v, MapOptions& m, PictureOptions& p) {
+         m.iterations = p.iterations = whole("iterations", v);
+       }},
+      {"detail",
+       [](double v, MapOptions& m, PictureOptions&) {
+         if (v <= 0) throw InputError(fmt::format("--sweep detail: {} is not positive", v));
+         m.detail = v;
+       }},
+      {"drift", [](double v, MapOptions& m, PictureOptions&) { m.knobs.drift = v; }},
+      {"slice", [](double v, MapOptions& m, PictureOptions&) { m.knobs.slice = v; }},
+      {"scale", [](double v, MapOptions& m, PictureOptions&) { m.knobs.scale = v; }},
+      {"tufts", [](double v, MapOptions& m, PictureOptions&) { m.knobs.tufts = v; }},
+      {"order-seed",
+       [](double v, MapOptions& m, PictureOptions&) {
+         const int seed = whole("order-seed", v);
+         if (seed < 0) throw InputError(fmt::format("--sweep order-seed: {} is below 0", seed));
+         m.knobs.order_seed = static_cast<std::uint64_t>(seed);
+       }},
+      {"phase-i",
+       [](double v, MapOptions& m, PictureOptions&) { m.knobs.phase = turned_phase(1, v); }},
+      {"phase-j",
+       [](double v, MapOptions& m, PictureOptions&) { m.knobs.phase = turned_phase(2, v); }},
+      {"phase-k",
+       [](double v, MapOptions& m, PictureOptions&) { m.knobs.phase = turned_phase(3, v); }}};
+  return all;
+}
+
+InputError unreadable(const std::string& text) {
+  return InputError(fmt::format(
+      "--sweep '{}' is neither NAME=FROM:TO:COUNT, such as drift=0:1.05:12, nor NAME=A,B,C", text));
+}
+
+std::vector<double> numbers(const std::string& list, char between, const std::string& whole_text) {
+  std::vector<double> values;
+  for (const std::string& word : base::split(list, between)) {
+    const auto value = base::number_in<double>(word);
+    if (!value || !std::isfinite(*value)) throw unreadable(whole_text);
+    values.push_back(*value);
+  }
+  return values;
+}
+
+/// What can be swept, for help and errors.
+constexpr const char* kSweepNames =
+    "detail, drift, slice, scale, tufts, order-seed, phase-i, phase-j, phase-k (the phase cos A + "
+    "i "
+    "sin A, A in degrees), iterations, azimuth, elevation, zoom";
+
+/// "NAME=FROM:TO:COUNT", both ends included, or "NAME=A,B,C". @throws InputError
+Sweep parse_sweep(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos) throw unreadable(text);
+  Sweep sweep{text.substr(0, equals), {}};
+  if (!setters().contains(sweep.name)) {
+    throw InputError(
+        fmt::format("--sweep: there is no '{}' to sweep; it can be {}", sweep.name, kSweepNames));
+  }
+  const std::string list = text.substr(equals + 1);
+  if (list.find(':') == std::string::npos) {
+    sweep.values = numbers(list, ',', text);
+    return sweep;
+  }
+  const auto range = numbers(list, ':', text);
+  if (range.size() != 3 || range[2] != std::round(range[2])) throw unreadable(text);
+  if (range[2] < 2 || range[2] > kMostFrames) {
+    throw InputError(fmt::format("--sweep {}: COUNT is 2 to {}", text, kMostFrames));
+  }
+  const int count = static_cast<int>(range[2]);
+  for (int i = 0; i < count; ++i) {
+    sweep.values.push_back(std::lerp(range[0], range[1], double(i) / (count - 1)));
+  }
+  return sweep;
+}
+
+/// `count` azimuths once around, from `first` on.
+Sweep turntable(double first, int count) {
+  Sweep sweep{"azimuth", {}};
+  for (int i = 0; i < count; ++i) sweep.values.push_back(first + 360.0 * i / count);
+  return sweep;
+}
+
+/// Whether only the camera moves.
+bool is_of_camera(const Sweep& sweep) {
+  return sweep.name == "azimuth" || sweep.name == "elevation" || sweep.name == "zoom";
+}
+
+/// Sets the swept option to `value`. @throws InputError where it must be whole and is not.
+void set(const Sweep& sweep, double value, MapOptions& map, PictureOptions& picture) {
+  setters().at(sweep.name)(value, map, picture);
 }
 
 PictureOptions checked_options(const RenderArguments& arguments) {
@@ -99,39 +220,28 @@ void warn_if_empty(const Image& image, const std::string& input, const PictureOp
                   input));
 }
 
-/// A rough picture of the same view, soon. "bunny.png": "bunny.preview.png". It goes when the
-/// picture is done, and stays when that was interrupted.
-class Preview {
- public:
-  explicit Preview(const std::filesystem::path& picture)
-      : path_(picture.parent_path() / (picture.stem().string() + ".preview.png")) {}
+/// "bunny.png": "bunny.preview.png".
+std::filesystem::path preview_path(const std::filesystem::path& picture) {
+  return picture.parent_path() / (picture.stem().string() + ".preview.png");
+}
 
-  void draw(const Device& device, const Scene& scene, const RenderArguments& arguments,
-            PictureOptions options, Session& session) const {
-    const int reduction = std::max(kReduction, (options.width + kWidest - 1) / kWidest);
-    options.width = std::max(1, options.width / reduction);
-    options.height = std::max(1, options.height / reduction);
-    options.samples_per_axis = 1;
-    const Image image =
-        studio_of(device, scene, arguments.input, arguments.map_options, options, session)
-            .picture(options.camera, session.monitor());
-    write_png(image, path_, {{"Software", program_name()}});
-    session.console.note(fmt::format("preview: {}, {:.1f} s", path_.string(), session.seconds()));
-    session.written_so_far = "only the preview was written";
-  }
-
-  const std::filesystem::path& path() const { return path_; }
-
-  void remove() const {
-    std::error_code ignored;
-    std::filesystem::remove(path_, ignored);
-  }
-
- private:
-  static constexpr int kReduction = 4;
-  static constexpr int kWidest = 320;  ///< pixels
-  std::filesystem::path path_;
-};
+/// A rough picture of the same view, soon. It goes when the picture is done, and stays when that
+/// was interrupted.
+void draw_preview(const Device& device, const Scene& scene, const RenderArguments& arguments,
+                  PictureOptions options, Session& session) {
+  constexpr int kReduction = 4, kWidest = 320;  // pixels
+  const int reduction = std::max(kReduction, (options.width + kWidest - 1) / kWidest);
+  options.width = std::max(1, options.width / reduction);
+  options.height = std::max(1, options.height / reduction);
+  options.samples_per_axis = 1;
+  const Image image =
+      studio_of(device, scene, arguments.input, arguments.map_options, options, session)
+          .picture(options.camera, session.monitor());
+  const auto path = preview_path(arguments.output);
+  write_png(image, path, {{"Software", program_name()}});
+  session.console.note(fmt::format("preview: {}, {:.1f} s", path.string(), session.seconds()));
+  session.written_so_far = "only the preview was written";
+}
 
 std::optional<Sweep> wanted_sweep(const RenderArguments& arguments, const PictureOptions& options) {
   if (arguments.sweep && arguments.turntable) {
@@ -164,7 +274,7 @@ std::filesystem::path frame_path(const std::filesystem::path& sheet, std::size_t
 std::vector<base::Output> outputs_of(const RenderArguments& arguments,
                                      const std::optional<Sweep>& sweep) {
   std::vector<base::Output> outputs{{"--output", arguments.output, {".png"}}};
-  if (arguments.preview) outputs.push_back({"--preview", Preview(arguments.output).path()});
+  if (arguments.preview) outputs.push_back({"--preview", preview_path(arguments.output)});
   if (!arguments.layers.empty()) {
     for (const auto& path : layer_files(arguments.layers)) outputs.push_back({"--aov", path});
   }
@@ -251,8 +361,7 @@ int run_render(const RenderArguments& arguments, Session& session) {
   const Scene scene = read_scene(arguments, session);
   const Device device = session.open_device(arguments.device);
 
-  const Preview preview(arguments.output);
-  if (arguments.preview) preview.draw(device, scene, arguments, options, session);
+  if (arguments.preview) draw_preview(device, scene, arguments, options, session);
   PictureLayers layers;
   const Image image =
       studio_of(device, scene, arguments.input, arguments.map_options, options, session)
@@ -268,7 +377,8 @@ int run_render(const RenderArguments& arguments, Session& session) {
       layer_files.push_back(path.string());
     }
   }
-  if (arguments.preview) preview.remove();
+  std::error_code ignored;
+  if (arguments.preview) std::filesystem::remove(preview_path(arguments.output), ignored);
   session.report_kernels(device);
   const double seconds = session.seconds();
   const std::string of_layers =
@@ -289,36 +399,27 @@ int run_render(const RenderArguments& arguments, Session& session) {
 }
 
 void describe_render(Command command, RenderArguments& a) {
-  command
-      .file("MAP", a.input,
-            "Map file of 'qjulia fit' or 'qjulia shape'; or a mesh (.obj, .off, .ply, .stl), drawn "
-            "in "
-            "the same view and light for comparison")
-      .required()
-      .type("");
-  command.file("-o,--output", a.output, "Picture to write: .png").required().type("PICTURE");
+  command.input("MAP", a.input,
+                "Map file of 'qjulia fit' or 'qjulia shape'; or a mesh (.obj, .off, .ply, .stl), "
+                "drawn in the same view and light for comparison");
+  command.output(a.output, "PICTURE", "Picture to write: .png");
   add_size(command, a.options);
-  command.add("--samples", &a.options.samples_per_axis, "Anti-aliasing: N x N rays per pixel");
+  command.add("--samples", &a.options.samples_per_axis, "INT",
+              "Anti-aliasing: N x N rays per pixel");
   add_camera(command, a.options.camera);
+  command.word(
+      "--cut", "AXIS=PLACE", [&a](const std::string& text) { a.options.cuts = parse_cuts(text); },
+      "Cut away what lies beyond a place along an axis, and show the inside: a coordinate, shape "
+      "units, or per cent of the shape's box; several with commas, x=0.2,z=50%");
+  command.word(
+      "--sweep", "SWEEP", [&a](const std::string& text) { a.sweep = text; },
+      std::string("Pictures for several values of one option, NAME=FROM:TO:COUNT or NAME=A,B,C: a "
+                  "contact sheet in PICTURE, and each in PICTURE_001.png and on. NAME: ") +
+          kSweepNames);
   command
-      .word(
-          "--cut", [&a](const std::string& text) { a.options.cuts = parse_cuts(text); },
-          "Cut away what lies beyond a place along an axis, and show the inside: a coordinate, "
-          "shape units, or per cent of the shape's box; several with commas, x=0.2,z=50%")
-      .type("AXIS=PLACE");
-  command
-      .word(
-          "--sweep", [&a](const std::string& text) { a.sweep = text; },
-          std::string("Pictures for several values of one option, NAME=FROM:TO:COUNT or "
-                      "NAME=A,B,C: a contact sheet in PICTURE, and each in "
-                      "PICTURE_001.png and on. NAME: ") +
-              kSweepNames)
-      .type("SWEEP");
-  command
-      .add("--turntable", &a.turntable,
+      .add("--turntable", &a.turntable, "N",
            "The same for N azimuths once around, 2 to 10000: the shape turns under steady light")
-      .range(2, 10000)
-      .type("N");
+      .range(2, 10000);
   command.choice(
       "--material", a.options.material,
       {{to_string(Material::clay), Material::clay},
@@ -326,16 +427,13 @@ void describe_render(Command command, RenderArguments& a) {
        {to_string(Material::trap), Material::trap}},
       "What colours the set: clay; iterations, how late the orbit of a point is decided; or trap, "
       "how close two iterates come to the plane X = 0, seen from the origin");
-  command
-      .file("--aov", a.layers,
-            "Also write what each pixel shows: PREFIX.depth.npy (along the ray from the\n"
-            "camera, shape units, inf where nothing is), PREFIX.normal.npy and\n"
-            "PREFIX.position.npy (shape coordinates), unfiltered; depth and normal also as\n"
-            ".png to look at")
-      .type("PREFIX");
+  command.file("--aov", a.layers, "PREFIX",
+               "Also write what each pixel shows: PREFIX.depth.npy (along the ray from the camera, "
+               "shape units, inf where nothing is), PREFIX.normal.npy and PREFIX.position.npy "
+               "(shape coordinates), unfiltered; depth and normal also as .png to look at");
   command.flag("--preview", a.preview,
-               "First write a rough picture, up to 320 wide, as NAME.preview.png; it goes "
-               "when\nthe picture is done");
+               "First write a rough picture, up to 320 wide, as NAME.preview.png; it goes when the "
+               "picture is done");
   add_look(command, a.look);
   add_map_options(command, a.map_options, "The set is cut open at its faces. Default: all of it");
   add_device(command, a.device);
@@ -344,24 +442,21 @@ void describe_render(Command command, RenderArguments& a) {
 }  // namespace
 
 void add_render(CommandLine& program, ChosenCommand& chosen) {
-  const CommandText text{
-      "render", "Draw a picture of a map's set",
-      "Examples:\n"
-      "  qjulia render bunny.qjulia.json -o bunny.png\n"
-      "  qjulia render bunny.qjulia.json -o ears.png --frame -0.8 0.6 -0.8 0.15 1 0.15\n"
-      "  qjulia render bunny.qjulia.json -o inside.png --cut z=50% --azimuth 0\n"
-      "  qjulia render bunny.obj -o mesh.png             the mesh in the same view\n"
-      "  qjulia render bunny.qjulia.json -o crust.png --drift 0.8 --detail 0.03\n"
-      "  qjulia render bunny.qjulia.json -o drift.png --sweep drift=0:1.05:12 --size 480x360\n"
-      "  qjulia render bunny.qjulia.json -o turn.png --turntable 36\n"
-      "  qjulia render bunny.qjulia.json -o cut_out.png --background transparent --no-ground\n"
-      "  qjulia render bunny.qjulia.json -o glow.png --material trap --palette ember\n"
-      "  qjulia render bunny.qjulia.json -o big.png --size 3840x2160 --preview --aov big\n"
-      "Rays meet the set itself, not a mesh of it: the picture is as sharp as its pixels. The "
-      "file's\n"
-      "text chunk 'qjulia' says how it was made.\n" +
-          std::string(kMapOptionsHelp)};
-  add_command(program, chosen, text, describe_render, run_render);
+  add_command(program, chosen, {"render", "Draw a picture of a map's set", std::string(R"(Examples:
+  qjulia render bunny.qjulia.json -o bunny.png
+  qjulia render bunny.qjulia.json -o ears.png --frame -0.8 0.6 -0.8 0.15 1 0.15
+  qjulia render bunny.qjulia.json -o inside.png --cut z=50% --azimuth 0
+  qjulia render bunny.obj -o mesh.png             the mesh in the same view
+  qjulia render bunny.qjulia.json -o crust.png --drift 0.8 --detail 0.03
+  qjulia render bunny.qjulia.json -o drift.png --sweep drift=0:1.05:12 --size 480x360
+  qjulia render bunny.qjulia.json -o turn.png --turntable 36
+  qjulia render bunny.qjulia.json -o cut_out.png --background transparent --no-ground
+  qjulia render bunny.qjulia.json -o glow.png --material trap --palette ember
+  qjulia render bunny.qjulia.json -o big.png --size 3840x2160 --preview --aov big
+Rays meet the set itself, not a mesh of it: the picture is as sharp as its pixels. The file's
+text chunk 'qjulia' says how it was made.
+)") + kMapOptionsHelp},
+              describe_render, run_render);
 }
 
 }  // namespace qjulia::tools

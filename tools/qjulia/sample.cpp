@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
-#include "files.hpp"
 #include "map_options.hpp"
 #include "provenance.hpp"
 #include "qjulia/file_types.hpp"
@@ -16,9 +15,7 @@ namespace qjulia::tools {
 namespace {
 
 struct SampleArguments {
-  std::string map;
-  std::string output;
-  std::string device;
+  std::string map, output, device;
   MapOptions map_options;
   SampleOptions options;
 };
@@ -48,13 +45,10 @@ int run_sample(const SampleArguments& arguments, Session& session) {
 }
 
 void describe_sample(Command command, SampleArguments& a) {
-  command.file("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'").required().type("");
-  command
-      .file("-o,--output", a.output,
-            "Field to write: " + extension_list(FileContent::field, FileUse::write))
-      .required()
-      .type("FIELD");
-  command.add("--resolution", &a.options.resolution, "Cells along the box's longest side");
+  command.input("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'");
+  command.output(a.output, "FIELD",
+                 "Field to write: " + extension_list(FileContent::field, FileUse::write));
+  command.add("--resolution", &a.options.resolution, "INT", "Cells along the box's longest side");
   add_map_options(command, a.map_options, "Default: the shape's box plus 5 %", "Default: 20");
   add_device(command, a.device);
 }
@@ -62,17 +56,15 @@ void describe_sample(Command command, SampleArguments& a) {
 }  // namespace
 
 void add_sample(CommandLine& program, ChosenCommand& chosen) {
-  const CommandText text{
-      "sample", "Write a map's field on a grid",
-      "Examples:\n"
-      "  qjulia sample bunny.qjulia.json -o bunny.npy --resolution 256\n"
-      "  qjulia sample bunny.qjulia.json -o ear.vti --box 0 0.1 -0.1 0.2 0.3 0.1\n"
-      "Values are F_n at cell centres: the logarithm of the last iterate's norm, where iteration\n"
-      "ends at --escape or after --iterations. A point is inside where F_n is below the map's\n"
-      "surface level ('qjulia info' and --json tell it). In .npy the array is [x][y][z]; ParaView\n"
-      "opens .vti, and a contour of F at the level is the set's surface.\n" +
-          std::string(kMapOptionsHelp)};
-  add_command(program, chosen, text, describe_sample, run_sample);
+  add_command(program, chosen, {"sample", "Write a map's field on a grid", std::string(R"(Examples:
+  qjulia sample bunny.qjulia.json -o bunny.npy --resolution 256
+  qjulia sample bunny.qjulia.json -o ear.vti --box 0 0.1 -0.1 0.2 0.3 0.1
+Values are F_n at cell centres: the logarithm of the last iterate's norm, where iteration
+ends at --escape or after --iterations. A point is inside where F_n is below the map's
+surface level ('qjulia info' and --json tell it). In .npy the array is [x][y][z]; ParaView
+opens .vti, and a contour of F at the level is the set's surface.
+)") + kMapOptionsHelp},
+              describe_sample, run_sample);
 }
 
 }  // namespace qjulia::tools

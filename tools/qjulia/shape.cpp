@@ -19,9 +19,7 @@ namespace qjulia::tools {
 namespace {
 
 struct ShapeArguments {
-  std::string mesh;
-  std::string output;
-  std::string device;
+  std::string mesh, output, device;
   std::string versor = "random:60:1";
   ExactMapOptions options;
   PaintOptions paint;  ///< its thickness alone
@@ -149,39 +147,22 @@ int run_shape(const ShapeArguments& arguments, Session& session) {
 }
 
 void describe_shape(Command command, ShapeArguments& a) {
-  command.file("MESH", a.mesh, "Triangle mesh: .obj, .off, .ply or .stl").required().type("");
-  command.file("-o,--output", a.output, "Map file to write, such as bunny.qjulia.json")
-      .required()
-      .type("MAP");
-  add_detail(
-      command, [&a](const DetailChoice& detail) { a.options.detail = detail; },
-      "'surface' and 'render' can change it later")
-      .default_text(to_string(a.options.detail));
-  command
-      .add(
-          "--thickness", &a.paint.thickness,
-          "Paints the map: bounds the shell by this share of the shape's own thickness, 0.01 to 2, "
-          "so that thin limbs keep their shape under a larger --detail. 0.15 is a good one")
-      .type("FRACTION");
-  command.add("--tufts", &a.options.tufts,
-              "How many times as steep the field is outside the shape, 1 to 100: above 1 tufts "
-              "that stand off the shape are shorter, and fewer pieces come loose. 'surface' and "
-              "'render' can change it later");
-  add_up(command, a.options.up,
-         "The mesh's axis that points up in pictures, and in files that have an up of their own. "
-         "auto: the mesh's flattest, widest end is down; where none is, y is up");
-  command
-      .add("--versor", &a.versor,
-           "What gives the grooves their pattern: random:K:SEED for K roots placed at random "
-           "in the shape; noise:OCTAVES:SCALE:SEED for gradient noise, SCALE its cells along the "
-           "shape's longest side (noise4 the same in all four components); or a map file whose "
-           "factors are taken")
-      .type("random:K:SEED|noise:N:SCALE:SEED|MAP");
-  command
-      .add("--resolution", &a.options.resolution,
-           "Cells of the grid along its longest side, 32 to 384: more where limbs are thinner "
-           "than two cells")
-      .type("INT");
+  command.input("MESH", a.mesh, "Triangle mesh: .obj, .off, .ply or .stl");
+  command.output(a.output, "MAP", "Map file to write, such as bunny.qjulia.json");
+  add_detail(command, a.options.detail);
+  command.add(
+      "--thickness", &a.paint.thickness, "FRACTION",
+      "Paints the map: bounds the shell by this share of the shape's own thickness, 0.01 to 2, so "
+      "that thin limbs keep their shape under a larger --detail. 0.15 is a good one");
+  add_tufts_and_up(command, a.options.tufts, a.options.up);
+  command.add("--versor", &a.versor, "random:K:SEED|noise:N:SCALE:SEED|MAP",
+              "What gives the grooves their pattern: random:K:SEED for K roots placed at random in "
+              "the shape; noise:OCTAVES:SCALE:SEED for gradient noise, SCALE its cells along the "
+              "shape's longest side (noise4 the same in all four components); or a map file whose "
+              "factors are taken");
+  command.add("--resolution", &a.options.resolution, "INT",
+              "Cells of the grid along its longest side, 32 to 384: more where limbs are thinner "
+              "than two cells");
   command.choice("--fourth", a.options.fourth,
                  {{"round", FourthCoordinate::round}, {"ignored", FourthCoordinate::ignored}},
                  "Where the shape ends along the fourth coordinate: round, as thick as it is "
@@ -192,18 +173,16 @@ void describe_shape(Command command, ShapeArguments& a) {
 }  // namespace
 
 void add_shape(CommandLine& program, ChosenCommand& chosen) {
-  const CommandText text{
-      "shape", "Make a map that has a mesh's exact shape, without a fit",
-      "Examples:\n"
-      "  qjulia shape human.obj -o human.qjulia.json\n"
-      "  qjulia shape human.obj -o other.qjulia.json --versor random:60:2\n"
-      "  qjulia shape human.obj -o noise.qjulia.json --versor noise:2:9:1\n"
-      "  qjulia shape bunny.obj -o bunny.qjulia.json --versor fitted.qjulia.json\n"
-      "The map holds the mesh's distance on a grid: about a megabyte, where a fitted map has\n"
-      "some fifty kilobytes, but thin limbs and sharp edges are all there. The versor, which "
-      "gives\n"
-      "the grooves their pattern, is free. See docs/exact-maps.md."};
-  add_command(program, chosen, text, describe_shape, run_shape);
+  add_command(program, chosen,
+              {"shape", "Make a map that has a mesh's exact shape, without a fit", R"(Examples:
+  qjulia shape human.obj -o human.qjulia.json
+  qjulia shape human.obj -o other.qjulia.json --versor random:60:2
+  qjulia shape human.obj -o noise.qjulia.json --versor noise:2:9:1
+  qjulia shape bunny.obj -o bunny.qjulia.json --versor fitted.qjulia.json
+The map holds the mesh's distance on a grid: about a megabyte, where a fitted map has
+some fifty kilobytes, but thin limbs and sharp edges are all there. The versor, which gives
+the grooves their pattern, is free. See docs/exact-maps.md.)"},
+              describe_shape, run_shape);
 }
 
 }  // namespace qjulia::tools

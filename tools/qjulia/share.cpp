@@ -15,8 +15,7 @@ namespace qjulia::tools {
 namespace {
 
 struct ShareArguments {
-  std::string map;
-  std::string output;
+  std::string map, output;
 };
 
 int run_share(const ShareArguments& arguments, Session& session) {
@@ -33,25 +32,22 @@ int run_share(const ShareArguments& arguments, Session& session) {
 }
 
 void describe_share(Command command, ShareArguments& a) {
-  command.file("MAP", a.map, "Map file of 'qjulia fit', or a page made of one").required().type("");
-  command.file("-o,--output", a.output, "Page to write: .html").required().type("PAGE");
+  command.input("MAP", a.map, "Map file of 'qjulia fit', or a page made of one");
+  command.output(a.output, "PAGE", "Page to write: .html");
 }
 
 }  // namespace
 
 void add_share(CommandLine& program, ChosenCommand& chosen) {
-  const CommandText text{
-      "share", "Make a page on which others play with a map",
-      "Example:\n"
-      "  qjulia share bunny.qjulia.json -o bunny.html\n"
-      "The page needs nothing else, no network and no qjulia: the viewer's own graphics draw the "
-      "set\n"
-      "(WebGL 2). It has a slider for every option of the map, and its address says how all "
-      "stands,\n"
-      "so that a link to it is a shape. The map is in it: every command that reads maps reads the\n"
-      "page too. See docs/explore.md.",
-      /*can_trace=*/false};
-  add_command(program, chosen, text, describe_share, run_share);
+  add_command(program, chosen,
+              {"share", "Make a page on which others play with a map", R"(Example:
+  qjulia share bunny.qjulia.json -o bunny.html
+The page needs nothing else, no network and no qjulia: the viewer's own graphics draw the set
+(WebGL 2). It has a slider for every option of the map, and its address says how all stands,
+so that a link to it is a shape. The map is in it: every command that reads maps reads the
+page too. See docs/explore.md.)",
+               /*can_trace=*/false},
+              describe_share, run_share);
 }
 
 }  // namespace qjulia::tools

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
-#include "files.hpp"
 #include "map_options.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
@@ -19,13 +18,10 @@ namespace qjulia::tools {
 namespace {
 
 struct SurfaceArguments {
-  std::string map;
-  std::string output;
-  std::string device;
+  std::string map, output, device;
   MapOptions map_options;
   SurfaceOptions options;
-  bool keep_loose = false;
-  bool largest_component = false;
+  bool keep_loose = false, largest_component = false;
   std::optional<double> min_component;  ///< of the largest one's area
   std::optional<double> millimetres;    ///< instead of shape units
   std::optional<UpAxis> up;             ///< instead of the map's; of files that stand upright
@@ -162,39 +158,33 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
 }
 
 void describe_surface(Command command, SurfaceArguments& a) {
-  command.file("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'").required().type("");
-  command
-      .file("-o,--output", a.output,
-            "Mesh to write: " + extension_list(FileContent::mesh, FileUse::write))
-      .required()
-      .type("MESH");
-  command.add("--resolution", &a.options.resolution, "Cells along the box's longest side");
-  command.add("--refine", &a.options.refine,
-              "Bisection steps per crossed grid edge: vertices lie on the iterated set's\n"
-              "boundary instead of where its field is interpolated. 6 is plenty");
+  command.input("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'");
+  command.output(a.output, "MESH",
+                 "Mesh to write: " + extension_list(FileContent::mesh, FileUse::write));
+  command.add("--resolution", &a.options.resolution, "INT", "Cells along the box's longest side");
+  command.add("--refine", &a.options.refine, "INT",
+              "Bisection steps per crossed grid edge: vertices lie on the iterated set's boundary "
+              "instead of where its field is interpolated. 6 is plenty");
   const Option keep = command.flag("--keep-loose", a.keep_loose,
                                    "Keep all connected parts. Default: parts that enclose less "
                                    "than a hundredth of the largest one's volume are left out");
   const Option largest = command
                              .flag("--largest-component", a.largest_component,
                                    "Leave out all but the largest connected part")
-                             .excludes(keep);
+                             .excludes({keep});
   command
-      .add("--min-component", &a.min_component,
+      .add("--min-component", &a.min_component, "FRACTION",
            "Leave out connected parts with less than this fraction, 0 to 1, of the largest one's "
            "area")
-      .excludes(largest)
-      .excludes(keep)
-      .range(0.0, 1.0)
-      .type("FRACTION");
+      .excludes({largest, keep})
+      .range(0.0, 1.0);
   command
-      .add("--millimetres", &a.millimetres,
+      .add("--millimetres", &a.millimetres, "LENGTH",
            "Scale the mesh so that the fitted shape's longest side has this length")
-      .range(1e-6, 1e9)
-      .type("LENGTH");
+      .range(1e-6, 1e9);
   command.flag("--dense", a.options.dense,
-               "Run the orbit of every point of the grid to its end: the same mesh, much\n"
-               "slower, without trusting r_in, r_out and bounds");
+               "Run the orbit of every point of the grid to its end: the same mesh, much slower, "
+               "without trusting r_in, r_out and bounds");
   add_up(command, a.up,
          "The shape's axis that points up in .glb and .stl files, which stand upright (.ply, .obj "
          "and .off keep the shape's own coordinates); auto is what the map says");
@@ -206,18 +196,16 @@ void describe_surface(Command command, SurfaceArguments& a) {
 }  // namespace
 
 void add_surface(CommandLine& program, ChosenCommand& chosen) {
-  const CommandText text{
-      "surface", "Make a mesh of a map's set",
-      "Examples:\n"
-      "  qjulia surface bunny.qjulia.json -o bunny.ply\n"
-      "  qjulia surface bunny.qjulia.json -o fine.stl --resolution 512 --detail 0.03\n"
-      "  qjulia surface bunny.qjulia.json -o print.stl --millimetres 80\n"
-      "  qjulia surface bunny.qjulia.json -o crust.ply --drift 0.8 --phase 0.8 0.6 0 0\n"
-      "The mesh lies in the fitted shape's own coordinates; .glb and .stl stand upright. Only the\n"
-      "undecided shell about the surface is iterated: time grows with its volume, memory with the\n"
-      "mesh and one slab.\n" +
-          std::string(kMapOptionsHelp)};
-  add_command(program, chosen, text, describe_surface, run_surface);
+  add_command(program, chosen, {"surface", "Make a mesh of a map's set", std::string(R"(Examples:
+  qjulia surface bunny.qjulia.json -o bunny.ply
+  qjulia surface bunny.qjulia.json -o fine.stl --resolution 512 --detail 0.03
+  qjulia surface bunny.qjulia.json -o print.stl --millimetres 80
+  qjulia surface bunny.qjulia.json -o crust.ply --drift 0.8 --phase 0.8 0.6 0 0
+The mesh lies in the fitted shape's own coordinates; .glb and .stl stand upright. Only the
+undecided shell about the surface is iterated: time grows with its volume, memory with the
+mesh and one slab.
+)") + kMapOptionsHelp},
+              describe_surface, run_surface);
 }
 
 }  // namespace qjulia::tools

@@ -7,17 +7,21 @@
 #include "base/base64.hpp"
 #include "base/output_file.hpp"
 #include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
 #include "qjulia/plot.hpp"
 #include "report/html.hpp"
 
 namespace qjulia::report {
 namespace {
 
+constexpr int kIterations = 6;  ///< of the set's picture and figures
+
 /// A figure of the stages against the evaluations or the seconds up to their ends.
 std::string curve(const std::vector<StageReport>& stages, const char* label, bool by_seconds,
                   double StageReport::*value, bool logarithmic) {
-  PlotSeries series;
+  Plot plot;
+  plot.width = 480;
+  plot.height = 300;
+  PlotSeries& series = plot.series.emplace_back();
   series.points = true;
   double at = 0;
   for (const StageReport& stage : stages) {
@@ -25,13 +29,9 @@ std::string curve(const std::vector<StageReport>& stages, const char* label, boo
     series.x.push_back(at);
     series.y.push_back(stage.*value);
   }
-  Plot plot;
-  plot.width = 480;
-  plot.height = 300;
   plot.x.label = by_seconds ? "seconds in stages" : "evaluations";
   plot.y.label = label;
   plot.y.logarithmic = logarithmic;
-  plot.series.push_back(std::move(series));
   // As a picture of its own: names inside a plot are those of every other plot.
   return fmt::format(
       "<figure><img alt=\"{} against {}\" src=\"data:image/svg+xml;base64,{}\"/></figure>\n",
@@ -76,22 +76,12 @@ std::string metrics_table(const std::vector<FitMetrics>& all) {
 
 }  // namespace
 
-void ReportOptions::validate() const {
-  PictureOptions picture;
-  picture.width = width;
-  picture.height = height;
-  picture.iterations = iterations;
-  picture.validate();
-}
-
 FitReport make_report(const Device& device, const TriangleMesh& mesh, const FitResult& result,
-                      const std::string& title, const ReportOptions& options,
-                      const ProgressMonitor& monitor) {
-  options.validate();
+                      const std::string& title, const ProgressMonitor& monitor) {
   FitReport report{title, result, {}, {}};
   PictureOptions picture;
-  picture.width = options.width;
-  picture.height = options.height;
+  picture.width = 480;
+  picture.height = 360;
   picture.camera.up = result.map.up.value_or(kDefaultUp);  // of the mesh too
   const auto add = [&](const std::string& caption, Image image) {
     report.pictures.push_back({caption, std::move(image)});
@@ -99,16 +89,16 @@ FitReport make_report(const Device& device, const TriangleMesh& mesh, const FitR
   add("the mesh", render_mesh(device, mesh, mesh.box(), picture, monitor));
   picture.iterations = 1;
   add("the potential, n = 1", render(device, result.map, picture, monitor));
-  picture.iterations = options.iterations;
+  picture.iterations = kIterations;
   Image set = render(device, result.map, picture, monitor);
   const std::size_t loose = set.loose.count;
-  add(fmt::format("the set, n = {}{}", options.iterations,
+  add(fmt::format("the set, n = {}{}", kIterations,
                   loose == 0   ? ""
                   : loose == 1 ? ", without a loose piece"
                                : fmt::format(", without {} loose pieces", loose)),
       std::move(set));
   CompareOptions comparison;
-  comparison.iterations = options.iterations;
+  comparison.iterations = kIterations;
   report.metrics = compare(device, result.map, mesh, comparison, monitor);
   return report;
 }

@@ -12,13 +12,6 @@
 
 namespace qjulia::report {
 
-struct ReportOptions {
-  int width = 480;  ///< of each picture, pixels
-  int height = 360;
-  int iterations = 6;     ///< of the set's picture and figures
-  void validate() const;  ///< @throws InputError
-};
-
 /// A picture and the line under it.
 struct CaptionedImage {
   std::string caption;
@@ -30,13 +23,12 @@ struct FitReport {
   std::string title;
   FitResult result;                      ///< with the map's provenance
   std::vector<CaptionedImage> pictures;  ///< in one view
-  std::vector<FitMetrics> metrics;       ///< at n = 1 and at the options' n
+  std::vector<FitMetrics> metrics;       ///< at n = 1 and n = 6
 };
 
-/// Draws the mesh, the potential (n = 1) and the set, and measures the fit.
+/// Draws the mesh, the potential (n = 1) and the set (n = 6), and measures the fit.
 FitReport make_report(const Device& device, const TriangleMesh& mesh, const FitResult& result,
-                      const std::string& title, const ReportOptions& options = {},
-                      const ProgressMonitor& monitor = {});
+                      const std::string& title, const ProgressMonitor& monitor = {});
 
 /// One page that needs nothing else: pictures and curves stand in the text. Well-formed XML too.
 std::string report_html(const FitReport& report);

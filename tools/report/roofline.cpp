@@ -29,18 +29,13 @@ Plot roofline(const ProfileReport& report) {
   const double nearest = 0.05 * ridge;
   plot.x.range = {nearest, farthest};
   plot.y.range = {slowest, 2 * roof};
-  plot.series.push_back({fmt::format("copy, {:.1f} GB/s", 1e-9 * report.limits.bytes_per_second),
-                         {nearest, ridge},
-                         {0.05 * roof, roof},
-                         true,
-                         false,
-                         {}});
-  plot.series.push_back({fmt::format("multiply-adds, {:.1f} G/s", roof),
-                         {ridge, farthest},
-                         {roof, roof},
-                         true,
-                         false,
-                         {}});
+  plot.series.push_back(
+      {.label = fmt::format("copy, {:.1f} GB/s", 1e-9 * report.limits.bytes_per_second),
+       .x = {nearest, ridge},
+       .y = {0.05 * roof, roof}});
+  plot.series.push_back({.label = fmt::format("multiply-adds, {:.1f} G/s", roof),
+                         .x = {ridge, farthest},
+                         .y = {roof, roof}});
   plot.series.push_back(std::move(kernels));
   return plot;
 }

@@ -1,11 +1,14 @@
 #pragma once
-/// What a page asks to see, as it stands in the address of a request.
+/// What a page asks to see, or to have made of what it shows, as it stands in the address of a
+/// request.
 
 #include <map>
+#include <optional>
 #include <string>
 
 #include "qjulia/knobs.hpp"
 #include "qjulia/picture.hpp"
+#include "qjulia/surface.hpp"
 
 namespace qjulia::explore {
 
@@ -27,5 +30,21 @@ struct ViewRequest {
 /// What is no number, unknown, given twice or too large for a page; knobs and pictures check their
 /// own ranges. @throws InputError naming it
 ViewRequest read_view(const Query& query);
+
+struct MakeRequest {
+  static constexpr int kMostCells = 1024, kMostFrames = 120;
+  static constexpr int kMostPixels = 1 << 28;  ///< of all frames
+
+  ViewRequest view;
+  bool is_turntable = false;
+  std::string extension;  ///< of a mesh's file
+  SurfaceOptions surface;
+  std::optional<double> millimetres;  ///< the mesh's longest side; by default shape units
+  int frames = 36;
+};
+
+/// Names are those of `read_view`, and `make` (ply, obj, off, stl, glb, turntable), `resolution`,
+/// `millimetres`, `frames`. @throws InputError naming what is wrong
+MakeRequest read_make(Query query);
 
 }  // namespace qjulia::explore

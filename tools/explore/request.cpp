@@ -1,0 +1,246 @@
+#include "explore/request.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "base/range_check.hpp"
+#include "base/text.hpp"
+#include "qjulia/colors.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/file_types.hpp"
+
+namespace qjulia::explore {
+namespace {
+
+/// @throws InputError for anything else than a finite number
+template <class Number>
+Number query_number(std::string_view text) {
+  const auto value = base::number_in<Number>(text);
+  if (value && std::isfinite(static_cast<double>(*value))) return *value;
+  throw InputError(fmt::format("'{}' is not a number that is expected here", text));
+}
+
+/// `count` numbers with commas between them.
+std::vector<double> numbers(std::string_view text, std::size_t count) {
+  std::vector<double> values;
+  for (const std::string& word : base::split(text, ',')) {
+    values.push_back(query_number<double>(word));
+  }
+  if (values.size() == count) return values;
+  throw InputError(fmt::format("give {} numbers with commas between them", count));
+}
+
+template <class Number>
+requires std::is_arithmetic_v<Number>
+void read(std::string_view text, Number& value) { value = query_number<Number>(text); }
+
+void read(std::string_view text, bool& value) { value = query_number<int>(text) != 0; }
+
+void read(std::string_view text, Eigen::Vector3d& value) {
+  const std::vector<double> v = numbers(text, 3);
+  value = Eigen::Vector3d(v[0], v[1], v[2]);
+}
+
+void read(std::string_view text, Lamp& value) {
+  const std::vector<double> v = numbers(text, 3);
+  value = {v[0], v[1], v[2]};
+}
+
+void read(std::string_view text, Quaternion& value) {
+  const std::vector<double> v = numbers(text, 4);
+  value = Quaternion{v[0], v[1], v[2], v[3]};
+}
+
+void read(std::string_view text, Rotation& value) {
+  const std::vector<double> v = numbers(text, 4);
+  value = Rotation{{v[0], v[1], v[2]}, v[3]};
+}
+
+void read(std::string_view text, Material& value) {
+  if (text != "clay" && text != "iterations" && text != "trap") {
+    throw InputError("give clay, iterations or trap");
+  }
+  value = text == "clay"         ? Material::clay
+          : text == "iterations" ? Material::iterations
+                                 : Material::trap;
+}
+
+void read(std::string_view text, Palette& value) {
+  const auto palette = palette_named(text);
+  if (!palette) throw InputError("give the name of a palette");
+  value = *palette;
+}
+
+void read(std::string_view text, UpAxis& value) {
+  const auto up = up_axis_named(text);
+  if (!up) throw InputError("give x, y, z, -x, -y or -z");
+  value = *up;
+}
+
+template <class Value>
+void read(std::string_view text, std::optional<Value>& value) {
+  read(text, value.emplace());
+}
+
+void read_size(std::string_view text, ViewRequest& view) {
+  PictureOptions& picture = view.picture;
+  const std::size_t x = text.find('x');
+  if (x == std::string_view::npos) throw InputError("give WIDTHxHEIGHT");
+  picture.width = query_number<int>(text.substr(0, x));
+  picture.height = query_number<int>(text.substr(x + 1));
+  const bool is_sane = picture.width > 0 && picture.height > 0 && picture.width <= 16384 &&
+                       picture.height <= ViewRequest::kMostPixels / picture.width;
+  if (!is_sane) throw InputError("it is too large for a page");
+}
+
+void read_samples(std::string_view text, ViewRequest& view) {
+  read(text, view.picture.samples_per_axis);
+  if (view.picture.samples_per_axis > ViewRequest::kMostSamples) {
+    throw InputError(fmt::format("give {} at most", ViewRequest::kMostSamples));
+  }
+}
+
+void read_shows(std::string_view text, ViewRequest& view) {
+  if (text != "map" && text != "mesh") throw InputError("give map or mesh");
+  view.shows_mesh = text == "mesh";
+}
+
+/// What one name of a query does.
+struct Part {
+  enum class Changes { knobs, studio, size, camera } changes;
+  std::function<void(std::string_view, ViewRequest&)> take;
+};
+
+using Changes = Part::Changes;
+
+template <class Value>
+Part knob(Value MapKnobs::*member) {
+  return {Changes::knobs, [member](auto text, auto& view) { read(text, view.knobs.*member); }};
+}
+
+template <class Value>
+Part option(Value PictureOptions::*member) {
+  return {Changes::studio, [member](auto text, auto& view) { read(text, view.picture.*member); }};
+}
+
+template <class Value>
+Part camera(Value Camera::*member, Changes changes = Changes::camera) {
+  return {changes, [member](auto text, auto& view) { read(text, view.picture.camera.*member); }};
+}
+
+/// Cuts away what lies beyond a per cent of the shape's box.
+Part cut(char axis) {
+  return {Changes::studio, [axis](std::string_view text, ViewRequest& view) {
+            view.picture.cuts.push_back({axis, query_number<double>(text), true});
+          }};
+}
+
+const std::map<std::string, Part, std::less<>>& parts() {
+  static const std::map<std::string, Part, std::less<>> all{
+      {"detail", knob(&MapKnobs::detail)},
+      {"order-seed", knob(&MapKnobs::order_seed)},
+      {"phase", knob(&MapKnobs::phase)},
+      {"slice", knob(&MapKnobs::slice)},
+      {"rotate", knob(&MapKnobs::rotate)},
+      {"drift", knob(&MapKnobs::drift)},
+      {"scale", knob(&MapKnobs::scale)},
+      {"tufts", knob(&MapKnobs::tufts)},
+      {"iterations", option(&PictureOptions::iterations)},
+      {"material", option(&PictureOptions::material)},
+      {"palette", option(&PictureOptions::palette)},
+      {"lamp", option(&PictureOptions::lamp)},
+      {"draft", option(&PictureOptions::draft)},
+      {"size", {Changes::size, read_size}},
+      {"samples", {Changes::studio, read_samples}},
+      {"shows", {Changes::studio, read_shows}},
+      {"cut-x", cut('x')},
+      {"cut-y", cut('y')},
+      {"cut-z", cut('z')},
+      {"up", camera(&Camera::up, Changes::studio)},
+      {"azimuth", camera(&Camera::azimuth)},
+      {"elevation", camera(&Camera::elevation)},
+      {"zoom", camera(&Camera::zoom)},
+      {"look-at", camera(&Camera::look_at)},
+  };
+  return all;
+}
+
+/// The value of a name that may be given once, taken out of the query.
+std::optional<std::string> taken(Query& query, const std::string& name) {
+  if (query.count(name) > 1) throw InputError(fmt::format("'{}' is given twice", name));
+  const auto node = query.extract(name);
+  if (node.empty()) return std::nullopt;
+  return node.mapped();
+}
+
+template <class Number>
+std::optional<Number> taken_number(Query& query, const std::string& name, Number least,
+                                   Number most) {
+  const auto text = taken(query, name);
+  if (!text) return std::nullopt;
+  const auto value = query_number<Number>(*text);
+  base::expect_between(name.c_str(), value, least, most);
+  return value;
+}
+
+}  // namespace
+
+ViewRequest read_view(const Query& query) {
+  ViewRequest view;
+  view.picture.samples_per_axis = 1;
+  std::string size_text;
+  for (const auto& [name, value] : query) {
+    const auto found = parts().find(name);
+    if (found == parts().end()) throw InputError("a request has an unknown name");
+    if (query.count(name) > 1) throw InputError(fmt::format("'{}' is given twice", name));
+    const auto& [changes, take] = found->second;
+    try {
+      take(value, view);
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("{}: {}", name, error.what()));
+    }
+    const std::string text = fmt::format("{}={}&", name, value);
+    if (changes == Changes::knobs) view.knobs_text += text;
+    if (changes == Changes::knobs || changes == Changes::studio) view.studio_text += text;
+    if (changes == Changes::size) size_text = text;
+  }
+  // Drafts of all sizes stand in the same light.
+  if (!view.picture.draft) view.studio_text += size_text;
+  return view;
+}
+
+MakeRequest read_make(Query query) {
+  MakeRequest made;
+  const std::string what = taken(query, "make").value_or("");
+  made.is_turntable = what == "turntable";
+  made.extension = "." + what;
+  const auto meshes = extensions(FileContent::mesh, FileUse::write);
+  if (!made.is_turntable && std::ranges::count(meshes, made.extension) == 0) {
+    throw InputError("make: give ply, obj, off, stl, glb or turntable");
+  }
+  made.surface.resolution =
+      taken_number(query, "resolution", 16, MakeRequest::kMostCells).value_or(256);
+  made.millimetres = taken_number(query, "millimetres", 1e-3, 1e5);
+  made.frames = taken_number(query, "frames", 2, MakeRequest::kMostFrames).value_or(made.frames);
+  made.view = read_view(query);
+  made.surface.iterations = made.view.picture.iterations;
+  const PictureOptions& picture = made.view.picture;
+  if (made.extension == ".stl" && !picture.cuts.empty()) {
+    throw InputError(
+        "a set that is cut open is not closed, and cannot be printed: set x, y and z under 'Cut "
+        "open' to 100, or make another file");
+  }
+  if (made.is_turntable &&
+      picture.height > MakeRequest::kMostPixels / picture.width / made.frames) {
+    throw InputError("so many pictures are too large for a page: give fewer, or a smaller size");
+  }
+  return made;
+}
+
+}  // namespace qjulia::explore
