@@ -34,30 +34,35 @@ double log_or(double radius, double otherwise) {
   return radius > 0 && std::isfinite(radius) ? std::log(radius) : otherwise;
 }
 
+template <class Real, class Numbers>
+void extend(std::vector<Real>& reals, const Numbers& numbers) {
+  reals.insert(reals.end(), numbers.begin(), numbers.end());
+}
+
+template <class Numbers>
+void put(std::span<double> reals, std::size_t at, const Numbers& numbers) {
+  std::copy(numbers.begin(), numbers.end(), reals.subspan(at).begin());
+}
+
 template <class Real>
 void append(std::vector<Real>& reals, const Quaternion& q) {
-  for (const double x : {q.x, q.y, q.z, q.w}) reals.push_back(static_cast<Real>(x));
+  extend(reals, coordinates(q));
 }
 
 template <class Real>
 void append(std::vector<Real>& reals, const DistanceModulus& modulus) {
   const std::vector<float>& coefficients = modulus.grid->coefficients();
-  const std::size_t begin = reals.size();
-  reals.reserve(begin + QJ_DISTANCE_HEADER + coefficients.size() + 1);
-  reals.resize(begin + QJ_DISTANCE_HEADER, Real{0});
-  Real* header = reals.data() + begin;
-  const bool is_round = modulus.fourth == FourthCoordinate::round;
-  header[QJ_DISTANCE_PER_SHELL] = static_cast<Real>(1 / modulus.shell);
-  header[QJ_DISTANCE_INRADIUS] = static_cast<Real>(modulus.inradius);
-  header[QJ_DISTANCE_FOURTH] = static_cast<Real>(is_round ? 1 : 0);
-  header[QJ_DISTANCE_STEP] = static_cast<Real>(modulus.step);
-  header[QJ_DISTANCE_SLOPE] = static_cast<Real>(modulus.grid->slope());
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    header[QJ_DISTANCE_ORIGIN + axis] =
-        static_cast<Real>(modulus.origin[static_cast<Eigen::Index>(axis)]);
-    header[QJ_DISTANCE_CELLS + axis] = static_cast<Real>(modulus.grid->data().cells[axis]);
-  }
-  reals.insert(reals.end(), coefficients.begin(), coefficients.end());
+  std::array<double, QJ_DISTANCE_HEADER> header{};
+  header[QJ_DISTANCE_PER_SHELL] = 1 / modulus.shell;
+  header[QJ_DISTANCE_INRADIUS] = modulus.inradius;
+  header[QJ_DISTANCE_FOURTH] = modulus.fourth == FourthCoordinate::round ? 1 : 0;
+  header[QJ_DISTANCE_STEP] = modulus.step;
+  header[QJ_DISTANCE_SLOPE] = modulus.grid->slope();
+  put(header, QJ_DISTANCE_ORIGIN, modulus.origin);
+  put(header, QJ_DISTANCE_CELLS, modulus.grid->data().cells);
+  reals.reserve(reals.size() + header.size() + coefficients.size() + 1);
+  extend(reals, header);
+  extend(reals, coefficients);
   reals.push_back(Real{0});
 }
 
@@ -69,10 +74,8 @@ void append(std::vector<Real>& reals, const NoiseVersor& noise) {
   all[QJ_NOISE_SEED] = noise.seed & 0xffffU;
   all[QJ_NOISE_SEED + 1] = noise.seed >> 16U;
   all[QJ_NOISE_COMPONENTS] = noise.values == NoiseValues::quaternions ? 4 : 3;
-  for (std::size_t i = 0; i < 3; ++i) {
-    all[QJ_NOISE_ORIGIN + i] = noise.origin[static_cast<Eigen::Index>(i)];
-  }
-  for (const double x : all) reals.push_back(static_cast<Real>(x));
+  put(all, QJ_NOISE_ORIGIN, noise.origin);
+  extend(reals, all);
 }
 
 template <class Real>
@@ -84,15 +87,10 @@ void append(std::vector<Real>& reals, const Portal& portal) {
   all[QJ_PORTAL_MASK] = portal.mask == PortalMask::none      ? 0
                         : portal.mask == PortalMask::outside ? 1
                                                              : -1;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    all[QJ_PORTAL_CENTER + i] = portal.center[row];
-    all[QJ_PORTAL_DESTINATION + i] = portal.destination[row];
-    for (std::size_t j = 0; j < 3; ++j) {
-      all[QJ_PORTAL_MATRIX + 3 * i + j] = matrix(row, static_cast<Eigen::Index>(j));
-    }
-  }
-  for (const double x : all) reals.push_back(static_cast<Real>(x));
+  put(all, QJ_PORTAL_CENTER, portal.center);
+  put(all, QJ_PORTAL_DESTINATION, portal.destination);
+  put(all, QJ_PORTAL_MATRIX, matrix.reshaped<Eigen::RowMajor>());
+  extend(reals, all);
 }
 
 template <class Real>
@@ -105,11 +103,9 @@ void append(std::vector<Real>& reals, const Paint& paint) {
   header[QJ_PAINT_PER_CELL] = 1 / paint.step;
   header[QJ_PAINT_LEAST] = lack(most);
   header[QJ_PAINT_MOST] = lack(least);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    header[QJ_PAINT_ORIGIN + axis] = paint.origin[static_cast<Eigen::Index>(axis)];
-    header[QJ_PAINT_CELLS + axis] = paint.cells[axis];
-  }
-  for (const double x : header) reals.push_back(static_cast<Real>(x));
+  put(header, QJ_PAINT_ORIGIN, paint.origin);
+  put(header, QJ_PAINT_CELLS, paint.cells);
+  extend(reals, header);
   for (const std::uint8_t share : paint.shares) reals.push_back(static_cast<Real>(lack(share)));
   reals.push_back(Real{0});
 }
@@ -123,10 +119,7 @@ std::vector<Real> packed(const RationalMap& map, const StopRadii& stops) {
   const auto set = [&](std::size_t at, double value) { reals[at] = static_cast<Real>(value); };
   set(QJ_MAP_LOG_SCALE, map.log_scale);
   set(QJ_MAP_SLICE, map.slice);
-  set(QJ_MAP_PHASE + 0, map.phase.x);
-  set(QJ_MAP_PHASE + 1, map.phase.y);
-  set(QJ_MAP_PHASE + 2, map.phase.z);
-  set(QJ_MAP_PHASE + 3, map.phase.w);
+  std::ranges::copy(coordinates(map.phase), reals.begin() + QJ_MAP_PHASE);
   set(QJ_MAP_LOG_ESCAPE, log_or(stops.escape, kNone));
   set(QJ_MAP_LOG_INNER, log_or(stops.inner, -kNone));
   set(QJ_MAP_LOG_OUTER, log_or(stops.outer, kNone));
@@ -135,10 +128,9 @@ std::vector<Real> packed(const RationalMap& map, const StopRadii& stops) {
   for (std::size_t k = 0; k < factors; ++k) {
     const auto& [center, exponent] = map.factors[k];
     set(QJ_MAP_HEADER + QJ_MAP_EXPONENT * stride + k, exponent);
-    set(QJ_MAP_HEADER + QJ_MAP_CENTER_X * stride + k, center.x);
-    set(QJ_MAP_HEADER + QJ_MAP_CENTER_Y * stride + k, center.y);
-    set(QJ_MAP_HEADER + QJ_MAP_CENTER_Z * stride + k, center.z);
-    set(QJ_MAP_HEADER + QJ_MAP_CENTER_W * stride + k, center.w);
+    for (std::size_t c = 0; c < 4; ++c) {
+      set(QJ_MAP_HEADER + (QJ_MAP_CENTER_X + c) * stride + k, coordinates(center)[c]);
+    }
   }
   // The modulus comes last: it may be large, and reals hold its place exactly all the same.
   const auto add = [&](const char* /*name*/, const auto& member) { append(reals, member); };

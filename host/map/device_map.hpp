@@ -1,9 +1,7 @@
 #pragma once
 /// A map on a device, and what every launch over it takes.
 
-#include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <map>
 #include <string>
 #include <vector>

@@ -13,15 +13,21 @@ namespace qjulia {
 namespace {
 
 using Cells = std::array<int, 3>;
+using Strides = std::array<std::size_t, 3>;
 
 std::size_t count_of(const Cells& cells) {
   return static_cast<std::size_t>(cells[0]) * static_cast<std::size_t>(cells[1]) *
          static_cast<std::size_t>(cells[2]);
 }
 
-std::array<std::size_t, 3> strides_of(const Cells& cells) {
+Strides strides_of(const Cells& cells) {
   const auto x = static_cast<std::size_t>(cells[0]);
   return {1, x, x * static_cast<std::size_t>(cells[1])};
+}
+
+std::size_t offset_of(const Cells& cell, const Strides& strides) {
+  return static_cast<std::size_t>(cell[0]) + static_cast<std::size_t>(cell[1]) * strides[1] +
+         static_cast<std::size_t>(cell[2]) * strides[2];
 }
 
 /// The coefficients of the same spline on cells half as long along one axis (Chaikin 1974). At the
@@ -49,7 +55,7 @@ std::vector<float> halved(const std::vector<float>& from, Cells& cells, std::siz
 
 /// A bound of the gradient in one cell of a spline: it is a mean of 27 vectors, its control points
 /// as a Bézier polynomial of degree 2 along each axis. @param at the middle coefficient of 27.
-double close_slope_in_cell(const float* at, const std::array<std::size_t, 3>& strides) {
+double close_slope_in_cell(const float* at, const Strides& strides) {
   using Weights = std::array<std::array<double, 3>, 3>;  // of coefficients, for each control point
   constexpr Weights kValue{{{0.5, 0.5, 0}, {0, 1, 0}, {0, 0.5, 0.5}}};
   constexpr Weights kSlope{{{-1, 1, 0}, {-0.5, 0, 0.5}, {0, -1, 1}}};
@@ -67,9 +73,8 @@ double close_slope_in_cell(const float* at, const std::array<std::size_t, 3>& st
           weight *= (axis == along ? kSlope : kValue)[control[axis]][cell[axis]];
         }
         if (weight == 0) continue;
-        sum +=
-            weight * static_cast<double>(
-                         first[cell[0] * strides[0] + cell[1] * strides[1] + cell[2] * strides[2]]);
+        const std::size_t offset = cell[0] + cell[1] * strides[1] + cell[2] * strides[2];
+        sum += weight * static_cast<double>(first[offset]);
       }
       square += sum * sum;
     }
@@ -80,7 +85,7 @@ double close_slope_in_cell(const float* at, const std::array<std::size_t, 3>& st
 
 /// The same, not as close: along each axis the gradient is a mean of differences of neighbouring
 /// coefficients.
-double slope_in_cell(const float* at, const std::array<std::size_t, 3>& strides) {
+double slope_in_cell(const float* at, const Strides& strides) {
   double square = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto along = static_cast<std::ptrdiff_t>(strides[axis]);
@@ -143,11 +148,18 @@ void check(const DistanceGridData& data) {
   }
 }
 
-/// Raises `slope` to a bound that holds in one more cell.
-void include_cell(const float* at, const std::array<std::size_t, 3>& strides, double cell,
-                  double& slope) {
-  if (slope_in_cell(at, strides) <= slope * cell) return;
-  slope = std::max(slope, close_slope_in_cell(at, strides) / cell);
+/// Raises `slope` to a bound that holds in a block of so many cells too, each `cell` wide.
+void include_cells(const float* first, const Cells& counts, const Strides& strides, double cell,
+                   double& slope) {
+  for (int z = 0; z < counts[2]; ++z) {
+    for (int y = 0; y < counts[1]; ++y) {
+      for (int x = 0; x < counts[0]; ++x) {
+        const float* at = first + offset_of({x, y, z}, strides);
+        if (slope_in_cell(at, strides) <= slope * cell) continue;
+        slope = std::max(slope, close_slope_in_cell(at, strides) / cell);
+      }
+    }
+  }
 }
 
 }  // namespace
@@ -155,48 +167,44 @@ void include_cell(const float* at, const std::array<std::size_t, 3>& strides, do
 std::size_t DistanceGridData::size() const { return count_of(cells); }
 std::size_t DistanceGridData::coarse_size() const { return count_of(coarse_cells()); }
 
-struct DistanceGrid::Expanded {
-  std::once_flag once;
-  std::vector<float> coefficients;
-  double slope = 0;
+DistanceGrid::DistanceGrid(DistanceGridData data) : data_(std::move(data)) { check(data_); }
 
-  void make(const DistanceGridData& data);
-};
+const std::vector<float>& DistanceGrid::coefficients() const {
+  std::call_once(once_, [this] { expand(); });
+  return coefficients_;
+}
 
-void DistanceGrid::Expanded::make(const DistanceGridData& data) {
+double DistanceGrid::slope() const {
+  coefficients();
+  return slope_;
+}
+
+void DistanceGrid::expand() const {
   constexpr std::size_t kCoarse = DistanceGridData::kCoarse;
-  Cells cells = data.coarse_cells();
-  const std::array<std::size_t, 3> coarse = strides_of(cells);
-  coefficients.resize(data.coarse.size());
-  std::ranges::transform(data.coarse, coefficients.begin(), [](std::int16_t c) {
+  Cells cells = data_.coarse_cells();
+  const Strides coarse = strides_of(cells);
+  coefficients_.resize(data_.coarse.size());
+  std::ranges::transform(data_.coarse, coefficients_.begin(), [](std::int16_t c) {
     return static_cast<float>(c * DistanceGridData::kCoarseUnit);
   });
   // Coarse cells about each, and in those with corrections cells about each, bound the slope.
-  for (int z = 1; z + 1 < cells[2]; ++z) {
-    for (int y = 1; y + 1 < cells[1]; ++y) {
-      for (int x = 1; x + 1 < cells[0]; ++x) {
-        const std::size_t at = static_cast<std::size_t>(z) * coarse[2] +
-                               static_cast<std::size_t>(y) * coarse[1] +
-                               static_cast<std::size_t>(x);
-        include_cell(coefficients.data() + at, coarse, kCoarse, slope);
-      }
-    }
-  }
+  include_cells(coefficients_.data() + offset_of({1, 1, 1}, coarse),
+                {cells[0] - 2, cells[1] - 2, cells[2] - 2}, coarse, kCoarse, slope_);
   for (int halving = 0; halving < 2; ++halving) {
-    for (std::size_t axis = 0; axis < 3; ++axis) coefficients = halved(coefficients, cells, axis);
+    for (std::size_t axis = 0; axis < 3; ++axis) coefficients_ = halved(coefficients_, cells, axis);
   }
-  const std::array<std::size_t, 3> strides = strides_of(cells);
+  const Strides strides = strides_of(cells);
   std::vector<std::size_t> corners;  // the first cell of each block
-  for (std::size_t i = 0; i < data.blocks.size(); ++i) {
-    const std::size_t number = data.blocks[i];
+  for (std::size_t i = 0; i < data_.blocks.size(); ++i) {
+    const std::size_t number = data_.blocks[i];
     const std::size_t corner =
         kCoarse * (number / coarse[2] * strides[2] + number % coarse[2] / coarse[1] * strides[1] +
                    number % coarse[1]);
     corners.push_back(corner);
-    const std::int16_t* correction = data.corrections.data() + DistanceGridData::kBlock * i;
+    const std::int16_t* correction = data_.corrections.data() + DistanceGridData::kBlock * i;
     for (std::size_t z = 0; z < kCoarse; ++z) {
       for (std::size_t y = 0; y < kCoarse; ++y) {
-        float* row = coefficients.data() + corner + z * strides[2] + y * strides[1];
+        float* row = coefficients_.data() + corner + z * strides[2] + y * strides[1];
         for (std::size_t x = 0; x < kCoarse; ++x) {
           row[x] += static_cast<float>(*correction++ * DistanceGridData::kCorrectionUnit);
         }
@@ -205,32 +213,11 @@ void DistanceGrid::Expanded::make(const DistanceGridData& data) {
   }
   // A cell beside a block takes coefficients of it too.
   for (const std::size_t corner : corners) {
-    const float* first = coefficients.data() + corner - strides[2] - strides[1] - 1;
-    for (std::size_t z = 0; z < kCoarse + 2; ++z) {
-      for (std::size_t y = 0; y < kCoarse + 2; ++y) {
-        const float* row = first + z * strides[2] + y * strides[1];
-        for (std::size_t x = 0; x < kCoarse + 2; ++x) {
-          include_cell(row + x, strides, 1, slope);
-        }
-      }
-    }
+    constexpr int kTouched = DistanceGridData::kCoarse + 2;
+    include_cells(coefficients_.data() + corner - offset_of({1, 1, 1}, strides),
+                  {kTouched, kTouched, kTouched}, strides, 1, slope_);
   }
 }
-
-DistanceGrid::DistanceGrid(DistanceGridData data)
-    : data_(std::move(data)), expanded_(std::make_unique<Expanded>()) {
-  check(data_);
-}
-
-DistanceGrid::~DistanceGrid() = default;
-
-const DistanceGrid::Expanded& DistanceGrid::expanded() const {
-  std::call_once(expanded_->once, [this] { expanded_->make(data_); });
-  return *expanded_;
-}
-
-const std::vector<float>& DistanceGrid::coefficients() const { return expanded().coefficients; }
-double DistanceGrid::slope() const { return expanded().slope; }
 
 double DistanceGrid::farthest_inside(const std::array<double, 3>& center) const {
   const std::vector<float>& all = coefficients();

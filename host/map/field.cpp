@@ -30,10 +30,7 @@ struct Field::Impl {
 namespace {
 
 auto coordinates_of(std::span<const Quaternion> points) {
-  return [points](std::size_t i) {
-    const Quaternion& q = points[i];
-    return std::array{q.x, q.y, q.z, q.w};
-  };
+  return [points](std::size_t i) { return coordinates(points[i]); };
 }
 
 }  // namespace

@@ -8,10 +8,10 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "qjulia/box.hpp"
 #include "qjulia/error.hpp"
@@ -60,8 +60,8 @@ class Object {
   }
 
   Quaternion quaternion(const char* key) const {
-    const auto v = numbers<4>(at(key), path(key));
-    return {v[0], v[1], v[2], v[3]};
+    const auto [x, y, z, w] = numbers<4>(at(key), path(key));
+    return {x, y, z, w};
   }
 
   Eigen::Vector3d vector(const char* key) const {
@@ -75,9 +75,9 @@ class Object {
             Eigen::Vector3d(numbers<3>(value[1], path(key) + "[1]").data())};
   }
 
-  /// @throws InputError: the file, this object's own name and what is wrong.
+  /// @throws InputError: the file, this object's name where it has one, and what is wrong.
   [[noreturn]] void refuse(const std::string& what) const {
-    fail(source_, fmt::format("\"{}\" {}", name_, what));
+    fail(source_, name_.empty() ? what : fmt::format("\"{}\" {}", name_, what));
   }
 
   int integer(const char* key) const {
@@ -103,13 +103,21 @@ class Object {
 
   Object object(const char* key) const { return {at(key), source_, path(key)}; }
 
+  /// Calls `visit` with each object of an array.
+  template <class Visit>
+  void for_each(const char* key, const Visit& visit) const {
+    const nlohmann::json& all = array(key);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      visit(Object(all[i], source_, fmt::format("{}[{}]", path(key), i)));
+    }
+  }
+
   /// Refuses members with other names: a misspelt one would be ignored in silence.
-  void expect_only(std::span<const std::string_view> keys) const {
+  void expect_only(const std::vector<std::string_view>& keys) const {
     for (const auto& [key, unused] : value_.items()) {
-      if (std::ranges::find(keys, std::string_view(key)) == keys.end()) {
-        fail(source_,
-             fmt::format("unknown key \"{}\"; remove it or correct its name", path(key.c_str())));
-      }
+      if (std::ranges::find(keys, std::string_view(key)) != keys.end()) continue;
+      fail(source_,
+           fmt::format("unknown key \"{}\"; remove it or correct its name", path(key.c_str())));
     }
   }
 
@@ -134,8 +142,9 @@ class Object {
       wrong(path, N == 3 ? "an array of 3 numbers" : "an array of 4 numbers", value);
     }
     std::array<double, N> result{};
-    for (std::size_t i = 0; i < N; ++i)
+    for (std::size_t i = 0; i < N; ++i) {
       result[i] = number(value[i], fmt::format("{}[{}]", path, i));
+    }
     return result;
   }
 

@@ -37,8 +37,9 @@ void expect_no_knobs_of_factors(const RationalMap& map, const MapKnobs& knobs) {
 /// Fisher and Yates.
 void shuffle(std::vector<Factor>& factors, std::uint64_t seed) {
   base::Random random(seed);
-  for (std::size_t i = factors.size(); i > 1; --i)
+  for (std::size_t i = factors.size(); i > 1; --i) {
     std::swap(factors[i - 1], factors[random.index(i)]);
+  }
 }
 
 /// @throws InputError naming the options that moved the origin out of the shape.
@@ -46,8 +47,7 @@ RationalMap calibrated_inside(const Device& device, const RationalMap& map) {
   if (map::holds_origin(map.portals)) {
     throw InputError(
         "drift and translate move the origin of iteration into a portal, and no orbit would come "
-        "to "
-        "rest; use less");
+        "to rest; use less");
   }
   try {
     return calibrated(device, map);
@@ -56,13 +56,6 @@ RationalMap calibrated_inside(const Device& device, const RationalMap& map) {
         "drift and translate move the origin of iteration out of the shape, so that nothing would "
         "be drawn in; use less");
   }
-}
-
-/// The smallest box along the axes that holds a box turned by `turn` about a point of its space.
-Box turned_box(const Box& box, const Eigen::Matrix3d& turn, const Eigen::Vector3d& about) {
-  const Eigen::Vector3d center = about + turn * (box.center() - about);
-  const Eigen::Vector3d half = 0.5 * turn.cwiseAbs() * box.size();
-  return {center - half, center + half};
 }
 
 /// All centres, and portals, turned about the origin.
@@ -79,7 +72,7 @@ RationalMap rotated(RationalMap map, const Rotation& rotation) {
     portal.rotation = Rotation::of(turn * portal.rotation.matrix() * turn.transpose());
   }
   const Eigen::Vector3d origin = map.shape_to_map.to_shape(Eigen::Vector3d::Zero());
-  if (map.box) map.box = turned_box(*map.box, turn, origin);
+  if (map.box) map.box = map::image_of(*map.box, turn, origin, origin);
   return map;
 }
 

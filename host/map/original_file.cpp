@@ -7,8 +7,8 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <vector>
 
 #include "base/input_file.hpp"
@@ -20,19 +20,16 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "as in the files");
 
-/// A stream of which it is known how much is left.
+/// The bytes of a file, taken off its front.
 class Reader {
  public:
-  Reader(std::istream& stream, std::string source) : stream_(stream), source_(std::move(source)) {
-    stream_.seekg(0, std::ios::end);
-    const std::streamoff size = stream_.tellg();
-    stream_.seekg(0);
-    if (!stream_ || size < 0) fail("cannot be read; check the name and its permissions");
-    left_ = static_cast<std::uint64_t>(size);
-  }
+  Reader(std::string_view bytes, const std::string& source) : rest_(bytes), source_(source) {}
 
   [[noreturn]] void fail(const std::string& what) const {
     throw InputError(fmt::format("original map '{}': {}", source_, what));
+  }
+  [[noreturn]] void truncated(const char* what) const {
+    fail(fmt::format("ends within its {}: it is not complete", what));
   }
 
   std::int32_t integer(const char* what) { return value<std::int32_t>(what); }
@@ -45,9 +42,9 @@ class Reader {
   /// A count of elements of `bytes` each, all of which the file still holds.
   std::uint64_t count(const char* what, std::uint64_t bytes) {
     const std::int32_t read = integer(what);
-    if (read < 0 || static_cast<std::uint64_t>(read) > left_ / bytes) {
+    if (read < 0 || static_cast<std::uint64_t>(read) > left() / bytes) {
       fail(fmt::format("says there are {} {}, and {} bytes are left; it is damaged", read, what,
-                       left_));
+                       left()));
     }
     return static_cast<std::uint64_t>(read);
   }
@@ -59,29 +56,27 @@ class Reader {
   }
 
   void skip(std::uint64_t bytes, const char* what) {
-    if (bytes > left_) truncated(what);
-    stream_.seekg(static_cast<std::streamoff>(bytes), std::ios::cur);
-    left_ -= bytes;
+    if (bytes > left()) truncated(what);
+    rest_.remove_prefix(static_cast<std::size_t>(bytes));
   }
 
-  std::uint64_t left() const { return left_; }
+  std::uint64_t left() const { return rest_.size(); }
+  void expect_end() const {
+    if (left() > 0) fail(fmt::format("has {} bytes after its end", left()));
+  }
 
  private:
   template <class T>
   T value(const char* what) {
-    std::array<char, sizeof(T)> bytes{};
-    if (left_ < sizeof(T) || !stream_.read(bytes.data(), sizeof(T))) truncated(what);
-    left_ -= sizeof(T);
-    return std::bit_cast<T>(bytes);
+    if (left() < sizeof(T)) truncated(what);
+    T result;
+    std::memcpy(&result, rest_.data(), sizeof result);
+    rest_.remove_prefix(sizeof result);
+    return result;
   }
 
-  [[noreturn]] void truncated(const char* what) const {
-    fail(fmt::format("ends within its {}: it is not complete", what));
-  }
-
-  std::istream& stream_;
-  std::string source_;
-  std::uint64_t left_ = 0;
+  std::string_view rest_;
+  const std::string& source_;
 };
 
 constexpr std::uint64_t kQuaternionBytes = 4 * sizeof(double);
@@ -119,19 +114,33 @@ void skip_field(Reader& file, const char* name) {
     if (n < 0) file.fail(fmt::format("has a {} with {} cells along a side", name, n));
     cells *= static_cast<std::uint64_t>(n);
     // No more than the file holds, so that the next product does not overflow either.
-    if (cells > file.left() / sizeof(double)) {
-      file.fail(fmt::format("ends within its {}: it is not complete", name));
-    }
+    if (cells > file.left() / sizeof(double)) file.truncated(name);
   }
   file.vector(name);
   file.vector(name);
   file.skip(cells * sizeof(double), name);
 }
 
+RationalMap checked(RationalMap map, const Reader& file) {
+  try {
+    map.validate();
+  } catch (const InputError& error) {
+    file.fail(error.what());
+  }
+  return map;
+}
+
+std::string bytes_of(const std::filesystem::path& path, const char* what) {
+  constexpr std::uint64_t kLargestOriginalFile = std::uint64_t{1} << 30;
+  std::string bytes;
+  base::InputFile(path, what, kLargestOriginalFile).read_all(bytes);
+  return bytes;
+}
+
 }  // namespace
 
-RationalMap original_from_stream(std::istream& stream, const std::string& source) {
-  Reader file(stream, source);
+RationalMap original_from_bytes(std::string_view bytes, const std::string& source) {
+  Reader file(bytes, source);
   std::array<std::int32_t, 3> resolution{};
   for (std::int32_t& n : resolution) n = file.integer("resolution");
   const auto center = file.vector("centre");
@@ -154,33 +163,23 @@ RationalMap original_from_stream(std::istream& stream, const std::string& source
     for (const char* name : {"fractal field", "distance field", "curvature field"}) {
       skip_field(file, name);
     }
-    if (file.left() > 0) file.fail(fmt::format("has {} bytes after its end", file.left()));
+    file.expect_end();
   }
   map.provenance.set("original",
                      {{"resolution", resolution}, {"center", center}, {"lengths", lengths}});
-  try {
-    map.validate();
-  } catch (const InputError& error) {
-    file.fail(error.what());
-  }
-  return map;
+  return checked(std::move(map), file);
 }
 
-RationalMap polynomial_from_stream(std::istream& stream, const std::string& source) {
-  Reader file(stream, source);
+RationalMap polynomial_from_bytes(std::string_view bytes, const std::string& source) {
+  Reader file(bytes, source);
   RationalMap map;
   map.factors = read_polynomial(file);
-  if (file.left() > 0) file.fail(fmt::format("has {} bytes after its end", file.left()));
-  try {
-    map.validate();
-  } catch (const InputError& error) {
-    file.fail(error.what());
-  }
-  return map;
+  file.expect_end();
+  return checked(std::move(map), file);
 }
 
-SampledDistance sampled_distance_from_stream(std::istream& stream, const std::string& source) {
-  Reader file(stream, source);
+SampledDistance sampled_distance_from_bytes(std::string_view bytes, const std::string& source) {
+  Reader file(bytes, source);
   SampledDistance field;
   std::uint64_t samples = 1;
   for (int& n : field.samples) {
@@ -200,34 +199,21 @@ SampledDistance sampled_distance_from_stream(std::istream& stream, const std::st
     file.fail("has a centre or lengths that are no box's");
   }
   field.values = file.numbers("samples", samples);
-  if (file.left() > 0) file.fail(fmt::format("has {} bytes after its end", file.left()));
-  for (const double value : field.values) {
-    if (std::isfinite(value)) continue;
+  file.expect_end();
+  if (!std::ranges::all_of(field.values, [](double value) { return std::isfinite(value); })) {
     file.fail("has a distance that is not a finite number");
   }
   return field;
 }
 
-namespace {
-
-std::istringstream stream_of(const std::filesystem::path& path, const char* what) {
-  constexpr std::uint64_t kLargestOriginalFile = std::uint64_t{1} << 30;
-  std::string bytes;
-  base::InputFile(path, what, kLargestOriginalFile).read_all(bytes);
-  return std::istringstream(std::move(bytes));
-}
-
-}  // namespace
-
 RationalMap read_original(const std::filesystem::path& path) {
-  std::istringstream stream = stream_of(path, "original map");
-  return extension_of(path) == ".poly4d" ? polynomial_from_stream(stream, path.string())
-                                         : original_from_stream(stream, path.string());
+  const std::string bytes = bytes_of(path, "original map");
+  return extension_of(path) == ".poly4d" ? polynomial_from_bytes(bytes, path.string())
+                                         : original_from_bytes(bytes, path.string());
 }
 
 SampledDistance read_sampled_distance(const std::filesystem::path& path) {
-  std::istringstream stream = stream_of(path, "distance field");
-  return sampled_distance_from_stream(stream, path.string());
+  return sampled_distance_from_bytes(bytes_of(path, "distance field"), path.string());
 }
 
 }  // namespace qjulia

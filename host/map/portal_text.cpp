@@ -1,48 +1,46 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <numbers>
 #include <optional>
 
 #include "base/input_file.hpp"
+#include "base/text.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/original_file.hpp"
 
 namespace qjulia {
 namespace {
 
-/// Lines of "name: numbers".
-class PortalLines {
- public:
-  PortalLines(std::string_view text, std::string source)
-      : rest_(text), source_(std::move(source)) {}
+constexpr const char* kBlanks = " \t\r";
 
-  /// The next line that is not blank; none at the end.
-  std::optional<std::string_view> next() {
-    while (!rest_.empty()) {
-      const auto end = std::min(rest_.find('\n'), rest_.size());
-      std::string_view line = rest_.substr(0, end);
-      rest_.remove_prefix(std::min(end + 1, rest_.size()));
-      ++number_;
-      const auto first = line.find_first_not_of(kBlanks);
-      if (first == std::string_view::npos) continue;
-      line.remove_prefix(first);
-      return line.substr(0, line.find_last_not_of(kBlanks) + 1);
-    }
-    return std::nullopt;
+[[noreturn]] void refuse_portals(const std::string& source, const std::string& what) {
+  throw InputError(fmt::format("portals '{}': {}", source, what));
+}
+
+/// A line of "name: numbers".
+struct PortalLine {
+  const std::string& source;
+  std::size_t number;  ///< from 1
+  std::string_view name{}, words{};
+
+  [[noreturn]] void refuse(const std::string& what) const {
+    refuse_portals(source, fmt::format("line {} {}", number, what));
   }
 
   /// `count` finite numbers, and no more.
-  std::vector<double> numbers(std::string_view words, std::size_t count) const {
+  std::vector<double> numbers(std::size_t count) const {
     std::vector<double> values;
+    std::string_view rest = words;
     for (;;) {
-      words.remove_prefix(std::min(words.find_first_not_of(kBlanks), words.size()));
-      if (words.empty()) break;
+      rest.remove_prefix(std::min(rest.find_first_not_of(kBlanks), rest.size()));
+      if (rest.empty()) break;
       double value = 0;
-      const auto [end, code] = std::from_chars(words.data(), words.data() + words.size(), value);
+      const auto [end, code] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
       if (code != std::errc{} || !std::isfinite(value)) refuse("has a word that is no number");
-      words.remove_prefix(static_cast<std::size_t>(end - words.data()));
+      rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
       values.push_back(value);
     }
     if (values.size() != count) {
@@ -50,57 +48,49 @@ class PortalLines {
     }
     return values;
   }
-
-  [[noreturn]] void refuse(const std::string& what) const {
-    throw InputError(fmt::format("portals '{}': line {} {}", source_, number_, what));
-  }
-  [[noreturn]] void refuse_file(const std::string& what) const {
-    throw InputError(fmt::format("portals '{}': {}", source_, what));
-  }
-
- private:
-  static constexpr const char* kBlanks = " \t\r";
-
-  std::string_view rest_;
-  std::string source_;
-  std::size_t number_ = 0;
 };
 
 }  // namespace
 
 std::vector<Portal> portals_from_text(std::string_view text, const std::string& source,
                                       const ShapeToMap& to_map) {
-  PortalLines lines(text, source);
   std::optional<double> radius, scale;
   std::vector<Portal> portals;
-  while (const auto line = lines.next()) {
-    const auto colon = line->find(':');
-    if (colon == std::string_view::npos) lines.refuse("has no name and colon");
-    const std::string_view name = line->substr(0, colon), words = line->substr(colon + 1);
-    if (name == "Portals radius") {
-      radius = lines.numbers(words, 1)[0];
-    } else if (name == "Portals scale") {
-      scale = lines.numbers(words, 1)[0];
-    } else if (name == "Portal location") {
+  PortalLine line{source, 0};
+  for (const std::string& whole : base::split(text, '\n')) {
+    ++line.number;
+    const auto begin = whole.find_first_not_of(kBlanks);
+    if (begin == std::string::npos) continue;
+    const auto colon = whole.find(':');
+    if (colon == std::string::npos) line.refuse("has no name and colon");
+    line.name = std::string_view(whole).substr(begin, colon - begin);
+    line.words = std::string_view(whole).substr(colon + 1);
+    if (line.name == "Portals radius") {
+      radius = line.numbers(1)[0];
+    } else if (line.name == "Portals scale") {
+      scale = line.numbers(1)[0];
+    } else if (line.name == "Portal location") {
       if (portals.size() == kMostPortals) {
-        lines.refuse(fmt::format("is one portal more than the {} of a map", kMostPortals));
+        line.refuse(fmt::format("is one portal more than the {} of a map", kMostPortals));
       }
-      const auto x = lines.numbers(words, 3);
+      const auto x = line.numbers(3);
       Portal portal;
       portal.center = to_map.to_map({x[0], x[1], x[2]});
       portal.mask = PortalMask::outside;
       portals.push_back(portal);
-    } else if (name == "Portal rotation") {
-      if (portals.empty()) lines.refuse("turns a portal before the first location");
-      const auto turn = lines.numbers(words, 4);
+    } else if (line.name == "Portal rotation") {
+      if (portals.empty()) line.refuse("turns a portal before the first location");
+      const auto turn = line.numbers(4);
       portals.back().rotation = {{turn[1], turn[2], turn[3]}, turn[0] * 180 / std::numbers::pi};
-      if (!(portals.back().rotation.axis.norm() > 0)) lines.refuse("has an axis of length 0");
+      if (!(portals.back().rotation.axis.norm() > 0)) line.refuse("has an axis of length 0");
     } else {
-      lines.refuse("is none of Portals radius, Portals scale, Portal location, Portal rotation");
+      line.refuse("is none of Portals radius, Portals scale, Portal location, Portal rotation");
     }
   }
-  if (!radius || !scale) lines.refuse_file("names no \"Portals radius:\" or \"Portals scale:\"");
-  if (portals.empty()) lines.refuse_file("has no \"Portal location:\"");
+  if (!radius || !scale) {
+    refuse_portals(source, "names no \"Portals radius:\" or \"Portals scale:\"");
+  }
+  if (portals.empty()) refuse_portals(source, "has no \"Portal location:\"");
   for (Portal& portal : portals) {
     portal.radius = *radius * to_map.scale;
     portal.scale = *scale;

@@ -3,13 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
-#include <string_view>
 
-#include "map/json_object.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 
@@ -29,8 +25,6 @@ const char* to_string(PortalMask mask) {
 
 namespace map {
 namespace {
-
-constexpr std::array kMasks{PortalMask::none, PortalMask::outside, PortalMask::inside};
 
 void check_portal(const Portal& portal, const std::string& name) {
   const auto refuse = [&](const char* key, const std::string& what) {
@@ -57,16 +51,12 @@ void check_portal(const Portal& portal, const std::string& name) {
   }
 }
 
-/// A box in both.
-Box common(const Box& a, const Box& b) { return {a.low.cwiseMax(b.low), a.high.cwiseMin(b.high)}; }
-
 /// The smallest box that holds what the portal takes to points of a box; map coordinates.
 Box preimage(const Portal& portal, const Box& box) {
   const Eigen::Matrix3d back = portal.rotation.matrix().transpose() / portal.scale;
-  const Eigen::Vector3d center = portal.center + back * (box.center() - portal.destination);
-  const Eigen::Vector3d half = 0.5 * back.cwiseAbs() * box.size();
+  const Box image = image_of(box, back, portal.destination, portal.center);
   const Eigen::Vector3d ball = Eigen::Vector3d::Constant(portal.radius);
-  return common({center - half, center + half}, {portal.center - ball, portal.center + ball});
+  return {image.low.cwiseMax(portal.center - ball), image.high.cwiseMin(portal.center + ball)};
 }
 
 }  // namespace
@@ -106,6 +96,13 @@ std::pair<double, double> portal_reach(const std::vector<Portal>& portals) {
   return reach;
 }
 
+Box image_of(const Box& box, const Eigen::Matrix3d& matrix, const Eigen::Vector3d& from,
+             const Eigen::Vector3d& to) {
+  const Eigen::Vector3d center = to + matrix * (box.center() - from);
+  const Eigen::Vector3d half = 0.5 * matrix.cwiseAbs() * box.size();
+  return {center - half, center + half};
+}
+
 std::optional<Box> box_with_copies(const RationalMap& map) {
   if (!map.box || map.portals.empty()) return map.box;
   const ShapeToMap& to_map = map.shape_to_map;
@@ -122,59 +119,6 @@ std::optional<Box> box_with_copies(const RationalMap& map) {
     }
   }
   return Box{to_map.to_shape(all.low), to_map.to_shape(all.high)};
-}
-
-nlohmann::json portals_json(const std::vector<Portal>& portals) {
-  const auto numbers = [](const Eigen::Vector3d& v) { return nlohmann::json{v.x(), v.y(), v.z()}; };
-  nlohmann::json all = nlohmann::json::array();
-  for (const Portal& portal : portals) {
-    nlohmann::json one = {
-        {"center", numbers(portal.center)}, {"radius", portal.radius}, {"scale", portal.scale}};
-    const Rotation& rotation = portal.rotation;
-    if (rotation != Rotation{}) {
-      one["rotation"] = {rotation.axis.x(), rotation.axis.y(), rotation.axis.z(), rotation.degrees};
-    }
-    if (portal.destination != Eigen::Vector3d::Zero()) {
-      one["destination"] = numbers(portal.destination);
-    }
-    if (portal.mask != PortalMask::none) one["mask"] = to_string(portal.mask);
-    all.push_back(one);
-  }
-  return all;
-}
-
-std::vector<Portal> read_portals(const nlohmann::json& portals, const std::string& source) {
-  // More are refused before they are read.
-  std::vector<Portal> result;
-  if (portals.size() > kMostPortals) {
-    fail(source,
-         fmt::format("\"portals\" has {}: a map may have {}", portals.size(), kMostPortals));
-  }
-  for (std::size_t i = 0; i < portals.size(); ++i) {
-    const Object object(portals[i], source, fmt::format("portals[{}]", i));
-    object.expect_only(std::array<std::string_view, 6>{"center", "radius", "scale", "rotation",
-                                                       "destination", "mask"});
-    Portal portal;
-    portal.center = object.vector("center");
-    portal.radius = object.number("radius");
-    portal.scale = object.number("scale");
-    if (object.has("rotation")) {
-      const Quaternion rotation = object.quaternion("rotation");
-      portal.rotation = {{rotation.x, rotation.y, rotation.z}, rotation.w};
-    }
-    if (object.has("destination")) portal.destination = object.vector("destination");
-    if (object.has("mask")) {
-      const std::string mask = object.text("mask");
-      const auto* const known =
-          std::ranges::find_if(kMasks, [&](PortalMask m) { return mask == to_string(m); });
-      if (known == kMasks.end()) {
-        object.refuse("has a \"mask\" that is none of \"none\", \"outside\" and \"inside\"");
-      }
-      portal.mask = *known;
-    }
-    result.push_back(portal);
-  }
-  return result;
 }
 
 }  // namespace map

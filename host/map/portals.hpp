@@ -1,10 +1,7 @@
 #pragma once
-/// A map's portals: what they must be, how a map file holds them, how far they and their copies
-/// reach.
+/// A map's portals: what they must be, how far they and their copies reach.
 
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -21,11 +18,11 @@ bool holds_origin(const std::vector<Portal>& portals);
 /// portals.
 std::pair<double, double> portal_reach(const std::vector<Portal>& portals);
 
+/// The smallest box along the axes that holds to + matrix (x − from) for all x of a box.
+Box image_of(const Box& box, const Eigen::Matrix3d& matrix, const Eigen::Vector3d& from,
+             const Eigen::Vector3d& to);
+
 /// The map's box and those of its copies in portals, shape units; none where the map has no box.
 std::optional<Box> box_with_copies(const RationalMap& map);
-
-nlohmann::json portals_json(const std::vector<Portal>& portals);
-/// @param source what messages call the file. @throws InputError naming the key.
-std::vector<Portal> read_portals(const nlohmann::json& portals, const std::string& source);
 
 }  // namespace qjulia::map

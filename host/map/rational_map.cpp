@@ -26,7 +26,7 @@ void check_number(double value, const std::string& name, double most = kLargest)
 }
 
 void check_quaternion(const Quaternion& q, const std::string& name, double most = kLargest) {
-  for (const double value : {q.x, q.y, q.z, q.w}) check_number(value, name, most);
+  for (const double value : coordinates(q)) check_number(value, name, most);
 }
 
 void check_vector(const Eigen::Vector3d& v, const std::string& name) {

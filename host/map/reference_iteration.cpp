@@ -4,10 +4,9 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <optional>
-#include <stdexcept>
 #include <unsupported/Eigen/AutoDiff>
 
+#include "map/kinds.hpp"
 #include "qjulia/field.hpp"
 
 namespace qjulia::reference {
@@ -34,15 +33,9 @@ struct FactorOf {
 
 template <class T>
 struct MapOf {
+  const RationalMap& plain;  ///< with all that is not differentiated
   T log_scale;
-  double level, tufts;
-  QuaternionOf<T> phase;
   std::vector<FactorOf<T>> factors;
-  std::optional<QuaternionOf<T>> modulus_c, versor_c;  ///< c where it is quadratic
-  std::optional<DistanceModulus> distance;
-  std::vector<Portal> portals;
-  std::optional<NoiseVersor> noise = {};
-  std::optional<Paint> paint = {};
 };
 
 template <class T>
@@ -58,31 +51,7 @@ QuaternionOf<T> convert(const Quaternion& q) {
 
 template <class T>
 MapOf<T> convert(const RationalMap& map) {
-  MapOf<T> result{T(map.log_scale),
-                  map.surface_level,
-                  map.tufts,
-                  convert<T>(map.phase),
-                  {},
-                  {},
-                  {},
-                  {},
-                  map.portals,
-                  {},
-                  map.paint};
-  if (const auto* kind = std::get_if<QuadraticModulus>(&map.modulus)) {
-    result.modulus_c = convert<T>(kind->c);
-  } else if (const auto* by_distance = std::get_if<DistanceModulus>(&map.modulus)) {
-    result.distance = *by_distance;
-  } else if (!std::holds_alternative<FactorsModulus>(map.modulus)) {
-    throw std::logic_error("the reference does not know this kind of modulus");
-  }
-  if (const auto* kind = std::get_if<QuadraticVersor>(&map.versor)) {
-    result.versor_c = convert<T>(kind->c);
-  } else if (const auto* by_noise = std::get_if<NoiseVersor>(&map.versor)) {
-    result.noise = *by_noise;
-  } else if (!std::holds_alternative<FactorsVersor>(map.versor)) {
-    throw std::logic_error("the reference does not know this kind of versor");
-  }
+  MapOf<T> result{map, T(map.log_scale), {}};
   for (const auto& [center, exponent] : map.factors) {
     result.factors.push_back({convert<T>(center), T(exponent)});
   }
@@ -175,22 +144,36 @@ T grid_distance(const DistanceGridData& data, const std::array<T, 3>& at) {
          spline_sum<T>(at, correction);
 }
 
+/// A place in a grid, in cells, and the square of the way to it from where it was asked for.
+template <class T>
+struct GridPlace {
+  std::array<T, 3> at;
+  T beyond2;
+};
+
+/// The place nearest to q that is `margin` cells away from the faces.
+template <class T>
+GridPlace<T> place_in(const std::array<int, 3>& cells, const Eigen::Vector3d& origin, double step,
+                      double margin, const QuaternionOf<T>& q) {
+  GridPlace<T> place{{q.x, q.y, q.z}, T(0)};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    T& at = place.at[axis];
+    at = T((at - origin[static_cast<Eigen::Index>(axis)]) / step);
+    const double nearest = std::clamp(value_of(at), margin, cells[axis] - margin);
+    if (nearest == value_of(at)) continue;
+    place.beyond2 += (at - nearest) * (at - nearest);
+    at = T(nearest);
+  }
+  return place;
+}
+
 /// d₄ / δ.
 template <class T>
 T distance_field(const DistanceModulus& modulus, const QuaternionOf<T>& q) {
   using std::sqrt;
-  const std::array<T, 3> x{q.x, q.y, q.z};
-  std::array<T, 3> at;
-  T beyond2(0);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    at[axis] = (x[axis] - modulus.origin[static_cast<Eigen::Index>(axis)]) / modulus.step;
-    const double end = modulus.grid->data().cells[axis] - 4;
-    const double nearest = std::clamp(value_of(at[axis]), 4.0, end);
-    if (nearest == value_of(at[axis])) continue;
-    beyond2 += (at[axis] - nearest) * (at[axis] - nearest);
-    at[axis] = T(nearest);
-  }
-  T d = grid_distance(modulus.grid->data(), at);
+  const DistanceGridData& data = modulus.grid->data();
+  const auto [at, beyond2] = place_in(data.cells, modulus.origin, modulus.step, 4, q);
+  T d = grid_distance(data, at);
   if (value_of(beyond2) > 0) d += sqrt(beyond2);
   const T depth = d * modulus.step + modulus.inradius;
   const bool is_round = modulus.fourth == FourthCoordinate::round;
@@ -259,14 +242,8 @@ QuaternionOf<T> noise_vector(const NoiseVersor& noise, const QuaternionOf<T>& q)
 /// The share of the detail that a place has.
 template <class T>
 T share_at(const Paint& paint, const QuaternionOf<T>& q) {
-  const std::array<T, 3> x{q.x, q.y, q.z};
-  std::array<T, 3> at;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    at[axis] = (x[axis] - paint.origin[static_cast<Eigen::Index>(axis)]) / paint.step;
-    const double nearest = std::clamp(value_of(at[axis]), 1.5, paint.cells[axis] - 1.5);
-    if (nearest != value_of(at[axis])) at[axis] = T(nearest);
-  }
-  return spline_sum<T>(at, [&](int i, int j, int k) {
+  const GridPlace<T> place = place_in(paint.cells, paint.origin, paint.step, 1.5, q);
+  return spline_sum<T>(place.at, [&](int i, int j, int k) {
     const int number = (k * paint.cells[1] + j) * paint.cells[0] + i;
     return (1.0 + paint.shares[static_cast<std::size_t>(number)]) / 256;
   });
@@ -275,25 +252,34 @@ T share_at(const Paint& paint, const QuaternionOf<T>& q) {
 /// Without portals.
 template <class T>
 StepOf<T> plain_step_of(const MapOf<T>& map, const QuaternionOf<T>& q) {
-  StepOf<T> result{map.log_scale, map.phase};
+  const RationalMap& plain = map.plain;
+  T f = map.log_scale;
+  QuaternionOf<T> u = convert<T>(plain.phase);
+  const bool adds_factors = std::holds_alternative<FactorsModulus>(plain.modulus);
+  const bool turns_by_factors = std::holds_alternative<FactorsVersor>(plain.versor);
   for (const auto& [c, a] : map.factors) {
     const StepOf<T> one = power<T>({q.x - c.x, q.y - c.y, q.z - c.z, q.w - c.w}, a);
-    if (!map.modulus_c && !map.distance) result.log_norm += one.log_norm;
-    if (!map.versor_c && !map.noise) result.versor = product(result.versor, one.versor);
+    if (adds_factors) f += one.log_norm;
+    if (turns_by_factors) u = product(u, one.versor);
   }
-  if (map.distance) result.log_norm += distance_field(*map.distance, q);
-  if (map.modulus_c) result.log_norm += quadratic(q, *map.modulus_c).log_norm;
-  if (map.versor_c) result.versor = product(result.versor, quadratic(q, *map.versor_c).versor);
-  if (map.noise) {
-    result.versor = product(result.versor, power<T>(noise_vector<T>(*map.noise, q), T(1)).versor);
-  }
-  if (value_of(result.log_norm) > map.level) {
-    result.log_norm = map.level + map.tufts * (result.log_norm - map.level);
-  }
-  if (map.paint) {
-    result.log_norm = map.level + (result.log_norm - map.level) / share_at(*map.paint, q);
-  }
-  return result;
+  std::visit(map::Overloaded{[](const FactorsModulus&) {},
+                             [&](const QuadraticModulus& kind) {
+                               f += quadratic(q, convert<T>(kind.c)).log_norm;
+                             },
+                             [&](const DistanceModulus& kind) { f += distance_field(kind, q); }},
+             plain.modulus);
+  std::visit(map::Overloaded{[](const FactorsVersor&) {},
+                             [&](const QuadraticVersor& kind) {
+                               u = product(u, quadratic(q, convert<T>(kind.c)).versor);
+                             },
+                             [&](const NoiseVersor& kind) {
+                               u = product(u, power<T>(noise_vector<T>(kind, q), T(1)).versor);
+                             }},
+             plain.versor);
+  const double level = plain.surface_level;
+  if (value_of(f) > level) f = level + plain.tufts * (f - level);
+  if (plain.paint) f = level + (f - level) / share_at(*plain.paint, q);
+  return {f, u};
 }
 
 /// F of the last of these iterates, `step` being one.
@@ -337,13 +323,13 @@ bool takes(const Portal& portal, const MapOf<T>& map, const QuaternionOf<T>& q) 
   if (portal.mask == PortalMask::none) return true;
   const double f = value_of(last_field(
       q, 4, kLargestEscape, [&](const QuaternionOf<T>& at) { return plain_step_of(map, at); }));
-  return (f < map.level) == (portal.mask == PortalMask::inside);
+  return (f < map.plain.surface_level) == (portal.mask == PortalMask::inside);
 }
 
 template <class T>
 StepOf<T> step_of(const MapOf<T>& map, const QuaternionOf<T>& q) {
   using std::log, std::sqrt;
-  for (const Portal& portal : map.portals) {
+  for (const Portal& portal : map.plain.portals) {
     if (!takes(portal, map, q)) continue;
     const auto x = turned<T>(
         portal.rotation,
@@ -367,10 +353,10 @@ T field_at(const MapOf<T>& map, const Quaternion& start, int iterations, double 
 std::vector<Dual*> unknowns_of(MapOf<Dual>& map) {
   std::vector<Dual*> all{&map.log_scale};
   for (auto& f : map.factors) all.push_back(&f.exponent);
-  for (auto& f : map.factors) all.push_back(&f.center.x);
-  for (auto& f : map.factors) all.push_back(&f.center.y);
-  for (auto& f : map.factors) all.push_back(&f.center.z);
-  for (auto& f : map.factors) all.push_back(&f.center.w);
+  using Center = QuaternionOf<Dual>;
+  for (const auto coordinate : {&Center::x, &Center::y, &Center::z, &Center::w}) {
+    for (auto& f : map.factors) all.push_back(&(f.center.*coordinate));
+  }
   return all;
 }
 

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
+#include "base/random.hpp"
 #include "map/portals.hpp"
 #include "map/sphere_directions.hpp"
-#include "map/sphere_search.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 
@@ -17,6 +18,7 @@ using namespace map;
 namespace {
 
 constexpr double kRadiusMargin = 0.02;  // of radii, and of F against ln r
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Even directions over the 4-D sphere and over the slice's own sphere, and those of centres: the
 /// shape's tips are thin, and centres sit in them. Of very many centres an evenly spaced part
@@ -46,7 +48,16 @@ double reach(const RationalMap& map) {
   return longest;
 }
 
-/// F_1 in all directions at each radius. Several spheres make a launch that is worth its while.
+/// F_1 in all directions.
+std::vector<double> on_sphere(const Field& field, const std::vector<Quaternion>& directions,
+                              double radius) {
+  std::vector<Quaternion> points(directions.size());
+  std::ranges::transform(directions, points.begin(),
+                         [radius](const Quaternion& u) { return radius * u; });
+  return field.at(points);
+}
+
+/// The same at each radius. Several spheres make a launch that is worth its while.
 std::vector<std::vector<double>> field_on_spheres(const Field& field,
                                                   const std::vector<Quaternion>& directions,
                                                   const std::vector<double>& radii) {
@@ -63,6 +74,64 @@ std::vector<std::vector<double>> field_on_spheres(const Field& field,
   }
   return spheres;
 }
+
+enum class Extreme { lowest, highest };
+
+/// The extremes of F_1 over 4-D spheres about the origin, by local search from many directions.
+class SphereSearch {
+ public:
+  SphereSearch(const Field& field, Extreme wanted) : field_(field), wanted_(wanted) {}
+
+  /// Begins anew from the best of `directions` (unit), judged by `values` = F_1 there.
+  void seed(const std::vector<Quaternion>& directions, const std::vector<double>& values) {
+    constexpr std::size_t kSeeds = 512;
+    std::vector<std::size_t> order(directions.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const auto kept = static_cast<std::ptrdiff_t>(std::min(kSeeds, order.size()));
+    std::partial_sort(order.begin(), order.begin() + kept, order.end(),
+                      [&](std::size_t a, std::size_t b) {
+                        return better(values[a], values[b]) || (values[a] == values[b] && a < b);
+                      });
+    order.resize(static_cast<std::size_t>(kept));
+    seeds_.clear();
+    for (const std::size_t i : order) seeds_.push_back(directions[i]);
+  }
+
+  /// The most extreme F_1 found on the sphere of `radius`; the seeds move to where it is.
+  double refine(double radius) {
+    constexpr std::size_t kTries = 6;
+    std::vector<double> best = on_sphere(field_, seeds_, radius);
+    std::vector<Quaternion> tries(kTries * seeds_.size());
+    for (double size = 0.12; size > 0.003; size *= 0.6) {
+      for (std::size_t i = 0; i < tries.size(); ++i) {
+        tries[i] = perturbed(seeds_[i / kTries], size);
+      }
+      const std::vector<double> values = on_sphere(field_, tries, radius);
+      for (std::size_t i = 0; i < tries.size(); ++i) {
+        const std::size_t seed = i / kTries;
+        if (!better(values[i], best[seed])) continue;
+        best[seed] = values[i];
+        seeds_[seed] = tries[i];
+      }
+    }
+    return wanted_ == Extreme::lowest ? *std::ranges::min_element(best)
+                                      : *std::ranges::max_element(best);
+  }
+
+ private:
+  bool better(double a, double b) const { return wanted_ == Extreme::lowest ? a < b : a > b; }
+
+  Quaternion perturbed(const Quaternion& direction, double size) {
+    const auto offset = [&] { return size * random_.uniform(-1, 1); };
+    const Quaternion moved = direction + Quaternion{offset(), offset(), offset(), offset()};
+    return (1 / norm(moved)) * moved;
+  }
+
+  const Field& field_;
+  Extreme wanted_;
+  std::vector<Quaternion> seeds_;
+  base::Random random_{1};
+};
 
 constexpr int kSpheres = 8;  ///< of a launch
 
@@ -92,8 +161,9 @@ double outer_radius(const Field& field, const RationalMap& map,
       if (is_last) break;
     }
   }
-  while (radius < certain && search.refine(radius) <= std::log(radius) + kRadiusMargin)
+  while (radius < certain && search.refine(radius) <= std::log(radius) + kRadiusMargin) {
     radius *= 1.005;
+  }
   return std::min(certain, (1 + kRadiusMargin) * radius);
 }
 
@@ -109,7 +179,7 @@ double inner_radius(const Field& field, const RationalMap& map,
   }
   const std::vector<double> pole_values = field.at(near_poles);
   const auto highest_by_poles = [&](double radius) {
-    double highest = -std::numeric_limits<double>::infinity();
+    double highest = -kInfinity;
     for (std::size_t k = 0; k < near_poles.size(); ++k) {
       if (norm(near_poles[k]) <= radius) highest = std::max(highest, pole_values[k]);
     }
@@ -118,7 +188,7 @@ double inner_radius(const Field& field, const RationalMap& map,
 
   // Highest F_1 in the ball of each radius, until none larger could be allowed.
   std::vector<double> radii;
-  double highest = -std::numeric_limits<double>::infinity();
+  double highest = -kInfinity;
   static_assert(kSteps % kSpheres == 0);
   for (int step = 0; step < kSteps && highest <= allowed(limit);) {
     std::vector<double> next;
@@ -134,7 +204,7 @@ double inner_radius(const Field& field, const RationalMap& map,
   SphereSearch search(field, Extreme::highest);
   const auto stands = [&](double radius) {
     if (highest_by_poles(radius) > allowed(radius)) return false;
-    search.seed(directions, field_on_spheres(field, directions, {radius}).front());
+    search.seed(directions, on_sphere(field, directions, radius));
     return search.refine(radius) <= allowed(radius);
   };
   while (!radii.empty() && !stands(radii.back())) radii.pop_back();
@@ -162,12 +232,10 @@ StopRadii find_stop_radii(const Device& device, const RationalMap& map,
                                             kLargestEscape));
   }
   // F_1 itself, however far out: no escape radius.
-  const Field field(device, without_portals(map), Precision::single,
-                    {0, 0, std::numeric_limits<double>::infinity()}, stop);
+  const Field field(device, without_portals(map), Precision::single, {0, 0, kInfinity}, stop);
   const std::vector<Quaternion> directions = probe_directions(map);
   StopRadii stops;
-  stops.outer = map.degree() > 1 ? outer_radius(field, map, directions)
-                                 : std::numeric_limits<double>::infinity();
+  stops.outer = map.degree() > 1 ? outer_radius(field, map, directions) : kInfinity;
   // Beyond the radius e^L too, where F is above ln ‖q‖ and so above L, paint makes it higher.
   if (map.paint) stops.outer = std::max(stops.outer, std::exp(map.surface_level));
   const bool bounded = std::isfinite(stops.outer);

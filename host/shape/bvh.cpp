@@ -7,7 +7,6 @@
 #include <numeric>
 
 #include "layout/bvh.h"
-#include "qjulia/error.hpp"
 #include "qjulia/progress.hpp"
 
 namespace qjulia::shape {
@@ -51,14 +50,140 @@ class Builder {
   }
 
  private:
-  std::size_t add_nodes(std::size_t count);
   std::int32_t& link(std::size_t node, std::size_t which) {
     return bvh_.links[node * QJ_NODE_INTS + which];
   }
-  void split(std::size_t node, std::size_t first, std::size_t last, int depth);
-  std::size_t partition(std::size_t first, std::size_t last, int depth);
-  void add_triangle(const Triangle& triangle);
-  void set_node(std::size_t node, std::size_t first, std::size_t last);
+
+  std::size_t add_nodes(std::size_t count) {
+    const std::size_t first = bvh_.links.size() / QJ_NODE_INTS;
+    bvh_.links.resize(bvh_.links.size() + count * QJ_NODE_INTS);
+    bvh_.nodes.resize(bvh_.nodes.size() + count * QJ_NODE_REALS);
+    return first;
+  }
+
+  void split(std::size_t node, std::size_t first, std::size_t last, int depth) {
+    // Smaller parts take no time to speak of.
+    constexpr std::size_t kSmallPart = std::size_t{1} << 14;
+    if (last - first > kSmallPart) throw_if_stopped(stop_);
+    set_node(node, first, last);
+    const std::size_t middle =
+        last - first <= kLeafTriangles ? first : partition(first, last, depth);
+    const bool is_leaf = middle == first;
+    const std::size_t children = is_leaf ? first : add_nodes(2);
+    link(node, QJ_NODE_FIRST) = static_cast<std::int32_t>(children);
+    link(node, QJ_NODE_COUNT) = static_cast<std::int32_t>(is_leaf ? last - first : 0);
+    if (is_leaf) return;
+    for (const auto child : {children, children + 1}) {
+      link(child, QJ_NODE_PARENT) = static_cast<std::int32_t>(node);
+    }
+    link(children, QJ_NODE_NEXT) = static_cast<std::int32_t>(children + 1);
+    link(children + 1, QJ_NODE_NEXT) = link(node, QJ_NODE_NEXT);
+    split(children, first, middle, depth + 1);
+    split(children + 1, middle, last, depth + 1);
+  }
+
+  /// Orders the triangles [first, last) so that a left child gets those before the result.
+  std::size_t partition(std::size_t first, std::size_t last, int depth) {
+    Bounds centers;
+    for (std::size_t i = first; i < last; ++i) centers.extend(boxes_[order_[i]].center());
+    Eigen::Index axis = 0;
+    const double extent = centers.sizes().maxCoeff(&axis);
+    const auto begin = order_.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto end = order_.begin() + static_cast<std::ptrdiff_t>(last);
+    const auto place = [&](std::uint32_t t) { return boxes_[t].center()[axis]; };
+
+    int best_bin = -1;
+    const auto bin_of = [&](std::uint32_t t) {
+      return std::min(kBins - 1,
+                      static_cast<int>(kBins * ((place(t) - centers.min()[axis]) / extent)));
+    };
+    if (extent > 0 && depth < kHeuristicDepth) {
+      std::array<Bounds, kBins> bins;
+      std::array<std::size_t, kBins> counts{};
+      for (auto it = begin; it != end; ++it) {
+        const auto bin = static_cast<std::size_t>(bin_of(*it));
+        bins[bin].extend(boxes_[*it]);
+        ++counts[bin];
+      }
+      std::array<double, kBins> right_cost{};
+      Bounds box;
+      std::size_t count = 0;
+      for (std::size_t bin = kBins - 1; bin > 0; --bin) {
+        box.extend(bins[bin]);
+        count += counts[bin];
+        right_cost[bin] = half_area(box) * static_cast<double>(count);
+      }
+      double best = std::numeric_limits<double>::infinity();
+      box.setEmpty();
+      count = 0;
+      for (std::size_t bin = 0; bin + 1 < kBins; ++bin) {
+        box.extend(bins[bin]);
+        count += counts[bin];
+        const double cost = half_area(box) * static_cast<double>(count) + right_cost[bin + 1];
+        if (count > 0 && count < last - first && cost < best) {
+          best = cost;
+          best_bin = static_cast<int>(bin);
+        }
+      }
+    }
+    if (best_bin < 0) {
+      const std::size_t middle = first + (last - first) / 2;
+      std::nth_element(begin, order_.begin() + static_cast<std::ptrdiff_t>(middle), end,
+                       [&](std::uint32_t a, std::uint32_t b) {
+                         return std::pair(place(a), a) < std::pair(place(b), b);
+                       });
+      return middle;
+    }
+    const auto middle =
+        std::stable_partition(begin, end, [&](std::uint32_t t) { return bin_of(t) <= best_bin; });
+    return static_cast<std::size_t>(middle - order_.begin());
+  }
+
+  void set_node(std::size_t node, std::size_t first, std::size_t last) {
+    Bounds box;
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
+    double area = 0;
+    for (std::size_t i = first; i < last; ++i) {
+      const auto& [a, b, c] = mesh_.triangles[order_[i]];
+      const auto& x = mesh_.vertices;
+      const Eigen::Vector3d n = 0.5 * (x[b] - x[a]).cross(x[c] - x[a]);
+      box.extend(boxes_[order_[i]]);
+      normal += n;
+      centroid += n.norm() * (x[a] + x[b] + x[c]) / 3;
+      area += n.norm();
+    }
+    centroid = area > 0 ? Eigen::Vector3d(centroid / area) : box.center();
+    // The corner of the box farthest from the centroid bounds the radius.
+    const double radius =
+        (box.max() - centroid).cwiseAbs().cwiseMax((box.min() - centroid).cwiseAbs()).norm();
+    double* reals = bvh_.nodes.data() + node * QJ_NODE_REALS;
+    Eigen::Map<Eigen::Vector3d>(reals + QJ_NODE_LOW) = box.min();
+    Eigen::Map<Eigen::Vector3d>(reals + QJ_NODE_HIGH) = box.max();
+    Eigen::Map<Eigen::Vector3d>(reals + QJ_NODE_CENTROID) = centroid;
+    Eigen::Map<Eigen::Vector3d>(reals + QJ_NODE_NORMAL) = normal;
+    reals[QJ_NODE_FAR] = accuracy_ * accuracy_ * radius * radius;
+  }
+
+  void add_triangle(const Triangle& triangle) {
+    const Eigen::Vector3d a = mesh_.vertices[triangle[0]];
+    const Eigen::Vector3d ab = mesh_.vertices[triangle[1]] - a;
+    const Eigen::Vector3d ac = mesh_.vertices[triangle[2]] - a;
+    const auto inverse_square = [](const Eigen::Vector3d& edge) {
+      const double square = edge.squaredNorm();
+      return square > 0 ? 1 / square : 0;
+    };
+    const std::size_t start = bvh_.triangles.size();
+    bvh_.triangles.resize(start + QJ_TRIANGLE_REALS);
+    double* reals = bvh_.triangles.data() + start;
+    Eigen::Map<Eigen::Vector3d>(reals + QJ_TRIANGLE_A) = a;
+    Eigen::Map<Eigen::Vector3d>(reals + QJ_TRIANGLE_AB) = ab;
+    Eigen::Map<Eigen::Vector3d>(reals + QJ_TRIANGLE_AC) = ac;
+    Eigen::Map<Eigen::Vector3d>(reals + QJ_TRIANGLE_NORMAL) = ab.cross(ac).normalized();
+    reals[QJ_TRIANGLE_AB2] = inverse_square(ab);
+    reals[QJ_TRIANGLE_AC2] = inverse_square(ac);
+    reals[QJ_TRIANGLE_BC2] = inverse_square(ac - ab);
+  }
 
   const TriangleMesh& mesh_;
   double accuracy_;
@@ -67,136 +192,6 @@ class Builder {
   std::vector<std::uint32_t> order_;  ///< triangles, as the leaves will have them
   std::vector<Bounds> boxes_;         ///< of each triangle
 };
-
-std::size_t Builder::add_nodes(std::size_t count) {
-  const std::size_t first = bvh_.links.size() / QJ_NODE_INTS;
-  bvh_.links.resize(bvh_.links.size() + count * QJ_NODE_INTS);
-  bvh_.nodes.resize(bvh_.nodes.size() + count * QJ_NODE_REALS);
-  return first;
-}
-
-void Builder::split(std::size_t node, std::size_t first, std::size_t last, int depth) {
-  constexpr std::size_t kSmallPart = std::size_t{1}
-                                     << 14;  // smaller parts take no time to speak of
-  if (last - first > kSmallPart) throw_if_stopped(stop_);
-  set_node(node, first, last);
-  const std::size_t middle = last - first <= kLeafTriangles ? first : partition(first, last, depth);
-  const bool is_leaf = middle == first;
-  const std::size_t children = is_leaf ? first : add_nodes(2);
-  link(node, QJ_NODE_FIRST) = static_cast<std::int32_t>(children);
-  link(node, QJ_NODE_COUNT) = static_cast<std::int32_t>(is_leaf ? last - first : 0);
-  if (is_leaf) return;
-  for (const auto child : {children, children + 1}) {
-    link(child, QJ_NODE_PARENT) = static_cast<std::int32_t>(node);
-  }
-  link(children, QJ_NODE_NEXT) = static_cast<std::int32_t>(children + 1);
-  link(children + 1, QJ_NODE_NEXT) = link(node, QJ_NODE_NEXT);
-  split(children, first, middle, depth + 1);
-  split(children + 1, middle, last, depth + 1);
-}
-
-/// Orders the triangles [first, last) so that a left child gets those before the result.
-std::size_t Builder::partition(std::size_t first, std::size_t last, int depth) {
-  Bounds centers;
-  for (std::size_t i = first; i < last; ++i) centers.extend(boxes_[order_[i]].center());
-  Eigen::Index axis = 0;
-  const double extent = centers.sizes().maxCoeff(&axis);
-  const auto begin = order_.begin() + static_cast<std::ptrdiff_t>(first);
-  const auto end = order_.begin() + static_cast<std::ptrdiff_t>(last);
-  const auto place = [&](std::uint32_t t) { return boxes_[t].center()[axis]; };
-
-  int best_bin = -1;
-  const auto bin_of = [&](std::uint32_t t) {
-    return std::min(kBins - 1,
-                    static_cast<int>(kBins * ((place(t) - centers.min()[axis]) / extent)));
-  };
-  if (extent > 0 && depth < kHeuristicDepth) {
-    std::array<Bounds, kBins> bins;
-    std::array<std::size_t, kBins> counts{};
-    for (auto it = begin; it != end; ++it) {
-      const auto bin = static_cast<std::size_t>(bin_of(*it));
-      bins[bin].extend(boxes_[*it]);
-      ++counts[bin];
-    }
-    std::array<double, kBins> right_cost{};
-    Bounds box;
-    std::size_t count = 0;
-    for (std::size_t bin = kBins - 1; bin > 0; --bin) {
-      box.extend(bins[bin]);
-      count += counts[bin];
-      right_cost[bin] = half_area(box) * static_cast<double>(count);
-    }
-    double best = std::numeric_limits<double>::infinity();
-    box.setEmpty();
-    count = 0;
-    for (std::size_t bin = 0; bin + 1 < kBins; ++bin) {
-      box.extend(bins[bin]);
-      count += counts[bin];
-      const double cost = half_area(box) * static_cast<double>(count) + right_cost[bin + 1];
-      if (count > 0 && count < last - first && cost < best) {
-        best = cost;
-        best_bin = static_cast<int>(bin);
-      }
-    }
-  }
-  if (best_bin < 0) {
-    const std::size_t middle = first + (last - first) / 2;
-    std::nth_element(begin, order_.begin() + static_cast<std::ptrdiff_t>(middle), end,
-                     [&](std::uint32_t a, std::uint32_t b) {
-                       return std::pair(place(a), a) < std::pair(place(b), b);
-                     });
-    return middle;
-  }
-  const auto middle =
-      std::stable_partition(begin, end, [&](std::uint32_t t) { return bin_of(t) <= best_bin; });
-  return static_cast<std::size_t>(middle - order_.begin());
-}
-
-void Builder::set_node(std::size_t node, std::size_t first, std::size_t last) {
-  Bounds box;
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
-  double area = 0;
-  for (std::size_t i = first; i < last; ++i) {
-    const auto& [a, b, c] = mesh_.triangles[order_[i]];
-    const auto& x = mesh_.vertices;
-    const Eigen::Vector3d n = 0.5 * (x[b] - x[a]).cross(x[c] - x[a]);
-    box.extend(boxes_[order_[i]]);
-    normal += n;
-    centroid += n.norm() * (x[a] + x[b] + x[c]) / 3;
-    area += n.norm();
-  }
-  centroid = area > 0 ? Eigen::Vector3d(centroid / area) : box.center();
-  // The corner of the box farthest from the centroid bounds the radius.
-  const double radius =
-      (box.max() - centroid).cwiseAbs().cwiseMax((box.min() - centroid).cwiseAbs()).norm();
-  double* reals = bvh_.nodes.data() + node * QJ_NODE_REALS;
-  Eigen::Map<Eigen::Vector3d>(reals + QJ_NODE_LOW) = box.min();
-  Eigen::Map<Eigen::Vector3d>(reals + QJ_NODE_HIGH) = box.max();
-  Eigen::Map<Eigen::Vector3d>(reals + QJ_NODE_CENTROID) = centroid;
-  Eigen::Map<Eigen::Vector3d>(reals + QJ_NODE_NORMAL) = normal;
-  reals[QJ_NODE_FAR] = accuracy_ * accuracy_ * radius * radius;
-}
-
-void Builder::add_triangle(const Triangle& triangle) {
-  const Eigen::Vector3d a = mesh_.vertices[triangle[0]];
-  const Eigen::Vector3d ab = mesh_.vertices[triangle[1]] - a;
-  const Eigen::Vector3d ac = mesh_.vertices[triangle[2]] - a;
-  const auto inverse_square = [](const Eigen::Vector3d& edge) {
-    const double square = edge.squaredNorm();
-    return square > 0 ? 1 / square : 0;
-  };
-  const std::size_t start = bvh_.triangles.size();
-  bvh_.triangles.resize(start + QJ_TRIANGLE_REALS);
-  double* reals = bvh_.triangles.data() + start;
-  Eigen::Map<Eigen::Vector3d>(reals + QJ_TRIANGLE_A) = a;
-  Eigen::Map<Eigen::Vector3d>(reals + QJ_TRIANGLE_AB) = ab;
-  Eigen::Map<Eigen::Vector3d>(reals + QJ_TRIANGLE_AC) = ac;
-  Eigen::Map<Eigen::Vector3d>(reals + QJ_TRIANGLE_NORMAL) = ab.cross(ac).normalized();
-  reals[QJ_TRIANGLE_AB2] = inverse_square(ab);
-  reals[QJ_TRIANGLE_AC2] = inverse_square(ac);
-  reals[QJ_TRIANGLE_BC2] = inverse_square(ac - ab);
-}
 
 }  // namespace
 

@@ -15,38 +15,29 @@ constexpr double kThickest = 0.02;
 /// x is capped at kThinnest, or at kBearable x where that is larger (x > 70).
 constexpr double kThinnest = 30, kBearable = 3.0 / 7;
 
-double of_automatic(DetailWord word) {
-  switch (word) {
-    case DetailWord::automatic:
-      return 1;
-    case DetailWord::smooth:
-      return 0.125;
-    case DetailWord::clear:
-      return 0.5;
-    case DetailWord::wild:
-      break;
-  }
-  return 2;
-}
+struct Meaning {
+  const char* name;
+  double of_automatic;
+};
 
-const char* name(DetailWord word) {
+Meaning meaning(DetailWord word) {
   switch (word) {
     case DetailWord::automatic:
-      return "auto";
+      return {"auto", 1};
     case DetailWord::smooth:
-      return "smooth";
+      return {"smooth", 0.125};
     case DetailWord::clear:
-      return "clear";
+      return {"clear", 0.5};
     case DetailWord::wild:
       break;
   }
-  return "wild";
+  return {"wild", 2};
 }
 
 }  // namespace
 
 std::string to_string(const DetailChoice& detail) {
-  if (const auto* word = std::get_if<DetailWord>(&detail)) return name(*word);
+  if (const auto* word = std::get_if<DetailWord>(&detail)) return meaning(*word).name;
   return fmt::format("{}", std::get<double>(detail));
 }
 
@@ -62,7 +53,7 @@ double thinness(const TriangleMesh& mesh) {
 double chosen_detail(const DetailChoice& detail, double thinness, double share) {
   if (const auto* number = std::get_if<double>(&detail)) return *number;
   const double beyond = std::max(thinness - kThinnessOfBall, share / kThickest);
-  return of_automatic(std::get<DetailWord>(detail)) * share /
+  return meaning(std::get<DetailWord>(detail)).of_automatic * share /
          std::min(beyond, std::max(kThinnest, kBearable * beyond));
 }
 

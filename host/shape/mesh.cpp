@@ -2,36 +2,28 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 
 #include "base/union_find.hpp"
-#include "qjulia/error.hpp"
 #include "qjulia/progress.hpp"
 #include "shape/mesh_report.hpp"
 
 namespace qjulia {
 namespace {
 
-constexpr std::size_t kElementsPolled = std::size_t{1}
-                                        << 16;  ///< triangles or vertices between two polls
-
-void poll(const std::stop_token& stop) { throw_if_stopped(stop); }
+/// Triangles or vertices between two polls.
+constexpr std::size_t kElementsPolled = std::size_t{1} << 16;
 
 std::size_t count_components(const TriangleMesh& mesh, const std::stop_token& stop) {
   base::UnionFind components(mesh.vertices.size());
   std::vector<bool> used(mesh.vertices.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (t % kElementsPolled == 0) poll(stop);
+    if (t % kElementsPolled == 0) throw_if_stopped(stop);
     const auto& [a, b, c] = mesh.triangles[t];
     components.unite(a, b);
     components.unite(b, c);
     used[a] = used[b] = used[c] = true;
   }
-  std::size_t count = 0;
-  for (std::uint32_t v = 0; v < used.size(); ++v) {
-    if (used[v] && components.root(v) == v) ++count;
-  }
-  return count;
+  return components.sets() - static_cast<std::size_t>(std::ranges::count(used, false));
 }
 
 /// Counts edges by their lower vertex first, so that only those at one vertex have to be sorted.
@@ -42,7 +34,7 @@ void count_edges(const TriangleMesh& mesh, MeshReport& report, const std::stop_t
   };
   const auto for_edges = [&](const auto& use) {
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      if (t % kElementsPolled == 0) poll(stop);
+      if (t % kElementsPolled == 0) throw_if_stopped(stop);
       const auto& [a, b, c] = mesh.triangles[t];
       for (const auto& [from, to] : {std::pair(a, b), std::pair(b, c), std::pair(c, a)}) {
         const auto [low, high] = std::minmax(from, to);
@@ -57,7 +49,7 @@ void count_edges(const TriangleMesh& mesh, MeshReport& report, const std::stop_t
   for_edges([&](std::uint32_t low, const Edge& edge) { edges[end[low]++] = edge; });
   auto edge = edges.begin();
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (v % kElementsPolled == 0) poll(stop);
+    if (v % kElementsPolled == 0) throw_if_stopped(stop);
     const auto last = edges.begin() + static_cast<std::ptrdiff_t>(end[v]);
     std::sort(edge, last, [](const Edge& a, const Edge& b) { return a.high < b.high; });
     while (edge != last) {
@@ -154,46 +146,37 @@ std::string shape::size_problem(const Box& box) {
 
 std::vector<std::string> MeshReport::warnings() const {
   std::vector<std::string> warnings;
-  if (open_edges > 0) {
-    warnings.push_back(fmt::format(
-        "the mesh has {} open edges: where it has holes, the inside is an estimate", open_edges));
-  }
-  if (non_manifold_edges > 0) {
-    warnings.push_back(
-        fmt::format("the mesh has {} edges where more than two triangles meet or two meet with "
-                    "opposite sides out",
-                    non_manifold_edges));
-  }
-  if (is_inside_out) warnings.emplace_back("the mesh is inside out: its triangles are turned");
-  if (dropped_triangles > 0) {
-    warnings.push_back(fmt::format("{} triangles without area are left out", dropped_triangles));
-  }
-  if (bad_polygons > 0) {
-    warnings.push_back(
-        fmt::format("{} polygons cross themselves or have no area: they are cut into triangles as "
-                    "well as they can be",
-                    bad_polygons));
-  }
-  if (duplicate_triangles > 0) {
-    warnings.push_back(
-        fmt::format("{} triangles repeat others and are left out", duplicate_triangles));
-  }
-  if (is_two_sided) {
-    warnings.emplace_back(
-        "each triangle is there with both windings: of each pair, the first is used");
-  } else if (two_sided_triangles > 0) {
-    warnings.push_back(
-        fmt::format("{} triangles are there with both windings: they are sheets without an inside",
-                    two_sided_triangles));
-  }
+  const auto warn_where = [&](bool is_so, const std::string& warning) {
+    if (is_so) warnings.push_back(warning);
+  };
+  warn_where(
+      open_edges > 0,
+      fmt::format("the mesh has {} open edges: where it has holes, the inside is an estimate",
+                  open_edges));
+  warn_where(non_manifold_edges > 0,
+             fmt::format("the mesh has {} edges where more than two triangles meet or two meet "
+                         "with opposite sides out",
+                         non_manifold_edges));
+  warn_where(is_inside_out, "the mesh is inside out: its triangles are turned");
+  warn_where(dropped_triangles > 0,
+             fmt::format("{} triangles without area are left out", dropped_triangles));
+  warn_where(bad_polygons > 0,
+             fmt::format("{} polygons cross themselves or have no area: they are cut into "
+                         "triangles as well as they can be",
+                         bad_polygons));
+  warn_where(duplicate_triangles > 0,
+             fmt::format("{} triangles repeat others and are left out", duplicate_triangles));
+  warn_where(is_two_sided,
+             "each triangle is there with both windings: of each pair, the first is used");
+  warn_where(
+      two_sided_triangles > 0 && !is_two_sided,
+      fmt::format("{} triangles are there with both windings: they are sheets without an inside",
+                  two_sided_triangles));
   constexpr double kVisible = 1e-4;
-  if (rounding > kVisible) {
-    warnings.push_back(
-        fmt::format("the mesh is far from the origin: vertices are rounded by up to {:.2g} of its "
-                    "size; move it "
-                    "near the origin and export it again",
-                    rounding));
-  }
+  warn_where(rounding > kVisible,
+             fmt::format("the mesh is far from the origin: vertices are rounded by up to {:.2g} of "
+                         "its size; move it near the origin and export it again",
+                         rounding));
   return warnings;
 }
 

@@ -56,18 +56,14 @@ DetectedType detected_type(std::string_view head) {
       {"PK\3\4"sv, {"a ZIP archive (.zip, .3mf); if it holds a mesh, unpack it first", ""}},
       {"\x1F\x8B"sv, {"compressed by gzip; unpack it with gunzip first", ""}},
       {"BZh"sv, {"compressed by bzip2; unpack it with bunzip2 first", ""}},
-      {"\xFD"
-       "7zXZ"sv,
-       {"compressed by xz; unpack it with unxz first", ""}},
+      {"\3757zXZ"sv, {"compressed by xz; unpack it with unxz first", ""}},
       {"\x28\xB5\x2F\xFD"sv, {"compressed by zstd; unpack it with unzstd first", ""}},
       {"7z\xBC\xAF"sv, {"a 7z archive; if it holds a mesh, unpack it first", ""}},
       {"Rar!"sv, {"a RAR archive; if it holds a mesh, unpack it first", ""}},
       {"BLENDER"sv, {"a Blender file; export its mesh from Blender", ""}},
       {"Kaydara FBX"sv, {"an FBX scene", ""}},
       {"glTF"sv, {"a binary glTF scene (.glb)", ""}},
-      {"\x7F"
-       "ELF"sv,
-       {"a program", ""}},
+      {"\177ELF"sv, {"a program", ""}},
       {"#VRML"sv, {"a VRML scene", ""}},
       {"version https://git-lfs"sv, {"a Git LFS pointer; fetch the file with 'git lfs pull'", ""}},
       {"\0\0\0\0\0\0\0\0"sv, {"empty of all but zero bytes; get it again", ""}},
@@ -102,13 +98,11 @@ MeshFile::MeshFile(std::filesystem::path path, std::string extension, std::stop_
   // Before much is read: what is no mesh may be large. A binary .stl may begin with anything.
   file.read(bytes_, kHead);
   if (bytes_.empty()) refuse("the file is empty; export the mesh again");
-  if (extension_ != ".stl") expect_type(bytes_);
+  if (extension_ != ".stl") {
+    const DetectedType seeming = detected_type(bytes_);
+    if (!seeming.name.empty() && seeming.extension != extension_) refuse_type("");
+  }
   file.read_all(bytes_);
-}
-
-void MeshFile::expect_type(std::string_view head) const {
-  const DetectedType seeming = detected_type(head);
-  if (!seeming.name.empty() && seeming.extension != extension_) refuse_type("");
 }
 
 std::string_view MeshFile::text() const {
@@ -151,21 +145,12 @@ void FaceList::add_vertex(const Eigen::Vector3f& x) {
 
 void FaceList::add_face(std::span<const std::uint32_t> corners) {
   if (faces_++ % kPolled == 0) file_.poll();
-  const auto differs = [&](std::size_t i, std::size_t j) { return corners[i] != corners[j]; };
-  if (corners.size() == 3) {
-    if (differs(0, 1) && differs(1, 2) && differs(2, 0)) {
-      triangles.push_back({corners[0], corners[1], corners[2]});
-    } else {
-      ++dropped_faces;
-    }
-    return;
-  }
   const auto second = std::ranges::find_if(corners, [&](auto v) { return v != corners[0]; });
   if (std::all_of(second, corners.end(), [&](auto v) { return v == corners[0] || v == *second; })) {
     ++dropped_faces;
     return;
   }
-  polygons.push_back({triangles.size(), corners.size() - 2});
+  if (corners.size() > 3) polygons.push_back({triangles.size(), corners.size() - 2});
   for (std::size_t i = 2; i < corners.size(); ++i) {
     if (i % kPolled == 0) file_.poll();
     triangles.push_back({corners[0], corners[i - 1], corners[i]});

@@ -37,8 +37,6 @@ class MeshFile {
   void poll() const;
 
  private:
-  void expect_type(std::string_view head) const;
-
   std::filesystem::path path_;
   std::string extension_;
   std::stop_token stop_;
@@ -85,9 +83,9 @@ class FaceList {
 /// larger than the file is allocated, whatever its header promises.
 /// @param share where not null, FaceList::shares are read too: the vertices' property of that name,
 ///   or where it is empty, the brightness of their colors.
-FaceList read_obj(const MeshFile& file, const std::string* share = nullptr);
+FaceList read_obj(const MeshFile& file, const std::string* share);
 FaceList read_off(const MeshFile& file);
-FaceList read_ply(const MeshFile& file, const std::string* share = nullptr);
+FaceList read_ply(const MeshFile& file, const std::string* share);
 FaceList read_stl(const MeshFile& file);
 
 /// Hands out lines without their ends, comments (from `comment` on) and outer blanks. Lines end

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 
-#include "qjulia/error.hpp"
 #include "qjulia/progress.hpp"
 #include "qjulia/shape.hpp"
 

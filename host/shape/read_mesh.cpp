@@ -6,6 +6,7 @@
 
 #include "qjulia/error.hpp"
 #include "qjulia/file_types.hpp"
+#include "qjulia/painted_mesh.hpp"
 #include "shape/mesh_file.hpp"
 #include "shape/mesh_report.hpp"
 #include "shape/triangulate.hpp"
@@ -15,11 +16,33 @@ namespace qjulia {
 using namespace shape;
 namespace {
 
-FaceList read_faces(const MeshFile& file, const std::string& extension) {
-  if (extension == ".obj") return read_obj(file);
+/// @param share as the readers have it.
+FaceList read_faces(const MeshFile& file, const std::string& extension,
+                    const std::string* share = nullptr) {
+  if (extension == ".obj") return read_obj(file, share);
   if (extension == ".off") return read_off(file);
-  if (extension == ".ply") return read_ply(file);
+  if (extension == ".ply") return read_ply(file, share);
   return read_stl(file);
+}
+
+/// @return how many polygons are no good ones.
+std::size_t triangulate_polygons(const MeshFile& file, FaceList& faces) {
+  return static_cast<std::size_t>(std::ranges::count_if(faces.polygons, [&](const auto& polygon) {
+    return !triangulate(faces.vertices,
+                        std::span(faces.triangles).subspan(polygon.first, polygon.count),
+                        [&] { file.poll(); });
+  }));
+}
+
+/// What `read` gives. @throws InputError also where there is not enough memory.
+template <class Read>
+auto within_memory(const std::filesystem::path& path, const Read& read) {
+  try {
+    return read();
+  } catch (const std::bad_alloc&) {
+    throw InputError(
+        fmt::format("cannot read mesh '{}': there is not enough memory for it", path.string()));
+  }
 }
 
 std::uint64_t mixed(std::uint64_t hash, std::uint64_t value) {
@@ -153,16 +176,11 @@ void drop_duplicates(const MeshFile& file, TriangleMesh& mesh, MeshReport& repor
 TriangleMesh read_mesh(const std::filesystem::path& path, MeshReport* report,
                        std::stop_token stop) {
   const std::string extension = expect_type(path, FileContent::mesh, FileUse::read);
-  try {
+  return within_memory(path, [&] {
     MeshReport found;
     const MeshFile file(path, extension, stop);
     FaceList faces = read_faces(file, extension);
-    for (const auto& [first, count] : faces.polygons) {
-      if (!triangulate(faces.vertices, std::span(faces.triangles).subspan(first, count),
-                       [&] { file.poll(); })) {
-        ++found.bad_polygons;
-      }
-    }
+    found.bad_polygons = triangulate_polygons(file, faces);
     TriangleMesh mesh = weld(file, faces, found);
     if (mesh.triangles.empty()) {
       file.refuse("none of its triangles has an area (are all vertices equal or in one line?)");
@@ -177,10 +195,23 @@ TriangleMesh read_mesh(const std::filesystem::path& path, MeshReport* report,
       *report = found;
     }
     return mesh;
-  } catch (const std::bad_alloc&) {
+  });
+}
+
+PaintedMesh read_painted_mesh(const std::filesystem::path& path, const std::string& property,
+                              std::stop_token stop) {
+  const std::string extension = expect_type(path, FileContent::mesh, FileUse::read);
+  if (extension != ".ply" && extension != ".obj") {
     throw InputError(
-        fmt::format("cannot read mesh '{}': there is not enough memory for it", path.string()));
+        fmt::format("cannot paint by '{}': only .ply and .obj files hold colors", path.string()));
   }
+  return within_memory(path, [&] {
+    const MeshFile file(path, extension, std::move(stop));
+    FaceList faces = read_faces(file, extension, &property);
+    triangulate_polygons(file, faces);
+    return PaintedMesh{std::move(faces.vertices), std::move(faces.triangles),
+                       std::move(faces.shares)};
+  });
 }
 
 }  // namespace qjulia

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <limits>
-
 #include "shape/mesh_file.hpp"
 
 namespace qjulia::shape {
@@ -24,8 +22,9 @@ class ObjReader {
         add_face(continued(rest));
       }
     }
-    if (faces_.vertices.empty())
+    if (faces_.vertices.empty()) {
       file_.refuse_type("it has no vertices; is it a Wavefront .obj file?");
+    }
     if (faces_.faces() == 0) file_.refuse("it has no faces; export a mesh with faces");
     if (greatest_ >= static_cast<long long>(faces_.vertices.size())) {
       file_.refuse_line(
@@ -48,11 +47,13 @@ class ObjReader {
     return joined_;
   }
 
+  [[noreturn]] void refuse(std::string_view what) const {
+    file_.refuse_line(lines_.number(), what);
+  }
+
   void add_vertex(std::string_view rest) {
     const auto point = take_point(rest);
-    if (!point) {
-      file_.refuse_line(lines_.number(), "a vertex needs three finite numbers; export it again");
-    }
+    if (!point) refuse("a vertex needs three finite numbers; export it again");
     faces_.add_vertex(*point);
     if (with_colors_) add_color(rest);
   }
@@ -61,12 +62,12 @@ class ObjReader {
   void add_color(std::string_view rest) {
     const auto color = take_point(rest);
     if (!color) {
-      file_.refuse_line(lines_.number(),
-                        "the vertex has no color: three numbers after its coordinates. Export the "
-                        "mesh with vertex colors");
+      refuse(
+          "the vertex has no color: three numbers after its coordinates. Export the "
+          "mesh with vertex colors");
     }
     if (color->minCoeff() < 0 || color->maxCoeff() > 1) {
-      file_.refuse_line(lines_.number(), "the vertex has a color that is not within 0 to 1");
+      refuse("the vertex has a color that is not within 0 to 1");
     }
     faces_.shares.push_back(color->mean());
   }
@@ -78,15 +79,15 @@ class ObjReader {
     for (auto word = take_word(rest); !word.empty(); word = take_word(rest)) {
       const auto number = to_integer(word.substr(0, word.find('/')));
       if (!number || *number == 0) {
-        file_.refuse_line(lines_.number(),
-                          fmt::format("'{}' is not a vertex number; .obj counts vertices from 1. "
-                                      "Export the mesh again",
-                                      word));
+        refuse(
+            fmt::format("'{}' is not a vertex number; .obj counts vertices from 1. "
+                        "Export the mesh again",
+                        word));
       }
       const long long index =
           *number > 0 ? *number - 1 : static_cast<long long>(faces_.vertices.size()) + *number;
       if (index < 0) {
-        file_.refuse_line(lines_.number(), "a vertex number counts back past the first vertex");
+        refuse("a vertex number counts back past the first vertex");
       }
       if (index > greatest_) {
         greatest_ = index;
@@ -95,8 +96,7 @@ class ObjReader {
       corners_.push_back(static_cast<std::uint32_t>(index));  // checked at the end
     }
     if (corners_.size() < 3) {
-      file_.refuse_line(lines_.number(),
-                        "a face needs three vertices; the file may be cut off, export it again");
+      refuse("a face needs three vertices; the file may be cut off, export it again");
     }
     faces_.add_face(corners_);
   }

@@ -16,31 +16,25 @@ namespace {
 
 enum class Format { text, little_endian, big_endian };
 
-enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
+/// How a number lies in a binary file.
+struct Type {
+  std::size_t size;  ///< bytes
+  double (*read)(const char* bytes);
+  bool operator==(const Type&) const = default;
+};
 
-std::size_t size_of(Type type) {
-  switch (type) {
-    case Type::int8:
-    case Type::uint8:
-      return 1;
-    case Type::int16:
-    case Type::uint16:
-      return 2;
-    case Type::int32:
-    case Type::uint32:
-    case Type::float32:
-      return 4;
-    case Type::float64:
-      return 8;
-  }
-  return 0;
-}
+template <class Number>
+constexpr Type kType{sizeof(Number), [](const char* bytes) {
+                       Number number;
+                       std::memcpy(&number, bytes, sizeof number);
+                       return static_cast<double>(number);
+                     }};
 
 struct Property {
   std::string name;
-  Type type = Type::float32;  ///< of the value, or of a list's values
+  Type type = kType<float>;  ///< of the value, or of a list's values
   bool is_list = false;
-  Type count_type = Type::uint8;  ///< of a list's length
+  Type count_type = kType<std::uint8_t>;  ///< of a list's length
 };
 
 struct Element {
@@ -57,12 +51,14 @@ struct Header {
 
 Type type_named(const MeshFile& file, std::string_view name) {
   static const std::map<std::string_view, Type> types = {
-      {"char", Type::int8},      {"int8", Type::int8},       {"uchar", Type::uint8},
-      {"uint8", Type::uint8},    {"short", Type::int16},     {"int16", Type::int16},
-      {"ushort", Type::uint16},  {"uint16", Type::uint16},   {"int", Type::int32},
-      {"int32", Type::int32},    {"uint", Type::uint32},     {"uint32", Type::uint32},
-      {"float", Type::float32},  {"float32", Type::float32}, {"double", Type::float64},
-      {"float64", Type::float64}};
+      {"char", kType<std::int8_t>},     {"int8", kType<std::int8_t>},
+      {"uchar", kType<std::uint8_t>},   {"uint8", kType<std::uint8_t>},
+      {"short", kType<std::int16_t>},   {"int16", kType<std::int16_t>},
+      {"ushort", kType<std::uint16_t>}, {"uint16", kType<std::uint16_t>},
+      {"int", kType<std::int32_t>},     {"int32", kType<std::int32_t>},
+      {"uint", kType<std::uint32_t>},   {"uint32", kType<std::uint32_t>},
+      {"float", kType<float>},          {"float32", kType<float>},
+      {"double", kType<double>},        {"float64", kType<double>}};
   const auto found = types.find(name);
   if (found == types.end()) {
     file.refuse(fmt::format("its PLY header has an unknown type '{}'; export it again", name));
@@ -134,17 +130,65 @@ class Body {
         rest_(header.body) {}
 
   /// Refuses the file when the element's rows cannot be in what is left.
-  void expect_rows(const Element& element) const;
+  void expect_rows(const Element& element) const {
+    std::size_t row = 0;  // least bytes of one: a digit and a blank a value, where lists are empty
+    for (const auto& property : element.properties) {
+      row += is_text_ ? 2 : (property.is_list ? property.count_type : property.type).size;
+    }
+    if (row > 0 && element.count > (rest_.size() + 1) / row) {
+      file_.refuse(
+          fmt::format("its header promises {} of '{}' but only {} bytes follow; it may be cut "
+                      "off, export it again",
+                      element.count, element.name, rest_.size()));
+    }
+  }
 
-  double next(Type type) { return is_text_ ? next_word() : next_bytes(type); }
-  float next_coordinate(Type type);
-  std::int64_t next_integer(Type type, std::int64_t least, std::int64_t most, const char* what);
+  double next(Type type) {
+    if (is_text_) {
+      const std::string_view word = take_word(rest_);
+      if (word.empty()) refuse_end();
+      // What is no number, such as "nan" for an unknown normal, is refused only where it matters.
+      return to_number(word).value_or(std::numeric_limits<double>::quiet_NaN());
+    }
+    if (rest_.size() < type.size) refuse_end();
+    char bytes[8];
+    std::memcpy(bytes, rest_.data(), type.size);
+    rest_.remove_prefix(type.size);
+    if (swap_) std::reverse(bytes, bytes + type.size);
+    return type.read(bytes);
+  }
+
+  float next_coordinate(Type type) {
+    const double value = next(type);
+    if (!(std::abs(value) <= std::numeric_limits<float>::max())) {
+      file_.refuse("a vertex has a coordinate that is not a finite number; export it again");
+    }
+    return static_cast<float>(value);
+  }
+
+  std::int64_t next_integer(Type type, std::int64_t least, std::int64_t most, const char* what) {
+    const double value = next(type);
+    if (!(value >= static_cast<double>(least) && value <= static_cast<double>(most)) ||
+        value != std::floor(value)) {
+      file_.refuse(
+          fmt::format("{} is {}, not one of {} to {}; export it again", what, value, least, most));
+    }
+    return static_cast<std::int64_t>(value);
+  }
+
+  std::int64_t next_length(const Property& list, std::int64_t least) {
+    return next_integer(list.count_type, least, INT32_MAX, "a list's length");
+  }
+
   /// Passes over a value or a list.
-  void skip(const Property& property);
+  void skip(const Property& property) {
+    for (auto count = property.is_list ? next_length(property, 0) : 1; count > 0; --count) {
+      if (++skipped_ % kPolled == 0) file_.poll();
+      next(property.type);
+    }
+  }
 
  private:
-  double next_word();
-  double next_bytes(Type type);
   [[noreturn]] void refuse_end() const {
     file_.refuse("the file ends too early; it may be cut off, export it again");
   }
@@ -155,88 +199,6 @@ class Body {
   std::string_view rest_;
   std::size_t skipped_ = 0;
 };
-
-void Body::expect_rows(const Element& element) const {
-  std::size_t row = 0;  // least bytes of one: a digit and a blank a value, where lists are empty
-  for (const auto& property : element.properties) {
-    row += is_text_ ? 2 : size_of(property.is_list ? property.count_type : property.type);
-  }
-  if (row > 0 && element.count > (rest_.size() + 1) / row) {
-    file_.refuse(
-        fmt::format("its header promises {} of '{}' but only {} bytes follow; it may be cut "
-                    "off, export it again",
-                    element.count, element.name, rest_.size()));
-  }
-}
-
-double Body::next_word() {
-  const std::string_view word = take_word(rest_);
-  if (word.empty()) refuse_end();
-  // What is no number, such as "nan" for an unknown normal, is refused only where it matters.
-  return to_number(word).value_or(std::numeric_limits<double>::quiet_NaN());
-}
-
-double Body::next_bytes(Type type) {
-  const std::size_t size = size_of(type);
-  if (rest_.size() < size) refuse_end();
-  char bytes[8];
-  std::memcpy(bytes, rest_.data(), size);
-  rest_.remove_prefix(size);
-  if (swap_) std::reverse(bytes, bytes + size);
-  const auto as = [&bytes]<class T>(T value) {
-    std::memcpy(&value, bytes, sizeof value);
-    return static_cast<double>(value);
-  };
-  switch (type) {
-    case Type::int8:
-      return as(std::int8_t{});
-    case Type::uint8:
-      return as(std::uint8_t{});
-    case Type::int16:
-      return as(std::int16_t{});
-    case Type::uint16:
-      return as(std::uint16_t{});
-    case Type::int32:
-      return as(std::int32_t{});
-    case Type::uint32:
-      return as(std::uint32_t{});
-    case Type::float32:
-      return as(float{});
-    case Type::float64:
-      return as(double{});
-  }
-  return 0;
-}
-
-float Body::next_coordinate(Type type) {
-  const double value = next(type);
-  if (!(std::abs(value) <= std::numeric_limits<float>::max())) {
-    file_.refuse("a vertex has a coordinate that is not a finite number; export it again");
-  }
-  return static_cast<float>(value);
-}
-
-std::int64_t Body::next_integer(Type type, std::int64_t least, std::int64_t most,
-                                const char* what) {
-  const double value = next(type);
-  if (!(value >= static_cast<double>(least) && value <= static_cast<double>(most)) ||
-      value != std::floor(value)) {
-    file_.refuse(
-        fmt::format("{} is {}, not one of {} to {}; export it again", what, value, least, most));
-  }
-  return static_cast<std::int64_t>(value);
-}
-
-void Body::skip(const Property& property) {
-  std::int64_t count = 1;
-  if (property.is_list) {
-    count = next_integer(property.count_type, 0, INT32_MAX, "a list's length");
-  }
-  for (; count > 0; --count) {
-    if (++skipped_ % kPolled == 0) file_.poll();
-    next(property.type);
-  }
-}
 
 /// What the properties add up to a vertex' share with: 1 for one of that name, a third for a color;
 /// bytes are 255ths.
@@ -250,7 +212,7 @@ std::vector<double> share_weights(const MeshFile& file, const Element& vertices,
     const bool is_asked_for =
         !property.is_list && (share.empty() ? is_color : property.name == share);
     found += is_asked_for ? 1 : 0;
-    const double whole = property.type == Type::uint8 ? 255 : 1;
+    const double whole = property.type == kType<std::uint8_t> ? 255 : 1;
     weights.push_back(is_asked_for ? 1 / (whole * (share.empty() ? 3 : 1)) : 0);
   }
   if (found != (share.empty() ? 3 : 1)) {
@@ -301,9 +263,8 @@ void read_faces(Body& body, const Element& element, FaceList& mesh) {
         body.skip(property);
         continue;
       }
-      auto count = body.next_integer(property.count_type, 3, INT32_MAX, "a list's length");
       corners.clear();
-      for (; count > 0; --count) {
+      for (auto count = body.next_length(property, 3); count > 0; --count) {
         corners.push_back(static_cast<std::uint32_t>(
             body.next_integer(property.type, 0, last, "a face's vertex")));
       }

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <bit>
-#include <cmath>
 #include <cstring>
 
 #include "base/input_file.hpp"
@@ -89,8 +88,7 @@ void read_text(const MeshFile& file, FaceList& mesh) {
   }
   file.refuse_type(fmt::format(
       "it seems to be a binary .stl file, but its header promises {} triangles ({}) and it holds "
-      "{} "
-      "({}); it may be cut off or damaged, export it again",
+      "{} ({}); it may be cut off or damaged, export it again",
       promised(file.bytes()), base::size_text(kHeader + promised(file.bytes()) * kTriangle),
       (size - kHeader) / kTriangle, base::size_text(size)));
 }

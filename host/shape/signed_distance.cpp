@@ -1,18 +1,19 @@
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "device/point_batch.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/shape.hpp"
 #include "shape/bvh.hpp"
-#include "shape/morton.hpp"
 
 namespace qjulia {
 
 using namespace shape;
 
+using device::Argument;
 using device::Context;
+using device::narrow;
+using device::PointBatch;
 
 namespace {
 
@@ -35,6 +36,28 @@ ShapeToMap unit_frame(const TriangleMesh& mesh) {
 TriangleMesh in_frame(TriangleMesh mesh, const ShapeToMap& frame) {
   for (auto& x : mesh.vertices) x = frame.to_map(x);
   return oriented_outward(std::move(mesh));
+}
+
+/// Spreads 21 bits to every third bit.
+std::uint64_t spread(std::uint64_t v) {
+  v = (v | v << 32) & 0x1f00000000ffffU;
+  v = (v | v << 16) & 0x1f0000ff0000ffU;
+  v = (v | v << 8) & 0x100f00f00f00f00fU;
+  v = (v | v << 4) & 0x10c30c30c30c30c3U;
+  return (v | v << 2) & 0x1249249249249249U;
+}
+
+/// Place of `x` on the Morton curve through [-1, 1]^3, 21 bits an axis. Points outside count as the
+/// nearest one inside, and coordinates that are not numbers as -1.
+std::uint64_t morton_code(const Eigen::Vector3d& x) {
+  std::uint64_t code = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    constexpr double kCells = 0x1fffff;
+    const double place = (x[axis] + 1) / 2 * kCells;
+    const double cell = place > 0 ? std::min(place, kCells) : 0;
+    code |= spread(static_cast<std::uint64_t>(cell)) << axis;
+  }
+  return code;
 }
 
 }  // namespace
@@ -81,9 +104,9 @@ std::vector<double> SignedDistance::Impl::run(const char* name,
                                               std::span<const std::uint32_t> order,
                                               const std::stop_token& stop) const {
   const int width = device.lane_width(precision);
-  device::PointBatch batch(
-      device.context(), device.context().kernel("signed_distance.cl", name, {width, precision, {}}),
-      precision, static_cast<std::size_t>(width), kPointCost);
+  PointBatch batch(device.context(),
+                   device.context().kernel("signed_distance.cl", name, {width, precision, {}}),
+                   precision, static_cast<std::size_t>(width), kPointCost);
   std::vector<double> results(points.size());
   batch.run<3, 1>(
       order.size(),
@@ -91,14 +114,9 @@ std::vector<double> SignedDistance::Impl::run(const char* name,
         const Eigen::Vector3d x = frame.to_map(points[order[i]]);
         return std::array{x.x(), x.y(), x.z()};
       },
-      [&](const device::PointBatch::Part& part) {
-        return std::vector<device::Argument>{part.in,
-                                             device::narrow(part.stride),
-                                             device::narrow(part.items),
-                                             nodes,
-                                             links,
-                                             triangles,
-                                             part.out};
+      [&](const PointBatch::Part& part) {
+        return std::vector<Argument>{
+            part.in, narrow(part.stride), narrow(part.items), nodes, links, triangles, part.out};
       },
       [&](std::size_t i, const std::array<double, 1>& value) { results[order[i]] = value[0]; }, 0,
       stop);

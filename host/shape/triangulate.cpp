@@ -1,7 +1,6 @@
 #include "shape/triangulate.hpp"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>

@@ -11,8 +11,8 @@
 namespace qjulia {
 
 /// F_1 − L multiplied by t everywhere: a_k ← t a_k (of a distance modulus, δ ← δ / t),
-/// S ← t (S − L) + L. The surface F_1 = L stays
-/// where it is and the shell gets t times thinner; `detail` is divided by t where it is known.
+/// S ← t (S − L) + L. The surface F_1 = L stays where it is and the shell gets t times thinner;
+/// `detail` is divided by t where it is known.
 RationalMap steepened(const RationalMap& map, double t);
 
 /// The same shape with another shell: `steepened` by (the map's own detail) / `detail`.

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
+#include <mutex>
 #include <vector>
 
 namespace qjulia {
@@ -46,9 +46,6 @@ class DistanceGrid {
   /// @throws InputError when sizes are out of range or do not match, blocks do not rise, or the
   ///   surface is not clear of the outermost cells.
   explicit DistanceGrid(DistanceGridData data);
-  ~DistanceGrid();
-  DistanceGrid(const DistanceGrid&) = delete;
-  DistanceGrid& operator=(const DistanceGrid&) = delete;
 
   const DistanceGridData& data() const { return data_; }
   /// Coefficients of both splines together, for every cell, x fastest; made when they are first
@@ -60,11 +57,12 @@ class DistanceGrid {
   double farthest_inside(const std::array<double, 3>& center) const;
 
  private:
-  struct Expanded;
-  const Expanded& expanded() const;
+  void expand() const;
 
   DistanceGridData data_;
-  std::unique_ptr<Expanded> expanded_;
+  mutable std::once_flag once_;  ///< for what follows
+  mutable std::vector<float> coefficients_;
+  mutable double slope_ = 0;
 };
 
 }  // namespace qjulia

@@ -36,8 +36,7 @@ struct MapKnobs {
   std::optional<double> tufts;
 
   /// @throws InputError naming the option: a number that is not finite, a phase or an axis of zero,
-  /// a scale
-  ///   that is not positive.
+  ///   a scale that is not positive.
   void validate() const;
 };
 

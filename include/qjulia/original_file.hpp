@@ -5,8 +5,8 @@
 #include <Eigen/Core>
 #include <array>
 #include <filesystem>
-#include <istream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "qjulia/mesh.hpp"
@@ -21,9 +21,9 @@ namespace qjulia {
 ///   short for, numbers that are no map's. Nothing is allocated for a count before that.
 RationalMap read_original(const std::filesystem::path& path);
 
-/// The same from a stream that can be sought in. @param source what messages call it.
-RationalMap original_from_stream(std::istream& stream, const std::string& source);
-RationalMap polynomial_from_stream(std::istream& stream, const std::string& source);
+/// The same of a file's bytes. @param source what messages call it.
+RationalMap original_from_bytes(std::string_view bytes, const std::string& source);
+RationalMap polynomial_from_bytes(std::string_view bytes, const std::string& source);
 
 /// Distances at the centres of the cells of a regular grid, negative inside.
 struct SampledDistance {
@@ -35,7 +35,7 @@ struct SampledDistance {
 
 /// The field of an .f3d file. @throws InputError as `read_original`.
 SampledDistance read_sampled_distance(const std::filesystem::path& path);
-SampledDistance sampled_distance_from_stream(std::istream& stream, const std::string& source);
+SampledDistance sampled_distance_from_bytes(std::string_view bytes, const std::string& source);
 
 /// The zero level of a distance field, closed and 2-manifold, in the field's own coordinates.
 /// @throws InputError when it has no inside, or reaches the field's faces.

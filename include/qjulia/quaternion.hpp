@@ -15,6 +15,7 @@ struct Quaternion {
   bool operator==(const Quaternion&) const = default;
 };
 
+constexpr std::array<double, 4> coordinates(const Quaternion& q) { return {q.x, q.y, q.z, q.w}; }
 constexpr Quaternion operator+(const Quaternion& p, const Quaternion& q) {
   return {p.x + q.x, p.y + q.y, p.z + q.z, p.w + q.w};
 }

@@ -73,8 +73,8 @@ struct RationalMap {
   ///   are not; a number that is not finite or beyond ±1e15, in map coordinates ±1e9 (single
   ///   precision squares the one and takes fourth powers of the other), a phase that is not a unit
   ///   quaternion, a scale that is not positive, tufts out of range, different numbers of one name
-  ///   in the modulus and the versor, portals that overlap or hold the origin, a
-  ///   paint that is not whole.
+  ///   in the modulus and the versor, portals that overlap or hold the origin, a paint that is not
+  ///   whole.
   void validate() const;
 };
 

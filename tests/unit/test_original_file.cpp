@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "original_bytes.hpp"
 #include "qjulia/error.hpp"
@@ -15,10 +14,7 @@ using test::small_original;
 
 namespace {
 
-RationalMap read(const std::string& bytes) {
-  std::istringstream stream(bytes);
-  return original_from_stream(stream, "some.o3d");
-}
+RationalMap read(const std::string& bytes) { return original_from_bytes(bytes, "some.o3d"); }
 
 void check_refused(const std::string& bytes, const std::string& word) {
   CAPTURE(bytes.size(), word);
@@ -104,8 +100,7 @@ TEST_CASE("a .poly4d file is one polynomial") {
   test::Bytes bytes;
   put(bytes, original.top);
   const auto polynomial = [](const std::string& text) {
-    std::istringstream stream(text);
-    return polynomial_from_stream(stream, "some.poly4d");
+    return polynomial_from_bytes(text, "some.poly4d");
   };
   const RationalMap map = polynomial(bytes.text());
   REQUIRE(map.factors.size() == 3);
@@ -137,8 +132,7 @@ TEST_CASE("an .f3d file is a field, and a mesh of it lies where the field says")
     }
   }
   const auto field = [](const std::string& text) {
-    std::istringstream stream(text);
-    return sampled_distance_from_stream(stream, "some.f3d");
+    return sampled_distance_from_bytes(text, "some.f3d");
   };
   const SampledDistance distance = field(bytes.text());
   CHECK(distance.samples == samples);

@@ -1,4 +1,4 @@
-// The spline of a distance modulus: host/map/distance_file.cpp and distance_grid.cpp.
+// The spline of a distance modulus: host/map/map_parts.cpp and distance_grid.cpp.
 import { bind, gl, texture } from "./gl.js";
 import { inflated, map } from "./map.js";
 

@@ -1,4 +1,4 @@
-// The spline of a map's paint: host/map/paint_file.cpp.
+// The spline of a map's paint: host/map/map_parts.cpp.
 import { bind, gl, texture } from "./gl.js";
 import { inflated, map } from "./map.js";
 
