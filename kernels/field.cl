@@ -9,8 +9,7 @@ kernel void field_at_points(global const real* points, int stride, int groups,
                             global real* field) {
   int g = (int)get_global_id(0);
   if (g >= groups) return;
-  qlane q = q_make(lane_load(points, g), lane_load(points + stride, g),
-                   lane_load(points + 2 * stride, g), lane_load(points + 3 * stride, g));
+  qlane q = q_load(points, stride, g);
   lane f = map_iterate(q, map, factors, iterations, decided != 0, 0);
   lane_store(f, field, g);
 }
@@ -20,11 +19,6 @@ kernel void field_gradient_at_points(global const real* points, int stride, int 
                                      global const real* map, int factors, global real* gradient) {
   int g = (int)get_global_id(0);
   if (g >= groups) return;
-  qlane q = q_make(lane_load(points, g), lane_load(points + stride, g),
-                   lane_load(points + 2 * stride, g), lane_load(points + 3 * stride, g));
-  qlane slope = map_modulus_gradient(q, map, factors);
-  lane_store(slope.x, gradient, g);
-  lane_store(slope.y, gradient + stride, g);
-  lane_store(slope.z, gradient + 2 * stride, g);
-  lane_store(slope.w, gradient + 3 * stride, g);
+  qlane q = q_load(points, stride, g);
+  q_store(map_modulus_gradient(q, map, factors), gradient, stride, g);
 }

@@ -4,14 +4,6 @@
 #include "block_points.clh"
 #include "map.clh"
 
-// Points number g * QJ_WIDTH and on of four arrays X, Y, Z, W of `stride` reals.
-static inline void store_point(qlane q, global real* points, int stride, int g) {
-  lane_store(q.x, points, g);
-  lane_store(q.y, points + stride, g);
-  lane_store(q.z, points + 2 * stride, g);
-  lane_store(q.w, points + 3 * stride, g);
-}
-
 // F_n at points `first_group` * QJ_WIDTH and on, one work-item per QJ_WIDTH points, `groups` of
 // them; points past the block's end lie on further layers and are harmless. Every orbit runs until
 // it escapes or n iterates are done. Where it ends on the side of `level` that it was on at its
@@ -52,7 +44,7 @@ kernel void level_set_numbered(global const int* numbers, qj_grid_block block, i
   int g = (int)get_global_id(0);
   if (g >= groups) return;
   qlane q = block_point(point_numbers(numbers, g), block, 1, map[QJ_MAP_SLICE]);
-  store_point(q, points, stride, g);
+  q_store(q, points, stride, g);
   lane_store(map_iterate(q, map, factors, 1, true, 0), field, g);
 }
 
@@ -63,7 +55,7 @@ kernel void level_set_points(global real* points, int stride, int groups, global
   if (g >= groups) return;
   qlane q = q_make(lane_load(points, g), lane_load(points + stride, g),
                    lane_load(points + 2 * stride, g), lane_of(map[QJ_MAP_SLICE]));
-  store_point(q, points, stride, g);
+  q_store(q, points, stride, g);
   lane_store(map_iterate(q, map, factors, 1, true, 0), field, g);
 }
 
@@ -89,7 +81,7 @@ kernel void level_set_advance(global const real* points, global const real* fiel
   }
   qlane q = q_make(lane_load(x, 0), lane_load(y, 0), lane_load(z, 0), lane_load(w, 0));
   q = map_image(q, lane_load(f, 0), map, factors);
-  store_point(q, images, stride, g);
+  q_store(q, images, stride, g);
   lane_store(map_modulus(q, map, factors), image_field, g);
 }
 

@@ -1,6 +1,7 @@
 #include "qjulia/file_types.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -93,13 +94,9 @@ std::vector<std::string> extensions(FileContent content, FileUse use) {
 }
 
 std::string extension_list(FileContent content, FileUse use) {
-  const std::vector<std::string> all = extensions(content, use);
-  std::string list;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (i > 0) list += i + 1 == all.size() ? " or " : ", ";
-    list += all[i];
-  }
-  return list;
+  std::string list = fmt::format("{}", fmt::join(extensions(content, use), ", "));
+  const std::size_t last = list.rfind(", ");
+  return last == std::string::npos ? list : list.replace(last, 2, " or ");
 }
 
 std::string expect_type(const std::filesystem::path& path, FileContent content, FileUse use) {

@@ -9,8 +9,8 @@
 #include <cerrno>
 #include <cstring>
 #include <map>
-#include <optional>
-#include <utility>
+#include <string>
+#include <vector>
 
 #include "base/output_file.hpp"
 #include "qjulia/error.hpp"
@@ -44,45 +44,20 @@ Path existing_part(Path folder) {
   return folder.empty() ? Path(".") : folder;
 }
 
-/// Two names of one file have the same identity: device and number where it exists, else the true
-/// name it would have.
-struct FileIdentity {
-  std::optional<std::pair<dev_t, ino_t>> file;
-  Path name;
-
-  explicit FileIdentity(const Path& path) {
-    struct stat info {};
-    const bool exists = ::stat(path.c_str(), &info) == 0;
-    if (exists && S_ISREG(info.st_mode)) file = {info.st_dev, info.st_ino};
-    // Devices and pipes take whatever is written into them.
-    if (exists && !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode)) return;
-    std::error_code failed;
-    const Path whole = std::filesystem::absolute(link_target(path), failed);
-    if (!failed) name = std::filesystem::weakly_canonical(whole, failed);
-  }
-};
-
-/// Who has which identity.
-class FileOwners {
- public:
-  /// @return who had it before.
-  const std::string* take(const FileIdentity& identity, const std::string& who) {
-    const std::string* before = nullptr;
-    if (identity.file) {
-      const auto [at, added] = files_.try_emplace(*identity.file, who);
-      if (!added) before = &at->second;
-    }
-    if (!identity.name.empty()) {
-      const auto [at, added] = names_.try_emplace(identity.name, who);
-      if (!added) before = &at->second;
-    }
-    return before;
-  }
-
- private:
-  std::map<std::pair<dev_t, ino_t>, std::string> files_;
-  std::map<Path, std::string> names_;
-};
+/// Two names of one file share a key: the true name that it has or would have, or where it exists,
+/// its device and number. Devices and pipes have none: they take whatever is written into them.
+std::vector<std::string> keys_of(const Path& path) {
+  struct stat info {};
+  const bool exists = ::stat(path.c_str(), &info) == 0, is_file = exists && S_ISREG(info.st_mode);
+  if (exists && !is_file && !S_ISDIR(info.st_mode)) return {};
+  std::vector<std::string> keys;
+  std::error_code failed;
+  const Path whole = std::filesystem::absolute(link_target(path), failed);
+  const Path name = failed ? Path() : std::filesystem::weakly_canonical(whole, failed);
+  if (!name.empty()) keys.push_back(name.string());
+  if (is_file) keys.push_back(fmt::format("{}:{}", info.st_dev, info.st_ino));
+  return keys;
+}
 
 }  // namespace
 
@@ -122,14 +97,19 @@ void check_writable(const Output& output) {
 }
 
 void check_distinct(std::span<const Path> inputs, std::span<const Output> outputs) {
-  FileOwners owners;
+  std::map<std::string, std::string> owners;  // by key
   for (const Path& input : inputs) {
-    owners.take(FileIdentity(input), fmt::format("the input '{}'", input.string()));
+    for (const std::string& key : keys_of(input)) {
+      owners.try_emplace(key, fmt::format("the input '{}'", input.string()));
+    }
   }
   for (const Output& output : outputs) {
     const std::string who = fmt::format("{} '{}'", output.name, output.path.string());
-    if (const std::string* before = owners.take(FileIdentity(output.path), who)) {
-      throw InputError(fmt::format("{} would overwrite {}; give it another name", who, *before));
+    for (const std::string& key : keys_of(output.path)) {
+      const auto [owner, added] = owners.try_emplace(key, who);
+      if (added) continue;
+      throw InputError(
+          fmt::format("{} would overwrite {}; give it another name", who, owner->second));
     }
   }
 }

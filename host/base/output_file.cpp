@@ -196,8 +196,14 @@ int create_temporary(const std::filesystem::path& target, std::filesystem::path&
   return -1;
 }
 
-std::filesystem::path scratch_name(const std::filesystem::path& path) {
-  return is_special(path) ? std::filesystem::temp_directory_path() / "scratch" : link_target(path);
+/// The same without a name, beside `path` or with the system's temporary files.
+int create_nameless(const std::filesystem::path& path) {
+  const bool beside = !is_special(path);
+  std::filesystem::path name;
+  const int file = create_temporary(
+      beside ? link_target(path) : std::filesystem::temp_directory_path() / "scratch", name);
+  if (file >= 0) ::unlink(name.c_str());
+  return file;
 }
 
 [[noreturn]] void fail_to_write(const std::filesystem::path& path, const char* what, int error) {
@@ -239,15 +245,7 @@ bool is_special(const std::filesystem::path& path) {
 OutputFile::OutputFile(std::filesystem::path path)
     : path_(std::move(path)), target_(link_target(path_)), special_(is_special(path_)) {
   buffer_ = std::make_unique<FileBuffer>();
-  int file = -1;
-  if (special_) {
-    // Of a name that only matters until it is gone.
-    file = create_temporary(scratch_name(path_), temporary_);
-    if (file >= 0) ::unlink(temporary_.c_str());
-    temporary_.clear();
-  } else {
-    file = create_temporary(target_, temporary_);
-  }
+  const int file = special_ ? create_nameless(path_) : create_temporary(target_, temporary_);
   if (file < 0) {
     const int error = errno;
     temporary_.clear();
@@ -306,10 +304,8 @@ void OutputFile::replace_target() {
 
 ScratchFile::ScratchFile(const std::filesystem::path& path) {
   buffer_ = std::make_unique<FileBuffer>();
-  std::filesystem::path name;
-  const int file = create_temporary(scratch_name(path), name);
+  const int file = create_nameless(path);
   if (file < 0) fail_to_write(path, "a file beside it cannot be created", errno);
-  ::unlink(name.c_str());
   buffer_->take(file);
   stream_.rdbuf(buffer_.get());
 }

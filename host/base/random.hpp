@@ -16,9 +16,7 @@ class Random {
   /// Uniform in [0, 1).
   double uniform() { return static_cast<double>(bits_() >> 11) * 0x1p-53; }
   /// Uniform in [low, high).
-  double uniform(double low, double high) {
-    return low + (high - low) * static_cast<double>(bits_() >> 11) * 0x1p-53;
-  }
+  double uniform(double low, double high) { return low + (high - low) * uniform(); }
   /// Uniform in 0 … count − 1.
   std::size_t index(std::size_t count) {
     return static_cast<std::size_t>(uniform(0, static_cast<double>(count)));

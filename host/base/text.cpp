@@ -43,13 +43,9 @@ std::string to_utf8(std::string_view text) {
   result.reserve(text.size());
   while (!text.empty()) {
     const std::size_t length = first_character(text).length;
-    if (length == 0) {
-      result += fmt::format("\\x{:02X}", static_cast<unsigned char>(text.front()));
-      text.remove_prefix(1);
-    } else {
-      result += text.substr(0, length);
-      text.remove_prefix(length);
-    }
+    result += length > 0 ? std::string(text.substr(0, length))
+                         : fmt::format("\\x{:02X}", static_cast<unsigned char>(text.front()));
+    text.remove_prefix(std::max<std::size_t>(length, 1));
   }
   return result;
 }

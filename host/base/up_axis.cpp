@@ -3,29 +3,20 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <utility>
 
 namespace qjulia {
 namespace {
 
-constexpr std::array<std::pair<UpAxis, const char*>, 6> kNames{{{UpAxis::x, "x"},
-                                                                {UpAxis::y, "y"},
-                                                                {UpAxis::z, "z"},
-                                                                {UpAxis::minus_x, "-x"},
-                                                                {UpAxis::minus_y, "-y"},
-                                                                {UpAxis::minus_z, "-z"}}};
+constexpr std::array kNames{"x", "y", "z", "-x", "-y", "-z"};  // by UpAxis
 
 }  // namespace
 
-const char* to_string(UpAxis axis) {
-  return std::ranges::find(kNames, axis, &std::pair<UpAxis, const char*>::first)->second;
-}
+const char* to_string(UpAxis axis) { return kNames.at(static_cast<std::size_t>(axis)); }
 
 std::optional<UpAxis> up_axis_named(std::string_view name) {
-  for (const auto& [axis, its_name] : kNames) {
-    if (name == its_name) return axis;
-  }
-  return std::nullopt;
+  const auto* const found = std::ranges::find(kNames, name);
+  if (found == kNames.end()) return std::nullopt;
+  return static_cast<UpAxis>(found - kNames.begin());
 }
 
 int axis_number(UpAxis axis) { return static_cast<int>(axis) % 3; }

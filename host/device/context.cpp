@@ -34,13 +34,12 @@ DeviceTimes times_of(const cl::Event& event) {
 class QueueNumber {
  public:
   QueueNumber() {
-    const std::lock_guard lock(mutex());
-    while (taken().contains(value_)) ++value_;
-    taken().insert(value_);
+    const std::lock_guard lock(taken().mutex);
+    while (!taken().numbers.insert(value_).second) ++value_;
   }
   ~QueueNumber() {
-    const std::lock_guard lock(mutex());
-    taken().erase(value_);
+    const std::lock_guard lock(taken().mutex);
+    taken().numbers.erase(value_);
   }
   QueueNumber(const QueueNumber&) = delete;
   QueueNumber& operator=(const QueueNumber&) = delete;
@@ -48,12 +47,12 @@ class QueueNumber {
   int value() const { return value_; }
 
  private:
-  static std::mutex& mutex() {
-    static std::mutex instance;
-    return instance;
-  }
-  static std::set<int>& taken() {
-    static std::set<int> instance;
+  struct Taken {
+    std::mutex mutex;
+    std::set<int> numbers;
+  };
+  static Taken& taken() {
+    static Taken instance;
     return instance;
   }
 
@@ -94,8 +93,8 @@ struct Context::Impl {
   cl::Context context;
   cl::CommandQueue queue;
   std::shared_ptr<AllocatedBytes> allocated = std::make_shared<AllocatedBytes>();
-  /// Key: expanded source, options, device and driver. One process uses one device and driver per
-  /// Context, so these two are fixed here; they enter the drivers' own on-disk caches.
+  /// By files and options. The device and its driver are fixed here; they enter the drivers' own
+  /// on-disk caches.
   std::map<std::string, cl::Program> programs;
   std::map<std::string, Kernel> kernels;
 
@@ -114,7 +113,9 @@ struct Context::Impl {
   DeviceClock clock;
   QueueNumber number;
 
-  void expect(cl_int code, const std::string& call) const { check(code, info.name, call); }
+  void expect(cl_int code, const std::string& call) const {
+    if (code != CL_SUCCESS) throw DeviceError(info.name, call, code);
+  }
   void use_large_pages(const cl::Buffer& buffer, std::size_t bytes) const;
   void collect_times();
   void collect_time(const Pending& launch);
@@ -187,8 +188,7 @@ std::size_t Context::peak_allocated_bytes() const { return impl_->allocated->pea
 void Context::reset_peak_allocated_bytes() { impl_->allocated->peak = impl_->allocated->now; }
 
 RealBuffer Context::allocate_real(std::size_t count, Precision precision) {
-  const std::size_t size = precision == Precision::dbl ? sizeof(double) : sizeof(float);
-  return {allocate_bytes(count * size), precision};
+  return {allocate_bytes(count * real_bytes(precision)), precision};
 }
 
 RealBuffer Context::upload_real(std::span<const double> values, Precision precision) {
@@ -233,42 +233,35 @@ void Context::read(const RealBuffer& buffer, std::span<float> out) {
 }
 
 void Context::write_bytes(const Memory& memory, std::span<const std::byte> bytes) {
-  if (bytes.size() > memory.bytes())
-    throw std::logic_error("write past the end of a device buffer");
-  if (bytes.empty()) return;
-  impl_->expect(impl_->queue.enqueueWriteBuffer(memory.handle_->buffer, CL_TRUE, 0, bytes.size(),
-                                                bytes.data()),
+  const std::size_t count = bytes.size();
+  if (count > memory.bytes()) throw std::logic_error("write past the end of a device buffer");
+  if (count == 0) return;
+  const cl::Buffer& to = memory.handle_->buffer;
+  impl_->expect(impl_->queue.enqueueWriteBuffer(to, CL_TRUE, 0, count, bytes.data()),
                 "clEnqueueWriteBuffer");
 }
 
 void Context::read_bytes(const Memory& memory, std::span<std::byte> bytes) {
-  if (bytes.size() > memory.bytes()) throw std::logic_error("read past the end of a device buffer");
-  if (bytes.empty()) return;
-  impl_->expect(impl_->queue.enqueueReadBuffer(memory.handle_->buffer, CL_TRUE, 0, bytes.size(),
-                                               bytes.data()),
+  const std::size_t count = bytes.size();
+  if (count > memory.bytes()) throw std::logic_error("read past the end of a device buffer");
+  if (count == 0) return;
+  const cl::Buffer& from = memory.handle_->buffer;
+  impl_->expect(impl_->queue.enqueueReadBuffer(from, CL_TRUE, 0, count, bytes.data()),
                 "clEnqueueReadBuffer");
   impl_->collect_times();
 }
 
-namespace {
-
-std::string option_line(const BuildOptions& options) {
-  std::string line = fmt::format("-cl-std=CL1.2 -DQJ_WIDTH={} -DQJ_DOUBLE={}", options.lane_width,
-                                 options.precision == Precision::dbl ? 1 : 0);
-  for (const auto& [name, value] : options.defines) line += fmt::format(" -D{}={}", name, value);
-  return line;
-}
-
-}  // namespace
-
 Kernel Context::kernel(const std::string& file, const std::string& name,
                        const BuildOptions& options) {
-  std::string line = option_line(options);
+  std::string line = fmt::format("-cl-std=CL1.2 -DQJ_WIDTH={} -DQJ_DOUBLE={}", options.lane_width,
+                                 options.precision == Precision::dbl ? 1 : 0);
+  for (const auto& [macro, value] : options.defines) line += fmt::format(" -D{}={}", macro, value);
   if (impl_->number.value() > 0 && needs_kernels_of_its_own(impl_->info)) {
     line += fmt::format(" -DQJ_QUEUE={}", impl_->number.value());  // no kernel asks for it
   }
-  std::string key = fmt::format("{}\n{}\n{}", name, file, line);
-  for (const auto& [unused, included] : options.files) key += '\n' + included;
+  std::string program_key = file + '\n' + line;
+  for (const auto& [unused, included] : options.files) program_key += '\n' + included;
+  const std::string key = name + '\n' + program_key;
   if (const auto found = impl_->kernels.find(key); found != impl_->kernels.end()) {
     return found->second;
   }
@@ -278,12 +271,10 @@ Kernel Context::kernel(const std::string& file, const std::string& name,
                     "precision or another device",
                     impl_->info.name));
   }
-  const std::string source = expand_kernel_source(file, options.files);
-  const std::string program_key = line + '\n' + source;
   auto program = impl_->programs.find(program_key);
   if (program == impl_->programs.end()) {
     const TraceStage stage(impl_->trace, "build " + file);
-    cl::Program built(impl_->context, source);
+    cl::Program built(impl_->context, expand_kernel_source(file, options.files));
     if (const cl_int code = built.build(impl_->device, line.c_str()); code != CL_SUCCESS) {
       throw KernelBuildError(fmt::format("{} did not build for '{}' with options {}\n{}", file,
                                          impl_->info.name, line,
@@ -293,15 +284,15 @@ Kernel Context::kernel(const std::string& file, const std::string& name,
   }
   Kernel kernel;
   kernel.handle_ = std::make_shared<Kernel::Handle>();
+  Kernel::Handle& handle = *kernel.handle_;
   cl_int code = CL_SUCCESS;
-  kernel.handle_->kernel = cl::Kernel(program->second, name.c_str(), &code);
+  handle.kernel = cl::Kernel(program->second, name.c_str(), &code);
   impl_->expect(code, fmt::format("creating kernel {} of {}", name, file));
-  kernel.handle_->name = name;
-  kernel.handle_->sizer = LaunchSizer(impl_->info);
-  kernel.handle_->argument_count = kernel.handle_->kernel.getInfo<CL_KERNEL_NUM_ARGS>();
-  kernel.handle_->group =
-      std::clamp<std::size_t>(std::bit_floor(largest_group(kernel)), 1,
-                              preferred_group_size(impl_->info, options.lane_width));
+  handle.name = name;
+  handle.sizer = LaunchSizer(impl_->info);
+  handle.argument_count = handle.kernel.getInfo<CL_KERNEL_NUM_ARGS>();
+  handle.group = std::clamp<std::size_t>(std::bit_floor(largest_group(kernel)), 1,
+                                         preferred_group_size(impl_->info, options.lane_width));
   impl_->kernels.emplace(key, kernel);
   return kernel;
 }
@@ -328,13 +319,13 @@ void Context::launch(const Kernel& kernel, const Range& range, std::span<const A
   cl_uint index = 0;
   for (const Argument& argument : arguments) {
     const std::string call = fmt::format("argument {} of kernel {}", index, handle.name);
-    if (argument.memory_ != nullptr) {
-      if (!argument.memory_->handle_) throw std::logic_error(call + " is an unallocated buffer");
+    const void* const value = argument.is_local_ ? nullptr : argument.value_.data();
+    if (argument.memory_ == nullptr) {
+      impl_->expect(handle.kernel.setArg(index, argument.size_, value), call);
+    } else if (argument.memory_->handle_) {
       impl_->expect(handle.kernel.setArg(index, argument.memory_->handle_->buffer), call);
     } else {
-      impl_->expect(handle.kernel.setArg(index, argument.size_,
-                                         argument.is_local_ ? nullptr : argument.value_.data()),
-                    call);
+      throw std::logic_error(call + " is an unallocated buffer");
     }
     ++index;
   }

@@ -45,14 +45,17 @@ class Buffer : public Memory {
   explicit Buffer(const Memory& memory) : Memory(memory) {}
 };
 
+/// Bytes of a real.
+constexpr std::size_t real_bytes(Precision precision) {
+  return precision == Precision::dbl ? sizeof(double) : sizeof(float);
+}
+
 /// Reals of the precision chosen at run time; the host side always speaks double.
 class RealBuffer : public Memory {
  public:
   RealBuffer() = default;
   Precision precision() const { return precision_; }
-  std::size_t size() const {
-    return bytes_ / (precision_ == Precision::dbl ? sizeof(double) : sizeof(float));
-  }
+  std::size_t size() const { return bytes_ / real_bytes(precision_); }
 
  private:
   friend class Context;

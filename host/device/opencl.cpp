@@ -1,12 +1,64 @@
 #include "device/opencl.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <utility>
 
+#include "device/refused.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::device {
+namespace {
+
+/// OpenCL's name of an error code, such as CL_OUT_OF_RESOURCES.
+const char* error_name(int code) {
+#define QJ_NAMED(code) \
+  std::pair { code, #code }
+  constexpr std::array kNames{QJ_NAMED(CL_DEVICE_NOT_AVAILABLE),
+                              QJ_NAMED(CL_COMPILER_NOT_AVAILABLE),
+                              QJ_NAMED(CL_MEM_OBJECT_ALLOCATION_FAILURE),
+                              QJ_NAMED(CL_OUT_OF_RESOURCES),
+                              QJ_NAMED(CL_OUT_OF_HOST_MEMORY),
+                              QJ_NAMED(CL_BUILD_PROGRAM_FAILURE),
+                              QJ_NAMED(CL_INVALID_VALUE),
+                              QJ_NAMED(CL_INVALID_MEM_OBJECT),
+                              QJ_NAMED(CL_INVALID_BUFFER_SIZE),
+                              QJ_NAMED(CL_INVALID_BUILD_OPTIONS),
+                              QJ_NAMED(CL_INVALID_KERNEL_NAME),
+                              QJ_NAMED(CL_INVALID_KERNEL_ARGS),
+                              QJ_NAMED(CL_INVALID_ARG_INDEX),
+                              QJ_NAMED(CL_INVALID_ARG_VALUE),
+                              QJ_NAMED(CL_INVALID_ARG_SIZE),
+                              QJ_NAMED(CL_INVALID_WORK_GROUP_SIZE),
+                              QJ_NAMED(CL_INVALID_WORK_ITEM_SIZE),
+                              QJ_NAMED(CL_INVALID_GLOBAL_WORK_SIZE)};
+#undef QJ_NAMED
+  const auto* const found = std::ranges::find(kNames, code, [](const auto& n) { return n.first; });
+  return found == kNames.end() ? "OpenCL error" : found->second;
+}
+
+/// Not CL_OUT_OF_RESOURCES: that is said of launches too, whatever they lack.
+bool means_out_of_memory(int code) {
+  return code == CL_MEM_OBJECT_ALLOCATION_FAILURE || code == CL_INVALID_BUFFER_SIZE ||
+         code == CL_OUT_OF_HOST_MEMORY;
+}
+
+/// What to do about an error; empty where nothing is known.
+const char* advice(int code) {
+  if (means_out_of_memory(code)) {
+    return "; the device has too little memory: fewer factors, samples or points need less, or "
+           "choose another device";
+  }
+  if (code == CL_OUT_OF_RESOURCES) {
+    return "; the device has too few registers or too little memory for this launch, or its driver "
+           "gave up on it: 'qjulia doctor' says what works there";
+  }
+  return "";
+}
+
+}  // namespace
 
 std::vector<cl::Platform> platforms() {
   std::vector<cl::Platform> found;
@@ -47,34 +99,17 @@ DeviceInfo describe(const cl::Device& device, int platform_index, int device_ind
   return info;
 }
 
-void check(cl_int code, const std::string& device, const std::string& call) {
-  if (code != CL_SUCCESS) throw DeviceError(device, call, code);
+bool means_refused_group(int code) {
+  return code == CL_INVALID_WORK_GROUP_SIZE || code == CL_INVALID_WORK_ITEM_SIZE;
 }
 
-std::string error_name(int code) {
-#define QJ_NAMED(code) \
-  std::pair { code, #code }
-  constexpr std::array kNames{QJ_NAMED(CL_DEVICE_NOT_AVAILABLE),
-                              QJ_NAMED(CL_COMPILER_NOT_AVAILABLE),
-                              QJ_NAMED(CL_MEM_OBJECT_ALLOCATION_FAILURE),
-                              QJ_NAMED(CL_OUT_OF_RESOURCES),
-                              QJ_NAMED(CL_OUT_OF_HOST_MEMORY),
-                              QJ_NAMED(CL_BUILD_PROGRAM_FAILURE),
-                              QJ_NAMED(CL_INVALID_VALUE),
-                              QJ_NAMED(CL_INVALID_MEM_OBJECT),
-                              QJ_NAMED(CL_INVALID_BUFFER_SIZE),
-                              QJ_NAMED(CL_INVALID_BUILD_OPTIONS),
-                              QJ_NAMED(CL_INVALID_KERNEL_NAME),
-                              QJ_NAMED(CL_INVALID_KERNEL_ARGS),
-                              QJ_NAMED(CL_INVALID_ARG_INDEX),
-                              QJ_NAMED(CL_INVALID_ARG_VALUE),
-                              QJ_NAMED(CL_INVALID_ARG_SIZE),
-                              QJ_NAMED(CL_INVALID_WORK_GROUP_SIZE),
-                              QJ_NAMED(CL_INVALID_WORK_ITEM_SIZE),
-                              QJ_NAMED(CL_INVALID_GLOBAL_WORK_SIZE)};
-#undef QJ_NAMED
-  const auto* const found = std::ranges::find(kNames, code, [](const auto& n) { return n.first; });
-  return found == kNames.end() ? "OpenCL error" : found->second;
-}
+bool is_out_of_memory(const DeviceError& error) { return means_out_of_memory(error.code()); }
+
+bool is_refused_group(const DeviceError& error) { return means_refused_group(error.code()); }
 
 }  // namespace qjulia::device
+
+qjulia::DeviceError::DeviceError(const std::string& device, const std::string& call, int error_code)
+    : Error(fmt::format("{} failed on '{}': {} ({}){}", call, device,
+                        device::error_name(error_code), error_code, device::advice(error_code))),
+      code_(error_code) {}

@@ -21,13 +21,7 @@ std::vector<cl::Device> devices(const cl::Platform& platform);
 
 DeviceInfo describe(const cl::Device& device, int platform_index, int device_index);
 
-/// Throws DeviceError unless `code` is CL_SUCCESS.
-void check(cl_int code, const std::string& device, const std::string& call);
-
 /// Whether a launch's groups were too large for the device.
 bool means_refused_group(cl_int code);
-
-/// OpenCL's name of an error code, such as CL_OUT_OF_RESOURCES.
-std::string error_name(int code);
 
 }  // namespace qjulia::device

@@ -66,11 +66,47 @@ class PointBatch {
   template <std::size_t kInputs, std::size_t kOutputs, class Coordinates, class Arguments,
             class Take>
   void run(std::size_t points, const Coordinates& coordinates, const Arguments& arguments,
-           const Take& take, std::size_t group = 0, const std::stop_token& stop = {});
+           const Take& take, std::size_t group = 0, const std::stop_token& stop = {}) {
+    std::vector<double> sent, found;
+    RealBuffer in, out;
+    for (std::size_t first = 0; first < points;) {
+      throw_if_stopped(stop);
+      const double item_cost = cost_ * static_cast<double>(points_per_item_);
+      const std::size_t most = std::min(context_.items_per_launch(kernel_, item_cost),
+                                        std::max<std::size_t>(1, kMostPoints / points_per_item_));
+      const std::size_t count = std::min(points - first, most * points_per_item_);
+      const std::size_t items = (count + points_per_item_ - 1) / points_per_item_;
+      const std::size_t stride = items * points_per_item_;
+      sent.resize(kInputs * stride);
+      if constexpr (kInputs > 0) {
+        for (std::size_t i = 0; i < stride; ++i) {
+          const std::array<double, kInputs> reals = coordinates(first + std::min(i, count - 1));
+          for (std::size_t c = 0; c < kInputs; ++c) sent[c * stride + i] = reals[c];
+        }
+      }
+      if (in.size() < kInputs * stride) in = context_.allocate_real(kInputs * stride, precision_);
+      if (out.size() < kOutputs * stride)
+        out = context_.allocate_real(kOutputs * stride, precision_);
+      context_.write(in, sent);
+      Range range{{items, 1, 1}, {}};
+      if (group > 0) range = {{(items + group - 1) / group * group, 1, 1}, {group, 1, 1}};
+      const std::vector<Argument> list = arguments(Part{first, count, items, stride, in, out});
+      context_.launch(kernel_, range, std::span<const Argument>(list),
+                      item_cost * static_cast<double>(items));
+      found.resize(kOutputs * stride);
+      context_.read(out, std::span(found).first(kOutputs == 1 ? count : kOutputs * stride));
+      for (std::size_t i = 0; i < count; ++i) {
+        std::array<double, kOutputs> reals{};
+        for (std::size_t c = 0; c < kOutputs; ++c) reals[c] = found[c * stride + i];
+        take(first + i, reals);
+      }
+      first += count;
+    }
+  }
 
  private:
-  static constexpr std::size_t kMostPoints = std::size_t{1}
-                                             << 20;  ///< in a launch, for memory's sake
+  /// In a launch, for memory's sake.
+  static constexpr std::size_t kMostPoints = std::size_t{1} << 20;
 
   Context& context_;
   Kernel kernel_;
@@ -78,44 +114,5 @@ class PointBatch {
   std::size_t points_per_item_;
   double cost_;
 };
-
-template <std::size_t kInputs, std::size_t kOutputs, class Coordinates, class Arguments, class Take>
-void PointBatch::run(std::size_t points, const Coordinates& coordinates, const Arguments& arguments,
-                     const Take& take, std::size_t group, const std::stop_token& stop) {
-  std::vector<double> sent, found;
-  RealBuffer in, out;
-  for (std::size_t first = 0; first < points;) {
-    throw_if_stopped(stop);
-    const double item_cost = cost_ * static_cast<double>(points_per_item_);
-    const std::size_t most = std::min(context_.items_per_launch(kernel_, item_cost),
-                                      std::max<std::size_t>(1, kMostPoints / points_per_item_));
-    const std::size_t count = std::min(points - first, most * points_per_item_);
-    const std::size_t items = (count + points_per_item_ - 1) / points_per_item_;
-    const std::size_t stride = items * points_per_item_;
-    sent.resize(kInputs * stride);
-    if constexpr (kInputs > 0) {
-      for (std::size_t i = 0; i < stride; ++i) {
-        const std::array<double, kInputs> reals = coordinates(first + std::min(i, count - 1));
-        for (std::size_t c = 0; c < kInputs; ++c) sent[c * stride + i] = reals[c];
-      }
-    }
-    if (in.size() < kInputs * stride) in = context_.allocate_real(kInputs * stride, precision_);
-    if (out.size() < kOutputs * stride) out = context_.allocate_real(kOutputs * stride, precision_);
-    context_.write(in, sent);
-    Range range{{items, 1, 1}, {}};
-    if (group > 0) range = {{(items + group - 1) / group * group, 1, 1}, {group, 1, 1}};
-    const std::vector<Argument> list = arguments(Part{first, count, items, stride, in, out});
-    context_.launch(kernel_, range, std::span<const Argument>(list),
-                    item_cost * static_cast<double>(items));
-    found.resize(kOutputs * stride);
-    context_.read(out, std::span(found).first(kOutputs == 1 ? count : kOutputs * stride));
-    for (std::size_t i = 0; i < count; ++i) {
-      std::array<double, kOutputs> reals{};
-      for (std::size_t c = 0; c < kOutputs; ++c) reals[c] = found[c * stride + i];
-      take(first + i, reals);
-    }
-    first += count;
-  }
-}
 
 }  // namespace qjulia::device

@@ -29,26 +29,22 @@ Layout suited_layout(const DeviceInfo& info) {
 }
 
 Tuning default_tuning(const DeviceInfo& info, Precision precision, Layout layout, int lane_width) {
-  Tuning tuning;
-  tuning.lane_width = lane_width != 0 ? lane_width : preferred_lane_width(info, precision, layout);
-  tuning.energy_vectors = tuning.lane_width == 1 ? 1 : 4;
-  tuning.gradient_rows = 64;
-  tuning.panel_samples = 1024;  // two tiles of them fit a core's cache
-  tuning.panel_block = 64;
-  // Privately, gradient_orbit keeps 5 K lane sums an item: few items on wide lanes.
-  switch (layout) {
-    case Layout::cpu:
-      tuning.orbit_items = tuning.lane_width == 1 ? 8192 : 64;
-      break;
-    case Layout::gpu:
-      tuning.orbit_items = 1024;
-      if (tuning.lane_width > 1) break;
-      tuning.orbit_group = static_cast<int>(
-          std::bit_floor(std::clamp<std::size_t>(info.largest_work_group, 1, kOrbitGroup)));
-      if (info.largest_work_group >= kProductSide * kProductSide) {
-        tuning.product_side = static_cast<int>(kProductSide);
-      }
-      break;
+  const int width = lane_width != 0 ? lane_width : preferred_lane_width(info, precision, layout);
+  Tuning tuning{.lane_width = width,
+                .energy_vectors = width == 1 ? 1 : 4,
+                .gradient_rows = 64,
+                // Privately, gradient_orbit keeps 5 K lane sums an item: few items on wide lanes.
+                .orbit_items = layout == Layout::gpu ? 1024
+                               : width == 1          ? 8192
+                                                     : 64,
+                .panel_samples = 1024,  // two tiles of them fit a core's cache
+                .panel_block = 64};
+  if (layout == Layout::gpu && width == 1) {
+    tuning.orbit_group = static_cast<int>(
+        std::bit_floor(std::clamp<std::size_t>(info.largest_work_group, 1, kOrbitGroup)));
+    if (info.largest_work_group >= kProductSide * kProductSide) {
+      tuning.product_side = static_cast<int>(kProductSide);
+    }
   }
   return tuning;
 }

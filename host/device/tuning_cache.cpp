@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cstdlib>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "base/fnv_hash.hpp"
@@ -21,26 +21,20 @@ using nlohmann::json;
 constexpr const char* kFormat = "qjulia-tuning";
 constexpr int kVersion = 1;
 
-std::string kernels_hash() {
+/// What the settings are good for.
+json owner(const DeviceInfo& info) {
   base::FnvHash hash;
   for (const auto& [path, text] : device::embedded_kernels()) {
     hash.add(path);
     hash.add(text);
   }
-  return hash.text();
-}
-
-/// What the settings are good for.
-json owner(const DeviceInfo& info) {
   return {{"device", info.name},           {"platform", info.platform_name},
           {"driver", info.driver_version}, {"compute_units", info.compute_units},
-          {"program", version()},          {"kernels", kernels_hash()}};
+          {"program", version()},          {"kernels", hash.text()}};
 }
 
-std::string owner_hash(const DeviceInfo& info) {
-  base::FnvHash hash;
-  hash.add(owner(info).dump(-1, ' ', true, json::error_handler_t::replace));
-  return hash.text();
+std::string text_of(const json& value, int indent) {
+  return value.dump(indent, ' ', true, json::error_handler_t::replace);
 }
 
 std::filesystem::path cache_folder() {
@@ -55,8 +49,9 @@ std::filesystem::path cache_folder() {
   throw Error("neither XDG_CACHE_HOME nor HOME says where tuned settings are kept; set one");
 }
 
-/// The settings in a file, by entry. @throws InputError saying what is wrong with it.
-json read_entries(const std::filesystem::path& path, const DeviceInfo& info) {
+/// The settings in a file. @throws InputError saying what is wrong with it.
+std::map<Precision, Tuning> read_tunings(const std::filesystem::path& path,
+                                         const DeviceInfo& info) {
   constexpr std::uint64_t kLargestFile = std::uint64_t{1} << 20;
   const json kept = json::parse(base::read_text_file(path, "tuning", kLargestFile), nullptr, false);
   if (!kept.is_object() || kept.value("format", json()) != kFormat ||
@@ -66,20 +61,20 @@ json read_entries(const std::filesystem::path& path, const DeviceInfo& info) {
   if (kept.value("owner", json()) != owner(info)) {
     throw InputError("it is of another device, driver or program");
   }
-  json entries = json::object();
+  std::map<Precision, Tuning> tunings;
   for (const Precision precision : kPrecisions) {
-    const char* const name = to_string(precision);
-    if (const auto found = kept.find(name); found != kept.end()) {
-      entries[name] = to_json(tuning_from(*found));
-    }
+    const auto found = kept.find(to_string(precision));
+    if (found != kept.end()) tunings[precision] = tuning_from(*found);
   }
-  return entries;
+  return tunings;
 }
 
 }  // namespace
 
 std::filesystem::path tuning_file(const DeviceInfo& info) {
-  return cache_folder() / "qjulia" / fmt::format("tuning-{}.json", owner_hash(info));
+  base::FnvHash hash;
+  hash.add(text_of(owner(info), -1));
+  return cache_folder() / "qjulia" / fmt::format("tuning-{}.json", hash.text());
 }
 
 CachedTuning with_cached_tuning(const Device& device) {
@@ -97,11 +92,8 @@ CachedTuning with_cached_tuning(const Device& device) {
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) return kept;
   try {
-    const json entries = read_entries(path, device.info());
-    for (const Precision precision : kPrecisions) {
-      if (const char* const name = to_string(precision); entries.contains(name)) {
-        kept.device = kept.device.with_tuning(precision, tuning_from(entries[name]));
-      }
+    for (const auto& [precision, tuning] : read_tunings(path, device.info())) {
+      kept.device = kept.device.with_tuning(precision, tuning);
     }
   } catch (const InputError& error) {
     kept = {device, fmt::format("the tuned settings in '{}' are not used: {}; tune this device "
@@ -115,18 +107,17 @@ void save_tuning(const Device& device, Precision precision) {
   const std::filesystem::path path = tuning_file(device.info());
   std::error_code failed;
   std::filesystem::create_directories(path.parent_path(), failed);
-  json file = json::object();
+  std::map<Precision, Tuning> tunings;
   try {
-    file = read_entries(path, device.info());
+    tunings = read_tunings(path, device.info());
   } catch (const InputError&) {
     // Nothing there, or nothing of use: it is replaced.
-    file = json::object();
+    tunings.clear();
   }
-  file["format"] = kFormat;
-  file["version"] = kVersion;
-  file["owner"] = owner(device.info());
-  file[to_string(precision)] = to_json(device.tuning(precision));
-  base::write_file(path, file.dump(2, ' ', true, json::error_handler_t::replace) + "\n");
+  tunings[precision] = device.tuning(precision);
+  json file{{"format", kFormat}, {"version", kVersion}, {"owner", owner(device.info())}};
+  for (const auto& [kept, tuning] : tunings) file[to_string(kept)] = to_json(tuning);
+  base::write_file(path, text_of(file, 2) + "\n");
 }
 
 }  // namespace qjulia

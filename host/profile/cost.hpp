@@ -15,7 +15,7 @@ constexpr double kProduct = 16 + 4;  // Hamilton's product, and the versor from 
 
 /// F alone: kernels/energy.cl at its last iterate.
 constexpr double kLogNorm = kDistance2 + kLog2 + kTerm;
-/// One iterate: map_step.
+/// One iterate: kind_step.
 constexpr double kPolar = kDistance2 + kLog2 + kRoot + kAngle + kSineCosine;
 constexpr double kStep = kPolar + kTerm + kProduct;
 /// kernels/gradient_potential.cl: |d|² without W, the log's sum, 1/N, three sums.

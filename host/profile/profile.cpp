@@ -3,14 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 
 #include "base/range_check.hpp"
+#include "device/point_batch.hpp"
 #include "fit/evaluator.hpp"
 #include "profile/cost.hpp"
 #include "profile/instruction_counts.hpp"
-#include "profile/limits.hpp"
 #include "profile/stopwatch.hpp"
 #include "profile/workload.hpp"
 #include "qjulia/error.hpp"
@@ -23,6 +25,73 @@ namespace qjulia {
 
 using namespace profiling;
 namespace {
+
+/// On the device, of the fastest run after one that is not counted.
+double least_seconds(const Device& device, int repeats, const std::function<void()>& run) {
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i <= repeats; ++i) {
+    const KernelSeconds seconds = timed(device, run);
+    if (i > 0) least = std::min(least, seconds.device);
+  }
+  return least;
+}
+
+/// Fused multiply-adds a second, of the best of `repeats` runs: a limit is what was reached at
+/// least once.
+double measure_fma(const Device& device, Precision precision, int repeats) {
+  constexpr double kChains = 16;  // QJ_CHAINS of limits.cl
+  device::Context& context = device.context();
+  const int width = device.lane_width(precision);
+  // Lanes on CPUs come from the vector, on GPUs from very many work-items.
+  const std::size_t items = width == 1 ? std::size_t{1} << 18 : 256;
+  const int rounds = width == 1 ? 2048 : 40'000;
+  const auto seed = context.upload_real(std::array{0.999, 0.001}, precision);
+  const auto sums = context.allocate_real(items, precision);
+  const double fma_seconds = least_seconds(device, repeats, [&] {
+    context.launch(context.kernel("limits.cl", "fma_chains", {width, precision, {}}),
+                   {{items, 1, 1}}, {seed, rounds, sums});
+  });
+  return kChains * rounds * static_cast<double>(items) * width / fma_seconds;
+}
+
+/// All limits, each of the best of so many runs.
+DeviceLimits measure_limits(const Device& device, Precision precision, int repeats) {
+  device::Context& context = device.context();
+  const int width = device.lane_width(precision);
+  const auto lanes = static_cast<std::size_t>(width);
+  const auto kernel = [&](const char* name) {
+    return context.kernel("limits.cl", name, {width, precision, {}});
+  };
+  const DeviceInfo& info = context.info();
+  DeviceLimits limits;
+  limits.fma_per_second = measure_fma(device, precision, repeats);
+  if (width > 1) {
+    constexpr double kMega = 1e6;
+    limits.clock_fma_per_second = kMega * info.clock_mhz * info.compute_units * width;
+  }
+
+  constexpr std::size_t kCopyBytes = std::size_t{1} << 28;  // 256 MiB
+  const std::size_t real_bytes = device::real_bytes(precision);
+  const std::size_t reals =
+      std::min<std::size_t>(kCopyBytes, info.largest_allocation / 4) / real_bytes;
+  const std::size_t vectors = width == 1 ? 1 : 256;
+  const std::size_t copy_items = reals / (vectors * lanes);
+  const auto from = context.allocate_real(reals, precision);
+  const auto to = context.allocate_real(reals, precision);
+  const double copy_seconds = least_seconds(device, repeats, [&] {
+    context.launch(kernel("copy_reals"), {{copy_items, 1, 1}},
+                   {from, device::narrow(vectors), device::narrow(copy_items), to});
+  });
+  limits.bytes_per_second =
+      2 * static_cast<double>(copy_items * vectors * lanes * real_bytes) / copy_seconds;
+
+  limits.launch_seconds = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 20 * repeats; ++i) {
+    const auto run = timed(device, [&] { context.launch(kernel("no_work"), {{1, 1, 1}}, {from}); });
+    limits.launch_seconds = std::min(limits.launch_seconds, run.wall);
+  }
+  return limits;
+}
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -74,9 +143,8 @@ class Bench {
       f.pairs_per_second = pairs * iterates / f.median_seconds;
     }
     if (cost.slots > 0) {
-      const double real = options_.precision == Precision::dbl ? sizeof(double) : sizeof(float);
       f.slots = pairs * cost.slots;
-      f.memory_bytes = real * cost.reals;
+      f.memory_bytes = static_cast<double>(device::real_bytes(f.precision)) * cost.reals;
       const double by_memory = *f.slots / *f.memory_bytes * limits_.bytes_per_second;
       f.limit = by_memory < limits_.fma_per_second ? "memory" : "fma";
       f.share_of_limit = *f.slots / f.median_seconds / std::min(by_memory, limits_.fma_per_second);
@@ -129,10 +197,7 @@ double executed_iterates(const Device& device, const Workload& work, int n, Prec
 
 void time_evaluator(Bench& bench, const Device& device, const Workload& work, int n,
                     Precision precision) {
-  fitting::EnergyOptions energy;
-  energy.iterations = n;
-  energy.escape = kNoEscape;
-  const auto evaluator = fitting::make_device_evaluator(device, work.samples, energy, precision);
+  const auto evaluator = make_evaluator(device, work, n, precision);
   const double iterates = executed_iterates(device, work, n, precision);
   const std::size_t samples = work.samples.size();
   const auto count = static_cast<double>(samples);

@@ -2,10 +2,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/text.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/profile.hpp"
 
@@ -81,30 +81,15 @@ nlohmann::json to_json(const ProfileReport& report) {
 }
 
 std::string to_csv(const ProfileReport& report) {
-  constexpr std::array kColumns{"kernel",
-                                "iterations",
-                                "samples",
-                                "factors",
-                                "width",
-                                "precision",
-                                "median_seconds",
-                                "min_seconds",
-                                "max_seconds",
-                                "spread",
-                                "wall_seconds",
-                                "executed_factor_iterations",
-                                "pairs_per_second",
-                                "slots",
-                                "memory_bytes",
-                                "limit",
-                                "share_of_limit",
-                                "predicted_seconds",
-                                "measured_over_predicted"};
-  std::string text = fmt::format("{}\n", fmt::join(kColumns, ","));
+  const std::string names =
+      "kernel,iterations,samples,factors,width,precision,median_seconds,min_seconds,max_seconds,"
+      "spread,wall_seconds,executed_factor_iterations,pairs_per_second,slots,memory_bytes,limit,"
+      "share_of_limit,predicted_seconds,measured_over_predicted";
+  std::string text = names + '\n';
   for (const KernelFigures& f : report.kernels) {
     const nlohmann::json figures = to_json(f);
     std::vector<std::string> cells;
-    for (const char* column : kColumns) {
+    for (const std::string& column : base::split(names, ',')) {
       const nlohmann::json& cell = figures.at(column);
       cells.push_back(cell.is_null()     ? ""
                       : cell.is_string() ? cell.get<std::string>()

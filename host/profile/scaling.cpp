@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 
 #include "device/context.hpp"
-#include "fit/evaluator.hpp"
 #include "profile/cost.hpp"
 #include "profile/stopwatch.hpp"
 #include "profile/workload.hpp"
@@ -28,10 +27,7 @@ constexpr int kMostRuns = 10;
 ScalingPoint measure(const Device& device, const Workload& work, int iterations,
                      Precision precision, const ProgressMonitor& monitor) {
   device.context().reset_peak_allocated_bytes();
-  fitting::EnergyOptions energy;
-  energy.iterations = iterations;
-  energy.escape = kNoEscape;
-  const auto evaluator = fitting::make_device_evaluator(device, work.samples, energy, precision);
+  const auto evaluator = make_evaluator(device, work, iterations, precision);
   double least = std::numeric_limits<double>::infinity(), spent = 0;
   for (int run = 0; run < 2 || (run < kMostRuns && spent < kSecondsEach); ++run) {
     throw_if_stopped(monitor.stop);

@@ -26,6 +26,7 @@ namespace {
 
 using Eigen::Vector3d;
 using profiling::kNoEscape;
+using profiling::largest_difference;
 using profiling::Workload;
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
@@ -33,20 +34,6 @@ constexpr int kIterations = 4;
 
 /// `a` or what is worse: larger, or not a number.
 double worse(double a, double b) { return b <= a ? a : std::isnan(b) ? kInfinite : b; }
-
-/// Largest difference over the largest number that is right.
-double relative_difference(const std::vector<double>& found, const std::vector<double>& right) {
-  if (found.size() != right.size()) return kInfinite;
-  double difference = 0;
-  double largest = std::numeric_limits<double>::min();
-  for (std::size_t i = 0; i < right.size(); ++i) {
-    difference = worse(difference, std::abs(found[i] - right[i]));
-    largest = std::max(largest, std::abs(right[i]));
-  }
-  return difference / largest;
-}
-
-std::vector<double> entries(const Eigen::MatrixXd& m) { return {m.data(), m.data() + m.size()}; }
 
 /// 300 samples and 24 factors: no number is a multiple of a group.
 Workload small_work() {
@@ -56,39 +43,27 @@ Workload small_work() {
   return profiling::make_workload(options);
 }
 
+std::vector<double> fields(fitting::Evaluator& evaluator, const RationalMap& map) {
+  return evaluator.field(map);
+}
+
+std::vector<double> gradient(fitting::Evaluator& evaluator, const RationalMap& map) {
+  return evaluator.evaluate(map, true).gradient;
+}
+
+std::vector<double> gauss_newton(fitting::Evaluator& evaluator, const RationalMap& map) {
+  const Eigen::MatrixXd h = evaluator.gauss_newton(map);
+  return {h.data(), h.data() + h.size()};
+}
+
 /// What both evaluators make of the work, compared.
-template <class Compute>
-double evaluator_difference(const Device& device, Precision precision, int iterations,
-                            const Compute& compute) {
+template <auto kCompute, int kOrbit>
+double evaluated(const Device& device, Precision precision) {
   const Workload work = small_work();
-  const fitting::EnergyOptions options{fitting::Loss::distance, iterations, 1, kNoEscape};
+  const fitting::EnergyOptions options{fitting::Loss::distance, kOrbit, 1, kNoEscape};
   const auto found = fitting::make_device_evaluator(device, work.samples, options, precision);
   const auto right = fitting::make_reference_evaluator(work.samples, options);
-  return relative_difference(compute(*found, work.map), compute(*right, work.map));
-}
-
-double energy(const Device& device, Precision precision) {
-  return evaluator_difference(device, precision, kIterations, [](auto& evaluator, const auto& map) {
-    return evaluator.field(map);
-  });
-}
-
-double potential_gradient(const Device& device, Precision precision) {
-  return evaluator_difference(device, precision, 1, [](auto& evaluator, const auto& map) {
-    return evaluator.evaluate(map, true).gradient;
-  });
-}
-
-double orbit_gradient(const Device& device, Precision precision) {
-  return evaluator_difference(device, precision, kIterations, [](auto& evaluator, const auto& map) {
-    return evaluator.evaluate(map, true).gradient;
-  });
-}
-
-double gauss_newton(const Device& device, Precision precision) {
-  return evaluator_difference(device, precision, 1, [](auto& evaluator, const auto& map) {
-    return entries(evaluator.gauss_newton(map));
-  });
+  return largest_difference(kCompute(*found, work.map), kCompute(*right, work.map));
 }
 
 /// Sums of whole numbers, which are exact.
@@ -108,7 +83,7 @@ double reduced(const Device& device, Precision precision) {
       {context.upload_real(rows, precision), device::narrow(kRows), device::narrow(kColumns),
        device::narrow(kBlock), sums});
   context.read(sums, found);
-  return relative_difference(found, right);
+  return largest_difference(found, right);
 }
 
 /// Cell centres of [−1.5, 1.5]³, x fastest.
@@ -132,7 +107,7 @@ std::vector<Quaternion> grid_points(const surface::Grid& grid, double slice) {
 double field(const Device& device, Precision precision) {
   const RationalMap map = small_work().map;
   const auto points = grid_points(small_grid(), map.slice);
-  return relative_difference(
+  return largest_difference(
       Field(device, map, precision, {0, 0, kNoEscape}).at(points, kIterations),
       reference::field(map, points, kIterations, kNoEscape));
 }
@@ -142,7 +117,7 @@ double level_set(const Device& device, Precision precision) {
   const surface::Grid grid = small_grid();
   const surface::LevelSet set(device, map, {0, 0, kNoEscape}, kIterations, precision);
   const auto found = set.over(grid, {{0, 0, 0}, grid.points});
-  return relative_difference(
+  return largest_difference(
       {found.begin(), found.end()},
       reference::field(map, grid_points(grid, map.slice), kIterations, kNoEscape));
 }
@@ -206,15 +181,16 @@ double signed_distance(const Device& device, Precision precision) {
     const Vector3d beyond = x.cwiseAbs() - Vector3d::Ones();
     right.push_back(beyond.cwiseMax(0).norm() + std::min(beyond.maxCoeff(), 0.0));
   }
-  return relative_difference(SignedDistance(device, cube(), precision).at(points), right);
+  return largest_difference(SignedDistance(device, cube(), precision).at(points), right);
 }
 
 /// Depths of the ball along parallel rays that meet it well inside its outline, where a ray's own
 /// tolerance is the unit.
-double depths(const Device& device, Precision precision, bool coarse) {
+template <bool kCoarse>
+double depths(const Device& device, Precision precision) {
   const auto source = picture::march_source(device, {ball(), 6, {}, {}, precision});
   picture::View view = picture::parallel_view(Vector3d::UnitZ(), *ball().box, 48);
-  view.coarse_will_do = coarse;
+  view.coarse_will_do = kCoarse;
   const auto found = source->depths(view, 0, view.rows);
   double worst = 0;
   std::size_t hits = 0;
@@ -232,14 +208,6 @@ double depths(const Device& device, Precision precision, bool coarse) {
   return hits > 0 ? worst / view.tolerance : kInfinite;
 }
 
-double ray_march(const Device& device, Precision precision) {
-  return depths(device, precision, false);
-}
-
-double ray_grid(const Device& device, Precision precision) {
-  return depths(device, precision, true);
-}
-
 /// Of points just inside the unit sphere at an angle t to the real axis, whose iterates lie at 2t
 /// and 4t and are still undecided.
 double orbit_trait(const Device& device, Precision precision) {
@@ -253,7 +221,7 @@ double orbit_trait(const Device& device, Precision precision) {
     right.push_back(std::min(std::abs(std::cos(2 * t)), std::abs(std::cos(4 * t))));
   }
   const auto found = source->traits(points);
-  return relative_difference({found.begin(), found.end()}, right);
+  return largest_difference({found.begin(), found.end()}, right);
 }
 
 /// Normals of a picture of the ball, which its positions are too, away from its outline.
@@ -320,7 +288,7 @@ double limits(const Device& device, Precision precision) {
   context.launch(kernel("copy_reals"), {{3, 1, 1}},
                  {context.upload_real(numbers, precision), 2, 3, to});
   context.read(to, copied);
-  return worse(relative_difference(found, {right}), relative_difference(copied, numbers));
+  return worse(largest_difference(found, {right}), largest_difference(copied, numbers));
 }
 
 double lane_math(const Device& device, Precision precision) {
@@ -351,7 +319,7 @@ double lane_math(const Device& device, Precision precision) {
                    {sent, sent, groups, function.number, out});
     context.read(out, found);
     std::ranges::transform(x, right.begin(), [&](double v) { return function.right(v, v); });
-    worst = worse(worst, relative_difference(found, right));
+    worst = worse(worst, largest_difference(found, right));
   }
   return worst;
 }
@@ -369,29 +337,26 @@ constexpr std::array kChecks{
     Check{"lane_math_probe.cl", "elementary functions, with the host's", 1e-6, 1e-14, lane_math},
     Check{"reduce.cl", "sums of whole numbers", 0, 0, reduced},
     Check{"field.cl", "F_4 at points, with the reference", 1e-4, 1e-10, field},
-    Check{"energy.cl", "F_4 at samples, with the reference", 1e-4, 1e-10, energy},
+    Check{"energy.cl", "F_4 at samples, with the reference", 1e-4, 1e-10,
+          evaluated<fields, kIterations>},
     Check{"gradient_potential.cl", "gradient at n = 1, with the reference", 1e-4, 1e-10,
-          potential_gradient},
+          evaluated<gradient, 1>},
     Check{"gradient_orbit.cl", "gradient at n = 4, with the reference", 1e-4, 1e-10,
-          orbit_gradient},
-    Check{"gauss_newton.cl", "Gauss-Newton matrix, with the reference", 1e-4, 1e-10, gauss_newton},
+          evaluated<gradient, kIterations>},
+    Check{"gauss_newton.cl", "Gauss-Newton matrix, with the reference", 1e-4, 1e-10,
+          evaluated<gauss_newton, 1>},
     Check{"signed_distance.cl", "distances from a cube", 1e-5, 1e-12, signed_distance},
     Check{"level_set.cl", "F_4 on a grid, with the reference", 1e-4, 1e-6, level_set},
     Check{"interpolated_orbit.cl", "surface of a ball, in cells", 0.5, 0.5, interpolated_surface},
-    Check{"ray_march.cl", "depths of a ball, in a ray's tolerance", 1, 1, ray_march},
-    Check{"ray_grid.cl", "coarse depths of a ball, in the same", 2, 2, ray_grid},
+    Check{"ray_march.cl", "depths of a ball, in a ray's tolerance", 1, 1, depths<false>},
+    Check{"ray_grid.cl", "coarse depths of a ball, in the same", 2, 2, depths<true>},
     Check{"orbit_trait.cl", "angles of a ball's orbits", 1e-4, 1e-6, orbit_trait},
     Check{"shade.cl", "normals of a ball", 0.1, 0.1, shade},
 };
 
 ProgramCheck run(const Check& check, const Device& device, Precision precision) {
-  const bool in_double = precision == Precision::dbl;
-  ProgramCheck result{check.program,
-                      precision,
-                      check.compared,
-                      kInfinite,
-                      in_double ? check.in_double : check.in_single,
-                      {}};
+  const double tolerance = precision == Precision::dbl ? check.in_double : check.in_single;
+  ProgramCheck result{check.program, precision, check.compared, kInfinite, tolerance, {}};
   try {
     result.difference = check.difference(device, precision);
   } catch (const KernelBuildError& error) {

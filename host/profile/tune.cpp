@@ -6,13 +6,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 
 #include "device/quirks.hpp"
-#include "profile/tune_jobs.hpp"
+#include "profile/workload.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/progress.hpp"
 
@@ -74,24 +73,23 @@ class Tuner {
   }
 
   TuneReport run() && {
-    Tuning best = default_;
+    const Setting lane_width{"lane_width", &Tuning::lane_width, {kAllJobs.begin(), kAllJobs.end()}};
+    std::vector<Tuning> widths;
     for (const int width : {1, 8, 16}) {
       if (width == default_.lane_width) continue;
-      const Tuning tuning =
-          device::default_tuning(device_.info(), options_.precision, device_.layout(), width);
-      consider("lane_width", width, tuning, kAllJobs, default_, best);
+      widths.push_back(
+          device::default_tuning(device_.info(), options_.precision, device_.layout(), width));
     }
-    best = settle(best);
+    Tuning best = fastest(lane_width, widths, default_);
     for (const Setting& setting : settings()) {
-      const Tuning before = best;
+      std::vector<Tuning> tried;
       for (const int factor : setting.factors) {
-        Tuning tuning = before;
+        Tuning tuning = best;
         int& value = tuning.*setting.value;
         value = factor < 0 ? value / -factor : value * factor;
-        if (!is_valid(tuning)) continue;
-        consider(setting.name, value, tuning, setting.jobs, before, best);
+        if (is_valid(tuning)) tried.push_back(tuning);
       }
-      best = settle(best);
+      best = fastest(setting, tried, best);
     }
     report_.tuning = default_;
     if (best != default_) {
@@ -106,36 +104,34 @@ class Tuner {
     return device_.with_tuning(options_.precision, tuning);
   }
 
-  /// Tries `tuning` against `before`; makes it `best` when it is the fastest tried in this round.
-  void consider(const std::string& setting, int value, const Tuning& tuning,
-                std::span<const TuneJob> jobs, const Tuning& before, Tuning& best) {
-    monitor_.report({"tuning", -1, -1, fmt::format("{} {}", setting, value)});
-    TuneTrial trial{setting, value, 0, 0, false, {}};
-    try {
-      trial.difference = difference(tuning, jobs);
-      if (!(trial.difference <= report_.tolerance)) {
-        trial.refused = "its results differ";
-      } else if (const auto ratio = time_ratio(tuning, before, jobs)) {
-        trial.time_ratio = *ratio;
-        if (*ratio < round_best_) round_best_ = *ratio, best = tuning, round_taken_ = trials();
-      } else {
-        trial.refused = "much slower";
+  /// Tries each of `tunings`, which differ from `before` in a setting, against it.
+  /// @return the fastest of all.
+  Tuning fastest(const Setting& setting, const std::vector<Tuning>& tunings, const Tuning& before) {
+    Tuning best = before;
+    double least = kFaster;
+    std::optional<std::size_t> taken;
+    for (const Tuning& tuning : tunings) {
+      const int value = tuning.*setting.value;
+      monitor_.report({"tuning", -1, -1, fmt::format("{} {}", setting.name, value)});
+      TuneTrial trial{setting.name, value, 0, 0, false, {}};
+      try {
+        trial.difference = difference(tuning, setting.jobs);
+        if (!(trial.difference <= report_.tolerance)) {
+          trial.refused = "its results differ";
+        } else if (const auto ratio = time_ratio(tuning, before, setting.jobs)) {
+          trial.time_ratio = *ratio;
+          if (*ratio < least) least = *ratio, best = tuning, taken = report_.trials.size();
+        } else {
+          trial.refused = "much slower";
+        }
+      } catch (const Interrupted&) {
+        throw;
+      } catch (const Error& error) {
+        trial.refused = error.what();  // this device cannot do it
       }
-    } catch (const Interrupted&) {
-      throw;
-    } catch (const Error& error) {
-      trial.refused = error.what();  // this device cannot do it
+      report_.trials.push_back(std::move(trial));
     }
-    report_.trials.push_back(std::move(trial));
-  }
-
-  std::size_t trials() const { return report_.trials.size(); }
-
-  /// Ends a round of trials of one setting.
-  Tuning settle(const Tuning& best) {
-    if (round_taken_) report_.trials[*round_taken_].taken = true;
-    round_taken_.reset();
-    round_best_ = kFaster;
+    if (taken) report_.trials[*taken].taken = true;
     return best;
   }
 
@@ -180,8 +176,6 @@ class Tuner {
   std::vector<Workload> works_;
   Tuning default_;
   std::vector<std::vector<double>> expected_;  ///< by job, of the smaller workload
-  double round_best_ = kFaster;
-  std::optional<std::size_t> round_taken_;
   TuneReport report_;
 };
 

@@ -1,9 +1,12 @@
 #include "profile/workload.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "base/random.hpp"
+#include "profile/stopwatch.hpp"
 
 namespace qjulia::profiling {
 
@@ -26,6 +29,14 @@ Workload make_workload(const ProfileOptions& options) {
     work.map.factors.push_back({{c.x(), c.y(), c.z(), 0}, root ? size : -size});
   }
   return work;
+}
+
+std::unique_ptr<fitting::Evaluator> make_evaluator(const Device& device, const Workload& work,
+                                                   int iterations, Precision precision) {
+  fitting::EnergyOptions options;
+  options.iterations = iterations;
+  options.escape = kNoEscape;
+  return fitting::make_device_evaluator(device, work.samples, options, precision);
 }
 
 TriangleMesh make_sphere(int rings) {
@@ -56,6 +67,41 @@ TriangleMesh make_sphere(int rings) {
     mesh.triangles.push_back({south, index(rings - 1, step + 1), index(rings - 1, step)});
   }
   return mesh;
+}
+
+double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  if (a.size() != b.size()) return std::numeric_limits<double>::infinity();
+  double difference = 0, largest = std::numeric_limits<double>::min();
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const double d = std::abs(a[i] - b[i]);
+    if (std::isnan(d)) return std::numeric_limits<double>::infinity();
+    difference = std::max(difference, d);
+    largest = std::max(largest, std::abs(b[i]));
+  }
+  return difference / largest;
+}
+
+TuneBench::TuneBench(const Device& device, const Workload& work, Precision precision)
+    : device_(device),
+      map_(work.map),
+      potential_(make_evaluator(device, work, 1, precision)),
+      orbit_(make_evaluator(device, work, 4, precision)) {}
+
+std::vector<double> TuneBench::run(TuneJob job) {
+  if (job == TuneJob::gauss_newton) {
+    const Eigen::MatrixXd h = potential_->gauss_newton(map_);
+    return {h.data(), h.data() + h.size()};
+  }
+  const bool with_gradient = job == TuneJob::gradient || job == TuneJob::orbit_gradient;
+  const bool with_orbit = job == TuneJob::orbit_energy || job == TuneJob::orbit_gradient;
+  fitting::Evaluation evaluation =
+      (with_orbit ? orbit_ : potential_)->evaluate(map_, with_gradient);
+  if (!with_gradient) return {evaluation.energy};
+  return std::move(evaluation.gradient);
+}
+
+double TuneBench::time(TuneJob job) {
+  return timed(device_, [&] { run(job); }).device;
 }
 
 }  // namespace qjulia::profiling

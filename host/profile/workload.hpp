@@ -1,7 +1,12 @@
 #pragma once
-/// The fixed work that kernels are timed with.
+/// The fixed work that kernels are timed with, and settings are tried with.
 
+#include <memory>
+#include <vector>
+
+#include "fit/evaluator.hpp"
 #include "fit/samples.hpp"
+#include "qjulia/device.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/profile.hpp"
@@ -20,5 +25,31 @@ TriangleMesh make_sphere(int rings);
 
 /// An escape radius that no orbit of the workload reaches.
 constexpr double kNoEscape = kLargestEscape;
+
+/// Of the energy with so many iterates, of which every one runs.
+std::unique_ptr<fitting::Evaluator> make_evaluator(const Device& device, const Workload& work,
+                                                   int iterations, Precision precision);
+
+/// What settings are tried with.
+enum class TuneJob { energy, gradient, orbit_energy, orbit_gradient, gauss_newton };
+
+/// Largest difference over the largest number. NaN differs infinitely.
+double largest_difference(const std::vector<double>& a, const std::vector<double>& b);
+
+/// The jobs over one workload with one device's settings.
+class TuneBench {
+ public:
+  TuneBench(const Device& device, const Workload& work, Precision precision);
+
+  /// What the job computes, as numbers to compare: the energy, the gradient or the matrix.
+  std::vector<double> run(TuneJob job);
+  /// Seconds on the device.
+  double time(TuneJob job);
+
+ private:
+  Device device_;
+  const RationalMap& map_;
+  std::unique_ptr<fitting::Evaluator> potential_, orbit_;
+};
 
 }  // namespace qjulia::profiling

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "profile/tune_jobs.hpp"
+#include "profile/workload.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/tune.hpp"
 #include "qjulia/tuning_cache.hpp"

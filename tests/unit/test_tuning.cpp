@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "device/quirks.hpp"
-#include "profile/tune_jobs.hpp"
+#include "profile/workload.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/tuning.hpp"
 
