@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <barrier>
 #include <catch2/catch.hpp>
 #include <new>
 #include <nlohmann/json.hpp>
@@ -16,6 +15,7 @@
 #include "batch/batch.hpp"
 #include "batch/folder_lock.hpp"
 #include "qjulia/error.hpp"
+#include "rank_threads.hpp"
 #include "temporary_folder.hpp"
 
 using namespace qjulia;
@@ -316,21 +316,14 @@ TEST_CASE("each entry is done once by ranks that share a folder") {
                     return write_map(entry, path, monitor);
                   });
   };
-  constexpr std::size_t kRanks = 3;
-  std::barrier meeting(kRanks);
-  std::vector<std::vector<double>> messages(kRanks);
+  constexpr int kRanks = 3;
+  qjulia::test::RankTable table(kRanks);
   std::atomic<int> settled = 0;
   {
     std::vector<std::jthread> ranks;
-    for (std::size_t rank = 0; rank < kRanks; ++rank) {
+    for (int rank = 0; rank < kRanks; ++rank) {
       ranks.emplace_back([&, rank] {
-        const auto all_gather = [&, rank](const std::vector<double>& mine) {
-          messages[rank] = mine;
-          meeting.arrive_and_wait();
-          const auto all = messages;
-          meeting.arrive_and_wait();
-          return all;
-        };
+        qjulia::test::RankThread thread(table, rank);
         const std::string who(1, static_cast<char>('p' + rank));
         const std::vector<batch::BatchDevice> devices =
             rank == 2 ? std::vector{device("broken", broken)} : std::vector{work(who), work(who)};
@@ -339,7 +332,7 @@ TEST_CASE("each entry is done once by ranks that share a folder") {
             [&](const batch::BatchEvent& event) {
               if (event.kind == batch::BatchEvent::Kind::done && event.status != nullptr) ++settled;
             },
-            {}, {rank, kRanks, all_gather});
+            {}, &thread);
       });
     }
   }

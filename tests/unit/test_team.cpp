@@ -1,6 +1,5 @@
 // One fit over ranks that are threads.
 
-#include <barrier>
 #include <catch2/catch.hpp>
 #include <limits>
 #include <thread>
@@ -10,37 +9,13 @@
 #include "fit/placement.hpp"
 #include "fit/stages.hpp"
 #include "qjulia/error.hpp"
+#include "rank_threads.hpp"
 #include "sphere_pool.hpp"
 
 using namespace qjulia;
 using fitting::Team;
 
 namespace {
-
-/// What the threads of one test share.
-struct Table {
-  explicit Table(int size) : meeting(size), said(static_cast<std::size_t>(size)) {}
-  std::barrier<> meeting;
-  std::vector<Ranks::Numbers> said;
-};
-
-class Thread final : public Ranks {
- public:
-  Thread(Table& table, int rank) : table_(table), rank_(rank) {}
-  int rank() const override { return rank_; }
-  int size() const override { return static_cast<int>(table_.said.size()); }
-  std::vector<Numbers> all_gather(const Numbers& mine) override {
-    table_.said[static_cast<std::size_t>(rank_)] = mine;
-    table_.meeting.arrive_and_wait();
-    auto all = table_.said;
-    table_.meeting.arrive_and_wait();
-    return all;
-  }
-
- private:
-  Table& table_;
-  int rank_;
-};
 
 /// Runs `work` on ranks 0 … size − 1. @return their results, or what they threw, by rank.
 template <class Work>
@@ -50,13 +25,13 @@ auto on_ranks(int size, const Work& work) {
     Result result;
     std::string error;
   };
-  Table table(size);
+  test::RankTable table(size);
   std::vector<Outcome> outcomes(static_cast<std::size_t>(size));
   {
     std::vector<std::jthread> threads;
     for (int r = 0; r < size; ++r) {
       threads.emplace_back([&table, &outcomes, &work, r] {
-        Thread ranks(table, r);
+        test::RankThread ranks(table, r);
         Team team(ranks);
         Outcome& mine = outcomes[static_cast<std::size_t>(r)];
         try {
