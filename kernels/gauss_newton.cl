@@ -170,8 +170,8 @@ kernel void panel_products(global const real* panels, int chunk, int order, int 
   }
 }
 
-// H_ij becomes scale_i scale_j H_ij, upper triangle. Work-item (v, i): columns v QJ_WIDTH … of row
-// i.
+// Scales the upper triangle: H_ij becomes scale_i scale_j H_ij. Work-item (v, i): columns v
+// QJ_WIDTH … of row i.
 kernel void scaled_rows(int order, global const real* scale, global real* matrix) {
   int v = (int)get_global_id(0), i = (int)get_global_id(1);
   if ((v + 1) * QJ_WIDTH <= i || v * QJ_WIDTH >= order) return;

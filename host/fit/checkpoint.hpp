@@ -13,11 +13,11 @@
 
 namespace qjulia::fitting {
 
-/// Whence a stage's Gauss-Newton matrix comes.
+/// What a stage's Gauss-Newton matrix was computed from.
 struct CurvatureSource {
   RationalMap map;
   std::string random;              ///< the generator's state before the stage's samples
-  int level = 0;                   ///< that they were drawn for
+  int level = 0;                   ///< whose samples they are
   std::vector<std::size_t> moved;  ///< factors moved elsewhere since the last stage
 };
 
@@ -30,7 +30,7 @@ struct FitState {
   int evaluations = 0;
   double seconds = 0;  ///< spent so far, in all processes
   std::vector<StageReport> reports;
-  std::vector<CurvatureSource> curvature;  ///< of the stages whose matrices this one's adds to
+  std::vector<CurvatureSource> curvature;  ///< of the earlier stages in the curvature sum
   std::vector<Evaluation> evaluated;       ///< of the stage that was under way, in their order
 };
 

@@ -27,21 +27,21 @@ Eigen::VectorXd unit_scale(const Eigen::VectorXd& diagonal, double damping);
 /// beside the diagonal is divided by 1 + λ, 1 + 10 λ, …
 CurvatureFactor factorised(const Eigen::MatrixXd& h, double damping);
 
-/// Gauss-Newton matrices of a level's stages so far, so that more samples than one stage's speak:
-/// Σ γ^age H, where of a factor that was moved elsewhere only what came later counts.
+/// Σ γ^age H over the Gauss-Newton matrices of the stages so far, so that steps rest on more
+/// samples than one stage draws. A factor that is moved elsewhere starts its rows and columns anew.
 struct CurvatureSum {
-  /// γ: a matrix counts so many times as much as the next stage's.
+  /// γ: a matrix's weight relative to that of the next stage's.
   static constexpr double kKept = 0.75;
 
-  Eigen::VectorXd weight;      ///< n: Σ γ^age over the matrices that know each unknown
+  Eigen::VectorXd weight;      ///< n: Σ γ^age over the matrices in each unknown's sum
   Eigen::MatrixXd matrix;      ///< n × n, where it is kept on the host
   device::RealBuffer rows;     ///< where it is kept on a device: its upper triangle, by rows,
   double samples_of_each = 1;  ///< divided by this
 
   /// Makes room for the next matrix.
   /// @param moved the numbers of the factors that were moved elsewhere since the last one.
-  /// @return n: the sum so far is to be multiplied from both sides with these on a diagonal; empty:
-  /// there is none.
+  /// @return n factors d by which the sum so far must be scaled, d_i d_j H_ij; empty when there is
+  /// no sum yet.
   Eigen::VectorXd faded(std::size_t factors, const std::vector<std::size_t>& moved);
 };
 

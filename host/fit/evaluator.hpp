@@ -46,11 +46,12 @@ class Evaluator {
   virtual Eigen::MatrixXd gauss_newton(const RationalMap& map) = 0;
   /// Its diagonal, over all samples: for maps whose whole matrix would be too large.
   virtual Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) = 0;
-  /// Adds that matrix to `sum`, of maps with as many factors, by evaluators of the same kind.
+  /// Adds the matrix of `gauss_newton` to `sum`. All maps of a sum have the same number of factors,
+  /// and all its evaluators are of one kind.
   /// @param moved the numbers of the factors that were moved elsewhere since the last one.
   virtual void add_curvature(const RationalMap& map, const std::vector<std::size_t>& moved,
                              CurvatureSum& sum);
-  /// Of the sum's mean.
+  /// The factor of the sum's weighted mean.
   virtual CurvatureFactor factor(const CurvatureSum& sum, double damping);
   /// The weighted scalar products over samples, of order 2 + m, of the columns 1, F_1 − target and
   /// ln |x − c| for each of the m centres: what matching pursuit asks for, since F_1 is linear in

@@ -23,7 +23,7 @@ struct StageTime {
   double evaluation = 0;  ///< one of energy and gradient
 };
 
-/// Of several times: what else the machine does only adds to them.
+/// The least of several times, since other work on the machine only adds to them.
 template <class Work>
 double least_seconds_of(const Work& work) {
   using Clock = std::chrono::steady_clock;

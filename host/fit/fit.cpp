@@ -201,6 +201,7 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   team.adopt(pool.surface);
   team.adopt(pool.near);
   team.adopt(pool.around);
+  pool.inradius = team.broadcast({pool.inradius}).front();
   const CoarseCube cube =
       in_stage("overlap points", [&] { return CoarseCube(device, shape, distance); });
   Checkpoint checkpoint(team.rank() == 0 ? options.checkpoint : "", fit_key(mesh, options, device));

@@ -38,10 +38,10 @@ void balance(Samples& samples, const std::vector<double>& signs) {
   }
 }
 
-/// Adds points in random directions of the four-dimensional space, half of them within half the
-/// ball's radius of its sphere, the others anywhere from there to the pool's reach. Iterates land
-/// in all directions: where the set off the slice is a ball, they stay or leave by their distance
-/// from the origin alone.
+/// Adds points in random directions of the four-dimensional space. Half of them lie between half
+/// and one and a half times the ball's radius from the origin, the others between half of it and
+/// the pool's reach. Iterates land in all directions: where the set off the slice is a ball, they
+/// stay or leave by their distance from the origin alone.
 void add_off_slice(const Level& level, double inradius, base::Random& random, Samples& samples) {
   constexpr double kShare = 0.15;
   constexpr double kBall = 1.2, kLeastW = 0.3;  // inradii

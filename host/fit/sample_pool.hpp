@@ -25,7 +25,8 @@ struct SamplePool {
   /// A stage's samples. For the distance loss, half on the surface (target 0), 35 % within the
   /// band (target: the distance), the rest beyond it, one-sided at ± band; weights sum to 1 at a
   /// `band_weight` of 1. With an `off_slice_weight` there are 15 % more, at |W| of 0.3
-  /// inradius or more, one-sided at ± band: inside a ball about the origin, outside beyond it.
+  /// inradius or more, one-sided at their distance from a sphere about the origin, at most
+  /// ± band: inside it and outside.
   /// For the tanh loss seven eighths within the band, the rest beyond it, with their sides and
   /// target 0; either side's weights sum to ½.
   Samples draw(const Level& level, base::Random& random) const;

@@ -56,7 +56,10 @@ void reweight(Samples& samples, const std::vector<double>& field, const Level& l
   }
 }
 
-/// Whether its stages' Gauss-Newton matrices are alike, but for their samples.
+/// A sum starts anew after so many matrices, since a resumed fit must compute them all again.
+constexpr std::size_t kMostSummed = 32;
+
+/// Whether its stages' Gauss-Newton matrices may be added to other stages'.
 bool adds_up(const Level& level) {
   return level.points == Points::surface && level.iterations == 1 && level.loss == Loss::distance &&
          level.reweight == 0;
@@ -131,8 +134,8 @@ StopReason Stages::run() {
   }
 }
 
-Samples Stages::draw(const Level& level) {
-  Samples samples = target_.draw(level, random_);
+Samples Stages::draw(const Level& level, base::Random& random) {
+  Samples samples = target_.draw(level, random);
   team_.adopt(samples.position);
   team_.adopt(samples.off_slice);
   team_.adopt(samples.weight);
@@ -150,37 +153,44 @@ std::unique_ptr<Evaluator> Stages::evaluator_of(const Samples& samples, const Le
 }
 
 void Stages::gather_curvature() {
-  const std::string now = random_.state();
-  for (const CurvatureSource& source : sources_) {
-    const Level& level = schedule_.levels.at(static_cast<std::size_t>(source.level));
-    random_.set_state(source.random);
-    evaluator_of(draw(level), level)->add_curvature(source.map, source.moved, curvature_);
+  base::Random random(options_.seed);
+  try {
+    for (const CurvatureSource& source : sources_) {
+      const Level& level = schedule_.levels.at(static_cast<std::size_t>(source.level));
+      random.set_state(source.random);
+      evaluator_of(draw(level, random), level)->add_curvature(source.map, source.moved, curvature_);
+    }
+  } catch (const DeviceError& error) {
+    if (!device::is_out_of_memory(error)) throw;
+    forget_curvature();
   }
-  random_.set_state(now);
+}
+
+void Stages::forget_curvature() {
+  sources_.clear();
+  curvature_ = {};
 }
 
 Preconditioner Stages::preconditioner(Evaluator& evaluator, const Subspace& subspace,
                                       const CurvatureSource& source) {
-  const Level& level = schedule_.levels.at(static_cast<std::size_t>(source.level));
+  const bool adds =
+      subspace.is_whole() && adds_up(schedule_.levels.at(static_cast<std::size_t>(source.level)));
+  if (!adds || sources_.size() == kMostSummed) forget_curvature();
   const double damping = schedule_.damping;
-  if (!subspace.is_whole() || !adds_up(level)) {
-    sources_.clear();
-    curvature_ = {};
-  }
   if (map_.factors.size() <= kMostByMatrix) {
     try {
       if (!subspace.is_whole()) {
         return Preconditioner(
             factorised(subspace.restricted_matrix(evaluator.gauss_newton(map_)), damping));
       }
-      if (curvature_.weight.size() == 0) gather_curvature();
-      evaluator.add_curvature(map_, source.moved, curvature_);
-      if (adds_up(level)) sources_.push_back(source);
-      return Preconditioner(evaluator.factor(curvature_, damping));
+      CurvatureSum alone;
+      CurvatureSum& sum = adds ? curvature_ : alone;
+      evaluator.add_curvature(map_, source.moved, sum);
+      if (adds) sources_.push_back(source);
+      return Preconditioner(evaluator.factor(sum, damping));
     } catch (const DeviceError& error) {
       if (!device::is_out_of_memory(error)) throw;
-      sources_.clear();
-      curvature_ = {};
+      forget_curvature();
     }
   }
   return {subspace.restricted_diagonal(evaluator.gauss_newton_diagonal(map_)), damping};
@@ -194,6 +204,8 @@ std::optional<StopReason> Stages::run_stage() {
   level_ = before.level;
   const Level& level = schedule_.levels.at(static_cast<std::size_t>(before.level));
   const TraceStage stage(monitor_.trace, level.name);
+  if (curvature_.weight.size() == 0 && !sources_.empty()) gather_curvature();
+  budget_.update();
   const double start = budget_.seconds();
   const int evaluations = budget_.evaluations();
   const auto part = [&](const char* name, const auto& work) {
@@ -202,13 +214,14 @@ std::optional<StopReason> Stages::run_stage() {
   };
   if (level.iterations > 1) map_ = map();
   CurvatureSource source{{}, random_.state(), before.level, {}};
-  Samples samples = part("draw samples", [&] { return draw(level); });
+  Samples samples = part("draw samples", [&] { return draw(level, random_); });
   if (level.loss == Loss::tanh) std::ranges::fill(samples.target, map_.surface_level);
   auto evaluator = part("send samples", [&] { return evaluator_of(samples, level); });
   if (level.reweight > 0) {
     reweight(samples, evaluator->field(map_), level);
     evaluator = evaluator_of(samples, level);
   }
+  team_.adopt(map_);
   if (level.relocated > 0 && !reports_.empty() && options_.unknowns == Unknowns::all &&
       map_.factors.size() <= kMostByMatrix) {
     const auto most = static_cast<int>(map_.factors.size() / 4);
@@ -225,7 +238,6 @@ std::optional<StopReason> Stages::run_stage() {
     source.moved = moved_between(map_, relocated);
     map_ = std::move(relocated);
   }
-  team_.adopt(map_);
   source.map = map_;
   const Subspace subspace(map_, level, options_.unknowns);
   const Preconditioner scaling =

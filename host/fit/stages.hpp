@@ -48,10 +48,11 @@ class Stages {
   std::optional<StopReason> run_stage();
   /// The state at the start of a stage.
   FitState state(int level) const;
-  Samples draw(const Level& level);
+  Samples draw(const Level& level, base::Random& random);
   std::unique_ptr<Evaluator> evaluator_of(const Samples& samples, const Level& level) const;
   /// Adds to `curvature_` what the stages before a resumed one had added.
   void gather_curvature();
+  void forget_curvature();
   Preconditioner preconditioner(Evaluator& evaluator, const Subspace& subspace,
                                 const CurvatureSource& source);
 

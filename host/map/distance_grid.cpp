@@ -148,7 +148,7 @@ void check(const DistanceGridData& data) {
   }
 }
 
-/// Raises `slope` to a bound that holds in a block of so many cells too, each `cell` wide.
+/// Raises `slope` to a bound that also holds in a block of `counts` cells, each `cell` wide.
 void include_cells(const float* first, const Cells& counts, const Strides& strides, double cell,
                    double& slope) {
   for (int z = 0; z < counts[2]; ++z) {

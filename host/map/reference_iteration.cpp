@@ -33,7 +33,7 @@ struct FactorOf {
 
 template <class T>
 struct MapOf {
-  const RationalMap& plain;  ///< with all that is not differentiated
+  const RationalMap& plain;  ///< holds everything that is not differentiated
   T log_scale;
   std::vector<FactorOf<T>> factors;
 };
@@ -144,7 +144,7 @@ T grid_distance(const DistanceGridData& data, const std::array<T, 3>& at) {
          spline_sum<T>(at, correction);
 }
 
-/// A place in a grid, in cells, and the square of the way to it from where it was asked for.
+/// A place in a grid, in cells, and its squared distance from the place that was asked for.
 template <class T>
 struct GridPlace {
   std::array<T, 3> at;

@@ -39,10 +39,11 @@ double text_width(cairo_t* context, const std::string& text, double size);
 
 enum class Anchor { left, middle, right };
 
-/// The colour of text, lines and ticks.
+/// Chooses the colour of text, lines and ticks.
 void set_ink(cairo_t* context);
 
-/// A line of text in ink whose baseline begins, has its middle or ends at (x, y), pixels.
+/// A line of text in the ink's colour. Its baseline begins, has its middle or ends at (x, y),
+/// pixels.
 void draw_text(cairo_t* context, const std::string& text, double x, double y, double size,
                Anchor anchor = Anchor::left);
 

@@ -14,7 +14,7 @@ struct Light {
   Eigen::Vector3d color = Eigen::Vector3d::Zero();    ///< irradiance of a surface that faces it
   double softness = 0;                                ///< tangent of its angular radius
   View view;
-  std::vector<float> depths{};  ///< the map: of the view, once it was taken
+  std::vector<float> depths{};  ///< the view's depth map, once it is taken
 };
 
 /// Lights as layout/picture_layout.h says.

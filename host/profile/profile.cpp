@@ -26,7 +26,7 @@ namespace qjulia {
 using namespace profiling;
 namespace {
 
-/// On the device, of the fastest run after one that is not counted.
+/// Seconds on the device: the fastest of `repeats` runs, after one that is not counted.
 double least_seconds(const Device& device, int repeats, const std::function<void()>& run) {
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i <= repeats; ++i) {

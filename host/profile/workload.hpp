@@ -26,7 +26,7 @@ TriangleMesh make_sphere(int rings);
 /// An escape radius that no orbit of the workload reaches.
 constexpr double kNoEscape = kLargestEscape;
 
-/// Of the energy with so many iterates, of which every one runs.
+/// An evaluator of the energy of so many iterates. Every orbit runs all of them.
 std::unique_ptr<fitting::Evaluator> make_evaluator(const Device& device, const Workload& work,
                                                    int iterations, Precision precision);
 

@@ -16,7 +16,7 @@ namespace qjulia {
 using namespace shape;
 namespace {
 
-/// @param share as the readers have it.
+/// @param share as for `read_obj` and `read_ply`.
 FaceList read_faces(const MeshFile& file, const std::string& extension,
                     const std::string* share = nullptr) {
   if (extension == ".obj") return read_obj(file, share);
@@ -25,7 +25,7 @@ FaceList read_faces(const MeshFile& file, const std::string& extension,
   return read_stl(file);
 }
 
-/// @return how many polygons are no good ones.
+/// @return the number of polygons that cross themselves or have no area.
 std::size_t triangulate_polygons(const MeshFile& file, FaceList& faces) {
   return static_cast<std::size_t>(std::ranges::count_if(faces.polygons, [&](const auto& polygon) {
     return !triangulate(faces.vertices,

@@ -16,7 +16,7 @@ namespace {
 
 enum class Format { text, little_endian, big_endian };
 
-/// How a number lies in a binary file.
+/// A type of number, as a binary file stores it.
 struct Type {
   std::size_t size;  ///< bytes
   double (*read)(const char* bytes);

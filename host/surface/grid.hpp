@@ -45,8 +45,8 @@ inline int slices_at_once(const Grid& grid) {
   return static_cast<int>(std::max<std::size_t>(1, kPoints / slices(grid, 0, 1).size()));
 }
 
-/// The grid that begins `margin` steps before the box's low corner, and reaches as far beyond the
-/// high one.
+/// The grid that begins `margin` steps before the box's low corner and reaches at least as far
+/// beyond the high one.
 inline Grid grid_around(const Box& box, double step, double margin) {
   const Eigen::Array3d cells = (box.size().array() / step).ceil() + 2 * margin;
   return {box.low.array() - margin * step, step, (cells + 1).cast<int>().max(2)};
@@ -83,7 +83,7 @@ void for_points(const Eigen::Vector3i& points, const Visit& visit) {
   }
 }
 
-/// The same for those that are at most `reach` from one of them along each axis, itself too.
+/// The same for those at most `reach` from `middle` along each axis, `middle` included.
 template <class Visit>
 void for_around(const Eigen::Vector3i& points, const Eigen::Vector3i& middle, int reach,
                 const Visit& visit) {

@@ -91,7 +91,7 @@ std::vector<Real> InterpolatedOrbits<Real>::settled(const NodeLattice& lattice,
   fill_lanes(map_, meetings);
   const auto sent_meetings = context.upload<std::int32_t>(meetings);
   const Images rows = images(lattice.meetings());
-  // By how much fewer nodes give others.
+  // How much the values change when fewer nodes are used.
   const auto change = context.allocate<Real>(lattice.meetings());
   const std::size_t groups = map_.groups(meetings.size());
   context.launch(

@@ -14,9 +14,9 @@ namespace qjulia::surface {
 /// A block of the grid's points as kernels take it.
 device::Argument grid_block(const Grid& grid, const GridBlock& block, Precision precision);
 
-/// Launches the kind's F and U at points of these numbers in the block of every `spacing`-th point,
-/// point i in slot slots[i].
-/// @param field a real a slot. @param versors four.
+/// Computes the kind's F and U at the points of these numbers in the block, whose points lie
+/// `spacing` grid points apart; point i goes to slot slots[i].
+/// @param field one real for each slot. @param versors four reals for each.
 void block_images(const map::DeviceMap& map, const Grid& grid, const GridBlock& block, int spacing,
                   std::vector<std::int32_t> numbers, std::vector<std::int32_t> slots,
                   const device::Memory& field, const device::Memory& versors);

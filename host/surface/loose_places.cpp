@@ -95,7 +95,8 @@ class FineBlocks {
   std::size_t size() const { return inside_.size(); }
   bool is_inside(std::size_t place) const { return inside_[place]; }
 
-  /// The blocks of the fine points at most `reach` from one are to be known after the next `look`.
+  /// The blocks of all fine points at most `reach` from `middle` are to be known after the next
+  /// `look`.
   void want(const Index& middle, int reach) {
     for_around(fine_.points, middle, reach, [&](std::size_t, const Index& at) {
       const std::size_t block = block_of(at);
@@ -203,7 +204,7 @@ FineBodies fine_bodies(FineBlocks& fine) {
 bool LoosePlaces::holds(const Eigen::Vector3d& p) const {
   if (bits.empty()) return false;
   const Eigen::Array3d at = ((p - grid.origin) / grid.step).array().round();
-  if ((at < 0).any() || (at >= grid.points.cast<double>().array()).any()) return false;
+  if (!(at >= 0).all() || !(at < grid.points.cast<double>().array()).all()) return false;
   const std::size_t number = number_of(at.cast<int>(), grid.points);
   return ((bits[number / 32] >> (number % 32)) & 1U) != 0;
 }

@@ -23,7 +23,7 @@ struct EdgeVertex {
   float at = 0;               ///< 0 at `point`, 1 at the edge's other end
   bool leads_inside = false;  ///< `point` is outside
 
-  /// The point of the grid that lies so far along the edge.
+  /// The place so far along the edge, map coordinates.
   Eigen::Vector3d on(const Grid& grid, double along) const {
     return grid.at(point.cast<double>() + along * Eigen::Vector3d::Unit(axis));
   }

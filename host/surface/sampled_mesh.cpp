@@ -14,10 +14,11 @@ TriangleMesh mesh_of(const SampledDistance& distance) {
   surface::MarchingCubes cubes(grid.points, 0, std::numeric_limits<double>::infinity());
   surface::MeshBuilder builder(grid, {}, sink);
   const surface::Slab slab = surface::unclassified_slab(grid, grid.points.z());
-  const std::vector<float> values(distance.values.begin(), distance.values.end());
-  const std::size_t slice = surface::slices(grid, 0, 1).size();
-  for (std::size_t k = 0; k < values.size() / slice; ++k) {
-    cubes.add(std::span(values).subspan(k * slice, slice), slab);
+  std::vector<float> slice(surface::slices(grid, 0, 1).size());
+  auto next = distance.values.begin();
+  for (int k = 0; k < grid.points.z(); ++k) {
+    for (float& value : slice) value = static_cast<float>(*next++);
+    cubes.add(slice, slab);
   }
   const surface::MeshPart part = cubes.take();
   if (part.open_edges > 0) {

@@ -60,7 +60,7 @@ class DistanceGrid {
   void expand() const;
 
   DistanceGridData data_;
-  mutable std::once_flag once_;  ///< for what follows
+  mutable std::once_flag once_;  ///< guards the two members below
   mutable std::vector<float> coefficients_;
   mutable double slope_ = 0;
 };

@@ -21,7 +21,7 @@ namespace qjulia {
 ///   short for, numbers that are no map's. Nothing is allocated for a count before that.
 RationalMap read_original(const std::filesystem::path& path);
 
-/// The same of a file's bytes. @param source what messages call it.
+/// The same, from a file's bytes. @param source what messages call it.
 RationalMap original_from_bytes(std::string_view bytes, const std::string& source);
 RationalMap polynomial_from_bytes(std::string_view bytes, const std::string& source);
 

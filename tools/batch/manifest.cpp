@@ -109,7 +109,7 @@ class Reader {
  private:
   void complain(std::size_t line, std::string what) { problems_.emplace(line, std::move(what)); }
 
-  /// @throws InputError telling all that is wrong at once, unless nothing is.
+  /// @throws InputError listing every problem, if there is any.
   void raise_problems() const {
     std::string text;
     for (const auto& [line, what] : problems_) {

@@ -18,7 +18,7 @@
 namespace qjulia::tools {
 namespace {
 
-/// Words in lines of at most so many columns, each after `indent`.
+/// The words in lines of at most `columns` columns, each line beginning with `indent`.
 std::string wrapped(const std::vector<std::string>& words, std::size_t columns,
                     const std::string& indent) {
   std::string text, line;
@@ -173,7 +173,7 @@ std::string longest_name(const std::string& names) {
   return comma == std::string::npos ? names : names.substr(comma + 1);
 }
 
-/// Reads numbers, and calls `take` with each `count` of them.
+/// Reads numbers, and calls `take` with every `count` of them.
 auto number_reader(const std::string& names, int count,
                    std::function<void(const std::vector<double>&)> take) {
   return

@@ -60,7 +60,7 @@ class Command {
   /// The name of a file or folder: not empty.
   Option file(const std::string& names, std::string& target, const std::string& type,
               const std::string& description) const;
-  /// The file that a command reads: positional, and always given.
+  /// A file that is always given, by its place: mostly the one that a command reads.
   void input(const std::string& name, std::string& target, const std::string& description) const;
   /// -o, the file that it writes: always given.
   void output(std::string& target, const std::string& type, const std::string& description) const;

@@ -18,7 +18,8 @@ struct Verbosity {
   bool json = false;     ///< the result as one JSON object
 };
 
-/// Progress: a bar with the time left on a terminal, now and then a line elsewhere.
+/// Progress on standard error: a bar with the time left on a terminal, a line now and then
+/// elsewhere.
 class ProgressDisplay {
  public:
   ProgressDisplay();

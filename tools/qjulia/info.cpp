@@ -51,7 +51,7 @@ struct Answer {
   nlohmann::json json;
 
   void add(const std::string& line) { text += "\n" + line; }
-  /// A line, and the same for programs.
+  /// Adds a line, and its value under `name` for programs.
   void add(const std::string& line, const char* name, nlohmann::json value) {
     add(line);
     json[name] = std::move(value);

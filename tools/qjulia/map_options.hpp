@@ -24,12 +24,12 @@ struct MapOptions {
   /// Those on the command line, by name: "--detail".
   std::vector<std::string> given() const;
 
-  /// Puts options of the parser's into one group, and remembers them.
+  /// Puts the parser's options into one group, and remembers them.
   void keep(std::initializer_list<Option> added);
   std::vector<Option> options;
 };
 
-/// --detail of a map that is made of a mesh.
+/// --detail, for commands that make a map from a mesh.
 void add_detail(Command command, DetailChoice& detail);
 
 /// --tufts and --up of such a map.

@@ -124,9 +124,8 @@ std::vector<double> numbers(const std::string& list, char between, const std::st
 
 /// What can be swept, for help and errors.
 constexpr const char* kSweepNames =
-    "detail, drift, slice, scale, tufts, order-seed, phase-i, phase-j, phase-k (the phase cos A + "
-    "i "
-    "sin A, A in degrees), iterations, azimuth, elevation, zoom";
+    "detail, drift, slice, scale, tufts, order-seed, phase-i, phase-j, phase-k (the phase "
+    "cos A + i sin A, A in degrees), iterations, azimuth, elevation, zoom";
 
 /// "NAME=FROM:TO:COUNT", both ends included, or "NAME=A,B,C". @throws InputError
 Sweep parse_sweep(const std::string& text) {
