@@ -14,7 +14,7 @@ constexpr int kKey = 0;
 
 /// Work-groups of a fixed shape: a device may compile anew for each shape it meets.
 device::Range tiles(int columns, int rows) {
-  const auto padded = [](int count) { return static_cast<std::size_t>((count + 7) / 8 * 8); };
+  const auto padded = [](int count) { return (static_cast<std::size_t>(count) + 7) / 8 * 8; };
   return {{padded(columns), padded(rows), 1}, {8, 8, 1}};
 }
 
@@ -104,7 +104,7 @@ Shaded Shading::shade(const View& view, const Strip& strip, bool with_normals) c
                                                      .samples = strip.samples,
                                                      .lights = lights_count_,
                                                      .key = kKey});
-  const auto count = static_cast<std::size_t>(samples + pixels);
+  const auto count = static_cast<std::size_t>(samples) + static_cast<std::size_t>(pixels);
   const auto receivers = context.allocate<float>(QJ_RECEIVER_SIZE * count);
   const auto received = context.allocate<float>(QJ_RECEIVED_SIZE * count);
   context.launch(sample_receivers_, tiles(wide, sample_rows),

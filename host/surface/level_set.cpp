@@ -100,7 +100,7 @@ void LevelSet::clamped_at(const Grid& grid, const GridBlock& block,
     InterpolatedOrbits<decltype(real)> orbits(
         map_, grid, block, std::min<double>(below_, clamp.level - clamp.below), clamp.level,
         std::max<double>(above_, clamp.level + clamp.above));
-    const std::vector<std::int32_t> others = orbits.settle(numbers, values);
+    std::vector<std::int32_t> others = orbits.settle(numbers, values);
     counts_.nodes += orbits.nodes();
     return others;
   };

@@ -68,6 +68,7 @@ class HelpFormat : public CLI::Formatter {
   static std::string names_of(const std::string& group,
                               const std::vector<const CLI::Option*>& all) {
     std::vector<std::string> names;
+    names.reserve(all.size());
     for (const CLI::Option* option : all) names.push_back(option->get_name());
     return fmt::format("\n{} (--help-all explains them):\n{}\n", group, wrapped(names, 92, "  "));
   }
