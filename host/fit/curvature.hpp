@@ -31,7 +31,7 @@ CurvatureFactor factorised(const Eigen::MatrixXd& h, double damping);
 /// samples than one stage draws. A factor that is moved elsewhere starts its rows and columns anew.
 struct CurvatureSum {
   /// γ: a matrix's weight relative to that of the next stage's.
-  static constexpr double kKept = 0.75;
+  static constexpr double kKept = 0.85;
 
   Eigen::VectorXd weight;      ///< n: Σ γ^age over the matrices in each unknown's sum
   Eigen::MatrixXd matrix;      ///< n × n, where it is kept on the host

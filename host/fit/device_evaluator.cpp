@@ -111,8 +111,9 @@ class DeviceEvaluator final : public Evaluator {
     run_energy(map);
     const std::size_t order = QJ_PANEL_ORDER(factors_);
     const RealBuffer rows = device_.context().allocate_real(order * order, precision_);
-    add_jacobian_products(map, PanelProducts::Update::set, rows);
-    return step_of(order) * to_symmetric(rows, order, places_of(map.factors.size()));
+    const std::size_t step = step_of(curvature_samples(order));
+    add_jacobian_products(map, step, PanelProducts::Update::set, rows);
+    return static_cast<double>(step) * to_symmetric(rows, order, places_of(map.factors.size()));
   }
 
   void add_curvature(const RationalMap& map, const std::vector<std::size_t>& moved,
@@ -124,10 +125,11 @@ class DeviceEvaluator final : public Evaluator {
     run_energy(map);
     Context& context = device_.context();
     const std::size_t order = QJ_PANEL_ORDER(factors_);
-    const double step = step_of(order);
     const Eigen::VectorXd kept = sum.faded(map.factors.size(), moved);
+    const bool is_first = kept.size() == 0;
+    const std::size_t step = step_of(curvature_samples(order) / (is_first ? 1 : 2));
     auto update = PanelProducts::Update::add;
-    if (kept.size() == 0) {
+    if (is_first) {
       sum.rows = context.allocate_real(order * order, precision_);
       update = PanelProducts::Update::set;
     } else {
@@ -135,14 +137,15 @@ class DeviceEvaluator final : public Evaluator {
       std::vector<double> scale(order, 0.0);
       for (std::size_t i = 0; i < place.size(); ++i) {
         scale[static_cast<std::size_t>(place[i])] =
-            kept[static_cast<Eigen::Index>(i)] * std::sqrt(sum.samples_of_each / step);
+            kept[static_cast<Eigen::Index>(i)] *
+            std::sqrt(sum.samples_of_each / static_cast<double>(step));
       }
       context.launch(kernel("gauss_newton.cl", "scaled_rows"),
                      {{order / division_.width, order, 1}},
                      {i32(order), context.upload_real(scale, precision_), sum.rows});
     }
-    sum.samples_of_each = step;
-    add_jacobian_products(map, update, sum.rows);
+    sum.samples_of_each = static_cast<double>(step);
+    add_jacobian_products(map, step, update, sum.rows);
   }
 
   CurvatureFactor factor(const CurvatureSum& sum, double damping) override {
@@ -174,14 +177,15 @@ class DeviceEvaluator final : public Evaluator {
     const auto pursuit = kernel("gauss_newton.cl", "pursuit_panels");
     const std::size_t order = QJ_PURSUIT_ORDER(count);
     const RealBuffer rows = device_.context().allocate_real(order * order, precision_);
-    add_products(order, PanelProducts::Update::set, rows, [&](std::size_t step, std::size_t first) {
+    const std::size_t step = step_of(curvature_samples(order));
+    add_products(order, step, PanelProducts::Update::set, rows, [&](std::size_t first) {
       device_.context().launch(
           pursuit, {{stride / division_.width, division_.panel_samples / division_.panel_block, 1}},
           {panel_arguments(map.slice, count, step, first), samples_, sent, field_, panels_});
     });
     std::vector<std::int32_t> place{QJ_PURSUIT_ONES(i32(count)), QJ_PURSUIT_RESIDUALS(i32(count))};
     for (std::size_t i = 0; i < count; ++i) place.push_back(i32(i));
-    return step_of(order) * to_symmetric(rows, order, place);
+    return static_cast<double>(step) * to_symmetric(rows, order, place);
   }
 
   Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
@@ -232,22 +236,20 @@ class DeviceEvaluator final : public Evaluator {
     });
   }
 
-  /// Every so many samples one is taken for a matrix of that order, in place of all of them.
-  double step_of(std::size_t order) const {
-    return static_cast<double>(divide_up(division_.stride, curvature_samples(order)));
-  }
+  /// Every so many samples one is taken for a matrix, that there are no more than `most`.
+  std::size_t step_of(std::size_t most) const { return divide_up(division_.stride, most); }
 
-  /// JᵀWJ over the samples taken, with the field that run_energy left.
-  void add_jacobian_products(const RationalMap& map, PanelProducts::Update update,
+  /// JᵀWJ over every step-th sample, with the field that run_energy left.
+  void add_jacobian_products(const RationalMap& map, std::size_t step, PanelProducts::Update update,
                              const RealBuffer& matrix) {
     const auto jacobian = kernel("gauss_newton.cl", "jacobian_panels");
     const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
-    const auto fill = [&](std::size_t step, std::size_t first) {
+    const auto fill = [&](std::size_t first) {
       device_.context().launch(
           jacobian, {{vectors, division_.panel_samples / division_.panel_block, 1}},
           {panel_arguments(map.slice, factors_, step, first), samples_, map_, field_, panels_});
     };
-    add_products(QJ_PANEL_ORDER(factors_), update, matrix, fill);
+    add_products(QJ_PANEL_ORDER(factors_), step, update, matrix, fill);
   }
 
   /// H's row and column of each unknown.
@@ -260,17 +262,16 @@ class DeviceEvaluator final : public Evaluator {
     return place;
   }
 
-  /// Updates the upper triangle of an order × order matrix, by rows, with PᵀP over the samples
-  /// taken.
-  /// @param fill puts every step-th sample from the first-th such one into the panels P.
+  /// Updates the upper triangle of an order × order matrix, by rows, with PᵀP over every step-th
+  /// sample.
+  /// @param fill puts those from the first-th on into the panels P.
   template <class Fill>
-  void add_products(std::size_t order, PanelProducts::Update update, const RealBuffer& matrix,
-                    const Fill& fill) {
+  void add_products(std::size_t order, std::size_t step, PanelProducts::Update update,
+                    const RealBuffer& matrix, const Fill& fill) {
     if (panels_.size() < division_.panel_samples * order) allocate_panels(order);
-    const auto step = static_cast<std::size_t>(step_of(order));
     const std::size_t taken = divide_up(division_.stride, step);
     for (std::size_t first = 0; first < taken; first += division_.panel_samples) {
-      fill(step, first);
+      fill(first);
       products_(panels_, division_.panel_samples, order, 0,
                 first == 0 ? update : PanelProducts::Update::add, matrix);
     }

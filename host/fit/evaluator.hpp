@@ -96,8 +96,9 @@ class ForwardingEvaluator : public Evaluator {
 /// Plain double loops with automatic differentiation: slow, and the standard of what is right.
 std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples, const EnergyOptions& options);
 
-/// The device takes H of that order from an evenly spaced part of more samples than this. With
-/// fewer, steps follow the part rather than the whole (docs/fitting.md).
+/// The device takes H of that order from an evenly spaced part of more samples than this, and half
+/// as many where it is added to others'. With fewer, steps follow the part rather than the whole
+/// (docs/fitting.md).
 constexpr std::size_t curvature_samples(std::size_t order) {
   constexpr std::size_t kLeast = 10'240;
   return std::max(kLeast, 2 * order);

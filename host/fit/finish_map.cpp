@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "fit/even_sides.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/field.hpp"
 
@@ -74,7 +73,7 @@ RationalMap finish_map(const Device& device, RationalMap map, double iou, const 
                     above));
     return map;
   }
-  map = calibrated(device, with_even_sides(calibrated(device, map)));
+  map = calibrated(device, map);
   if (const double depth = at_origin(); depth > kDeepEnough) {
     warnings.push_back(
         fmt::format("the field at the origin is {:.2f}, above {}: the iterated set is near "

@@ -201,6 +201,7 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   team.adopt(pool.surface);
   team.adopt(pool.near);
   team.adopt(pool.around);
+  team.adopt(pool.deep);
   pool.inradius = team.broadcast({pool.inradius}).front();
   const CoarseCube cube =
       in_stage("overlap points", [&] { return CoarseCube(device, shape, distance); });
@@ -221,6 +222,9 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
     return level.points == Points::grid ? grid_samples(shape, distance, level)
                                         : pool.draw(level, random);
   };
+  const auto distances = [&](const std::vector<Eigen::Vector3d>& points) {
+    return distance.at(points);
+  };
   const auto overlap = [&](const RationalMap& map, int n) { return cube.iou(map, n); };
   const auto with_detail = [&](const RationalMap& map, double iou) {
     return finish_map(device, map, iou, shape, pool, detail, result.warnings);
@@ -239,8 +243,8 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   if (!kept && options.observer.on_stage) {
     on_stage({"placement", 0, 0, 0, 0, cube.iou(placed, 1)}, placed);
   }
-  Stages stages(std::move(placed), {draw, overlap, with_detail, on_stage}, make_evaluator, options,
-                schedule, budget, checkpoint, monitor, team);
+  Stages stages(std::move(placed), {draw, overlap, with_detail, distances, on_stage},
+                make_evaluator, options, schedule, budget, checkpoint, monitor, team);
   if (kept) stages.resume(std::move(*kept));
 
   result.stopped = stages.run();

@@ -68,15 +68,20 @@ Objective distance_energy(Evaluator& evaluator, const RationalMap& map, bool by_
     return found.energy;
   };
   if (!by_matrix) return by_evaluation;
-  Eigen::MatrixXd hessian;
+  std::vector<Quaternion> centers;
+  for (const auto& factor : map.factors) centers.push_back(factor.center);
+  Eigen::MatrixXd products;
   try {
-    hessian = evaluator.gauss_newton(map).topLeftCorner(n, n);
+    products = evaluator.pursuit_products(map, centers);
   } catch (const DeviceError& error) {
     if (!device::is_out_of_memory(error)) throw;
     return by_evaluation;
   }
-  const auto start = evaluator.evaluate(map, true).gradient;  // at zero scale and exponents
-  const Eigen::VectorXd slope = Eigen::Map<const Eigen::VectorXd>(start.data(), n);
+  constexpr Eigen::Index kResidual = 1;  // its row and column; the others are the unknowns'
+  std::vector<Eigen::Index> own{0};
+  for (Eigen::Index i = 1; i < n; ++i) own.push_back(1 + i);
+  const Eigen::MatrixXd hessian = products(own, own);
+  const Eigen::VectorXd slope = products(own, kResidual);  // at zero scale and exponents
   return [hessian, slope](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
     gradient = hessian * x + slope;
     return 0.5 * x.dot(gradient + slope);
@@ -146,9 +151,11 @@ RationalMap place_factors(const EvaluatorFactory& make_evaluator, const SamplePo
                       "factors or check that the mesh encloses a volume",
                       side < 0 ? "inside" : "around", count));
     }
+    double turn = 1;  // every other centre lies on the other side of the slice
     for (const DistancePoint& p : spread(found, count, spacing)) {
-      const double w = 0.02 + 0.5 * std::abs(p.distance);
+      const double w = turn * (0.02 + 0.5 * std::abs(p.distance));
       map.factors.push_back({{p.position.x(), p.position.y(), p.position.z(), w}, 0});
+      turn = -turn;
     }
   };
   add(-1, inside, 1);

@@ -72,7 +72,8 @@ std::vector<Quaternion> draw_candidates(const RationalMap& map, const Samples& s
     const Eigen::Vector3d x =
         base + gap * Eigen::Vector3d(random.uniform(-0.8, 0.8), random.uniform(-0.8, 0.8),
                                      random.uniform(-0.8, 0.8));
-    centers.push_back({x.x(), x.y(), x.z(), gap * kWidths[random.index(3)]});
+    const double side = i % 2 == 0 ? 1 : -1;
+    centers.push_back({x.x(), x.y(), x.z(), side * gap * kWidths[random.index(3)]});
   }
   return centers;
 }

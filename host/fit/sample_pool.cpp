@@ -1,6 +1,7 @@
 #include "fit/sample_pool.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace qjulia::fitting {
@@ -10,11 +11,13 @@ namespace {
 constexpr double kSurfacePoints = 200'000;
 constexpr double kNearPoints = 240'000;
 constexpr double kAroundPoints = 80'000;
+constexpr double kBoxPoints = 40'000;  // in the shape's box; those deep in the shape are kept
 constexpr double kEvaluations = 1500;
 constexpr double kSamples = 40'000;
 constexpr double kLeastShare = 0.125;
 constexpr double kNarrowOffset = 0.08;  // map units: two cells of 4/97
 constexpr double kWideOffset = 0.25;
+constexpr double kDeep = 0.1;   // map units: more than any band of the built-in schedules
 constexpr double kReach = 2.0;  // half the side of the cube about the shape that `around` fills
 
 std::vector<DistancePoint> measured(const SignedDistance& distance,
@@ -43,14 +46,14 @@ void balance(Samples& samples, const std::vector<double>& signs) {
 /// the pool's reach. Iterates land in all directions: where the set off the slice is a ball, they
 /// stay or leave by their distance from the origin alone.
 void add_off_slice(const Level& level, double inradius, base::Random& random, Samples& samples) {
-  constexpr double kShare = 0.15;
+  constexpr double kShare = 0.08;
   constexpr double kBall = 1.2, kLeastW = 0.3;  // inradii
   const double ball = kBall * inradius;
   const auto count = static_cast<int>(kShare * level.samples);
   for (int i = 0; i < count;) {
     Eigen::Vector4d u;
     for (double& coordinate : u) coordinate = random.uniform(-1, 1);
-    const double farthest = i % 2 == 0 ? 1.5 * ball : std::max(kReach, 1.5 * ball);
+    const double farthest = random.index(2) == 0 ? 1.5 * ball : std::max(kReach, 1.5 * ball);
     const double radius = random.uniform(0.5 * ball, farthest);
     const double length = u.norm();
     if (length > 1 || std::abs(u[3]) * radius < kLeastW * inradius * length) continue;
@@ -87,6 +90,13 @@ SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance, 
                                  random.uniform(-kReach, kReach));
   }
   pool.around = measured(distance, points);
+  points.resize(points_of(kBoxPoints));
+  const Box box = shape.mesh.box();
+  for (auto& x : points) {
+    for (int axis = 0; axis < 3; ++axis) x[axis] = random.uniform(box.low[axis], box.high[axis]);
+  }
+  pool.deep = measured(distance, points);
+  std::erase_if(pool.deep, [](const DistancePoint& p) { return p.distance > -kDeep; });
   return pool;
 }
 
@@ -122,14 +132,25 @@ Samples SamplePool::draw(const Level& level, base::Random& random) const {
     const auto p = draw_from(near, within);
     samples.add(p.position, level.band_weight, p.distance, 0);
   }
+  const std::array pools{&near, &around, deep.empty() ? &around : &deep};  // a third of each
   for (std::size_t i = on_surface + in_band; i < total; ++i) {
-    const auto p = draw_from(i % 2 == 0 ? near : around, beyond);
-    const double side = side_of(p.distance);
-    samples.add(p.position, 1, side * b, side);
+    const auto p = draw_from(*pools[random.index(pools.size())], beyond);
+    samples.add(p.position, 1, std::clamp(p.distance, -b, b), side_of(p.distance));
   }
   if (level.off_slice_weight > 0) add_off_slice(level, inradius, random, samples);
   for (double& w : samples.weight) w /= static_cast<double>(total);
   return samples;
+}
+
+void add_at_centers(const RationalMap& map, const std::vector<double>& distances,
+                    const Level& level, Samples& samples) {
+  constexpr double kWeight = 10;
+  for (std::size_t i = 0; i < distances.size(); ++i) {
+    const auto& [c, exponent] = map.factors[i];
+    const double side = side_of(distances[i]);
+    if (std::abs(distances[i]) < level.band || exponent * side < 0) continue;
+    samples.add({c.x, c.y, c.z}, kWeight / level.samples, side * level.band, side);
+  }
 }
 
 Samples grid_samples(const Shape& shape, const SignedDistance& distance, const Level& level) {

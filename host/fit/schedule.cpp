@@ -21,6 +21,7 @@ namespace {
 constexpr double kMostSamples = 1e9;
 constexpr double kLargestGrid = 512;
 constexpr double kMostSteps = 1e6;
+constexpr double kOffSliceWeight = 0.5;
 
 bool is_file(const std::string& name) { return std::filesystem::path(name).extension() == ".toml"; }
 
@@ -114,6 +115,7 @@ Level read_level(const toml::table& toml, const std::string& file, double after)
   table.number("alpha", level.alpha, 1e-3, 1e6);
   table.number("band", level.band, 1e-6, 2);
   table.number("band_weight", level.band_weight, 0, 1e6);
+  if (!on_grid && level.loss == Loss::distance) level.off_slice_weight = kOffSliceWeight;
   table.number("off_slice_weight", level.off_slice_weight, 0, 1e6);
   table.number("reweight", level.reweight, 0, 100);
   table.choice<Space>("unknowns", level.space,

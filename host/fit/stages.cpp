@@ -144,6 +144,17 @@ Samples Stages::draw(const Level& level, base::Random& random) {
   return samples;
 }
 
+bool Stages::add_centers(const Level& level, const RationalMap& map, Samples& samples) {
+  if (!target_.distances || !adds_up(level)) return false;
+  std::vector<Eigen::Vector3d> centers;
+  for (const auto& [c, exponent] : map.factors) centers.emplace_back(c.x, c.y, c.z);
+  std::vector<double> distances = target_.distances(centers);
+  team_.adopt(distances);
+  const std::size_t drawn = samples.size();
+  add_at_centers(map, distances, level, samples);
+  return samples.size() > drawn;
+}
+
 std::unique_ptr<Evaluator> Stages::evaluator_of(const Samples& samples, const Level& level) const {
   EnergyOptions energy;
   energy.iterations = level.iterations;
@@ -158,7 +169,9 @@ void Stages::gather_curvature() {
     for (const CurvatureSource& source : sources_) {
       const Level& level = schedule_.levels.at(static_cast<std::size_t>(source.level));
       random.set_state(source.random);
-      evaluator_of(draw(level, random), level)->add_curvature(source.map, source.moved, curvature_);
+      Samples samples = draw(level, random);
+      add_centers(level, source.map, samples);
+      evaluator_of(samples, level)->add_curvature(source.map, source.moved, curvature_);
     }
   } catch (const DeviceError& error) {
     if (!device::is_out_of_memory(error)) throw;
@@ -239,6 +252,9 @@ std::optional<StopReason> Stages::run_stage() {
     map_ = std::move(relocated);
   }
   source.map = map_;
+  if (add_centers(level, map_, samples)) {
+    evaluator = part("send samples", [&] { return evaluator_of(samples, level); });
+  }
   const Subspace subspace(map_, level, options_.unknowns);
   const Preconditioner scaling =
       part("preconditioner", [&] { return preconditioner(*evaluator, subspace, source); });

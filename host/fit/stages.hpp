@@ -26,6 +26,8 @@ class Stages {
     std::function<double(const RationalMap&, int)> overlap;
     /// A map, with its IoU, given the wanted detail: in distance units, or polished since.
     std::function<RationalMap(const RationalMap&, double)> with_detail;
+    /// Signed distances of points from its surface; without it no samples are added at centres.
+    std::function<std::vector<double>(const std::vector<Eigen::Vector3d>&)> distances = {};
     /// Hears of each stage's end, with the map as it is fitted; may be empty.
     std::function<void(const StageReport&, const RationalMap&)> on_stage = {};
   };
@@ -49,6 +51,9 @@ class Stages {
   /// The state at the start of a stage.
   FitState state(int level) const;
   Samples draw(const Level& level, base::Random& random);
+  /// Adds samples at the centres of the map a stage starts with to those drawn.
+  /// @return whether there are any.
+  bool add_centers(const Level& level, const RationalMap& map, Samples& samples);
   std::unique_ptr<Evaluator> evaluator_of(const Samples& samples, const Level& level) const;
   /// Adds to `curvature_` what the stages before a resumed one had added.
   void gather_curvature();

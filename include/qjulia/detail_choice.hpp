@@ -28,11 +28,11 @@ std::string to_string(const DetailChoice& detail);
 double thinness(const TriangleMesh& mesh);
 
 /// Of `chosen_detail`. With the same δ, exact maps are rougher than fitted ones.
-constexpr double kFittedShare = 0.135, kExactShare = 0.12;
+constexpr double kFittedShare = 0.2, kExactShare = 0.12;
 
 /// δ for a shape of that thinness. With x = thinness − 6 √3, `automatic` is share / x, at most
 /// 0.02, where x is capped at 30, or at 3/7 of its value where that is larger. A ball's set loses
-/// nothing of the shape at any δ; other sets lose about 0.12 to 0.3 times δ x (docs/fitting.md).
+/// nothing of the shape at any δ; others' fitted sets lose about 0.1 times δ x (docs/fitting.md).
 double chosen_detail(const DetailChoice& detail, double thinness, double share);
 
 }  // namespace qjulia

@@ -49,6 +49,8 @@ inline fitting::SamplePool sphere_pool(std::size_t count) {
     pool.near.push_back({(1 + offset) * n, offset});
     const Eigen::Vector3d x(uniform(bits, -2, 2), uniform(bits, -2, 2), uniform(bits, -2, 2));
     pool.around.push_back({x, x.norm() - 1});
+    const double depth = uniform(bits, 0.1, 1);
+    pool.deep.push_back({(1 - depth) * n, -depth});
   }
   return pool;
 }

@@ -83,11 +83,12 @@ TEST_CASE("words give thick shapes two per cent, thin ones less, and keep their 
   };
   CHECK(detail(DetailWord::automatic, 10.3) == Approx(0.02));
   CHECK(detail(DetailWord::automatic, 17.1) == Approx(0.02));
-  CHECK(detail(DetailWord::automatic, 19.3) == Approx(0.0152).epsilon(0.01));      // the bunny
-  CHECK(detail(DetailWord::automatic, 34.1) == Approx(0.0057).epsilon(0.01));      // a hand
-  CHECK(detail(DetailWord::automatic, 61.2) == Approx(0.135 / 30));                // a figure
-  CHECK(detail(DetailWord::automatic, 80.3) == Approx(0.135 / 30).epsilon(1e-3));  // a scorpion
-  CHECK(detail(DetailWord::automatic, 360.4) == Approx(0.135 / 150).epsilon(1e-3));
+  CHECK(detail(DetailWord::automatic, 22.5) == Approx(0.0165).epsilon(0.01));    // the koala
+  CHECK(detail(DetailWord::automatic, 19.3) == Approx(0.02));                    // the bunny
+  CHECK(detail(DetailWord::automatic, 34.1) == Approx(0.00844).epsilon(0.01));   // a hand
+  CHECK(detail(DetailWord::automatic, 61.2) == Approx(0.2 / 30));                // a figure
+  CHECK(detail(DetailWord::automatic, 80.3) == Approx(0.2 / 30).epsilon(1e-3));  // a scorpion
+  CHECK(detail(DetailWord::automatic, 360.4) == Approx(0.2 / 150).epsilon(1e-3));
   CHECK(chosen_detail(DetailWord::automatic, 10.3, kExactShare) == Approx(0.02));
   CHECK(chosen_detail(DetailWord::automatic, 19.3, kExactShare) == Approx(0.0135).epsilon(0.01));
   CHECK(chosen_detail(DetailWord::automatic, 61.2, kExactShare) == Approx(0.004));

@@ -32,8 +32,9 @@ class Slow final : public Evaluator {
     return Eigen::VectorXd::Ones(static_cast<Eigen::Index>(1 + 5 * map.factors.size()));
   }
   Eigen::MatrixXd pursuit_products(const RationalMap& /*map*/,
-                                   const std::vector<Quaternion>& /*centers*/) override {
-    return {};
+                                   const std::vector<Quaternion>& centers) override {
+    const auto n = static_cast<Eigen::Index>(2 + centers.size());
+    return Eigen::MatrixXd::Identity(n, n);
   }
 
  private:
