@@ -236,7 +236,7 @@ class DeviceEvaluator final : public Evaluator {
     });
   }
 
-  /// Every so many samples one is taken for a matrix, that there are no more than `most`.
+  /// One sample in so many is taken for a matrix, so that there are at most `most`.
   std::size_t step_of(std::size_t most) const { return divide_up(division_.stride, most); }
 
   /// JᵀWJ over every step-th sample, with the field that run_energy left.
@@ -264,7 +264,7 @@ class DeviceEvaluator final : public Evaluator {
 
   /// Updates the upper triangle of an order × order matrix, by rows, with PᵀP over every step-th
   /// sample.
-  /// @param fill puts those from the first-th on into the panels P.
+  /// @param fill puts them, from number `first` of them on, into the panels P.
   template <class Fill>
   void add_products(std::size_t order, std::size_t step, PanelProducts::Update update,
                     const RealBuffer& matrix, const Fill& fill) {

@@ -96,9 +96,9 @@ class ForwardingEvaluator : public Evaluator {
 /// Plain double loops with automatic differentiation: slow, and the standard of what is right.
 std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples, const EnergyOptions& options);
 
-/// The device takes H of that order from an evenly spaced part of more samples than this, and half
-/// as many where it is added to others'. With fewer, steps follow the part rather than the whole
-/// (docs/fitting.md).
+/// Of more samples than this, a device takes an evenly spaced part of at most so many for H of that
+/// order; in single precision, at most half as many where H is added to others. With fewer, steps
+/// follow the part rather than the whole (docs/fitting.md).
 constexpr std::size_t curvature_samples(std::size_t order) {
   constexpr std::size_t kLeast = 10'240;
   return std::max(kLeast, 2 * order);

@@ -151,7 +151,7 @@ RationalMap place_factors(const EvaluatorFactory& make_evaluator, const SamplePo
                       "factors or check that the mesh encloses a volume",
                       side < 0 ? "inside" : "around", count));
     }
-    double turn = 1;  // every other centre lies on the other side of the slice
+    double turn = 1;  // centres lie on the slice's two sides by turns
     for (const DistancePoint& p : spread(found, count, spacing)) {
       const double w = turn * (0.02 + 0.5 * std::abs(p.distance));
       map.factors.push_back({{p.position.x(), p.position.y(), p.position.z(), w}, 0});

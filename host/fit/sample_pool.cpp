@@ -17,7 +17,8 @@ constexpr double kSamples = 40'000;
 constexpr double kLeastShare = 0.125;
 constexpr double kNarrowOffset = 0.08;  // map units: two cells of 4/97
 constexpr double kWideOffset = 0.25;
-constexpr double kDeep = 0.1;   // map units: more than any band of the built-in schedules
+constexpr double kDeep = 0.1;             // map units: more than any band of the built-in schedules
+constexpr std::size_t kFewestDeep = 100;  // that may stand for a thin shape's inside
 constexpr double kReach = 2.0;  // half the side of the cube about the shape that `around` fills
 
 std::vector<DistancePoint> measured(const SignedDistance& distance,
@@ -50,18 +51,19 @@ void add_off_slice(const Level& level, double inradius, base::Random& random, Sa
   constexpr double kBall = 1.2, kLeastW = 0.3;  // inradii
   const double ball = kBall * inradius;
   const auto count = static_cast<int>(kShare * level.samples);
-  for (int i = 0; i < count;) {
-    Eigen::Vector4d u;
-    for (double& coordinate : u) coordinate = random.uniform(-1, 1);
+  for (int i = 0; i < count; ++i) {
     const double farthest = random.index(2) == 0 ? 1.5 * ball : std::max(kReach, 1.5 * ball);
-    const double radius = random.uniform(0.5 * ball, farthest);
-    const double length = u.norm();
-    if (length > 1 || std::abs(u[3]) * radius < kLeastW * inradius * length) continue;
-    const Eigen::Vector4d q = (radius / length) * u;
-    const double d = radius - ball;
+    Eigen::Vector4d q;
+    do {
+      Eigen::Vector4d u;
+      do {
+        for (double& coordinate : u) coordinate = random.uniform(-1, 1);
+      } while (u.norm() > 1);
+      q = random.uniform(0.5 * ball, farthest) * u.normalized();
+    } while (std::abs(q[3]) < kLeastW * inradius);
+    const double d = q.norm() - ball;
     samples.add(q.head<3>(), level.off_slice_weight, std::clamp(d, -level.band, level.band),
                 side_of(d), q[3]);
-    ++i;
   }
 }
 
@@ -104,7 +106,8 @@ Samples SamplePool::draw(const Level& level, base::Random& random) const {
   const auto total = static_cast<std::size_t>(level.samples);
   const double b = level.band;
   Samples samples;
-  // Rejection from a pool; the pools hold enough of either kind for a bounded number of tries.
+  // Rejection from a pool, by a bounded number of tries. The pools hold enough of either kind for
+  // the built-in schedules.
   const auto draw_from = [&](const std::vector<DistancePoint>& from, auto wanted) {
     constexpr int kTries = 1000;
     for (int t = 0; t < kTries; ++t) {
@@ -132,7 +135,7 @@ Samples SamplePool::draw(const Level& level, base::Random& random) const {
     const auto p = draw_from(near, within);
     samples.add(p.position, level.band_weight, p.distance, 0);
   }
-  const std::array pools{&near, &around, deep.empty() ? &around : &deep};  // a third of each
+  const std::array pools{&near, &around, deep.size() < kFewestDeep ? &around : &deep};
   for (std::size_t i = on_surface + in_band; i < total; ++i) {
     const auto p = draw_from(*pools[random.index(pools.size())], beyond);
     samples.add(p.position, 1, std::clamp(p.distance, -b, b), side_of(p.distance));
@@ -142,15 +145,19 @@ Samples SamplePool::draw(const Level& level, base::Random& random) const {
   return samples;
 }
 
-void add_at_centers(const RationalMap& map, const std::vector<double>& distances,
-                    const Level& level, Samples& samples) {
+std::size_t add_at_centers(const RationalMap& map, const std::vector<double>& distances,
+                           const Level& level, Samples& samples) {
   constexpr double kWeight = 10;
+  constexpr double kLeastW = 1e-6;  // map units: at the centre itself F is infinite
+  const std::size_t before = samples.size();
   for (std::size_t i = 0; i < distances.size(); ++i) {
     const auto& [c, exponent] = map.factors[i];
     const double side = side_of(distances[i]);
-    if (std::abs(distances[i]) < level.band || exponent * side < 0) continue;
+    const bool is_misplaced = std::abs(distances[i]) >= level.band && exponent * side > 0;
+    if (!is_misplaced || std::abs(c.w - map.slice) < kLeastW) continue;
     samples.add({c.x, c.y, c.z}, kWeight / level.samples, side * level.band, side);
   }
+  return samples.size() - before;
 }
 
 Samples grid_samples(const Shape& shape, const SignedDistance& distance, const Level& level) {

@@ -20,11 +20,12 @@ struct SamplePool {
   std::vector<SurfacePoint> surface;
   std::vector<DistancePoint> near;    ///< offset from the surface along normals
   std::vector<DistancePoint> around;  ///< uniform in a cube about the shape
-  std::vector<DistancePoint> deep{};  ///< uniform in the shape, beyond its bands; may be empty
+  std::vector<DistancePoint> deep{};  ///< uniform in the shape, away from its surface
   double inradius = 0;                ///< distance of the origin to the surface
 
   /// A stage's samples. For the distance loss, half on the surface (target 0), 35 % within the
-  /// band (target: the distance), the rest beyond it, one-sided at ± band; weights sum to 1 at a
+  /// band (target: the distance), the rest beyond it, one-sided at ± band: a third near the
+  /// surface, a third in the cube, a third deep in the shape; weights sum to 1 at a
   /// `band_weight` of 1. With an `off_slice_weight` there are 8 % more, at |W| of 0.3
   /// inradius or more, one-sided at their distance from a sphere about the origin, at most
   /// ± band: inside it and outside.
@@ -42,9 +43,10 @@ SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance, 
 /// Adds a one-sided sample, of ten times the weight of one on the surface, at the centre of each
 /// pole inside the shape and each root outside that lies beyond the band. Where such a centre is
 /// close to the slice there would be a small hole or body, between the other samples.
-/// @param distances of the map's centres, brought into the slice
-void add_at_centers(const RationalMap& map, const std::vector<double>& distances,
-                    const Level& level, Samples& samples);
+/// @param distances signed, at the map's centres projected onto the slice
+/// @return how many there are.
+std::size_t add_at_centers(const RationalMap& map, const std::vector<double>& distances,
+                           const Level& level, Samples& samples);
 
 /// The centres of level.samples³ equal cells of the cube of side 4 about a shape, with weights
 /// that fall off as 1 / distance, either side's summing to ½ (Kim 2015).

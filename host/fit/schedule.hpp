@@ -34,7 +34,7 @@ struct Level {
   double alpha = 10;            ///< sharpness of the tanh loss
   double band = 0.04;           ///< b: samples with |d| < b aim at d, those farther at "beyond ±b"
   double band_weight = 1;       ///< of a sample in the band; one on the surface or farther has 1
-  double off_slice_weight = 0;  ///< of a sample off the slice; 0: there are none
+  double off_slice_weight = 0;  ///< of a sample off the slice; 0: none. In a file 0.5 if not given
   double reweight = 0;  ///< r: weights times 1 + r e / mean e, e the error at the stage's start
   Space space = Space::all;
   int clusters = 40;  ///< of roots and poles together

@@ -59,11 +59,13 @@ void reweight(Samples& samples, const std::vector<double>& field, const Level& l
 /// A sum starts anew after so many matrices, since a resumed fit must compute them all again.
 constexpr std::size_t kMostSummed = 32;
 
-/// Whether its stages' Gauss-Newton matrices may be added to other stages'.
-bool adds_up(const Level& level) {
-  return level.points == Points::surface && level.iterations == 1 && level.loss == Loss::distance &&
-         level.reweight == 0;
+/// Whether F_1 is regressed to distances at points about the surface.
+bool regresses(const Level& level) {
+  return level.points == Points::surface && level.iterations == 1 && level.loss == Loss::distance;
 }
+
+/// Whether its stages' Gauss-Newton matrices may be added to other stages'.
+bool adds_up(const Level& level) { return regresses(level) && level.reweight == 0; }
 
 /// The numbers of the factors whose centres differ.
 std::vector<std::size_t> moved_between(const RationalMap& before, const RationalMap& after) {
@@ -145,14 +147,12 @@ Samples Stages::draw(const Level& level, base::Random& random) {
 }
 
 bool Stages::add_centers(const Level& level, const RationalMap& map, Samples& samples) {
-  if (!target_.distances || !adds_up(level)) return false;
+  if (!target_.distances || !regresses(level)) return false;
   std::vector<Eigen::Vector3d> centers;
   for (const auto& [c, exponent] : map.factors) centers.emplace_back(c.x, c.y, c.z);
   std::vector<double> distances = target_.distances(centers);
   team_.adopt(distances);
-  const std::size_t drawn = samples.size();
-  add_at_centers(map, distances, level, samples);
-  return samples.size() > drawn;
+  return add_at_centers(map, distances, level, samples) > 0;
 }
 
 std::unique_ptr<Evaluator> Stages::evaluator_of(const Samples& samples, const Level& level) const {
@@ -169,9 +169,7 @@ void Stages::gather_curvature() {
     for (const CurvatureSource& source : sources_) {
       const Level& level = schedule_.levels.at(static_cast<std::size_t>(source.level));
       random.set_state(source.random);
-      Samples samples = draw(level, random);
-      add_centers(level, source.map, samples);
-      evaluator_of(samples, level)->add_curvature(source.map, source.moved, curvature_);
+      evaluator_of(draw(level, random), level)->add_curvature(source.map, source.moved, curvature_);
     }
   } catch (const DeviceError& error) {
     if (!device::is_out_of_memory(error)) throw;
@@ -252,12 +250,13 @@ std::optional<StopReason> Stages::run_stage() {
     map_ = std::move(relocated);
   }
   source.map = map_;
-  if (add_centers(level, map_, samples)) {
-    evaluator = part("send samples", [&] { return evaluator_of(samples, level); });
-  }
   const Subspace subspace(map_, level, options_.unknowns);
   const Preconditioner scaling =
       part("preconditioner", [&] { return preconditioner(*evaluator, subspace, source); });
+  if (add_centers(level, map_, samples)) {
+    evaluator.reset();
+    evaluator = part("send samples", [&] { return evaluator_of(samples, level); });
+  }
   budget_.update();
   preparation_ = budget_.seconds() - start;
   WatchedEvaluator watched(*evaluator, options_.observer);

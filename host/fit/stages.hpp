@@ -51,7 +51,7 @@ class Stages {
   /// The state at the start of a stage.
   FitState state(int level) const;
   Samples draw(const Level& level, base::Random& random);
-  /// Adds samples at the centres of the map a stage starts with to those drawn.
+  /// Adds to a stage's samples those at misplaced centres of the map that it starts with.
   /// @return whether there are any.
   bool add_centers(const Level& level, const RationalMap& map, Samples& samples);
   std::unique_ptr<Evaluator> evaluator_of(const Samples& samples, const Level& level) const;

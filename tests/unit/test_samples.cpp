@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 
 #include "fit/monopoles.hpp"
 #include "sphere_pool.hpp"
@@ -86,13 +87,13 @@ TEST_CASE("a stage's samples have the shares, targets and sides it asks for") {
 TEST_CASE("poles inside and roots outside, beyond the band, have a one-sided sample each") {
   fitting::Level level = small_level();
   RationalMap map;
-  map.factors = {{{0, 0, 0, 0.1}, -2},
-                 {{0, 0, 0, 0.1}, 2},
-                 {{0, 0, 0.95, 0.1}, -2},
-                 {{0, 1.5, 0, -0.1}, -2},
-                 {{0, 1.5, 0, 0.1}, 2}};
+  // The others are where they belong, within the band, without effect, in the slice or nowhere.
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  map.factors = {{{0, 0, 0, 0.1}, -2},    {{0, 0, 0, 0.1}, 2},   {{0, 0, 0.95, 0.1}, -2},
+                 {{0, 1.5, 0, -0.1}, -2}, {{0, 1.5, 0, 0.1}, 2}, {{0, 0, 0, 0.1}, 0},
+                 {{0, 0, 0, 0}, -2},      {{nan, 0, 0, 0.1}, -2}};
   fitting::Samples samples;
-  fitting::add_at_centers(map, {-1, -1, -0.05, 0.5, 0.5}, level, samples);
+  CHECK(fitting::add_at_centers(map, {-1, -1, -0.05, 0.5, 0.5, -1, -1, nan}, level, samples) == 2);
   REQUIRE(samples.size() == 2);
   CHECK(samples.position[0] == Eigen::Vector3d(0, 0, 0));
   CHECK(samples.position[1] == Eigen::Vector3d(0, 1.5, 0));

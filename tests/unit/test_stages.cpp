@@ -205,7 +205,7 @@ TEST_CASE("a stage asks at the centres of poles inside the shape, where they are
   fitting::Stages stages(start, target, keeping, options, schedule, budget, unkept, {},
                          test::alone());
   stages.run();
-  REQUIRE(asked.size() == 2);  // as drawn, for relocation; and to minimise over
+  REQUIRE(asked.size() == 2);  // as drawn; and with the centre's sample
   CHECK(asked[0].size() == 200);
   REQUIRE(asked[1].size() == 201);
   CHECK(asked[1].position.back() == Eigen::Vector3d(0.1, 0.2, 0));

@@ -225,8 +225,14 @@ TEST_CASE("ranks go through the same stages; rank 0 alone decides when to stop")
   const auto draw = [&](const fitting::Level& level, base::Random& random) {
     return pool.draw(level, random);
   };
+  const auto distances = [](const std::vector<Eigen::Vector3d>& points) {
+    std::vector<double> found;
+    for (const auto& x : points) found.push_back(x.norm() - 1);
+    return found;
+  };
   const fitting::Stages::Target target{draw, [](const RationalMap&, int) { return 0.5; },
-                                       [](const RationalMap& map, double) { return map; }};
+                                       [](const RationalMap& map, double) { return map; },
+                                       distances};
   const fitting::Schedule schedule{30, 1e-3, {test::small_level()}};
   const fitting::Schedule endless{1'000'000, 1e-3, {test::small_level()}};
   struct Fitted {
