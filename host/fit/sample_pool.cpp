@@ -42,25 +42,29 @@ void balance(Samples& samples, const std::vector<double>& signs) {
   }
 }
 
-/// Adds points in random directions of the four-dimensional space. Half of them lie between half
-/// and one and a half times the ball's radius from the origin, the others between half of it and
-/// the pool's reach. Iterates land in all directions: where the set off the slice is a ball, they
-/// stay or leave by their distance from the origin alone.
+/// Adds points in random directions of the four-dimensional space. Half of them lie within one and
+/// a half times the ball's radius from the origin, the others between half of it and the pool's
+/// reach. Iterates land in all directions: where the set off the slice is a ball, they stay or
+/// leave by their distance from the origin alone.
 void add_off_slice(const Level& level, double inradius, base::Random& random, Samples& samples) {
   constexpr double kShare = 0.08;
-  constexpr double kBall = 1.2, kLeastW = 0.3;  // inradii
+  constexpr double kBall = 1.2;
+  constexpr double kLeastW = 0.3;  // beyond kInner the slice is the shape's
+  constexpr double kInner = 0.9;   // all in inradii
   const double ball = kBall * inradius;
   const auto count = static_cast<int>(kShare * level.samples);
   for (int i = 0; i < count; ++i) {
-    const double farthest = random.index(2) == 0 ? 1.5 * ball : std::max(kReach, 1.5 * ball);
+    const bool is_near = random.index(2) == 0;
+    const double nearest = is_near ? 0 : 0.5 * ball;
+    const double farthest = is_near ? 1.5 * ball : std::max(kReach, 1.5 * ball);
     Eigen::Vector4d q;
     do {
       Eigen::Vector4d u;
       do {
         for (double& coordinate : u) coordinate = random.uniform(-1, 1);
       } while (u.norm() > 1);
-      q = random.uniform(0.5 * ball, farthest) * u.normalized();
-    } while (std::abs(q[3]) < kLeastW * inradius);
+      q = random.uniform(nearest, farthest) * u.normalized();
+    } while (std::abs(q[3]) < kLeastW * inradius && q.norm() > kInner * inradius);
     const double d = q.norm() - ball;
     samples.add(q.head<3>(), level.off_slice_weight, std::clamp(d, -level.band, level.band),
                 side_of(d), q[3]);
@@ -145,11 +149,11 @@ Samples SamplePool::draw(const Level& level, base::Random& random) const {
   return samples;
 }
 
-std::size_t add_at_centers(const RationalMap& map, const std::vector<double>& distances,
-                           const Level& level, Samples& samples) {
+Samples samples_at_misplaced(const RationalMap& map, const std::vector<double>& distances,
+                             const Level& level) {
   constexpr double kWeight = 10;
   constexpr double kLeastW = 1e-6;  // map units: at the centre itself F is infinite
-  const std::size_t before = samples.size();
+  Samples samples;
   for (std::size_t i = 0; i < distances.size(); ++i) {
     const auto& [c, exponent] = map.factors[i];
     const double side = side_of(distances[i]);
@@ -157,7 +161,7 @@ std::size_t add_at_centers(const RationalMap& map, const std::vector<double>& di
     if (!is_misplaced || std::abs(c.w - map.slice) < kLeastW) continue;
     samples.add({c.x, c.y, c.z}, kWeight / level.samples, side * level.band, side);
   }
-  return samples.size() - before;
+  return samples;
 }
 
 Samples grid_samples(const Shape& shape, const SignedDistance& distance, const Level& level) {

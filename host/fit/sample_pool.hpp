@@ -26,9 +26,9 @@ struct SamplePool {
   /// A stage's samples. For the distance loss, half on the surface (target 0), 35 % within the
   /// band (target: the distance), the rest beyond it, one-sided at ± band: a third near the
   /// surface, a third in the cube, a third deep in the shape; weights sum to 1 at a
-  /// `band_weight` of 1. With an `off_slice_weight` there are 8 % more, at |W| of 0.3
-  /// inradius or more, one-sided at their distance from a sphere about the origin, at most
-  /// ± band: inside it and outside.
+  /// `band_weight` of 1. With an `off_slice_weight` there are 8 % more, within 0.9
+  /// inradii of the origin or at |W| of 0.3 or more, one-sided at their distance from a sphere
+  /// about the origin, at most ± band: inside it and outside.
   /// For the tanh loss seven eighths within the band, the rest beyond it, with their sides and
   /// target 0; either side's weights sum to ½.
   Samples draw(const Level& level, base::Random& random) const;
@@ -40,13 +40,12 @@ struct SamplePool {
 SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance, std::uint64_t seed,
                             int evaluations, int samples);
 
-/// Adds a one-sided sample, of ten times the weight of one on the surface, at the centre of each
-/// pole inside the shape and each root outside that lies beyond the band. Where such a centre is
-/// close to the slice there would be a small hole or body, between the other samples.
+/// A one-sided sample, of ten times the weight of one on the surface, at the centre of each pole
+/// inside the shape and each root outside that lies beyond the band. Where such a centre is close
+/// to the slice there is a small hole or body, between the other samples.
 /// @param distances signed, at the map's centres projected onto the slice
-/// @return how many there are.
-std::size_t add_at_centers(const RationalMap& map, const std::vector<double>& distances,
-                           const Level& level, Samples& samples);
+Samples samples_at_misplaced(const RationalMap& map, const std::vector<double>& distances,
+                             const Level& level);
 
 /// The centres of level.samples³ equal cells of the cube of side 4 about a shape, with weights
 /// that fall off as 1 / distance, either side's summing to ½ (Kim 2015).

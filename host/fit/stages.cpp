@@ -127,6 +127,12 @@ RationalMap Stages::map() const {
 }
 
 StopReason Stages::run() {
+  const StopReason reason = run_stages();
+  mend();
+  return reason;
+}
+
+StopReason Stages::run_stages() {
   for (;;) {
     budget_.update();
     if (const auto reason = budget_.spent()) return *reason;
@@ -146,13 +152,52 @@ Samples Stages::draw(const Level& level, base::Random& random) {
   return samples;
 }
 
-bool Stages::add_centers(const Level& level, const RationalMap& map, Samples& samples) {
-  if (!target_.distances || !regresses(level)) return false;
+Samples Stages::at_misplaced(const Level& level) {
+  if (!target_.distances || !regresses(level)) return {};
   std::vector<Eigen::Vector3d> centers;
-  for (const auto& [c, exponent] : map.factors) centers.emplace_back(c.x, c.y, c.z);
+  for (const auto& [c, exponent] : map_.factors) centers.emplace_back(c.x, c.y, c.z);
   std::vector<double> distances = target_.distances(centers);
   team_.adopt(distances);
-  return add_at_centers(map, distances, level, samples) > 0;
+  return samples_at_misplaced(map_, distances, level);
+}
+
+RationalMap Stages::relocated(Evaluator& evaluator, const Samples& samples, int count,
+                              const std::vector<std::size_t>& first) {
+  try {
+    return relocate_factors(evaluator, samples, map_, count, random_, first);
+  } catch (const DeviceError& error) {
+    if (!device::is_out_of_memory(error)) throw;
+    return map_;
+  }
+}
+
+void Stages::mend() {
+  constexpr double kMostLost = 0.001;  // of the IoU
+  const Level& level = schedule_.levels.back();
+  if (reports_.empty() || options_.unknowns != Unknowns::all ||
+      map_.factors.size() > kMostByMatrix) {
+    return;
+  }
+  const Samples centers = at_misplaced(level);
+  if (centers.size() == 0) return;
+  const auto field = evaluator_of(centers, level)->field(map_);
+  std::vector<std::size_t> wrong;
+  for (std::size_t k = 0; k < map_.factors.size(); ++k) {
+    const Quaternion& c = map_.factors[k].center;
+    for (std::size_t i = 0; i < centers.size(); ++i) {
+      const bool is_there = centers.position[i] == Eigen::Vector3d(c.x, c.y, c.z);
+      if (is_there && centers.side[i] * field[i] < 0) wrong.push_back(k);
+    }
+  }
+  if (wrong.empty()) return;
+  const Samples samples = draw(level, random_);
+  RationalMap mended =
+      relocated(*evaluator_of(samples, level), samples, static_cast<int>(wrong.size()), wrong);
+  team_.adopt(mended);
+  const double overlap = target_.overlap(mended, level.iterations);
+  if (overlap < reports_.back().iou - kMostLost) return;
+  map_ = std::move(mended);
+  reports_.back().iou = overlap;
 }
 
 std::unique_ptr<Evaluator> Stages::evaluator_of(const Samples& samples, const Level& level) const {
@@ -236,24 +281,19 @@ std::optional<StopReason> Stages::run_stage() {
   if (level.relocated > 0 && !reports_.empty() && options_.unknowns == Unknowns::all &&
       map_.factors.size() <= kMostByMatrix) {
     const auto most = static_cast<int>(map_.factors.size() / 4);
-    RationalMap relocated = part("relocate", [&] {
-      try {
-        return relocate_factors(*evaluator, samples, map_, std::min(level.relocated, most),
-                                random_);
-      } catch (const DeviceError& error) {
-        if (!device::is_out_of_memory(error)) throw;
-        return map_;
-      }
+    RationalMap moved = part("relocate", [&] {
+      return relocated(*evaluator, samples, std::min(level.relocated, most), {});
     });
-    team_.adopt(relocated);
-    source.moved = moved_between(map_, relocated);
-    map_ = std::move(relocated);
+    team_.adopt(moved);
+    source.moved = moved_between(map_, moved);
+    map_ = std::move(moved);
   }
   source.map = map_;
   const Subspace subspace(map_, level, options_.unknowns);
   const Preconditioner scaling =
       part("preconditioner", [&] { return preconditioner(*evaluator, subspace, source); });
-  if (add_centers(level, map_, samples)) {
+  if (const Samples centers = at_misplaced(level); centers.size() > 0) {
+    samples.append(centers);
     evaluator.reset();
     evaluator = part("send samples", [&] { return evaluator_of(samples, level); });
   }

@@ -47,13 +47,19 @@ class Stages {
   const std::vector<StageReport>& reports() const { return reports_; }
 
  private:
+  StopReason run_stages();
   std::optional<StopReason> run_stage();
   /// The state at the start of a stage.
   FitState state(int level) const;
   Samples draw(const Level& level, base::Random& random);
-  /// Adds to a stage's samples those at misplaced centres of the map that it starts with.
-  /// @return whether there are any.
-  bool add_centers(const Level& level, const RationalMap& map, Samples& samples);
+  /// Samples at misplaced centres of the map.
+  Samples at_misplaced(const Level& level);
+  /// The map with factors moved, as `relocate_factors` does; as it is if memory does not suffice.
+  RationalMap relocated(Evaluator& evaluator, const Samples& samples, int count,
+                        const std::vector<std::size_t>& first);
+  /// Moves factors that make a hole in the shape or a body outside elsewhere: the last stage may
+  /// have brought them there.
+  void mend();
   std::unique_ptr<Evaluator> evaluator_of(const Samples& samples, const Level& level) const;
   /// Adds to `curvature_` what the stages before a resumed one had added.
   void gather_curvature();

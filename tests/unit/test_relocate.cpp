@@ -56,6 +56,17 @@ TEST_CASE("a factor that does nothing is moved to where one is missing") {
   CHECK(fitting::to_unknowns(again) == fitting::to_unknowns(moved));
 }
 
+TEST_CASE("factors named go first, whatever they are worth") {
+  const RationalMap map = wanted();
+  const fitting::Samples samples = samples_of(map);
+  const auto evaluator = fitting::make_reference_evaluator(samples, {});
+  base::Random random(1);
+  const RationalMap moved = fitting::relocate_factors(*evaluator, samples, map, 2, random, {1, 6});
+  for (std::size_t k = 0; k < map.factors.size(); ++k) {
+    CHECK((moved.factors[k].center == map.factors[k].center) == (k != 1 && k != 6));
+  }
+}
+
 TEST_CASE("samples that ask for nothing draw no factor") {
   const RationalMap whole = wanted();
   fitting::Samples samples = samples_of(whole);
@@ -87,7 +98,7 @@ TEST_CASE("several new factors keep apart") {
        {std::pair<std::size_t, std::size_t>{1, kMissing}, {1, 6}, {kMissing, 6}}) {
     const Quaternion d = moved.factors[a].center - moved.factors[b].center;
     CHECK(std::hypot(d.x, d.y, d.z) >
-          std::min(moved.factors[a].center.w, moved.factors[b].center.w));
+          std::min(std::abs(moved.factors[a].center.w), std::abs(moved.factors[b].center.w)));
   }
   CHECK(evaluator->evaluate(moved, false).energy < 0.3 * evaluator->evaluate(map, false).energy);
 }

@@ -205,11 +205,42 @@ TEST_CASE("a stage asks at the centres of poles inside the shape, where they are
   fitting::Stages stages(start, target, keeping, options, schedule, budget, unkept, {},
                          test::alone());
   stages.run();
-  REQUIRE(asked.size() == 2);  // as drawn; and with the centre's sample
+  REQUIRE(asked.size() == 3);  // as drawn; with the centre's sample; and at the centre in the end
   CHECK(asked[0].size() == 200);
   REQUIRE(asked[1].size() == 201);
   CHECK(asked[1].position.back() == Eigen::Vector3d(0.1, 0.2, 0));
   CHECK(asked[1].side.back() == -1);
+}
+
+TEST_CASE("a body that a root outside makes is gone when a fit ends") {
+  const auto pool = sphere_pool(4000);
+  const fitting::EvaluatorFactory reference = [](const fitting::Samples& samples,
+                                                 const fitting::EnergyOptions& options) {
+    return fitting::make_reference_evaluator(samples, options);
+  };
+  const auto draw = [&](const fitting::Level& level, base::Random& random) {
+    return pool.draw(level, random);
+  };
+  FitOptions options;
+  options.factors = 8;
+  const fitting::Schedule schedule{1, 1e-3, {small_level()}};  // no time to step
+  RationalMap start = fitting::place_factors(reference, pool, options.factors, 1);
+  const Quaternion outside{0, 0, 1.8, 1e-3};
+  start.factors.push_back({outside, 0.2});
+  const auto field_outside = [&](const fitting::Stages::Target& target) {
+    auto budget = budget_of(schedule.evaluations);
+    fitting::Checkpoint unkept({}, "");
+    fitting::Stages stages(start, target, reference, options, schedule, budget, unkept, {},
+                           test::alone());
+    stages.run();
+    fitting::Samples at;
+    at.add({outside.x, outside.y, outside.z}, 1, 0, 0);
+    return fitting::make_reference_evaluator(at, {})->field(stages.map()).front();
+  };
+  fitting::Stages::Target target = unscaled(draw);
+  CHECK(field_outside(target) < 0);
+  target.distances = from_unit_sphere;
+  CHECK(field_outside(target) > small_level().band);
 }
 
 TEST_CASE(
