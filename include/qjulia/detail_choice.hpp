@@ -32,7 +32,8 @@ constexpr double kFittedShare = 0.2, kExactShare = 0.12;
 
 /// δ for a shape of that thinness. With x = thinness − 6 √3, `automatic` is share / x, at most
 /// 0.02, where x is capped at 30, or at 3/7 of its value where that is larger. A ball's set loses
-/// nothing of the shape at any δ; other fitted sets lose about 0.05 to 0.13 times δ x (docs/fitting.md).
+/// nothing of the shape at any δ; other fitted sets lose about 0.05 to 0.13 times δ x
+/// (docs/fitting.md).
 double chosen_detail(const DetailChoice& detail, double thinness, double share);
 
 }  // namespace qjulia
