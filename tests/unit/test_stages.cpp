@@ -148,10 +148,6 @@ TEST_CASE("a fit that died and was resumed ends as one that did not") {
 
 TEST_CASE("stages fit a sphere with the reference evaluator alone") {
   const auto pool = sphere_pool(4000);
-  const fitting::EvaluatorFactory reference = [](const fitting::Samples& samples,
-                                                 const fitting::EnergyOptions& options) {
-    return fitting::make_reference_evaluator(samples, options);
-  };
   const auto draw = [&](const fitting::Level& level, base::Random& random) {
     return pool.draw(level, random);
   };
@@ -161,10 +157,11 @@ TEST_CASE("stages fit a sphere with the reference evaluator alone") {
   auto budget = budget_of(schedule.evaluations);
   int reports = 0;
   const ProgressMonitor monitor{[&](const Progress&) { ++reports; }, {}};
-  const auto start = fitting::place_factors(reference, pool, options.factors, 1);
+  const auto start =
+      fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1);
   fitting::Checkpoint unkept({}, "");
-  fitting::Stages stages(start, unscaled(draw), reference, options, schedule, budget, unkept,
-                         monitor, test::alone());
+  fitting::Stages stages(start, unscaled(draw), fitting::make_reference_evaluator, options,
+                         schedule, budget, unkept, monitor, test::alone());
   CHECK(stages.run() == StopReason::schedule_done);
   CHECK(budget.evaluations() == 40);
   REQUIRE(stages.reports().size() >= 3);
@@ -214,24 +211,21 @@ TEST_CASE("a stage asks at the centres of poles inside the shape, where they are
 
 TEST_CASE("a body that a root outside makes is gone when a fit ends") {
   const auto pool = sphere_pool(4000);
-  const fitting::EvaluatorFactory reference = [](const fitting::Samples& samples,
-                                                 const fitting::EnergyOptions& options) {
-    return fitting::make_reference_evaluator(samples, options);
-  };
   const auto draw = [&](const fitting::Level& level, base::Random& random) {
     return pool.draw(level, random);
   };
   FitOptions options;
   options.factors = 8;
   const fitting::Schedule schedule{1, 1e-3, {small_level()}};  // no time to step
-  RationalMap start = fitting::place_factors(reference, pool, options.factors, 1);
+  RationalMap start =
+      fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1);
   const Quaternion outside{0, 0, 1.8, 1e-3};
   start.factors.push_back({outside, 0.2});
   const auto field_outside = [&](const fitting::Stages::Target& target) {
     auto budget = budget_of(schedule.evaluations);
     fitting::Checkpoint unkept({}, "");
-    fitting::Stages stages(start, target, reference, options, schedule, budget, unkept, {},
-                           test::alone());
+    fitting::Stages stages(start, target, fitting::make_reference_evaluator, options, schedule,
+                           budget, unkept, {}, test::alone());
     stages.run();
     fitting::Samples at;
     at.add({outside.x, outside.y, outside.z}, 1, 0, 0);
@@ -293,10 +287,6 @@ TEST_CASE("a fit ends after the stage that reaches the target IoU, of the last i
   const auto draw = [&](const fitting::Level& level, base::Random& random) {
     return pool.draw(level, random);
   };
-  const fitting::EvaluatorFactory reference = [](const fitting::Samples& samples,
-                                                 const fitting::EnergyOptions& energy) {
-    return fitting::make_reference_evaluator(samples, energy);
-  };
   FitOptions options;
   options.factors = 8;
   options.target_iou = 0.79;
@@ -313,8 +303,9 @@ TEST_CASE("a fit ends after the stage that reaches the target IoU, of the last i
   };
   auto budget = budget_of(schedule.evaluations);
   fitting::Checkpoint unkept({}, "");
-  fitting::Stages stages(fitting::place_factors(reference, pool, options.factors, 1), target,
-                         reference, options, schedule, budget, unkept, {}, test::alone());
+  fitting::Stages stages(
+      fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1), target,
+      fitting::make_reference_evaluator, options, schedule, budget, unkept, {}, test::alone());
   CHECK(stages.run() == StopReason::target_iou);
   CHECK(stages.reports().back().iterations == (is_polished ? 2 : 1));
   if (!is_polished) CHECK(stages.reports().size() == 3);
@@ -369,15 +360,12 @@ TEST_CASE("a level on a grid ends when it has converged, and so does the fit at 
     base::Random same(level.name == "fine" ? 2 : 1);
     return pool.draw(level, same);
   };
-  const fitting::EvaluatorFactory reference = [](const fitting::Samples& samples,
-                                                 const fitting::EnergyOptions& energy) {
-    return fitting::make_reference_evaluator(samples, energy);
-  };
   auto budget = budget_of(schedule.evaluations);
   fitting::Checkpoint unkept({}, "");
-  fitting::Stages stages(fitting::place_factors(reference, pool, options.factors, 1),
-                         unscaled(draw), reference, options, schedule, budget, unkept, {},
-                         test::alone());
+  fitting::Stages stages(
+      fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1),
+      unscaled(draw), fitting::make_reference_evaluator, options, schedule, budget, unkept, {},
+      test::alone());
   CHECK(stages.run() == StopReason::converged);
   CHECK(budget.fraction() < 0.5);
   CHECK(stages.reports().front().name == "coarse");
