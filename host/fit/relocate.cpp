@@ -25,15 +25,12 @@ MatrixXd damped(const MatrixXd& normal) {
 }
 
 /// Indices of the `count` factors that are missed least, ascending; those that have drifted away
-/// from the shape go before them, and those of `first` before all. The first column of the matrix
-/// is the log scale's.
-std::vector<std::size_t> least_missed(const RationalMap& map, const MatrixXd& inverse, int count,
-                                      const std::vector<std::size_t>& first) {
+/// from the shape go before them. The first column of the matrix is the log scale's.
+std::vector<std::size_t> least_missed(const RationalMap& map, const MatrixXd& inverse, int count) {
   std::vector<std::size_t> order(map.factors.size());
   std::iota(order.begin(), order.end(), 0U);
   constexpr double kFarthest = 6;  // map units: no shape reaches so far from its deepest point
   const auto cost = [&](std::size_t k) {
-    if (std::ranges::find(first, k) != first.end()) return -2.0;
     if (norm(map.factors[k].center) > kFarthest) return -1.0;
     const auto i = static_cast<Index>(k + 1);
     return map.factors[k].exponent * map.factors[k].exponent / inverse(i, i);
@@ -104,8 +101,7 @@ std::vector<std::size_t> pick_apart(const std::vector<Quaternion>& centers, cons
 }  // namespace
 
 RationalMap relocate_factors(Evaluator& evaluator, const Samples& samples, const RationalMap& map,
-                             int count, base::Random& random,
-                             const std::vector<std::size_t>& first) {
+                             int count, base::Random& random) {
   const auto factors = static_cast<Index>(map.factors.size());
   const auto candidates = draw_candidates(map, samples, evaluator.field(map), random);
   std::vector<Quaternion> centers;
@@ -124,7 +120,7 @@ RationalMap relocate_factors(Evaluator& evaluator, const Samples& samples, const
   // Remove: set exponents to zero and let the others make up for it.
   const MatrixXd inverse =
       damped(products(own, own)).llt().solve(MatrixXd::Identity(1 + factors, 1 + factors));
-  const auto removed = least_missed(map, inverse, count, first);
+  const auto removed = least_missed(map, inverse, count);
   Indices gone;
   VectorXd exponents(static_cast<Index>(removed.size()));
   for (const std::size_t k : removed) {

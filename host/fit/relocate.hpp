@@ -12,9 +12,7 @@ namespace qjulia::fitting {
 /// (orthogonal matching pursuit). F_1 is linear in the exponents, which are refitted after each
 /// half. New factors take the places of those removed; the rest keep theirs.
 /// @param samples those of `evaluator`, for the distance loss.
-/// @param first numbers of factors that go before all others, whatever that costs.
 RationalMap relocate_factors(Evaluator& evaluator, const Samples& samples, const RationalMap& map,
-                             int count, base::Random& random,
-                             const std::vector<std::size_t>& first = {});
+                             int count, base::Random& random);
 
 }  // namespace qjulia::fitting

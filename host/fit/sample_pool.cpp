@@ -149,21 +149,6 @@ Samples SamplePool::draw(const Level& level, base::Random& random) const {
   return samples;
 }
 
-Samples samples_at_misplaced(const RationalMap& map, const std::vector<double>& distances,
-                             const Level& level) {
-  constexpr double kWeight = 10;
-  constexpr double kLeastW = 1e-6;  // map units: at the centre itself F is infinite
-  Samples samples;
-  for (std::size_t i = 0; i < distances.size(); ++i) {
-    const auto& [c, exponent] = map.factors[i];
-    const double side = side_of(distances[i]);
-    const bool is_misplaced = std::abs(distances[i]) >= level.band && exponent * side > 0;
-    if (!is_misplaced || std::abs(c.w - map.slice) < kLeastW) continue;
-    samples.add({c.x, c.y, c.z}, kWeight / level.samples, side * level.band, side);
-  }
-  return samples;
-}
-
 Samples grid_samples(const Shape& shape, const SignedDistance& distance, const Level& level) {
   const double cell = 2 * kReach / level.samples;
   const Eigen::Vector3d first =

@@ -40,13 +40,6 @@ struct SamplePool {
 SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance, std::uint64_t seed,
                             int evaluations, int samples);
 
-/// A one-sided sample, of ten times the weight of one on the surface, at the centre of each pole
-/// inside the shape and each root outside that lies beyond the band. Where such a centre is close
-/// to the slice there is a small hole or body, between the other samples.
-/// @param distances signed, at the map's centres projected onto the slice
-Samples samples_at_misplaced(const RationalMap& map, const std::vector<double>& distances,
-                             const Level& level);
-
 /// The centres of level.samples³ equal cells of the cube of side 4 about a shape, with weights
 /// that fall off as 1 / distance, either side's summing to ½ (Kim 2015).
 Samples grid_samples(const Shape& shape, const SignedDistance& distance, const Level& level);

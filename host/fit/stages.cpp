@@ -128,7 +128,7 @@ RationalMap Stages::map() const {
 
 StopReason Stages::run() {
   const StopReason reason = run_stages();
-  mend();
+  lift_misplaced();
   return reason;
 }
 
@@ -152,52 +152,38 @@ Samples Stages::draw(const Level& level, base::Random& random) {
   return samples;
 }
 
-Samples Stages::at_misplaced(const Level& level) {
+MisplacedFactors Stages::misplaced(const Level& level) {
   if (!target_.distances || !regresses(level)) return {};
-  std::vector<Eigen::Vector3d> centers;
-  for (const auto& [c, exponent] : map_.factors) centers.emplace_back(c.x, c.y, c.z);
-  std::vector<double> distances = target_.distances(centers);
+  std::vector<double> distances = target_.distances(points_at_centers(map_));
   team_.adopt(distances);
-  return samples_at_misplaced(map_, distances, level);
+  return misplaced_factors(map_, distances, level);
 }
 
-RationalMap Stages::relocated(Evaluator& evaluator, const Samples& samples, int count,
-                              const std::vector<std::size_t>& first) {
+RationalMap Stages::relocated(Evaluator& evaluator, const Samples& samples, int count) {
   try {
-    return relocate_factors(evaluator, samples, map_, count, random_, first);
+    return relocate_factors(evaluator, samples, map_, count, random_);
   } catch (const DeviceError& error) {
     if (!device::is_out_of_memory(error)) throw;
     return map_;
   }
 }
 
-void Stages::mend() {
+void Stages::lift_misplaced() {
+  constexpr int kMostTries = 3;        // factors side by side add up
   constexpr double kMostLost = 0.001;  // of the IoU
   const Level& level = schedule_.levels.back();
-  if (reports_.empty() || options_.unknowns != Unknowns::all ||
-      map_.factors.size() > kMostByMatrix) {
-    return;
+  if (reports_.empty() || options_.unknowns != Unknowns::all) return;
+  const TraceStage traced(monitor_.trace, "lift misplaced");
+  for (int i = 0; i < kMostTries; ++i) {
+    const MisplacedFactors found = misplaced(level);
+    if (found.factors.empty()) return;
+    const auto lifted_map = lifted(map_, found, evaluator_of(found.samples, level)->field(map_));
+    if (!lifted_map) return;
+    const double overlap = target_.overlap(*lifted_map, level.iterations);
+    if (overlap < reports_.back().iou - kMostLost) return;
+    map_ = *lifted_map;
+    reports_.back().iou = overlap;
   }
-  const Samples centers = at_misplaced(level);
-  if (centers.size() == 0) return;
-  const auto field = evaluator_of(centers, level)->field(map_);
-  std::vector<std::size_t> wrong;
-  for (std::size_t k = 0; k < map_.factors.size(); ++k) {
-    const Quaternion& c = map_.factors[k].center;
-    for (std::size_t i = 0; i < centers.size(); ++i) {
-      const bool is_there = centers.position[i] == Eigen::Vector3d(c.x, c.y, c.z);
-      if (is_there && centers.side[i] * field[i] < 0) wrong.push_back(k);
-    }
-  }
-  if (wrong.empty()) return;
-  const Samples samples = draw(level, random_);
-  RationalMap mended =
-      relocated(*evaluator_of(samples, level), samples, static_cast<int>(wrong.size()), wrong);
-  team_.adopt(mended);
-  const double overlap = target_.overlap(mended, level.iterations);
-  if (overlap < reports_.back().iou - kMostLost) return;
-  map_ = std::move(mended);
-  reports_.back().iou = overlap;
 }
 
 std::unique_ptr<Evaluator> Stages::evaluator_of(const Samples& samples, const Level& level) const {
@@ -282,7 +268,7 @@ std::optional<StopReason> Stages::run_stage() {
       map_.factors.size() <= kMostByMatrix) {
     const auto most = static_cast<int>(map_.factors.size() / 4);
     RationalMap moved = part("relocate", [&] {
-      return relocated(*evaluator, samples, std::min(level.relocated, most), {});
+      return relocated(*evaluator, samples, std::min(level.relocated, most));
     });
     team_.adopt(moved);
     source.moved = moved_between(map_, moved);
@@ -292,7 +278,7 @@ std::optional<StopReason> Stages::run_stage() {
   const Subspace subspace(map_, level, options_.unknowns);
   const Preconditioner scaling =
       part("preconditioner", [&] { return preconditioner(*evaluator, subspace, source); });
-  if (const Samples centers = at_misplaced(level); centers.size() > 0) {
+  if (const Samples centers = misplaced(level).samples; centers.size() > 0) {
     samples.append(centers);
     evaluator.reset();
     evaluator = part("send samples", [&] { return evaluator_of(samples, level); });

@@ -9,6 +9,7 @@
 #include "fit/budget.hpp"
 #include "fit/checkpoint.hpp"
 #include "fit/evaluator.hpp"
+#include "fit/misplaced.hpp"
 #include "fit/preconditioner.hpp"
 #include "fit/schedule.hpp"
 #include "fit/subspace.hpp"
@@ -52,14 +53,13 @@ class Stages {
   /// The state at the start of a stage.
   FitState state(int level) const;
   Samples draw(const Level& level, base::Random& random);
-  /// Samples at misplaced centres of the map.
-  Samples at_misplaced(const Level& level);
-  /// The map with factors moved, as `relocate_factors` does; as it is if memory does not suffice.
-  RationalMap relocated(Evaluator& evaluator, const Samples& samples, int count,
-                        const std::vector<std::size_t>& first);
-  /// Moves factors that make a hole in the shape or a body outside elsewhere: the last stage may
-  /// have brought them there.
-  void mend();
+  /// The map's misplaced factors; none where the level has no use for them.
+  MisplacedFactors misplaced(const Level& level);
+  /// The map with `count` factors moved, as `relocate_factors` does; as it is if memory does not
+  /// suffice.
+  RationalMap relocated(Evaluator& evaluator, const Samples& samples, int count);
+  /// Lifts misplaced factors off the slice: the last stage may have brought them there.
+  void lift_misplaced();
   std::unique_ptr<Evaluator> evaluator_of(const Samples& samples, const Level& level) const;
   /// Adds to `curvature_` what the stages before a resumed one had added.
   void gather_curvature();

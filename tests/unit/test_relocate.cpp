@@ -56,17 +56,6 @@ TEST_CASE("a factor that does nothing is moved to where one is missing") {
   CHECK(fitting::to_unknowns(again) == fitting::to_unknowns(moved));
 }
 
-TEST_CASE("factors named go first, whatever they are worth") {
-  const RationalMap map = wanted();
-  const fitting::Samples samples = samples_of(map);
-  const auto evaluator = fitting::make_reference_evaluator(samples, {});
-  base::Random random(1);
-  const RationalMap moved = fitting::relocate_factors(*evaluator, samples, map, 2, random, {1, 6});
-  for (std::size_t k = 0; k < map.factors.size(); ++k) {
-    CHECK((moved.factors[k].center == map.factors[k].center) == (k != 1 && k != 6));
-  }
-}
-
 TEST_CASE("samples that ask for nothing draw no factor") {
   const RationalMap whole = wanted();
   fitting::Samples samples = samples_of(whole);

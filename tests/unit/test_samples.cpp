@@ -84,25 +84,6 @@ TEST_CASE("a stage's samples have the shares, targets and sides it asks for") {
   CHECK(band == 875);
 }
 
-TEST_CASE("poles inside and roots outside, beyond the band, have a one-sided sample each") {
-  fitting::Level level = small_level();
-  RationalMap map;
-  // The others are where they belong, within the band, without effect, in the slice or nowhere.
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  map.factors = {{{0, 0, 0, 0.1}, -2},    {{0, 0, 0, 0.1}, 2},   {{0, 0, 0.95, 0.1}, -2},
-                 {{0, 1.5, 0, -0.1}, -2}, {{0, 1.5, 0, 0.1}, 2}, {{0, 0, 0, 0.1}, 0},
-                 {{0, 0, 0, 0}, -2},      {{nan, 0, 0, 0.1}, -2}};
-  const auto samples =
-      fitting::samples_at_misplaced(map, {-1, -1, -0.05, 0.5, 0.5, -1, -1, nan}, level);
-  REQUIRE(samples.size() == 2);
-  CHECK(samples.position[0] == Eigen::Vector3d(0, 0, 0));
-  CHECK(samples.position[1] == Eigen::Vector3d(0, 1.5, 0));
-  CHECK(samples.side == std::vector<double>{-1, 1});
-  CHECK(samples.target == std::vector<double>{-level.band, level.band});
-  CHECK(samples.weight == std::vector<double>(2, 10.0 / level.samples));
-  CHECK(samples.off_slice == std::vector<double>{0, 0});
-}
-
 TEST_CASE("monopoles on a sphere make its electrostatic field") {
   const auto pool = sphere_pool(6000);
   const auto map = fitting::place_monopoles(pool, 40, 1);

