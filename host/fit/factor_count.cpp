@@ -89,11 +89,10 @@ int chosen_factors(const FitOptions& options, const Schedule& schedule,
   const int most = std::min(options.max_factors, most_factors(pool));
   const Level& level = schedule.levels.front();
   const int evaluations = planned_evaluations(options, schedule);
-  // Few evaluations settle few factors.
-  const double settled = automatic.stages * kLine * level.steps;
   int factors = automatic.factors;
-  if (evaluations < settled) {
-    factors = static_cast<int>(std::max<double>(kFewest, factors * evaluations / settled));
+  if (evaluations < automatic.evaluations) {  // few evaluations settle few factors
+    const double share = static_cast<double>(evaluations) / automatic.evaluations;
+    factors = std::max(kFewest, static_cast<int>(factors * share));
   }
   if (follows_time(options, schedule)) {
     factors = kFewest;

@@ -28,7 +28,7 @@ namespace {
 constexpr int kLeastFactors = 8;
 constexpr int kMostFactors = 20'000;
 
-/// Seconds kept from a time limit for scaling, calibration and writing.
+/// Seconds kept from a time limit for lifting misplaced factors, scaling, calibration and writing.
 constexpr double kReserve = 1.0;
 
 /// The cells of a coarse cube about a shape, for the IoU that reports give.
@@ -225,7 +225,10 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   const auto distances = [&](const std::vector<Eigen::Vector3d>& points) {
     return distance.at(points);
   };
-  const auto overlap = [&](const RationalMap& map, int n) { return cube.iou(map, n); };
+  // Ranks decide by it.
+  const auto overlap = [&](const RationalMap& map, int n) {
+    return team.broadcast({cube.iou(map, n)}).front();
+  };
   const auto with_detail = [&](const RationalMap& map, double iou) {
     return finish_map(device, map, iou, shape, pool, detail, result.warnings);
   };

@@ -7,6 +7,7 @@ namespace qjulia::fitting {
 namespace {
 
 constexpr std::size_t kPerFactor = 7;  // points
+constexpr double kLeastW = 1e-6;       // map units: at a centre in the slice F is infinite
 
 }  // namespace
 
@@ -16,7 +17,8 @@ std::vector<Eigen::Vector3d> points_at_centers(const RationalMap& map) {
     const Eigen::Vector3d center(c.x, c.y, c.z);
     points.push_back(center);
     for (int axis = 0; axis < 3; ++axis) {
-      const Eigen::Vector3d step = (c.w - map.slice) * Eigen::Vector3d::Unit(axis);
+      const double length = std::max(std::abs(c.w - map.slice), 10 * kLeastW);
+      const Eigen::Vector3d step = length * Eigen::Vector3d::Unit(axis);
       points.emplace_back(center + step);
       points.emplace_back(center - step);
     }
@@ -27,15 +29,19 @@ std::vector<Eigen::Vector3d> points_at_centers(const RationalMap& map) {
 MisplacedFactors misplaced_factors(const RationalMap& map, const std::vector<double>& distances,
                                    const Level& level) {
   constexpr double kWeight = 10.0 / kPerFactor;  // of a sample on the surface
-  constexpr double kLeastW = 1e-6;               // map units: at the centre itself F is infinite
   const auto points = points_at_centers(map);
+  const auto is_misplaced = [&](std::size_t point) {
+    const double d = distances[point];
+    return std::abs(d) >= level.band && map.factors[point / kPerFactor].exponent * d > 0;
+  };
   MisplacedFactors misplaced;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto& [c, exponent] = map.factors[i / kPerFactor];
+    const std::size_t k = i / kPerFactor;
+    const std::size_t center = k * kPerFactor;
+    if (!is_misplaced(center) || !is_misplaced(i)) continue;
+    if (i == center && std::abs(map.factors[k].center.w - map.slice) < kLeastW) continue;
     const double side = distances[i] < 0 ? -1 : 1;
-    const bool is_misplaced = std::abs(distances[i]) >= level.band && exponent * side > 0;
-    if (!is_misplaced || std::abs(c.w - map.slice) < kLeastW) continue;
-    misplaced.factors.push_back(i / kPerFactor);
+    misplaced.factors.push_back(k);
     misplaced.samples.add(points[i], kWeight / level.samples, side * level.band, side);
   }
   return misplaced;
@@ -43,16 +49,20 @@ MisplacedFactors misplaced_factors(const RationalMap& map, const std::vector<dou
 
 std::optional<RationalMap> lifted(const RationalMap& map, const MisplacedFactors& misplaced,
                                   const std::vector<double>& field) {
+  // Map units. A factor that had to go farther is too weak to make the hole: another one does.
+  constexpr double kFarthest = 0.5;
   const auto& [samples, factors] = misplaced;
   std::vector<double> square(map.factors.size(), 0);  // of the wanted distance from the slice
   for (std::size_t i = 0; i < factors.size(); ++i) {
     if (samples.side[i] * field[i] >= 0) continue;
     const auto& [c, exponent] = map.factors[factors[i]];
-    const Eigen::Vector3d beside = samples.position[i] - Eigen::Vector3d(c.x, c.y, c.z);
     const double w = c.w - map.slice;
+    const double beside = (samples.position[i] - Eigen::Vector3d(c.x, c.y, c.z)).squaredNorm();
+    // F = a/2 ln(beside + W²) + what the other factors add.
     const double grown = std::exp(2 * (samples.target[i] - field[i]) / exponent);
+    const double asked = grown * (beside + w * w) - beside;
     double& wanted = square[factors[i]];
-    wanted = std::max(wanted, grown * (beside.squaredNorm() + w * w) - beside.squaredNorm());
+    if (asked <= kFarthest * kFarthest) wanted = std::max(wanted, asked);
   }
   std::optional<RationalMap> result;
   for (std::size_t k = 0; k < square.size(); ++k) {

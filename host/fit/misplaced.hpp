@@ -10,22 +10,24 @@
 
 namespace qjulia::fitting {
 
-/// The centre of each factor, projected onto the slice, and the six points |W| beside it along the
-/// axes; seven a factor.
+/// The centre of each factor, projected onto the slice, and six points |W| away from it along the
+/// axes: seven a factor.
 std::vector<Eigen::Vector3d> points_at_centers(const RationalMap& map);
 
-/// One-sided samples at poles inside the shape and roots outside, beyond the band.
+/// One-sided samples for poles inside the shape and roots outside, beyond the band: at their
+/// centres and beside them.
 struct MisplacedFactors {
   Samples samples;
-  std::vector<std::size_t> factors;  ///< each sample's, ascending
+  std::vector<std::size_t> factors;  ///< the number of each sample's factor, ascending
 };
 
 /// @param distances signed, of `points_at_centers`
 MisplacedFactors misplaced_factors(const RationalMap& map, const std::vector<double>& distances,
                                    const Level& level);
 
-/// The map with those factors that do make a hole or a body as far off the slice as brings F at
-/// their samples to its target; nothing if there are none.
+/// The map with each factor that does make a hole or a body (F at one of its samples has the wrong
+/// sign) moved so far off the slice that F there reaches the sample's target. Nothing if there is
+/// no such factor. Each is moved as if it were alone.
 /// @param field F at the samples
 std::optional<RationalMap> lifted(const RationalMap& map, const MisplacedFactors& misplaced,
                                   const std::vector<double>& field);

@@ -169,20 +169,27 @@ RationalMap Stages::relocated(Evaluator& evaluator, const Samples& samples, int 
 }
 
 void Stages::lift_misplaced() {
-  constexpr int kMostTries = 3;        // factors side by side add up
+  constexpr int kMostTries = 3;        // a lift changes F at the others' samples
   constexpr double kMostLost = 0.001;  // of the IoU
-  const Level& level = schedule_.levels.back();
-  if (reports_.empty() || options_.unknowns != Unknowns::all) return;
+  if (reports_.empty() || reports_.back().iterations > 1) return;
+  if (options_.unknowns != Unknowns::all) return;
+  const auto first_iterate = [](const Level& level) { return level.iterations == 1; };
+  const Level& level =
+      *std::ranges::find_if(schedule_.levels.rbegin(), schedule_.levels.rend(), first_iterate);
   const TraceStage traced(monitor_.trace, "lift misplaced");
+  const double least = reports_.back().iou - kMostLost;
   for (int i = 0; i < kMostTries; ++i) {
     const MisplacedFactors found = misplaced(level);
     if (found.factors.empty()) return;
-    const auto lifted_map = lifted(map_, found, evaluator_of(found.samples, level)->field(map_));
-    if (!lifted_map) return;
-    const double overlap = target_.overlap(*lifted_map, level.iterations);
-    if (overlap < reports_.back().iou - kMostLost) return;
-    map_ = *lifted_map;
+    auto map = lifted(map_, found, evaluator_of(found.samples, level)->field(map_));
+    if (!map) return;
+    team_.adopt(*map);
+    const double overlap = target_.overlap(*map, level.iterations);
+    if (overlap < least) return;
+    map_ = std::move(*map);
     reports_.back().iou = overlap;
+    budget_.update();
+    if (budget_.spent() == StopReason::time_limit) return;
   }
 }
 
@@ -254,7 +261,10 @@ std::optional<StopReason> Stages::run_stage() {
     const TraceStage traced(monitor_.trace, name);
     return work();
   };
-  if (level.iterations > 1) map_ = map();
+  if (level.iterations > 1) {
+    lift_misplaced();
+    map_ = map();
+  }
   CurvatureSource source{{}, random_.state(), before.level, {}};
   Samples samples = part("draw samples", [&] { return draw(level, random_); });
   if (level.loss == Loss::tanh) std::ranges::fill(samples.target, map_.surface_level);

@@ -27,7 +27,7 @@ class Stages {
     std::function<double(const RationalMap&, int)> overlap;
     /// A map, with its IoU, given the wanted detail: in distance units, or polished since.
     std::function<RationalMap(const RationalMap&, double)> with_detail;
-    /// Signed distances of points from its surface; without it no samples are added at centres.
+    /// Signed distances of points from its surface; without it misplaced factors are left alone.
     std::function<std::vector<double>(const std::vector<Eigen::Vector3d>&)> distances = {};
     /// Hears of each stage's end, with the map as it is fitted; may be empty.
     std::function<void(const StageReport&, const RationalMap&)> on_stage = {};
@@ -58,7 +58,8 @@ class Stages {
   /// The map with `count` factors moved, as `relocate_factors` does; as it is if memory does not
   /// suffice.
   RationalMap relocated(Evaluator& evaluator, const Samples& samples, int count);
-  /// Lifts misplaced factors off the slice: the last stage may have brought them there.
+  /// Lifts misplaced factors off the slice where the stages of the first iterate end: the last of
+  /// them may have moved a factor to where it makes a hole or a body.
   void lift_misplaced();
   std::unique_ptr<Evaluator> evaluator_of(const Samples& samples, const Level& level) const;
   /// Adds to `curvature_` what the stages before a resumed one had added.

@@ -3,6 +3,8 @@
 /// the unit that limits it. Counted from the kernels' sources; additions, comparisons and integer
 /// steps run beside them on the devices met so far.
 
+#include "layout/loss.h"
+
 namespace qjulia::cost {
 
 constexpr double kDistance2 = 4;  // |d|²
@@ -18,8 +20,8 @@ constexpr double kLogNorm = kDistance2 + kLog2 + kTerm;
 /// One iterate: kind_step.
 constexpr double kPolar = kDistance2 + kLog2 + kRoot + kAngle + kSineCosine;
 constexpr double kStep = kPolar + kTerm + kProduct;
-/// kernels/gradient_potential.cl: |d|² without W, the log's sum, 1/N, three sums.
-constexpr double kPotentialGradient = 3 + kLog2 + 1 + 1 + 3;
+/// kernels/gradient_potential.cl: 1/N, the log's sum, four sums.
+constexpr double kPotentialGradient = kDistance2 + kLog2 + 1 + 1 + 4;
 /// kernels/gradient_orbit.cl: pull_back_last and pull_back.
 constexpr double kPullBackLast = kDistance2 + kLog2 + 2 + 4 + 2;
 constexpr double kPullBack = kPolar + 3 + 3 + 3 + 6 + 6 + 9 + 1 + 4 + 1 + 8 + 3;
@@ -34,8 +36,8 @@ constexpr double gradient(int n) {
 // What kernels read and write of device memory at least, in reals: each its inputs and outputs
 // once, sums that stay within a work-item not counted.
 
-constexpr double kEnergyReals = 6 + 2;             // of a sample: its arrays; field, cotangent
-constexpr double kPotentialGradientReals = 3 + 1;  // of a sample: position, cotangent
+constexpr double kEnergyReals = QJ_SAMPLE_ARRAYS + 2;  // of a sample: its arrays; field, cotangent
+constexpr double kPotentialGradientReals = 4 + 1;      // of a sample: position, cotangent
 /// Of a grid point: F, and for each further iterate point and F in and out.
 constexpr double level_set_reals(int n) { return 1 + (n - 1) * 10.0; }
 /// H from panels written and read once, H itself once for each block of `panel` samples.

@@ -67,10 +67,9 @@ TEST_CASE("the number of factors is the caller's, or the schedule's, or follows 
   options.max_factors = 200;
   CHECK(chosen(options) == 200);
   options.max_factors = 1000;
-  // A stage has ten steps here, and a step 1.1 evaluations.
-  options.max_evaluations = 66;
+  options.max_evaluations = 750;
   CHECK(chosen(options) == 350);
-  CHECK(planned_evaluations(options, schedule()) == 66);
+  CHECK(planned_evaluations(options, schedule()) == 750);
   options.max_evaluations = 1;
   CHECK(chosen(options) == 64);
   options.factors = 50;
@@ -83,7 +82,8 @@ TEST_CASE("with a time limit the number of factors follows how long a stage take
   FitOptions options;
   options.time_limit = 20;
   CHECK(planned_evaluations(options, schedule()) == 6000);
-  // Twelve stages of eleven evaluations in 20 s: 0.15 s for one, 0.1 s with 320 factors.
+  // A stage has ten steps, and a step 1.1 evaluations. Twelve stages in 20 s: 0.15 s for one
+  // evaluation, 0.1 s with 320 factors.
   const int factors = chosen(options, 0.1);
   CHECK(factors > 380);
   CHECK(factors < 500);

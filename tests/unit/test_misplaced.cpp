@@ -1,8 +1,9 @@
 // Poles inside the shape and roots outside: where they are, and off the slice.
 
+#include <algorithm>
 #include <catch2/catch.hpp>
-#include <cmath>
 #include <limits>
+#include <vector>
 
 #include "fit/evaluator.hpp"
 #include "fit/misplaced.hpp"
@@ -29,11 +30,12 @@ std::vector<double> field_at(const fitting::Samples& samples, const RationalMap&
 TEST_CASE("poles inside and roots outside, beyond the band, have one-sided samples") {
   const fitting::Level level = small_level();
   RationalMap map;
-  // The others are where they belong, within the band, without effect, in the slice or nowhere.
+  // The others are where they belong (the first far off the slice), within the band, without
+  // effect or nowhere.
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  map.factors = {{{0, 0, 0, 0.05}, -2},  {{0, 0, 0, 0.1}, 2},     {{0, 0, 0.95, 0.01}, -2},
+  map.factors = {{{0, 0, 0, 0.05}, -2},  {{0, 0, 0, 1.5}, 2},     {{0, 0, 0.95, 0.01}, -2},
                  {{0, 1.5, 0, 0.1}, -2}, {{0, 1.5, 0, -0.05}, 2}, {{0, 0, 0, 0.1}, 0},
-                 {{0, 0, 0, 0}, -2},     {{nan, 0, 0, 0.1}, -2}};
+                 {{nan, 0, 0, 0.1}, -2}};
   const auto [samples, factors] = fitting::misplaced_factors(map, distances_of(map), level);
   REQUIRE(samples.size() == 14);
   REQUIRE(factors.size() == 14);
@@ -42,6 +44,7 @@ TEST_CASE("poles inside and roots outside, beyond the band, have one-sided sampl
     CHECK(factors[i] == (is_pole ? 0 : 4));
     const Eigen::Vector3d center = is_pole ? Eigen::Vector3d(0, 0, 0) : Eigen::Vector3d(0, 1.5, 0);
     CHECK((samples.position[i] - center).norm() == Approx(i % 7 == 0 ? 0 : 0.05));
+    CHECK(std::ranges::count(samples.position, samples.position[i]) == 1);
     CHECK(samples.side[i] == (is_pole ? -1 : 1));
     CHECK(samples.target[i] == samples.side[i] * level.band);
     CHECK(samples.weight[i] == Approx(10.0 / 7 / level.samples));
@@ -49,15 +52,25 @@ TEST_CASE("poles inside and roots outside, beyond the band, have one-sided sampl
   }
 }
 
+TEST_CASE("a misplaced centre in the slice has samples beside it alone") {
+  RationalMap map;
+  map.factors = {{{0, 0, 0, 0}, -2}};
+  const auto [samples, factors] = fitting::misplaced_factors(map, distances_of(map), small_level());
+  REQUIRE(samples.size() == 6);
+  for (const auto& x : samples.position) CHECK(x.norm() == Approx(1e-5));
+}
+
 TEST_CASE("a misplaced factor is lifted as far as its samples ask, and no other moves") {
   const fitting::Level level = small_level();
   RationalMap map;
-  // F = ln |x| on the slice, but for a pole inside and a root outside; the last does no harm.
+  // F = ln |x| on the slice, but for a pole inside and a root outside; the next does no harm, and
+  // the last could do none.
   map.slice = 0.25;
   map.factors = {{{0, 0, 0, 0.25}, 1},
                  {{0.3, -0.4, 0, 0.23}, -0.5},
                  {{0, 0, 1.8, 0.26}, 0.2},
-                 {{0, -1.8, 0, 0.35}, 1e-3}};
+                 {{0, -1.8, 0, 0.35}, 1e-3},
+                 {{0.3, -0.4, 0, 0.26}, -1e-3}};  // in the first pole's hole
   const auto found = fitting::misplaced_factors(map, distances_of(map), level);
   const auto before = field_at(found.samples, map);
   REQUIRE(before[0] > 0);  // a hole
@@ -65,6 +78,7 @@ TEST_CASE("a misplaced factor is lifted as far as its samples ask, and no other 
   REQUIRE(lifted);
   CHECK(lifted->factors[0].center == map.factors[0].center);
   CHECK(lifted->factors[3].center == map.factors[3].center);
+  CHECK(lifted->factors[4].center == map.factors[4].center);
   CHECK(lifted->factors[1].center.w < 0.2);
   CHECK(lifted->factors[2].center.w > 0.27);
   const auto after = field_at(found.samples, *lifted);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <limits>
 
 #include "fit/monopoles.hpp"
 #include "sphere_pool.hpp"

@@ -202,11 +202,12 @@ TEST_CASE("a stage asks at the centres of poles inside the shape, where they are
   fitting::Stages stages(start, target, keeping, options, schedule, budget, unkept, {},
                          test::alone());
   stages.run();
-  REQUIRE(asked.size() > 2);  // as drawn, with samples at the centre; there in the end
+  REQUIRE(asked.size() > 2);  // as drawn; with samples at the centre; those alone in the end
   CHECK(asked[0].size() == 200);
   REQUIRE(asked[1].size() == 207);
   CHECK(asked[1].position[200] == Eigen::Vector3d(0.1, 0.2, 0));
   CHECK(asked[1].side.back() == -1);
+  CHECK(std::ranges::none_of(asked[2].side, [](double side) { return side == 0; }));
 }
 
 TEST_CASE("a body that a root outside makes is gone when a fit ends") {
@@ -235,6 +236,10 @@ TEST_CASE("a body that a root outside makes is gone when a fit ends") {
   CHECK(field_outside(target) < 0);
   target.distances = from_unit_sphere;
   CHECK(field_outside(target) > small_level().band);
+  target.overlap = [&](const RationalMap& map, int) {
+    return map.factors.back().center == outside ? 0.5 : 0.4;
+  };
+  CHECK(field_outside(target) < 0);  // not at the shape's cost
 }
 
 TEST_CASE(

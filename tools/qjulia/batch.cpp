@@ -345,7 +345,7 @@ Examples:
   qjulia batch shapes.toml -o results
   qjulia batch shapes.toml -o results --resume     after whatever has happened
   qjulia batch --status results
-  mpirun -np 4 qjulia batch shapes.toml -o results   on the machines mpirun is told
+  mpirun -np 4 qjulia batch shapes.toml -o results   on the machines given to mpirun
 '--device all' uses every device there is. Exit code 1 while any entry is not done.)",
                /*can_trace=*/false},
               describe_batch, run_batch);

@@ -83,7 +83,7 @@ void check_input(const ExploreArguments& arguments, Session& session) {
   if (arguments.output.empty() && arguments.fit.options.factors == 0 && !arguments.fit.time_limit)
     return;
   throw InputError(fmt::format(
-      "--output, --factors and --time-limit are of a fit, which needs a mesh, and '{}' is a map",
+      "--output, --factors and --time-limit belong to a fit, which needs a mesh, but '{}' is a map",
       arguments.input));
 }
 
@@ -134,7 +134,7 @@ void describe_explore(Command command, ExploreArguments& a) {
   command.add("--port", &a.options.port, "N", "Port of the page; 0: any that is free")
       .range(0, 65535);
   command.add("--host", &a.options.host, "ADDRESS",
-              "Address of this machine to listen on. Others than the default can be reached by "
+              "Address of this machine to listen on. Any but the default can be reached by "
               "whoever is on the network");
   command.flag("--keep-loose", a.options.keep_loose,
                "Draw all connected parts of the set, as 'qjulia render' does with it");

@@ -41,7 +41,7 @@ void add_fit_size(Command command, FitArguments& a, const char* time_limit_help)
 
 void add_fit_options(Command command, FitArguments& a) {
   add_fit_size(command, a,
-               "Seconds of the whole command, with --resume of this run; the map reached by then "
+               "Seconds of the whole command (with --resume, of this run); the map reached by then "
                "is saved. Default: none");
   command.add("--max-factors", &a.options.max_factors, "INT",
               "The largest number that 'auto' stands for, 8 to 20000");

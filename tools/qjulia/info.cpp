@@ -482,7 +482,7 @@ void describe_info(Command command, InfoArguments& a) {
                "Also count the points near a map's surface that are inside in single and outside "
                "in double precision, or the other way round");
   command.flag("--printable", a.printable,
-               "Also whether a mesh is ready to print: one closed body, with walls that the nozzle "
+               "Also say if a mesh is ready to print: one closed body, with walls that the nozzle "
                "can make");
   command.add("--nozzle", &a.nozzle, "NUMBER", "Width of the printer's nozzle, millimetres")
       .range(0.01, 10);

@@ -117,9 +117,9 @@ void describe_paint(Command command, PaintArguments& a) {
               "With --mesh: the number of a .ply's vertices, 0 to 1, that is the share instead");
   command.add("--thickness", &a.options.thickness, "FRACTION",
               "Bounds the shell by this share of the shape's own thickness, 0.01 to 2: thin limbs "
-              "then keep their shape, and thick parts all of the detail. 0.15 is a good one");
+              "then keep their shape, and thick parts all of the detail. 0.15 is a good value");
   command.add("--elsewhere", &a.options.elsewhere, "SHARE",
-              "The share of places that nothing is said of");
+              "The share of places that no other option mentions");
   command.flag("--clear", a.clear, "Takes the map's paint away, and paints nothing");
   add_device(command, a.device);
 }

@@ -11,7 +11,7 @@ namespace {
 constexpr const char* kDescription =
     "What would a Mandelbrot-like set in the shape of this mesh look like?\n"
     "qjulia fits an iterated quaternion rational map to a triangle mesh. The map is some\n"
-    "fifty kilobytes and has no resolution: make surfaces and pictures as fine as you like.";
+    "hundred kilobytes and has no resolution: make surfaces and pictures as fine as you like.";
 
 constexpr const char* kExamples =
     "First steps:\n"

@@ -153,7 +153,7 @@ void describe_shape(Command command, ShapeArguments& a) {
   command.add(
       "--thickness", &a.paint.thickness, "FRACTION",
       "Paints the map: bounds the shell by this share of the shape's own thickness, 0.01 to 2, so "
-      "that thin limbs keep their shape under a larger --detail. 0.15 is a good one");
+      "that thin limbs keep their shape under a larger --detail. 0.15 is a good value");
   add_tufts_and_up(command, a.options.tufts, a.options.up);
   command.add("--versor", &a.versor, "random:K:SEED|noise:N:SCALE:SEED|MAP",
               "What gives the grooves their pattern: random:K:SEED for K roots placed at random in "
@@ -180,7 +180,7 @@ void add_shape(CommandLine& program, ChosenCommand& chosen) {
   qjulia shape human.obj -o noise.qjulia.json --versor noise:2:9:1
   qjulia shape bunny.obj -o bunny.qjulia.json --versor fitted.qjulia.json
 The map holds the mesh's distance on a grid: about a megabyte, where a fitted map has
-some fifty kilobytes, but thin limbs and sharp edges are all there. The versor, which gives
+about a hundred kilobytes, but thin limbs and sharp edges are all there. The versor, which gives
 the grooves their pattern, is free. See docs/exact-maps.md.)"},
               describe_shape, run_shape);
 }

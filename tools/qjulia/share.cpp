@@ -43,7 +43,7 @@ void add_share(CommandLine& program, ChosenCommand& chosen) {
               {"share", "Make a page on which others play with a map", R"(Example:
   qjulia share bunny.qjulia.json -o bunny.html
 The page needs nothing else, no network and no qjulia: the viewer's own graphics draw the set
-(WebGL 2). It has a slider for every option of the map, and its address says how all stands,
+(WebGL 2). It has a slider for every option of the map, and its address holds all settings,
 so that a link to it is a shape. The map is in it: every command that reads maps reads the
 page too. See docs/explore.md.)",
                /*can_trace=*/false},
