@@ -265,7 +265,9 @@ std::optional<StopReason> Stages::run_stage() {
     lift_misplaced();
     map_ = map();
   }
-  CurvatureSource source{{}, random_.state(), before.level, {}};
+  CurvatureSource source;
+  source.random = random_.state();
+  source.level = before.level;
   Samples samples = part("draw samples", [&] { return draw(level, random_); });
   if (level.loss == Loss::tanh) std::ranges::fill(samples.target, map_.surface_level);
   auto evaluator = part("send samples", [&] { return evaluator_of(samples, level); });

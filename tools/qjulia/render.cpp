@@ -192,8 +192,14 @@ struct Scene {
 };
 
 Scene read_scene(const RenderArguments& arguments, Session& session) {
-  if (is_mesh_file(arguments.input)) return {{}, session.read_mesh(arguments.input)};
-  return {session.read_map(arguments.input), {}};
+  // Not `return {{}, read_mesh(…)}`: where that throws, GCC 12 destroys the map twice.
+  Scene scene;
+  if (is_mesh_file(arguments.input)) {
+    scene.mesh = session.read_mesh(arguments.input);
+  } else {
+    scene.map = session.read_map(arguments.input);
+  }
+  return scene;
 }
 
 Studio studio_of(const Device& device, const Scene& scene, const std::string& input,
