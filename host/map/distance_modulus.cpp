@@ -9,7 +9,7 @@
 namespace qjulia {
 namespace {
 
-void check_positive(double value, const char* name) {
+void check_length(double value, const char* name) {
   constexpr double kLeast = 1e-9, kMost = 1e9;  // single precision squares them
   if (value >= kLeast && value <= kMost) return;
   throw InputError(fmt::format("the map's distance.{} is {}: it must be within {} … {}", name,
@@ -27,9 +27,9 @@ bool DistanceModulus::operator==(const DistanceModulus& other) const {
 
 void DistanceModulus::validate() const {
   if (!grid) throw InputError("the map's distance has no grid");
-  check_positive(step, "step");
-  check_positive(shell, "shell");
-  check_positive(inradius, "inradius");
+  check_length(step, "step");
+  check_length(shell, "shell");
+  check_length(inradius, "inradius");
   constexpr double kMost = 1e9;
   if (origin.cwiseAbs().maxCoeff() <= kMost) return;
   throw InputError("the map's distance.origin must have finite numbers within ±1e9");
