@@ -54,6 +54,10 @@ std::vector<Numbers> Team::all_gather(const std::function<Numbers()>& compute) {
   return exchange(std::move(mine), status);
 }
 
+Numbers Team::first(const std::function<Numbers()>& compute) {
+  return all_gather([&] { return rank() == 0 ? compute() : Numbers(); }).front();
+}
+
 Numbers Team::broadcast(Numbers numbers) {
   if (rank() > 0) numbers.clear();
   return exchange(std::move(numbers), kWell).front();
@@ -79,6 +83,41 @@ void Team::leave(const std::exception& reason) {
 
 namespace {
 
+/// An evenly spaced part of the samples, as many as the largest matrix takes, with weights that
+/// make it stand for all.
+Samples for_matrices(const Samples& samples) {
+  constexpr std::size_t kEnough = curvature_samples(1 + 5 * kMostByMatrix);
+  const std::size_t step = std::max<std::size_t>(1, samples.size() / kEnough);
+  const std::size_t count = (samples.size() + step - 1) / step;
+  const double share = static_cast<double>(samples.size()) / static_cast<double>(count);
+  Samples part;
+  for (std::size_t i = 0; i < samples.size(); i += step) {
+    part.add(samples.position[i], share * samples.weight[i], samples.target[i], samples.side[i],
+             samples.off_slice[i]);
+  }
+  return part;
+}
+
+Numbers packed(const CurvatureFactor& factor) {
+  Numbers numbers(factor.scale.begin(), factor.scale.end());
+  for (Eigen::Index j = 0; j < factor.scale.size(); ++j) {
+    for (Eigen::Index i = j; i < factor.scale.size(); ++i) numbers.push_back(factor.lower(i, j));
+  }
+  return numbers;
+}
+
+CurvatureFactor unpacked(const Numbers& numbers, Eigen::Index n) {
+  CurvatureFactor factor{Eigen::Map<const Eigen::VectorXd>(numbers.data(), n),
+                         Eigen::MatrixXf::Zero(n, n)};
+  const double* next = numbers.data() + n;
+  for (Eigen::Index j = 0; j < n; ++j) {
+    for (Eigen::Index i = j; i < n; ++i) factor.lower(i, j) = static_cast<float>(*next++);
+  }
+  return factor;
+}
+
+/// Energies and gradients are the sums of the parts'. Matrices are rank 0's, from a part of all
+/// samples: a quarter of a second's work a stage, which takes longer to divide and exchange.
 class DistributedEvaluator final : public Evaluator {
  public:
   DistributedEvaluator(Team& team, const EvaluatorFactory& local, int parts, const Samples& samples,
@@ -94,6 +133,7 @@ class DistributedEvaluator final : public Evaluator {
       }
       mine_.push_back(local(part, options));
     }
+    if (team.rank() == 0) of_matrices_ = local(for_matrices(samples), options);
   }
 
   Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
@@ -119,8 +159,8 @@ class DistributedEvaluator final : public Evaluator {
   }
 
   Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
-    return summed_matrix(1 + 5 * map.factors.size(),
-                         [&](Evaluator& part) { return part.gauss_newton(map); });
+    return first_matrix(1 + 5 * map.factors.size(),
+                        [&] { return of_matrices_->gauss_newton(map); });
   }
 
   Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
@@ -131,10 +171,25 @@ class DistributedEvaluator final : public Evaluator {
     return Eigen::Map<const Eigen::VectorXd>(sum.data(), static_cast<Eigen::Index>(sum.size()));
   }
 
+  /// The other ranks keep the sum's weights alone.
+  void add_curvature(const RationalMap& map, const std::vector<std::size_t>& moved,
+                     CurvatureSum& sum) override {
+    team_.first([&] {
+      of_matrices_->add_curvature(map, moved, sum);
+      return Numbers();
+    });
+    if (!of_matrices_) sum.faded(map.factors.size(), moved);
+  }
+
+  CurvatureFactor factor(const CurvatureSum& sum, double damping) override {
+    return unpacked(team_.first([&] { return packed(of_matrices_->factor(sum, damping)); }),
+                    sum.weight.size());
+  }
+
   Eigen::MatrixXd pursuit_products(const RationalMap& map,
                                    const std::vector<Quaternion>& centers) override {
-    return summed_matrix(2 + centers.size(),
-                         [&](Evaluator& part) { return part.pursuit_products(map, centers); });
+    return first_matrix(2 + centers.size(),
+                        [&] { return of_matrices_->pursuit_products(map, centers); });
   }
 
  private:
@@ -166,29 +221,21 @@ class DistributedEvaluator final : public Evaluator {
     return sum;
   }
 
-  /// The same of matrices, which are too large to be kept for all parts: every rank adds one of its
-  /// parts in each exchange.
-  Eigen::MatrixXd summed_matrix(std::size_t order,
-                                const std::function<Eigen::MatrixXd(Evaluator&)>& question) {
+  /// Rank 0's, on every rank.
+  Eigen::MatrixXd first_matrix(std::size_t order, const std::function<Eigen::MatrixXd()>& compute) {
     const auto n = static_cast<Eigen::Index>(order);
-    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(n, n);
-    for (std::size_t turn = 0; turn * size() < parts_; ++turn) {
-      const auto said = team_.all_gather([&] {
-        if (turn >= mine_.size()) return Numbers();
-        const Eigen::MatrixXd part = question(*mine_[turn]);
-        return Numbers(part.data(), part.data() + part.size());
-      });
-      for (const Numbers& part : said) {
-        if (!part.empty()) sum += Eigen::Map<const Eigen::MatrixXd>(part.data(), n, n);
-      }
-    }
-    return sum;
+    const Numbers numbers = team_.first([&] {
+      const Eigen::MatrixXd matrix = compute();
+      return Numbers(matrix.data(), matrix.data() + matrix.size());
+    });
+    return Eigen::Map<const Eigen::MatrixXd>(numbers.data(), n, n);
   }
 
   Team& team_;
   std::size_t samples_;
   std::size_t parts_ = 1;
   std::vector<std::unique_ptr<Evaluator>> mine_;  ///< of this rank's parts, ascending
+  std::unique_ptr<Evaluator> of_matrices_;        ///< on rank 0
 };
 
 }  // namespace

@@ -45,6 +45,10 @@ class Team {
   /// throw the DeviceError that says so, and can go on.
   std::vector<Numbers> all_gather(const std::function<Numbers()>& compute);
 
+  /// What rank 0 computes, on every rank; others do not call `compute`. The same where it has too
+  /// little device memory.
+  Numbers first(const std::function<Numbers()>& compute);
+
   /// Rank 0's numbers, on every rank.
   Numbers broadcast(Numbers numbers);
   std::string broadcast_text(const std::string& text);
