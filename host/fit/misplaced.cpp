@@ -7,7 +7,7 @@ namespace qjulia::fitting {
 namespace {
 
 constexpr std::size_t kPerFactor = 7;  // points
-constexpr double kLeastW = 1e-6;       // map units: at a centre in the slice F is infinite
+constexpr double kLeastGap = 1e-6;     // map units: at a centre in the slice F is infinite
 
 }  // namespace
 
@@ -17,7 +17,7 @@ std::vector<Eigen::Vector3d> points_at_centers(const RationalMap& map) {
     const Eigen::Vector3d center(c.x, c.y, c.z);
     points.push_back(center);
     for (int axis = 0; axis < 3; ++axis) {
-      const double length = std::max(std::abs(c.w - map.slice), 10 * kLeastW);
+      const double length = std::max(std::abs(c.w - map.slice), 10 * kLeastGap);
       const Eigen::Vector3d step = length * Eigen::Vector3d::Unit(axis);
       points.emplace_back(center + step);
       points.emplace_back(center - step);
@@ -39,7 +39,7 @@ MisplacedFactors misplaced_factors(const RationalMap& map, const std::vector<dou
     const std::size_t k = i / kPerFactor;
     const std::size_t center = k * kPerFactor;
     if (!is_misplaced(center) || !is_misplaced(i)) continue;
-    if (i == center && std::abs(map.factors[k].center.w - map.slice) < kLeastW) continue;
+    if (i == center && std::abs(map.factors[k].center.w - map.slice) < kLeastGap) continue;
     const double side = distances[i] < 0 ? -1 : 1;
     misplaced.factors.push_back(k);
     misplaced.samples.add(points[i], kWeight / level.samples, side * level.band, side);

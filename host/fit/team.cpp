@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "base/large_pages.hpp"
 #include "device/refused.hpp"
 #include "qjulia/error.hpp"
 
@@ -55,12 +56,12 @@ std::vector<Numbers> Team::all_gather(const std::function<Numbers()>& compute) {
 }
 
 Numbers Team::first(const std::function<Numbers()>& compute) {
-  return all_gather([&] { return rank() == 0 ? compute() : Numbers(); }).front();
+  return std::move(all_gather([&] { return rank() == 0 ? compute() : Numbers(); }).front());
 }
 
 Numbers Team::broadcast(Numbers numbers) {
   if (rank() > 0) numbers.clear();
-  return exchange(std::move(numbers), kWell).front();
+  return std::move(exchange(std::move(numbers), kWell).front());
 }
 
 std::string Team::broadcast_text(const std::string& text) {
@@ -83,10 +84,10 @@ void Team::leave(const std::exception& reason) {
 
 namespace {
 
-/// An evenly spaced part of the samples, as many as the largest matrix takes, with weights that
-/// make it stand for all.
+/// An evenly spaced part of the samples that stands for all in matrices, of which an evaluator
+/// takes a part again: at least four times as many as the largest matrix needs.
 Samples for_matrices(const Samples& samples) {
-  constexpr std::size_t kEnough = curvature_samples(1 + 5 * kMostByMatrix);
+  constexpr std::size_t kEnough = 4 * curvature_samples(1 + 5 * kMostByMatrix);
   const std::size_t step = std::max<std::size_t>(1, samples.size() / kEnough);
   const std::size_t count = (samples.size() + step - 1) / step;
   const double share = static_cast<double>(samples.size()) / static_cast<double>(count);
@@ -98,26 +99,35 @@ Samples for_matrices(const Samples& samples) {
   return part;
 }
 
+/// L's rows, which may be more than n; S; L's lower triangle by columns.
 Numbers packed(const CurvatureFactor& factor) {
-  Numbers numbers(factor.scale.begin(), factor.scale.end());
-  for (Eigen::Index j = 0; j < factor.scale.size(); ++j) {
-    for (Eigen::Index i = j; i < factor.scale.size(); ++i) numbers.push_back(factor.lower(i, j));
+  const Eigen::Index n = factor.scale.size();
+  Numbers numbers{static_cast<double>(factor.lower.rows())};
+  numbers.reserve(static_cast<std::size_t>(1 + n + n * (n + 1) / 2));
+  numbers.insert(numbers.end(), factor.scale.begin(), factor.scale.end());
+  for (Eigen::Index j = 0; j < n; ++j) {
+    for (Eigen::Index i = j; i < n; ++i) numbers.push_back(factor.lower(i, j));
   }
   return numbers;
 }
 
+/// @param n of S and of L's triangle.
 CurvatureFactor unpacked(const Numbers& numbers, Eigen::Index n) {
-  CurvatureFactor factor{Eigen::Map<const Eigen::VectorXd>(numbers.data(), n),
-                         Eigen::MatrixXf::Zero(n, n)};
-  const double* next = numbers.data() + n;
+  // As many rows as there: solving rounds by where columns begin.
+  const auto rows = static_cast<Eigen::Index>(numbers.front());
+  CurvatureFactor factor{Eigen::Map<const Eigen::VectorXd>(numbers.data() + 1, n),
+                         Eigen::MatrixXf(rows, rows)};
+  base::use_large_pages(factor.lower.data(),
+                        static_cast<std::size_t>(factor.lower.size()) * sizeof(float));
+  const double* next = numbers.data() + 1 + n;
   for (Eigen::Index j = 0; j < n; ++j) {
     for (Eigen::Index i = j; i < n; ++i) factor.lower(i, j) = static_cast<float>(*next++);
   }
   return factor;
 }
 
-/// Energies and gradients are the sums of the parts'. Matrices are rank 0's, from a part of all
-/// samples: a quarter of a second's work a stage, which takes longer to divide and exchange.
+/// Energies and gradients are the sums of the parts'. Matrices are rank 0's: with 331 factors a
+/// quarter of a second's work a stage, which takes longer to divide and exchange.
 class DistributedEvaluator final : public Evaluator {
  public:
   DistributedEvaluator(Team& team, const EvaluatorFactory& local, int parts, const Samples& samples,
@@ -125,15 +135,18 @@ class DistributedEvaluator final : public Evaluator {
       : team_(team), samples_(samples.size()) {
     // A part has at least one sample.
     parts_ = std::min(static_cast<std::size_t>(parts), samples_);
-    for (auto p = static_cast<std::size_t>(team.rank()); p < parts_; p += size()) {
-      Samples part;
-      for (std::size_t i = begin_of(p); i < begin_of(p + 1); ++i) {
-        part.add(samples.position[i], samples.weight[i], samples.target[i], samples.side[i],
-                 samples.off_slice[i]);
+    team.all_gather([&] {  // memory may be short on one rank alone
+      for (auto p = static_cast<std::size_t>(team.rank()); p < parts_; p += size()) {
+        Samples part;
+        for (std::size_t i = begin_of(p); i < begin_of(p + 1); ++i) {
+          part.add(samples.position[i], samples.weight[i], samples.target[i], samples.side[i],
+                   samples.off_slice[i]);
+        }
+        mine_.push_back(local(part, options));
       }
-      mine_.push_back(local(part, options));
-    }
-    if (team.rank() == 0) of_matrices_ = local(for_matrices(samples), options);
+      if (team.rank() == 0 && parts_ > 1) of_all_ = local(for_matrices(samples), options);
+      return Numbers();
+    });
   }
 
   Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
@@ -160,7 +173,7 @@ class DistributedEvaluator final : public Evaluator {
 
   Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
     return first_matrix(1 + 5 * map.factors.size(),
-                        [&] { return of_matrices_->gauss_newton(map); });
+                        [&] { return of_matrices().gauss_newton(map); });
   }
 
   Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
@@ -175,21 +188,25 @@ class DistributedEvaluator final : public Evaluator {
   void add_curvature(const RationalMap& map, const std::vector<std::size_t>& moved,
                      CurvatureSum& sum) override {
     team_.first([&] {
-      of_matrices_->add_curvature(map, moved, sum);
+      of_matrices().add_curvature(map, moved, sum);
       return Numbers();
     });
-    if (!of_matrices_) sum.faded(map.factors.size(), moved);
+    if (team_.rank() > 0) sum.faded(map.factors.size(), moved);
   }
 
   CurvatureFactor factor(const CurvatureSum& sum, double damping) override {
-    return unpacked(team_.first([&] { return packed(of_matrices_->factor(sum, damping)); }),
-                    sum.weight.size());
+    CurvatureFactor factor;
+    const Numbers said = team_.first([&] {
+      factor = of_matrices().factor(sum, damping);
+      return team_.size() > 1 ? packed(factor) : Numbers();
+    });
+    return team_.rank() == 0 ? factor : unpacked(said, sum.weight.size());
   }
 
   Eigen::MatrixXd pursuit_products(const RationalMap& map,
                                    const std::vector<Quaternion>& centers) override {
     return first_matrix(2 + centers.size(),
-                        [&] { return of_matrices_->pursuit_products(map, centers); });
+                        [&] { return of_matrices().pursuit_products(map, centers); });
   }
 
  private:
@@ -221,6 +238,9 @@ class DistributedEvaluator final : public Evaluator {
     return sum;
   }
 
+  /// On rank 0: of all samples, or of as many as matrices need.
+  Evaluator& of_matrices() { return of_all_ ? *of_all_ : *mine_.front(); }
+
   /// Rank 0's, on every rank.
   Eigen::MatrixXd first_matrix(std::size_t order, const std::function<Eigen::MatrixXd()>& compute) {
     const auto n = static_cast<Eigen::Index>(order);
@@ -235,7 +255,7 @@ class DistributedEvaluator final : public Evaluator {
   std::size_t samples_;
   std::size_t parts_ = 1;
   std::vector<std::unique_ptr<Evaluator>> mine_;  ///< of this rank's parts, ascending
-  std::unique_ptr<Evaluator> of_matrices_;        ///< on rank 0
+  std::unique_ptr<Evaluator> of_all_;             ///< on rank 0, where there are several parts
 };
 
 }  // namespace

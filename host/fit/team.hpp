@@ -45,8 +45,8 @@ class Team {
   /// throw the DeviceError that says so, and can go on.
   std::vector<Numbers> all_gather(const std::function<Numbers()>& compute);
 
-  /// What rank 0 computes, on every rank; others do not call `compute`. The same where it has too
-  /// little device memory.
+  /// What rank 0 computes, on every rank; the others do not call `compute`. Where rank 0 has too
+  /// little device memory, all throw, as in `all_gather`.
   Numbers first(const std::function<Numbers()>& compute);
 
   /// Rank 0's numbers, on every rank.
@@ -79,8 +79,9 @@ class Team {
 };
 
 /// Evaluators over the samples in `parts` equal parts, part p on rank p mod size, each with an
-/// evaluator of its own that `local` makes. What the parts give is summed in the parts' order, on
-/// every rank: the same bits for the same number of parts, however many ranks there are.
+/// evaluator of its own that `local` makes. Energies, gradients and diagonals are summed in the
+/// parts' order on every rank; matrices are rank 0's, of an evenly spaced part of all samples. So
+/// the same number of parts gives the same bits, however many ranks there are.
 EvaluatorFactory distributed(Team& team, EvaluatorFactory local, int parts);
 
 }  // namespace qjulia::fitting

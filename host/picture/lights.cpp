@@ -18,7 +18,6 @@ constexpr int kRimMap = 384;
 constexpr int kKeyMap = 768;
 constexpr int kLeastMap = 64;
 constexpr double kKeySoftness = 0.05;
-constexpr double kDegree = std::numbers::pi / 180;
 
 /// What the surroundings send from a direction whose sine of elevation is `rise`, per steradian:
 /// a sky brightest overhead, cool; a floor that glows warmly with the light it has got.

@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <numbers>
 
 #include "layout/picture_layout.h"
 
@@ -11,7 +10,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180;
 /// A set's shell reaches beyond the shape it was fitted to, by less than this share of its size.
 constexpr double kShell = 1.06;
 /// Share of the frame that the cylinder may fill: shapes seldom reach its rims.

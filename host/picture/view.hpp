@@ -2,11 +2,14 @@
 /// Where rays come from: perspective views for cameras, parallel ones for lights.
 
 #include <Eigen/Core>
+#include <numbers>
 #include <vector>
 
 #include "qjulia/picture.hpp"
 
 namespace qjulia::picture {
+
+inline constexpr double kDegree = std::numbers::pi / 180;  ///< in radians
 
 /// `columns` × `rows` rays. The ray of pixel coordinates (x, y), pixel centres at halves, y
 /// downward, starts at eye + x eye_dx + y eye_dy and runs along dir + x dir_dx + y dir_dy; depth

@@ -189,10 +189,10 @@ struct FlakeView {
   }
 };
 
-void check_flake(const Device& device, const picture::MarchedSet& set, FlakeView against) {
+void check_flake(const Device& device, const picture::MarchedSet& set, const FlakeView& reference) {
   const auto source = picture::march_source(device, set);
   CHECK(source->loose_pieces().count == (set.keeps_loose ? 0 : 1));
-  picture::View& view = against.view;
+  picture::View view = reference.view;
   for (const bool coarse : {false, true}) {
     CAPTURE(device.info().name, to_string(set.precision), set.keeps_loose, coarse);
     view.coarse_will_do = coarse;
@@ -202,10 +202,10 @@ void check_flake(const Device& device, const picture::MarchedSet& set, FlakeView
     for (int row = 0; row < view.rows; ++row) {
       for (int column = 0; column < view.columns; ++column) {
         const auto ray = static_cast<std::size_t>(row * view.columns + column);
-        const double expected = against.expected[ray];
+        const double expected = reference.expected[ray];
         const double found = depths[ray];
         if (found >= 0) ++hits;
-        const Vector3d at = against.eye(column, row) + found * test::direction(view, column, row);
+        const Vector3d at = reference.eye(column, row) + found * test::direction(view, column, row);
         if (found >= 0 && at.x() > 1.4) ++on_flake;
         if ((found >= 0) != (expected >= 0)) {
           ++wrong;

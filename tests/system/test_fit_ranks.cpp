@@ -19,18 +19,19 @@ std::string torus(const TemporaryFolder& folder) {
   return folder.file("torus.obj", qjulia::test::obj_text(qjulia::shapes::torus()));
 }
 
-/// `qjulia fit` without the program's name: three sample parts.
-std::vector<std::string> fit(const std::string& mesh, const std::string& map, int evaluations) {
+/// `qjulia fit` without the program's name.
+std::vector<std::string> fit(const std::string& mesh, const std::string& map, int evaluations,
+                             int factors = 30, int parts = 3) {
   return {"fit",
           mesh,
           "-o",
           map,
           "--factors",
-          "30",
+          std::to_string(factors),
           "--max-evaluations",
           std::to_string(evaluations),
           "--sample-parts",
-          "3"};
+          std::to_string(parts)};
 }
 
 std::vector<std::string> with_program(std::vector<std::string> command) {
@@ -84,6 +85,20 @@ TEST_CASE("a fit is the same on one, two and three ranks") {
     const ProcessResult nothing = run_ranks(ranks, with_program(again));
     CHECK(nothing.exit_code == 0);
     CHECK(count(nothing.err, "there is nothing to resume") == 1);
+  }
+}
+
+TEST_CASE("a matrix that a device factorises gives the same fit on one and two ranks") {
+  const TemporaryFolder folder;
+  const std::string mesh = torus(folder);
+  for (const int parts : {1, 2}) {
+    const std::string one = folder / "one.qjulia.json";
+    const std::string two = folder / "two.qjulia.json";
+    REQUIRE(run_command(fit(mesh, one, 130, 80, parts)).exit_code == 0);
+    const ProcessResult done = run_ranks(2, with_program(fit(mesh, two, 130, 80, parts)));
+    CAPTURE(parts, done.err);
+    REQUIRE(done.exit_code == 0);
+    CHECK(without_times(two) == without_times(one));
   }
 }
 

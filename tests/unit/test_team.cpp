@@ -68,18 +68,57 @@ RationalMap some_map() {
   return map;
 }
 
-/// On a device too small for the Gauss-Newton matrix.
-class SmallDevice final : public fitting::ForwardingEvaluator {
+/// Fails where matrices are computed or added up, and at the samples.
+class Failing final : public fitting::ForwardingEvaluator {
  public:
-  explicit SmallDevice(std::unique_ptr<fitting::Evaluator> evaluator)
-      : ForwardingEvaluator(*evaluator), evaluator_(std::move(evaluator)) {}
-  Eigen::MatrixXd gauss_newton(const RationalMap&) override {
-    throw DeviceError("toy", "clCreateBuffer", CL_MEM_OBJECT_ALLOCATION_FAILURE);
+  using Fail = std::function<void()>;
+  Failing(std::unique_ptr<fitting::Evaluator> evaluator, Fail fail)
+      : ForwardingEvaluator(*evaluator), evaluator_(std::move(evaluator)), fail_(std::move(fail)) {}
+  std::vector<double> field(const RationalMap& map) override {
+    fail_();
+    return ForwardingEvaluator::field(map);
+  }
+  Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
+    fail_();
+    return ForwardingEvaluator::gauss_newton(map);
+  }
+  void add_curvature(const RationalMap& map, const std::vector<std::size_t>& moved,
+                     fitting::CurvatureSum& sum) override {
+    fail_();
+    ForwardingEvaluator::add_curvature(map, moved, sum);
+  }
+  fitting::CurvatureFactor factor(const fitting::CurvatureSum& sum, double damping) override {
+    fail_();
+    return ForwardingEvaluator::factor(sum, damping);
   }
 
  private:
   std::unique_ptr<fitting::Evaluator> evaluator_;
+  Fail fail_;
 };
+
+void lack_memory() { throw DeviceError("toy", "clCreateBuffer", CL_MEM_OBJECT_ALLOCATION_FAILURE); }
+
+/// The reference, which on one rank fails.
+fitting::EvaluatorFactory failing_on(int rank, const Team& team, Failing::Fail fail) {
+  return [=, &team](const fitting::Samples& samples,
+                    const fitting::EnergyOptions& options) -> std::unique_ptr<fitting::Evaluator> {
+    auto evaluator = fitting::make_reference_evaluator(samples, options);
+    if (team.rank() != rank) return evaluator;
+    return std::make_unique<Failing>(std::move(evaluator), fail);
+  };
+}
+
+/// Whether `work` ends for want of device memory.
+template <class Work>
+bool lacks_memory(const Work& work) {
+  try {
+    work();
+  } catch (const DeviceError& error) {
+    return error.code() == CL_MEM_OBJECT_ALLOCATION_FAILURE;
+  }
+  return false;
+}
 
 }  // namespace
 
@@ -159,8 +198,20 @@ TEST_CASE("sums of matrices and their factors are the same bits on each of any n
   }
 }
 
+TEST_CASE("one part's matrix is the undivided one, on any number of ranks") {
+  const fitting::Samples samples = some_samples(210'001);
+  const RationalMap map = some_map();
+  const auto whole = fitting::make_reference_evaluator(samples, {})->gauss_newton(map);
+  for (const auto& [found, error] : on_ranks(2, [&](Team& team) {
+         return fitting::distributed(team, kReference, 1)(samples, {})->gauss_newton(map);
+       })) {
+    CHECK(error.empty());
+    CHECK(found == whole);
+  }
+}
+
 TEST_CASE("a matrix of an evenly spaced part stands for that of many samples") {
-  const fitting::Samples samples = some_samples(60'001);
+  const fitting::Samples samples = some_samples(210'001);
   const RationalMap map = some_map();
   const auto whole = fitting::make_reference_evaluator(samples, {})->gauss_newton(map);
   for (const auto& [found, error] : on_ranks(2, [&](Team& team) {
@@ -222,25 +273,46 @@ TEST_CASE("what one rank throws ends all, wherever they are") {
 }
 
 TEST_CASE("where one rank lacks memory, all throw the device's error and can go on") {
-  for (const auto& [energy, error] : on_ranks(2, [](Team& team) {
-         const fitting::EvaluatorFactory local =
-             [&](const fitting::Samples& samples,
-                 const fitting::EnergyOptions& options) -> std::unique_ptr<fitting::Evaluator> {
-           auto evaluator = fitting::make_reference_evaluator(samples, options);
-           if (team.rank() != 0) return evaluator;
-           return std::make_unique<SmallDevice>(std::move(evaluator));
-         };
-         const auto evaluator = fitting::distributed(team, local, 2)(some_samples(8), {});
-         bool thrown = false;
-         try {
-           evaluator->gauss_newton(some_map());
-         } catch (const DeviceError& e) {
-           thrown = e.code() == CL_MEM_OBJECT_ALLOCATION_FAILURE;
-         }
-         return thrown ? evaluator->evaluate(some_map(), false).energy : -1;
+  const RationalMap map = some_map();
+  const fitting::Samples samples = some_samples(8);
+  const auto check = [&](const auto& lacking) {
+    for (const auto& [energy, error] : on_ranks(2, [&](Team& team) {
+           if (!lacking(team)) return -1.0;
+           return fitting::distributed(team, kReference, 2)(samples, {})
+               ->evaluate(map, false)
+               .energy;
+         })) {
+      CHECK(error.empty());
+      CHECK(energy > 0);
+    }
+  };
+  check([&](Team& team) {  // for its own part
+    const auto made = fitting::distributed(team, failing_on(1, team, lack_memory), 2)(samples, {});
+    return lacks_memory([&] { made->field(map); });
+  });
+  check([&](Team& team) {  // for matrices
+    const auto made = fitting::distributed(team, failing_on(0, team, lack_memory), 2)(samples, {});
+    fitting::CurvatureSum sum;
+    return lacks_memory([&] { made->gauss_newton(map); }) &&
+           lacks_memory([&] { made->add_curvature(map, {}, sum); }) &&
+           lacks_memory([&] { made->factor(sum, 0.01); });
+  });
+  check([&](Team& team) {  // for the samples
+    const fitting::EvaluatorFactory none = [&](const auto& part, const auto& options) {
+      if (team.rank() == 1) lack_memory();
+      return fitting::make_reference_evaluator(part, options);
+    };
+    return lacks_memory([&] { fitting::distributed(team, none, 2)(samples, {}); });
+  });
+}
+
+TEST_CASE("what rank 0 throws at a matrix ends all") {
+  for (const auto& outcome : on_ranks(2, [](Team& team) {
+         const auto gone = [] { throw Error("the device is gone"); };
+         return fitting::distributed(team, failing_on(0, team, gone), 2)(some_samples(8), {})
+             ->gauss_newton(some_map());
        })) {
-    CHECK(error.empty());
-    CHECK(energy > 0);
+    CHECK_THAT(outcome.error, Catch::Matchers::EndsWith("the device is gone"));
   }
 }
 

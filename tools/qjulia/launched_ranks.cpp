@@ -122,15 +122,20 @@ std::vector<Ranks::Numbers> LaunchedRanks::all_gather(const Numbers& mine) {
   if (!has_joined_) return {mine};
   std::vector<Numbers> by_rank;
 #ifdef QJULIA_MPI
-  // MPI counts in int.
-  if (mine.size() > std::numeric_limits<int>::max() / static_cast<std::size_t>(size_)) {
+  constexpr std::size_t kMost = std::numeric_limits<int>::max();  // MPI counts in int
+  const auto check = [](std::size_t numbers) {
+    if (numbers <= kMost) return;
     throw Error("the ranks have more than 2^31 numbers for one message; use fewer factors");
-  }
+  };
+  check(mine.size());
   const auto count = static_cast<int>(mine.size());
   std::vector<int> counts(static_cast<std::size_t>(size_));
   MPI_Request request{};
   MPI_Iallgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, MPI_COMM_WORLD, &request);
   wait_for(request);
+  check(std::accumulate(counts.begin(), counts.end(), std::size_t{0}, [](std::size_t sum, int one) {
+    return sum + static_cast<std::size_t>(one);
+  }));
   std::vector<int> places(counts.size());
   std::exclusive_scan(counts.begin(), counts.end(), places.begin(), 0);
   Numbers all(static_cast<std::size_t>(places.back() + counts.back()));
