@@ -72,7 +72,7 @@ TEST_CASE("the factor's product is the scaled matrix, on the host and on the dev
   const test::Variant variant = GENERATE(from_range(test::variants()));
   // Whole blocks, one row more, and a part of a block.
   const Index order = GENERATE(384, 385, 700);
-  const Device device = variant.of(test::device());
+  const Device device = variant.of(test::shared_device());
   if (!test::can_check(device, Precision::dbl)) return;
   CAPTURE(variant, order);
   const MatrixXd h = random_matrix(order);
@@ -92,7 +92,7 @@ TEST_CASE("the factor's product is the scaled matrix, on the host and on the dev
 
 TEST_CASE("a matrix that is not positive definite is damped until it is, alike in both places") {
   const test::Variant variant = GENERATE(from_range(test::variants()));
-  const Device device = variant.of(test::device());
+  const Device device = variant.of(test::shared_device());
   if (!test::can_check(device, Precision::dbl)) return;
   // A pair whose correlation is `more` than one: in the first block, across blocks, and the last.
   const auto [i, j] = GENERATE(table<Index, Index>({{0, 1}, {3, 300}, {398, 399}}));
@@ -113,7 +113,7 @@ TEST_CASE("a matrix that is not positive definite is damped until it is, alike i
 }
 
 TEST_CASE("small matrices are left to the host") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   CHECK_FALSE(on_device(device, random_matrix(383)));
   const CurvatureFactor one = fitting::factorised(MatrixXd::Constant(1, 1, 4), kDamping);
   CHECK(one.scale[0] == Approx(0.5 / std::sqrt(1 + kDamping)));

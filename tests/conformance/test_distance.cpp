@@ -35,8 +35,8 @@ DistanceModulus& modulus_of(RationalMap& map) { return std::get<DistanceModulus>
 TEST_CASE("kernels iterate a map with a distance as the reference does") {
   const auto variant = GENERATE(from_range(test::variants()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::can_check(test::device(), precision)) return;
-  const auto device = variant.of(test::device());
+  if (!test::can_check(test::shared_device(), precision)) return;
+  const auto device = variant.of(test::shared_device());
   RationalMap map = test::distance_map();
   if (GENERATE(false, true)) modulus_of(map).fourth = FourthCoordinate::ignored;
   map.phase = {0.8, 0, 0.6, 0};
@@ -57,11 +57,11 @@ TEST_CASE("kernels iterate a map with a distance as the reference does") {
 TEST_CASE("its gradient is that of the reference") {
   const auto variant = GENERATE(from_range(test::variants()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::can_check(test::device(), precision)) return;
+  if (!test::can_check(test::shared_device(), precision)) return;
   RationalMap map = test::distance_map();
   if (GENERATE(false, true)) modulus_of(map).fourth = FourthCoordinate::ignored;
   const auto points = points_about(2, 203);
-  const Field field(variant.of(test::device()), map, precision);
+  const Field field(variant.of(test::shared_device()), map, precision);
   // Second derivatives jump between cells.
   CHECK(test::sorted_gradient_errors(field, map, points).back() < 2e-3);
 }
@@ -70,7 +70,7 @@ TEST_CASE("bounds over cubes hold F, within the domain and across its end") {
   const auto variant = GENERATE(from_range(test::variants()));
   RationalMap map = test::distance_map();
   map.slice = 0.1;
-  const surface::LevelSet set(variant.of(test::device()), map, {0.4, 1.9, 50}, 1);
+  const surface::LevelSet set(variant.of(test::shared_device()), map, {0.4, 1.9, 50}, 1);
   const double half_side = GENERATE(0.01, 0.1, 0.4);
   std::mt19937_64 bits(9);
   std::vector<Eigen::Vector3d> centers;

@@ -59,7 +59,7 @@ TEST_CASE("energy, field and gradient on the device are the reference's") {
   const auto expected = reference->evaluate(map, true);
   const auto expected_field = reference->field(map);
   for (const test::Variant& variant : test::variants()) {
-    const auto device = variant.of(test::device());
+    const auto device = variant.of(test::shared_device());
     CAPTURE(variant, iterations, name);
     if (test::can_check(device, Precision::dbl)) {
       const auto in_double =
@@ -93,7 +93,7 @@ TEST_CASE("orbits that leap far out beside others that stay leave the gradient f
   const auto expected = fitting::make_reference_evaluator(samples, options)->evaluate(map, true);
   for (const test::Variant& variant : test::variants()) {
     CAPTURE(variant);
-    const auto device = variant.of(test::device());
+    const auto device = variant.of(test::shared_device());
     const auto found = fitting::make_device_evaluator(device, samples, options, Precision::single)
                            ->evaluate(map, true);
     CHECK(found.energy == Approx(expected.energy).epsilon(1e-4));
@@ -109,7 +109,7 @@ TEST_CASE("the Gauss-Newton matrix on the device is the reference's") {
   const auto expected = fitting::make_reference_evaluator(samples, options)->gauss_newton(map);
   const double size = expected.cwiseAbs().maxCoeff();
   for (const test::Variant& variant : test::variants()) {
-    const auto device = variant.of(test::device());
+    const auto device = variant.of(test::shared_device());
     CAPTURE(variant, name);
     if (test::can_check(device, Precision::dbl)) {
       const auto two = fitting::make_device_evaluator(device, samples, options, Precision::dbl)
@@ -149,7 +149,7 @@ TEST_CASE("Gauss-Newton matrices add up on the device as the reference's do") {
   const auto row = static_cast<Eigen::Index>(1 + moved.front());
   CHECK(expected.scale[row] == Approx(1 / std::sqrt(last(row, row) * 1.001)).epsilon(1e-6));
   for (const test::Variant& variant : test::variants()) {
-    const auto device = variant.of(test::device());
+    const auto device = variant.of(test::shared_device());
     CAPTURE(variant, factors);
     const auto check = [&](Precision precision, double tolerance) {
       const auto found = sum_of(*fitting::make_device_evaluator(device, samples, {}, precision));
@@ -173,7 +173,7 @@ TEST_CASE("the Gauss-Newton diagonal on the device is the reference's") {
     return ((diagonal - expected).cwiseAbs().array() / (expected.array() + 1e-300)).maxCoeff();
   };
   for (const test::Variant& variant : test::variants()) {
-    const auto device = variant.of(test::device());
+    const auto device = variant.of(test::shared_device());
     CAPTURE(variant, name);
     if (test::can_check(device, Precision::dbl)) {
       CHECK(difference(fitting::make_device_evaluator(device, samples, options, Precision::dbl)
@@ -199,7 +199,7 @@ TEST_CASE("work-items that sum in local memory give the reference's sums, the sa
     const int group = width == 1 ? 16 : 3;
     if (width > 1 && iterations > 2) continue;
     const auto check = [&](Precision precision, double energy, double gradient, double matrix) {
-      auto device = test::device().with_lane_width(width);
+      auto device = test::shared_device().with_lane_width(width);
       if (!test::can_check(device, precision)) return;
       Tuning tuning = device.tuning(precision);
       tuning.orbit_group = group;
@@ -236,7 +236,7 @@ TEST_CASE("the products of matching pursuit on the device are the reference's") 
   REQUIRE(expected.rows() == 39);
   const double size = expected.cwiseAbs().maxCoeff();
   for (const test::Variant& variant : test::variants()) {
-    const auto device = variant.of(test::device());
+    const auto device = variant.of(test::shared_device());
     CAPTURE(variant, name);
     const auto difference = [&](Precision precision) {
       const auto evaluator = fitting::make_device_evaluator(device, samples, options, precision);

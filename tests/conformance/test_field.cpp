@@ -32,9 +32,9 @@ std::vector<Quaternion> points_in(double reach, std::size_t count) {
 
 TEST_CASE("F_n in double is the reference's") {
   const int width = GENERATE(from_range(test::lane_widths()));
-  if (!test::can_check(test::device(), Precision::dbl)) return;
+  if (!test::can_check(test::shared_device(), Precision::dbl)) return;
   const RationalMap map = general_map();
-  const Field field(test::device().with_lane_width(width), map, Precision::dbl);
+  const Field field(test::shared_device().with_lane_width(width), map, Precision::dbl);
   // 1001 is no multiple of a width: the padding must not show.
   const auto points = points_in(1.5, 1001);
   for (const int n : {1, 2, 3, 4}) {
@@ -46,7 +46,7 @@ TEST_CASE("F_n in double is the reference's") {
 TEST_CASE("F_n in float is the reference's within rounding, which iteration amplifies") {
   const int width = GENERATE(from_range(test::lane_widths()));
   const RationalMap map = general_map();
-  const Field field(test::device().with_lane_width(width), map, Precision::single);
+  const Field field(test::shared_device().with_lane_width(width), map, Precision::single);
   const auto points = points_in(1.5, 1001);
   for (const int n : {1, 2, 3, 4}) {
     const auto error = test::sorted_errors(field, map, points, n);
@@ -62,8 +62,8 @@ TEST_CASE("F_n in float is the reference's within rounding, which iteration ampl
 TEST_CASE("above the level F is steeper, and one time as steep is the same field bit for bit") {
   const int width = GENERATE(from_range(test::lane_widths()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::can_check(test::device(), precision)) return;
-  const Device device = test::device().with_lane_width(width);
+  if (!test::can_check(test::shared_device(), precision)) return;
+  const Device device = test::shared_device().with_lane_width(width);
   RationalMap map = general_map();
   const auto points = points_in(1.5, 1001);
   map.surface_level = 0.2;
@@ -97,10 +97,10 @@ TEST_CASE("above the level F is steeper, and one time as steep is the same field
 TEST_CASE("far away F_1 is S + degree ln |q|, and starts beyond the escape radius do not iterate") {
   const int width = GENERATE(from_range(test::lane_widths()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::can_check(test::device(), precision)) return;
+  if (!test::can_check(test::shared_device(), precision)) return;
   const RationalMap map = general_map();
-  const Field far(test::device().with_lane_width(width), map, precision, {0, 0, 1e9});
-  const Field near(test::device().with_lane_width(width), map, precision);
+  const Field far(test::shared_device().with_lane_width(width), map, precision, {0, 0, 1e9});
+  const Field near(test::shared_device().with_lane_width(width), map, precision);
   const std::vector<Quaternion> points{{1e6, 0, 0, 0}, {0, -1e6, 1e6, 0}, {0, 0, 0, 21}};
   const auto f = far.at(points, 1);
   const auto stopped = near.at(points, 4);
@@ -115,12 +115,12 @@ TEST_CASE("far away F_1 is S + degree ln |q|, and starts beyond the escape radiu
 TEST_CASE("at a centre a root is far inside and a pole far outside, and nothing is NaN") {
   const int width = GENERATE(from_range(test::lane_widths()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::can_check(test::device(), precision)) return;
+  if (!test::can_check(test::shared_device(), precision)) return;
   RationalMap map = general_map();
   // Centres that float holds exactly.
   map.factors[0] = {{0.25, -0.5, 0.125, 0}, 2};
   map.factors[1] = {{-0.75, 0.5, 0.25, 0}, -2};
-  const Field field(test::device().with_lane_width(width), map, precision);
+  const Field field(test::shared_device().with_lane_width(width), map, precision);
   const std::vector<Quaternion> points{map.factors[0].center, map.factors[1].center};
   for (const int n : {1, 2, 3, 4}) {
     CAPTURE(width, n);
@@ -139,8 +139,8 @@ TEST_CASE("at a centre a root is far inside and a pole far outside, and nothing 
 TEST_CASE("beside the branch cut both sides are the reference's; on it the direction is i") {
   const int width = GENERATE(from_range(test::lane_widths()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::can_check(test::device(), precision)) return;
-  const auto device = test::device().with_lane_width(width);
+  if (!test::can_check(test::shared_device(), precision)) return;
+  const auto device = test::shared_device().with_lane_width(width);
   // On the negative real axis of every centre; a t = 0.5 pi and 0.7 pi: nothing cancels there.
   RationalMap map;
   map.log_scale = -0.2;
@@ -162,9 +162,9 @@ TEST_CASE("beside the branch cut both sides are the reference's; on it the direc
 TEST_CASE("the gradient by the point is the reference's central difference") {
   const int width = GENERATE(from_range(test::lane_widths()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::can_check(test::device(), precision)) return;
+  if (!test::can_check(test::shared_device(), precision)) return;
   const RationalMap map = general_map();
-  const Field field(test::device().with_lane_width(width), map, precision);
+  const Field field(test::shared_device().with_lane_width(width), map, precision);
   const auto points = points_in(1.5, 77);
   const double worst = test::sorted_gradient_errors(field, map, points, 1e-6).back();
   CAPTURE(width, worst);

@@ -59,7 +59,7 @@ TEST_CASE("gradients agree with central differences in double") {
   const test::Variant variant = GENERATE(from_range(test::variants()));
   const int iterations = GENERATE(1, 2, 3, 4);
   const auto loss = GENERATE(fitting::Loss::tanh, fitting::Loss::distance);
-  const auto device = variant.of(test::device());
+  const auto device = variant.of(test::shared_device());
   if (!test::can_check(device, Precision::dbl)) return;
   const auto map = map_on_slice(14, 7);
   const auto samples = hard_samples(map, 61, 8);

@@ -123,7 +123,8 @@ Settled check_settled(const Device& device, const surface::Grid& grid, const Rat
 }  // namespace
 
 TEST_CASE("settled points are on their side, by no more than their orbits have it") {
-  const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
+  const auto device =
+      test::shared_device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   const surface::Grid grid = fine_grid();
   const Settled settled = check_settled(device, grid, map_with_lines(grid), kBounds);
   // Worth having.
@@ -136,7 +137,8 @@ TEST_CASE("settled points are on their side, by no more than their orbits have i
 }
 
 TEST_CASE("points are settled on their side where the field is steeper outside") {
-  const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
+  const auto device =
+      test::shared_device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   const surface::Grid grid = fine_grid();
   RationalMap map = map_with_lines(grid);
   map.surface_level = kLevel;
@@ -148,7 +150,8 @@ TEST_CASE("points are settled on their side where the field is steeper outside")
 }
 
 TEST_CASE("with a distance for a modulus they are too, across its creases") {
-  const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
+  const auto device =
+      test::shared_device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   surface::Grid grid = fine_grid();
   grid.origin = {-0.9, -0.6, 0.3};  // across the crease between the balls
   RationalMap map = test::distance_map(0.15, 4);
@@ -168,12 +171,12 @@ TEST_CASE("points of a tiny grid are settled too") {
   RationalMap map = map_with_lines(fine_grid());
   map.factors.resize(8);
   const Settled settled =
-      check_settled<float>(test::device(), Precision::single, grid, map, kBounds);
+      check_settled<float>(test::shared_device(), Precision::single, grid, map, kBounds);
   CHECK(settled.by_image > 0);
 }
 
 TEST_CASE("a versor that jumps half way between nodes is not taken for a smooth one") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   const surface::Grid grid = fine_grid();
   // Wherever nodes are, for some of these rows one factor's line is half way between two.
   std::size_t by_image = 0;
@@ -188,7 +191,7 @@ TEST_CASE("a versor that jumps half way between nodes is not taken for a smooth 
 }
 
 TEST_CASE("points beyond the escape radius, few points and steep maps are left alone") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   const surface::Grid grid = fine_grid();
   RationalMap map = map_with_lines(grid);
   const auto settled = [&](const StopRadii& stops, std::size_t count) {

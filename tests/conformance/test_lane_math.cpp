@@ -19,7 +19,7 @@ enum Function { log2_of = 0, exp_of, tanh_of, angle_of, sine_of, cosine_of, rsqr
 class Probe {
  public:
   Probe(int width, Precision precision)
-      : device_(test::device().with_lane_width(width)),
+      : device_(test::shared_device().with_lane_width(width)),
         width_(static_cast<std::size_t>(width)),
         precision_(precision) {}
 
@@ -101,7 +101,7 @@ ErrorBounds bounds(Precision precision) {
 TEST_CASE("elementary functions keep their stated bounds") {
   const int width = GENERATE(from_range(test::lane_widths()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::can_check(test::device(), precision)) return;
+  if (!test::can_check(test::shared_device(), precision)) return;
   const Probe probe(width, precision);
   const ErrorBounds bound = bounds(precision);
   CAPTURE(width, precision == Precision::dbl);
@@ -138,7 +138,7 @@ TEST_CASE("elementary functions keep their stated bounds") {
 TEST_CASE("angles are right all round, at every size and on the axes") {
   const int width = GENERATE(from_range(test::lane_widths()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::can_check(test::device(), precision)) return;
+  if (!test::can_check(test::shared_device(), precision)) return;
   const Probe probe(width, precision);
   CAPTURE(width, precision == Precision::dbl);
   std::mt19937_64 bits(1);

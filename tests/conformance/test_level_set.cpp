@@ -58,7 +58,8 @@ RationalMap sliced_map() {
 }  // namespace
 
 TEST_CASE("one iterate on a grid is the potential, and ln |q| beyond the escape radius") {
-  const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
+  const auto device =
+      test::shared_device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   const RationalMap map = sliced_map();
   const surface::Grid grid = exact_grid();
   const surface::GridBlock block = surface::slices(grid, 0, 5);
@@ -80,7 +81,8 @@ TEST_CASE("one iterate on a grid is the potential, and ln |q| beyond the escape 
 }
 
 TEST_CASE("iterating only what is undecided gives the values of iterating everything") {
-  const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
+  const auto device =
+      test::shared_device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   const int iterations = GENERATE(2, 6);
   const RationalMap map = sliced_map();
   const surface::Grid grid = exact_grid();
@@ -105,7 +107,8 @@ TEST_CASE("iterating only what is undecided gives the values of iterating everyt
 
 TEST_CASE(
     "a dense evaluation runs orbits to their end, and keeps what stopping told if it was so") {
-  const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
+  const auto device =
+      test::shared_device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
   if (!test::can_check(device, precision)) return;
   const RationalMap map = sliced_map();
@@ -135,7 +138,8 @@ TEST_CASE(
 }
 
 TEST_CASE("in double precision the values are those of double orbits, rounded at the end") {
-  const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
+  const auto device =
+      test::shared_device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   if (!test::can_check(device, Precision::dbl)) return;
   const RationalMap map = sliced_map();
   const surface::Grid grid = exact_grid();
@@ -155,7 +159,7 @@ TEST_CASE("in double precision the values are those of double orbits, rounded at
 }
 
 TEST_CASE("a block has the values that the whole grid has there") {
-  const auto device = test::device();
+  const auto device = test::shared_device();
   const RationalMap map = sliced_map();
   surface::Grid grid = exact_grid();
   grid.origin = {-1.4999, -0.6345, -0.67777};
@@ -175,7 +179,7 @@ TEST_CASE("a block has the values that the whole grid has there") {
 }
 
 TEST_CASE("maps without stop radii are iterated to the end") {
-  const auto device = test::device();
+  const auto device = test::shared_device();
   const RationalMap map = sliced_map();
   const StopRadii none{0, std::numeric_limits<double>::infinity(), 20};
   const surface::Grid grid = exact_grid();
@@ -188,7 +192,8 @@ TEST_CASE("maps without stop radii are iterated to the end") {
 }
 
 TEST_CASE("bounds of F_1 over a cube hold at every point in it") {
-  const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
+  const auto device =
+      test::shared_device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   // Centres near the slice and large exponents: cubes hold singularities, and slopes are steep.
   const double scale = GENERATE(1.0, 20.0);
   RationalMap map = sliced_map();

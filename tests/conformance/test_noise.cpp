@@ -38,7 +38,7 @@ Quaternion versor_at(const RationalMap& map, const Quaternion& q) {
 TEST_CASE("kernels iterate a map with a noise as the reference does") {
   const auto variant = GENERATE(from_range(test::variants()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::can_check(test::device(), precision)) return;
+  if (!test::can_check(test::shared_device(), precision)) return;
   const auto values = GENERATE(NoiseValues::vectors, NoiseValues::quaternions);
   RationalMap map = noise_map(values);
   if (GENERATE(false, true)) {

@@ -131,7 +131,7 @@ const std::vector<OddShape>& odd_shapes() {
 }  // namespace
 
 TEST_CASE("odd shapes end with a finite map and an honest report") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   FitOptions options;
   options.factors = 64;
   options.max_evaluations = 200;

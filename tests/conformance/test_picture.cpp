@@ -48,7 +48,7 @@ TEST_CASE("a ball's silhouette is the ellipse that perspective makes of it") {
 }
 
 TEST_CASE("pictures without loose pieces hide nothing else") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   PictureOptions options = test::picture_of(80, 60);
   options.samples_per_axis = 1;
   PictureLayers without, with;
@@ -74,7 +74,7 @@ TEST_CASE("pictures without loose pieces hide nothing else") {
 }
 
 TEST_CASE("cuts show the inside, and leave the rest where it is seen") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   RationalMap map = test::square();
   map.shape_to_map = {2, {0, 1, 0}};  // the ball has radius 0.5 about (0, -0.5, 0)
   map.box = Box{{-0.5, -1, -0.5}, {0.5, 0, 0.5}};
@@ -108,7 +108,7 @@ TEST_CASE("cuts show the inside, and leave the rest where it is seen") {
 }
 
 TEST_CASE("a studio's pictures are those drawn one by one, and tell when they will be done") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 12));
   PictureOptions options = test::picture_of(48, 36);
   Studio studio(device, map, options);
@@ -128,7 +128,7 @@ TEST_CASE("a studio's pictures are those drawn one by one, and tell when they wi
 }
 
 TEST_CASE("a studio whose picture was stopped anywhere draws the next as it should") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 12));
   const PictureOptions options = test::picture_of(48, 36);
   const auto whole = render(device, map, options).pixels;
@@ -148,7 +148,7 @@ TEST_CASE("a studio whose picture was stopped anywhere draws the next as it shou
 }
 
 TEST_CASE("drafts of several sizes are drawn in one light, and look like the whole") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 12));
   PictureOptions options = test::picture_of(96, 72);
   options.draft = true;
@@ -206,8 +206,8 @@ TEST_CASE("layers hold what each pixel shows, in the shape's coordinates") {
   PictureOptions options = test::picture_of(width, height);
   options.samples_per_axis = samples;
   PictureLayers layers;
-  const Image image = render(test::device(), map, options, {}, &layers);
-  if (samples < 8) CHECK(image.pixels == render(test::device(), map, options).pixels);
+  const Image image = render(test::shared_device(), map, options, {}, &layers);
+  if (samples < 8) CHECK(image.pixels == render(test::shared_device(), map, options).pixels);
   REQUIRE(layers.depth.size() ==
           static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   REQUIRE(layers.normal.size() == 3 * layers.depth.size());
@@ -243,7 +243,7 @@ TEST_CASE("layers hold what each pixel shows, in the shape's coordinates") {
 }
 
 TEST_CASE("a comparison shows where the set is outside the mesh in red, and inside in blue") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   const PictureOptions options = test::picture_of(60, 40);
   for (const double radius : {0.9, 1.1}) {
     TriangleMesh mesh = shapes::sphere(3);
@@ -264,7 +264,7 @@ TEST_CASE("a comparison shows where the set is outside the mesh in red, and insi
 }
 
 TEST_CASE("a picture's material changes the set's colours alone") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   PictureOptions options = test::picture_of(40, 30);
   PictureLayers layers;
   const Image clay = render(device, test::square(), options, {}, &layers);
@@ -303,7 +303,7 @@ TEST_CASE("layers are written as arrays and to look at") {
 }
 
 TEST_CASE("the same picture twice is the same bytes; tiny pictures work") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   const Image first = render(device, test::square(), test::picture_of(24, 17));
   CHECK(first.pixels.size() == 3 * 24 * 17);
   CHECK(render(device, test::square(), test::picture_of(24, 17)).pixels == first.pixels);
@@ -311,7 +311,7 @@ TEST_CASE("the same picture twice is the same bytes; tiny pictures work") {
 }
 
 TEST_CASE("shading gives the stored pictures") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 12));
   const auto check = [](const Image& image, const std::string& name) {
     const auto path =
@@ -337,7 +337,7 @@ TEST_CASE("shading gives the stored pictures") {
 }
 
 TEST_CASE("shadows on the ground are soft, without hatching, and nowhere black") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   const TriangleMesh sphere = shapes::sphere(4);
   PictureLayers layers;
   const PictureOptions options = test::picture_of(320, 240);
@@ -372,7 +372,7 @@ TEST_CASE("shadows on the ground are soft, without hatching, and nowhere black")
 }
 
 TEST_CASE("the sky's shadow on the ground is as smooth and round as the ball that casts it") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   const double fineness = GENERATE(0.2, 1.0);
   const auto source = picture::mesh_source(shapes::sphere(4));
   auto sky = picture::sky_lights(UpAxis::y, source->bounds(), fineness, 64);
@@ -406,7 +406,7 @@ TEST_CASE("the sky's shadow on the ground is as smooth and round as the ball tha
 }
 
 TEST_CASE("what is behind the set is plain or transparent where asked for, and the set stays") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   PictureOptions options = test::picture_of(64, 48);
   const Image studio = render(device, test::square(), options);
   CHECK(studio.alpha.empty());
@@ -447,7 +447,7 @@ TEST_CASE("what is behind the set is plain or transparent where asked for, and t
 }
 
 TEST_CASE("a palette colours clay and materials") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   PictureOptions options = test::picture_of(48, 36);
   options.palette.clay = Rgb(0, 0.8, 0);
   const auto middle = [&] {
@@ -466,7 +466,7 @@ TEST_CASE("a palette colours clay and materials") {
 }
 
 TEST_CASE("a map says what is up in its pictures, unless the camera does") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 12));
   RationalMap standing = map;
   standing.up = UpAxis::minus_x;
@@ -479,7 +479,7 @@ TEST_CASE("a map says what is up in its pictures, unless the camera does") {
 }
 
 TEST_CASE("a picture counts the pixels that show the set") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   PictureLayers layers;
   PictureOptions options = test::picture_of(40, 30);
   options.samples_per_axis = 1;
@@ -503,6 +503,6 @@ TEST_CASE("a stopped rendering gives no picture") {
   stop.request_stop();
   ProgressMonitor monitor;
   monitor.stop = stop.get_token();
-  CHECK_THROWS_AS(render(test::device(), test::square(), test::picture_of(8, 8), monitor),
+  CHECK_THROWS_AS(render(test::shared_device(), test::square(), test::picture_of(8, 8), monitor),
                   Interrupted);
 }

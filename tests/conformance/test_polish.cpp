@@ -11,7 +11,7 @@
 using namespace qjulia;
 
 TEST_CASE("polishing brings the iterated set closer to the shape at the same detail") {
-  const Device& device = test::device();
+  const Device& device = test::shared_device();
   const TriangleMesh mesh = shapes::torus(1, 0.4);
   FitOptions options;
   options.factors = 48;

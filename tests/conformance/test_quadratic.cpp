@@ -50,7 +50,8 @@ TEST_CASE("the reference iterates q² + c") {
 }
 
 TEST_CASE("kernels iterate it as the reference does") {
-  const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
+  const auto device =
+      test::shared_device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   const RationalMap map = some_map();
   const auto points = some_points();
   const Field field(device, map);
@@ -64,7 +65,8 @@ TEST_CASE("kernels iterate it as the reference does") {
 }
 
 TEST_CASE("kernels iterate a modulus of one kind with a versor of another as the reference does") {
-  const auto device = test::device().with_lane_width(GENERATE(from_range(test::lane_widths())));
+  const auto device =
+      test::shared_device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   RationalMap map = test::random_map(20, 0.1, 0.6, 5);
   map.phase = {0.8, 0, 0.6, 0};
   const bool quadratic_modulus = GENERATE(false, true);

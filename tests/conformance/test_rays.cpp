@@ -278,7 +278,7 @@ TEST_CASE("interpolated images give the picture that computed ones give") {
     for (Factor& factor : map.factors)
       factor.exponent *= 0.06;  // it turns about as fast as F rises
   } else {
-    map = calibrated(test::device(), steepened(map, 12));
+    map = calibrated(test::shared_device(), steepened(map, 12));
   }
   if (painted) {
     Paint paint;
@@ -324,7 +324,7 @@ TEST_CASE("interpolated images give the picture that computed ones give") {
 }
 
 TEST_CASE("a lattice trusts cells where it foretells images, and no others") {
-  const Device any = test::device();
+  const Device any = test::shared_device();
   const RationalMap map = calibrated(any, steepened(test::armed_ball_map(60), 12));
   for (const int width : test::lane_widths()) {
     CAPTURE(width);
@@ -454,7 +454,7 @@ TEST_CASE("safe steps never lead into the ball, and the grid's coarse depths lie
 }
 
 TEST_CASE("at n = 1 the silhouette and the depths are those of the extracted mesh") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   const RationalMap map = steepened(test::armed_ball_map(60), 10);
   const auto marched = picture::march_source(device, {map, 1, {}, {}, Precision::single});
   SurfaceOptions options;

@@ -13,7 +13,7 @@ TEST_CASE("time grows with size, memory with samples and factors apart") {
   options.samples = {16'000, 128'000};
   options.factors = {64, 512};
   options.most_slots = 1e10;
-  const ScalingReport report = measure_scaling(test::device(), options);
+  const ScalingReport report = measure_scaling(test::shared_device(), options);
   // At n = 4 the largest is left out.
   REQUIRE(report.points.size() == 7);
   REQUIRE(report.laws.size() == 2);
@@ -33,7 +33,7 @@ TEST_CASE("time grows with size, memory with samples and factors apart") {
 }
 
 TEST_CASE("buffers are counted while they live") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   device::Context& context = device.context();
   context.reset_peak_allocated_bytes();
   const std::size_t before = context.peak_allocated_bytes();

@@ -68,7 +68,7 @@ void check_against_brute_force(const Device& device, const TriangleMesh& mesh) {
 
 TEST_CASE("signed distance agrees with brute force at every lane width") {
   const int width = GENERATE(from_range(test::lane_widths()));
-  const Device device = test::device().with_lane_width(width);
+  const Device device = test::shared_device().with_lane_width(width);
   CAPTURE(width);
   SECTION("sphere") { check_against_brute_force(device, shapes::sphere(3)); }
   SECTION("torus") { check_against_brute_force(device, shapes::torus()); }
@@ -86,8 +86,9 @@ TEST_CASE("signed distance agrees with brute force at every lane width") {
 }
 
 TEST_CASE("signed distance in double precision") {
-  if (!test::can_check(test::device(), Precision::dbl)) return;
-  const Worst worst = compare_with_brute_force(test::device(), shapes::torus(), Precision::dbl);
+  if (!test::can_check(test::shared_device(), Precision::dbl)) return;
+  const Worst worst =
+      compare_with_brute_force(test::shared_device(), shapes::torus(), Precision::dbl);
   CHECK(worst.distance < 1e-14);
   CHECK(worst.winding < 0.1);
 }

@@ -62,7 +62,7 @@ const double kBallVolume = 4 * M_PI / 3;
 
 TEST_CASE("the set of q² is the unit ball, found without a box") {
   const int iterations = GENERATE(1, 6);
-  const TriangleMesh mesh = extract_surface(test::device(), square(), {48, iterations, {}});
+  const TriangleMesh mesh = extract_surface(test::shared_device(), square(), {48, iterations, {}});
   test::require_closed_manifold(mesh);
   CHECK(test::enclosed_volume(mesh) == Approx(kBallVolume).epsilon(0.01));
   CHECK(test::surface_area(mesh) == Approx(4 * M_PI).epsilon(iterations == 1 ? 0.01 : 0.04));
@@ -71,9 +71,9 @@ TEST_CASE("the set of q² is the unit ball, found without a box") {
 TEST_CASE("a field that is steeper outside has the same surface at n = 1") {
   RationalMap map = lump();
   map.box = Box{{-2, -2, -2}, {2, 2, 2}};  // or else found by the field
-  const TriangleMesh mesh = extract_surface(test::device(), map, {48, 1, {}});
+  const TriangleMesh mesh = extract_surface(test::shared_device(), map, {48, 1, {}});
   map.tufts = 4;
-  const TriangleMesh same = extract_surface(test::device(), map, {48, 1, {}});
+  const TriangleMesh same = extract_surface(test::shared_device(), map, {48, 1, {}});
   REQUIRE(same.triangles == mesh.triangles);
   double farthest = 0;
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
@@ -83,7 +83,7 @@ TEST_CASE("a field that is steeper outside has the same surface at n = 1") {
   // Iterated sets differ: images that land outside land farther out.
   const auto volume = [&](double tufts) {
     map.tufts = tufts;
-    return test::enclosed_volume(extract_surface(test::device(), map, {48, 6, {}}));
+    return test::enclosed_volume(extract_surface(test::shared_device(), map, {48, 6, {}}));
   };
   CHECK(std::abs(volume(4) - volume(1)) > 0.005);
 }
@@ -92,7 +92,7 @@ TEST_CASE("surfaces come in the shape's own coordinates") {
   RationalMap map = square();
   map.shape_to_map = {2, {-0.5, 1, 3}};
   map.box = Box{{-0.25, -1, -2}, {0.75, 0, -1}};
-  const TriangleMesh mesh = extract_surface(test::device(), map, {64, 1, {}});
+  const TriangleMesh mesh = extract_surface(test::shared_device(), map, {64, 1, {}});
   test::require_closed_manifold(mesh);
   const Eigen::Vector3d center(0.25, -0.5, -1.5);
   for (const auto& v : mesh.vertices) CHECK((v - center).norm() == Approx(0.5).epsilon(0.002));
@@ -101,7 +101,7 @@ TEST_CASE("surfaces come in the shape's own coordinates") {
 TEST_CASE("a box that is too small grows until the set is clear of it") {
   RationalMap map = square();
   map.box = Box{{-0.2, -0.9, -0.5}, {0.7, 0.6, 0.8}};
-  const TriangleMesh mesh = extract_surface(test::device(), map, {64, 1, {}});
+  const TriangleMesh mesh = extract_surface(test::shared_device(), map, {64, 1, {}});
   test::require_closed_manifold(mesh);
   CHECK(test::enclosed_volume(mesh) == Approx(kBallVolume).epsilon(0.01));
 }
@@ -109,7 +109,7 @@ TEST_CASE("a box that is too small grows until the set is clear of it") {
 TEST_CASE("a given box is kept, and cuts the set open") {
   SurfaceOptions options{32, 1, Box{{0, -1.2, -1.2}, {1.2, 1.2, 1.2}}};
   SurfaceReport report;
-  const TriangleMesh mesh = extract_surface(test::device(), square(), options, {}, &report);
+  const TriangleMesh mesh = extract_surface(test::shared_device(), square(), options, {}, &report);
   const auto count = test::count_edges(mesh);
   CHECK(count.open > 0);
   CHECK(count.open == report.open_edges);
@@ -119,7 +119,7 @@ TEST_CASE("a given box is kept, and cuts the set open") {
 }
 
 TEST_CASE("iterated sets are closed and manifold too, over several slabs") {
-  const auto device = test::device();
+  const auto device = test::shared_device();
   const int iterations = GENERATE(1, 2, 5);
   RationalMap map = lump();
   const TriangleMesh mesh = extract_surface(device, map, {128, iterations, {}});
@@ -143,7 +143,7 @@ TEST_CASE("iterated sets are closed and manifold too, over several slabs") {
 }
 
 TEST_CASE("looking at the shell alone gives the mesh of looking everywhere") {
-  const auto device = test::device();
+  const auto device = test::shared_device();
   const auto [resolution, iterations, detail] = GENERATE(table<int, int, double>(
       {{64, 1, 0.05}, {96, 6, 0.05}, {70, 6, 0.2}, {64, 2, 0.3}, {160, 4, 0.2}}));
   RationalMap map = test::armed_ball_map(60);
@@ -174,7 +174,7 @@ TEST_CASE("looking at the shell alone gives the mesh of looking everywhere") {
 }
 
 TEST_CASE("refined vertices lie where the set ends, closer with every halving") {
-  const auto device = test::device();
+  const auto device = test::shared_device();
   RationalMap map = test::armed_ball_map(60);
   for (Factor& factor : map.factors) factor.exponent /= 0.05;
   map.log_scale /= 0.05;
@@ -207,7 +207,7 @@ TEST_CASE("refined vertices lie where the set ends, closer with every halving") 
 }
 
 TEST_CASE("normals point outward, across the surface") {
-  const TriangleMesh mesh = extract_surface(test::device(), square(), {64, 1, {}});
+  const TriangleMesh mesh = extract_surface(test::shared_device(), square(), {64, 1, {}});
   REQUIRE(mesh.normals.size() == mesh.vertices.size());
   float least = 1;
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
@@ -219,17 +219,17 @@ TEST_CASE("normals point outward, across the surface") {
 TEST_CASE("a set that is empty in the box gives no triangles") {
   RationalMap map = square();
   map.surface_level = -100;
-  CHECK(extract_surface(test::device(), map, {32, 1, {}}).triangles.empty());
+  CHECK(extract_surface(test::shared_device(), map, {32, 1, {}}).triangles.empty());
 }
 
 TEST_CASE("a set without end is refused") {
   RationalMap map = square();
   map.surface_level = 5;  // above ln of the escape radius
-  CHECK_THROWS_AS(extract_surface(test::device(), map, {32, 1, {}}), Error);
+  CHECK_THROWS_AS(extract_surface(test::shared_device(), map, {32, 1, {}}), Error);
 }
 
 TEST_CASE("a stop request ends an extraction and a comparison") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   std::stop_source source;
   const ProgressMonitor monitor{[&](const Progress& progress) {
                                   CHECK(progress.fraction < 1);
@@ -254,7 +254,7 @@ TEST_CASE("options out of range are refused by name") {
 }
 
 TEST_CASE("the ball of q² compares with spheres as balls do") {
-  const auto device = test::device();
+  const auto device = test::shared_device();
   SECTION("its own") {
     const auto metrics = compare(device, square(), shapes::sphere(4), {48, 6});
     REQUIRE(metrics.size() == 2);
@@ -303,7 +303,7 @@ TEST_CASE("the ball of q² compares with spheres as balls do") {
 }
 
 TEST_CASE("a part is compared by what lies in it") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   // The set is the unit ball; the mesh has a second ball, which only the whole misses.
   const TriangleMesh mesh =
       shapes::joined(shapes::sphere(4), shapes::moved(shapes::sphere(3), 0.5, {3, 0, 0}));
@@ -322,7 +322,7 @@ TEST_CASE("a part is compared by what lies in it") {
 }
 
 TEST_CASE("walls are as thick as the balls that fit between them") {
-  const auto device = test::device();
+  const auto device = test::shared_device();
   // A fifth of the area is of a thin slab, the rest of a thick one.
   const TriangleMesh slabs =
       shapes::joined(shapes::box({0, 0, 0}, {10, 10, 0.5}), shapes::box({20, 0, 0}, {40, 20, 2}));

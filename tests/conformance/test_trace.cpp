@@ -34,7 +34,7 @@ void run_kernels(const Device& device, const profiling::Workload& work, int time
 
 TEST_CASE("kernels lie in the trace in order, as long as their times, within the recording") {
   const profiling::Workload work = small_work();
-  const Device device = test::device();
+  const Device device = test::shared_device();
   run_kernels(device, work, 1);  // recorded by nobody
   const auto trace = std::make_shared<Trace>();
   const auto begin = Trace::Clock::now();
@@ -67,7 +67,7 @@ TEST_CASE("kernels lie in the trace in order, as long as their times, within the
 
 TEST_CASE("kernels stand in the stage that launched them and waited") {
   const profiling::Workload work = small_work();
-  const Device device = test::device();
+  const Device device = test::shared_device();
   const auto trace = std::make_shared<Trace>();
   device.record(trace);
   for (const char* name : {"first", "second"}) {

@@ -46,7 +46,7 @@ Device tuned(const Device& device) {
 }  // namespace
 
 TEST_CASE("every setting gives the default's results but for rounding") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   const profiling::Workload work = profiling::make_workload(tiny_workload());
   for (const Precision precision : {Precision::single, Precision::dbl}) {
     if (precision == Precision::dbl && !test::can_check(device, precision)) continue;
@@ -67,7 +67,7 @@ TEST_CASE("every setting gives the default's results but for rounding") {
 }
 
 TEST_CASE("what a tuner finds is a setting the device can use, and no slower by its own measure") {
-  const Device device = test::device();
+  const Device device = test::shared_device();
   const TuneReport report = tune(device, tiny_workload());
   CHECK_NOTHROW(report.tuning.validate());
   CHECK(report.time_ratio <= 1);
@@ -84,7 +84,7 @@ TEST_CASE("what a tuner finds is a setting the device can use, and no slower by 
 
 TEST_CASE("kept settings come back, those of either precision") {
   const OwnCache cache;
-  const Device device = test::device();
+  const Device device = test::shared_device();
   CHECK(with_cached_tuning(device).warning.empty());
   CHECK_FALSE(with_cached_tuning(device).device.is_tuned(Precision::single));
 
@@ -110,7 +110,7 @@ TEST_CASE("kept settings come back, those of either precision") {
 
 TEST_CASE("corrupt and foreign settings are passed over with a warning, and replaced") {
   const OwnCache cache;
-  const Device device = test::device();
+  const Device device = test::shared_device();
   save_tuning(tuned(device), Precision::single);
   const std::filesystem::path file = tuning_file(device.info());
   std::ifstream stream(file);
@@ -138,11 +138,11 @@ TEST_CASE("corrupt and foreign settings are passed over with a warning, and repl
 
 TEST_CASE("settings of another device, driver or program are looked for elsewhere") {
   const OwnCache cache;
-  DeviceInfo info = test::device().info();
+  DeviceInfo info = test::shared_device().info();
   const auto file = tuning_file(info);
   info.driver_version += "1";
   CHECK(tuning_file(info) != file);
-  info = test::device().info();
+  info = test::shared_device().info();
   info.name += " II";
   CHECK(tuning_file(info) != file);
 }

@@ -11,7 +11,7 @@
 using namespace qjulia;
 
 TEST_CASE("a fit tells its energies and its map at each stage, and goes the same way") {
-  const Device& device = test::device();
+  const Device& device = test::shared_device();
   const TriangleMesh mesh = shapes::torus(1, 0.4);
   FitOptions options;
   options.factors = 24;
@@ -51,7 +51,7 @@ TEST_CASE("a fit that its watcher stops ends with what it has reached") {
   };
   ProgressMonitor monitor;
   monitor.stop = stop.get_token();
-  const FitResult result = fit(test::device(), shapes::torus(1, 0.4), options, monitor);
+  const FitResult result = fit(test::shared_device(), shapes::torus(1, 0.4), options, monitor);
   CHECK(result.stopped == StopReason::interrupted);
   CHECK(result.stages.size() == 1);
   CHECK(result.map.detail.has_value());

@@ -19,7 +19,7 @@ inline RationalMap square() {
   return map;
 }
 
-inline Device with_width(int width) { return device().with_lane_width(width); }
+inline Device with_width(int width) { return shared_device().with_lane_width(width); }
 
 inline picture::View ball_view(int width, int height, int samples) {
   return picture::camera_view({}, *square().box, width, height, samples);

@@ -19,20 +19,19 @@
 
 namespace qjulia::test {
 
-inline Device device() {
-  const char* const chosen = std::getenv("QJULIA_TEST_DEVICE");
-  return Device::choose(chosen == nullptr ? "cpu" : chosen);
-}
-
 inline std::optional<Device>& kept_device() {
   static std::optional<Device> device;
   return device;
 }
 
-/// One device for a whole program, so that kernels are built once. `main` lets it go: when the
-/// program's statics are destroyed, those of a driver may be gone already (LLVM's, in Oclgrind).
+/// One device for a whole program, so that kernels are built once, and PoCL reads its library once.
+/// `main` lets it go: when the program's statics are destroyed, those of a driver may be gone
+/// already (LLVM's, in Oclgrind).
 inline const Device& shared_device() {
-  if (!kept_device()) kept_device() = device();
+  if (!kept_device()) {
+    const char* const chosen = std::getenv("QJULIA_TEST_DEVICE");
+    kept_device() = Device::choose(chosen == nullptr ? "cpu" : chosen);
+  }
   return *kept_device();
 }
 
