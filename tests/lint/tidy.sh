@@ -2,7 +2,7 @@
 # clang-tidy finds nothing in the library and the application. Usage: tidy.sh REPOSITORY BUILD_FOLDER
 #
 # Most of its time goes into the large headers that sources include. The release preset compiles
-# each room as one or few sources (CMAKE_UNITY_BUILD), so that this happens once a room.
+# each room as one source (CMAKE_UNITY_BUILD), so that this happens once a room.
 set -euo pipefail
 cd "$1"
 [[ -f $2/compile_commands.json ]] || { echo "$2 has no compile_commands.json"; exit 1; }
