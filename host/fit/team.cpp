@@ -200,7 +200,8 @@ class DistributedEvaluator final : public Evaluator {
       factor = of_matrices().factor(sum, damping);
       return team_.size() > 1 ? packed(factor) : Numbers();
     });
-    return team_.rank() == 0 ? factor : unpacked(said, sum.weight.size());
+    if (team_.rank() > 0) factor = unpacked(said, sum.weight.size());
+    return factor;
   }
 
   Eigen::MatrixXd pursuit_products(const RationalMap& map,
