@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "qjulia/distance_grid.hpp"
 #include "qjulia/progress.hpp"
 
 namespace qjulia::fitting {
@@ -228,30 +229,31 @@ class Sampler {
 
 }  // namespace
 
-PlacedGrid sampled_distance(const Distances& distances, const Box& box, int resolution,
-                            const std::stop_token& stop) {
+DistanceModulus sampled_distance(const Distances& distances, const Box& box, int resolution,
+                                 const std::stop_token& stop) {
   const double longest = box.size().maxCoeff();
   // One coarse cell at each end is there for its coefficients.
   const double step = (1 + 2 * kMargin) * longest / (resolution - 2 * kCoarse);
-  PlacedGrid placed{nullptr, {}, step};
+  DistanceModulus sampled;
+  sampled.step = step;
   Cells cells{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double side = box.size()[static_cast<Eigen::Index>(axis)] + 2 * kMargin * longest;
     const int coarse = static_cast<int>(std::ceil(side / (kCoarse * step) - 1e-6)) + 2;
     cells[axis] = kCoarse * std::max(coarse, DistanceGrid::kFewestCells / kCoarse);
   }
-  placed.origin = box.center() - 0.5 * step * Eigen::Vector3d(cells[0], cells[1], cells[2]);
+  sampled.origin = box.center() - 0.5 * step * Eigen::Vector3d(cells[0], cells[1], cells[2]);
   const auto in_cells = [&](std::span<const Eigen::Vector3d> points) {
     std::vector<Eigen::Vector3d> moved(points.size());
     std::ranges::transform(points, moved.begin(), [&](const Eigen::Vector3d& x) {
-      return Eigen::Vector3d(placed.origin + step * x);
+      return Eigen::Vector3d(sampled.origin + step * x);
     });
     std::vector<double> found = distances(moved);
     for (double& d : found) d /= step;
     return found;
   };
-  placed.grid = Sampler(in_cells, cells, stop).sample();
-  return placed;
+  sampled.grid = Sampler(in_cells, cells, stop).sample();
+  return sampled;
 }
 
 }  // namespace qjulia::fitting

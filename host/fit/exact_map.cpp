@@ -106,13 +106,9 @@ RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
   const Box box = to_map.to_map(shape.box);
 
   report("sampling the distance");
-  const fitting::PlacedGrid placed =
+  DistanceModulus modulus =
       fitting::sampled_distance(distances, box, (options.resolution + 3) / 4 * 4, monitor.stop);
-  expect_cells(2 * shape.inradius / placed.step, options.resolution);
-  DistanceModulus modulus;
-  modulus.grid = placed.grid;
-  modulus.origin = placed.origin;
-  modulus.step = placed.step;
+  expect_cells(2 * shape.inradius / modulus.step, options.resolution);
   const double detail = chosen_detail(options.detail, thinness(shape.mesh), kExactShare);
   modulus.shell = detail * box.diagonal();
   modulus.inradius = shape.inradius;

@@ -20,7 +20,7 @@ inline double two_balls(const Eigen::Vector3d& x) {
 
 constexpr double kBallsInradius = 0.7;
 
-inline fitting::PlacedGrid two_balls_grid(int resolution = 48) {
+inline DistanceModulus two_balls_grid(int resolution = 48) {
   const auto distances = [](std::span<const Eigen::Vector3d> points) {
     std::vector<double> found(points.size());
     std::ranges::transform(points, found.begin(), two_balls);
@@ -32,16 +32,13 @@ inline fitting::PlacedGrid two_balls_grid(int resolution = 48) {
 
 /// Calibrated by hand: L = S = ln 0.75.
 inline RationalMap distance_map(double shell = 0.1, int roots = 6) {
-  static const fitting::PlacedGrid placed = two_balls_grid();
+  static const DistanceModulus placed = two_balls_grid();
   RationalMap map = random_map(static_cast<std::size_t>(roots), 1, 4, 11);
   for (Factor& factor : map.factors) {
     factor.center = {0.4 * factor.center.x, 0.4 * factor.center.y, 0.4 * factor.center.z, 0};
     factor.exponent = std::abs(factor.exponent);
   }
-  DistanceModulus modulus;
-  modulus.grid = placed.grid;
-  modulus.origin = placed.origin;
-  modulus.step = placed.step;
+  DistanceModulus modulus = placed;
   modulus.shell = shell;
   modulus.inradius = kBallsInradius;
   map.modulus = modulus;

@@ -89,7 +89,7 @@ TEST_CASE("a grid gives back the distance it was sampled from, closest at the su
 }
 
 TEST_CASE("a coarse grid, whose ends are near the surface, is right up to them") {
-  const fitting::PlacedGrid placed = test::two_balls_grid(32);
+  const DistanceModulus placed = test::two_balls_grid(32);
   RationalMap map = test::distance_map();
   DistanceModulus& modulus = std::get<DistanceModulus>(map.modulus);
   modulus.grid = placed.grid;
