@@ -13,7 +13,6 @@
 #include "fit/evaluator.hpp"
 #include "profile/cost.hpp"
 #include "profile/instruction_counts.hpp"
-#include "profile/stopwatch.hpp"
 #include "profile/workload.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
@@ -214,9 +213,7 @@ void time_gauss_newton(Bench& bench, const Device& device, Workload work, Precis
   const std::size_t samples = std::min<std::size_t>(
       work.samples.size(), fitting::curvature_samples(1 + 5 * work.map.factors.size()));
   fitting::Samples part;
-  for (std::size_t i = 0; i < samples; ++i) {
-    part.add(work.samples.position[i], work.samples.weight[i], 0, 0);
-  }
+  for (std::size_t i = 0; i < samples; ++i) part.add(work.samples, i);
   const auto evaluator = fitting::make_device_evaluator(device, part, {}, precision);
   const double order = 1 + 5 * static_cast<double>(work.map.factors.size());
   const double slots = 0.5 * order * (order + 1) / static_cast<double>(work.map.factors.size());

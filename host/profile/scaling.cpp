@@ -10,7 +10,6 @@
 
 #include "device/context.hpp"
 #include "profile/cost.hpp"
-#include "profile/stopwatch.hpp"
 #include "profile/workload.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/progress.hpp"

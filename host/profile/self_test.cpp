@@ -36,12 +36,7 @@ constexpr int kIterations = 4;
 double worse(double a, double b) { return b <= a ? a : std::isnan(b) ? kInfinite : b; }
 
 /// 300 samples and 24 factors: no number is a multiple of a group.
-Workload small_work() {
-  ProfileOptions options;
-  options.samples = 300;
-  options.factors = 24;
-  return profiling::make_workload(options);
-}
+Workload small_work() { return profiling::make_workload({.samples = 300, .factors = 24}); }
 
 std::vector<double> fields(fitting::Evaluator& evaluator, const RationalMap& map) {
   return evaluator.field(map);

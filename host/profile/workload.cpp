@@ -1,14 +1,27 @@
 #include "profile/workload.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
 #include "base/random.hpp"
-#include "profile/stopwatch.hpp"
+#include "device/context.hpp"
 
 namespace qjulia::profiling {
+
+KernelSeconds timed(const Device& device, const std::function<void()>& work) {
+  device::Context& context = device.context();
+  context.reset_kernel_times();
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  context.finish();
+  KernelSeconds seconds;
+  seconds.wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  for (const auto& [name, time] : context.kernel_times()) seconds.device += time.seconds;
+  return seconds;
+}
 
 Workload make_workload(const ProfileOptions& options) {
   base::Random random(options.seed);
@@ -33,10 +46,8 @@ Workload make_workload(const ProfileOptions& options) {
 
 std::unique_ptr<fitting::Evaluator> make_evaluator(const Device& device, const Workload& work,
                                                    int iterations, Precision precision) {
-  fitting::EnergyOptions options;
-  options.iterations = iterations;
-  options.escape = kNoEscape;
-  return fitting::make_device_evaluator(device, work.samples, options, precision);
+  return fitting::make_device_evaluator(device, work.samples,
+                                        {.iterations = iterations, .escape = kNoEscape}, precision);
 }
 
 TriangleMesh make_sphere(int rings) {

@@ -1,6 +1,7 @@
 #pragma once
-/// The fixed work that kernels are timed with, and settings are tried with.
+/// The fixed work that kernels are timed with, and settings are tried with, and the watch for it.
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -13,6 +14,14 @@
 #include "qjulia/rational_map.hpp"
 
 namespace qjulia::profiling {
+
+struct KernelSeconds {
+  double device = 0;  ///< sum over all kernels that ran
+  double wall = 0;
+};
+
+/// Runs `work` and waits for the device.
+KernelSeconds timed(const Device& device, const std::function<void()>& work);
 
 struct Workload {
   fitting::Samples samples;
