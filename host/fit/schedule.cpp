@@ -182,11 +182,26 @@ Schedule read_schedule(const std::string& text, const std::string& file) {
 
 }  // namespace
 
+Schedule with_polish(Schedule schedule, double detail) {
+  constexpr double kBefore = 0.6;
+  constexpr double kDiagonal = 4;  // of boxes whose longest side is 3: from 3 to 5.2
+  schedule.evaluations = static_cast<int>(schedule.evaluations / kBefore);
+  schedule.automatic.evaluations = static_cast<int>(schedule.automatic.evaluations / kBefore);
+  schedule.automatic.stages = static_cast<int>(schedule.automatic.stages / kBefore);
+  for (Level& level : schedule.levels) level.until *= kBefore;
+  schedule.levels.push_back({.name = "polish",
+                             .iterations = 2,
+                             .loss = Loss::tanh,
+                             .alpha = 1,
+                             .band = detail * kDiagonal});
+  return schedule;
+}
+
+Schedule find_schedule(const std::string& name) { return read_schedule(schedule_text(name), name); }
+
 }  // namespace qjulia::fitting
 
-namespace qjulia {
-
-std::string schedule_text(const std::string& name) {
+std::string qjulia::schedule_text(const std::string& name) {
   if (!fitting::is_file(name)) {
     const auto& all = fitting::embedded_schedules();
     const auto found = all.find(fitting::path_of(name));
@@ -207,28 +222,3 @@ std::string schedule_text(const std::string& name) {
   constexpr std::uint64_t kLargestFile = std::uint64_t{1} << 20;
   return base::read_text_file(name, "schedule", kLargestFile);
 }
-
-}  // namespace qjulia
-
-namespace qjulia::fitting {
-
-Schedule with_polish(Schedule schedule, double detail) {
-  constexpr double kBefore = 0.6;
-  constexpr double kDiagonal = 4;  // of boxes whose longest side is 3: from 3 to 5.2
-  schedule.evaluations = static_cast<int>(schedule.evaluations / kBefore);
-  schedule.automatic.evaluations = static_cast<int>(schedule.automatic.evaluations / kBefore);
-  schedule.automatic.stages = static_cast<int>(schedule.automatic.stages / kBefore);
-  for (Level& level : schedule.levels) level.until *= kBefore;
-  Level polish;
-  polish.name = "polish";
-  polish.iterations = 2;
-  polish.loss = Loss::tanh;
-  polish.alpha = 1;
-  polish.band = detail * kDiagonal;
-  schedule.levels.push_back(polish);
-  return schedule;
-}
-
-Schedule find_schedule(const std::string& name) { return read_schedule(schedule_text(name), name); }
-
-}  // namespace qjulia::fitting
