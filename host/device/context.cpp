@@ -126,15 +126,8 @@ Argument::Argument(const void* value, std::size_t size) : size_(size) {
   std::memcpy(value_.data(), value, size);
 }
 Argument::Argument(std::int32_t value) : Argument(&value, sizeof value) {}
-Argument::Argument(std::uint32_t value) : Argument(&value, sizeof value) {}
 Argument Argument::real(double value, Precision precision) {
   return precision == Precision::dbl ? of(value) : of(static_cast<float>(value));
-}
-Argument Argument::local(std::size_t bytes) {
-  Argument argument;
-  argument.size_ = bytes;
-  argument.is_local_ = true;
-  return argument;
 }
 
 Context::Context(const DeviceInfo& info) : impl_(std::make_unique<Impl>()) {
@@ -319,9 +312,8 @@ void Context::launch(const Kernel& kernel, const Range& range, std::span<const A
   cl_uint index = 0;
   for (const Argument& argument : arguments) {
     const std::string call = fmt::format("argument {} of kernel {}", index, handle.name);
-    const void* const value = argument.is_local_ ? nullptr : argument.value_.data();
     if (argument.memory_ == nullptr) {
-      impl_->expect(handle.kernel.setArg(index, argument.size_, value), call);
+      impl_->expect(handle.kernel.setArg(index, argument.size_, argument.value_.data()), call);
     } else if (argument.memory_->handle_) {
       impl_->expect(handle.kernel.setArg(index, argument.memory_->handle_->buffer), call);
     } else {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "qjulia/device.hpp"
+#include "qjulia/error.hpp"
 #include "qjulia/trace.hpp"
 
 namespace qjulia::device {
@@ -83,7 +84,10 @@ class Kernel {
   std::shared_ptr<Handle> handle_;
 };
 
-/// One kernel argument: a buffer, a scalar, a struct of scalars, or a piece of local memory.
+/// A count as kernels take it.
+inline std::int32_t narrow(std::size_t count) { return static_cast<std::int32_t>(count); }
+
+/// One kernel argument: a buffer, a scalar, or a struct of scalars.
 class Argument {
  public:
   /// A struct of layout/arguments.h, or another that host and device lay out alike.
@@ -94,19 +98,15 @@ class Argument {
   }
   Argument(const Memory& memory) : memory_(&memory) {}  // NOLINT(google-explicit-constructor)
   Argument(std::int32_t value);                         // NOLINT(google-explicit-constructor)
-  Argument(std::uint32_t value);                        // NOLINT(google-explicit-constructor)
   /// A real of the kernel's precision.
   static Argument real(double value, Precision precision);
-  static Argument local(std::size_t bytes);
 
  private:
   friend class Context;
   static constexpr std::size_t kLargest = 128;
-  Argument() = default;
   Argument(const void* value, std::size_t size);
   const Memory* memory_ = nullptr;
   std::array<std::byte, kLargest> value_{};
-  bool is_local_ = false;
   std::size_t size_ = 0;
 };
 
@@ -120,11 +120,16 @@ Argument arguments(Precision precision, const Make& make) {
 /// The work-items of a launch, in one to three dimensions. `local` of zeros takes groups as large
 /// as suits the device and the kernel along the first dimension, and pads that dimension to a
 /// multiple of them: kernels return at once in work-items past their count. Otherwise `local` must
-/// divide `global`, and a device that refuses such groups is an error (device/refused.hpp).
+/// divide `global`, and a device that refuses such groups is an error (is_refused_group).
 struct Range {
   std::array<std::size_t, 3> global{1, 1, 1};
   std::array<std::size_t, 3> local{0, 0, 0};
 };
+
+/// Whether a device's error says that a buffer was too large for it: callers then ask for less.
+bool is_out_of_memory(const DeviceError& error);
+/// The same of a work-group.
+bool is_refused_group(const DeviceError& error);
 
 /// An OpenCL context with one in-order queue and a cache of built programs. Not for use by several
 /// threads at a time.

@@ -6,7 +6,7 @@
 #include <array>
 #include <utility>
 
-#include "device/refused.hpp"
+#include "device/context.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::device {
@@ -74,29 +74,27 @@ std::vector<cl::Device> devices(const cl::Platform& platform) {
 }
 
 DeviceInfo describe(const cl::Device& device, int platform_index, int device_index) {
-  DeviceInfo info;
-  info.platform = platform_index;
-  info.index = device_index;
   const auto type = device.getInfo<CL_DEVICE_TYPE>();
-  info.kind = (type & CL_DEVICE_TYPE_GPU) != 0           ? DeviceKind::gpu
-              : (type & CL_DEVICE_TYPE_CPU) != 0         ? DeviceKind::cpu
-              : (type & CL_DEVICE_TYPE_ACCELERATOR) != 0 ? DeviceKind::accelerator
-                                                         : DeviceKind::other;
-  info.name = device.getInfo<CL_DEVICE_NAME>();
-  info.vendor = device.getInfo<CL_DEVICE_VENDOR>();
-  info.platform_name =
-      cl::Platform(device.getInfo<CL_DEVICE_PLATFORM>()).getInfo<CL_PLATFORM_NAME>();
-  info.driver_version = device.getInfo<CL_DRIVER_VERSION>();
-  info.opencl_version = device.getInfo<CL_DEVICE_VERSION>();
-  info.compute_units = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
-  info.clock_mhz = device.getInfo<CL_DEVICE_MAX_CLOCK_FREQUENCY>();
-  info.native_float_lanes = device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>();
-  info.global_memory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
-  info.largest_allocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
-  info.local_memory = device.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>();
-  info.largest_work_group = device.getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>();
-  info.has_double = device.getInfo<CL_DEVICE_DOUBLE_FP_CONFIG>() != 0;
-  return info;
+  const cl::Platform platform(device.getInfo<CL_DEVICE_PLATFORM>());
+  return {.platform = platform_index,
+          .index = device_index,
+          .kind = (type & CL_DEVICE_TYPE_GPU) != 0           ? DeviceKind::gpu
+                  : (type & CL_DEVICE_TYPE_CPU) != 0         ? DeviceKind::cpu
+                  : (type & CL_DEVICE_TYPE_ACCELERATOR) != 0 ? DeviceKind::accelerator
+                                                             : DeviceKind::other,
+          .name = device.getInfo<CL_DEVICE_NAME>(),
+          .vendor = device.getInfo<CL_DEVICE_VENDOR>(),
+          .platform_name = platform.getInfo<CL_PLATFORM_NAME>(),
+          .driver_version = device.getInfo<CL_DRIVER_VERSION>(),
+          .opencl_version = device.getInfo<CL_DEVICE_VERSION>(),
+          .compute_units = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>(),
+          .clock_mhz = device.getInfo<CL_DEVICE_MAX_CLOCK_FREQUENCY>(),
+          .native_float_lanes = device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>(),
+          .global_memory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>(),
+          .largest_allocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>(),
+          .local_memory = device.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>(),
+          .largest_work_group = device.getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>(),
+          .has_double = device.getInfo<CL_DEVICE_DOUBLE_FP_CONFIG>() != 0};
 }
 
 bool means_refused_group(int code) {

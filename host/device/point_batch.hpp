@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
 #include <span>
 #include <stop_token>
 #include <utility>
@@ -15,9 +14,6 @@
 #include "qjulia/progress.hpp"
 
 namespace qjulia::device {
-
-/// A count as kernels take it.
-inline std::int32_t narrow(std::size_t count) { return static_cast<std::int32_t>(count); }
 
 /// Launches `kernel` over `items` work-items in parts. `arguments(first, count)` gives the
 /// arguments of the part that begins with item `first`; the buffers in them must outlive the call.

@@ -112,7 +112,6 @@ void save_tuning(const Device& device, Precision precision) {
     tunings = read_tunings(path, device.info());
   } catch (const InputError&) {
     // Nothing there, or nothing of use: it is replaced.
-    tunings.clear();
   }
   tunings[precision] = device.tuning(precision);
   json file{{"format", kFormat}, {"version", kVersion}, {"owner", owner(device.info())}};

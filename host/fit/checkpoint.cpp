@@ -142,13 +142,4 @@ bool Checkpoint::due() const {
          std::chrono::duration<double>(Clock::now() - saved_).count() >= interval_;
 }
 
-Evaluation RecordingEvaluator::evaluate(const RationalMap& map, bool with_gradient) {
-  if (given_ < state_.evaluated.size()) return state_.evaluated[given_++];
-  Evaluation evaluation = ForwardingEvaluator::evaluate(map, with_gradient);
-  state_.evaluated.push_back(evaluation);
-  ++given_;
-  if (checkpoint_.due()) checkpoint_.save(state_);
-  return evaluation;
-}
-
 }  // namespace qjulia::fitting

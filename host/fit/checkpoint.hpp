@@ -67,19 +67,4 @@ class Checkpoint {
   Clock::time_point saved_ = Clock::now();
 };
 
-/// Gives the evaluations in `state.evaluated` first, then evaluates, adds to them, and saves the
-/// state whenever that is due.
-class RecordingEvaluator final : public ForwardingEvaluator {
- public:
-  RecordingEvaluator(Evaluator& evaluator, FitState& state, Checkpoint& checkpoint)
-      : ForwardingEvaluator(evaluator), state_(state), checkpoint_(checkpoint) {}
-
-  Evaluation evaluate(const RationalMap& map, bool with_gradient) override;
-
- private:
-  FitState& state_;
-  Checkpoint& checkpoint_;
-  std::size_t given_ = 0;
-};
-
 }  // namespace qjulia::fitting

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "base/large_pages.hpp"
-#include "device/refused.hpp"
 #include "fit/panel_products.hpp"
 #include "layout/panel_layout.h"
 #include "qjulia/error.hpp"
@@ -13,13 +12,12 @@
 namespace qjulia::fitting {
 namespace {
 
+using device::narrow;
 using Eigen::Index;
 
 constexpr auto kBlock = std::size_t{QJ_CHOLESKY_BLOCK};
 /// Below this order launches take longer than the work.
 constexpr std::size_t kLeastOrder = 384;
-
-std::int32_t i32(std::size_t number) { return static_cast<std::int32_t>(number); }
 
 std::size_t padded(std::size_t n) { return (n + kBlock - 1) / kBlock * kBlock; }
 
@@ -48,7 +46,7 @@ class DeviceFactorisation {
   Eigen::VectorXd diagonal() {
     const auto entries = context_.allocate_real(n_, Precision::dbl);
     context_.launch(kernel("diagonal"), {{n_, 1, 1}},
-                    {i32(n_), i32(h_.order), place_, h_.rows, entries});
+                    {narrow(n_), narrow(h_.order), place_, h_.rows, entries});
     Eigen::VectorXd values(static_cast<Index>(n_));
     context_.read(entries, {values.data(), n_});
     return values.cwiseProduct(h_.squared_scale);
@@ -59,8 +57,8 @@ class DeviceFactorisation {
     const Eigen::VectorXd factors = scale.cwiseProduct(h_.squared_scale.cwiseSqrt());
     const auto sent = context_.upload_real({factors.data(), n_}, Precision::dbl);
     context_.launch(kernel("unit_diagonal"), {{order_, order_, 1}},
-                    {i32(n_), i32(h_.order), place_, h_.rows, sent,
-                     device::Argument::real(more, Precision::dbl), i32(order_), matrix_});
+                    {narrow(n_), narrow(h_.order), place_, h_.rows, sent,
+                     device::Argument::real(more, Precision::dbl), narrow(order_), matrix_});
     run_blocks();
     std::vector<double> pivot(1);
     context_.read(last_pivot_, pivot);
@@ -74,7 +72,7 @@ class DeviceFactorisation {
     const auto block = context_.allocate_real(kBlock * order_, Precision::single);
     for (std::size_t first = 0; first < order_; first += kBlock) {
       context_.launch(kernel("narrowed"), {{order_, kBlock, 1}},
-                      {i32(order_), i32(first), matrix_, block});
+                      {narrow(order_), narrow(first), matrix_, block});
       context_.read(block, std::span<float>(rows.data() + first * order_, kBlock * order_));
     }
     return rows;
@@ -95,11 +93,11 @@ class DeviceFactorisation {
     PanelProducts products(context_, tuning_, Precision::dbl);
     for (std::size_t first = 0; first < order_; first += kBlock) {
       context_.launch(triangle, {{members, 1, 1}, {members, 1, 1}},
-                      {i32(order_), i32(first), matrix_, last_pivot_});
+                      {narrow(order_), narrow(first), matrix_, last_pivot_});
       const std::size_t next = first + kBlock;
       if (next == order_) break;
       context_.launch(rows, {{(order_ - next) / width, 1, 1}, {}},
-                      {i32(order_), i32(first), matrix_, panels_});
+                      {narrow(order_), narrow(first), matrix_, panels_});
       products(panels_, kBlock, order_, next, PanelProducts::Update::subtract, matrix_);
     }
   }
@@ -134,6 +132,19 @@ CurvatureFactor factorised(const Eigen::MatrixXd& h, double damping) {
     return in_place.info() == Eigen::Success;
   });
   return {scale, matrix.cast<float>()};
+}
+
+Eigen::VectorXd Preconditioner::move(const Eigen::VectorXd& u) const {
+  if (factor_.lower.size() == 0) return u.cwiseProduct(factor_.scale);
+  const Eigen::VectorXf solved =
+      lower().transpose().triangularView<Eigen::Upper>().solve(u.cast<float>());
+  return solved.cast<double>().cwiseProduct(factor_.scale);
+}
+
+Eigen::VectorXd Preconditioner::gradient(const Eigen::VectorXd& g) const {
+  Eigen::VectorXd scaled = g.cwiseProduct(factor_.scale);
+  if (factor_.lower.size() == 0) return scaled;
+  return lower().triangularView<Eigen::Lower>().solve(scaled.cast<float>()).cast<double>();
 }
 
 Eigen::VectorXd CurvatureSum::faded(std::size_t factors, const std::vector<std::size_t>& moved) {

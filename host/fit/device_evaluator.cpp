@@ -4,7 +4,6 @@
 #include <stdexcept>
 
 #include "device/context.hpp"
-#include "device/refused.hpp"
 #include "fit/curvature.hpp"
 #include "fit/evaluator.hpp"
 #include "fit/panel_products.hpp"
@@ -18,6 +17,7 @@ namespace qjulia::fitting {
 namespace {
 
 using device::Context;
+using device::narrow;
 using device::RealBuffer;
 
 std::size_t divide_up(std::size_t a, std::size_t b) { return (a + b - 1) / b; }
@@ -142,7 +142,7 @@ class DeviceEvaluator final : public Evaluator {
       }
       context.launch(kernel("gauss_newton.cl", "scaled_rows"),
                      {{order / division_.width, order, 1}},
-                     {i32(order), context.upload_real(scale, precision_), sum.rows});
+                     {narrow(order), context.upload_real(scale, precision_), sum.rows});
     }
     sum.samples_of_each = static_cast<double>(step);
     add_jacobian_products(map, step, update, sum.rows);
@@ -183,8 +183,9 @@ class DeviceEvaluator final : public Evaluator {
           pursuit, {{stride / division_.width, division_.panel_samples / division_.panel_block, 1}},
           {panel_arguments(map.slice, count, step, first), samples_, sent, field_, panels_});
     });
-    std::vector<std::int32_t> place{QJ_PURSUIT_ONES(i32(count)), QJ_PURSUIT_RESIDUALS(i32(count))};
-    for (std::size_t i = 0; i < count; ++i) place.push_back(i32(i));
+    std::vector<std::int32_t> place{QJ_PURSUIT_ONES(narrow(count)),
+                                    QJ_PURSUIT_RESIDUALS(narrow(count))};
+    for (std::size_t i = 0; i < count; ++i) place.push_back(narrow(i));
     return static_cast<double>(step) * to_symmetric(rows, order, place);
   }
 
@@ -193,8 +194,8 @@ class DeviceEvaluator final : public Evaluator {
     const std::size_t rows = division_.gradient_chunks();
     const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
     device_.context().launch(kernel("gauss_newton.cl", "jacobian_squares"), {{vectors, rows, 1}},
-                             {samples_, i32(division_.stride), i32(division_.gradient_chunk), map_,
-                              i32(factors_), loss(), alpha(), field_, rows_});
+                             {samples_, narrow(division_.stride), narrow(division_.gradient_chunk),
+                              map_, narrow(factors_), loss(), alpha(), field_, rows_});
     const auto sums = sum_rows(map, rows);
     return Eigen::Map<const Eigen::VectorXd>(sums.data(), static_cast<Eigen::Index>(sums.size()));
   }
@@ -210,10 +211,10 @@ class DeviceEvaluator final : public Evaluator {
       using real = decltype(r);
       return qj_energy_arguments<real>{.alpha = real(options_.alpha),
                                        .loss = loss(),
-                                       .stride = i32(division_.stride),
-                                       .vectors = i32(vectors),
-                                       .items = i32(items),
-                                       .factors = i32(factors_),
+                                       .stride = narrow(division_.stride),
+                                       .vectors = narrow(vectors),
+                                       .items = narrow(items),
+                                       .factors = narrow(factors_),
                                        .iterations = options_.iterations};
     });
   }
@@ -227,12 +228,12 @@ class DeviceEvaluator final : public Evaluator {
       return qj_panel_arguments<real>{.alpha = real(options_.alpha),
                                       .slice = real(slice),
                                       .loss = loss(),
-                                      .stride = i32(division_.stride),
-                                      .step = i32(step),
-                                      .first = i32(first),
-                                      .chunk = i32(division_.panel_samples),
-                                      .block = i32(division_.panel_block),
-                                      .count = i32(count)};
+                                      .stride = narrow(division_.stride),
+                                      .step = narrow(step),
+                                      .first = narrow(first),
+                                      .chunk = narrow(division_.panel_samples),
+                                      .block = narrow(division_.panel_block),
+                                      .count = narrow(count)};
     });
   }
 
@@ -255,9 +256,9 @@ class DeviceEvaluator final : public Evaluator {
   /// H's row and column of each unknown.
   static std::vector<std::int32_t> places_of(std::size_t k) {
     std::vector<std::int32_t> place(1 + QJ_MAP_COMPONENTS * k);
-    place[0] = i32(QJ_GRADIENT_LOG_SCALE(k));
+    place[0] = narrow(QJ_GRADIENT_LOG_SCALE(k));
     for (std::size_t c = 0; c < QJ_MAP_COMPONENTS; ++c) {
-      for (std::size_t i = 0; i < k; ++i) place[1 + c * k + i] = i32(c * QJ_MAP_STRIDE(k) + i);
+      for (std::size_t i = 0; i < k; ++i) place[1 + c * k + i] = narrow(c * QJ_MAP_STRIDE(k) + i);
     }
     return place;
   }
@@ -352,14 +353,14 @@ class DeviceEvaluator final : public Evaluator {
     const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
     device_.context().launch(kernel("gradient_potential.cl", "gradient_potential"),
                              {{vectors, rows, 1}},
-                             {samples_, i32(division_.stride), i32(division_.gradient_chunk), map_,
-                              i32(factors_), cotangent_, rows_});
+                             {samples_, narrow(division_.stride), narrow(division_.gradient_chunk),
+                              map_, narrow(factors_), cotangent_, rows_});
     return sum_rows(map, rows);
   }
 
   device::Kernel orbit_kernel() const {
     return kernel("gradient_orbit.cl", "gradient_orbit",
-                  {{"QJ_GROUP", i32(division_.orbit_group)}});
+                  {{"QJ_GROUP", narrow(division_.orbit_group)}});
   }
 
   /// Groups of fewer work-items where the device cannot take as many as asked for.
@@ -422,7 +423,7 @@ class DeviceEvaluator final : public Evaluator {
     const std::size_t columns = QJ_GRADIENT_COLUMNS(factors_);
     const std::size_t blocks = divide_up(rows, kRowBlock);
     context.launch(kernel("reduce.cl", "sum_row_blocks"), {{columns, blocks, 1}},
-                   {rows_, i32(rows), i32(columns), i32(kRowBlock), block_sums_});
+                   {rows_, narrow(rows), narrow(columns), narrow(kRowBlock), block_sums_});
     std::vector<double> sums(blocks * columns);
     context.read(block_sums_, sums);
     return to_gradient(map, sums, blocks);
@@ -453,7 +454,6 @@ class DeviceEvaluator final : public Evaluator {
     return gradient;
   }
 
-  static std::int32_t i32(std::size_t n) { return static_cast<std::int32_t>(n); }
   static constexpr std::size_t kRowBlock = 64;
   static constexpr std::size_t kLeastPanelSamples = 16;  // panel_products_shared takes so many
 

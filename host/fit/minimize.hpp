@@ -5,7 +5,6 @@
 
 #include "fit/budget.hpp"
 #include "fit/evaluator.hpp"
-#include "fit/preconditioner.hpp"
 #include "fit/subspace.hpp"
 
 namespace qjulia::fitting {

@@ -1,7 +1,5 @@
 #include "fit/panel_products.hpp"
 
-#include "device/refused.hpp"
-
 namespace qjulia::fitting {
 
 device::Kernel PanelProducts::kernel(const char* name) const {
@@ -12,10 +10,9 @@ void PanelProducts::operator()(const device::RealBuffer& panels, std::size_t sam
                                std::size_t order, std::size_t begin, Update update,
                                const device::RealBuffer& matrix) {
   const auto launch = [&](const device::Kernel& products, const device::Range& range) {
-    const auto i32 = [](std::size_t n) { return static_cast<std::int32_t>(n); };
     context_.launch(products, range,
-                    {panels, i32(samples), i32(order), i32(begin), update == Update::set ? 0 : 1,
-                     update == Update::subtract ? -1 : 1, matrix});
+                    {panels, device::narrow(samples), device::narrow(order), device::narrow(begin),
+                     update == Update::set ? 0 : 1, update == Update::subtract ? -1 : 1, matrix});
   };
   const std::size_t left = order - begin;
   // Work-items share tiles as the settings say, unless the device takes no groups of as many.

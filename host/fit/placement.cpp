@@ -7,8 +7,9 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numeric>
 
-#include "device/refused.hpp"
+#include "device/context.hpp"
 #include "fit/farthest_points.hpp"
 #include "fit/lbfgs.hpp"
 #include "qjulia/error.hpp"
@@ -78,8 +79,8 @@ Objective distance_energy(Evaluator& evaluator, const RationalMap& map, bool by_
     return by_evaluation;
   }
   constexpr Eigen::Index kResidual = 1;  // its row and column; the others are the unknowns'
-  std::vector<Eigen::Index> own{0};
-  for (Eigen::Index i = 1; i < n; ++i) own.push_back(1 + i);
+  std::vector<Eigen::Index> own(1 + map.factors.size());
+  std::iota(own.begin() + 1, own.end(), kResidual + 1);
   const Eigen::MatrixXd hessian = products(own, own);
   const Eigen::VectorXd slope = products(own, kResidual);  // at zero scale and exponents
   return [hessian, slope](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
@@ -101,12 +102,10 @@ void fit_exponents(Evaluator& evaluator, RationalMap& map, std::size_t inside) {
   Eigen::VectorXd x = Eigen::VectorXd::Zero(n);
   Eigen::VectorXd low = Eigen::VectorXd::Zero(n);
   Eigen::VectorXd high = Eigen::VectorXd::Zero(n);
+  const auto roots = static_cast<Eigen::Index>(inside);
+  high.head(1 + roots).setConstant(none);
+  low.tail(n - 1 - roots).setConstant(-none);
   low[0] = -none;
-  high[0] = none;
-  for (Eigen::Index i = 1; i < n; ++i) {
-    (i <= static_cast<Eigen::Index>(inside) ? high : low)[i] =
-        i <= static_cast<Eigen::Index>(inside) ? none : -none;
-  }
   // In units of each unknown's effect; a trace-sized ridge keeps twins of one another apart.
   const double ridge = 1e-6;
   auto scaled = [&](const Eigen::VectorXd& y, Eigen::VectorXd& gradient) {

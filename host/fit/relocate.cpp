@@ -110,12 +110,9 @@ RationalMap relocate_factors(Evaluator& evaluator, const Samples& samples, const
   // Scalar products of all columns: 0 the log scale's, 1 the residual, then factors, candidates.
   const MatrixXd products = evaluator.pursuit_products(map, centers);
   constexpr Index kResidual = 1;
-  Indices own{0};
-  for (Index k = 0; k < factors; ++k) own.push_back(2 + k);
-  Indices trial;
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    trial.push_back(2 + factors + static_cast<Index>(i));
-  }
+  Indices own(1 + map.factors.size()), trial(candidates.size());
+  std::iota(own.begin() + 1, own.end(), kResidual + 1);
+  std::iota(trial.begin(), trial.end(), own.back() + 1);
 
   // Remove: set exponents to zero and let the others make up for it.
   const MatrixXd inverse =

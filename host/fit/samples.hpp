@@ -47,6 +47,10 @@ struct Samples {
     target.push_back(wanted);
     side.push_back(s);
   }
+  /// The i-th of `from`, which stands for `share` of them.
+  void add(const Samples& from, std::size_t i, double share = 1) {
+    add(from.position[i], share * from.weight[i], from.target[i], from.side[i], from.off_slice[i]);
+  }
 };
 
 }  // namespace qjulia::fitting

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "device/refused.hpp"
+#include "device/context.hpp"
 #include "fit/minimize.hpp"
 #include "fit/relocate.hpp"
 #include "qjulia/error.hpp"
@@ -15,11 +15,9 @@ namespace qjulia::fitting {
 namespace {
 
 int level_at(const Schedule& schedule, double fraction) {
-  const auto last = static_cast<int>(schedule.levels.size()) - 1;
-  for (int i = 0; i < last; ++i) {
-    if (fraction < schedule.levels[static_cast<std::size_t>(i)].until) return i;
-  }
-  return last;
+  const auto first = schedule.levels.begin(), last = std::prev(schedule.levels.end());
+  const auto goes_on = [&](const Level& level) { return fraction < level.until; };
+  return static_cast<int>(std::ranges::find_if(first, last, goes_on) - first);
 }
 
 /// Whether further stages over the same samples would gain next to nothing.
@@ -76,20 +74,32 @@ std::vector<std::size_t> moved_between(const RationalMap& before, const Rational
   return moved;
 }
 
-/// Tells of each evaluation.
-class WatchedEvaluator final : public ForwardingEvaluator {
+/// Gives the evaluations in `state.evaluated` first, then evaluates, tells of it, adds to them, and
+/// saves the state whenever that is due.
+class RecordingEvaluator final : public ForwardingEvaluator {
  public:
-  WatchedEvaluator(Evaluator& evaluator, const FitObserver& observer)
-      : ForwardingEvaluator(evaluator), observer_(observer) {}
+  RecordingEvaluator(Evaluator& evaluator, const FitObserver& observer, FitState& state,
+                     Checkpoint& checkpoint)
+      : ForwardingEvaluator(evaluator),
+        observer_(observer),
+        state_(state),
+        checkpoint_(checkpoint) {}
 
   Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
+    if (given_ < state_.evaluated.size()) return state_.evaluated[given_++];
     Evaluation evaluation = ForwardingEvaluator::evaluate(map, with_gradient);
     if (observer_.on_evaluation) observer_.on_evaluation(evaluation.energy);
+    state_.evaluated.push_back(evaluation);
+    ++given_;
+    if (checkpoint_.due()) checkpoint_.save(state_);
     return evaluation;
   }
 
  private:
   const FitObserver& observer_;
+  FitState& state_;
+  Checkpoint& checkpoint_;
+  std::size_t given_ = 0;
 };
 
 }  // namespace
@@ -194,11 +204,8 @@ void Stages::lift_misplaced() {
 }
 
 std::unique_ptr<Evaluator> Stages::evaluator_of(const Samples& samples, const Level& level) const {
-  EnergyOptions energy;
-  energy.iterations = level.iterations;
-  energy.loss = level.loss;
-  energy.alpha = level.alpha;
-  return make_evaluator_(samples, energy);
+  return make_evaluator_(
+      samples, {.loss = level.loss, .iterations = level.iterations, .alpha = level.alpha});
 }
 
 void Stages::gather_curvature() {
@@ -297,8 +304,7 @@ std::optional<StopReason> Stages::run_stage() {
   }
   budget_.update();
   preparation_ = budget_.seconds() - start;
-  WatchedEvaluator watched(*evaluator, options_.observer);
-  RecordingEvaluator recorded(watched, before, checkpoint_);
+  RecordingEvaluator recorded(*evaluator, options_.observer, before, checkpoint_);
   auto result = part("minimise", [&] {
     return minimize(recorded, map_, subspace, scaling, level.steps, budget_);
   });

@@ -10,7 +10,6 @@
 #include "fit/checkpoint.hpp"
 #include "fit/evaluator.hpp"
 #include "fit/misplaced.hpp"
-#include "fit/preconditioner.hpp"
 #include "fit/schedule.hpp"
 #include "fit/subspace.hpp"
 #include "fit/team.hpp"

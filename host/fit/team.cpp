@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/large_pages.hpp"
-#include "device/refused.hpp"
+#include "device/context.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::fitting {
@@ -13,11 +13,7 @@ using Numbers = Ranks::Numbers;
 
 Numbers numbers_of(const std::string& text) { return {text.begin(), text.end()}; }
 
-std::string text_of(const Numbers& numbers) {
-  std::string text;
-  for (const double character : numbers) text += static_cast<char>(character);
-  return text;
-}
+std::string text_of(const Numbers& numbers) { return {numbers.begin(), numbers.end()}; }
 
 }  // namespace
 
@@ -92,10 +88,7 @@ Samples for_matrices(const Samples& samples) {
   const std::size_t count = (samples.size() + step - 1) / step;
   const double share = static_cast<double>(samples.size()) / static_cast<double>(count);
   Samples part;
-  for (std::size_t i = 0; i < samples.size(); i += step) {
-    part.add(samples.position[i], share * samples.weight[i], samples.target[i], samples.side[i],
-             samples.off_slice[i]);
-  }
+  for (std::size_t i = 0; i < samples.size(); i += step) part.add(samples, i, share);
   return part;
 }
 
@@ -138,10 +131,7 @@ class DistributedEvaluator final : public Evaluator {
     team.all_gather([&] {  // memory may be short on one rank alone
       for (auto p = static_cast<std::size_t>(team.rank()); p < parts_; p += size()) {
         Samples part;
-        for (std::size_t i = begin_of(p); i < begin_of(p + 1); ++i) {
-          part.add(samples.position[i], samples.weight[i], samples.target[i], samples.side[i],
-                   samples.off_slice[i]);
-        }
+        for (std::size_t i = begin_of(p); i < begin_of(p + 1); ++i) part.add(samples, i);
         mine_.push_back(local(part, options));
       }
       if (team.rank() == 0 && parts_ > 1) of_all_ = local(for_matrices(samples), options);
