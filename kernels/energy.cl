@@ -15,10 +15,8 @@ kernel void energy_terms(qj_energy_arguments with, global const real* restrict s
   lane energy = lane_of(0);
   int end = min((item + 1) * with.vectors, stride / QJ_WIDTH);
   for (int i = item * with.vectors; i < end; ++i) {
-    qlane q = q_make(lane_load(samples + QJ_SAMPLE_X * stride, i),
-                     lane_load(samples + QJ_SAMPLE_Y * stride, i),
-                     lane_load(samples + QJ_SAMPLE_Z * stride, i),
-                     lane_load(samples + QJ_SAMPLE_W * stride, i) + map[QJ_MAP_SLICE]);
+    qlane q = q_load(samples + QJ_SAMPLE_X * stride, stride, i);
+    q.w += map[QJ_MAP_SLICE];
     ilane executed;
     lane f = map_iterate(q, map, with.factors, with.iterations, false, &executed);
     lane dedf;

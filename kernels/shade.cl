@@ -4,7 +4,11 @@
 
 #include "view.clh"
 
-typedef QJ_JOIN(QJ_REAL, 2) real2;
+static inline void put_real3(global real* at, real3 v) {
+  at[0] = v.x;
+  at[1] = v.y;
+  at[2] = v.z;
+}
 
 // Unit normals, towards the viewer, of the depth surface: a plane of depths fitted to the 5 x 5
 // samples around, those at other depths counting less. depth, normal: the rows of the view from
@@ -42,9 +46,7 @@ kernel void normals_of_depth(global const real* view, int columns, int first_row
     n = normalize(cross(px, py));
     if (dot(n, direction) > 0) n = -n;
   }
-  normal[3 * index] = n.x;
-  normal[3 * index + 1] = n.y;
-  normal[3 * index + 2] = n.z;
+  put_real3(normal + 3 * index, n);
 }
 
 // How far (column, row) of a light's depth map lies before `depth`: above 0 where it is a blocker.
@@ -123,12 +125,6 @@ static inline light_sight sight_of(real3 p, real3 n, global const real* restrict
 
 // Light falls on receivers: first the samples of a strip, row by row, then one point of the ground
 // for each pixel. Each has QJ_RECEIVER_SIZE reals; a normal of zero receives nothing.
-
-static inline void put_real3(global real* at, real3 v) {
-  at[0] = v.x;
-  at[1] = v.y;
-  at[2] = v.z;
-}
 
 // The point of the ground that the ray of a pixel meets, where it is near enough to the shape for
 // its shadow.

@@ -5,8 +5,6 @@
 #include "lane_math.clh"
 #include "layout/bvh.h"
 
-typedef QJ_JOIN(QJ_REAL, 3) real3;
-
 // One vector a lane.
 typedef struct {
   lane x, y, z;
