@@ -195,15 +195,14 @@ class DeviceEvaluator final : public Evaluator {
     const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
     device_.context().launch(kernel("gauss_newton.cl", "jacobian_squares"), {{vectors, rows, 1}},
                              {samples_, narrow(division_.stride), narrow(division_.gradient_chunk),
-                              map_, narrow(factors_), loss(), alpha(), field_, rows_});
+                              map_, narrow(factors_), loss(),
+                              device::Argument::real(options_.alpha, precision_), field_, rows_});
     const auto sums = sum_rows(map, rows);
     return Eigen::Map<const Eigen::VectorXd>(sums.data(), static_cast<Eigen::Index>(sums.size()));
   }
 
  private:
   std::int32_t loss() const { return static_cast<std::int32_t>(options_.loss); }
-
-  device::Argument alpha() const { return device::Argument::real(options_.alpha, precision_); }
 
   /// @param vectors of samples that each of `items` work-items, or groups of them, takes.
   device::Argument energy_arguments(std::size_t vectors, std::size_t items) const {

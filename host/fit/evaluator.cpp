@@ -6,48 +6,6 @@
 #include "map/reference_iteration.hpp"
 
 namespace qjulia::fitting {
-
-std::vector<double> to_unknowns(const RationalMap& map) {
-  const std::size_t k = map.factors.size();
-  std::vector<double> v(1 + 5 * k);
-  v[0] = map.log_scale;
-  for (std::size_t i = 0; i < k; ++i) {
-    const auto& [center, exponent] = map.factors[i];
-    v[1 + i] = exponent;
-    v[1 + k + i] = center.x;
-    v[1 + 2 * k + i] = center.y;
-    v[1 + 3 * k + i] = center.z;
-    v[1 + 4 * k + i] = center.w;
-  }
-  return v;
-}
-
-RationalMap with_unknowns(RationalMap map, const std::vector<double>& v) {
-  const std::size_t k = map.factors.size();
-  if (v.size() != 1 + 5 * k) throw std::logic_error("unknowns do not match the map's factors");
-  map.log_scale = v[0];
-  for (std::size_t i = 0; i < k; ++i) {
-    map.factors[i] = {{v[1 + k + i], v[1 + 2 * k + i], v[1 + 3 * k + i], v[1 + 4 * k + i]},
-                      v[1 + i]};
-  }
-  return map;
-}
-
-void Evaluator::add_curvature(const RationalMap& map, const std::vector<std::size_t>& moved,
-                              CurvatureSum& sum) {
-  const Eigen::VectorXd kept = sum.faded(map.factors.size(), moved);
-  if (kept.size() == 0) {
-    sum.matrix = gauss_newton(map);
-  } else {
-    sum.matrix = kept.asDiagonal() * sum.matrix * kept.asDiagonal() + gauss_newton(map);
-  }
-}
-
-CurvatureFactor Evaluator::factor(const CurvatureSum& sum, double damping) {
-  const Eigen::VectorXd scale = sum.weight.cwiseSqrt().cwiseInverse();
-  return factorised(scale.asDiagonal() * sum.matrix * scale.asDiagonal(), damping);
-}
-
 namespace {
 
 /// What a sample adds to the energy, and its derivatives by F.
@@ -146,6 +104,47 @@ class ReferenceEvaluator final : public Evaluator {
 };
 
 }  // namespace
+
+std::vector<double> to_unknowns(const RationalMap& map) {
+  const std::size_t k = map.factors.size();
+  std::vector<double> v(1 + 5 * k);
+  v[0] = map.log_scale;
+  for (std::size_t i = 0; i < k; ++i) {
+    const auto& [center, exponent] = map.factors[i];
+    v[1 + i] = exponent;
+    v[1 + k + i] = center.x;
+    v[1 + 2 * k + i] = center.y;
+    v[1 + 3 * k + i] = center.z;
+    v[1 + 4 * k + i] = center.w;
+  }
+  return v;
+}
+
+RationalMap with_unknowns(RationalMap map, const std::vector<double>& v) {
+  const std::size_t k = map.factors.size();
+  if (v.size() != 1 + 5 * k) throw std::logic_error("unknowns do not match the map's factors");
+  map.log_scale = v[0];
+  for (std::size_t i = 0; i < k; ++i) {
+    map.factors[i] = {{v[1 + k + i], v[1 + 2 * k + i], v[1 + 3 * k + i], v[1 + 4 * k + i]},
+                      v[1 + i]};
+  }
+  return map;
+}
+
+void Evaluator::add_curvature(const RationalMap& map, const std::vector<std::size_t>& moved,
+                              CurvatureSum& sum) {
+  const Eigen::VectorXd kept = sum.faded(map.factors.size(), moved);
+  if (kept.size() == 0) {
+    sum.matrix = gauss_newton(map);
+  } else {
+    sum.matrix = kept.asDiagonal() * sum.matrix * kept.asDiagonal() + gauss_newton(map);
+  }
+}
+
+CurvatureFactor Evaluator::factor(const CurvatureSum& sum, double damping) {
+  const Eigen::VectorXd scale = sum.weight.cwiseSqrt().cwiseInverse();
+  return factorised(scale.asDiagonal() * sum.matrix * scale.asDiagonal(), damping);
+}
 
 std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples, const EnergyOptions& options) {
   return std::make_unique<ReferenceEvaluator>(std::move(samples), options);

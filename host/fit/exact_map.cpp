@@ -24,15 +24,14 @@ std::vector<Factor> random_roots(const fitting::Distances& distances, const Box&
   constexpr std::size_t kAtOnce = 4096;
   constexpr int kMostTries = 1000;
   base::Random random(seed);
-  const auto within = [&](double low, double high) { return random.uniform(low, high); };
   std::vector<Factor> roots;
   const auto wanted = static_cast<std::size_t>(count);
   for (int tried = 0; tried < kMostTries && roots.size() < wanted; ++tried) {
     std::vector<Eigen::Vector3d> points;
     for (std::size_t i = 0; i < kAtOnce; ++i) {
-      const double x = within(box.low.x(), box.high.x());
-      const double y = within(box.low.y(), box.high.y());
-      points.emplace_back(x, y, within(box.low.z(), box.high.z()));
+      const double x = random.uniform(box.low.x(), box.high.x());
+      const double y = random.uniform(box.low.y(), box.high.y());
+      points.emplace_back(x, y, random.uniform(box.low.z(), box.high.z()));
     }
     const std::vector<double> found = distances(points);
     for (std::size_t i = 0; i < kAtOnce && roots.size() < wanted; ++i) {

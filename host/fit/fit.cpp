@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <optional>
 
 #include "base/range_check.hpp"
@@ -10,7 +11,6 @@
 #include "fit/checkpoint.hpp"
 #include "fit/factor_count.hpp"
 #include "fit/finish_map.hpp"
-#include "fit/monopoles.hpp"
 #include "fit/placement.hpp"
 #include "fit/sample_pool.hpp"
 #include "fit/schedule.hpp"
@@ -31,43 +31,35 @@ constexpr int kMostFactors = 20'000;
 /// Seconds kept from a time limit for lifting misplaced factors, scaling, calibration and writing.
 constexpr double kReserve = 1.0;
 
-/// The cells of a coarse cube about a shape, for the IoU that reports give.
-class CoarseCube {
- public:
-  CoarseCube(const Device& device, const Shape& shape, const SignedDistance& distance)
-      : device_(device) {
-    constexpr int kCells = 48;
-    constexpr double kMargin = 1.1;
-    const Box box = shape.mesh.box();
-    const double side = kMargin * box.size().maxCoeff();
-    const Eigen::Vector3d corner = box.center() - Eigen::Vector3d::Constant(side / 2);
-    std::vector<Eigen::Vector3d> points;
-    for (int x = 0; x < kCells; ++x) {
-      for (int y = 0; y < kCells; ++y) {
-        for (int z = 0; z < kCells; ++z) {
-          points.emplace_back(corner + side / kCells * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5));
-        }
+/// What gives the IoU of {F_n < map.surface_level} and the inside of the shape, 0 … 1, over the
+/// cells of a coarse cube about it, for reports.
+std::function<double(const RationalMap&, int)> coarse_overlap(const Device& device,
+                                                              const TriangleMesh& mesh,
+                                                              const SignedDistance& distance) {
+  constexpr int kCells = 48;
+  constexpr double kMargin = 1.1;
+  const Box box = mesh.box();
+  const double side = kMargin * box.size().maxCoeff();
+  const Eigen::Vector3d corner = box.center() - Eigen::Vector3d::Constant(side / 2);
+  std::vector<Eigen::Vector3d> points;
+  for (int x = 0; x < kCells; ++x) {
+    for (int y = 0; y < kCells; ++y) {
+      for (int z = 0; z < kCells; ++z) {
+        points.emplace_back(corner + side / kCells * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5));
       }
     }
-    for (const double d : distance.at(points)) inside_.push_back(d < 0);
-    points_ = on_slice(points, 0);
   }
-
-  /// IoU of {F_n < map.surface_level} and the inside of the shape, 0 … 1.
-  double iou(const RationalMap& map, int iterations) const {
-    const auto field = Field(device_, map).at(points_, iterations);
+  std::vector<bool> inside;
+  for (const double d : distance.at(points)) inside.push_back(d < 0);
+  return [device, inside, cells = on_slice(points, 0)](const RationalMap& map, int iterations) {
+    const auto field = Field(device, map).at(cells, iterations);
     shape::Overlap overlap;
     for (std::size_t i = 0; i < field.size(); ++i) {
-      overlap.add(field[i] < map.surface_level, inside_[i]);
+      overlap.add(field[i] < map.surface_level, inside[i]);
     }
     return overlap.iou();
-  }
-
- private:
-  Device device_;
-  std::vector<Quaternion> points_;
-  std::vector<bool> inside_;
-};
+  };
+}
 
 /// Samples of the largest stage that draws them from the pool.
 int largest_draw(const Schedule& schedule) {
@@ -76,6 +68,129 @@ int largest_draw(const Schedule& schedule) {
     if (level.points == Points::surface) most = std::max(most, level.samples);
   }
   return most;
+}
+
+/// A fit that makes less than this part of its evaluations has seldom settled: its last stages,
+/// which bring the surface in, have hardly begun.
+constexpr int kSettlingShare = 10;
+
+/// A warning about a fit that ended early; empty when it has had its time.
+std::string unsettled(const FitResult& result, int planned) {
+  if (result.evaluations == 0) {
+    return "the fit ended before its first evaluation: the map is only where its factors begin";
+  }
+  if (result.stopped != StopReason::time_limit || result.evaluations >= planned / kSettlingShare) {
+    return {};
+  }
+  return fmt::format(
+      "the time limit ended the fit after {} of {} evaluations, before it could "
+      "settle; {} factors need about {:.0f} s here, and fewer settle sooner",
+      result.evaluations, planned, result.map.factors.size(),
+      result.seconds * planned / kSettlingShare / result.evaluations);
+}
+
+FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
+                 const FitOptions& options, const ProgressMonitor& monitor) {
+  options.validate();
+  const auto start = Budget::Clock::now();
+  EvaluatorFactory make_evaluator = [&](const Samples& samples, const EnergyOptions& energy) {
+    return make_device_evaluator(device, samples, energy, options.precision);
+  };
+  if (team.size() > 1 || options.sample_parts > 1) {
+    make_evaluator = distributed(team, std::move(make_evaluator), options.sample_parts);
+  }
+  monitor.report({"measuring the mesh", 0, -1, ""});
+  const auto in_stage = [&](const char* name, const auto& work) {
+    const TraceStage stage(monitor.trace, name);
+    return work();
+  };
+  const Shape shape =
+      in_stage("measure the mesh", [&] { return make_shape(device, mesh, monitor.stop); });
+  const double detail =
+      team.broadcast({chosen_detail(options.detail, thinness(shape.mesh), kFittedShare)}).front();
+  Schedule schedule = find_schedule(options.schedule);
+  if (options.polish) schedule = with_polish(std::move(schedule), detail);
+  const int planned = planned_evaluations(options, schedule);
+  Budget budget(options, planned, start, kReserve, monitor.stop, team);
+  FitResult result;
+  if (shape.has_hidden_parts) {
+    result.warnings.emplace_back(
+        "parts of the mesh overlap or lie within one another; it is fitted as their union");
+  }
+  const SignedDistance distance = in_stage("signed distance", [&] {
+    return SignedDistance(device, shape.mesh, Precision::single, monitor.stop);
+  });
+  SamplePool pool = in_stage("sample pool", [&] {
+    return make_sample_pool(shape, distance, options.seed, planned, largest_draw(schedule));
+  });
+  team.adopt(pool.surface);
+  team.adopt(pool.near);
+  team.adopt(pool.around);
+  team.adopt(pool.deep);
+  pool.inradius = team.broadcast({pool.inradius}).front();
+  const auto coarse_iou =
+      in_stage("overlap points", [&] { return coarse_overlap(device, shape.mesh, distance); });
+  Checkpoint checkpoint(team.rank() == 0 ? options.checkpoint : "", fit_key(mesh, options, device));
+  auto kept = options.resume ? checkpoint.load(team) : std::nullopt;
+  const auto place = [&] {
+    const int factors = in_stage("number of factors", [&] {
+      return chosen_factors(options, schedule, make_evaluator, pool, budget, team);
+    });
+    return in_stage("placement", [&] {
+      return options.placement == Placement::paper
+                 ? place_monopoles(pool, factors, options.seed)
+                 : place_factors(make_evaluator, pool, factors, options.seed);
+    });
+  };
+  RationalMap placed = kept ? kept->map : place();
+  const auto draw = [&](const Level& level, base::Random& random) {
+    return level.points == Points::grid ? grid_samples(shape, distance, level)
+                                        : pool.draw(level, random);
+  };
+  const auto distances = [&](const std::vector<Eigen::Vector3d>& points) {
+    return distance.at(points);
+  };
+  // Ranks decide by it.
+  const auto overlap = [&](const RationalMap& map, int n) {
+    return team.broadcast({coarse_iou(map, n)}).front();
+  };
+  const auto with_detail = [&](const RationalMap& map, double iou) {
+    return finish_map(device, map, iou, shape, pool, detail, result.warnings);
+  };
+  const auto dressed = [&](RationalMap map) {
+    map.tufts = options.tufts;
+    map.up = options.up ? options.up : guess_up(mesh);
+    return map;
+  };
+  const auto on_stage = [&](const StageReport& stage, const RationalMap& map) {
+    if (!options.observer.on_stage || team.rank() != 0) return;
+    std::vector<std::string> ignored;  // the fit goes on
+    options.observer.on_stage(
+        stage, dressed(finish_map(device, map, stage.iou, shape, pool, detail, ignored)));
+  };
+  if (!kept && options.observer.on_stage) {
+    on_stage({"placement", 0, 0, 0, 0, coarse_iou(placed, 1)}, placed);
+  }
+  Stages stages(std::move(placed), {draw, overlap, with_detail, distances, on_stage},
+                make_evaluator, options, schedule, budget, checkpoint, monitor, team);
+  if (kept) stages.resume(std::move(*kept));
+
+  result.stopped = stages.run();
+  result.stages = stages.reports();
+  result.map = in_stage("calibration", [&] { return stages.map(); });
+  result.mean_distance = mean_distance(device, result.map, pool);
+  result.map = dressed(std::move(result.map));
+  budget.update();
+  result.evaluations = budget.evaluations();
+  result.seconds = budget.seconds();
+  if (const std::string warning = unsettled(result, planned); !warning.empty()) {
+    result.warnings.push_back(warning);
+  }
+  if (!checkpoint.problem().empty()) {
+    result.warnings.push_back("the fit could not be kept while it was under way: " +
+                              checkpoint.problem());
+  }
+  return result;
 }
 
 }  // namespace
@@ -142,133 +257,6 @@ std::string full_summary(const FitResult& result) {
   }
   return text + brief_summary(result);
 }
-
-namespace {
-
-/// A fit that makes less than this part of its evaluations has seldom settled: its last stages,
-/// which bring the surface in, have hardly begun.
-constexpr int kSettlingShare = 10;
-
-/// A warning about a fit that ended early; empty when it has had its time.
-std::string unsettled(const FitResult& result, int planned) {
-  if (result.evaluations == 0) {
-    return "the fit ended before its first evaluation: the map is only where its factors begin";
-  }
-  if (result.stopped != StopReason::time_limit || result.evaluations >= planned / kSettlingShare) {
-    return {};
-  }
-  return fmt::format(
-      "the time limit ended the fit after {} of {} evaluations, before it could "
-      "settle; {} factors need about {:.0f} s here, and fewer settle sooner",
-      result.evaluations, planned, result.map.factors.size(),
-      result.seconds * planned / kSettlingShare / result.evaluations);
-}
-
-FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
-                 const FitOptions& options, const ProgressMonitor& monitor) {
-  options.validate();
-  const auto start = Budget::Clock::now();
-  EvaluatorFactory make_evaluator = [&](const Samples& samples, const EnergyOptions& energy) {
-    return make_device_evaluator(device, samples, energy, options.precision);
-  };
-  if (team.size() > 1 || options.sample_parts > 1) {
-    make_evaluator = distributed(team, std::move(make_evaluator), options.sample_parts);
-  }
-  monitor.report({"measuring the mesh", 0, -1, ""});
-  const auto in_stage = [&](const char* name, const auto& work) {
-    const TraceStage stage(monitor.trace, name);
-    return work();
-  };
-  const Shape shape =
-      in_stage("measure the mesh", [&] { return make_shape(device, mesh, monitor.stop); });
-  const double detail =
-      team.broadcast({chosen_detail(options.detail, thinness(shape.mesh), kFittedShare)}).front();
-  Schedule schedule = find_schedule(options.schedule);
-  if (options.polish) schedule = with_polish(std::move(schedule), detail);
-  const int planned = planned_evaluations(options, schedule);
-  Budget budget(options, planned, start, kReserve, monitor.stop, team);
-  FitResult result;
-  if (shape.has_hidden_parts) {
-    result.warnings.emplace_back(
-        "parts of the mesh overlap or lie within one another; it is fitted as their union");
-  }
-  const SignedDistance distance = in_stage("signed distance", [&] {
-    return SignedDistance(device, shape.mesh, Precision::single, monitor.stop);
-  });
-  SamplePool pool = in_stage("sample pool", [&] {
-    return make_sample_pool(shape, distance, options.seed, planned, largest_draw(schedule));
-  });
-  team.adopt(pool.surface);
-  team.adopt(pool.near);
-  team.adopt(pool.around);
-  team.adopt(pool.deep);
-  pool.inradius = team.broadcast({pool.inradius}).front();
-  const CoarseCube cube =
-      in_stage("overlap points", [&] { return CoarseCube(device, shape, distance); });
-  Checkpoint checkpoint(team.rank() == 0 ? options.checkpoint : "", fit_key(mesh, options, device));
-  auto kept = options.resume ? checkpoint.load(team) : std::nullopt;
-  const auto place = [&] {
-    const int factors = in_stage("number of factors", [&] {
-      return chosen_factors(options, schedule, make_evaluator, pool, budget, team);
-    });
-    return in_stage("placement", [&] {
-      return options.placement == Placement::paper
-                 ? place_monopoles(pool, factors, options.seed)
-                 : place_factors(make_evaluator, pool, factors, options.seed);
-    });
-  };
-  RationalMap placed = kept ? kept->map : place();
-  const auto draw = [&](const Level& level, base::Random& random) {
-    return level.points == Points::grid ? grid_samples(shape, distance, level)
-                                        : pool.draw(level, random);
-  };
-  const auto distances = [&](const std::vector<Eigen::Vector3d>& points) {
-    return distance.at(points);
-  };
-  // Ranks decide by it.
-  const auto overlap = [&](const RationalMap& map, int n) {
-    return team.broadcast({cube.iou(map, n)}).front();
-  };
-  const auto with_detail = [&](const RationalMap& map, double iou) {
-    return finish_map(device, map, iou, shape, pool, detail, result.warnings);
-  };
-  const auto dressed = [&](RationalMap map) {
-    map.tufts = options.tufts;
-    map.up = options.up ? options.up : guess_up(mesh);
-    return map;
-  };
-  const auto on_stage = [&](const StageReport& stage, const RationalMap& map) {
-    if (!options.observer.on_stage || team.rank() != 0) return;
-    std::vector<std::string> ignored;  // the fit goes on
-    options.observer.on_stage(
-        stage, dressed(finish_map(device, map, stage.iou, shape, pool, detail, ignored)));
-  };
-  if (!kept && options.observer.on_stage) {
-    on_stage({"placement", 0, 0, 0, 0, cube.iou(placed, 1)}, placed);
-  }
-  Stages stages(std::move(placed), {draw, overlap, with_detail, distances, on_stage},
-                make_evaluator, options, schedule, budget, checkpoint, monitor, team);
-  if (kept) stages.resume(std::move(*kept));
-
-  result.stopped = stages.run();
-  result.stages = stages.reports();
-  result.map = in_stage("calibration", [&] { return stages.map(); });
-  result.mean_distance = mean_distance(device, result.map, pool);
-  result.map = dressed(std::move(result.map));
-  budget.update();
-  result.evaluations = budget.evaluations();
-  result.seconds = budget.seconds();
-  if (const std::string warning = unsettled(result, planned); !warning.empty()) {
-    result.warnings.push_back(warning);
-  }
-  if (!checkpoint.problem().empty()) {
-    result.warnings.push_back("the fit could not be kept while it was under way: " +
-                              checkpoint.problem());
-  }
-  return result;
-}
-
-}  // namespace
 
 FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& options,
               const ProgressMonitor& monitor) {

@@ -1,11 +1,10 @@
-#include "fit/monopoles.hpp"
-
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "fit/placement.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::fitting {

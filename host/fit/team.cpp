@@ -15,71 +15,6 @@ Numbers numbers_of(const std::string& text) { return {text.begin(), text.end()};
 
 std::string text_of(const Numbers& numbers) { return {numbers.begin(), numbers.end()}; }
 
-}  // namespace
-
-std::vector<Numbers> Team::exchange(Numbers mine, double status) {
-  if (!ranks_) return {std::move(mine)};
-  mine.push_back(status);
-  auto all = ranks_->all_gather(mine);
-  std::vector<double> states;
-  for (Numbers& numbers : all) {
-    states.push_back(numbers.back());
-    numbers.pop_back();
-  }
-  for (std::size_t r = 0; r < all.size(); ++r) {
-    if (states[r] != kFailed) continue;
-    ended_ = true;
-    throw Error(fmt::format("rank {}: {}", r, text_of(all[r])));
-  }
-  for (std::size_t r = 0; r < all.size(); ++r) {
-    if (states[r] == kWell) continue;
-    throw DeviceError(fmt::format("rank {}", r), "an evaluation", static_cast<int>(states[r]));
-  }
-  return all;
-}
-
-std::vector<Numbers> Team::all_gather(const std::function<Numbers()>& compute) {
-  if (!ranks_) return {compute()};
-  Numbers mine;
-  double status = kWell;
-  try {
-    mine = compute();
-  } catch (const DeviceError& error) {
-    if (!device::is_out_of_memory(error)) throw;
-    status = error.code();
-  }
-  return exchange(std::move(mine), status);
-}
-
-Numbers Team::first(const std::function<Numbers()>& compute) {
-  return std::move(all_gather([&] { return rank() == 0 ? compute() : Numbers(); }).front());
-}
-
-Numbers Team::broadcast(Numbers numbers) {
-  if (rank() > 0) numbers.clear();
-  return std::move(exchange(std::move(numbers), kWell).front());
-}
-
-std::string Team::broadcast_text(const std::string& text) {
-  return ranks_ ? text_of(broadcast(numbers_of(text))) : text;
-}
-
-void Team::adopt(RationalMap& map) {
-  if (!ranks_) return;
-  const Numbers unknowns = broadcast(to_unknowns(map));
-  map = with_unknowns(std::move(map), unknowns);
-}
-
-void Team::leave(const std::exception& reason) {
-  if (!ranks_ || ended_) return;
-  Numbers last = numbers_of(reason.what());
-  last.push_back(kFailed);
-  ranks_->all_gather(last);
-  ended_ = true;
-}
-
-namespace {
-
 /// An evenly spaced part of the samples that stands for all in matrices, of which an evaluator
 /// takes a part again: at least four times as many as the largest matrix needs.
 Samples for_matrices(const Samples& samples) {
@@ -250,6 +185,67 @@ class DistributedEvaluator final : public Evaluator {
 };
 
 }  // namespace
+
+std::vector<Numbers> Team::exchange(Numbers mine, double status) {
+  if (!ranks_) return {std::move(mine)};
+  mine.push_back(status);
+  auto all = ranks_->all_gather(mine);
+  std::vector<double> states;
+  for (Numbers& numbers : all) {
+    states.push_back(numbers.back());
+    numbers.pop_back();
+  }
+  for (std::size_t r = 0; r < all.size(); ++r) {
+    if (states[r] != kFailed) continue;
+    ended_ = true;
+    throw Error(fmt::format("rank {}: {}", r, text_of(all[r])));
+  }
+  for (std::size_t r = 0; r < all.size(); ++r) {
+    if (states[r] == kWell) continue;
+    throw DeviceError(fmt::format("rank {}", r), "an evaluation", static_cast<int>(states[r]));
+  }
+  return all;
+}
+
+std::vector<Numbers> Team::all_gather(const std::function<Numbers()>& compute) {
+  if (!ranks_) return {compute()};
+  Numbers mine;
+  double status = kWell;
+  try {
+    mine = compute();
+  } catch (const DeviceError& error) {
+    if (!device::is_out_of_memory(error)) throw;
+    status = error.code();
+  }
+  return exchange(std::move(mine), status);
+}
+
+Numbers Team::first(const std::function<Numbers()>& compute) {
+  return std::move(all_gather([&] { return rank() == 0 ? compute() : Numbers(); }).front());
+}
+
+Numbers Team::broadcast(Numbers numbers) {
+  if (rank() > 0) numbers.clear();
+  return std::move(exchange(std::move(numbers), kWell).front());
+}
+
+std::string Team::broadcast_text(const std::string& text) {
+  return ranks_ ? text_of(broadcast(numbers_of(text))) : text;
+}
+
+void Team::adopt(RationalMap& map) {
+  if (!ranks_) return;
+  const Numbers unknowns = broadcast(to_unknowns(map));
+  map = with_unknowns(std::move(map), unknowns);
+}
+
+void Team::leave(const std::exception& reason) {
+  if (!ranks_ || ended_) return;
+  Numbers last = numbers_of(reason.what());
+  last.push_back(kFailed);
+  ranks_->all_gather(last);
+  ended_ = true;
+}
 
 EvaluatorFactory distributed(Team& team, EvaluatorFactory local, int parts) {
   return [&team, local = std::move(local), parts](const Samples& samples,

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "fit/monopoles.hpp"
+#include "fit/placement.hpp"
 #include "sphere_pool.hpp"
 
 using namespace qjulia;
