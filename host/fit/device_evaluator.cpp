@@ -94,7 +94,7 @@ class DeviceEvaluator final : public Evaluator {
       return result;
     }
     run_energy(map);
-    if (with_gradient) result.gradient = potential_gradient(map);
+    if (with_gradient) result.gradient = potential_gradient();
     result.energy = sum_of(energies_);
     return result;
   }
@@ -113,7 +113,7 @@ class DeviceEvaluator final : public Evaluator {
     const RealBuffer rows = device_.context().allocate_real(order * order, precision_);
     const std::size_t step = step_of(curvature_samples(order));
     add_jacobian_products(map, step, PanelProducts::Update::set, rows);
-    return static_cast<double>(step) * to_symmetric(rows, order, places_of(map.factors.size()));
+    return static_cast<double>(step) * to_symmetric(rows, order, places_of(factors_));
   }
 
   void add_curvature(const RationalMap& map, const std::vector<std::size_t>& moved,
@@ -133,7 +133,7 @@ class DeviceEvaluator final : public Evaluator {
       sum.rows = context.allocate_real(order * order, precision_);
       update = PanelProducts::Update::set;
     } else {
-      const auto place = places_of(map.factors.size());
+      const auto place = places_of(factors_);
       std::vector<double> scale(order, 0.0);
       for (std::size_t i = 0; i < place.size(); ++i) {
         scale[static_cast<std::size_t>(place[i])] =
@@ -168,10 +168,8 @@ class DeviceEvaluator final : public Evaluator {
     const std::size_t stride = QJ_MAP_STRIDE(count);
     std::vector<double> arrays(4 * stride, 1.0);  // padding: any place
     for (std::size_t i = 0; i < count; ++i) {
-      arrays[i] = centers[i].x;
-      arrays[stride + i] = centers[i].y;
-      arrays[2 * stride + i] = centers[i].z;
-      arrays[3 * stride + i] = centers[i].w;
+      const auto center = coordinates(centers[i]);
+      for (std::size_t c = 0; c < 4; ++c) arrays[c * stride + i] = center[c];
     }
     const auto sent = device_.context().upload_real(arrays, precision_);
     const auto pursuit = kernel("gauss_newton.cl", "pursuit_panels");
@@ -197,7 +195,7 @@ class DeviceEvaluator final : public Evaluator {
                              {samples_, narrow(division_.stride), narrow(division_.gradient_chunk),
                               map_, narrow(factors_), loss(),
                               device::Argument::real(options_.alpha, precision_), field_, rows_});
-    const auto sums = sum_rows(map, rows);
+    const auto sums = sum_rows(rows);
     return Eigen::Map<const Eigen::VectorXd>(sums.data(), static_cast<Eigen::Index>(sums.size()));
   }
 
@@ -252,7 +250,7 @@ class DeviceEvaluator final : public Evaluator {
     add_products(QJ_PANEL_ORDER(factors_), step, update, matrix, fill);
   }
 
-  /// H's row and column of each unknown.
+  /// The column of each unknown in a gradient row, and its row and column in H.
   static std::vector<std::int32_t> places_of(std::size_t k) {
     std::vector<std::int32_t> place(1 + QJ_MAP_COMPONENTS * k);
     place[0] = narrow(QJ_GRADIENT_LOG_SCALE(k));
@@ -347,14 +345,14 @@ class DeviceEvaluator final : public Evaluator {
   }
 
   /// From the cotangents that run_energy left.
-  std::vector<double> potential_gradient(const RationalMap& map) {
+  std::vector<double> potential_gradient() {
     const std::size_t rows = division_.gradient_chunks();
     const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
     device_.context().launch(kernel("gradient_potential.cl", "gradient_potential"),
                              {{vectors, rows, 1}},
                              {samples_, narrow(division_.stride), narrow(division_.gradient_chunk),
                               map_, narrow(factors_), cotangent_, rows_});
-    return sum_rows(map, rows);
+    return sum_rows(rows);
   }
 
   device::Kernel orbit_kernel() const {
@@ -404,7 +402,7 @@ class DeviceEvaluator final : public Evaluator {
       factors_ = 0;  // other groups, other buffers
       return orbit_gradient(map);
     }
-    return sum_rows(map, division_.orbit_groups());
+    return sum_rows(division_.orbit_groups());
   }
 
   void launch_orbits() {
@@ -417,7 +415,8 @@ class DeviceEvaluator final : public Evaluator {
                               orbits_, lane_sums_, orbit_energies_, rows_});
   }
 
-  std::vector<double> sum_rows(const RationalMap& map, std::size_t rows) {
+  /// The rows summed, in the order of the unknowns.
+  std::vector<double> sum_rows(std::size_t rows) {
     Context& context = device_.context();
     const std::size_t columns = QJ_GRADIENT_COLUMNS(factors_);
     const std::size_t blocks = divide_up(rows, kRowBlock);
@@ -425,32 +424,20 @@ class DeviceEvaluator final : public Evaluator {
                    {rows_, narrow(rows), narrow(columns), narrow(kRowBlock), block_sums_});
     std::vector<double> sums(blocks * columns);
     context.read(block_sums_, sums);
-    return to_gradient(map, sums, blocks);
+    std::vector<double> row(columns, 0.0), gradient;
+    for (std::size_t b = 0; b < blocks; ++b) {
+      for (std::size_t c = 0; c < columns; ++c) row[c] += sums[b * columns + c];
+    }
+    for (const std::int32_t at : places_of(factors_)) {
+      gradient.push_back(row[static_cast<std::size_t>(at)]);
+    }
+    return gradient;
   }
 
   double sum_of(const RealBuffer& energies) {
     std::vector<double> terms(energies.size());
     device_.context().read(energies, terms);
     return std::accumulate(terms.begin(), terms.end(), 0.0);
-  }
-
-  /// The blocks' rows summed, in the order of the unknowns.
-  std::vector<double> to_gradient(const RationalMap& map, const std::vector<double>& sums,
-                                  std::size_t blocks) const {
-    const std::size_t columns = QJ_GRADIENT_COLUMNS(factors_);
-    const std::size_t stride = QJ_MAP_STRIDE(factors_);
-    const std::size_t k = map.factors.size();
-    std::vector<double> gradient(1 + QJ_MAP_COMPONENTS * k, 0.0);
-    for (std::size_t b = 0; b < blocks; ++b) {
-      const double* row = sums.data() + b * columns;
-      gradient[0] += row[QJ_GRADIENT_LOG_SCALE(factors_)];
-      for (std::size_t component = 0; component < QJ_MAP_COMPONENTS; ++component) {
-        for (std::size_t i = 0; i < k; ++i) {
-          gradient[1 + component * k + i] += row[component * stride + i];
-        }
-      }
-    }
-    return gradient;
   }
 
   static constexpr std::size_t kRowBlock = 64;
