@@ -11,33 +11,6 @@ namespace {
 
 using Eigen::Index;
 
-/// P's columns, one after the other.
-class Columns {
- public:
-  explicit Columns(std::size_t factors) : factors_(static_cast<Index>(factors)) {}
-
-  void add(Index unknown, double value) { entries_.emplace_back(unknown, count_, value); }
-  void end() { ++count_; }
-  void one(Index unknown) {
-    add(unknown, 1);
-    end();
-  }
-  /// Unknown of factor k: component 0 the exponent, 1 … 4 the centre's X … W.
-  Index unknown(std::size_t k, Index component) const {
-    return 1 + component * factors_ + static_cast<Index>(k);
-  }
-  Eigen::SparseMatrix<double> matrix() const {
-    Eigen::SparseMatrix<double> p(1 + 5 * factors_, count_);
-    p.setFromTriplets(entries_.begin(), entries_.end());
-    return p;
-  }
-
- private:
-  Index factors_;
-  Index count_ = 0;
-  std::vector<Eigen::Triplet<double>> entries_;
-};
-
 using Group = std::vector<std::size_t>;
 
 /// The numbers of the roots (a > 0), or of the poles.
@@ -67,35 +40,37 @@ std::vector<Group> clusters(const RationalMap& map, const Group& group, std::siz
   return cut;
 }
 
-/// One factor on all of the group's exponents.
-void add_common_factor(Columns& columns, const RationalMap& map, const Group& group) {
-  if (group.empty()) return;
-  for (const std::size_t k : group) columns.add(columns.unknown(k, 0), map.factors[k].exponent);
-  columns.end();
-}
-
 }  // namespace
 
 Subspace::Subspace(const RationalMap& map, const Level& level, Unknowns allowed) {
-  const std::size_t factors = map.factors.size();
+  const std::size_t count = map.factors.size();
+  const auto factors = static_cast<Index>(count);
   const bool centers = allowed == Unknowns::all;
-  Columns columns(factors);
-  columns.one(0);
   const Group roots = of_sign(map, true);
   const Group poles = of_sign(map, false);
+  std::vector<Eigen::Triplet<double>> entries{{0, 0, 1.0}};  // the log scale's column
+  Index columns = 1;
+  // Component 0 is a factor's exponent, 1 … 4 its centre's X … W.
+  const auto add_column = [&](Index component, const Group& group, const auto& value) {
+    for (const std::size_t k : group) {
+      entries.emplace_back(1 + component * factors + static_cast<Index>(k), columns, value(k));
+    }
+    ++columns;
+  };
+  const auto one = [](std::size_t) { return 1.0; };
+  const auto exponent = [&](std::size_t k) { return map.factors[k].exponent; };
   switch (level.space) {
     case Space::scalars:
-      add_common_factor(columns, map, roots);
-      add_common_factor(columns, map, poles);
+      if (!roots.empty()) add_column(0, roots, exponent);
+      if (!poles.empty()) add_column(0, poles, exponent);
       break;
     case Space::clusters:
       for (const Group* side : {&roots, &poles}) {
-        const std::size_t share = static_cast<std::size_t>(level.clusters) * side->size() / factors;
+        const std::size_t share = static_cast<std::size_t>(level.clusters) * side->size() / count;
         for (const Group& group : clusters(map, *side, std::max<std::size_t>(1, share))) {
-          add_common_factor(columns, map, group);
+          add_column(0, group, exponent);
           for (Index component = 1; centers && component <= 4; ++component) {
-            for (const std::size_t k : group) columns.add(columns.unknown(k, component), 1);
-            columns.end();
+            add_column(component, group, one);
           }
         }
       }
@@ -104,11 +79,12 @@ Subspace::Subspace(const RationalMap& map, const Level& level, Unknowns allowed)
     case Space::all:
       whole_ = level.space == Space::all && centers;
       for (Index component = 0; component <= (whole_ ? 4 : 0); ++component) {
-        for (std::size_t k = 0; k < factors; ++k) columns.one(columns.unknown(k, component));
+        for (std::size_t k = 0; k < count; ++k) add_column(component, {k}, one);
       }
       break;
   }
-  prolongation_ = columns.matrix();
+  prolongation_.resize(1 + 5 * factors, columns);
+  prolongation_.setFromTriplets(entries.begin(), entries.end());
 }
 
 }  // namespace qjulia::fitting
