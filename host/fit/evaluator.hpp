@@ -65,34 +65,6 @@ class Evaluator {
   Evaluator& operator=(const Evaluator&) = default;
 };
 
-/// Passes every question on to another evaluator: for those that change the answer to one.
-class ForwardingEvaluator : public Evaluator {
- public:
-  explicit ForwardingEvaluator(Evaluator& to) : to_(to) {}
-  Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
-    return to_.evaluate(map, with_gradient);
-  }
-  std::vector<double> field(const RationalMap& map) override { return to_.field(map); }
-  Eigen::MatrixXd gauss_newton(const RationalMap& map) override { return to_.gauss_newton(map); }
-  Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
-    return to_.gauss_newton_diagonal(map);
-  }
-  void add_curvature(const RationalMap& map, const std::vector<std::size_t>& moved,
-                     CurvatureSum& sum) override {
-    to_.add_curvature(map, moved, sum);
-  }
-  CurvatureFactor factor(const CurvatureSum& sum, double damping) override {
-    return to_.factor(sum, damping);
-  }
-  Eigen::MatrixXd pursuit_products(const RationalMap& map,
-                                   const std::vector<Quaternion>& centers) override {
-    return to_.pursuit_products(map, centers);
-  }
-
- private:
-  Evaluator& to_;
-};
-
 /// Plain double loops with automatic differentiation: slow, and the standard of what is right.
 std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples, const EnergyOptions& options);
 

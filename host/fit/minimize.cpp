@@ -18,9 +18,9 @@ struct Ended {
 /// gradient, is Newton's: with c = 1 / |g|² the energy is cE and u is √c times longer.
 class ScaledEnergy {
  public:
-  ScaledEnergy(Evaluator& evaluator, const RationalMap& start, const Subspace& subspace,
+  ScaledEnergy(const Evaluate& evaluate, const RationalMap& start, const Subspace& subspace,
                const Preconditioner& scaling, int most_evaluations, Budget& budget)
-      : evaluator_(evaluator),
+      : evaluate_(evaluate),
         start_(start),
         origin_(to_unknowns(start)),
         subspace_(subspace),
@@ -40,7 +40,7 @@ class ScaledEnergy {
       unknowns[i] += move[static_cast<Eigen::Index>(i)];
     }
     const RationalMap map = with_unknowns(start_, unknowns);
-    const Evaluation evaluation = evaluator_.evaluate(map, true);
+    const Evaluation evaluation = evaluate_(map);
     budget_.count_evaluation();
     if (evaluation.energy < best_energy_) {
       best_energy_ = evaluation.energy;
@@ -63,7 +63,7 @@ class ScaledEnergy {
   }
 
  private:
-  Evaluator& evaluator_;
+  const Evaluate& evaluate_;
   const RationalMap& start_;
   std::vector<double> origin_;
   const Subspace& subspace_;
@@ -79,8 +79,9 @@ class ScaledEnergy {
 
 }  // namespace
 
-MinimizeResult minimize(Evaluator& evaluator, const RationalMap& start, const Subspace& subspace,
-                        const Preconditioner& scaling, int iterations, Budget& budget) {
+MinimizeResult minimize(const Evaluate& evaluate, const RationalMap& start,
+                        const Subspace& subspace, const Preconditioner& scaling, int iterations,
+                        Budget& budget) {
   LBFGSpp::LBFGSParam<double> parameters;
   parameters.m = 20;
   // Moves are rounded to single precision: a gradient that has shrunk this much is noise.
@@ -92,7 +93,7 @@ MinimizeResult minimize(Evaluator& evaluator, const RationalMap& start, const Su
 
   // A step takes 1.1 of them. One that needs many gains next to nothing: rounding is in its way.
   const int most_evaluations = 2 * iterations + 10;
-  ScaledEnergy energy(evaluator, start, subspace, scaling, most_evaluations, budget);
+  ScaledEnergy energy(evaluate, start, subspace, scaling, most_evaluations, budget);
   Eigen::VectorXd step = Eigen::VectorXd::Zero(subspace.size());
   double value = 0;
   try {

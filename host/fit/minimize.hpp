@@ -1,6 +1,7 @@
 #pragma once
 /// One run of L-BFGS on a map's energy.
 
+#include <functional>
 #include <optional>
 
 #include "fit/budget.hpp"
@@ -8,6 +9,9 @@
 #include "fit/subspace.hpp"
 
 namespace qjulia::fitting {
+
+/// Energy and gradient of a map.
+using Evaluate = std::function<Evaluation(const RationalMap&)>;
 
 struct MinimizeResult {
   RationalMap map;  ///< the best met
@@ -18,7 +22,8 @@ struct MinimizeResult {
 
 /// Minimises the energy over the subspace's variables, scaled by the preconditioner, for at most
 /// `iterations` steps.
-MinimizeResult minimize(Evaluator& evaluator, const RationalMap& start, const Subspace& subspace,
-                        const Preconditioner& scaling, int iterations, Budget& budget);
+MinimizeResult minimize(const Evaluate& evaluate, const RationalMap& start,
+                        const Subspace& subspace, const Preconditioner& scaling, int iterations,
+                        Budget& budget);
 
 }  // namespace qjulia::fitting

@@ -76,31 +76,18 @@ std::vector<std::size_t> moved_between(const RationalMap& before, const Rational
 
 /// Gives the evaluations in `state.evaluated` first, then evaluates, tells of it, adds to them, and
 /// saves the state whenever that is due.
-class RecordingEvaluator final : public ForwardingEvaluator {
- public:
-  RecordingEvaluator(Evaluator& evaluator, const FitObserver& observer, FitState& state,
-                     Checkpoint& checkpoint)
-      : ForwardingEvaluator(evaluator),
-        observer_(observer),
-        state_(state),
-        checkpoint_(checkpoint) {}
-
-  Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
-    if (given_ < state_.evaluated.size()) return state_.evaluated[given_++];
-    Evaluation evaluation = ForwardingEvaluator::evaluate(map, with_gradient);
-    if (observer_.on_evaluation) observer_.on_evaluation(evaluation.energy);
-    state_.evaluated.push_back(evaluation);
-    ++given_;
-    if (checkpoint_.due()) checkpoint_.save(state_);
+Evaluate recorded(Evaluator& evaluator, const FitObserver& observer, FitState& state,
+                  Checkpoint& checkpoint) {
+  return [&, given = std::size_t{0}](const RationalMap& map) mutable {
+    if (given < state.evaluated.size()) return state.evaluated[given++];
+    Evaluation evaluation = evaluator.evaluate(map, true);
+    if (observer.on_evaluation) observer.on_evaluation(evaluation.energy);
+    state.evaluated.push_back(evaluation);
+    ++given;
+    if (checkpoint.due()) checkpoint.save(state);
     return evaluation;
-  }
-
- private:
-  const FitObserver& observer_;
-  FitState& state_;
-  Checkpoint& checkpoint_;
-  std::size_t given_ = 0;
-};
+  };
+}
 
 }  // namespace
 
@@ -304,9 +291,9 @@ std::optional<StopReason> Stages::run_stage() {
   }
   budget_.update();
   preparation_ = budget_.seconds() - start;
-  RecordingEvaluator recorded(*evaluator, options_.observer, before, checkpoint_);
+  const Evaluate evaluate = recorded(*evaluator, options_.observer, before, checkpoint_);
   auto result = part("minimise", [&] {
-    return minimize(recorded, map_, subspace, scaling, level.steps, budget_);
+    return minimize(evaluate, map_, subspace, scaling, level.steps, budget_);
   });
   map_ = std::move(result.map);
   const double overlap = part("overlap", [&] { return target_.overlap(map_, level.iterations); });

@@ -48,6 +48,10 @@ class Quadratic final : public fitting::Evaluator {
   std::vector<double> goal_;
 };
 
+fitting::Evaluate by(fitting::Evaluator& energy) {
+  return [&energy](const RationalMap& map) { return energy.evaluate(map, true); };
+}
+
 fitting::Level level_of(fitting::Space space) {
   fitting::Level level;
   level.space = space;
@@ -86,7 +90,7 @@ TEST_CASE("the minimiser finds a badly scaled minimum and moves only what the sp
   const auto minimized = [&](const fitting::Subspace& subspace, fitting::Budget budget) {
     const fitting::Preconditioner scaling(
         fitting::factorised(subspace.restricted_matrix(energy.gauss_newton(start)), 1e-3));
-    return fitting::minimize(energy, start, subspace, scaling, 50, budget);
+    return fitting::minimize(by(energy), start, subspace, scaling, 50, budget);
   };
   const fitting::Subspace all(start, level_of(fitting::Space::all), Unknowns::all);
   const auto found = minimized(all, budget_of(100));
@@ -107,7 +111,7 @@ TEST_CASE("the minimiser finds a badly scaled minimum and moves only what the sp
   auto budget = budget_of(100);
   const fitting::Preconditioner diagonal(
       all.restricted_diagonal(energy.gauss_newton_diagonal(start)), 1e-3);
-  CHECK(fitting::minimize(energy, start, all, diagonal, 50, budget).energy_after <
+  CHECK(fitting::minimize(by(energy), start, all, diagonal, 50, budget).energy_after <
         1e-10 * found.energy_before);
 
   const auto ended = minimized(all, budget_of(1));
@@ -120,19 +124,12 @@ TEST_CASE("steps that take many evaluations end the run, with the lowest energy 
   const auto start = test::random_map(9, 0.1, 0.5, 1);
   Quadratic energy(test::random_map(9, 0.1, 0.5, 2));
   // Seven of eight trial steps seem to rise, so that each step is cut time and again.
-  class Rough final : public fitting::ForwardingEvaluator {
-   public:
-    using ForwardingEvaluator::ForwardingEvaluator;
-    fitting::Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
-      auto evaluation = ForwardingEvaluator::evaluate(map, with_gradient);
-      if (evaluations_++ % 8 != 0) evaluation.energy += 1e6;
-      return evaluation;
-    }
-
-   private:
-    int evaluations_ = 0;
+  int evaluations = 0;
+  const auto rough = [&](const RationalMap& map) {
+    auto evaluation = energy.evaluate(map, true);
+    if (evaluations++ % 8 != 0) evaluation.energy += 1e6;
+    return evaluation;
   };
-  Rough rough(energy);
   auto budget = budget_of(1000);
   const fitting::Subspace all(start, level_of(fitting::Space::all), Unknowns::all);
   const fitting::Preconditioner scaling(Eigen::VectorXd::Ones(all.size()).eval(), 1e-3);
@@ -145,24 +142,15 @@ TEST_CASE("steps that take many evaluations end the run, with the lowest energy 
 TEST_CASE("errors of the evaluator are not taken for the end of a line search") {
   const auto start = test::random_map(9, 0.1, 0.5, 1);
   Quadratic energy(test::random_map(9, 0.1, 0.5, 2));
-  class Failing final : public fitting::ForwardingEvaluator {
-   public:
-    Failing(fitting::Evaluator& to, std::function<void()> fail)
-        : ForwardingEvaluator(to), fail_(std::move(fail)) {}
-    fitting::Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
-      if (++evaluations_ == 3) fail_();
-      return ForwardingEvaluator::evaluate(map, with_gradient);
-    }
-
-   private:
-    std::function<void()> fail_;
-    int evaluations_ = 0;
-  };
   const fitting::Subspace all(start, level_of(fitting::Space::all), Unknowns::all);
   // Not the matrix, so that three evaluations do not suffice.
   const fitting::Preconditioner scaling(Eigen::VectorXd::Ones(all.size()).eval(), 1e-3);
-  const auto minimized_with = [&](std::function<void()> fail) {
-    Failing failing(energy, std::move(fail));
+  const auto minimized_with = [&](const std::function<void()>& fail) {
+    int evaluations = 0;
+    const auto failing = [&](const RationalMap& map) {
+      if (++evaluations == 3) fail();
+      return energy.evaluate(map, true);
+    };
     auto budget = budget_of(100);
     return fitting::minimize(failing, start, all, scaling, 50, budget);
   };

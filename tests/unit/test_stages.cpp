@@ -11,6 +11,7 @@
 
 #include "fit/placement.hpp"
 #include "fit/stages.hpp"
+#include "forwarding_evaluator.hpp"
 #include "qjulia/detail.hpp"
 #include "sphere_pool.hpp"
 #include "temporary_folder.hpp"
@@ -25,17 +26,16 @@ namespace {
 /// What a dying process is to a fit.
 struct Killed {};
 
-class MortalEvaluator final : public fitting::ForwardingEvaluator {
+class MortalEvaluator final : public test::ForwardingEvaluator {
  public:
   MortalEvaluator(std::unique_ptr<fitting::Evaluator> evaluator, int& left)
-      : ForwardingEvaluator(*evaluator), evaluator_(std::move(evaluator)), left_(left) {}
+      : ForwardingEvaluator(std::move(evaluator)), left_(left) {}
   fitting::Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
     if (with_gradient && left_-- == 0) throw Killed();
     return ForwardingEvaluator::evaluate(map, with_gradient);
   }
 
  private:
-  std::unique_ptr<fitting::Evaluator> evaluator_;
   int& left_;
 };
 

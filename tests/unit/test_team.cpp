@@ -8,6 +8,7 @@
 #include "device/opencl.hpp"
 #include "fit/placement.hpp"
 #include "fit/stages.hpp"
+#include "forwarding_evaluator.hpp"
 #include "qjulia/error.hpp"
 #include "rank_threads.hpp"
 #include "sphere_pool.hpp"
@@ -69,11 +70,11 @@ RationalMap some_map() {
 }
 
 /// Fails where matrices are computed or added up, and at the samples.
-class Failing final : public fitting::ForwardingEvaluator {
+class Failing final : public test::ForwardingEvaluator {
  public:
   using Fail = std::function<void()>;
   Failing(std::unique_ptr<fitting::Evaluator> evaluator, Fail fail)
-      : ForwardingEvaluator(*evaluator), evaluator_(std::move(evaluator)), fail_(std::move(fail)) {}
+      : ForwardingEvaluator(std::move(evaluator)), fail_(std::move(fail)) {}
   std::vector<double> field(const RationalMap& map) override {
     fail_();
     return ForwardingEvaluator::field(map);
@@ -93,7 +94,6 @@ class Failing final : public fitting::ForwardingEvaluator {
   }
 
  private:
-  std::unique_ptr<fitting::Evaluator> evaluator_;
   Fail fail_;
 };
 
