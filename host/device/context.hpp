@@ -24,7 +24,6 @@ class Context;
 /// An allocation on the device. Empty until allocated; copies share it.
 class Memory {
  public:
-  Memory() = default;
   std::size_t bytes() const { return bytes_; }
 
  protected:
@@ -75,10 +74,6 @@ struct BuildOptions {
 
 /// A compiled kernel. It keeps the program it came from alive.
 class Kernel {
- public:
-  Kernel() = default;
-
- private:
   struct Handle;
   friend class Context;
   std::shared_ptr<Handle> handle_;

@@ -64,17 +64,14 @@ std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const D
 Checkpoint::Checkpoint(std::filesystem::path path, std::string key, double interval)
     : path_(std::move(path)), key_(std::move(key)), interval_(interval) {}
 
-std::string Checkpoint::bytes() const {
+std::optional<FitState> Checkpoint::load(Team& team) const {
   constexpr std::uint64_t kLargestFile = std::uint64_t{16} << 30;
   std::error_code ignored;
-  if (path_.empty() || !std::filesystem::is_regular_file(path_, ignored)) return {};
   std::string bytes;
-  base::InputFile(path_, "checkpoint", kLargestFile).read_all(bytes);
-  return bytes;
-}
-
-std::optional<FitState> Checkpoint::load(Team& team) const {
-  const std::string bytes = team.broadcast_text(this->bytes());
+  if (std::filesystem::is_regular_file(path_, ignored)) {
+    base::InputFile(path_, "checkpoint", kLargestFile).read_all(bytes);
+  }
+  bytes = team.broadcast_text(bytes);
   if (bytes.empty()) return std::nullopt;
   const auto fail = [&](const char* what) {
     return InputError(

@@ -58,7 +58,6 @@ class Checkpoint {
 
  private:
   using Clock = std::chrono::steady_clock;
-  std::string bytes() const;
 
   std::filesystem::path path_;
   std::string key_;

@@ -19,8 +19,6 @@ constexpr auto kBlock = std::size_t{QJ_CHOLESKY_BLOCK};
 /// Below this order launches take longer than the work.
 constexpr std::size_t kLeastOrder = 384;
 
-std::size_t padded(std::size_t n) { return (n + kBlock - 1) / kBlock * kBlock; }
-
 /// `attempt(more)` for `more` of 1, 1 + λ, 1 + 10 λ … until it says that the matrix was positive
 /// definite, or there is no use.
 template <class Attempt>
@@ -37,7 +35,7 @@ class DeviceFactorisation {
         tuning_(device.tuning(Precision::dbl)),
         h_(h),
         n_(h.place.size()),
-        order_(padded(n_)),
+        order_((n_ + kBlock - 1) / kBlock * kBlock),
         place_(context_.upload(std::span<const std::int32_t>(h.place))),
         matrix_(context_.allocate_real(order_ * order_, Precision::dbl)),
         panels_(context_.allocate_real(kBlock * order_, Precision::dbl)),

@@ -33,13 +33,6 @@ struct Samples {
   std::vector<double> side;       ///< +1 outside, −1 inside, 0 neither
 
   std::size_t size() const { return position.size(); }
-  void append(const Samples& more) {
-    position.insert(position.end(), more.position.begin(), more.position.end());
-    off_slice.insert(off_slice.end(), more.off_slice.begin(), more.off_slice.end());
-    weight.insert(weight.end(), more.weight.begin(), more.weight.end());
-    target.insert(target.end(), more.target.begin(), more.target.end());
-    side.insert(side.end(), more.side.begin(), more.side.end());
-  }
   void add(const Eigen::Vector3d& x, double w, double wanted, double s, double from_slice = 0) {
     position.push_back(x);
     off_slice.push_back(from_slice);

@@ -285,7 +285,7 @@ std::optional<StopReason> Stages::run_stage() {
   const Preconditioner scaling =
       part("preconditioner", [&] { return preconditioner(*evaluator, subspace, source); });
   if (const Samples centers = misplaced(level).samples; centers.size() > 0) {
-    samples.append(centers);
+    for (std::size_t i = 0; i < centers.size(); ++i) samples.add(centers, i);
     evaluator.reset();
     evaluator = part("send samples", [&] { return evaluator_of(samples, level); });
   }

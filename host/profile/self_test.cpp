@@ -19,6 +19,7 @@
 #include "qjulia/picture.hpp"
 #include "qjulia/shape.hpp"
 #include "qjulia/surface.hpp"
+#include "surface/grid.hpp"
 #include "surface/level_set.hpp"
 
 namespace qjulia {
@@ -89,13 +90,9 @@ surface::Grid small_grid() {
 
 std::vector<Quaternion> grid_points(const surface::Grid& grid, double slice) {
   std::vector<Vector3d> points;
-  for (int z = 0; z < grid.points[2]; ++z) {
-    for (int y = 0; y < grid.points[1]; ++y) {
-      for (int x = 0; x < grid.points[0]; ++x) {
-        points.push_back(grid.at(Vector3d(x, y, z)));
-      }
-    }
-  }
+  surface::for_points(grid.points, [&](std::size_t, const Eigen::Vector3i& index) {
+    points.push_back(grid.point(index));
+  });
   return on_slice(points, slice);
 }
 
