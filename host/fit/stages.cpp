@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 
 #include "device/context.hpp"
 #include "fit/minimize.hpp"

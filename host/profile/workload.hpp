@@ -1,5 +1,5 @@
 #pragma once
-/// The fixed work that kernels are timed with, and settings are tried with, and the watch for it.
+/// The fixed work that kernels are timed with and settings are tried with, and its stopwatch.
 
 #include <functional>
 #include <memory>
