@@ -334,7 +334,11 @@ class DeviceEvaluator final : public Evaluator {
     map_ = context.allocate_real(QJ_MAP_SIZE(factors), precision_);
     const std::size_t columns = QJ_GRADIENT_COLUMNS(factors);
     if (options_.iterations > 1) {
-      shrink_orbit_group();
+      // Groups of fewer work-items where the device cannot take as many as asked for.
+      while (division_.orbit_group > 1 &&
+             context.largest_group(orbit_kernel()) < division_.orbit_group) {
+        division_.orbit_group /= 2;
+      }
       allocate_orbit_sums();
     } else {
       rows_ = context.allocate_real(division_.gradient_chunks() * columns, precision_);
@@ -358,14 +362,6 @@ class DeviceEvaluator final : public Evaluator {
   device::Kernel orbit_kernel() const {
     return kernel("gradient_orbit.cl", "gradient_orbit",
                   {{"QJ_GROUP", narrow(division_.orbit_group)}});
-  }
-
-  /// Groups of fewer work-items where the device cannot take as many as asked for.
-  void shrink_orbit_group() {
-    while (division_.orbit_group > 1 &&
-           device_.context().largest_group(orbit_kernel()) < division_.orbit_group) {
-      division_.orbit_group /= 2;
-    }
   }
 
   /// Sums of fewer groups where the device has no memory for as many as asked for.
@@ -394,25 +390,21 @@ class DeviceEvaluator final : public Evaluator {
   /// Runs orbits forward and back: leaves the energies too.
   std::vector<double> orbit_gradient(const RationalMap& map) {
     upload(map);
-    try {
-      launch_orbits();
-    } catch (const DeviceError& error) {
-      if (!device::is_refused_group(error) || division_.orbit_group == 1) throw;
-      division_.orbit_group /= 2;
-      factors_ = 0;  // other groups, other buffers
-      return orbit_gradient(map);
-    }
-    return sum_rows(division_.orbit_groups());
-  }
-
-  void launch_orbits() {
     const std::size_t rows = division_.orbit_groups();
     const std::size_t group = division_.orbit_group;
     device::Range range{{rows * group, 1, 1}, {}};
     if (group > 1) range.local = {group, 1, 1};
-    device_.context().launch(orbit_kernel(), range,
-                             {energy_arguments(division_.orbit_vectors(), rows), samples_, map_,
-                              orbits_, lane_sums_, orbit_energies_, rows_});
+    try {
+      device_.context().launch(orbit_kernel(), range,
+                               {energy_arguments(division_.orbit_vectors(), rows), samples_, map_,
+                                orbits_, lane_sums_, orbit_energies_, rows_});
+    } catch (const DeviceError& error) {
+      if (!device::is_refused_group(error) || group == 1) throw;
+      division_.orbit_group /= 2;
+      factors_ = 0;  // other groups, other buffers
+      return orbit_gradient(map);
+    }
+    return sum_rows(rows);
   }
 
   /// The rows summed, in the order of the unknowns.

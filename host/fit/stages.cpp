@@ -125,19 +125,16 @@ RationalMap Stages::map() const {
 }
 
 StopReason Stages::run() {
-  const StopReason reason = run_stages();
-  lift_misplaced();
-  return reason;
-}
-
-StopReason Stages::run_stages() {
-  for (;;) {
+  std::optional<StopReason> reason;
+  while (!reason) {
     budget_.update();
-    if (const auto reason = budget_.spent()) return *reason;
+    reason = budget_.spent();
     // A stage that could not take a step would only overrun the limit.
-    if (budget_.time_left() < preparation_) return StopReason::time_limit;
-    if (const auto reason = run_stage()) return *reason;
+    if (!reason && budget_.time_left() < preparation_) reason = StopReason::time_limit;
+    if (!reason) reason = run_stage();
   }
+  lift_misplaced();
+  return *reason;
 }
 
 Samples Stages::draw(const Level& level, base::Random& random) {

@@ -47,7 +47,6 @@ class Stages {
   const std::vector<StageReport>& reports() const { return reports_; }
 
  private:
-  StopReason run_stages();
   std::optional<StopReason> run_stage();
   /// The state at the start of a stage.
   FitState state(int level) const;
