@@ -11,28 +11,6 @@
 #include "layout/settling.h"
 #include "map.clh"
 
-// F and U, not of length 1; or differences of them.
-typedef struct {
-  lane f;
-  qlane u;
-} log_image;
-
-// As numbers slots[0 ... QJ_WIDTH - 1] among `field`, and four reals each among `versors`.
-static inline void store_images(log_image images, global const int* slots, global real* field,
-                                global real* versors) {
-  real f[QJ_WIDTH], x[QJ_WIDTH], y[QJ_WIDTH], z[QJ_WIDTH], w[QJ_WIDTH];
-  lane_store(images.f, f, 0);
-  lane_store(images.u.x, x, 0);
-  lane_store(images.u.y, y, 0);
-  lane_store(images.u.z, z, 0);
-  lane_store(images.u.w, w, 0);
-  for (int i = 0; i < QJ_WIDTH; ++i) {
-    int slot = slots[i];
-    field[slot] = f[i];
-    vstore4((real4)(x[i], y[i], z[i], w[i]), slot, versors);
-  }
-}
-
 // The kind's F and U at the points of these numbers in a block of grid points (block_point), as
 // numbers slots[i] among `field`, and four reals each among `versors`.
 kernel void block_images(global const int* numbers, global const int* slots, qj_grid_block block,
@@ -42,10 +20,25 @@ kernel void block_images(global const int* numbers, global const int* slots, qj_
   if (item >= groups) return;
   int g = first_group + item;
   qlane q = block_point(point_numbers(numbers, g), block, spacing, map[QJ_MAP_SLICE]);
-  log_image images;
-  images.f = kind_step(q, map, factors, &images.u);
-  store_images(images, slots + g * QJ_WIDTH, field, versors);
+  qlane u;
+  real f[QJ_WIDTH], x[QJ_WIDTH], y[QJ_WIDTH], z[QJ_WIDTH], w[QJ_WIDTH];
+  lane_store(kind_step(q, map, factors, &u), f, 0);
+  lane_store(u.x, x, 0);
+  lane_store(u.y, y, 0);
+  lane_store(u.z, z, 0);
+  lane_store(u.w, w, 0);
+  for (int i = 0; i < QJ_WIDTH; ++i) {
+    int slot = slots[g * QJ_WIDTH + i];
+    field[slot] = f[i];
+    vstore4((real4)(x[i], y[i], z[i], w[i]), slot, versors);
+  }
 }
+
+// F and U, not of length 1; or differences of them.
+typedef struct {
+  lane f;
+  qlane u;
+} log_image;
 
 // Nodes -2 ... 3; node m is number nodes[i] + m * stride.
 static inline void load_nodes(global const real* field, global const real* versors,
@@ -141,10 +134,19 @@ kernel void interpolate_rows(global const int* numbers, int node_columns, int no
   lane change = log_image_size(weighted(images, difference));
   lane jump = log_image_size(weighted(images, fifth));
   change += lane_where(isgreater(s, lane_of(0)), jump, lane_of(0));
-  store_images(r, numbers + g * QJ_WIDTH, row_field, row_versors);
-  real changes[QJ_WIDTH];
+  real f[QJ_WIDTH], x[QJ_WIDTH], y[QJ_WIDTH], z[QJ_WIDTH], w[QJ_WIDTH], changes[QJ_WIDTH];
+  lane_store(r.f, f, 0);
+  lane_store(r.u.x, x, 0);
+  lane_store(r.u.y, y, 0);
+  lane_store(r.u.z, z, 0);
+  lane_store(r.u.w, w, 0);
   lane_store(change, changes, 0);
-  for (int i = 0; i < QJ_WIDTH; ++i) row_change[numbers[g * QJ_WIDTH + i]] = changes[i];
+  for (int i = 0; i < QJ_WIDTH; ++i) {
+    int number = numbers[g * QJ_WIDTH + i];
+    row_field[number] = f[i];
+    vstore4((real4)(x[i], y[i], z[i], w[i]), number, row_versors);
+    row_change[number] = changes[i];
+  }
 }
 
 // F_1 interpolated, and F of an interpolated image, can be off by these times the changes of the
