@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/range_check.hpp"
-#include "map/box_option.hpp"
+#include "map/checks.hpp"
 #include "map/portals.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
