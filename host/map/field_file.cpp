@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <bit>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -14,7 +13,6 @@ namespace qjulia {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "the files say so");
-static_assert(std::numeric_limits<float>::is_iec559 && std::numeric_limits<double>::is_iec559);
 
 /// Text that may stand in an XML comment: no two hyphens in a row.
 std::string for_comment(std::string text) {
