@@ -22,9 +22,7 @@ std::array<double, 3> spline_weights(double t) {
 }  // namespace
 
 std::size_t Paint::size() const {
-  std::size_t count = 1;
-  for (const int along : cells) count *= static_cast<std::size_t>(std::max(0, along));
-  return count;
+  return Eigen::Array3i(cells.data()).max(0).cast<std::size_t>().prod();
 }
 
 double Paint::at(const Eigen::Vector3d& x) const {
