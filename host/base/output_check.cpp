@@ -9,8 +9,6 @@
 #include <cerrno>
 #include <cstring>
 #include <map>
-#include <string>
-#include <vector>
 
 #include "base/output_file.hpp"
 #include "qjulia/error.hpp"

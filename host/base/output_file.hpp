@@ -2,7 +2,6 @@
 /// The one place where files are written. Outputs appear under their name only when they are
 /// complete.
 
-#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <memory>

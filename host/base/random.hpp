@@ -1,7 +1,6 @@
 #pragma once
 /// Random numbers that are the same with every standard library.
 
-#include <cmath>
 #include <cstdint>
 #include <random>
 #include <sstream>

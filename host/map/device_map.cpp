@@ -183,8 +183,4 @@ device::Kernel DeviceMap::kernel(const char* file, const char* name) const {
   return context().kernel(file, name, {device_.lane_width(precision_), precision_, {}, kinds_});
 }
 
-std::size_t DeviceMap::lanes() const {
-  return static_cast<std::size_t>(device_.lane_width(precision_));
-}
-
 }  // namespace qjulia::map

@@ -47,7 +47,7 @@ class DeviceMap {
   double step_cost() const { return step_cost_; }
 
   /// Points to a work-item.
-  std::size_t lanes() const;
+  std::size_t lanes() const { return static_cast<std::size_t>(device_.lane_width(precision_)); }
   double points_per_item() const { return static_cast<double>(lanes()); }
   /// Work-items for so many points.
   std::size_t groups(std::size_t points) const { return (points + lanes() - 1) / lanes(); }

@@ -1,22 +1,10 @@
-#include <fmt/format.h>
-
 #include <cmath>
 #include <limits>
 
-#include "qjulia/error.hpp"
+#include "map/checks.hpp"
 #include "qjulia/rational_map.hpp"
 
 namespace qjulia {
-namespace {
-
-void check_length(double value, const char* name) {
-  constexpr double kLeast = 1e-9, kMost = 1e9;  // single precision squares them
-  if (value >= kLeast && value <= kMost) return;
-  throw InputError(fmt::format("the map's distance.{} is {}: it must be within {} … {}", name,
-                               value, kLeast, kMost));
-}
-
-}  // namespace
 
 bool DistanceModulus::operator==(const DistanceModulus& other) const {
   const bool same_grid =
@@ -27,12 +15,10 @@ bool DistanceModulus::operator==(const DistanceModulus& other) const {
 
 void DistanceModulus::validate() const {
   if (!grid) throw InputError("the map's distance has no grid");
-  check_length(step, "step");
-  check_length(shell, "shell");
-  check_length(inradius, "inradius");
-  constexpr double kMost = 1e9;
-  if (origin.cwiseAbs().maxCoeff() <= kMost) return;
-  throw InputError("the map's distance.origin must have finite numbers within ±1e9");
+  map::check_length("distance.step", step);
+  map::check_length("distance.shell", shell);
+  map::check_length("distance.inradius", inradius);
+  map::check_origin("distance.origin", origin);
 }
 
 /// Far out F grows as ‖q‖.

@@ -18,37 +18,33 @@ struct Field::Impl {
   DeviceMap map;
   std::stop_token stop;
 
-  /// @param iterates of a point: what it costs.
-  PointBatch batch(const char* kernel, int iterates) const {
-    return {map.context(), map.kernel("field.cl", kernel), map.precision(), map.lanes(),
-            iterates == 1 ? map.modulus_cost() : map.step_cost() * iterates};
+  /// Hands `take` each point's number and what the kernel finds there.
+  /// @param iterates of a point: what it costs. @param more arguments of the kernel.
+  template <std::size_t kResults, class Take>
+  void run(const char* kernel, std::span<const Quaternion> points, int iterates,
+           const std::vector<Argument>& more, const Take& take) const {
+    PointBatch batch(map.context(), map.kernel("field.cl", kernel), map.precision(), map.lanes(),
+                     iterates == 1 ? map.modulus_cost() : map.step_cost() * iterates);
+    batch.run<4, kResults>(
+        points.size(), [&](std::size_t i) { return coordinates(points[i]); },
+        [&](const PointBatch::Part& part) {
+          std::vector<Argument> all{part.in, narrow(part.stride), narrow(part.items), map.buffer(),
+                                    map.factors()};
+          all.insert(all.end(), more.begin(), more.end());
+          all.emplace_back(part.out);
+          return all;
+        },
+        take, 0, stop);
   }
+
   std::vector<double> evaluate(std::span<const Quaternion> points, int iterations,
-                               bool decided) const;
+                               bool decided) const {
+    std::vector<double> field(points.size());
+    run<1>("field_at_points", points, iterations, {iterations, decided ? 1 : 0},
+           [&](std::size_t i, const std::array<double, 1>& f) { field[i] = f[0]; });
+    return field;
+  }
 };
-
-namespace {
-
-auto coordinates_of(std::span<const Quaternion> points) {
-  return [points](std::size_t i) { return coordinates(points[i]); };
-}
-
-}  // namespace
-
-std::vector<double> Field::Impl::evaluate(std::span<const Quaternion> points, int iterations,
-                                          bool decided) const {
-  std::vector<double> field(points.size());
-  batch("field_at_points", iterations)
-      .run<4, 1>(
-          points.size(), coordinates_of(points),
-          [&](const PointBatch::Part& part) {
-            return std::vector<Argument>{
-                part.in,       narrow(part.stride), narrow(part.items), map.buffer(),
-                map.factors(), iterations,          decided ? 1 : 0,    part.out};
-          },
-          [&](std::size_t i, const std::array<double, 1>& f) { field[i] = f[0]; }, 0, stop);
-  return field;
-}
 
 Field::Field(const Device& device, const RationalMap& map, Precision precision,
              const StopRadii& stops, std::stop_token stop)
@@ -63,19 +59,11 @@ std::vector<double> Field::decided_at(std::span<const Quaternion> points, int it
 }
 
 std::vector<Quaternion> Field::gradient_at(std::span<const Quaternion> points) const {
-  const DeviceMap& map = impl_->map;
   std::vector<Quaternion> gradients(points.size());
-  impl_->batch("field_gradient_at_points", 1)
-      .run<4, 4>(
-          points.size(), coordinates_of(points),
-          [&](const PointBatch::Part& part) {
-            return std::vector<Argument>{part.in,      narrow(part.stride), narrow(part.items),
-                                         map.buffer(), map.factors(),       part.out};
-          },
-          [&](std::size_t i, const std::array<double, 4>& g) {
-            gradients[i] = {g[0], g[1], g[2], g[3]};
-          },
-          0, impl_->stop);
+  impl_->run<4>("field_gradient_at_points", points, 1, {},
+                [&](std::size_t i, const std::array<double, 4>& g) {
+                  gradients[i] = {g[0], g[1], g[2], g[3]};
+                });
   return gradients;
 }
 

@@ -1,9 +1,6 @@
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
 #include <bit>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -16,14 +13,6 @@ namespace qjulia {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "the files say so");
-static_assert(std::numeric_limits<float>::is_iec559 && std::numeric_limits<double>::is_iec559);
-
-std::string npy_header(const CellGrid& grid, Precision precision) {
-  std::array<std::size_t, 3> shape{};
-  std::ranges::transform(grid.cells, shape.begin(),
-                         [](int n) { return static_cast<std::size_t>(n); });
-  return base::npy_header(shape, precision == Precision::dbl);
-}
 
 /// Text that may stand in an XML comment: no two hyphens in a row.
 std::string for_comment(std::string text) {
@@ -72,8 +61,12 @@ CellGrid write_field(const Device& device, const RationalMap& map, const SampleO
   CellGrid grid = sample_grid(device, map, options, monitor.stop);
   base::OutputFile file(path);
   std::ostream& stream = file.stream();
-  stream << (npy ? npy_header(grid, options.precision)
-                 : vti_header(grid, options.precision, comment));
+  if (npy) {
+    const std::vector<std::size_t> shape(grid.cells.begin(), grid.cells.end());
+    stream << base::npy_header(shape, options.precision == Precision::dbl);
+  } else {
+    stream << vti_header(grid, options.precision, comment);
+  }
   sample_field(
       device, map, options, grid, npy ? CellOrder::z_fastest : CellOrder::x_fastest,
       [&](std::span<const double> values) {

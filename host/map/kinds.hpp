@@ -4,7 +4,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <type_traits>
 #include <variant>
 
 #include "qjulia/rational_map.hpp"
@@ -25,20 +24,10 @@ std::string name_of(const Kinds& kinds) {
   return std::visit([](const auto& kind) -> std::string { return kind.kName; }, kinds);
 }
 
-template <class Kinds>
-bool takes_factors(const Kinds& kinds) {
-  return std::visit([](const auto& kind) { return kind.kTakesFactors; }, kinds);
-}
-
 /// Whether the modulus or the versor is made of the map's factors.
 inline bool takes_factors(const RationalMap& map) {
-  return takes_factors(map.modulus) || takes_factors(map.versor);
-}
-
-/// The first version of map files that can hold it.
-template <class Kinds>
-int file_version_of(const Kinds& kinds) {
-  return std::visit([](const auto& kind) { return kind.kFileVersion; }, kinds);
+  const auto takes = [](const auto& kind) { return kind.kTakesFactors; };
+  return std::visit(takes, map.modulus) || std::visit(takes, map.versor);
 }
 
 /// The kind of that name; none where there is no such kind.

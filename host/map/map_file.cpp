@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -43,8 +42,9 @@ void check_header(const Object& top) {
 }
 
 int file_version(const RationalMap& map) {
+  const auto version_of = [](const auto& kind) { return kind.kFileVersion; };
   return std::max({map.tufts == 1 && map.portals.empty() && !map.paint && !map.up ? 1 : 2,
-                   map::file_version_of(map.modulus), map::file_version_of(map.versor)});
+                   std::visit(version_of, map.modulus), std::visit(version_of, map.versor)});
 }
 
 /// Sets the map's modulus and versor to the kinds that the file's "kind" names.

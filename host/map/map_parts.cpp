@@ -1,13 +1,8 @@
 #include "map/map_parts.hpp"
 
-#include <algorithm>
 #include <cstdint>
 #include <initializer_list>
-#include <limits>
 #include <memory>
-#include <nlohmann/json.hpp>
-#include <string>
-#include <utility>
 
 #include "base/base64.hpp"
 #include "base/deflate.hpp"

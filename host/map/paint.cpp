@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "qjulia/error.hpp"
+#include "map/checks.hpp"
 
 namespace qjulia {
 namespace {
@@ -22,9 +22,7 @@ std::array<double, 3> spline_weights(double t) {
 }  // namespace
 
 std::size_t Paint::size() const {
-  std::size_t count = 1;
-  for (const int along : cells) count *= static_cast<std::size_t>(std::max(0, along));
-  return count;
+  return Eigen::Array3i(cells.data()).max(0).cast<std::size_t>().prod();
 }
 
 double Paint::at(const Eigen::Vector3d& x) const {
@@ -64,13 +62,8 @@ void Paint::validate() const {
   if (shares.size() != size()) {
     refuse_paint(fmt::format("data has {} shares, and its cells need {}", shares.size(), size()));
   }
-  constexpr double kLeast = 1e-9, kMost = 1e9;  // single precision squares them
-  if (!(step >= kLeast && step <= kMost)) {
-    refuse_paint(fmt::format("step is {}: it must be within {} … {}", step, kLeast, kMost));
-  }
-  if (!(origin.cwiseAbs().maxCoeff() <= kMost)) {
-    refuse_paint("origin must have finite numbers within ±1e9");
-  }
+  map::check_length("paint.step", step);
+  map::check_origin("paint.origin", origin);
 }
 
 std::uint8_t painted_share(double share) {

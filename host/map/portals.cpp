@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "qjulia/error.hpp"
+#include "map/checks.hpp"
 #include "qjulia/field.hpp"
 
 namespace qjulia {
@@ -40,10 +40,7 @@ void check_portal(const Portal& portal, const std::string& name) {
     refuse("radius", fmt::format("is {}: it must be positive, and at most {}", portal.radius,
                                  kLargestEscape));
   }
-  if (!(portal.scale >= Portal::kLeastScale && portal.scale <= Portal::kMostScale)) {
-    refuse("scale", fmt::format("is {}: it must be {} to {}", portal.scale, Portal::kLeastScale,
-                                Portal::kMostScale));
-  }
+  check_within(name + ".scale", portal.scale, Portal::kLeastScale, Portal::kMostScale);
   const Rotation& rotation = portal.rotation;
   const double longest = rotation.axis.cwiseAbs().maxCoeff();
   if (!(longest > 0 && longest <= kLargestEscape && std::abs(rotation.degrees) <= kLargestEscape)) {

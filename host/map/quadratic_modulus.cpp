@@ -4,8 +4,6 @@
 
 namespace qjulia {
 
-double QuadraticModulus::degree(const RationalMap& /*map*/) const { return 2; }
-
 /// The r of e^S (r² − |c|) = r.
 OuterBound QuadraticModulus::outer_bound(const RationalMap& map) const {
   const double scale = std::exp(map.log_scale);

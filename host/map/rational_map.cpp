@@ -6,9 +6,9 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "map/checks.hpp"
 #include "map/kinds.hpp"
 #include "map/portals.hpp"
-#include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 
 namespace qjulia {
@@ -98,9 +98,7 @@ void RationalMap::validate() const {
   check_number(slice, "slice", kLargestCoordinate);
   check_number(log_scale, "log_scale");
   check_number(surface_level, "surface_level");
-  if (!(tufts >= 1 && tufts <= kMostTufts)) {
-    throw InputError(fmt::format("the map's tufts is {}: it must be 1 to {}", tufts, kMostTufts));
-  }
+  map::check_within("tufts", tufts, 1, kMostTufts);
   map::check_portals(portals);
   if (paint) paint->validate();
   check_quaternion(phase, "phase");

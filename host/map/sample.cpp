@@ -8,10 +8,9 @@
 #include <vector>
 
 #include "base/range_check.hpp"
-#include "map/box_option.hpp"
+#include "map/checks.hpp"
 #include "map/portals.hpp"
 #include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
 
 namespace qjulia {
 
@@ -66,8 +65,7 @@ Eigen::Vector3d CellGrid::center(int x, int y, int z) const {
 }
 
 std::size_t CellGrid::size() const {
-  return static_cast<std::size_t>(cells[0]) * static_cast<std::size_t>(cells[1]) *
-         static_cast<std::size_t>(cells[2]);
+  return Eigen::Vector3i(cells.data()).cast<std::size_t>().prod();
 }
 
 CellGrid sample_grid(const Device& device, const RationalMap& map, const SampleOptions& options,

@@ -48,16 +48,7 @@ double reach(const RationalMap& map) {
   return longest;
 }
 
-/// F_1 in all directions.
-std::vector<double> on_sphere(const Field& field, const std::vector<Quaternion>& directions,
-                              double radius) {
-  std::vector<Quaternion> points(directions.size());
-  std::ranges::transform(directions, points.begin(),
-                         [radius](const Quaternion& u) { return radius * u; });
-  return field.at(points);
-}
-
-/// The same at each radius. Several spheres make a launch that is worth its while.
+/// F_1 in all directions at each radius. Several spheres make a launch that is worth its while.
 std::vector<std::vector<double>> field_on_spheres(const Field& field,
                                                   const std::vector<Quaternion>& directions,
                                                   const std::vector<double>& radii) {
@@ -73,6 +64,11 @@ std::vector<std::vector<double>> field_on_spheres(const Field& field,
     spheres.emplace_back(from, from + count);
   }
   return spheres;
+}
+
+std::vector<double> on_sphere(const Field& field, const std::vector<Quaternion>& directions,
+                              double radius) {
+  return field_on_spheres(field, directions, {radius}).front();
 }
 
 enum class Extreme { lowest, highest };

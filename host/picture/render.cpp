@@ -9,7 +9,7 @@
 
 #include "base/range_check.hpp"
 #include "layout/picture_layout.h"
-#include "map/box_option.hpp"
+#include "map/checks.hpp"
 #include "map/portals.hpp"
 #include "picture/depth_grid.hpp"
 #include "picture/shading.hpp"

@@ -40,8 +40,13 @@ bool looks_like_obj(std::string_view head) {
   return key == "mtllib";
 }
 
-}  // namespace
+struct DetectedType {
+  std::string_view name;
+  std::string_view extension;  ///< of a mesh file, and empty for anything else
+};
 
+/// What the beginning of a file tells of its type, such as "a PNG picture". All is empty when
+/// nothing is recognised.
 DetectedType detected_type(std::string_view head) {
   using namespace std::string_view_literals;
   struct Mark {
@@ -91,6 +96,19 @@ DetectedType detected_type(std::string_view head) {
   if (looks_like_obj(head)) return {"a Wavefront .obj file", ".obj"};
   return {};
 }
+
+/// As `to_number`, in single precision, rounded once.
+std::optional<float> to_coordinate(std::string_view word) {
+  float value{};
+  const std::errc error = parse(word, value).ec;
+  if (error == std::errc::result_out_of_range) {
+    const auto wide = to_number(word);  // too small for single precision, or too large
+    return wide && std::abs(*wide) < 1 ? std::optional(static_cast<float>(*wide)) : std::nullopt;
+  }
+  return error == std::errc() && std::isfinite(value) ? std::optional(value) : std::nullopt;
+}
+
+}  // namespace
 
 MeshFile::MeshFile(std::filesystem::path path, std::string extension, std::stop_token stop)
     : path_(std::move(path)), extension_(std::move(extension)), stop_(std::move(stop)) {
@@ -199,16 +217,6 @@ std::optional<double> to_number(std::string_view word) {
     const bool is_small =
         word.find("e-") != std::string_view::npos || word.find("E-") != std::string_view::npos;
     return is_small ? std::optional(0.0) : std::nullopt;
-  }
-  return error == std::errc() && std::isfinite(value) ? std::optional(value) : std::nullopt;
-}
-
-std::optional<float> to_coordinate(std::string_view word) {
-  float value{};
-  const std::errc error = parse(word, value).ec;
-  if (error == std::errc::result_out_of_range) {
-    const auto wide = to_number(word);  // too small for single precision, or too large
-    return wide && std::abs(*wide) < 1 ? std::optional(static_cast<float>(*wide)) : std::nullopt;
   }
   return error == std::errc() && std::isfinite(value) ? std::optional(value) : std::nullopt;
 }

@@ -43,14 +43,6 @@ class MeshFile {
   std::string bytes_;
 };
 
-/// What the beginning of a file tells of its type, such as "a PNG picture"; `extension` is that of
-/// a mesh file, and empty for anything else. All is empty when nothing is recognised.
-struct DetectedType {
-  std::string_view name;
-  std::string_view extension;
-};
-DetectedType detected_type(std::string_view head);
-
 /// Vertices and faces in the order of the file. Coordinates are those of single precision.
 class FaceList {
  public:
@@ -113,8 +105,6 @@ bool is_word(std::string_view word, std::string_view lower);
 
 /// The whole word as a finite number; what is too small for it is 0.
 std::optional<double> to_number(std::string_view word);
-/// The same in single precision, rounded once.
-std::optional<float> to_coordinate(std::string_view word);
 
 /// The whole word as an integer.
 std::optional<long long> to_integer(std::string_view word);

@@ -10,8 +10,6 @@
 namespace qjulia::shape {
 namespace {
 
-constexpr const char* kCutOff = "the file ends too early; it may be cut off, export it again";
-
 /// Takes "OFF" or the like off the front. Some files have no blank between it and the counts.
 bool take_header(std::string_view& text) {
   constexpr std::array kHeaders = {"off",   "coff",   "noff",   "cnoff",
@@ -61,11 +59,14 @@ FaceList read_off(const MeshFile& file) {
   Lines lines(file.text());
   const auto [vertices, faces] = counts(file, lines);
   if (faces == 0) file.refuse("it has no faces; export a mesh with faces");
+  const auto next_line = [&] {
+    const auto line = lines.next();
+    if (!line) file.refuse("the file ends too early; it may be cut off, export it again");
+    return *line;
+  };
   FaceList mesh(file);
   for (std::size_t i = 0; i < vertices; ++i) {
-    const auto line = lines.next();
-    if (!line) file.refuse(kCutOff);
-    std::string_view rest = *line;
+    std::string_view rest = next_line();
     const auto point = take_point(rest);
     if (!point) {
       file.refuse_line(lines.number(), "a vertex needs three finite numbers; export it again");
@@ -74,9 +75,7 @@ FaceList read_off(const MeshFile& file) {
   }
   std::vector<std::uint32_t> corners;
   for (std::size_t i = 0; i < faces; ++i) {
-    const auto line = lines.next();
-    if (!line) file.refuse(kCutOff);
-    std::string_view rest = *line;
+    std::string_view rest = next_line();
     const auto count = to_integer(take_word(rest));
     if (!count || *count < 3) {
       file.refuse_line(lines.number(), "a face needs a count of three or more vertices");

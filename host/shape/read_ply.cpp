@@ -44,7 +44,7 @@ struct Element {
 };
 
 struct Header {
-  Format format = Format::text;
+  std::optional<Format> format;
   std::vector<Element> elements;
   std::string_view body;  ///< what follows the header
 };
@@ -90,13 +90,11 @@ Header read_header(const MeshFile& file) {
   Lines lines(file.text(), '\0');
   if (lines.next() != "ply") file.refuse_type("it does not begin with 'ply'; is it a .ply file?");
   Header header;
-  bool has_format = false;
   while (const auto line = lines.next()) {
     std::string_view rest = *line;
     const std::string_view key = take_word(rest);
     if (key == "format") {
       header.format = format_named(file, take_word(rest));
-      has_format = true;
     } else if (key == "element") {
       Element element;
       element.name = take_word(rest);
@@ -109,7 +107,7 @@ Header read_header(const MeshFile& file) {
     } else if (key == "property" && !header.elements.empty()) {
       header.elements.back().properties.push_back(property_of(file, rest));
     } else if (key == "end_header") {
-      if (!has_format) break;
+      if (!header.format) break;
       header.body = lines.rest();
       return header;
     } else if (key != "comment" && key != "obj_info") {

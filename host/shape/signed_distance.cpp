@@ -79,49 +79,42 @@ struct SignedDistance::Impl {
     triangles = context.upload_real(bvh.triangles, precision);
   }
 
-  std::vector<double> run(const char* kernel, std::span<const Eigen::Vector3d> points,
-                          std::span<const std::uint32_t> order, const std::stop_token& stop) const;
-  std::vector<std::uint32_t> spatial_order(std::span<const Eigen::Vector3d> points) const;
-};
-
-/// Neighbours in space side by side, so that the lanes of a work-item open the same nodes.
-std::vector<std::uint32_t> SignedDistance::Impl::spatial_order(
-    std::span<const Eigen::Vector3d> points) const {
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> keys;
-  keys.reserve(points.size());
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    keys.emplace_back(morton_code(frame.to_map(points[i]) / 2), i);
+  /// Neighbours in space side by side, so that the lanes of a work-item open the same nodes.
+  std::vector<std::uint32_t> spatial_order(std::span<const Eigen::Vector3d> points) const {
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> keys;
+    keys.reserve(points.size());
+    for (std::uint32_t i = 0; i < points.size(); ++i) {
+      keys.emplace_back(morton_code(frame.to_map(points[i]) / 2), i);
+    }
+    std::ranges::sort(keys);
+    std::vector<std::uint32_t> order(points.size());
+    std::ranges::transform(keys, order.begin(), [](const auto& key) { return key.second; });
+    return order;
   }
-  std::ranges::sort(keys);
-  std::vector<std::uint32_t> order(points.size());
-  std::ranges::transform(keys, order.begin(), [](const auto& key) { return key.second; });
-  return order;
-}
 
-/// Results in the order of `points`; they are handed to the device in the order given.
-std::vector<double> SignedDistance::Impl::run(const char* name,
-                                              std::span<const Eigen::Vector3d> points,
-                                              std::span<const std::uint32_t> order,
-                                              const std::stop_token& stop) const {
-  const int width = device.lane_width(precision);
-  PointBatch batch(device.context(),
-                   device.context().kernel("signed_distance.cl", name, {width, precision, {}}),
-                   precision, static_cast<std::size_t>(width), kPointCost);
-  std::vector<double> results(points.size());
-  batch.run<3, 1>(
-      order.size(),
-      [&](std::size_t i) {
-        const Eigen::Vector3d x = frame.to_map(points[order[i]]);
-        return std::array{x.x(), x.y(), x.z()};
-      },
-      [&](const PointBatch::Part& part) {
-        return std::vector<Argument>{
-            part.in, narrow(part.stride), narrow(part.items), nodes, links, triangles, part.out};
-      },
-      [&](std::size_t i, const std::array<double, 1>& value) { results[order[i]] = value[0]; }, 0,
-      stop);
-  return results;
-}
+  /// Results in the order of `points`; they are handed to the device in the order given.
+  std::vector<double> run(const char* name, std::span<const Eigen::Vector3d> points,
+                          std::span<const std::uint32_t> order, const std::stop_token& stop) const {
+    const int width = device.lane_width(precision);
+    PointBatch batch(device.context(),
+                     device.context().kernel("signed_distance.cl", name, {width, precision, {}}),
+                     precision, static_cast<std::size_t>(width), kPointCost);
+    std::vector<double> results(points.size());
+    batch.run<3, 1>(
+        order.size(),
+        [&](std::size_t i) {
+          const Eigen::Vector3d x = frame.to_map(points[order[i]]);
+          return std::array{x.x(), x.y(), x.z()};
+        },
+        [&](const PointBatch::Part& part) {
+          return std::vector<Argument>{
+              part.in, narrow(part.stride), narrow(part.items), nodes, links, triangles, part.out};
+        },
+        [&](std::size_t i, const std::array<double, 1>& value) { results[order[i]] = value[0]; }, 0,
+        stop);
+    return results;
+  }
+};
 
 SignedDistance::SignedDistance(const Device& device, const TriangleMesh& mesh, Precision precision,
                                std::stop_token stop)

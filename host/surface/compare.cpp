@@ -10,7 +10,7 @@
 #include <numeric>
 
 #include "base/range_check.hpp"
-#include "map/box_option.hpp"
+#include "map/checks.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/shape.hpp"

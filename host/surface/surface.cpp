@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "base/range_check.hpp"
-#include "map/box_option.hpp"
+#include "map/checks.hpp"
 #include "map/portals.hpp"
 #include "qjulia/field.hpp"
 #include "surface/clear_box.hpp"

@@ -2,7 +2,6 @@
 /// A map of a mesh without a fit: its modulus is the signed distance itself, on a grid, and its
 /// versor is free.
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <optional>
 #include <vector>

@@ -4,7 +4,6 @@
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <span>
-#include <vector>
 
 #include "qjulia/device.hpp"
 #include "qjulia/surface.hpp"

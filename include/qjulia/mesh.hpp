@@ -63,8 +63,7 @@ TriangleMesh read_mesh(const std::filesystem::path& path, MeshReport* report = n
 ///   an .stl with Z up, as printers want it. Other formats keep the mesh's own coordinates, and so
 ///   does .stl where nothing is known; a .glb then has Z up.
 /// @param note a line of text, ASCII, that .obj holds as a comment and .glb under asset.extras;
-/// .stl
-///   and .off have no room for it.
+///   .stl and .off have no room for it.
 /// @throws OutputError, or InputError for another extension.
 void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
                 const std::string& note = {}, std::optional<UpAxis> up = {});

@@ -60,7 +60,7 @@ export function evaluate(uniforms, xyzw, wanted, options = {}) {
   return result;
 }
 
-/** Even directions over the sphere of four dimensions: host/map/sphere_directions.cpp. */
+/** Even directions over the sphere of four dimensions: host/map/sphere_directions.hpp. */
 function sphereDirections(count) {
   const root = 1.2207440846057596, directions = new Float32Array(4 * count);
   for (let i = 0; i < count; ++i) {

@@ -1,0 +1,49 @@
+#pragma once
+/// Checks that several of a map's parts share, and those of options.
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+#include <string>
+#include <type_traits>
+
+#include "qjulia/box.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia::map {
+
+/// @throws InputError unless low <= value <= high; NaN never is. @param name in the map.
+template <class Number>
+void check_within(const std::string& name, Number value, std::type_identity_t<Number> low,
+                  std::type_identity_t<Number> high) {
+  if (value >= low && value <= high) return;
+  throw InputError(fmt::format("the map's {} is {}: it must be {} to {}", name, value, low, high));
+}
+
+/// A length whose square is finite in single precision, and so is that of its inverse.
+/// @throws InputError
+inline void check_length(const std::string& name, double value) {
+  constexpr double kLeast = 1e-9, kMost = 1e9;
+  if (value >= kLeast && value <= kMost) return;
+  throw InputError(
+      fmt::format("the map's {} is {}: it must be within {} … {}", name, value, kLeast, kMost));
+}
+
+/// Where a grid begins, map coordinates. @throws InputError
+inline void check_origin(const std::string& name, const Eigen::Vector3d& origin) {
+  if (origin.cwiseAbs().maxCoeff() <= 1e9) return;
+  throw InputError(fmt::format("the map's {} must have finite numbers within ±1e9", name));
+}
+
+/// @param field the option's name. @throws OptionError unless it is left out, or finite with a
+/// volume.
+inline void expect_box(const std::optional<Box>& box, const char* field = "box") {
+  if (!box || (box->low.allFinite() && box->high.allFinite() && (box->size().array() > 0).all() &&
+               std::isfinite(box->diagonal()))) {
+    return;
+  }
+  throw OptionError(field, "give x0 y0 z0 x1 y1 z1 with x0 < x1, y0 < y1, z0 < z1");
+}
+
+}  // namespace qjulia::map
