@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "qjulia/error.hpp"
+#include "qjulia/original_file.hpp"
 #include "surface/cube_cases.hpp"
 
 namespace qjulia::surface {
@@ -190,3 +191,36 @@ void MeshBuilder::add(const MeshPart& part) {
 }
 
 }  // namespace qjulia::surface
+
+namespace qjulia {
+
+TriangleMesh mesh_of(const SampledDistance& distance) {
+  surface::Grid grid;
+  grid.points = Eigen::Vector3i(distance.samples.data());
+  MeshSink sink;
+  surface::MarchingCubes cubes(grid.points, 0, std::numeric_limits<double>::infinity());
+  surface::MeshBuilder builder(grid, {}, sink);
+  const surface::Slab slab = surface::unclassified_slab(grid, grid.points.z());
+  std::vector<float> slice(surface::slices(grid, 0, 1).size());
+  auto next = distance.values.begin();
+  for (int k = 0; k < grid.points.z(); ++k) {
+    for (float& value : slice) value = static_cast<float>(*next++);
+    cubes.add(slice, slab);
+  }
+  const surface::MeshPart part = cubes.take();
+  if (part.open_edges > 0) {
+    throw InputError("the distance field's shape reaches its faces: it needs a margin");
+  }
+  if (part.triangles.empty()) {
+    throw InputError("the distance field has no inside: distances there must be negative");
+  }
+  builder.add(part);
+  // Samples are at the middles of cells, whose sides may differ.
+  const Eigen::Vector3d cell = distance.lengths.cwiseQuotient(grid.points.cast<double>());
+  const Eigen::Vector3d first = distance.center - 0.5 * distance.lengths + 0.5 * cell;
+  for (Eigen::Vector3d& x : sink.mesh.vertices) x = first + cell.cwiseProduct(x);
+  sink.mesh.normals.clear();
+  return std::move(sink.mesh);
+}
+
+}  // namespace qjulia
