@@ -43,9 +43,9 @@ void MarchingCubes::add(std::span<const float> slice, const Slab& slab) {
   std::swap(lower_, upper_);
   ++slices_;
   upper_.slab = &slab;
-  classify(slice, upper_);
+  classify(slice);
   part_.complete = next_vertex();
-  cross_slice(upper_);
+  cross_slice();
   if (slices_ == 1) return;
   cross_between();
   mesh_layer();
@@ -58,21 +58,20 @@ MeshPart MarchingCubes::take() {
   return std::exchange(part_, std::move(next));
 }
 
-void MarchingCubes::classify(std::span<const float> values, Slice& slice) const {
+void MarchingCubes::classify(std::span<const float> values) {
   for (std::size_t y = 0; y < ny_; ++y) {
-    for (const PointRun& run : slice.slab->row(static_cast<int>(y))) {
+    for (const PointRun& run : upper_.slab->row(static_cast<int>(y))) {
+      const std::size_t first = y * nx_ + static_cast<std::size_t>(run.begin);
       const std::size_t end = y * nx_ + static_cast<std::size_t>(run.end);
-      std::size_t i = y * nx_ + static_cast<std::size_t>(run.begin);
       if (run.side != Side::unknown) {
-        std::fill(slice.inside.begin() + static_cast<std::ptrdiff_t>(i),
-                  slice.inside.begin() + static_cast<std::ptrdiff_t>(end),
-                  static_cast<std::uint8_t>(run.side == Side::inside));
+        std::ranges::fill(std::span(upper_.inside).subspan(first, end - first),
+                          static_cast<std::uint8_t>(run.side == Side::inside));
         continue;
       }
-      for (; i < end; ++i) {
-        slice.inside[i] = values[i] < level_ ? 1 : 0;
+      for (std::size_t i = first; i < end; ++i) {
+        upper_.inside[i] = values[i] < level_ ? 1 : 0;
         const float over = values[i] - level_;
-        slice.difference[i] = std::clamp(over > 0 ? flatten_ * over : over, -reach_, reach_);
+        upper_.difference[i] = std::clamp(over > 0 ? flatten_ * over : over, -reach_, reach_);
       }
     }
   }
@@ -93,18 +92,19 @@ std::uint32_t MarchingCubes::crossing(std::size_t index, int z, int axis, float 
   return number;
 }
 
-void MarchingCubes::cross_slice(Slice& slice) {
+void MarchingCubes::cross_slice() {
   const int z = slices_ - 1;
-  const auto& inside = slice.inside;
-  each_unknown(slice, [&](std::size_t first, std::size_t count) {
+  const auto& inside = upper_.inside;
+  const auto& difference = upper_.difference;
+  each_unknown(upper_, [&](std::size_t first, std::size_t count) {
     const std::size_t y = first / nx_;
     const std::size_t row_end = (y + 1) * nx_;
     for (std::size_t i = first; i < first + count; ++i) {
       if (i + 1 < row_end && inside[i] != inside[i + 1]) {
-        slice.on_x[i] = crossing(i, z, 0, slice.difference[i], slice.difference[i + 1]);
+        upper_.on_x[i] = crossing(i, z, 0, difference[i], difference[i + 1]);
       }
       if (y + 1 < ny_ && inside[i] != inside[i + nx_]) {
-        slice.on_y[i] = crossing(i, z, 1, slice.difference[i], slice.difference[i + nx_]);
+        upper_.on_y[i] = crossing(i, z, 1, difference[i], difference[i + nx_]);
       }
     }
   });
@@ -140,8 +140,7 @@ void MarchingCubes::mesh_layer() {
   });
 }
 
-void MarchingCubes::mesh_cell(unsigned inside, std::size_t corner) {
-  const std::size_t i = corner;
+void MarchingCubes::mesh_cell(unsigned inside, std::size_t i) {
   // In the order of cube_edges().
   const std::array<const std::uint32_t*, 12> on_edge{
       &lower_.on_x[i], &lower_.on_x[i + nx_], &upper_.on_x[i], &upper_.on_x[i + nx_],
@@ -153,12 +152,7 @@ void MarchingCubes::mesh_cell(unsigned inside, std::size_t corner) {
                                  *on_edge[loop.triangles[t + 2]]});
     }
   }
-  count_open_edges(inside, corner);
-}
-
-void MarchingCubes::count_open_edges(unsigned inside, std::size_t corner) {
-  const Eigen::Vector3i cell(static_cast<int>(corner % nx_), static_cast<int>(corner / nx_),
-                             slices_ - 2);
+  const Eigen::Vector3i cell(static_cast<int>(i % nx_), static_cast<int>(i / nx_), slices_ - 2);
   for (int axis = 0; axis < 3; ++axis) {
     if (cell[axis] == 0) part_.open_edges += face_segments(inside, 2 * axis).size();
     if (cell[axis] == points_[axis] - 2) {
