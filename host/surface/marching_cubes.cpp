@@ -64,8 +64,8 @@ void MarchingCubes::classify(std::span<const float> values) {
       const std::size_t first = y * nx_ + static_cast<std::size_t>(run.begin);
       const std::size_t end = y * nx_ + static_cast<std::size_t>(run.end);
       if (run.side != Side::unknown) {
-        std::ranges::fill(std::span(upper_.inside).subspan(first, end - first),
-                          static_cast<std::uint8_t>(run.side == Side::inside));
+        std::fill_n(&upper_.inside[first], end - first,
+                    static_cast<std::uint8_t>(run.side == Side::inside));
         continue;
       }
       for (std::size_t i = first; i < end; ++i) {
