@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <deque>
+#include <functional>
 #include <future>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -127,25 +128,21 @@ class Mesher {
     slabs_.push_back(slab);
     // The first slice of a slab is joined to the last one of the slab before.
     if (slabs_.size() > 2) slabs_.pop_front();
-    meshing_ = std::async(std::launch::async, [this] { mesh(); });
+    meshing_ = std::async(std::launch::async, [this] { return mesh(); });
     // Vertices are refined on the device, which serves one thread at a time.
     if (halvings_ > 0) wait();
   }
 
   /// Until all slabs are meshed.
   void wait() {
-    if (!meshing_.valid()) return;
-    meshing_.get();
-    counts_.vertices = builder_.vertices();
-    counts_.triangles = builder_.triangles();
-    counts_.open_edges = open_edges_;
+    if (meshing_.valid()) counts_ = meshing_.get();
   }
 
   /// Vertices, triangles and open edges of the slabs that were waited for.
   const SurfaceReport& counts() const { return counts_; }
 
  private:
-  void mesh() {
+  SurfaceReport mesh() {
     const Slab& slab = slabs_.back();
     const std::size_t slice = slices(grid_, 0, 1).size();
     for (int k = 0; k < slab.slices; ++k) {
@@ -155,6 +152,7 @@ class Mesher {
     refine(set_, level_, grid_, halvings_, part.vertices);
     builder_.add(part);
     open_edges_ += part.open_edges;
+    return {builder_.vertices(), builder_.triangles(), open_edges_};
   }
 
   const LevelSet& set_;
@@ -167,7 +165,7 @@ class Mesher {
   SurfaceReport counts_;
   std::vector<float> values_;
   std::deque<Slab> slabs_;
-  std::future<void> meshing_;  ///< last: it ends before what it works on
+  std::future<SurfaceReport> meshing_;  ///< last: it ends before what it works on
 };
 
 /// A slab whose values are being evaluated.
@@ -230,9 +228,7 @@ SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, const 
       throw_if_stopped(monitor.stop);
       if (under_way.size() == at_once) mesh_first();
       const LevelSet& on = on_second ? second : set;
-      under_way.push_back({slab, std::async(std::launch::async, [&evaluate, &on, slab, z] {
-                             return evaluate(on, slab, z);
-                           })});
+      under_way.push_back({slab, std::async(std::launch::async, evaluate, std::cref(on), slab, z)});
       if (at_once > 1) on_second = !on_second;
       z += slab.slices;
     }
