@@ -124,7 +124,7 @@ BandGrid::BandGrid(const Device& device, const MarchedSet& set, const Band& band
   device::Context& context = map_.context();
   const surface::Grid first = grid_over(surface::cube(band.radius), kFirstCells);
   const std::vector<double> first_steps =
-      safe_steps(first, surface::all_numbers(surface::whole(first)));
+      safe_steps(first, surface::all_numbers(surface::whole(first).size()));
   bounds_ = close_box(first, first_steps);
   if (set.part) {
     const Box seen{bounds_.low.cwiseMax(set.part->low), bounds_.high.cwiseMin(set.part->high)};
@@ -161,10 +161,11 @@ std::vector<double> BandGrid::safe_steps(const surface::Grid& grid,
 
 std::vector<double> BandGrid::safe_steps(const surface::Grid& grid, const surface::Grid& coarse,
                                          const std::vector<double>& coarse_steps) const {
+  const std::size_t points = surface::whole(grid).size();
   // Between points of the coarse grid there may be a portal.
-  if (map_.has_portals()) return safe_steps(grid, surface::all_numbers(surface::whole(grid)));
+  if (map_.has_portals()) return safe_steps(grid, surface::all_numbers(points));
   const double near = coarse.step + grid.step;
-  std::vector<double> safe(surface::whole(grid).size());
+  std::vector<double> safe(points);
   std::vector<std::int32_t> numbers;
   surface::for_points(grid.points, [&](std::size_t number, const Eigen::Vector3i& index) {
     const double step = interpolated(coarse, coarse_steps, grid.point(index));

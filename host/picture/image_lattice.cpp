@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "device/point_batch.hpp"
 #include "surface/interpolated_orbits.hpp"
@@ -86,9 +85,8 @@ ImageLattice::ImageLattice(const map::DeviceMap& map, const BandGrid& band, cons
   const std::size_t padded = map.groups(cells.size()) * map.lanes();
   const auto field = context.allocate_real(padded, map.precision());
   const auto versors = context.allocate_real(4 * padded, map.precision());
-  std::vector<std::int32_t> slots(cells.size());
-  std::iota(slots.begin(), slots.end(), 0);
-  surface::block_images(map, middles, surface::whole(grid), 1, cells, slots, field, versors);
+  surface::block_images(map, middles, surface::whole(grid), 1, cells,
+                        surface::all_numbers(cells.size()), field, versors);
   context.launch(map.kernel("image_lattice.cl", "trust_cells"), {{cells.size(), 1, 1}, {}},
                  {context.upload<std::int32_t>(cells), device::narrow(cells.size()), field, versors,
                   layout_, field_, versors_, map.real(allowed), trusted_});

@@ -1,6 +1,5 @@
 #include "picture/lights.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>

@@ -1,7 +1,5 @@
 #include "qjulia/compare.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <iterator>
-#include <numeric>
 #include <utility>
 
 #include "device/point_batch.hpp"
@@ -141,11 +140,10 @@ class InterpolatedOrbits {
       points.push_back(number % row + 1 < row ? number + 1 : number - 1);
       points.push_back(number % slice + row < slice ? number + row : number - row);
     }
-    std::vector<std::int32_t> slots(points.size());
-    std::iota(slots.begin(), slots.end(), 0);
     std::vector<Real> u(4 * points.size());
     const Images made = images(points.size());
-    block_images(map_, grid_, block_, 1, points, slots, made.field, made.versors);
+    block_images(map_, grid_, block_, 1, points, all_numbers(points.size()), made.field,
+                 made.versors);
     map_.context().template read<Real>(made.versors, u);
     double widest = 0;
     for (const std::size_t neighbour : {std::size_t{4}, std::size_t{8}}) {

@@ -1,8 +1,6 @@
 #include "surface/level_set.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <type_traits>
 #include <utility>
 
@@ -43,7 +41,7 @@ double LevelSet::certainly_outside_above(double level) const {
 
 std::vector<float> LevelSet::over(const Grid& grid, const GridBlock& block) const {
   std::vector<float> values(block.size());
-  at(grid, block, all_numbers(block), values);
+  at(grid, block, all_numbers(block.size()), values);
   return values;
 }
 

@@ -2,7 +2,6 @@
 /// Marching cubes over slices that arrive one after the other, and the mesh they make.
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>

@@ -1,7 +1,6 @@
 #include "surface/narrow_band.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace qjulia::surface {
 namespace {
