@@ -35,25 +35,7 @@ Slab unclassified_slab(const Grid& grid, int slices);
 /// Halves blocks of points until bounds of F_1 put them on one side of the surface for certain. A
 /// block's bounds hold one step beyond its points too: no cell with a point of known side is
 /// crossed by the surface, so none of their field values is needed.
-class NarrowBand {
- public:
-  /// Slices that are classified together.
-  static constexpr int kSlices = 64;
-
-  NarrowBand(const LevelSet& set, const Grid& grid, double level);
-
-  /// The slabs of slices z … z + kSlices − 1, as far as the grid has them, rising z.
-  std::vector<Slab> slabs(int z) const;
-
- private:
-  struct Blocks;
-  void classify(Blocks& blocks, int z) const;
-  Slab slab_of(const Blocks& blocks, int block_z, int slices) const;
-
-  const LevelSet& set_;
-  Grid grid_;
-  double inside_below_, outside_above_;
-  double rounding_;  ///< of coordinates
-};
+/// @return the slabs of the 64 slices from z on, as far as the grid has them, rising z.
+std::vector<Slab> narrow_band(const LevelSet& set, const Grid& grid, double level, int z);
 
 }  // namespace qjulia::surface

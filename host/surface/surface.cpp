@@ -183,7 +183,6 @@ SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, const 
                              SurfaceSink& sink, const ProgressMonitor& monitor) {
   const double level = map.surface_level;
   const int slices = grid.points[2];
-  const NarrowBand band(set, grid, level);
   Mesher mesher(set, map, reach, grid, options.refine, sink);
   const auto evaluate = [&](const LevelSet& on, const Slab& slab, int z) {
     const GridBlock block = surface::slices(grid, z, slab.slices);
@@ -222,7 +221,7 @@ SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, const 
       const TraceStage stage(monitor.trace, "bound blocks");
       return options.dense
                  ? std::vector{unclassified_slab(grid, std::min(slices_at_once(grid), slices - z))}
-                 : band.slabs(z);
+                 : narrow_band(set, grid, level, z);
     }();
     for (const Slab& slab : slabs) {
       throw_if_stopped(monitor.stop);
