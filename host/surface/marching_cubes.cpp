@@ -28,17 +28,6 @@ MarchingCubes::MarchingCubes(const Eigen::Vector3i& points, double level, double
   }
 }
 
-template <class F>
-void MarchingCubes::each_unknown(const Slice& slice, F f) const {
-  for (std::size_t y = 0; y < ny_; ++y) {
-    for (const PointRun& run : slice.slab->row(static_cast<int>(y))) {
-      if (run.side != Side::unknown) continue;
-      f(y * nx_ + static_cast<std::size_t>(run.begin),
-        static_cast<std::size_t>(run.end - run.begin));
-    }
-  }
-}
-
 void MarchingCubes::add(std::span<const float> slice, const Slab& slab) {
   std::swap(lower_, upper_);
   ++slices_;
@@ -96,7 +85,7 @@ void MarchingCubes::cross_slice() {
   const int z = slices_ - 1;
   const auto& inside = upper_.inside;
   const auto& difference = upper_.difference;
-  each_unknown(upper_, [&](std::size_t first, std::size_t count) {
+  each_unknown(*upper_.slab, points_, [&](std::size_t first, std::size_t count) {
     const std::size_t y = first / nx_;
     const std::size_t row_end = (y + 1) * nx_;
     for (std::size_t i = first; i < first + count; ++i) {
@@ -111,7 +100,7 @@ void MarchingCubes::cross_slice() {
 }
 
 void MarchingCubes::cross_between() {
-  each_unknown(lower_, [&](std::size_t first, std::size_t count) {
+  each_unknown(*lower_.slab, points_, [&](std::size_t first, std::size_t count) {
     for (std::size_t i = first; i < first + count; ++i) {
       if (lower_.inside[i] != upper_.inside[i]) {
         on_z_[i] = crossing(i, slices_ - 2, 2, lower_.difference[i], upper_.difference[i]);
@@ -121,7 +110,7 @@ void MarchingCubes::cross_between() {
 }
 
 void MarchingCubes::mesh_layer() {
-  each_unknown(lower_, [&](std::size_t first, std::size_t count) {
+  each_unknown(*lower_.slab, points_, [&](std::size_t first, std::size_t count) {
     const std::size_t y = first / nx_;
     if (y + 1 == ny_) return;
     // The four corners at one x: bits 0, 2, 4, 6 of a case.

@@ -67,9 +67,6 @@ class MarchingCubes {
     std::vector<std::uint32_t> on_x, on_y;
   };
 
-  /// Calls f(first point's index, count) for the runs of unknown side, rising.
-  template <class F>
-  void each_unknown(const Slice& slice, F f) const;
   void classify(std::span<const float> values);
   void cross_slice();
   void cross_between();

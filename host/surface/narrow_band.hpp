@@ -29,6 +29,18 @@ struct Slab {
   }
 };
 
+/// Calls f(first point's number in a slice, count) for the runs of unknown side, rising.
+/// @param points of the grid.
+template <class F>
+void each_unknown(const Slab& slab, const Eigen::Vector3i& points, const F& f) {
+  for (int y = 0; y < points.y(); ++y) {
+    for (const PointRun& run : slab.row(y)) {
+      if (run.side != Side::unknown) continue;
+      f(number_of({run.begin, y, 0}, points), static_cast<std::size_t>(run.end - run.begin));
+    }
+  }
+}
+
 /// `slices` slices whose sides are all unknown.
 Slab unclassified_slab(const Grid& grid, int slices);
 

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "base/range_check.hpp"
+#include "device/point_batch.hpp"
 #include "map/box_option.hpp"
 #include "map/portals.hpp"
 #include "qjulia/field.hpp"
@@ -96,14 +97,11 @@ void refine(const LevelSet& set, double level, const Grid& grid, int halvings,
 /// Points of the slab whose sides are unknown, numbered in its slices, x fastest, then y.
 std::vector<std::int32_t> unknown_points(const Grid& grid, const Slab& slab) {
   std::vector<std::int32_t> numbers;
-  std::int32_t row = 0;
   for (int k = 0; k < slab.slices; ++k) {
-    for (int j = 0; j < grid.points[1]; ++j, row += grid.points[0]) {
-      for (const PointRun& run : slab.row(j)) {
-        if (run.side != Side::unknown) continue;
-        for (int i = run.begin; i < run.end; ++i) numbers.push_back(row + i);
-      }
-    }
+    const std::size_t before = slices(grid, 0, k).size();
+    each_unknown(slab, grid.points, [&](std::size_t first, std::size_t count) {
+      for (std::size_t i = 0; i < count; ++i) numbers.push_back(device::narrow(before + first + i));
+    });
   }
   return numbers;
 }
