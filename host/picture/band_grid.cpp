@@ -85,13 +85,11 @@ Box close_box(const surface::Grid& grid, const std::vector<double>& safe) {
 
 std::vector<double> grid_layout(const surface::Grid& grid, const Box& seen) {
   std::vector<double> reals(QJ_GRID_SIZE);
-  const auto put = [&](std::size_t first, const Eigen::Vector3d& v) {
-    Eigen::Map<Eigen::Vector3d>(reals.data() + first) = v;
-  };
-  put(QJ_GRID_ORIGIN, grid.origin);
-  put(QJ_GRID_POINTS, grid.points.cast<double>());
-  put(QJ_GRID_SEEN_LOW, seen.low);
-  put(QJ_GRID_SEEN_HIGH, seen.high);
+  Eigen::Map<Eigen::VectorXd> layout(reals.data(), QJ_GRID_SIZE);
+  layout.segment<3>(QJ_GRID_ORIGIN) = grid.origin;
+  layout.segment<3>(QJ_GRID_POINTS) = grid.points.cast<double>();
+  layout.segment<3>(QJ_GRID_SEEN_LOW) = seen.low;
+  layout.segment<3>(QJ_GRID_SEEN_HIGH) = seen.high;
   reals[QJ_GRID_STEP] = grid.step;
   return reals;
 }
@@ -118,16 +116,15 @@ Band find_band(const Device& device, const MarchedSet& set, const Box& shape) {
 }
 
 BandGrid::BandGrid(const Device& device, const MarchedSet& set, const Band& band)
-    : device_(device),
-      set_(set),
+    : set_(set),
       band_(band),
       map_(device, set.map, band.stops, set.precision),
       inner_(map_.has_portals() ? -kNone : (map_.log_inner() - band.level) / band.steepest),
       deepest_(std::max(inner_, -kDeepest / band.steepest)) {
-  device::Context& context = device_.context();
+  device::Context& context = map_.context();
   const surface::Grid first = grid_over(surface::cube(band.radius), kFirstCells);
   const std::vector<double> first_steps =
-      safe_steps(first, surface::all_numbers(surface::whole(first)));
+      safe_steps(first, surface::all_numbers(surface::whole(first).size()));
   bounds_ = close_box(first, first_steps);
   if (set.part) {
     const Box seen{bounds_.low.cwiseMax(set.part->low), bounds_.high.cwiseMin(set.part->high)};
@@ -144,7 +141,7 @@ std::vector<double> BandGrid::safe_steps(const surface::Grid& grid,
                                          std::vector<std::int32_t> numbers) const {
   std::vector<double> safe(numbers.size());
   if (numbers.empty()) return safe;
-  device::Context& context = device_.context();
+  device::Context& context = map_.context();
   const auto layout = context.upload_real(grid_layout(grid), set_.precision);
   numbers.resize(map_.groups(numbers.size()) * map_.lanes(), numbers.back());
   const auto sent = context.upload<std::int32_t>(numbers);
@@ -164,10 +161,11 @@ std::vector<double> BandGrid::safe_steps(const surface::Grid& grid,
 
 std::vector<double> BandGrid::safe_steps(const surface::Grid& grid, const surface::Grid& coarse,
                                          const std::vector<double>& coarse_steps) const {
+  const std::size_t points = surface::whole(grid).size();
   // Between points of the coarse grid there may be a portal.
-  if (map_.has_portals()) return safe_steps(grid, surface::all_numbers(surface::whole(grid)));
+  if (map_.has_portals()) return safe_steps(grid, surface::all_numbers(points));
   const double near = coarse.step + grid.step;
-  std::vector<double> safe(surface::whole(grid).size());
+  std::vector<double> safe(points);
   std::vector<std::int32_t> numbers;
   surface::for_points(grid.points, [&](std::size_t number, const Eigen::Vector3i& index) {
     const double step = interpolated(coarse, coarse_steps, grid.point(index));
@@ -187,7 +185,7 @@ bool BandGrid::has_orbits_near(const Eigen::Vector3d& p, double reach) const {
 }
 
 surface::LevelSet BandGrid::level_set() const {
-  return {device_, set_.map, band_.stops, set_.iterations, set_.precision};
+  return {map_.device(), set_.map, band_.stops, set_.iterations, set_.precision};
 }
 
 const std::vector<float>& BandGrid::values() {
@@ -249,7 +247,7 @@ void BandGrid::leave_out(const surface::LoosePlaces& places) {
 }
 
 std::vector<float> BandGrid::depths(const View& view, int first_row, int rows) {
-  device::Context& context = device_.context();
+  device::Context& context = map_.context();
   if (sent_values_.size() == 0) {
     sent_values_ =
         context.upload_real(std::vector<double>(values().begin(), values().end()), set_.precision);

@@ -64,7 +64,6 @@ class BandGrid {
   std::vector<double> safe_steps(const surface::Grid& grid, const surface::Grid& coarse,
                                  const std::vector<double>& coarse_steps) const;
 
-  Device device_;
   MarchedSet set_;
   Band band_;
   map::DeviceMap map_;

@@ -1,11 +1,15 @@
 #include "picture/cairo_canvas.hpp"
 
 #include <algorithm>
-#include <cstring>
+#include <bit>
+#include <iterator>
 
 #include "qjulia/error.hpp"
 
 namespace qjulia::picture {
+
+// Pixels are 32-bit words with blue in the lowest byte.
+static_assert(std::endian::native == std::endian::little, "bytes are blue, green, red, none");
 
 void check(cairo_status_t status, const char* what) {
   if (status == CAIRO_STATUS_SUCCESS) return;
@@ -31,11 +35,8 @@ void CairoCanvas::put(const Image& image, int left, int top) {
     for (int column = std::max(0, -left); column < right; ++column) {
       const std::uint8_t* rgb =
           image.pixels.data() + 3 * (std::ptrdiff_t{row} * image.width + column);
-      // RGB24: 32-bit words in the machine's order, red in the third byte.
-      const std::uint32_t word =
-          (std::uint32_t{rgb[0]} << 16U) | (std::uint32_t{rgb[1]} << 8U) | std::uint32_t{rgb[2]};
-      std::memcpy(bytes + (top + row) * stride + 4 * std::ptrdiff_t{left + column}, &word,
-                  sizeof word);
+      std::reverse_copy(rgb, rgb + 3,
+                        bytes + (top + row) * stride + 4 * std::ptrdiff_t{left + column});
     }
   }
   cairo_surface_mark_dirty(surface_.get());
@@ -51,11 +52,8 @@ Image CairoCanvas::image() const {
   const std::ptrdiff_t stride = cairo_image_surface_get_stride(surface_.get());
   for (int row = 0; row < image.height; ++row) {
     for (int column = 0; column < image.width; ++column) {
-      std::uint32_t word = 0;
-      std::memcpy(&word, bytes + row * stride + 4 * std::ptrdiff_t{column}, sizeof word);
-      for (const unsigned shift : {16U, 8U, 0U}) {
-        image.pixels.push_back(static_cast<std::uint8_t>((word >> shift) & 0xFFU));
-      }
+      const auto* pixel = bytes + row * stride + 4 * std::ptrdiff_t{column};
+      std::reverse_copy(pixel, pixel + 3, std::back_inserter(image.pixels));
     }
   }
   return image;

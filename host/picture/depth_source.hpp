@@ -48,7 +48,6 @@ struct MarchedSet {
   Material material = Material::clay;       ///< what `traits` are of
   std::stop_token stop{};                   ///< ends the making of a source, and its work
   bool foretells = true;                    ///< first iterates are interpolated where that will do
-  double displacement = 0.125;              ///< of what is seen, at most, in pixels
   int cells = 144;                          ///< along the band, for safe steps and coarse depths
   bool keeps_loose = true;                  ///< pieces that hang on nothing
   /// Cells along the longest side of the finer grid that shows what pieces hang on: about as many

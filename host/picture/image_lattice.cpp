@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "device/point_batch.hpp"
 #include "surface/interpolated_orbits.hpp"
@@ -80,29 +79,22 @@ ImageLattice::ImageLattice(const map::DeviceMap& map, const BandGrid& band, cons
   if (cells.empty()) return;
   const std::vector<std::int32_t> nodes = nodes_of(grid, cells);
   surface::block_images(map, grid, surface::whole(grid), 1, nodes, nodes, field_, versors_);
-  trust(map, grid, cells, allowed);
-}
-
-bool ImageLattice::serves(const Box& box, double displacement) const {
-  return kSlack * displacement >= displacement_ && (box_.low.array() <= box.low.array()).all() &&
-         (box_.high.array() >= box.high.array()).all();
-}
-
-/// Marks those cells at whose middles interpolation is off by no more than `allowed`.
-void ImageLattice::trust(const map::DeviceMap& map, const surface::Grid& grid,
-                         const std::vector<std::int32_t>& cells, double allowed) {
-  device::Context& context = map.context();
+  // Cells are trusted at whose middles interpolation is off by no more than what is allowed.
   surface::Grid middles = grid;
   middles.origin.array() += 0.5 * grid.step;
   const std::size_t padded = map.groups(cells.size()) * map.lanes();
   const auto field = context.allocate_real(padded, map.precision());
   const auto versors = context.allocate_real(4 * padded, map.precision());
-  std::vector<std::int32_t> slots(cells.size());
-  std::iota(slots.begin(), slots.end(), 0);
-  surface::block_images(map, middles, surface::whole(grid), 1, cells, slots, field, versors);
+  surface::block_images(map, middles, surface::whole(grid), 1, cells,
+                        surface::all_numbers(cells.size()), field, versors);
   context.launch(map.kernel("image_lattice.cl", "trust_cells"), {{cells.size(), 1, 1}, {}},
                  {context.upload<std::int32_t>(cells), device::narrow(cells.size()), field, versors,
                   layout_, field_, versors_, map.real(allowed), trusted_});
+}
+
+bool ImageLattice::serves(const Box& box, double displacement) const {
+  return kSlack * displacement >= displacement_ && (box_.low.array() <= box.low.array()).all() &&
+         (box_.high.array() >= box.high.array()).all();
 }
 
 }  // namespace qjulia::picture

@@ -2,8 +2,6 @@
 /// Where one iterate takes the points that rays ask about, computed once at the nodes of a lattice
 /// and interpolated between them (kernels/image_lattice.clh).
 
-#include <vector>
-
 #include "device/context.hpp"
 #include "map/device_map.hpp"
 #include "picture/band_grid.hpp"
@@ -31,9 +29,6 @@ class ImageLattice {
   const device::Buffer<std::uint8_t>& trusted() const { return trusted_; }
 
  private:
-  void trust(const map::DeviceMap& map, const surface::Grid& grid,
-             const std::vector<std::int32_t>& cells, double allowed);
-
   Box box_;
   double displacement_ = 0;
   device::RealBuffer layout_, field_, versors_;

@@ -1,6 +1,5 @@
 #include "picture/lights.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -60,11 +59,7 @@ PackedLights packed(std::span<const Light> lights) {
 }
 
 std::vector<Light> sky_lights(UpAxis up, const Box& held, double fineness, int count) {
-  Camera level;
-  level.up = up;
-  level.azimuth = 0;
-  level.elevation = 0;
-  const CameraAxes axes = camera_axes(level);
+  const CameraAxes axes = camera_axes({.azimuth = 0, .elevation = 0, .up = up});
   const int size = map_size(kSkyMap, std::sqrt(fineness));
   std::vector<Light> lights;
   // A Fibonacci spiral: nearly even over the sphere.

@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <deque>
 
 #include "device/point_batch.hpp"
@@ -26,6 +25,8 @@ constexpr double kWorthForetelling = 150;
 /// A lattice for the part of the band in sight is made where that is less than this share of it.
 constexpr double kPart = 0.5;
 
+/// Of what is seen, at most, in pixels.
+constexpr double kDisplacement = 0.125;
 /// For memory's sake: one for the lights, one for the camera.
 constexpr std::size_t kMostLattices = 2;
 
@@ -77,17 +78,16 @@ Box shape_box(const RationalMap& map) {
 class MarchSource : public DepthSource {
  public:
   MarchSource(const Device& device, const MarchedSet& set)
-      : device_(device),
-        set_(set),
+      : set_(set),
         band_(find_band(device, set, shape_box(set.map))),
         grid_(device, set, band_),
         kernel_(map_.kernel("ray_march.cl", "march_depth")) {
     // Copies in portals may be smaller than what the grid shows of where they stand.
     if (!set.keeps_loose && !grid_.is_empty() && set.map.portals.empty()) find_loose();
-    loose_layout_ = device.context().upload_real(grid_layout(loose_.grid), set_.precision);
+    loose_layout_ = map_.context().upload_real(grid_layout(loose_.grid), set_.precision);
     // A kernel's buffer has a size.
     if (loose_.bits.empty()) loose_.bits.push_back(0);
-    loose_bits_ = device.context().upload<std::uint32_t>(loose_.bits);
+    loose_bits_ = map_.context().upload<std::uint32_t>(loose_.bits);
   }
 
   void stop_with(const std::stop_token& stop) override { set_.stop = stop; }
@@ -110,7 +110,7 @@ class MarchSource : public DepthSource {
 
   std::vector<float> traits(const std::vector<Eigen::Vector3d>& points) override {
     if (set_.material == Material::clay) return {};
-    device::PointBatch batch(device_.context(), map_.kernel("orbit_trait.cl", "orbit_trait"),
+    device::PointBatch batch(map_.context(), map_.kernel("orbit_trait.cl", "orbit_trait"),
                              set_.precision, map_.lanes(), map_.step_cost() * set_.iterations);
     std::vector<float> traits(points.size());
     batch.run<3, 1>(
@@ -140,7 +140,7 @@ class MarchSource : public DepthSource {
       // What is cut away may be what a piece hangs on.
       MarchedSet whole = set_;
       whole.part.reset();
-      loose_ = BandGrid(device_, whole, band_).loose_places();
+      loose_ = BandGrid(map_.device(), whole, band_).loose_places();
     } else {
       loose_ = grid_.loose_places();
     }
@@ -149,7 +149,7 @@ class MarchSource : public DepthSource {
 
   /// What serves the view's rays; made at the first call.
   const ImageLattice& lattice_for(const View& view) {
-    const double displacement = set_.displacement * view.footprint * view.samples;
+    const double displacement = kDisplacement * view.footprint * view.samples;
     Box box = box_in_sight(view, grid_.bounds());
     if (!set_.foretells || !map_.interpolates() || map_.step_cost() < kWorthForetelling ||
         set_.iterations == 1 || (box.size().array() <= 0).any()) {
@@ -171,11 +171,14 @@ class MarchSource : public DepthSource {
   /// Puts the depths of these rays in their places among those of rows from `first_row` on.
   void march(const View& view, const std::vector<Ray>& rays, int first_row,
              std::vector<float>& depths) {
-    device::Context& context = device_.context();
+    device::Context& context = map_.context();
     const auto packed = context.upload_real(view.packed(), set_.precision);
+    // The least difference between depths that rounding leaves, with a margin: rays that took
+    // shorter steps, or were bisected further, would never end.
+    const double farthest = view.eye.norm() + band_.radius;
+    const double finest = farthest * (set_.precision == Precision::dbl ? 0x1p-50 : 0x1p-21);
     // Fine enough for what a pixel can show, and for the shell's own grain.
     const double shell = 1 / band_.steepest;
-    const double finest = finest_step(view);
     // Copies in portals have finer grain than any shell: there pixels alone decide.
     const double grain = map_.has_portals() ? 0 : shell / 40;
     const double step = std::max(finest, std::clamp(view.footprint, grain, shell / 6));
@@ -184,7 +187,7 @@ class MarchSource : public DepthSource {
       throw Error(fmt::format(
           "the set is too small for its distance of {:.2g} from the eye or the map's origin to be "
           "drawn in {} precision",
-          view.eye.norm() + band_.radius, to_string(set_.precision)));
+          farthest, to_string(set_.precision)));
     }
     const ImageLattice& lattice = lattice_for(view);
     const std::size_t share = kRaysALane * map_.lanes();
@@ -220,13 +223,6 @@ class MarchSource : public DepthSource {
         map_.lanes() == 1 ? 64 : 1, set_.stop);
   }
 
-  /// The least difference between depths that rounding leaves, with a margin: rays that took
-  /// shorter steps, or were bisected further, would never end.
-  double finest_step(const View& view) const {
-    const double farthest = view.eye.norm() + band_.radius;
-    return farthest * (set_.precision == Precision::dbl ? 0x1p-50 : 0x1p-21);
-  }
-
   /// Every ray of these rows.
   std::vector<float> march_rows(const View& view, int first_row, int rows) {
     std::vector<float> depths = no_hits(view, rows);
@@ -256,7 +252,6 @@ class MarchSource : public DepthSource {
     return depths;
   }
 
-  Device device_;
   MarchedSet set_;
   Band band_;
   BandGrid grid_;

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "picture/cairo_canvas.hpp"
 #include "picture/plot_labels.hpp"
@@ -94,9 +95,14 @@ void draw(cairo_t* context, const Plot& plot) {
   const double wide = plot.width - kLeft - kRight, high = plot.height - kTop - kBottom;
   const auto place_x = [&](double value) { return kLeft + wide * x.at(value); };
   const auto place_y = [&](double value) { return kTop + high * (1 - y.at(value)); };
-
-  const auto is_shown = [&](const PlotSeries& s, std::size_t i) {
-    return shown(plot.x, s.x[i]) && shown(plot.y, s.y[i]);
+  /// Of a point; none where it is not shown.
+  const auto place = [&](const PlotSeries& s, std::size_t i) -> std::optional<Eigen::Vector2d> {
+    if (!shown(plot.x, s.x[i]) || !shown(plot.y, s.y[i])) return std::nullopt;
+    return Eigen::Vector2d(place_x(s.x[i]), place_y(s.y[i]));
+  };
+  const auto use_color = [&](std::size_t series) {
+    const auto& [red, green, blue] = kColors[series % kColors.size()];
+    cairo_set_source_rgb(context, red, green, blue);
   };
 
   // Grid and numbers.
@@ -135,21 +141,19 @@ void draw(cairo_t* context, const Plot& plot) {
   cairo_clip(context);
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
     const PlotSeries& s = plot.series[k];
-    const auto& color = kColors[k % kColors.size()];
-    cairo_set_source_rgb(context, color[0], color[1], color[2]);
+    use_color(k);
     cairo_set_line_width(context, 1.8);
     bool drawing = false;
     for (std::size_t i = 0; i < s.x.size(); ++i) {
-      const bool seen = is_shown(s, i);
-      if (seen && s.line) {
-        (drawing ? cairo_line_to : cairo_move_to)(context, place_x(s.x[i]), place_y(s.y[i]));
-      }
-      drawing = seen;
+      const auto p = place(s, i);
+      if (p && s.line) (drawing ? cairo_line_to : cairo_move_to)(context, p->x(), p->y());
+      drawing = p.has_value();
     }
     cairo_stroke(context);
     for (std::size_t i = 0; s.points && i < s.x.size(); ++i) {
-      if (!is_shown(s, i)) continue;
-      cairo_arc(context, place_x(s.x[i]), place_y(s.y[i]), 3.5, 0, 2 * std::numbers::pi);
+      const auto p = place(s, i);
+      if (!p) continue;
+      cairo_arc(context, p->x(), p->y(), 3.5, 0, 2 * std::numbers::pi);
       cairo_fill(context);
     }
   }
@@ -166,8 +170,7 @@ void draw(cairo_t* context, const Plot& plot) {
     cairo_set_source_rgba(context, 1, 1, 1, 0.8);  // lines that pass behind grow faint
     cairo_rectangle(context, kLeft + wide - reach - 4, row - kFont, reach - 1, 1.4 * kFont);
     cairo_fill(context);
-    const auto& color = kColors[k % kColors.size()];
-    cairo_set_source_rgb(context, color[0], color[1], color[2]);
+    use_color(k);
     cairo_rectangle(context, kLeft + wide - 22, row - 0.5 * kFont, 14, 4);
     cairo_fill(context);
     draw_text(context, plot.series[k].label, kLeft + wide - 28, row, kFont, Anchor::right);
@@ -179,18 +182,16 @@ void draw(cairo_t* context, const Plot& plot) {
 
   for (const PlotSeries& s : plot.series) {
     for (std::size_t i = 0; i < s.x.size(); ++i) {
-      if (!is_shown(s, i)) continue;
-      const double x1 = place_x(s.x[i]), y1 = place_y(s.y[i]);
-      names.keep_clear(x1, y1);
-      if (s.line && i > 0 && is_shown(s, i - 1)) {
-        names.keep_clear(place_x(s.x[i - 1]), place_y(s.y[i - 1]), x1, y1);
-      }
+      const auto p = place(s, i);
+      if (!p) continue;
+      names.keep_clear(p->x(), p->y());
+      const auto before = s.line && i > 0 ? place(s, i - 1) : std::nullopt;
+      if (before) names.keep_clear(before->x(), before->y(), p->x(), p->y());
     }
   }
   for (const PlotSeries& s : plot.series) {
     for (std::size_t i = 0; i < s.names.size(); ++i) {
-      if (!is_shown(s, i)) continue;
-      draw_name(context, names, s.names[i], place_x(s.x[i]), place_y(s.y[i]));
+      if (const auto p = place(s, i)) draw_name(context, names, s.names[i], p->x(), p->y());
     }
   }
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <utility>
 
@@ -234,7 +233,7 @@ struct Studio::Impl {
   double ground = 0;  ///< height along up
   GroundLight ground_light{};
 
-  Image picture(const Camera& camera, const ProgressMonitor& monitor, PictureLayers* layers);
+  Image picture(const ProgressMonitor& monitor, PictureLayers* layers);
 
  private:
   Scene scene() const {
@@ -247,11 +246,9 @@ struct Studio::Impl {
             options.background,
             options.palette};
   }
-  int sky_count() const { return options.draft ? kDraftSkyLights : kSkyLights; }
   void take_depths(Light& light) const {
     light.depths = source->depths(light.view, 0, light.view.rows);
   }
-  void look_around(const std::function<void(const View&)>& report);
 };
 
 Studio::Studio(const Device& device, const RationalMap& map, const PictureOptions& options,
@@ -259,19 +256,17 @@ Studio::Studio(const Device& device, const RationalMap& map, const PictureOption
   options.validate();
   map.validate();
   const double fineness = fineness_of(options);
-  MarchedSet set{map,
-                 options.iterations,
-                 options.escape,
-                 part_left(map, options),
-                 options.precision,
-                 options.material,
-                 stop};
+  MarchedSet set{.map = map,
+                 .iterations = options.iterations,
+                 .escape = options.escape,
+                 .part = part_left(map, options),
+                 .precision = options.precision,
+                 .material = options.material,
+                 .stop = stop,
+                 .foretells = !options.draft,
+                 .keeps_loose = options.keep_loose};
   set.cells = static_cast<int>(set.cells * std::sqrt(fineness));
-  set.keeps_loose = options.keep_loose;
-  if (options.draft) {
-    set.foretells = false;
-    set.finest_cells = kDraftFinestCells;
-  }
+  if (options.draft) set.finest_cells = kDraftFinestCells;
   auto source = march_source(device, set);
   const Box framed = framed_box(map, options.box, *source);
   impl_ = std::make_unique<Impl>(Impl{device, options, std::move(source), framed, map.shape_to_map,
@@ -305,29 +300,12 @@ Image Studio::picture(const Camera& camera, const ProgressMonitor& monitor, Pict
   impl_->options.camera = camera;
   impl_->options.camera.up = camera.up.value_or(impl_->known_up);
   impl_->options.validate();
-  return impl_->picture(impl_->options.camera, monitor, layers);
+  return impl_->picture(monitor, layers);
 }
 
-/// What the sky and the ground need, at the first picture.
-void Studio::Impl::look_around(const std::function<void(const View&)>& report) {
-  if (up == options.camera.up) return;
-  // A stop may come in between.
-  up.reset();
-  const UpAxis wanted = *options.camera.up;
-  sky = sky_lights(wanted, source->bounds(), fineness, sky_count());
-  for (Light& light : sky) {
-    take_depths(light);
-    report(light.view);
-  }
-  ground = lowest(*source, direction(wanted), fineness);
-  ground_light =
-      options.ground ? picture::ground_light(device, scene(), sky, fineness) : GroundLight{};
-  up = wanted;
-}
-
-Image Studio::Impl::picture(const Camera& camera, const ProgressMonitor& monitor,
-                            PictureLayers* layers) {
+Image Studio::Impl::picture(const ProgressMonitor& monitor, PictureLayers* layers) {
   const auto start = std::chrono::steady_clock::now();
+  const Camera& camera = options.camera;
   source->stop_with(monitor.stop.stop_possible() ? monitor.stop : stop);
   const int samples = options.samples_per_axis;
   const View view =
@@ -337,10 +315,11 @@ Image Studio::Impl::picture(const Camera& camera, const ProgressMonitor& monitor
   const bool is_first = up != camera.up;
   double all = cost(view) + cost(with.key.view) + cost(with.rim.view);
   if (is_first) {
+    up.reset();  // a stop may come before all is there
+    sky = sky_lights(*camera.up, source->bounds(), fineness,
+                     options.draft ? kDraftSkyLights : kSkyLights);
     all += kGridCost;
-    for (const Light& light : sky_lights(*camera.up, source->bounds(), fineness, sky_count())) {
-      all += cost(light.view);
-    }
+    for (const Light& light : sky) all += cost(light.view);
   }
   double done = 0;
   const auto report = [&](double more) {
@@ -359,7 +338,16 @@ Image Studio::Impl::picture(const Camera& camera, const ProgressMonitor& monitor
   if (is_first) report(kGridCost);
   {
     const TraceStage stage(monitor.trace, "sky");
-    look_around([&](const View& seen) { report(cost(seen)); });
+    if (is_first) {
+      for (Light& light : sky) {
+        take_depths(light);
+        report(cost(light.view));
+      }
+      ground = lowest(*source, direction(*camera.up), fineness);
+      ground_light =
+          options.ground ? picture::ground_light(device, scene(), sky, fineness) : GroundLight{};
+      up = camera.up;
+    }
   }
   {
     const TraceStage stage(monitor.trace, "lamps");
@@ -380,13 +368,10 @@ Image Studio::Impl::picture(const Camera& camera, const ProgressMonitor& monitor
                        static_cast<std::size_t>(image.height));
   const int strip_rows = std::max(1, kStripSamples / (view.columns * samples));
   for (int row = 0; row < options.height; row += strip_rows) {
-    Strip strip;
-    strip.first_row = row;
-    strip.rows = std::min(strip_rows, options.height - row);
-    strip.samples = samples;
+    const int rows = std::min(strip_rows, options.height - row);
     const int from = std::max(0, row * samples - kHalo);
-    const int to = std::min(view.rows, (row + strip.rows) * samples + kHalo);
-    strip.halo = row * samples - from;
+    const int to = std::min(view.rows, (row + rows) * samples + kHalo);
+    Strip strip{.first_row = row, .rows = rows, .samples = samples, .halo = row * samples - from};
     {
       const TraceStage stage(monitor.trace, "rays");
       strip.depths = source->depths(view, from, to - from);

@@ -47,7 +47,7 @@ struct Strip {
   int samples = 1;
   int halo = 0;                 ///< rows of samples that `depths` holds above first_row
   std::vector<float> traits{};  ///< of the samples whose depths are, 0 … 1; empty: all are clay
-  std::vector<float> depths;    ///< whole rows of samples, from first_row · samples − halo on
+  std::vector<float> depths{};  ///< whole rows of samples, from first_row · samples − halo on
 };
 
 /// What a strip shows.

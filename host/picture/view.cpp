@@ -70,15 +70,13 @@ View View::coarse() const {
 
 std::vector<double> View::packed() const {
   std::vector<double> reals(QJ_VIEW_SIZE);
-  const auto put = [&](std::size_t first, const Vector3d& v) {
-    Eigen::Map<Vector3d>(reals.data() + first) = v;
-  };
-  put(QJ_VIEW_EYE, eye);
-  put(QJ_VIEW_EYE_DX, eye_dx);
-  put(QJ_VIEW_EYE_DY, eye_dy);
-  put(QJ_VIEW_DIR, dir);
-  put(QJ_VIEW_DIR_DX, dir_dx);
-  put(QJ_VIEW_DIR_DY, dir_dy);
+  Eigen::Map<Eigen::VectorXd> layout(reals.data(), QJ_VIEW_SIZE);
+  layout.segment<3>(QJ_VIEW_EYE) = eye;
+  layout.segment<3>(QJ_VIEW_EYE_DX) = eye_dx;
+  layout.segment<3>(QJ_VIEW_EYE_DY) = eye_dy;
+  layout.segment<3>(QJ_VIEW_DIR) = dir;
+  layout.segment<3>(QJ_VIEW_DIR_DX) = dir_dx;
+  layout.segment<3>(QJ_VIEW_DIR_DY) = dir_dy;
   return reals;
 }
 

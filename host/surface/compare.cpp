@@ -1,7 +1,5 @@
 #include "qjulia/compare.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -109,7 +107,7 @@ std::vector<bool> compare_volumes(const LevelSet& set, double level, const CubeS
 std::vector<Limb> limbs_of(const CubeSamples& samples, double longest_side) {
   std::vector<bool> in_mesh;
   for (const double distance : samples.distance) in_mesh.push_back(distance < 0);
-  return find_limbs(samples.grid, in_mesh, Eigen::Vector3d::Zero(), kShortestLimb * longest_side);
+  return find_limbs(samples.grid, in_mesh, kShortestLimb * longest_side);
 }
 
 bool holds(const std::optional<Box>& part, const Eigen::Vector3d& x) {
@@ -243,12 +241,10 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
         compare_volumes(level_set, map.surface_level, cube, monitor, metrics);
     if (options.limbs) {
       metrics.limbs = static_cast<int>(limbs.size());
-      metrics.limbs_kept = limbs_kept(limbs, cube.grid, in_set, Eigen::Vector3d::Zero());
+      metrics.limbs_kept = limbs_kept(limbs, cube.grid, in_set);
     }
-    SurfaceOptions surface;
-    surface.resolution = options.resolution;
-    surface.iterations = n;
-    surface.precision = options.precision;
+    const SurfaceOptions surface{
+        .resolution = options.resolution, .iterations = n, .precision = options.precision};
     MeshSink set;
     level_set_surface(device, map, stops, surface, set, quiet);
     compare_surfaces(device, set.mesh, sampled, options.box, mesh.box().diagonal(), monitor.stop,

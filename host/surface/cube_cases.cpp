@@ -7,13 +7,11 @@
 namespace qjulia::surface {
 namespace {
 
-constexpr std::array<std::pair<int, int>, 3> kOtherAxes{{{1, 2}, {0, 2}, {0, 1}}};
-
 std::array<CubeEdge, 12> make_edges() {
   std::array<CubeEdge, 12> edges{};
   std::size_t next = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    const auto [u, v] = kOtherAxes[static_cast<std::size_t>(axis)];
+    const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
     for (int b = 0; b < 4; ++b) {
       const int low = (b & 1) << u | (b >> 1) << v;
       edges[next++] = {axis, low, low | 1 << axis};

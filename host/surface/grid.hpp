@@ -52,8 +52,9 @@ inline Grid grid_around(const Box& box, double step, double margin) {
   return {box.low.array() - margin * step, step, (cells + 1).cast<int>().max(2)};
 }
 
-inline std::vector<std::int32_t> all_numbers(const GridBlock& block) {
-  std::vector<std::int32_t> numbers(block.size());
+/// 0 … count − 1.
+inline std::vector<std::int32_t> all_numbers(std::size_t count) {
+  std::vector<std::int32_t> numbers(count);
   std::iota(numbers.begin(), numbers.end(), 0);
   return numbers;
 }

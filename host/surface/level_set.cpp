@@ -1,8 +1,6 @@
 #include "surface/level_set.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <type_traits>
 #include <utility>
 
@@ -43,7 +41,7 @@ double LevelSet::certainly_outside_above(double level) const {
 
 std::vector<float> LevelSet::over(const Grid& grid, const GridBlock& block) const {
   std::vector<float> values(block.size());
-  at(grid, block, all_numbers(block), values);
+  at(grid, block, all_numbers(block.size()), values);
   return values;
 }
 
@@ -96,17 +94,12 @@ void LevelSet::clamped_at(const Grid& grid, const GridBlock& block,
     at(grid, block, numbers, values);
     return;
   }
-  const auto settle = [&](auto real) {
-    InterpolatedOrbits<decltype(real)> orbits(
-        map_, grid, block, std::min<double>(below_, clamp.level - clamp.below), clamp.level,
-        std::max<double>(above_, clamp.level + clamp.above));
-    std::vector<std::int32_t> others = orbits.settle(numbers, values);
-    counts_.nodes += orbits.nodes();
-    return others;
-  };
-  const auto others = precision() == Precision::dbl ? settle(double{}) : settle(float{});
-  counts_.settled += numbers.size() - others.size();
-  at(grid, block, others, values);
+  const Unsettled others = settle_by_interpolation(
+      map_, grid, block, std::min<double>(below_, clamp.level - clamp.below), clamp.level,
+      std::max<double>(above_, clamp.level + clamp.above), numbers, values);
+  counts_.nodes += others.nodes;
+  counts_.settled += numbers.size() - others.numbers.size();
+  at(grid, block, others.numbers, values);
 }
 
 std::vector<float> LevelSet::at(std::span<const Eigen::Vector3d> points) const {

@@ -54,7 +54,7 @@ class LevelSet {
 
   /// The same for use clamped: where F_n is farther than `reach` from `level` it may be any number
   /// that is, on the same side. Most points that one iterate or two decide are settled by
-  /// `InterpolatedOrbits`, at a fraction of the cost.
+  /// `settle_by_interpolation`, at a fraction of the cost.
   void clamped_at(const Grid& grid, const GridBlock& block, std::span<const std::int32_t> numbers,
                   const ClampRange& clamp, std::span<float> values) const;
 

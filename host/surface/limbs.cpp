@@ -13,7 +13,7 @@ namespace qjulia::surface {
 namespace {
 
 constexpr double kTip = 0.25;  ///< of a limb's length
-/// A limb's tip is so many times as far from the middle as the nearest point outside.
+/// A limb's tip is so many times as far from the origin as the nearest point outside.
 constexpr double kFarthestBody = 1.5;
 constexpr double kUnreached = std::numeric_limits<double>::infinity();
 
@@ -26,23 +26,22 @@ void for_neighbours(const Grid& grid, std::size_t number, const Take& take) {
   });
 }
 
-/// The point of this side that is nearest to `middle`, and how far it is.
+/// The point of this side that is nearest to the origin, and how far it is.
 std::pair<std::size_t, double> nearest(const Grid& grid, const std::vector<bool>& is_inside,
-                                       const Eigen::Vector3d& middle, bool side) {
+                                       bool side) {
   std::pair<std::size_t, double> best{0, kUnreached};
   for_points(grid.points, [&](std::size_t number, const Eigen::Vector3i& index) {
     if (is_inside[number] != side) return;
-    const double away = (grid.point(index) - middle).norm();
+    const double away = grid.point(index).norm();
     if (away < best.second) best = {number, away};
   });
   return best;
 }
 
-/// Shortest ways through the inside from the point nearest to the middle.
-std::vector<double> ways(const Grid& grid, const std::vector<bool>& is_inside,
-                         const Eigen::Vector3d& middle) {
+/// Shortest ways through the inside from the point nearest to the origin.
+std::vector<double> ways(const Grid& grid, const std::vector<bool>& is_inside) {
   std::vector<double> way(is_inside.size(), kUnreached);
-  const auto [start, away] = nearest(grid, is_inside, middle, true);
+  const auto [start, away] = nearest(grid, is_inside, true);
   if (away == kUnreached) return way;
   shorten_ways(way, {start}, [&](std::size_t from, const auto& take) {
     for_neighbours(grid, from, [&](std::size_t next, double steps) {
@@ -70,10 +69,9 @@ std::vector<std::size_t> beyond(const Grid& grid, const std::vector<double>& way
 
 }  // namespace
 
-std::vector<Limb> find_limbs(const Grid& grid, const std::vector<bool>& is_inside,
-                             const Eigen::Vector3d& middle, double least) {
-  const std::vector<double> way = ways(grid, is_inside, middle);
-  const double body = kFarthestBody * nearest(grid, is_inside, middle, false).second;
+std::vector<Limb> find_limbs(const Grid& grid, const std::vector<bool>& is_inside, double least) {
+  const std::vector<double> way = ways(grid, is_inside);
+  const double body = kFarthestBody * nearest(grid, is_inside, false).second;
   std::vector<std::uint32_t> order;
   for (std::uint32_t i = 0; i < way.size(); ++i) {
     if (way[i] != kUnreached) order.push_back(i);
@@ -106,9 +104,9 @@ std::vector<Limb> find_limbs(const Grid& grid, const std::vector<bool>& is_insid
   return limbs;
 }
 
-int limbs_kept(const std::vector<Limb>& limbs, const Grid& grid, const std::vector<bool>& is_inside,
-               const Eigen::Vector3d& middle) {
-  const std::vector<double> way = ways(grid, is_inside, middle);
+int limbs_kept(const std::vector<Limb>& limbs, const Grid& grid,
+               const std::vector<bool>& is_inside) {
+  const std::vector<double> way = ways(grid, is_inside);
   return static_cast<int>(std::ranges::count_if(limbs, [&](const Limb& limb) {
     return std::ranges::any_of(limb.tip, [&](std::size_t i) { return way[i] != kUnreached; });
   }));

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "qjulia/error.hpp"
+#include "qjulia/original_file.hpp"
 #include "surface/cube_cases.hpp"
 
 namespace qjulia::surface {
@@ -27,24 +28,13 @@ MarchingCubes::MarchingCubes(const Eigen::Vector3i& points, double level, double
   }
 }
 
-template <class F>
-void MarchingCubes::each_unknown(const Slice& slice, F f) const {
-  for (std::size_t y = 0; y < ny_; ++y) {
-    for (const PointRun& run : slice.slab->row(static_cast<int>(y))) {
-      if (run.side != Side::unknown) continue;
-      f(y * nx_ + static_cast<std::size_t>(run.begin),
-        static_cast<std::size_t>(run.end - run.begin));
-    }
-  }
-}
-
 void MarchingCubes::add(std::span<const float> slice, const Slab& slab) {
   std::swap(lower_, upper_);
   ++slices_;
   upper_.slab = &slab;
-  classify(slice, upper_);
+  classify(slice);
   part_.complete = next_vertex();
-  cross_slice(upper_);
+  cross_slice();
   if (slices_ == 1) return;
   cross_between();
   mesh_layer();
@@ -57,21 +47,20 @@ MeshPart MarchingCubes::take() {
   return std::exchange(part_, std::move(next));
 }
 
-void MarchingCubes::classify(std::span<const float> values, Slice& slice) const {
+void MarchingCubes::classify(std::span<const float> values) {
   for (std::size_t y = 0; y < ny_; ++y) {
-    for (const PointRun& run : slice.slab->row(static_cast<int>(y))) {
+    for (const PointRun& run : upper_.slab->row(static_cast<int>(y))) {
+      const std::size_t first = y * nx_ + static_cast<std::size_t>(run.begin);
       const std::size_t end = y * nx_ + static_cast<std::size_t>(run.end);
-      std::size_t i = y * nx_ + static_cast<std::size_t>(run.begin);
       if (run.side != Side::unknown) {
-        std::fill(slice.inside.begin() + static_cast<std::ptrdiff_t>(i),
-                  slice.inside.begin() + static_cast<std::ptrdiff_t>(end),
-                  static_cast<std::uint8_t>(run.side == Side::inside));
+        std::fill_n(&upper_.inside[first], end - first,
+                    static_cast<std::uint8_t>(run.side == Side::inside));
         continue;
       }
-      for (; i < end; ++i) {
-        slice.inside[i] = values[i] < level_ ? 1 : 0;
+      for (std::size_t i = first; i < end; ++i) {
+        upper_.inside[i] = values[i] < level_ ? 1 : 0;
         const float over = values[i] - level_;
-        slice.difference[i] = std::clamp(over > 0 ? flatten_ * over : over, -reach_, reach_);
+        upper_.difference[i] = std::clamp(over > 0 ? flatten_ * over : over, -reach_, reach_);
       }
     }
   }
@@ -92,25 +81,26 @@ std::uint32_t MarchingCubes::crossing(std::size_t index, int z, int axis, float 
   return number;
 }
 
-void MarchingCubes::cross_slice(Slice& slice) {
+void MarchingCubes::cross_slice() {
   const int z = slices_ - 1;
-  const auto& inside = slice.inside;
-  each_unknown(slice, [&](std::size_t first, std::size_t count) {
+  const auto& inside = upper_.inside;
+  const auto& difference = upper_.difference;
+  each_unknown(*upper_.slab, points_, [&](std::size_t first, std::size_t count) {
     const std::size_t y = first / nx_;
     const std::size_t row_end = (y + 1) * nx_;
     for (std::size_t i = first; i < first + count; ++i) {
       if (i + 1 < row_end && inside[i] != inside[i + 1]) {
-        slice.on_x[i] = crossing(i, z, 0, slice.difference[i], slice.difference[i + 1]);
+        upper_.on_x[i] = crossing(i, z, 0, difference[i], difference[i + 1]);
       }
       if (y + 1 < ny_ && inside[i] != inside[i + nx_]) {
-        slice.on_y[i] = crossing(i, z, 1, slice.difference[i], slice.difference[i + nx_]);
+        upper_.on_y[i] = crossing(i, z, 1, difference[i], difference[i + nx_]);
       }
     }
   });
 }
 
 void MarchingCubes::cross_between() {
-  each_unknown(lower_, [&](std::size_t first, std::size_t count) {
+  each_unknown(*lower_.slab, points_, [&](std::size_t first, std::size_t count) {
     for (std::size_t i = first; i < first + count; ++i) {
       if (lower_.inside[i] != upper_.inside[i]) {
         on_z_[i] = crossing(i, slices_ - 2, 2, lower_.difference[i], upper_.difference[i]);
@@ -120,7 +110,7 @@ void MarchingCubes::cross_between() {
 }
 
 void MarchingCubes::mesh_layer() {
-  each_unknown(lower_, [&](std::size_t first, std::size_t count) {
+  each_unknown(*lower_.slab, points_, [&](std::size_t first, std::size_t count) {
     const std::size_t y = first / nx_;
     if (y + 1 == ny_) return;
     // The four corners at one x: bits 0, 2, 4, 6 of a case.
@@ -139,8 +129,7 @@ void MarchingCubes::mesh_layer() {
   });
 }
 
-void MarchingCubes::mesh_cell(unsigned inside, std::size_t corner) {
-  const std::size_t i = corner;
+void MarchingCubes::mesh_cell(unsigned inside, std::size_t i) {
   // In the order of cube_edges().
   const std::array<const std::uint32_t*, 12> on_edge{
       &lower_.on_x[i], &lower_.on_x[i + nx_], &upper_.on_x[i], &upper_.on_x[i + nx_],
@@ -152,12 +141,7 @@ void MarchingCubes::mesh_cell(unsigned inside, std::size_t corner) {
                                  *on_edge[loop.triangles[t + 2]]});
     }
   }
-  count_open_edges(inside, corner);
-}
-
-void MarchingCubes::count_open_edges(unsigned inside, std::size_t corner) {
-  const Eigen::Vector3i cell(static_cast<int>(corner % nx_), static_cast<int>(corner / nx_),
-                             slices_ - 2);
+  const Eigen::Vector3i cell(static_cast<int>(i % nx_), static_cast<int>(i / nx_), slices_ - 2);
   for (int axis = 0; axis < 3; ++axis) {
     if (cell[axis] == 0) part_.open_edges += face_segments(inside, 2 * axis).size();
     if (cell[axis] == points_[axis] - 2) {
@@ -190,3 +174,36 @@ void MeshBuilder::add(const MeshPart& part) {
 }
 
 }  // namespace qjulia::surface
+
+namespace qjulia {
+
+TriangleMesh mesh_of(const SampledDistance& distance) {
+  surface::Grid grid;
+  grid.points = Eigen::Vector3i(distance.samples.data());
+  MeshSink sink;
+  surface::MarchingCubes cubes(grid.points, 0, std::numeric_limits<double>::infinity());
+  surface::MeshBuilder builder(grid, {}, sink);
+  const surface::Slab slab = surface::unclassified_slab(grid, grid.points.z());
+  std::vector<float> slice(surface::slices(grid, 0, 1).size());
+  auto next = distance.values.begin();
+  for (int k = 0; k < grid.points.z(); ++k) {
+    for (float& value : slice) value = static_cast<float>(*next++);
+    cubes.add(slice, slab);
+  }
+  const surface::MeshPart part = cubes.take();
+  if (part.open_edges > 0) {
+    throw InputError("the distance field's shape reaches its faces: it needs a margin");
+  }
+  if (part.triangles.empty()) {
+    throw InputError("the distance field has no inside: distances there must be negative");
+  }
+  builder.add(part);
+  // Samples are at the middles of cells, whose sides may differ.
+  const Eigen::Vector3d cell = distance.lengths.cwiseQuotient(grid.points.cast<double>());
+  const Eigen::Vector3d first = distance.center - 0.5 * distance.lengths + 0.5 * cell;
+  for (Eigen::Vector3d& x : sink.mesh.vertices) x = first + cell.cwiseProduct(x);
+  sink.mesh.normals.clear();
+  return std::move(sink.mesh);
+}
+
+}  // namespace qjulia

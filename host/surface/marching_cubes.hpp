@@ -2,7 +2,6 @@
 /// Marching cubes over slices that arrive one after the other, and the mesh they make.
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -68,15 +67,11 @@ class MarchingCubes {
     std::vector<std::uint32_t> on_x, on_y;
   };
 
-  /// Calls f(first point's index, count) for the runs of unknown side, rising.
-  template <class F>
-  void each_unknown(const Slice& slice, F f) const;
-  void classify(std::span<const float> values, Slice& slice) const;
-  void cross_slice(Slice& slice);
+  void classify(std::span<const float> values);
+  void cross_slice();
   void cross_between();
   void mesh_layer();
-  void mesh_cell(unsigned inside, std::size_t corner);
-  void count_open_edges(unsigned inside, std::size_t corner);
+  void mesh_cell(unsigned inside, std::size_t i);
   std::uint32_t crossing(std::size_t index, int z, int axis, float below, float above);
   std::uint32_t next_vertex() const {
     return part_.first + static_cast<std::uint32_t>(part_.vertices.size());

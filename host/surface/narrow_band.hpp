@@ -29,31 +29,25 @@ struct Slab {
   }
 };
 
+/// Calls f(first point's number in a slice, count) for the runs of unknown side, rising.
+/// @param points of the grid.
+template <class F>
+void each_unknown(const Slab& slab, const Eigen::Vector3i& points, const F& f) {
+  for (int y = 0; y < points.y(); ++y) {
+    for (const PointRun& run : slab.row(y)) {
+      if (run.side != Side::unknown) continue;
+      f(number_of({run.begin, y, 0}, points), static_cast<std::size_t>(run.end - run.begin));
+    }
+  }
+}
+
 /// `slices` slices whose sides are all unknown.
 Slab unclassified_slab(const Grid& grid, int slices);
 
 /// Halves blocks of points until bounds of F_1 put them on one side of the surface for certain. A
 /// block's bounds hold one step beyond its points too: no cell with a point of known side is
 /// crossed by the surface, so none of their field values is needed.
-class NarrowBand {
- public:
-  /// Slices that are classified together.
-  static constexpr int kSlices = 64;
-
-  NarrowBand(const LevelSet& set, const Grid& grid, double level);
-
-  /// The slabs of slices z … z + kSlices − 1, as far as the grid has them, rising z.
-  std::vector<Slab> slabs(int z) const;
-
- private:
-  struct Blocks;
-  void classify(Blocks& blocks, int z) const;
-  Slab slab_of(const Blocks& blocks, int block_z, int slices) const;
-
-  const LevelSet& set_;
-  Grid grid_;
-  double inside_below_, outside_above_;
-  double rounding_;  ///< of coordinates
-};
+/// @return the slabs of the 64 slices from z on, as far as the grid has them, rising z.
+std::vector<Slab> narrow_band(const LevelSet& set, const Grid& grid, double level, int z);
 
 }  // namespace qjulia::surface

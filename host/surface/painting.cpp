@@ -55,12 +55,15 @@ void for_cells(const Paint& paint, const Visit& visit) {
   });
 }
 
-/// The cell that holds a place; none beyond the grid.
-std::optional<std::size_t> cell_at(const Paint& paint, const Vector3d& x) {
+/// Adds a value to what the cell that holds `x` has gathered; not beyond the grid.
+void gather(const Paint& paint, const Vector3d& x, double value, double weight,
+            std::vector<Gathered>& gathered) {
   const Eigen::Array3d at = ((x - paint.origin) / paint.step).array().floor();
   const Eigen::Vector3i cells = cells_of(paint);
-  if (!(at >= 0).all() || !(at < cells.cast<double>().array()).all()) return std::nullopt;
-  return surface::number_of(at.cast<int>(), cells);
+  if (!(at >= 0).all() || !(at < cells.cast<double>().array()).all()) return;
+  Gathered& cell = gathered[surface::number_of(at.cast<int>(), cells)];
+  cell.sum += weight * value;
+  cell.weight += weight;
 }
 
 /// The means of what cells have gathered; from these on outwards, layer by layer, those of the
@@ -110,14 +113,11 @@ std::vector<double> of_mesh(const Paint& paint, const PaintedMesh& mesh, const S
       for (int j = 0; i + j < parts; ++j) {
         // The middle of a part, of those that stand upright.
         const double u = (i + 1.0 / 3) / parts, v = (j + 1.0 / 3) / parts;
-        const auto cell = cell_at(paint, corners[0] + u * ab + v * ac);
-        if (!cell) continue;
         const double share = (1 - u - v) * static_cast<double>(mesh.shares[a]) +
                              u * static_cast<double>(mesh.shares[b]) +
                              v * static_cast<double>(mesh.shares[c]);
-        const double weight = (area + 1e-12) / (parts * parts);
-        gathered[*cell].sum += weight * share;
-        gathered[*cell].weight += weight;
+        gather(paint, corners[0] + u * ab + v * ac, share, (area + 1e-12) / (parts * parts),
+               gathered);
       }
     }
   }
@@ -244,10 +244,7 @@ std::vector<double> of_thickness(const Device& device, const RationalMap& map, c
   const auto thickness = local_thickness(device, map, grid, shell / factor, monitor);
   std::vector<Gathered> gathered(paint.size());
   for (const auto& [x, radius] : thickness) {
-    const auto cell = cell_at(paint, x);
-    if (!cell) continue;
-    gathered[*cell].sum += std::min(1.0, factor * radius / shell);
-    gathered[*cell].weight += 1;
+    gather(paint, x, std::min(1.0, factor * radius / shell), 1, gathered);
   }
   return spread(paint, gathered);
 }
@@ -311,9 +308,6 @@ Paint painted(const Device& device, const RationalMap& map, const PaintOptions& 
   const Box box = to_map.to_map(*map.box);
   Paint paint = empty_paint(box);
   std::vector<double> shares(paint.size(), options.elsewhere);
-  const auto multiply = [&](const std::vector<double>& by) {
-    std::ranges::transform(shares, by, shares.begin(), std::multiplies<>());
-  };
   if (options.ramp) {
     const PaintRamp& ramp = *options.ramp;
     for_cells(paint, [&](std::size_t number, const Vector3d& x) {
@@ -322,7 +316,10 @@ Paint painted(const Device& device, const RationalMap& map, const PaintOptions& 
       shares[number] *= std::lerp(ramp.low, ramp.high, t);
     });
   }
-  if (options.mesh) multiply(of_mesh(paint, *options.mesh, to_map, monitor));
+  if (options.mesh) {
+    const auto by = of_mesh(paint, *options.mesh, to_map, monitor);
+    std::ranges::transform(shares, by, shares.begin(), std::multiplies<>());
+  }
   for_cells(paint, [&](std::size_t number, const Vector3d& x) {
     double& share = shares[number];
     const Vector3d at = to_map.to_shape(x);

@@ -4,7 +4,6 @@
 #include <bit>
 #include <iostream>
 #include <string>
-#include <vector>
 
 #include "base/output_file.hpp"
 #include "qjulia/error.hpp"

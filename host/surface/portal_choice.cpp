@@ -69,10 +69,8 @@ class EdgeDistances {
 /// The shape's own surface, map coordinates.
 TriangleMesh own_surface(const Device& device, const RationalMap& map,
                          const ProgressMonitor& monitor) {
-  SurfaceOptions options;
-  options.resolution = kCells;
-  options.iterations = 1;
-  TriangleMesh mesh = extract_surface(device, map, options, monitor);
+  TriangleMesh mesh =
+      extract_surface(device, map, {.resolution = kCells, .iterations = 1}, monitor);
   if (mesh.triangles.empty()) {
     throw InputError("the map's own shape is empty, so that no copy has a place to stand on");
   }

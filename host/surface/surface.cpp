@@ -6,12 +6,14 @@
 #include <chrono>
 #include <cmath>
 #include <deque>
+#include <functional>
 #include <future>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "base/range_check.hpp"
+#include "device/point_batch.hpp"
 #include "map/checks.hpp"
 #include "map/portals.hpp"
 #include "qjulia/field.hpp"
@@ -95,14 +97,11 @@ void refine(const LevelSet& set, double level, const Grid& grid, int halvings,
 /// Points of the slab whose sides are unknown, numbered in its slices, x fastest, then y.
 std::vector<std::int32_t> unknown_points(const Grid& grid, const Slab& slab) {
   std::vector<std::int32_t> numbers;
-  std::int32_t row = 0;
   for (int k = 0; k < slab.slices; ++k) {
-    for (int j = 0; j < grid.points[1]; ++j, row += grid.points[0]) {
-      for (const PointRun& run : slab.row(j)) {
-        if (run.side != Side::unknown) continue;
-        for (int i = run.begin; i < run.end; ++i) numbers.push_back(row + i);
-      }
-    }
+    const std::size_t before = slices(grid, 0, k).size();
+    each_unknown(slab, grid.points, [&](std::size_t first, std::size_t count) {
+      for (std::size_t i = 0; i < count; ++i) numbers.push_back(device::narrow(before + first + i));
+    });
   }
   return numbers;
 }
@@ -127,25 +126,21 @@ class Mesher {
     slabs_.push_back(slab);
     // The first slice of a slab is joined to the last one of the slab before.
     if (slabs_.size() > 2) slabs_.pop_front();
-    meshing_ = std::async(std::launch::async, [this] { mesh(); });
+    meshing_ = std::async(std::launch::async, [this] { return mesh(); });
     // Vertices are refined on the device, which serves one thread at a time.
     if (halvings_ > 0) wait();
   }
 
   /// Until all slabs are meshed.
   void wait() {
-    if (!meshing_.valid()) return;
-    meshing_.get();
-    counts_.vertices = builder_.vertices();
-    counts_.triangles = builder_.triangles();
-    counts_.open_edges = open_edges_;
+    if (meshing_.valid()) counts_ = meshing_.get();
   }
 
   /// Vertices, triangles and open edges of the slabs that were waited for.
   const SurfaceReport& counts() const { return counts_; }
 
  private:
-  void mesh() {
+  SurfaceReport mesh() {
     const Slab& slab = slabs_.back();
     const std::size_t slice = slices(grid_, 0, 1).size();
     for (int k = 0; k < slab.slices; ++k) {
@@ -155,6 +150,7 @@ class Mesher {
     refine(set_, level_, grid_, halvings_, part.vertices);
     builder_.add(part);
     open_edges_ += part.open_edges;
+    return {builder_.vertices(), builder_.triangles(), open_edges_};
   }
 
   const LevelSet& set_;
@@ -167,7 +163,7 @@ class Mesher {
   SurfaceReport counts_;
   std::vector<float> values_;
   std::deque<Slab> slabs_;
-  std::future<void> meshing_;  ///< last: it ends before what it works on
+  std::future<SurfaceReport> meshing_;  ///< last: it ends before what it works on
 };
 
 /// A slab whose values are being evaluated.
@@ -185,7 +181,6 @@ SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, const 
                              SurfaceSink& sink, const ProgressMonitor& monitor) {
   const double level = map.surface_level;
   const int slices = grid.points[2];
-  const NarrowBand band(set, grid, level);
   Mesher mesher(set, map, reach, grid, options.refine, sink);
   const auto evaluate = [&](const LevelSet& on, const Slab& slab, int z) {
     const GridBlock block = surface::slices(grid, z, slab.slices);
@@ -224,15 +219,13 @@ SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, const 
       const TraceStage stage(monitor.trace, "bound blocks");
       return options.dense
                  ? std::vector{unclassified_slab(grid, std::min(slices_at_once(grid), slices - z))}
-                 : band.slabs(z);
+                 : narrow_band(set, grid, level, z);
     }();
     for (const Slab& slab : slabs) {
       throw_if_stopped(monitor.stop);
       if (under_way.size() == at_once) mesh_first();
       const LevelSet& on = on_second ? second : set;
-      under_way.push_back({slab, std::async(std::launch::async, [&evaluate, &on, slab, z] {
-                             return evaluate(on, slab, z);
-                           })});
+      under_way.push_back({slab, std::async(std::launch::async, evaluate, std::cref(on), slab, z)});
       if (at_once > 1) on_second = !on_second;
       z += slab.slices;
     }

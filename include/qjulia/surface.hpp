@@ -13,12 +13,12 @@
 namespace qjulia {
 
 struct SurfaceOptions {
-  int resolution = 256;    ///< cells along the box's longest side, 2 … 8192
-  int iterations = 6;      ///< n; 1 is the fitted potential itself
-  std::optional<Box> box;  ///< shape units; by default the shape's box plus 5 %, grown until
-                           ///< nothing touches its faces
-  bool dense = false;      ///< iterate every point of the grid: the same mesh, slower
-  int refine = 0;          ///< halvings of each crossed edge about its vertex, by F_n; 0 … 20
+  int resolution = 256;      ///< cells along the box's longest side, 2 … 8192
+  int iterations = 6;        ///< n; 1 is the fitted potential itself
+  std::optional<Box> box{};  ///< shape units; by default the shape's box plus 5 %, grown until
+                             ///< nothing touches its faces
+  bool dense = false;        ///< iterate every point of the grid: the same mesh, slower
+  int refine = 0;            ///< halvings of each crossed edge about its vertex, by F_n; 0 … 20
   Precision precision = Precision::single;  ///< of the orbits; double where the device has it
   /// Radius beyond which orbits end, map units; by default where none returns from.
   std::optional<double> escape = std::nullopt;

@@ -67,7 +67,6 @@ struct Settled {
 };
 
 /// Settles a grid's points, and checks that they are where their orbits have them.
-template <class Real>
 Settled check_settled(const Device& device, Precision precision, const surface::Grid& grid,
                       const RationalMap& map, const Bounds& bounds) {
   const surface::GridBlock block = surface::slices(grid, 0, grid.points[2]);
@@ -76,15 +75,14 @@ Settled check_settled(const Device& device, Precision precision, const surface::
   const auto second = reference::field(map, points, 2, kStops.escape);
 
   const map::DeviceMap on_device(device, map, kStops, precision);
-  surface::InterpolatedOrbits<Real> orbits(on_device, grid, block, bounds.below, kLevel,
-                                           bounds.above);
   std::vector<std::int32_t> numbers(points.size());
   std::iota(numbers.begin(), numbers.end(), 0);
   std::vector<float> values(points.size(), NAN);
-  const auto others = orbits.settle(numbers, values);
+  const auto [others, nodes] = surface::settle_by_interpolation(
+      on_device, grid, block, bounds.below, kLevel, bounds.above, numbers, values);
 
   Settled settled;
-  settled.nodes = orbits.nodes();
+  settled.nodes = nodes;
   std::size_t missed = 0, wrong = 0, too_far = 0;
   for (const std::int32_t other : others) {
     if (!std::isnan(values[static_cast<std::size_t>(other)])) ++missed;
@@ -115,9 +113,9 @@ Settled check_settled(const Device& device, Precision precision, const surface::
 Settled check_settled(const Device& device, const surface::Grid& grid, const RationalMap& map,
                       const Bounds& bounds) {
   if (test::can_check(device, Precision::dbl)) {
-    check_settled<double>(device, Precision::dbl, grid, map, bounds);
+    check_settled(device, Precision::dbl, grid, map, bounds);
   }
-  return check_settled<float>(device, Precision::single, grid, map, bounds);
+  return check_settled(device, Precision::single, grid, map, bounds);
 }
 
 }  // namespace
@@ -171,7 +169,7 @@ TEST_CASE("points of a tiny grid are settled too") {
   RationalMap map = map_with_lines(fine_grid());
   map.factors.resize(8);
   const Settled settled =
-      check_settled<float>(test::shared_device(), Precision::single, grid, map, kBounds);
+      check_settled(test::shared_device(), Precision::single, grid, map, kBounds);
   CHECK(settled.by_image > 0);
 }
 
@@ -185,7 +183,7 @@ TEST_CASE("a versor that jumps half way between nodes is not taken for a smooth 
     for (std::size_t i = 0; i < map.factors.size(); i += 2) map.factors[i].center.z += 0.4;
     const Eigen::Vector3d end = grid.at(Eigen::Vector3d(125, row, 1.3));
     map.factors[0] = {{end.x(), end.y(), end.z(), map.slice}, -0.5};
-    by_image += check_settled<float>(device, Precision::single, grid, map, kBounds).by_image;
+    by_image += check_settled(device, Precision::single, grid, map, kBounds).by_image;
   }
   CHECK(by_image > 10 * points_of(grid, 0).size() / 25);
 }
@@ -196,13 +194,13 @@ TEST_CASE("points beyond the escape radius, few points and steep maps are left a
   RationalMap map = map_with_lines(grid);
   const auto settled = [&](const StopRadii& stops, std::size_t count) {
     const map::DeviceMap on_device(device, map, stops, Precision::single);
-    surface::InterpolatedOrbits<float> orbits(on_device, grid,
-                                              surface::slices(grid, 0, grid.points[2]),
-                                              kBounds.below, kLevel, kBounds.above);
     std::vector<std::int32_t> numbers(count);
     std::iota(numbers.begin(), numbers.end(), 0);
     std::vector<float> values(surface::GridBlock{{0, 0, 0}, grid.points}.size());
-    return count - orbits.settle(numbers, values).size();
+    const auto others =
+        surface::settle_by_interpolation(on_device, grid, surface::slices(grid, 0, grid.points[2]),
+                                         kBounds.below, kLevel, kBounds.above, numbers, values);
+    return count - others.numbers.size();
   };
   const std::size_t all = surface::GridBlock{{0, 0, 0}, grid.points}.size();
   CHECK(settled(kStops, all) > 0);

@@ -32,7 +32,7 @@ std::vector<bool> star(double left, double right, double up, double gap_at = 9) 
 }
 
 int limbs(const std::vector<bool>& is_inside) {
-  return static_cast<int>(find_limbs(kGrid, is_inside, Vector3d::Zero(), 0.3).size());
+  return static_cast<int>(find_limbs(kGrid, is_inside, 0.3).size());
 }
 
 }  // namespace
@@ -49,10 +49,10 @@ TEST_CASE("each arm of a star is a limb, and a ball has none") {
 
 TEST_CASE("limbs are kept where they reach nearly as far and hang on the body") {
   const auto whole = star(1.7, 1.7, 1.7);
-  const auto found = find_limbs(kGrid, whole, Vector3d::Zero(), 0.3);
+  const auto found = find_limbs(kGrid, whole, 0.3);
   REQUIRE(found.size() == 3);
   const auto kept = [&](const std::vector<bool>& is_inside) {
-    return limbs_kept(found, kGrid, is_inside, Vector3d::Zero());
+    return limbs_kept(found, kGrid, is_inside);
   };
   CHECK(kept(whole) == 3);
   CHECK(kept(star(1.6, 1.6, 1.6)) == 3);
