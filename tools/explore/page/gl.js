@@ -67,13 +67,12 @@ function finish(made) {
 /** Textures have units by their uniform's name. */
 const units = { factors: 0, grid: 1, points: 2, hints: 3, before: 4, depths: 5, traits: 6, picture: 7,
                 coefficients: 8, scratch: 9, paint: 10 };
-const samplers = [gl.SAMPLER_2D, gl.SAMPLER_3D, gl.INT_SAMPLER_2D, gl.INT_SAMPLER_3D];
 
 export function use(made, values) {
   if (!made.uniforms) finish(made);
   gl.useProgram(made.handle);
   for (const [name, { type, at }] of Object.entries(made.uniforms)) {
-    if (samplers.includes(type)) {
+    if (type === gl.SAMPLER_2D || type === gl.SAMPLER_3D) {
       gl.uniform1i(at, units[name]);
       continue;
     }
@@ -87,7 +86,6 @@ export function use(made, values) {
     else if (type === gl.FLOAT_MAT3) gl.uniformMatrix3fv(at, false, list);
     else if (type === gl.FLOAT_MAT4) gl.uniformMatrix4fv(at, false, list);
     else if (type === gl.UNSIGNED_INT) gl.uniform1ui(at, list[0]);
-    else if (type === gl.INT_VEC3) gl.uniform3iv(at, list);
     else gl.uniform1i(at, list[0]);
   }
 }

@@ -66,7 +66,7 @@ export function slopeAt(grid, level) {
 }
 
 /** @param most the grid's box holds the points where F_1 - L is less. */
-export async function makeGrid(slice, most, cells, isStale) {
+export async function makeGrid(slice, most, cells) {
   uploadFactors(map.factors);
   const uniforms = { ...uniformsOf(map), map_slice: slice, map_steeper: 0, paint_strength: 0 };
   let box = boxOfBand(uniforms, most);
@@ -86,12 +86,7 @@ export async function makeGrid(slice, most, cells, isStale) {
     drawTo(grid.handle, points[0], points[1], layer);
     use(layers, { ...uniforms, low, cell, layer });
     drawAll();
-    if (layer % 4 < 3) continue;
-    await drawn();
-    if (isStale()) {
-      gl.deleteTexture(grid.handle);
-      return null;
-    }
+    if (layer % 4 === 3) await drawn();
   }
   await drawn();
   return grid;

@@ -17,7 +17,7 @@ function paletteOf(name) {
 const shade = program("shade.glsl"), show = program("show.glsl"), trait = program("trait.glsl");
 
 /** For measurements: milliseconds of the last picture's parts. */
-export const figures = { levels: [], count: 0 };
+export const figures = {};
 
 let latest = 0;   // the newest picture that was asked for; older ones stop at their next draw
 let finest = null;  // the last whole march
@@ -63,19 +63,16 @@ export async function draw(options) {
   report(0);
   const first = drawCoarsest(options, start);
   coarsest = first.catch(() => {});
-  const drawing = await first;
-  if (!drawing || isStale()) return false;
-  const { scene, seen, view, middle } = drawing, divisors = [4, 2, 1], all = 1.33 + options.samples;
+  const { scene, seen, view, middle } = await first, all = 1.33 + options.samples;
+  if (isStale()) return false;
   let result = null, done = 0;
   report((done += 1 / 64) / all);
-  for (const divisor of divisors) {
-    const from = performance.now();
+  for (const divisor of [4, 2, 1]) {
     // Without hints: those of a coarser picture may lie behind a thin wall.
     result = await marchView(scene, view(divisor), seen, divisor, middle, null, isStale);
     if (!result) return false;
     paint(scene, result, middle, 1, options.isDark);
     await drawn();
-    figures.levels.push({ divisor, ms: performance.now() - from });
     report((done += 1 / divisor ** 2) / all);
   }
   finest = result;
@@ -88,7 +85,7 @@ export async function draw(options) {
     await drawn();
     report((done += 1) / all);
   }
-  Object.assign(figures, { restMs: performance.now() - start, longestWaitMs: waits.longest });
+  figures.longestWaitMs = waits.longest;
   return !isStale();
 }
 
@@ -96,20 +93,18 @@ let coarsest = Promise.resolve();  // the first picture that is being drawn
 
 /** The scene of the state, drawn with an eighth of the pixels a side. */
 async function drawCoarsest(options, start) {
-  const scene = await makeScene(knobsOf(), state.iterations, options.isMoving, () => false);
+  const scene = await makeScene(knobsOf(), state.iterations, options.isMoving);
   if (!isMeasured) measure(scene.uniforms);
   isMeasured = true;
-  Object.assign(figures, { sceneMs: performance.now() - start, fullMs: null, restMs: null, levels: [] });
+  figures.sceneMs = performance.now() - start;
   waits.longest = 0;
   const seen = seenBox(scene.map, state), size = [canvas.width, canvas.height], camera = { ...state };
-  const view = (divisor) => viewOf(camera, scene.map, scene.box, ...size, divisor), middle = [0, 0], from = performance.now();
+  const view = (divisor) => viewOf(camera, scene.map, scene.box, ...size, divisor), middle = [0, 0];
   const result = await marchView(scene, view(8), seen, 8, middle, null, () => false);
   paint(scene, result, middle, 1, options.isDark);
   await drawn();
-  const now = performance.now();
-  figures.levels.push({ divisor: 8, ms: now - from });
-  Object.assign(figures, { firstMs: now - start, count: figures.count + 1 });
-  return { scene, seen, view, middle, result };
+  figures.firstMs = performance.now() - start;
+  return { scene, seen, view, middle };
 }
 
 /** Depths along the rays of the last whole picture, row by row from the top, -1 where nothing is; and a pixel's

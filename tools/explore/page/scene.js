@@ -41,8 +41,8 @@ export function mapFile() {
   return JSON.stringify(m, null, 1) + "\n";
 }
 
-/** Null where isStale() says, meanwhile, that nobody waits for it. @param isMoving a coarse grid will do. */
-export async function makeScene(knobs, iterations, isMoving, isStale) {
+/** @param isMoving a coarse grid will do. */
+export async function makeScene(knobs, iterations, isMoving) {
   const cells = isMoving ? coarseCells : fineCells;
   const m = turnedMap(knobs), level = m.surface_level ?? 0, base = level - Math.log(knobs.scale);
   const tableKey = String(knobs.drift);
@@ -58,8 +58,7 @@ export async function makeScene(knobs, iterations, isMoving, isStale) {
   // Without tufts, so that they ask for no grid of their own.
   const needed = (Math.min(far, level + 6) - base) / m.steep;
   if (!grid || grid.slice !== knobs.slice || grid.most < needed || grid.cells < cells) {
-    const next = await makeGrid(knobs.slice, Math.max(2.5, 1.3 * needed), cells, isStale);
-    if (!next || isStale()) return null;
+    const next = await makeGrid(knobs.slice, Math.max(2.5, 1.3 * needed), cells);
     if (grid) gl.deleteTexture(grid.handle);
     grid = next;
   }
