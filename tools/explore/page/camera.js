@@ -1,10 +1,9 @@
 // The view of host/picture/view.cpp, in map coordinates; rows count upwards here.
 import { toMap } from "./map.js";
-import { across, inner, plus, times, unit } from "./vectors.js";
+import { across, axisOf, inner, plus, times, unit } from "./vectors.js";
 
 const shell = 1.06, fill = 0.96, fieldOfView = 30;
 const radians = Math.PI / 180;
-const axisOf = (name) => [0, 1, 2].map((i) => Number("xyz"[i] === name));
 /** A direction such as "-z": its axis, and the unit vector. */
 const directionOf = (name) => ({ axis: name.at(-1), vector: times(name.length > 1 ? -1 : 1, axisOf(name.at(-1))) });
 

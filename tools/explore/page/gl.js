@@ -1,5 +1,5 @@
 // WebGL 2: programs of the page's .glsl files, textures, waiting for what was drawn.
-import { canvas } from "./canvas.js";
+import { canvas } from "./dom.js";
 import { map, modulusKind, versorKind } from "./map.js";
 
 export const gl = canvas.getContext("webgl2", { antialias: false, alpha: false, preserveDrawingBuffer: true, powerPreference: "high-performance" });

@@ -1,5 +1,5 @@
 // A picture of the state, from coarse to fine, then with samples between the pixels' middles.
-import { canvas } from "./canvas.js";
+import { canvas } from "./dom.js";
 import { bind, drawAll, drawn, drawTo, gl, keptTexture, program, use, waits } from "./gl.js";
 import { viewOf } from "./camera.js";
 import { bindGrid } from "./grid.js";

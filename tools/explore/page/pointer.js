@@ -1,6 +1,6 @@
 // Mouse, touch, wheel and keyboard on the picture.
 import { cameraAxes } from "./camera.js";
-import { canvas } from "./canvas.js";
+import { canvas } from "./dom.js";
 import { change, redo, settle, state, undo } from "./state.js";
 import { surprise, toggleControls } from "./controls.js";
 import { plus } from "./vectors.js";

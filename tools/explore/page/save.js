@@ -1,6 +1,7 @@
 // Pictures and maps for the viewer to keep.
+import { root } from "./dom.js";
 
-const name = document.documentElement.dataset.map.replace(/^.*\//, "").replace(/(\.qjulia)?\.[^.]*$/, "") || "map";
+const name = root.dataset.map.replace(/^.*\//, "").replace(/(\.qjulia)?\.[^.]*$/, "") || "map";
 
 /** @param end of the file's name. */
 export function download(blob, end) {

@@ -1,5 +1,5 @@
 // The page of `qjulia explore`: the server's device draws, a picture a request, from coarse to fine.
-import { canvas } from "./canvas.js";
+import { canvas } from "./dom.js";
 import { queryOf } from "./command.js";
 import { offerFiles } from "./make.js";
 import { start } from "./page.js";

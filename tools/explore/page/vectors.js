@@ -9,6 +9,8 @@ export const across = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] *
 export const apply = (m, v) => m.map((row) => inner(row, v));
 export const transpose = (m) => m[0].map((_, i) => m.map((row) => row[i]));
 export const multiply = (m, n) => m.map((row) => transpose(n).map((column) => inner(row, column)));
+/** Along "x", "y" or "z". */
+export const axisOf = (name) => [0, 1, 2].map((i) => Number("xyz"[i] === name));
 export const identity = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
 
 /** The matrix of a turn about an axis, in degrees (Rodrigues). */
