@@ -67,6 +67,9 @@ function finish(made) {
 /** Textures have units by their uniform's name. */
 const units = { factors: 0, grid: 1, points: 2, hints: 3, before: 4, depths: 5, traits: 6, picture: 7,
                 coefficients: 8, scratch: 9, paint: 10 };
+/** What sets uniforms that are no matrices. */
+const setters = { [gl.FLOAT]: "uniform1fv", [gl.FLOAT_VEC2]: "uniform2fv", [gl.FLOAT_VEC3]: "uniform3fv", [gl.FLOAT_VEC4]: "uniform4fv",
+                  [gl.UNSIGNED_INT]: "uniform1uiv", [gl.INT]: "uniform1iv", [gl.BOOL]: "uniform1iv" };
 
 export function use(made, values) {
   if (!made.uniforms) finish(made);
@@ -79,14 +82,9 @@ export function use(made, values) {
     const value = values[name];
     if (value === undefined) throw new Error(`${made.file}: ${name} is not set`);
     const list = [value].flat(Infinity).map(Number);
-    if (type === gl.FLOAT) gl.uniform1fv(at, list);
-    else if (type === gl.FLOAT_VEC2) gl.uniform2fv(at, list);
-    else if (type === gl.FLOAT_VEC3) gl.uniform3fv(at, list);
-    else if (type === gl.FLOAT_VEC4) gl.uniform4fv(at, list);
-    else if (type === gl.FLOAT_MAT3) gl.uniformMatrix3fv(at, false, list);
+    if (type === gl.FLOAT_MAT3) gl.uniformMatrix3fv(at, false, list);
     else if (type === gl.FLOAT_MAT4) gl.uniformMatrix4fv(at, false, list);
-    else if (type === gl.UNSIGNED_INT) gl.uniform1ui(at, list[0]);
-    else gl.uniform1i(at, list[0]);
+    else gl[setters[type]](at, list);
   }
 }
 

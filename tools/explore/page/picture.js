@@ -22,6 +22,7 @@ export const figures = {};
 let latest = 0;   // the newest picture that was asked for; older ones stop at their next draw
 let finest = null;  // the last whole march
 let isMeasured = false;
+let coarsest = Promise.resolve();  // the first picture that is being drawn
 
 /** Colours of a march into the accumulated picture, of which they are this share; then all of it to the canvas. */
 function paint(scene, result, jitter, share, isDark) {
@@ -55,15 +56,15 @@ function paint(scene, result, jitter, share, isDark) {
  * @param options samples: between pixels' middles, after the first; isMoving: more changes are on their way, and a coarse grid will do;
  * isDark: the backdrop; report(share): how much is done. */
 export async function draw(options) {
+  const { samples, isDark, report } = options;
   const id = ++latest, start = performance.now(), isStale = () => id !== latest;
   // A first picture is never cut short: while something moves, these are what keeps up.
   await coarsest;
   if (isStale()) return false;
-  const report = options.report ?? (() => {});
   report(0);
   const first = drawCoarsest(options, start);
   coarsest = first.catch(() => {});
-  const { scene, seen, view, middle } = await first, all = 1.33 + options.samples;
+  const { scene, seen, view, middle } = await first, all = 1.33 + samples;
   if (isStale()) return false;
   let result = null, done = 0;
   report((done += 1 / 64) / all);
@@ -71,25 +72,23 @@ export async function draw(options) {
     // Without hints: those of a coarser picture may lie behind a thin wall.
     result = await marchView(scene, view(divisor), seen, divisor, middle, null, isStale);
     if (!result) return false;
-    paint(scene, result, middle, 1, options.isDark);
+    paint(scene, result, middle, 1, isDark);
     await drawn();
     report((done += 1 / divisor ** 2) / all);
   }
   finest = result;
   figures.fullMs = performance.now() - start;
-  for (let k = 1; k <= options.samples; ++k) {
+  for (let k = 1; k <= samples; ++k) {
     const jitter = [(k * 0.7548776662) % 1 - 0.5, (k * 0.5698402910) % 1 - 0.5];
     const sample = await marchView(scene, view(1), seen, "sample", jitter, result, isStale);
     if (!sample) return false;
-    paint(scene, sample, jitter, 1 / (k + 1), options.isDark);
+    paint(scene, sample, jitter, 1 / (k + 1), isDark);
     await drawn();
     report((done += 1) / all);
   }
   figures.longestWaitMs = waits.longest;
   return !isStale();
 }
-
-let coarsest = Promise.resolve();  // the first picture that is being drawn
 
 /** The scene of the state, drawn with an eighth of the pixels a side. */
 async function drawCoarsest(options, start) {

@@ -46,7 +46,7 @@ async function drawServed(options) {
     const first = drawStage(all[0], () => false, begin, {});
     draft = first.catch(() => {});
     if (!await first || isStale()) return false;
-    const report = (share) => { if (!isStale()) options.report?.(share); };
+    const report = (share) => { if (!isStale()) options.report(share); };
     for (const stage of all.slice(1)) {
       if (!await drawStage(stage, isStale, begin, { signal, report })) return false;
     }
