@@ -1,45 +1,34 @@
 #include "explore/live_fit.hpp"
 
 namespace qjulia::explore {
-namespace {
-
-nlohmann::json to_json(const StageReport& stage) {
-  return {{"name", stage.name}, {"evaluations", stage.evaluations}, {"energy", stage.energy_after},
-          {"iou", stage.iou},   {"iterations", stage.iterations},   {"seconds", stage.seconds}};
-}
-
-}  // namespace
 
 void LiveFit::run(const Device& device, const std::stop_token& end,
                   const std::function<void(const RationalMap&)>& take,
                   const std::function<void()>& pause) {
   const std::stop_callback at_end(end, [this] { stop(); });
+  const auto keep = [&](const auto& change) {
+    {
+      const std::lock_guard lock(mutex_);
+      change();
+    }
+    pause();
+  };
   ProgressMonitor monitor;
   monitor.stop = stop_.get_token();
   monitor.on_progress = [&](const Progress& progress) {
-    {
-      const std::lock_guard lock(mutex_);
-      progress_ = progress;
-    }
     if (task_.on_progress) task_.on_progress(progress);
-    pause();
+    keep([&] { progress_ = progress; });
   };
   FitOptions options = task_.options;
   options.observer.on_evaluation = [&](double energy) {
-    {
-      const std::lock_guard lock(mutex_);
-      energies_.back().push_back(energy);
-    }
-    pause();
+    keep([&] { energies_.back().push_back(energy); });
   };
   options.observer.on_stage = [&](const StageReport& stage, const RationalMap& map) {
     take(map);
-    {
-      const std::lock_guard lock(mutex_);
-      stages_.push_back(stage);
+    keep([&] {
+      stages_.push_back({{"name", stage.name}, {"iou", stage.iou}});
       energies_.emplace_back();
-    }
-    pause();
+    });
   };
   FitResult result = fit(device, task_.mesh, options, monitor);
   throw_if_stopped(end);
@@ -50,14 +39,12 @@ void LiveFit::run(const Device& device, const std::stop_token& end,
 
 std::string LiveFit::json() const {
   const std::lock_guard lock(mutex_);
-  nlohmann::json stages = nlohmann::json::array();
-  for (const StageReport& stage : stages_) stages.push_back(to_json(stage));
   return nlohmann::json{{"state", is_done_ ? "done" : "runs"},
                         {"activity", progress_.activity},
                         {"detail", progress_.detail},
                         {"fraction", progress_.fraction},
                         {"seconds_left", progress_.seconds_left},
-                        {"stages", stages},
+                        {"stages", stages_},
                         {"energies", energies_}}
       .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }

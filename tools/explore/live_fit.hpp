@@ -39,7 +39,7 @@ class LiveFit {
   /// Ends it with what was reached. From any thread, as what follows.
   void stop() { stop_.request_stop(); }
   /// How it stands: `state` ("runs", "done"), `activity`, `detail`, `fraction`, `seconds_left`,
-  /// `stages`, and `energies`, a list for each stage.
+  /// `stages`, each with `name` and `iou`, and `energies`, a list for each stage.
   std::string json() const;
 
  private:
@@ -48,7 +48,7 @@ class LiveFit {
   mutable std::mutex mutex_;
   bool is_done_ = false;
   Progress progress_{};
-  std::vector<StageReport> stages_;
+  nlohmann::json stages_ = nlohmann::json::array();
   std::vector<std::vector<double>> energies_{{}};
 };
 

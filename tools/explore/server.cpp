@@ -6,7 +6,9 @@
 #include <chrono>
 #include <condition_variable>
 #include <exception>
+#include <functional>
 #include <mutex>
+#include <numeric>
 #include <optional>
 #include <random>
 #include <thread>
@@ -43,13 +45,8 @@ std::string random_token() {
 
 /// In a time that does not tell where they differ.
 bool are_equal(const std::string& a, const std::string& b) {
-  if (a.size() != b.size()) return false;
-  unsigned difference = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    difference |=
-        static_cast<unsigned char>(a[i]) ^ static_cast<unsigned>(static_cast<unsigned char>(b[i]));
-  }
-  return difference == 0;
+  return a.size() == b.size() && std::inner_product(a.begin(), a.end(), b.begin(), 0,
+                                                    std::bit_or<>(), std::bit_xor<>()) == 0;
 }
 
 void refuse(httplib::Response& response, int status, const std::string& text) {
@@ -65,7 +62,7 @@ void ServerOptions::validate() const {
 }
 
 struct Server::Impl {
-  using Work = std::function<std::string(Job&)>;
+  using Work = Job::Work;
 
   Impl(const Device& device, std::optional<FitTask> task, const std::string& named,
        const ServerOptions& options)
@@ -147,9 +144,8 @@ struct Server::Impl {
     }
     // Of which a request may name a thousand, each answered with the whole page.
     if (!request.ranges.empty()) return refused(416, "answers are whole; ask without a range");
-    const bool is_page = request.path == "/";
-    const std::string given =
-        is_page ? request.get_param_value("token") : request.get_header_value(kTokenHeader);
+    const std::string given = request.path == "/" ? request.get_param_value("token")
+                                                  : request.get_header_value(kTokenHeader);
     if (!are_equal(given, token)) {
       return refused(403, "open the address that 'qjulia explore' printed: it has the token");
     }
