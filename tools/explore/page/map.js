@@ -1,8 +1,9 @@
 // The map of the page, and its knobs: host/map/knobs.cpp and detail.cpp. A map file's own names.
 import { apply, boxAround, identity, imageOfBox, length, multiply, plus, times, transpose, turnAbout } from "./vectors.js";
+import { byId } from "./dom.js";
 import { shuffled } from "./random.js";
 
-export const map = JSON.parse(document.getElementById("qjulia-map").textContent);
+export const map = JSON.parse(byId("qjulia-map").textContent);
 
 const kinds = { rational: ["factors", "factors"], quadratic: ["quadratic", "quadratic"] }[map.kind] ?? map.kind.split("/");
 export const [modulusKind, versorKind] = kinds;

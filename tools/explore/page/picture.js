@@ -5,9 +5,8 @@ import { viewOf } from "./camera.js";
 import { bindGrid } from "./grid.js";
 import { marchView, measure } from "./march.js";
 import { makeScene, seenBox } from "./scene.js";
-import { knobsOf, state } from "./state.js";
+import { knobsOf, palettes, state } from "./state.js";
 
-const palettes = JSON.parse(document.getElementById("palettes").textContent);
 /** The uniforms of shade.glsl: the colours of clay, and those that traits go through. */
 function paletteOf(name) {
   const { clay, stops } = palettes[name], all = Array.from({ length: 8 }, (_, i) => stops[Math.min(i, stops.length - 1)]);

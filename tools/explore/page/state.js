@@ -1,6 +1,10 @@
 // What the controls say: one flat object, which the address holds too. A link is a shape.
 import { anglesOf, bears, map, mostDetail, phaseOf } from "./map.js";
+import { byId } from "./dom.js";
 import { axisOf } from "./vectors.js";
+
+/** Colours by the palettes' names, the default's first. */
+export const palettes = JSON.parse(byId("palettes").textContent);
 
 const usualPhase = map.phase ?? [1, 0, 0, 0], usualAngles = anglesOf(usualPhase);
 
@@ -20,7 +24,7 @@ const whole = ["iterations", "order"];
 const standing = ["x", "y", "z", "-x", "-y", "-z"], ownUp = map.up ?? "y";
 /** Every word: the usual first. */
 export const words = { axis: ["x", "y", "z"], up: [ownUp, ...standing.filter((up) => up !== ownUp)], material: ["clay", "iterations", "trap"],
-                       palette: Object.keys(JSON.parse(document.getElementById("palettes").textContent)) };
+                       palette: Object.keys(palettes) };
 
 export const usual = Object.fromEntries([
   ...Object.entries(ranges).map(([name, range]) => [name, range[0]]),
