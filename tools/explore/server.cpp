@@ -8,10 +8,12 @@
 #include <exception>
 #include <functional>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
 #include <random>
 #include <thread>
+#include <vector>
 
 #include "explore/maker.hpp"
 #include "explore/page.hpp"
@@ -64,12 +66,12 @@ void ServerOptions::validate() const {
 struct Server::Impl {
   using Work = Job::Work;
 
-  Impl(const Device& device, std::optional<FitTask> task, const std::string& named,
+  Impl(const Device& device, std::optional<FitTask> fit_task, const std::string& named,
        const ServerOptions& options)
       : host(options.host),
         file(named),
-        live(task ? std::optional<LiveFit>(std::in_place, std::move(*task)) : std::nullopt),
-        painter(device, live ? &live->task().mesh : nullptr, options.keep_loose) {
+        task(std::move(fit_task)),
+        painter(device, task ? &task->mesh : nullptr, options.keep_loose) {
     http.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
     http.set_payload_max_length(kLongestBody);
     http.set_read_timeout(kReadLimit);
@@ -99,16 +101,9 @@ struct Server::Impl {
 
   void begin_fit() {
     page = fitting_page(file);
-    live->task().on_end = [this, theirs = live->task().on_end](FitResult& result) {
-      if (theirs) theirs(result);
-      show(result.map);
-    };
     worker.ask(kOwn, Job::Length::many_pictures, [this](Job& /*job*/) {
       try {
-        live->run(
-            painter.device(), ending.get_token(),
-            [this](const RationalMap& map) { painter.show(map); },
-            [this] { worker.draw_waiting(); });
+        run_fit();
       } catch (...) {
         const std::lock_guard lock(mutex);
         failed = std::current_exception();
@@ -116,6 +111,55 @@ struct Server::Impl {
       }
       return std::string();
     });
+  }
+
+  /// The worker's work, in which pictures come between. What was reached is lost where the server
+  /// ends.
+  void run_fit() {
+    const std::stop_callback at_end(ending.get_token(), [this] { fit_stop.request_stop(); });
+    const auto keep = [this](const auto& change) {
+      {
+        const std::lock_guard lock(mutex);
+        change();
+      }
+      worker.draw_waiting();
+    };
+    ProgressMonitor monitor;
+    monitor.stop = fit_stop.get_token();
+    monitor.on_progress = [&](const Progress& progress) {
+      if (task->on_progress) task->on_progress(progress);
+      keep([&] { fit_progress = progress; });
+    };
+    FitOptions options = task->options;
+    options.observer.on_evaluation = [&](double energy) {
+      keep([&] { energies.back().push_back(energy); });
+    };
+    options.observer.on_stage = [&](const StageReport& stage, const RationalMap& map) {
+      painter.show(map);
+      keep([&] {
+        stages.push_back({{"name", stage.name}, {"iou", stage.iou}});
+        energies.emplace_back();
+      });
+    };
+    FitResult result = fit(painter.device(), task->mesh, options, monitor);
+    throw_if_stopped(ending.get_token());
+    if (task->on_end) task->on_end(result);
+    show(result.map);
+    const std::lock_guard lock(mutex);
+    is_fitted = true;
+  }
+
+  /// How the fit stands, for its page.
+  std::string fit_json() {
+    const std::lock_guard lock(mutex);
+    return nlohmann::json{{"state", is_fitted ? "done" : "runs"},
+                          {"activity", fit_progress.activity},
+                          {"detail", fit_progress.detail},
+                          {"fraction", fit_progress.fraction},
+                          {"seconds_left", fit_progress.seconds_left},
+                          {"stages", stages},
+                          {"energies", energies}}
+        .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   }
 
   /// Whether the request may be answered; if not, it is refused.
@@ -240,12 +284,12 @@ struct Server::Impl {
         };
       });
     });
-    if (!live) return;
+    if (!task) return;
     http.Get("/fit", [this](const auto&, auto& response) {
-      response.set_content(live->json(), "application/json");
+      response.set_content(fit_json(), "application/json");
     });
     http.Post(kStop, [this](const auto&, auto& response) {
-      live->stop();
+      fit_stop.request_stop();
       response.set_content("{}", "application/json");
     });
   }
@@ -254,10 +298,15 @@ struct Server::Impl {
   int port = 0;
   std::string token = random_token();
   std::stop_source ending;
-  std::optional<LiveFit> live;
-  std::mutex mutex;
-  std::string page;           // under the mutex
-  std::exception_ptr failed;  // the fit; under the mutex
+  std::optional<FitTask> task;
+  std::stop_source fit_stop;  // keeps what was reached
+  std::mutex mutex;           // of what follows
+  std::string page;
+  std::exception_ptr failed;  // the fit
+  bool is_fitted = false;
+  Progress fit_progress;
+  nlohmann::json stages = nlohmann::json::array();
+  std::vector<std::vector<double>> energies{{}};  // of each stage
   std::condition_variable_any changed;
   Painter painter;  // the worker's
   Worker worker;
