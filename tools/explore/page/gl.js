@@ -1,5 +1,5 @@
 // WebGL 2: programs of the page's .glsl files, textures, waiting for what was drawn.
-import { canvas } from "./dom.js";
+import { byId, canvas } from "./dom.js";
 import { map, modulusKind, versorKind } from "./map.js";
 
 export const gl = canvas.getContext("webgl2", { antialias: false, alpha: false, preserveDrawingBuffer: true, powerPreference: "high-performance" });
@@ -29,7 +29,7 @@ function source(name, included = new Set()) {
   const file = files[name] ?? name;
   if (included.has(file)) return "";
   included.add(file);
-  const text = document.getElementById(file).textContent;
+  const text = byId(file).textContent;
   return text.replace(/^#include (.*)$/gm, (_, other) => source(other, included));
 }
 
@@ -156,9 +156,9 @@ export async function anyPassed(query) {
 
 // ---- the map's factors ----
 export const factorsAreIn = isBlock ? "block" : "texture";
-const block = isBlock ? gl.createBuffer() : null;
-const factorTexture = isBlock ? null : texture(gl.RGBA32F, [256, Math.ceil(5 * Math.max(groups, 1) / 256)]);
-const packed = new Float32Array(4 * (isBlock ? 5 * Math.max(groups, 1) : 256 * Math.ceil(5 * Math.max(groups, 1) / 256)));
+const factorRows = Math.ceil(5 * Math.max(groups, 1) / 256);  // of a texture; a block gets as much
+const factorsAt = isBlock ? gl.createBuffer() : texture(gl.RGBA32F, [256, factorRows]);
+const packed = new Float32Array(1024 * factorRows);
 
 /** Hands a map's factors to all programs. */
 export function uploadFactors(factors = []) {
@@ -168,10 +168,10 @@ export function uploadFactors(factors = []) {
     packed.set(f.center, 4 * groups + 4 * k);
   });
   if (isBlock) {
-    gl.bindBufferBase(gl.UNIFORM_BUFFER, 0, block);
+    gl.bindBufferBase(gl.UNIFORM_BUFFER, 0, factorsAt);
     gl.bufferData(gl.UNIFORM_BUFFER, packed, gl.DYNAMIC_DRAW);
   } else {
-    bind("factors", gl.TEXTURE_2D, factorTexture);
-    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 256, packed.length / 1024, gl.RGBA, gl.FLOAT, packed);
+    bind("factors", gl.TEXTURE_2D, factorsAt);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 256, factorRows, gl.RGBA, gl.FLOAT, packed);
   }
 }
