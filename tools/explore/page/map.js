@@ -88,9 +88,9 @@ function rotate(result) {
 
 function move(result, offset) {
   for (const factor of result.factors ?? []) factor.center = plus(factor.center, [...offset, 0]);
-  if (result.distance) result.distance.origin = plus(result.distance.origin, offset);
-  if (result.noise) result.noise.origin = plus(result.noise.origin, offset);
-  if (result.paint) result.paint.origin = plus(result.paint.origin, offset);
+  for (const part of [result.distance, result.noise, result.paint]) {
+    if (part) part.origin = plus(part.origin, offset);
+  }
   for (const portal of result.portals ?? []) {
     portal.center = plus(portal.center, offset);
     portal.destination = plus(portal.destination ?? [0, 0, 0], offset);

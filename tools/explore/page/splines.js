@@ -42,17 +42,16 @@ export async function uploadDistances() {
   const bytes = await inflated(map.distance.data), cells = map.distance.cells.map((n) => n / 4);
   const coarse = cells[0] * cells[1] * cells[2], mask = 2 * coarse, begin = mask + Math.ceil(coarse / 8);
   let all = Float32Array.from(numbersIn(bytes.subarray(0, mask)), (n) => n / 64);
-  const blocks = [];
-  for (let i = 0; i < coarse; ++i) if (bytes[mask + (i >> 3)] >> (i & 7) & 1) blocks.push(i);
   const corrections = numbersIn(bytes.subarray(begin)), size = [...cells];
   for (const axis of [0, 1, 2, 0, 1, 2]) all = halved(all, size, axis);
-  blocks.forEach((block, b) => {
+  for (let block = 0, next = 0; block < coarse; ++block) {
+    if (!(bytes[mask + (block >> 3)] >> (block & 7) & 1)) continue;
     const at = [block % cells[0], Math.floor(block / cells[0]) % cells[1], Math.floor(block / cells[0] / cells[1])];
     for (let i = 0; i < 64; ++i) {
       const [x, y, z] = [4 * at[0] + (i & 3), 4 * at[1] + (i >> 2 & 3), 4 * at[2] + (i >> 4)];
-      all[(z * size[1] + y) * size[0] + x] += corrections[64 * b + i] / 256;
+      all[(z * size[1] + y) * size[0] + x] += corrections[next++] / 256;
     }
-  });
+  }
   if (Math.max(...size) > gl.getParameter(gl.MAX_3D_TEXTURE_SIZE)) {
     throw new Error(`this browser's graphics cannot hold a grid of ${size.join(" x ")} cells`);
   }
