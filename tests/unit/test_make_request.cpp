@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "explore/cut_mesh.hpp"
+#include "explore/maker.hpp"
 #include "explore/request.hpp"
 #include "qjulia/error.hpp"
 

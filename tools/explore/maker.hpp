@@ -5,10 +5,15 @@
 
 #include "explore/request.hpp"
 #include "qjulia/device.hpp"
+#include "qjulia/mesh.hpp"
 #include "qjulia/progress.hpp"
 #include "qjulia/rational_map.hpp"
 
 namespace qjulia::explore {
+
+/// What of the mesh lies below the plane at `most` across an axis (0, 1, 2): triangles that the
+/// plane crosses are cut along it, and edges on it are left open. Normals go along.
+TriangleMesh cut_away(const TriangleMesh& mesh, int axis, double most);
 
 /// The bytes of the file, as `qjulia surface` or `render --turntable` would make it.
 /// @param monitor is told, at last, what the file holds. @throws InputError, Error where the set is

@@ -2,14 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include "base/base64.hpp"
 #include "base/sha256.hpp"
+#include "base/text.hpp"
 #include "explore/embedded_page.hpp"
 #include "qjulia/colors.hpp"
 #include "qjulia/map_file.hpp"
@@ -21,15 +22,11 @@ namespace {
 
 std::string_view file_of_page(std::string_view name) { return embedded_page().find(name)->second; }
 
-/// Calls `take` with each line, without what it is indented by.
-template <class Take>
-void for_lines(std::string_view text, const Take& take) {
-  while (!text.empty()) {
-    const auto end = std::min(text.find('\n'), text.size());
-    const auto first = std::min(text.find_first_not_of(' '), end);
-    take(text.substr(first, end - first));
-    text.remove_prefix(std::min(end + 1, text.size()));
-  }
+/// Lines without what they are indented by.
+std::vector<std::string> lines_of(std::string_view text) {
+  std::vector<std::string> lines = base::split(text, '\n');
+  for (std::string& line : lines) line.erase(0, line.find_first_not_of(' '));
+  return lines;
 }
 
 bool is_comment(std::string_view line) {
@@ -37,38 +34,20 @@ bool is_comment(std::string_view line) {
          line.starts_with("* ");
 }
 
-/// What a line of a module imports: "map.js"; empty where it imports nothing.
-std::string_view imported(std::string_view line) {
-  constexpr std::string_view kFrom = "from \"./";
-  const auto from = line.find(kFrom);
-  if (!line.starts_with("import ") || from == std::string_view::npos) return {};
-  line.remove_prefix(from + kFrom.size());
-  return line.substr(0, line.find('"'));
-}
-
-/// A module after all that it imports, each once: as one module, which needs no server. Names at
-/// the top of modules differ.
-void add_module(std::string_view name, std::set<std::string_view>& added, std::string& script) {
+/// A module after all that it imports, each once: as one module, which needs no server. Imports, a
+/// line each, stand at the top of modules; names there differ.
+void add_module(const std::string& name, std::set<std::string>& added, std::string& script) {
+  constexpr std::string_view kFrom = "from \"./", kExport = "export ";
   if (!added.insert(name).second) return;
-  const std::string_view text = file_of_page(name);
-  for_lines(text, [&](std::string_view line) {
-    if (const auto other = imported(line); !other.empty()) add_module(other, added, script);
-  });
-  for_lines(text, [&](std::string_view line) {
-    constexpr std::string_view kExport = "export ";
-    if (is_comment(line) || line.starts_with("import ")) return;
-    if (line.starts_with(kExport)) line.remove_prefix(kExport.size());
-    script += line;
-    script += '\n';
-  });
-}
-
-/// @param entry the module that imports the others.
-std::string script_of_page(std::string_view entry) {
-  std::set<std::string_view> added;
-  std::string script;
-  add_module(entry, added, script);
-  return script;
+  for (const std::string& line : lines_of(file_of_page(name))) {
+    if (is_comment(line)) continue;
+    if (line.starts_with("import ")) {
+      const std::string file = line.substr(line.find(kFrom) + kFrom.size());
+      add_module(file.substr(0, file.find('"')), added, script);
+    } else {
+      script += line.substr(line.starts_with(kExport) ? kExport.size() : 0) + '\n';
+    }
+  }
 }
 
 template <class Kinds>
@@ -95,9 +74,9 @@ std::string shaders_of_page(const RationalMap& map) {
   for (const auto& [file, source] : embedded_page()) {
     if (!is_needed(map, file)) continue;
     text += fmt::format("<script type=\"x-shader\" id=\"{}\">\n", file);
-    for_lines(source, [&](std::string_view line) {
-      if (!is_comment(line)) text += fmt::format("{}\n", line);
-    });
+    for (const std::string& line : lines_of(source)) {
+      if (!is_comment(line)) text += line + '\n';
+    }
     text += "</script>\n";
   }
   return text;
@@ -134,7 +113,7 @@ constexpr std::string_view kByBrowser = "webgl";
 /// What pages differ in.
 struct PageKind {
   std::string_view markup;
-  std::string_view entry;
+  std::string entry;             ///< the module that imports the others
   std::string_view renderer;     ///< what the root element says of it
   std::string_view connections;  ///< of the policy
 };
@@ -142,8 +121,10 @@ struct PageKind {
 /// @param map none where the page has none; its shaders go into a page that draws by itself.
 std::string page_of(const PageKind& kind, const RationalMap* map, const std::string& file) {
   std::string style;
-  for_lines(file_of_page("style.css"), [&](std::string_view line) { style += line; });
-  const std::string script = script_of_page(kind.entry);
+  for (const std::string& line : lines_of(file_of_page("style.css"))) style += line;
+  std::set<std::string> added;
+  std::string script;
+  add_module(kind.entry, added, script);
   const std::map<std::string_view, std::string> parts = {
       {"title", html::escaped(file.substr(file.find_last_of('/') + 1))},
       {"file", html::escaped(file)},

@@ -6,10 +6,14 @@
 #include <chrono>
 #include <condition_variable>
 #include <exception>
+#include <functional>
 #include <mutex>
+#include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 #include <random>
 #include <thread>
+#include <vector>
 
 #include "explore/maker.hpp"
 #include "explore/page.hpp"
@@ -43,13 +47,8 @@ std::string random_token() {
 
 /// In a time that does not tell where they differ.
 bool are_equal(const std::string& a, const std::string& b) {
-  if (a.size() != b.size()) return false;
-  unsigned difference = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    difference |=
-        static_cast<unsigned char>(a[i]) ^ static_cast<unsigned>(static_cast<unsigned char>(b[i]));
-  }
-  return difference == 0;
+  return a.size() == b.size() && std::inner_product(a.begin(), a.end(), b.begin(), 0,
+                                                    std::bit_or<>(), std::bit_xor<>()) == 0;
 }
 
 void refuse(httplib::Response& response, int status, const std::string& text) {
@@ -65,14 +64,14 @@ void ServerOptions::validate() const {
 }
 
 struct Server::Impl {
-  using Work = std::function<std::string(Job&)>;
+  using Work = Job::Work;
 
-  Impl(const Device& device, std::optional<FitTask> task, const std::string& named,
+  Impl(const Device& device, std::optional<FitTask> fit_task, const std::string& named,
        const ServerOptions& options)
       : host(options.host),
         file(named),
-        live(task ? std::optional<LiveFit>(std::in_place, std::move(*task)) : std::nullopt),
-        painter(device, live ? &live->task().mesh : nullptr, options.keep_loose) {
+        task(std::move(fit_task)),
+        painter(device, task ? &task->mesh : nullptr, options.keep_loose) {
     http.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
     http.set_payload_max_length(kLongestBody);
     http.set_read_timeout(kReadLimit);
@@ -102,16 +101,9 @@ struct Server::Impl {
 
   void begin_fit() {
     page = fitting_page(file);
-    live->task().on_end = [this, theirs = live->task().on_end](FitResult& result) {
-      if (theirs) theirs(result);
-      show(result.map);
-    };
     worker.ask(kOwn, Job::Length::many_pictures, [this](Job& /*job*/) {
       try {
-        live->run(
-            painter.device(), ending.get_token(),
-            [this](const RationalMap& map) { painter.show(map); },
-            [this] { worker.draw_waiting(); });
+        run_fit();
       } catch (...) {
         const std::lock_guard lock(mutex);
         failed = std::current_exception();
@@ -119,6 +111,55 @@ struct Server::Impl {
       }
       return std::string();
     });
+  }
+
+  /// The worker's work, in which pictures come between. What was reached is lost where the server
+  /// ends.
+  void run_fit() {
+    const std::stop_callback at_end(ending.get_token(), [this] { fit_stop.request_stop(); });
+    const auto keep = [this](const auto& change) {
+      {
+        const std::lock_guard lock(mutex);
+        change();
+      }
+      worker.draw_waiting();
+    };
+    ProgressMonitor monitor;
+    monitor.stop = fit_stop.get_token();
+    monitor.on_progress = [&](const Progress& progress) {
+      if (task->on_progress) task->on_progress(progress);
+      keep([&] { fit_progress = progress; });
+    };
+    FitOptions options = task->options;
+    options.observer.on_evaluation = [&](double energy) {
+      keep([&] { energies.back().push_back(energy); });
+    };
+    options.observer.on_stage = [&](const StageReport& stage, const RationalMap& map) {
+      painter.show(map);
+      keep([&] {
+        stages.push_back({{"name", stage.name}, {"iou", stage.iou}});
+        energies.emplace_back();
+      });
+    };
+    FitResult result = fit(painter.device(), task->mesh, options, monitor);
+    throw_if_stopped(ending.get_token());
+    if (task->on_end) task->on_end(result);
+    show(result.map);
+    const std::lock_guard lock(mutex);
+    is_fitted = true;
+  }
+
+  /// How the fit stands, for its page.
+  std::string fit_json() {
+    const std::lock_guard lock(mutex);
+    return nlohmann::json{{"state", is_fitted ? "done" : "runs"},
+                          {"activity", fit_progress.activity},
+                          {"detail", fit_progress.detail},
+                          {"fraction", fit_progress.fraction},
+                          {"seconds_left", fit_progress.seconds_left},
+                          {"stages", stages},
+                          {"energies", energies}}
+        .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   }
 
   /// Whether the request may be answered; if not, it is refused.
@@ -147,9 +188,8 @@ struct Server::Impl {
     }
     // Of which a request may name a thousand, each answered with the whole page.
     if (!request.ranges.empty()) return refused(416, "answers are whole; ask without a range");
-    const bool is_page = request.path == "/";
-    const std::string given =
-        is_page ? request.get_param_value("token") : request.get_header_value(kTokenHeader);
+    const std::string given = request.path == "/" ? request.get_param_value("token")
+                                                  : request.get_header_value(kTokenHeader);
     if (!are_equal(given, token)) {
       return refused(403, "open the address that 'qjulia explore' printed: it has the token");
     }
@@ -244,12 +284,12 @@ struct Server::Impl {
         };
       });
     });
-    if (!live) return;
+    if (!task) return;
     http.Get("/fit", [this](const auto&, auto& response) {
-      response.set_content(live->json(), "application/json");
+      response.set_content(fit_json(), "application/json");
     });
     http.Post(kStop, [this](const auto&, auto& response) {
-      live->stop();
+      fit_stop.request_stop();
       response.set_content("{}", "application/json");
     });
   }
@@ -258,10 +298,15 @@ struct Server::Impl {
   int port = 0;
   std::string token = random_token();
   std::stop_source ending;
-  std::optional<LiveFit> live;
-  std::mutex mutex;
-  std::string page;           // under the mutex
-  std::exception_ptr failed;  // the fit; under the mutex
+  std::optional<FitTask> task;
+  std::stop_source fit_stop;  // keeps what was reached
+  std::mutex mutex;           // of what follows
+  std::string page;
+  std::exception_ptr failed;  // the fit
+  bool is_fitted = false;
+  Progress fit_progress;
+  nlohmann::json stages = nlohmann::json::array();
+  std::vector<std::vector<double>> energies{{}};  // of each stage
   std::condition_variable_any changed;
   Painter painter;  // the worker's
   Worker worker;

@@ -1,12 +1,14 @@
 #pragma once
 /// A page over HTTP, drawn by a device of this machine.
 
+#include <functional>
 #include <memory>
 #include <stop_token>
 #include <string>
 
-#include "explore/live_fit.hpp"
 #include "qjulia/device.hpp"
+#include "qjulia/fit.hpp"
+#include "qjulia/mesh.hpp"
 #include "qjulia/rational_map.hpp"
 
 namespace qjulia::explore {
@@ -16,6 +18,15 @@ struct ServerOptions {
   int port = 0;                    ///< 0: any that is free
   bool keep_loose = false;         ///< pictures show loose pieces too
   void validate() const;           ///< @throws OptionError
+};
+
+/// What is to be fitted, and who else hears of it.
+struct FitTask {
+  TriangleMesh mesh;
+  FitOptions options{};
+  std::function<void(const Progress&)> on_progress{};
+  /// Unless it fails. It may add to the result.
+  std::function<void(FitResult&)> on_end{};
 };
 
 /// Serves the page of one map. Every request needs the token that stands in the page's address,

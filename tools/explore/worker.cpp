@@ -46,13 +46,6 @@ void Job::run() {
   }
 }
 
-Worker::Worker() : thread_([this] { run(); }) {}
-
-Worker::~Worker() {
-  end();
-  thread_.join();
-}
-
 void Worker::end() {
   {
     const std::lock_guard lock(mutex_);

@@ -62,8 +62,8 @@ class Worker {
  public:
   static constexpr std::size_t kMostJobs = 64;
 
-  Worker();
-  ~Worker();
+  Worker() = default;
+  ~Worker() { end(); }
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
@@ -83,7 +83,7 @@ class Worker {
   std::deque<std::shared_ptr<Job>> waiting_;
   std::vector<std::shared_ptr<Job>> running_;  ///< the last one now; those before wait for it
   bool ends_ = false;
-  std::thread thread_;
+  std::jthread thread_{[this] { run(); }};
 };
 
 }  // namespace qjulia::explore

@@ -1,15 +1,13 @@
 // The view of host/picture/view.cpp, in map coordinates; rows count upwards here.
 import { toMap } from "./map.js";
-import { across, inner, plus, times, unit } from "./vectors.js";
+import { across, axisOf, inner, plus, times, unit } from "./vectors.js";
 
 const shell = 1.06, fill = 0.96, fieldOfView = 30;
 const radians = Math.PI / 180;
-const axisOf = (name) => [0, 1, 2].map((i) => Number("xyz"[i] === name));
-/** A direction such as "-z": its axis, and the unit vector. */
-const directionOf = (name) => ({ axis: name.at(-1), vector: times(name.length > 1 ? -1 : 1, axisOf(name.at(-1))) });
 
+/** @param camera its `up` is a direction such as "-z". */
 export function cameraAxes({ azimuth, elevation, up: name }) {
-  const { axis, vector: upright } = directionOf(name);
+  const axis = name.at(-1), upright = times(name.length > 1 ? -1 : 1, axisOf(axis));
   const front = axisOf("xyz"[("xyz".indexOf(axis) + 1) % 3]), side = across(upright, front);
   const a = azimuth * radians, e = elevation * radians;
   const level = plus(times(Math.cos(a), front), side, Math.sin(a));

@@ -1,52 +1,50 @@
 // The command lines that make what the page shows.
+import { root } from "./dom.js";
 import { bears } from "./map.js";
-import { knobsOf, state, usual } from "./state.js";
+import { differs, knobsOf, short, state } from "./state.js";
 
-const short = (v) => String(Number(v.toPrecision(7)));
 const quoted = (text) => /^[\w.\/+-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`;
-const file = document.documentElement.dataset.map;  // the name of the map's file
 
-/** What differs from the map as it is: [option, values]. */
+/** [option, values] of rows [whether it is needed, option, ...values]. */
+const needed = (rows) => rows.filter(([isNeeded]) => isNeeded).map(([, name, ...values]) => [name, values.map(short)]);
+
+/** What differs from the map as it is. */
 function mapOptions() {
-  const knobs = knobsOf(), options = [];
-  const add = (name, ...values) => options.push([name, values.map((v) => typeof v === "number" ? short(v) : v)]);
-  if (state.iterations !== usual.iterations) add("iterations", state.iterations);
-  if (bears.detail && state.detail !== usual.detail) add("detail", state.detail);
-  if (bears.order && state.order > 0) add("order-seed", state.order);
-  if (["phase1", "phase2", "phase3"].some((name) => state[name] !== usual[name])) add("phase", ...knobs.phase);
-  if (state.slice !== usual.slice) add("slice", state.slice);
-  if (bears.rotate && state.rotate !== 0) add("rotate", ...knobs.axis, state.rotate);
-  if (bears.drift && state.drift !== 0) add("drift", state.drift);
-  if (state.scale !== 1) add("scale", state.scale);
-  if (state.tufts !== usual.tufts) add("tufts", state.tufts);
-  return options;
+  const knobs = knobsOf();
+  return needed([
+    [differs("iterations"), "iterations", state.iterations],
+    [bears.detail && differs("detail"), "detail", state.detail],
+    [bears.order && differs("order"), "order-seed", state.order],
+    [differs("phase1", "phase2", "phase3"), "phase", ...knobs.phase],
+    [differs("slice"), "slice", state.slice],
+    [bears.rotate && differs("rotate"), "rotate", ...knobs.axis, state.rotate],
+    [bears.drift && differs("drift"), "drift", state.drift],
+    [differs("scale"), "scale", state.scale],
+    [differs("tufts"), "tufts", state.tufts],
+  ]);
 }
 
-function pictureOptions() {
-  const options = ["azimuth", "elevation", "zoom"].filter((name) => state[name] !== usual[name])
-    .map((name) => [name, [short(state[name])]]);
-  if (state.look) options.push(["look-at", state.look.map(short)]);
-  if (state.up !== usual.up) options.push(["up", [state.up]]);
-  if (state.material !== "clay") options.push(["material", [state.material]]);
-  if (state.palette !== usual.palette) options.push(["palette", [state.palette]]);
-  const lamp = ["lightaz", "lightup", "light"];
-  if (lamp.some((name) => state[name] !== usual[name])) options.push(["lamp", lamp.map((name) => short(state[name]))]);
-  return options;
-}
+const pictureOptions = () => needed([
+  ...["azimuth", "elevation", "zoom"].map((name) => [differs(name), name, state[name]]),
+  [state.look, "look-at", ...(state.look ?? [])],
+  ...["up", "material", "palette"].map((name) => [differs(name), name, state[name]]),
+  [differs("lightaz", "lightup", "light"), "lamp", state.lightaz, state.lightup, state.light],
+]);
 
 const cuts = () => ["x", "y", "z"].filter((axis) => state["cut" + axis] < 100).map((axis) => [axis, short(state["cut" + axis])]);
-const spelt = (options) => options.map(([name, values]) => [`--${name}`, ...values].join(" "));
-const drawsAll = document.documentElement.dataset.renderer === "webgl";  // of the set, loose pieces too
+
+const commandOf = (name, output, options) =>
+  ["qjulia", name, quoted(root.dataset.map), "-o", output, ...options.flatMap(([option, values]) => [`--${option}`, ...values])].join(" ");
 
 export function renderCommand(width, height) {
-  const cut = cuts().length > 0 ? [["cut", [cuts().map(([axis, at]) => `${axis}=${at}%`).join(",")]]] : [];
-  const options = [["size", [`${width}x${height}`]], ...pictureOptions(), ...cut, ...mapOptions(), ...(drawsAll ? [["keep-loose", []]] : [])];
-  return ["qjulia render", quoted(file), "-o picture.png", ...spelt(options)].join(" ");
+  const cut = cuts().map(([axis, at]) => `${axis}=${at}%`).join(",");
+  // A browser draws all of the set, loose pieces too.
+  const drawsAll = root.dataset.renderer === "webgl";
+  return commandOf("render", "picture.png", [["size", [`${width}x${height}`]], ...pictureOptions(), ...needed([[cut, "cut", cut]]),
+                                             ...mapOptions(), ...needed([[drawsAll, "keep-loose"]])]);
 }
 
-export function surfaceCommand() {
-  return ["qjulia surface", quoted(file), "-o surface.ply", ...spelt(mapOptions())].join(" ");
-}
+export const surfaceCommand = () => commandOf("surface", "surface.ply", mapOptions());
 
 /** The same as the query of a request to qjulia explore. */
 export function queryOf() {

@@ -1,27 +1,28 @@
 // The panel: a slider and a number for each knob, menus, buttons. Its words are those of qjulia's help.
+import { byId, element, root } from "./dom.js";
 import { bears, map } from "./map.js";
 import { canRedo, canUndo, change, onChange, ranges, redo, state, undo, usual, words } from "./state.js";
 
-const panel = document.getElementById("panel"), knobs = document.getElementById("knobs");
 const updates = [];  // what follows the state
 
-/** A new element with children. */
-export function element(name, properties = {}, ...children) {
-  const made = Object.assign(document.createElement(name), properties);
-  made.append(...children);
-  return made;
-}
+/** A line of the panel: a name, and what sets it. */
+export const line = (text, title, ...fields) => element("label", { title }, element("span", {}, text), ...fields);
+
+export const button = (text, title, onclick) => element("button", { type: "button", title, onclick }, text);
+
+/** A menu of [value, text]. */
+export const select = (name, entries, onchange) =>
+  element("select", { name, onchange }, ...entries.map(([value, text]) => element("option", { value }, text)));
 
 /** A slider with a number beside it. `isLog`: equal ways multiply the value by the same. */
 function slider(name, text, title, step, isLog = false) {
   const [, least, most] = ranges[name];
   const toWay = (v) => isLog ? Math.log(v / least) / Math.log(most / least) : v;
   const toValue = (w) => isLog ? Number((least * (most / least) ** w).toPrecision(3)) : Number(w);
-  const range = element("input", isLog ? { type: "range", min: 0, max: 1, step: 0.002 } : { type: "range", min: least, max: most, step });
+  const range = element("input", { type: "range", name, ...(isLog ? { min: 0, max: 1, step: 0.002 } : { min: least, max: most, step }) });
   const number = element("input", { type: "number", min: least, max: most, step: "any" });
   range.setAttribute("aria-label", text);
   number.setAttribute("aria-label", `${text}, number`);
-  range.name = name;
   range.addEventListener("input", () => change({ [name]: toValue(Number(range.value)) }, false));
   range.addEventListener("change", () => change({}));
   number.addEventListener("change", () => {
@@ -34,25 +35,17 @@ function slider(name, text, title, step, isLog = false) {
     number.value = Number(state[name].toPrecision(4));
   };
   updates.push(follow);
-  return element("label", { title }, element("span", {}, text), range, number);
+  return line(text, title, range, number);
 }
 
-function menu(name, text, title, choices = words[name]) {
-  const list = element("select", { name }, ...choices.map((word) => element("option", { value: word }, word)));
-  list.addEventListener("change", () => change({ [name]: list.value }));
+function menu(name, text, title) {
+  const list = select(name, words[name].map((word) => [word, word]), () => change({ [name]: list.value }));
   updates.push(() => { list.value = state[name]; });
-  return element("label", { title }, element("span", {}, text), list);
+  return line(text, title, list);
 }
 
 export function group(title, ...children) {
-  knobs.append(element("fieldset", {}, element("legend", {}, title), ...children.filter(Boolean)));
-}
-
-export function button(where, text, title, press) {
-  const made = element("button", { type: "button", title }, text);
-  made.addEventListener("click", press);
-  document.getElementById(where).append(made);
-  return made;
+  byId("knobs").append(element("fieldset", {}, element("legend", {}, title), ...children.filter(Boolean)));
 }
 
 /** Settings that show what the knobs can do: those the map does not bear are left out. */
@@ -66,26 +59,23 @@ const needs = { detail: bears.detail, drift: bears.drift, cutz: Boolean(map.box)
 
 function presetMenu() {
   const names = Object.keys(presets).filter((name) => Object.keys(presets[name]).every((knob) => needs[knob] ?? true));
-  const list = element("select", {}, element("option", { value: "" }, "choose"), element("option", { value: "usual" }, "as the map is"),
-                       ...names.map((name) => element("option", { value: name }, name)));
-  list.addEventListener("change", () => {
+  const list = select("preset", [["", "choose"], ["usual", "as the map is"], ...names.map((name) => [name, name])], () => {
     const camera = Object.fromEntries(["azimuth", "elevation", "zoom", "look", "up"].map((name) => [name, state[name]]));
     change({ ...usual, ...camera, ...presets[list.value] });
     list.value = "";
   });
-  return element("label", { title: "Settings that show what the knobs can do" }, element("span", {}, "preset"), list);
+  return line("preset", "Settings that show what the knobs can do", list);
 }
 
-const someAngle = (most) => Math.round(Math.random() * most);
+const someAngle = (most) => Math.round(Math.random() * most), someOrder = () => 1 + someAngle(999998);
 export function surprise() {
-  change({ phase1: someAngle(180), phase2: someAngle(180), phase3: someAngle(360) - 180,
-           ...(bears.order ? { order: 1 + someAngle(999998) } : {}) });
+  change({ phase1: someAngle(180), phase2: someAngle(180), phase3: someAngle(360) - 180, ...(bears.order ? { order: someOrder() } : {}) });
 }
 
-const undoButton = button("actions", "Undo", "Undo the last change (Ctrl+Z)", undo);
-const redoButton = button("actions", "Redo", "Do it again (Ctrl+Shift+Z)", redo);
-button("actions", "Surprise me", "A random phase and order of the factors: another pattern of grooves on the same shape", surprise);
-button("actions", "Reset", "All as the map is", () => change({ ...usual }));
+const undoButton = button("Undo", "Undo the last change (Ctrl+Z)", undo), redoButton = button("Redo", "Do it again (Ctrl+Shift+Z)", redo);
+byId("actions").append(undoButton, redoButton,
+  button("Surprise me", "A random phase and order of the factors: another pattern of grooves on the same shape", surprise),
+  button("Reset", "All as the map is", () => change({ ...usual })));
 updates.push(() => { undoButton.disabled = !canUndo(); redoButton.disabled = !canRedo(); });
 
 group("Fractal", presetMenu(),
@@ -96,12 +86,8 @@ group("Pattern",
   slider("phase1", "phase", "First angle of the unit quaternion in front of the map, degrees: turns the pattern of grooves and keeps the shape", 1),
   slider("phase2", "phase, 2nd", "Second angle of the phase, degrees; it matters where the first is not 0", 1),
   slider("phase3", "phase, 3rd", "Third angle of the phase, degrees; it matters where the first two are not 0", 1),
-  bears.order && slider("order", "order seed", "Shuffles the map's factors by this seed: another pattern of grooves on the same shape; 0 is the map's own order", 1));
-if (bears.order) {
-  const shuffle = element("button", { type: "button", title: "Another order of the factors" }, "Shuffle");
-  shuffle.addEventListener("click", () => change({ order: 1 + someAngle(999998) }));
-  knobs.lastElementChild.append(shuffle);
-}
+  bears.order && slider("order", "order seed", "Shuffles the map's factors by this seed: another pattern of grooves on the same shape; 0 is the map's own order", 1),
+  bears.order && button("Shuffle", "Another order of the factors", () => change({ order: someOrder() })));
 group("Shape",
   bears.drift && slider("drift", "drift", "Moves the origin of iteration inside the shape, along z, in inradii: grooves deepen, near 1 the set is a hollow crust", 0.01),
   slider("slice", "slice", "Fourth coordinate of what is looked at, map units: away from 0 thin parts vanish first", 0.005),
@@ -120,22 +106,20 @@ group("Look",
   slider("lightup", "from above", "How high the lamp is, degrees", 1),
   menu("up", "up", "The shape's axis that points up"));
 
-panel.addEventListener("submit", (event) => event.preventDefault());
+byId("panel").addEventListener("submit", (event) => event.preventDefault());
 onChange(() => updates.forEach((update) => update()));
 
-const fold = document.getElementById("fold");
 export function toggleControls() {
-  const isOpen = document.documentElement.dataset.controls === "open";
-  document.documentElement.dataset.controls = isOpen ? "closed" : "open";
-  fold.setAttribute("aria-expanded", String(!isOpen));
+  const isOpen = root.dataset.controls === "open";
+  root.dataset.controls = isOpen ? "closed" : "open";
+  byId("fold").setAttribute("aria-expanded", String(!isOpen));
 }
-fold.addEventListener("click", toggleControls);
+byId("fold").addEventListener("click", toggleControls);
 
-const noteBox = document.getElementById("note");
 let noteTimer = 0;
 /** Says something for a while; for ever where `seconds` is 0. */
 export function note(text, seconds = 4) {
-  noteBox.textContent = text;
+  byId("note").textContent = text;
   clearTimeout(noteTimer);
-  if (seconds > 0) noteTimer = setTimeout(() => { noteBox.textContent = ""; }, 1000 * seconds);
+  if (seconds > 0) noteTimer = setTimeout(() => { byId("note").textContent = ""; }, 1000 * seconds);
 }

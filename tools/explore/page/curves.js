@@ -13,10 +13,10 @@ const legible = (v) => Math.abs(v) < 0.001 ? v.toExponential(2) : v.toPrecision(
 /** Draws lists of numbers one after the other, each as a line of its own, and says the least and the greatest.
  * @param isLog where all are above 0, equal ways stand for equal ratios. */
 export function drawCurve(svg, lists, isLog) {
-  const all = lists.flat().filter(Number.isFinite), few = all.length < 2;
+  const all = lists.flat().filter(Number.isFinite);
   svg.setAttribute("viewBox", `0 0 ${wide} ${high}`);
   svg.replaceChildren();
-  if (few) return;
+  if (all.length < 2) return;
   const least = Math.min(...all), most = Math.max(...all), byRatio = isLog && least > 0;
   const place = (v) => byRatio ? Math.log(v / least) / Math.log(most / least) : (v - least) / (most - least);
   let at = 0;

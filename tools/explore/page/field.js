@@ -44,7 +44,7 @@ export function uniformsOf(m, radii = { inner: 0, outer: Infinity, escape: Infin
 /** Four numbers for each point (X, Y, Z, W; map coordinates) of a Float32Array. Factors must be uploaded. */
 export function evaluate(uniforms, xyzw, wanted, options = {}) {
   const result = new Float32Array(xyzw.length), count = xyzw.length / 4;
-  const settings = { iterations: 1, decided: false, limit: 1, wanted, ...options, ...uniforms };
+  const settings = { iterations: 1, limit: 1, wanted, ...options, ...uniforms };
   for (let first = 0; first < count; first += wide * most) {
     const rows = Math.min(most, Math.ceil((count - first) / wide));
     const part = new Float32Array(4 * wide * rows);

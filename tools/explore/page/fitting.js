@@ -1,14 +1,10 @@
 // The page of `qjulia explore MESH` while the fit runs: the mesh, the potential that closes on it, the set, stage by
 // stage, and how energy and IoU go. When the fit is done it becomes the page of the map.
 import { drawCurve } from "./curves.js";
-import { fail } from "./failure.js";
+import { byId, element, fail, followTheme } from "./dom.js";
 import { ask, told } from "./server.js";
-import { followTheme } from "./theme.js";
 
-const root = document.documentElement, byId = (id) => document.getElementById(id);
-const views = {
-  mesh: { shows: "mesh" }, potential: { iterations: 1 }, set: { iterations: 6 },
-};
+const views = { mesh: { shows: "mesh" }, potential: { iterations: 1 }, set: { iterations: 6 } };
 const camera = { azimuth: 30, elevation: 15 };
 const undrawn = new Set(["mesh"]);
 let shown = 0, isPainting = false, isMoving = false, isOver = false;
@@ -36,15 +32,12 @@ function keepStage() {
   const stage = stages[shown - 1], list = byId("stages");
   if (list.dataset.last === String(shown)) return;
   list.dataset.last = shown;
-  const item = document.createElement("figure"), text = document.createElement("figcaption");
-  for (const name of ["potential", "set"]) {
-    const copy = Object.assign(document.createElement("canvas"), { width: 120, height: 90 });
-    copy.getContext("2d").drawImage(byId(name), 0, 0, 120, 90);
-    item.append(copy);
-  }
-  text.textContent = `${shown - 1}: ${stage.name}, IoU ${stage.iou.toFixed(3)}`;
-  item.append(text);
-  list.append(item);
+  const pictures = ["potential", "set"].map((name) => {
+    const made = element("canvas", { width: 120, height: 90 });
+    made.getContext("2d").drawImage(byId(name), 0, 0, 120, 90);
+    return made;
+  });
+  list.append(element("figure", {}, ...pictures, element("figcaption", {}, `${shown - 1}: ${stage.name}, IoU ${stage.iou.toFixed(3)}`)));
   list.scrollLeft = list.scrollWidth;
 }
 
@@ -74,8 +67,7 @@ async function watch() {
     const fit = await told("fit");
     if (fit.state === "done") {
       isOver = true;
-      location.reload();
-      return;
+      return location.reload();
     }
     follow(fit);
     paint().catch(lose);
@@ -111,5 +103,4 @@ byId("stop").addEventListener("click", async () => {
   await told("stop", "POST");
 });
 followTheme();
-root.dataset.state = "busy";
 watch().catch(lose);

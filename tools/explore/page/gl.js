@@ -1,5 +1,5 @@
 // WebGL 2: programs of the page's .glsl files, textures, waiting for what was drawn.
-import { canvas } from "./canvas.js";
+import { byId, canvas } from "./dom.js";
 import { map, modulusKind, versorKind } from "./map.js";
 
 export const gl = canvas.getContext("webgl2", { antialias: false, alpha: false, preserveDrawingBuffer: true, powerPreference: "high-performance" });
@@ -29,7 +29,7 @@ function source(name, included = new Set()) {
   const file = files[name] ?? name;
   if (included.has(file)) return "";
   included.add(file);
-  const text = document.getElementById(file).textContent;
+  const text = byId(file).textContent;
   return text.replace(/^#include (.*)$/gm, (_, other) => source(other, included));
 }
 
@@ -67,28 +67,24 @@ function finish(made) {
 /** Textures have units by their uniform's name. */
 const units = { factors: 0, grid: 1, points: 2, hints: 3, before: 4, depths: 5, traits: 6, picture: 7,
                 coefficients: 8, scratch: 9, paint: 10 };
-const samplers = [gl.SAMPLER_2D, gl.SAMPLER_3D, gl.INT_SAMPLER_2D, gl.INT_SAMPLER_3D];
+/** What sets uniforms that are no matrices. */
+const setters = { [gl.FLOAT]: "uniform1fv", [gl.FLOAT_VEC2]: "uniform2fv", [gl.FLOAT_VEC3]: "uniform3fv", [gl.FLOAT_VEC4]: "uniform4fv",
+                  [gl.UNSIGNED_INT]: "uniform1uiv", [gl.INT]: "uniform1iv", [gl.BOOL]: "uniform1iv" };
 
 export function use(made, values) {
   if (!made.uniforms) finish(made);
   gl.useProgram(made.handle);
   for (const [name, { type, at }] of Object.entries(made.uniforms)) {
-    if (samplers.includes(type)) {
+    if (type === gl.SAMPLER_2D || type === gl.SAMPLER_3D) {
       gl.uniform1i(at, units[name]);
       continue;
     }
     const value = values[name];
     if (value === undefined) throw new Error(`${made.file}: ${name} is not set`);
     const list = [value].flat(Infinity).map(Number);
-    if (type === gl.FLOAT) gl.uniform1fv(at, list);
-    else if (type === gl.FLOAT_VEC2) gl.uniform2fv(at, list);
-    else if (type === gl.FLOAT_VEC3) gl.uniform3fv(at, list);
-    else if (type === gl.FLOAT_VEC4) gl.uniform4fv(at, list);
-    else if (type === gl.FLOAT_MAT3) gl.uniformMatrix3fv(at, false, list);
+    if (type === gl.FLOAT_MAT3) gl.uniformMatrix3fv(at, false, list);
     else if (type === gl.FLOAT_MAT4) gl.uniformMatrix4fv(at, false, list);
-    else if (type === gl.UNSIGNED_INT) gl.uniform1ui(at, list[0]);
-    else if (type === gl.INT_VEC3) gl.uniform3iv(at, list);
-    else gl.uniform1i(at, list[0]);
+    else gl[setters[type]](at, list);
   }
 }
 
@@ -160,9 +156,9 @@ export async function anyPassed(query) {
 
 // ---- the map's factors ----
 export const factorsAreIn = isBlock ? "block" : "texture";
-const block = isBlock ? gl.createBuffer() : null;
-const factorTexture = isBlock ? null : texture(gl.RGBA32F, [256, Math.ceil(5 * Math.max(groups, 1) / 256)]);
-const packed = new Float32Array(4 * (isBlock ? 5 * Math.max(groups, 1) : 256 * Math.ceil(5 * Math.max(groups, 1) / 256)));
+const factorRows = Math.ceil(5 * Math.max(groups, 1) / 256);  // of a texture; a block gets as much
+const factorsAt = isBlock ? gl.createBuffer() : texture(gl.RGBA32F, [256, factorRows]);
+const packed = new Float32Array(1024 * factorRows);
 
 /** Hands a map's factors to all programs. */
 export function uploadFactors(factors = []) {
@@ -172,10 +168,10 @@ export function uploadFactors(factors = []) {
     packed.set(f.center, 4 * groups + 4 * k);
   });
   if (isBlock) {
-    gl.bindBufferBase(gl.UNIFORM_BUFFER, 0, block);
+    gl.bindBufferBase(gl.UNIFORM_BUFFER, 0, factorsAt);
     gl.bufferData(gl.UNIFORM_BUFFER, packed, gl.DYNAMIC_DRAW);
   } else {
-    bind("factors", gl.TEXTURE_2D, factorTexture);
-    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 256, packed.length / 1024, gl.RGBA, gl.FLOAT, packed);
+    bind("factors", gl.TEXTURE_2D, factorsAt);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 256, factorRows, gl.RGBA, gl.FLOAT, packed);
   }
 }

@@ -3,7 +3,7 @@
 import { map, shapeBox } from "./map.js";
 import { asked, evaluate, uniformsOf } from "./field.js";
 import { bind, drawAll, drawn, drawTo, gl, program, texture, uploadFactors, use } from "./gl.js";
-import { length, plus, times } from "./vectors.js";
+import { boxAbout, boxAround, length, plus, times } from "./vectors.js";
 
 const layers = program("grid.glsl");
 
@@ -22,8 +22,8 @@ function boxOfBand(uniforms, most) {
   let box = null;
   for (let i = 0; i < points.length / 4; ++i) {
     if (!(found[4 * i + 1] - uniforms.map_surface_level < most)) continue;
-    const p = [points[4 * i], points[4 * i + 1], points[4 * i + 2]];
-    box = box ? [box[0].map((v, k) => Math.min(v, p[k])), box[1].map((v, k) => Math.max(v, p[k]))] : [p, p];
+    const p = [...points.subarray(4 * i, 4 * i + 3)];
+    box = boxAround(box ?? [p, p], [p, p]);
   }
   return box && [box[0].map((v) => v - 1.2 * step), box[1].map((v) => v + 1.2 * step)];
 }
@@ -66,13 +66,13 @@ export function slopeAt(grid, level) {
 }
 
 /** @param most the grid's box holds the points where F_1 - L is less. */
-export async function makeGrid(slice, most, cells, isStale) {
+export async function makeGrid(slice, most, cells) {
   uploadFactors(map.factors);
   const uniforms = { ...uniformsOf(map), map_slice: slice, map_steeper: 0, paint_strength: 0 };
   let box = boxOfBand(uniforms, most);
   for (const { center, radius } of map.portals ?? []) {
-    const ball = [center.map((v) => v - radius), center.map((v) => v + radius)];
-    box = box ? [box[0].map((v, k) => Math.min(v, ball[0][k])), box[1].map((v, k) => Math.max(v, ball[1][k]))] : ball;
+    const ball = boxAbout(center, [radius, radius, radius]);
+    box = boxAround(box ?? ball, ball);
   }
   const isEmpty = !box;
   const [low, high] = box ?? shapeBox();
@@ -86,12 +86,7 @@ export async function makeGrid(slice, most, cells, isStale) {
     drawTo(grid.handle, points[0], points[1], layer);
     use(layers, { ...uniforms, low, cell, layer });
     drawAll();
-    if (layer % 4 < 3) continue;
-    await drawn();
-    if (isStale()) {
-      gl.deleteTexture(grid.handle);
-      return null;
-    }
+    if (layer % 4 === 3) await drawn();
   }
   await drawn();
   return grid;

@@ -1,6 +1,7 @@
 // Files that the server makes of what is seen: meshes, and turntables.
-import { element, group, note } from "./controls.js";
+import { button, group, line, note, select } from "./controls.js";
 import { queryOf } from "./command.js";
+import { element } from "./dom.js";
 import { download } from "./save.js";
 import { ask } from "./server.js";
 
@@ -20,24 +21,19 @@ const numbers = {
   height: ["height", 360, 16, 1080, "Of a picture, pixels"],
 };
 
-let making = null;  // an AbortController while something is made
-
 /** Adds the controls to the panel. */
 export function offerFiles() {
-  const product = element("select", { name: "product" },
-                          ...Object.entries(products).map(([value, { text }]) => element("option", { value }, text)));
+  let making = null;  // an AbortController while something is made
   const fields = Object.fromEntries(Object.entries(numbers).map(([name, [text, value, min, max, title]]) =>
-    [name, element("label", { title }, element("span", {}, text), element("input", { type: "number", name, value, min, max, step: 1 }))]));
-  const bar = element("progress", { max: 1, value: 0, hidden: true, ariaLabel: "How much is made" });
-  const begin = element("button", { type: "button", title: "Make the file on this machine's device, and download it" }, "Make and download");
-  const cancel = element("button", { type: "button", title: "Make nothing after all", hidden: true }, "Cancel");
+    [name, line(text, title, element("input", { type: "number", name, value, min, max, step: 1 }))]));
   const follow = () => {
     for (const [name, field] of Object.entries(fields)) field.hidden = !products[product.value].asks.includes(name);
   };
-  product.addEventListener("change", follow);
-  begin.addEventListener("click", async () => {
+  const product = select("product", Object.entries(products).map(([value, { text }]) => [value, text]), follow);
+  const bar = element("progress", { max: 1, value: 0, hidden: true, ariaLabel: "How much is made" });
+  const begin = button("Make and download", "Make the file on this machine's device, and download it", async () => {
     making = new AbortController();
-    begin.hidden = true, cancel.hidden = bar.hidden = false, bar.value = 0;
+    begin.hidden = true, cancel.hidden = bar.hidden = false;
     bar.removeAttribute("value");
     const kind = product.value, { file, asks } = products[kind];
     const given = Object.fromEntries(asks.map((name) => [name, fields[name].lastElementChild.value]));
@@ -49,11 +45,11 @@ export function offerFiles() {
     } catch (error) {
       note(making.signal.aborted ? "nothing was made" : error.message, 8);
     }
-    making = null;
     begin.hidden = false, cancel.hidden = bar.hidden = true;
   });
-  cancel.addEventListener("click", () => making?.abort());
-  group("Make a file", element("label", { title: "Of the set with its knobs as they stand. Meshes are open where it is cut" }, element("span", {}, "file"), product),
+  const cancel = button("Cancel", "Make nothing after all", () => making.abort());
+  cancel.hidden = true;
+  group("Make a file", line("file", "Of the set with its knobs as they stand. Meshes are open where it is cut", product),
         ...Object.values(fields), bar, element("div", { className: "row" }, begin, cancel));
   follow();
 }

@@ -45,16 +45,13 @@ vec4 plain_image(vec4 q, float f) { return lane_exp(min(f, 40.0)) * map_versor(q
 
 #include QJ_PORTALS
 
-// F_n: the F of the last executed iterate. With `decided` true, iteration also ends at iterates below
-// r_in or above r_out, whose side is certain.
-float map_iterate(vec4 q, int n, bool decided) {
-  float above = decided ? min(map_log_escape, map_log_outer) : map_log_escape;
-  float below = decided ? map_log_inner : -1e30;
+// F_n: the F of the last executed iterate.
+float map_iterate(vec4 q, int n) {
   float f = map_log_radius(q);
   if (!(f < map_log_escape)) return f;
   for (int i = 0; i < n; ++i) {
     f = map_modulus(q);
-    if (i + 1 == n || f >= above || f <= below) break;
+    if (i + 1 == n || f >= map_log_escape) break;
     q = map_image(q, f);
   }
   return f;

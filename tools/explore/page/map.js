@@ -1,8 +1,9 @@
 // The map of the page, and its knobs: host/map/knobs.cpp and detail.cpp. A map file's own names.
-import { apply, identity, length, multiply, plus, times, transpose, turnAbout } from "./vectors.js";
+import { apply, boxAround, identity, imageOfBox, length, multiply, plus, times, transpose, turnAbout } from "./vectors.js";
+import { byId } from "./dom.js";
 import { shuffled } from "./random.js";
 
-export const map = JSON.parse(document.getElementById("qjulia-map").textContent);
+export const map = JSON.parse(byId("qjulia-map").textContent);
 
 const kinds = { rational: ["factors", "factors"], quadratic: ["quadratic", "quadratic"] }[map.kind] ?? map.kind.split("/");
 export const [modulusKind, versorKind] = kinds;
@@ -45,13 +46,6 @@ export function anglesOf([x, y, z, w]) {
   return [degrees(Math.atan2(Math.hypot(y, z, w), x)), degrees(Math.atan2(Math.hypot(z, w), y)), degrees(Math.atan2(w, z))];
 }
 
-/** The corners of the smallest box along the axes that holds a turned one. */
-function turnedBox([low, high], turn, about) {
-  const center = plus(about, apply(turn, plus(times(0.5, plus(low, high)), about, -1)));
-  const half = apply(turn.map((row) => row.map(Math.abs)), times(0.5, plus(high, low, -1)));
-  return [plus(center, half, -1), plus(center, half)];
-}
-
 /** The map with these knobs turned, as with_knobs has it but for the calibration and what comes after.
  * `turn` and `offset` lead from the file's coordinates to its own: x = turn · x + offset. `steep`: how
  * many times as steep F is. */
@@ -88,14 +82,15 @@ function rotate(result) {
     portal.matrix = multiply(multiply(turn, rotationOf(portal)), transpose(turn));
     if (portal.rotation) portal.rotation = axisAndAngle(portal.matrix);
   }
-  if (result.box) result.box = turnedBox(result.box, turn, toShape([0, 0, 0]));
+  const origin = toShape([0, 0, 0]);
+  if (result.box) result.box = imageOfBox(result.box, turn, origin, origin);
 }
 
 function move(result, offset) {
   for (const factor of result.factors ?? []) factor.center = plus(factor.center, [...offset, 0]);
-  if (result.distance) result.distance.origin = plus(result.distance.origin, offset);
-  if (result.noise) result.noise.origin = plus(result.noise.origin, offset);
-  if (result.paint) result.paint.origin = plus(result.paint.origin, offset);
+  for (const part of [result.distance, result.noise, result.paint]) {
+    if (part) part.origin = plus(part.origin, offset);
+  }
   for (const portal of result.portals ?? []) {
     portal.center = plus(portal.center, offset);
     portal.destination = plus(portal.destination ?? [0, 0, 0], offset);
@@ -124,27 +119,22 @@ function axisAndAngle(m) {
 /** The box of the shape and its copies in portals, shape units: box_with_copies. */
 function boxWithCopies(m) {
   if (!m.box || !m.portals?.length) return m.box;
-  const shape = m.box.map((p) => toMap(p, m));
-  let all = shape;
+  let all = m.box.map((p) => toMap(p, m));
   for (let depth = 0; depth < 4; ++depth) {
     const before = all;
     for (const portal of m.portals) {
       const copy = preimage(portal, before);
-      if (copy[0].some((low, i) => low > copy[1][i])) continue;
-      all = [all[0].map((v, i) => Math.min(v, copy[0][i])), all[1].map((v, i) => Math.max(v, copy[1][i]))];
+      if (copy[0].every((low, i) => low <= copy[1][i])) all = boxAround(all, copy);
     }
   }
   return all.map((p) => toShape(p, m));
 }
 
 /** Where a box of the set is seen in a portal, as far as its ball reaches. */
-function preimage(portal, [low, high]) {
+function preimage(portal, box) {
   const back = transpose(rotationOf(portal)).map((row) => times(1 / portal.scale, row));
-  const middle = times(0.5, plus(low, high));
-  const center = plus(portal.center, apply(back, plus(middle, portal.destination ?? [0, 0, 0], -1)));
-  const half = apply(back.map((row) => row.map(Math.abs)), times(0.5, plus(high, low, -1)));
-  return [portal.center.map((c, i) => Math.max(center[i] - half[i], c - portal.radius)),
-          portal.center.map((c, i) => Math.min(center[i] + half[i], c + portal.radius))];
+  const [low, high] = imageOfBox(box, back, portal.destination ?? [0, 0, 0], portal.center);
+  return [portal.center.map((c, i) => Math.max(low[i], c - portal.radius)), portal.center.map((c, i) => Math.min(high[i], c + portal.radius))];
 }
 
 /** The box of the shape and its copies, map coordinates; where the map knows none, what holds most maps. */

@@ -1,19 +1,17 @@
 // Puts the page together: what a change of the state sets off, and the buttons that save.
-import { fail } from "./failure.js";
-import { canvas } from "./canvas.js";
+import { byId, canvas, fail, followTheme, root } from "./dom.js";
 import { viewOf } from "./camera.js";
 import { renderCommand, surfaceCommand } from "./command.js";
 import { button, note, toggleControls } from "./controls.js";
 import { shapeBox, toShape, turned } from "./map.js";
 import { listen } from "./pointer.js";
 import { saveMap, savePicture } from "./save.js";
-import { followTheme } from "./theme.js";
 import { change, followAddress, knobsOf, onChange, state, written } from "./state.js";
 
-const root = document.documentElement, given = new URLSearchParams(location.search);
+const given = new URLSearchParams(location.search);
 const fixed = /^(\d{1,4})x(\d{1,4})$/.exec(given.get("size") ?? "");
 const samples = Math.min(64, Math.max(0, Math.floor(Number(given.get("samples") ?? 8)) || 0));
-const progress = document.getElementById("progress");
+const report = (share) => { byId("progress").style.width = `${100 * share}%`; };
 
 /** What draws: { draw(options), isCoarse(), mapFile(), most }, with `draw` as picture.js has it, and `most` pixels a side. */
 let renderer = null;
@@ -36,10 +34,9 @@ async function refresh(isMoving = false) {
   if (isSaving) return;
   root.dataset.state = "busy";
   try {
-    const report = (share) => { progress.style.width = `${100 * share}%`; };
     const isDark = root.dataset.theme === "dark";
     if (!await renderer.draw({ samples, isMoving, isDark, report })) return;
-    progress.style.width = "0";
+    report(0);
     if (hasFailed) note("");
     hasFailed = false;
     root.dataset.state = "done";
@@ -81,7 +78,6 @@ async function savePictureOf(size) {
   try {
     root.dataset.state = "busy";
     [canvas.width, canvas.height] = match.slice(1).map(Number);
-    const report = (share) => { progress.style.width = `${100 * share}%`; };
     await renderer.draw({ samples: Math.max(samples, 8), isDark: root.dataset.theme === "dark", report });
     await savePicture(canvas);
   } catch (error) {
@@ -93,15 +89,16 @@ async function savePictureOf(size) {
   refresh();
 }
 
-button("savers", "Copy as command", "The qjulia render line that makes this picture", () => copy(renderCommand(canvas.width, canvas.height)));
-button("savers", "Copy surface command", "The qjulia surface line that makes a mesh of this set", () => copy(surfaceCommand()));
-button("savers", "Copy link", "This page with all that is set: a link is a shape", () => copy(location.href));
-button("savers", "Save picture", "A .png of any size", () => savePictureOf(prompt("Size of the picture in pixels", `${canvas.width}x${canvas.height}`)));
-button("savers", "Save map", "The map with its knobs turned, as a file for qjulia", async () => saveMap(await renderer.mapFile()));
-button("savers", "Dark or light", "Theme of the page and the backdrop", () => {
-  root.dataset.theme = root.dataset.theme === "dark" ? "light" : "dark";
-  changed(true);
-});
+byId("savers").append(
+  button("Copy as command", "The qjulia render line that makes this picture", () => copy(renderCommand(canvas.width, canvas.height))),
+  button("Copy surface command", "The qjulia surface line that makes a mesh of this set", () => copy(surfaceCommand())),
+  button("Copy link", "This page with all that is set: a link is a shape", () => copy(location.href)),
+  button("Save picture", "A .png of any size", () => savePictureOf(prompt("Size of the picture in pixels", `${canvas.width}x${canvas.height}`))),
+  button("Save map", "The map with its knobs turned, as a file for qjulia", async () => saveMap(await renderer.mapFile())),
+  button("Dark or light", "Theme of the page and the backdrop", () => {
+    root.dataset.theme = root.dataset.theme === "dark" ? "light" : "dark";
+    changed(true);
+  }));
 
 /** Begins: draws what the address says, then whatever changes. */
 export function start(draws) {

@@ -1,13 +1,12 @@
 // A picture of the state, from coarse to fine, then with samples between the pixels' middles.
-import { canvas } from "./canvas.js";
+import { canvas } from "./dom.js";
 import { bind, drawAll, drawn, drawTo, gl, keptTexture, program, use, waits } from "./gl.js";
 import { viewOf } from "./camera.js";
 import { bindGrid } from "./grid.js";
 import { marchView, measure } from "./march.js";
 import { makeScene, seenBox } from "./scene.js";
-import { knobsOf, state } from "./state.js";
+import { knobsOf, palettes, state } from "./state.js";
 
-const palettes = JSON.parse(document.getElementById("palettes").textContent);
 /** The uniforms of shade.glsl: the colours of clay, and those that traits go through. */
 function paletteOf(name) {
   const { clay, stops } = palettes[name], all = Array.from({ length: 8 }, (_, i) => stops[Math.min(i, stops.length - 1)]);
@@ -17,11 +16,12 @@ function paletteOf(name) {
 const shade = program("shade.glsl"), show = program("show.glsl"), trait = program("trait.glsl");
 
 /** For measurements: milliseconds of the last picture's parts. */
-export const figures = { levels: [], count: 0 };
+export const figures = {};
 
 let latest = 0;   // the newest picture that was asked for; older ones stop at their next draw
 let finest = null;  // the last whole march
 let isMeasured = false;
+let coarsest = Promise.resolve();  // the first picture that is being drawn
 
 /** Colours of a march into the accumulated picture, of which they are this share; then all of it to the canvas. */
 function paint(scene, result, jitter, share, isDark) {
@@ -55,61 +55,54 @@ function paint(scene, result, jitter, share, isDark) {
  * @param options samples: between pixels' middles, after the first; isMoving: more changes are on their way, and a coarse grid will do;
  * isDark: the backdrop; report(share): how much is done. */
 export async function draw(options) {
+  const { samples, isDark, report } = options;
   const id = ++latest, start = performance.now(), isStale = () => id !== latest;
   // A first picture is never cut short: while something moves, these are what keeps up.
   await coarsest;
   if (isStale()) return false;
-  const report = options.report ?? (() => {});
   report(0);
   const first = drawCoarsest(options, start);
   coarsest = first.catch(() => {});
-  const drawing = await first;
-  if (!drawing || isStale()) return false;
-  const { scene, seen, view, middle } = drawing, divisors = [4, 2, 1], all = 1.33 + options.samples;
+  const { scene, seen, view, middle } = await first, all = 1.33 + samples;
+  if (isStale()) return false;
   let result = null, done = 0;
   report((done += 1 / 64) / all);
-  for (const divisor of divisors) {
-    const from = performance.now();
+  for (const divisor of [4, 2, 1]) {
     // Without hints: those of a coarser picture may lie behind a thin wall.
     result = await marchView(scene, view(divisor), seen, divisor, middle, null, isStale);
     if (!result) return false;
-    paint(scene, result, middle, 1, options.isDark);
+    paint(scene, result, middle, 1, isDark);
     await drawn();
-    figures.levels.push({ divisor, ms: performance.now() - from });
     report((done += 1 / divisor ** 2) / all);
   }
   finest = result;
   figures.fullMs = performance.now() - start;
-  for (let k = 1; k <= options.samples; ++k) {
+  for (let k = 1; k <= samples; ++k) {
     const jitter = [(k * 0.7548776662) % 1 - 0.5, (k * 0.5698402910) % 1 - 0.5];
     const sample = await marchView(scene, view(1), seen, "sample", jitter, result, isStale);
     if (!sample) return false;
-    paint(scene, sample, jitter, 1 / (k + 1), options.isDark);
+    paint(scene, sample, jitter, 1 / (k + 1), isDark);
     await drawn();
     report((done += 1) / all);
   }
-  Object.assign(figures, { restMs: performance.now() - start, longestWaitMs: waits.longest });
+  figures.longestWaitMs = waits.longest;
   return !isStale();
 }
 
-let coarsest = Promise.resolve();  // the first picture that is being drawn
-
 /** The scene of the state, drawn with an eighth of the pixels a side. */
 async function drawCoarsest(options, start) {
-  const scene = await makeScene(knobsOf(), state.iterations, options.isMoving, () => false);
+  const scene = await makeScene(knobsOf(), state.iterations, options.isMoving);
   if (!isMeasured) measure(scene.uniforms);
   isMeasured = true;
-  Object.assign(figures, { sceneMs: performance.now() - start, fullMs: null, restMs: null, levels: [] });
+  figures.sceneMs = performance.now() - start;
   waits.longest = 0;
   const seen = seenBox(scene.map, state), size = [canvas.width, canvas.height], camera = { ...state };
-  const view = (divisor) => viewOf(camera, scene.map, scene.box, ...size, divisor), middle = [0, 0], from = performance.now();
+  const view = (divisor) => viewOf(camera, scene.map, scene.box, ...size, divisor), middle = [0, 0];
   const result = await marchView(scene, view(8), seen, 8, middle, null, () => false);
   paint(scene, result, middle, 1, options.isDark);
   await drawn();
-  const now = performance.now();
-  figures.levels.push({ divisor: 8, ms: now - from });
-  Object.assign(figures, { firstMs: now - start, count: figures.count + 1 });
-  return { scene, seen, view, middle, result };
+  figures.firstMs = performance.now() - start;
+  return { scene, seen, view, middle };
 }
 
 /** Depths along the rays of the last whole picture, row by row from the top, -1 where nothing is; and a pixel's

@@ -1,6 +1,6 @@
 // Mouse, touch, wheel and keyboard on the picture.
 import { cameraAxes } from "./camera.js";
-import { canvas } from "./canvas.js";
+import { canvas } from "./dom.js";
 import { change, redo, settle, state, undo } from "./state.js";
 import { surprise, toggleControls } from "./controls.js";
 import { plus } from "./vectors.js";
@@ -11,10 +11,8 @@ export function listen(whereNow) {
 
   const turn = (x, y) => change({ azimuth: state.azimuth - 0.4 * x, elevation: state.elevation + 0.4 * y }, false);
   const move = (x, y) => {
-    const where = whereNow();
-    if (!where) return;
-    const { right, up } = cameraAxes(state);
-    change({ look: plus(plus(where.middle, right, -x * where.pixel), up, y * where.pixel) }, false);
+    const { middle, pixel } = whereNow(), { right, up } = cameraAxes(state);
+    change({ look: plus(plus(middle, right, -x * pixel), up, y * pixel) }, false);
   };
   const zoom = (ratio, settled = false) => change({ zoom: state.zoom * ratio }, settled);
 
@@ -54,9 +52,7 @@ export function listen(whereNow) {
     rest = setTimeout(() => change({}), 250);
   }, { passive: false });
 
-  const keys = {
-    ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1],
-  };
+  const keys = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
   addEventListener("keydown", (event) => {
     const isTyping = /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName) && event.target.type !== "range";
     if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z" && !isTyping) {

@@ -8,7 +8,6 @@
 
 uniform highp sampler2D points;
 uniform int wanted, iterations;
-uniform bool decided;
 uniform float limit;  // of radii
 out vec4 result;
 
@@ -34,5 +33,5 @@ void main() {
   if (wanted == VERSOR) result = map_versor(q);
   else if (wanted == GRADIENT) result = vec4(plain_modulus_gradient(q).xyz, plain_modulus(q));
   else if (wanted == CROSSING) result = vec4(first_crossing(q));
-  else result = vec4(map_iterate(q, iterations, decided), plain_modulus(q), 0, 0);
+  else result = vec4(map_iterate(q, iterations), plain_modulus(q), 0, 0);
 }

@@ -1,12 +1,11 @@
 // Pictures and maps for the viewer to keep.
+import { element, root } from "./dom.js";
 
-const name = document.documentElement.dataset.map.replace(/^.*\//, "").replace(/(\.qjulia)?\.[^.]*$/, "") || "map";
+const name = root.dataset.map.replace(/^.*\//, "").replace(/(\.qjulia)?\.[^.]*$/, "") || "map";
 
 /** @param end of the file's name. */
 export function download(blob, end) {
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(blob);
-  link.download = name + end;
+  const link = element("a", { href: URL.createObjectURL(blob), download: name + end });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }

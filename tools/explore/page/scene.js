@@ -5,7 +5,7 @@ import { effectiveRadius, extremes, stopRadii, uniformsOf } from "./field.js";
 import { makeGrid, slopeAt } from "./grid.js";
 import { gl, uploadFactors } from "./gl.js";
 import { knobsOf, written } from "./state.js";
-import { plus, times } from "./vectors.js";
+import { apply, plus, times, transpose } from "./vectors.js";
 
 const coarseCells = 40, fineCells = 64;  // cells of a grid's longest side, while a slice moves and once it rests
 let grid = null, table = null, calibration = null;
@@ -41,32 +41,29 @@ export function mapFile() {
   return JSON.stringify(m, null, 1) + "\n";
 }
 
-/** Null where isStale() says, meanwhile, that nobody waits for it. @param isMoving a coarse grid will do. */
-export async function makeScene(knobs, iterations, isMoving, isStale) {
+/** @param isMoving a coarse grid will do. */
+export async function makeScene(knobs, iterations, isMoving) {
   const cells = isMoving ? coarseCells : fineCells;
   const m = turnedMap(knobs), level = m.surface_level ?? 0, base = level - Math.log(knobs.scale);
-  const tableKey = String(knobs.drift);
-  if (table?.key !== tableKey) {
+  if (table?.drift !== knobs.drift) {
     // Turning about the origin changes nothing on spheres about it; detail and scale change it all alike.
     const plain = turned({ ...knobs, rotate: 0, order: 0, detail: map.detail });
     uploadFactors(plain.factors);
-    table = { key: tableKey, rows: extremes(plain) };
+    table = { drift: knobs.drift, rows: extremes(plain) };
   }
   const steep = (f) => f > level ? level + m.tufts * (f - level) : f;
   const radii = stopRadii(table.rows, (g) => steep(m.steep * g + base), m);
-  const above = Math.log(Math.min(radii.outer, radii.escape)), far = iterations === 1 ? level : above;
+  const radius = Math.min(radii.outer, radii.escape), far = iterations === 1 ? level : Math.log(radius);
   // Without tufts, so that they ask for no grid of their own.
   const needed = (Math.min(far, level + 6) - base) / m.steep;
   if (!grid || grid.slice !== knobs.slice || grid.most < needed || grid.cells < cells) {
-    const next = await makeGrid(knobs.slice, Math.max(2.5, 1.3 * needed), cells, isStale);
-    if (!next || isStale()) return null;
+    const next = await makeGrid(knobs.slice, Math.max(2.5, 1.3 * needed), cells);
     if (grid) gl.deleteTexture(grid.handle);
     grid = next;
   }
   uploadFactors(m.factors);
   const bent = (level + (far - level) / m.tufts - base) / m.steep;
   const steepest = Math.max(m.steep * m.tufts * slopeAt(grid, bent), 1e-3);
-  const radius = Math.min(radii.outer, radii.escape);
   return {
     map: m, grid, box: shapeBox(m),
     uniforms: { ...uniformsOf(m, radii), far_level: far, steepest, radius, iterations,
@@ -77,11 +74,7 @@ export async function makeScene(knobs, iterations, isMoving, isStale) {
 }
 
 /** Columns of the matrix from map coordinates to the grid's, the file's: x = turn^T (p - offset). */
-function gridMatrix({ turn, offset }) {
-  const columns = turn;  // rows of the turn are the columns of its transpose
-  const shift = times(-1, turn[0].map((_, i) => turn.reduce((sum, row, k) => sum + row[i] * offset[k], 0)));
-  return [...columns.map((row) => [...row, 0]), [...shift, 1]];
-}
+const gridMatrix = ({ turn, offset }) => [...turn.map((row) => [...row, 0]), [...times(-1, apply(transpose(turn), offset)), 1]];
 
 /** What cuts leave, map coordinates. */
 export function seenBox(m, state) {
@@ -89,8 +82,7 @@ export function seenBox(m, state) {
   if (m.box) {
     ["cutx", "cuty", "cutz"].forEach((name, i) => {
       if (state[name] >= 100) return;
-      const at = toMap(plus(times(1 - state[name] / 100, m.box[0]), m.box[1], state[name] / 100), m);
-      high[i] = at[i];
+      high[i] = toMap(plus(times(1 - state[name] / 100, m.box[0]), m.box[1], state[name] / 100), m)[i];
     });
   }
   return { seen_low: low, seen_high: high };

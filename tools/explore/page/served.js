@@ -1,5 +1,5 @@
 // The page of `qjulia explore`: the server's device draws, a picture a request, from coarse to fine.
-import { canvas } from "./canvas.js";
+import { canvas } from "./dom.js";
 import { queryOf } from "./command.js";
 import { offerFiles } from "./make.js";
 import { start } from "./page.js";
@@ -46,7 +46,7 @@ async function drawServed(options) {
     const first = drawStage(all[0], () => false, begin, {});
     draft = first.catch(() => {});
     if (!await first || isStale()) return false;
-    const report = (share) => { if (!isStale()) options.report?.(share); };
+    const report = (share) => { if (!isStale()) options.report(share); };
     for (const stage of all.slice(1)) {
       if (!await drawStage(stage, isStale, begin, { signal, report })) return false;
     }

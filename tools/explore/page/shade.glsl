@@ -113,11 +113,10 @@ void main() {
     color = vec4(film(backdrop(place / (0.5 * min(canvas.x, canvas.y)))), 1);
     return;
   }
-  vec2 size = vec2(bounds + 1);
   vec3 p = point_at(vec2(at), t), n = normal_at(at, t);
   float turn = fract(52.9829189 * fract(dot(vec2(at) + 64.0 * jitter, vec2(0.06711056, 0.00583715))));
   vec3 albedo = has_traits ? trait_albedo(texelFetch(traits, at, 0).x) : palette_clay;
-  float open = open_share(at, p, n, max(3.0, 0.06 * size.y), 6.28 * turn);
+  float open = open_share(at, p, n, max(3.0, 0.06 * float(bounds.y + 1)), 6.28 * turn);
   // Irradiance from a sky brightest overhead and a floor that glows warmly.
   vec3 sky = mix(vec3(0.267, 0.245, 0.214), vec3(0.59, 0.63, 0.69), 0.5 + 0.5 * dot(n, upright));
   vec3 rim = max(dot(n, rim_direction), 0.0) * vec3(0.50, 0.54, 0.60) * open;

@@ -1,9 +1,7 @@
 // The page of `qjulia share`: the viewer's own graphics draw.
-import { fail } from "./failure.js";
-import { canvas } from "./canvas.js";
+import { canvas, fail } from "./dom.js";
 import { factorsAreIn, gl, uploadFactors } from "./gl.js";
-import { uploadDistances } from "./distance_grid.js";
-import { uploadPaint } from "./paint_grid.js";
+import { uploadDistances, uploadPaint } from "./splines.js";
 import { asked, evaluate, uniformsOf } from "./field.js";
 import { map } from "./map.js";
 import { start } from "./page.js";

@@ -1,26 +1,30 @@
 // What the controls say: one flat object, which the address holds too. A link is a shape.
 import { anglesOf, bears, map, mostDetail, phaseOf } from "./map.js";
+import { byId } from "./dom.js";
+import { axisOf } from "./vectors.js";
+
+/** Colours by the palettes' names, the default's first. */
+export const palettes = JSON.parse(byId("palettes").textContent);
+
+const usualPhase = map.phase ?? [1, 0, 0, 0], usualAngles = anglesOf(usualPhase);
 
 /** Every number: [usual, least, most]. */
 export const ranges = {
   azimuth: [30, -180, 180], elevation: [15, -90, 90], zoom: [1, 0.1, 500],
   detail: [map.detail ?? 1, bears.detail ? Math.min(0.001, map.detail) : 1, bears.detail ? Math.max(mostDetail, map.detail) : 1],
   iterations: [6, 1, 16],
-  phase1: [0, 0, 180], phase2: [0, 0, 180], phase3: [0, -180, 180],
-  drift: [0, 0, 1.1], slice: [map.slice, -1.5, 1.5], scale: [1, 0.3, 3],
+  phase1: [usualAngles[0], 0, 180], phase2: [usualAngles[1], 0, 180], phase3: [usualAngles[2], -180, 180],
+  drift: [0, 0, 1.1], slice: [map.slice, Math.min(-1.5, map.slice), Math.max(1.5, map.slice)], scale: [1, 0.3, 3],
   rotate: [0, -180, 180], order: [0, 0, 999999], tufts: [map.tufts ?? 1, 1, 100],
   cutx: [100, 1, 100], cuty: [100, 1, 100], cutz: [100, 1, 100],
   lightaz: [-61.7, -180, 180], lightup: [41.4, -20, 90], light: [1, 0, 2],
 };
 const whole = ["iterations", "order"];
-const [phase1, phase2, phase3] = anglesOf(map.phase ?? [1, 0, 0, 0]);
-ranges.phase1[0] = phase1, ranges.phase2[0] = phase2, ranges.phase3[0] = phase3;
-ranges.slice = [map.slice, Math.min(-1.5, map.slice), Math.max(1.5, map.slice)];
 
 const standing = ["x", "y", "z", "-x", "-y", "-z"], ownUp = map.up ?? "y";
 /** Every word: the usual first. */
 export const words = { axis: ["x", "y", "z"], up: [ownUp, ...standing.filter((up) => up !== ownUp)], material: ["clay", "iterations", "trap"],
-                       palette: Object.keys(JSON.parse(document.getElementById("palettes").textContent)) };
+                       palette: Object.keys(palettes) };
 
 export const usual = Object.fromEntries([
   ...Object.entries(ranges).map(([name, range]) => [name, range[0]]),
@@ -30,16 +34,14 @@ export const usual = Object.fromEntries([
 
 /** The state now. Change it through `change`. */
 export const state = { ...usual };
-
-const usualPhase = map.phase ?? [1, 0, 0, 0];
+export const differs = (...names) => names.some((name) => state[name] !== usual[name]);
 
 /** The knobs that the state stands for. */
 export function knobsOf() {
-  const isUsual = ["phase1", "phase2", "phase3"].every((name) => state[name] === ranges[name][0]);
   return {
     detail: state.detail, order: state.order, slice: state.slice, drift: state.drift, rotate: state.rotate,
-    phase: isUsual ? usualPhase : phaseOf([state.phase1, state.phase2, state.phase3]),
-    axis: [0, 1, 2].map((i) => Number("xyz"[i] === state.axis)), scale: state.scale, tufts: state.tufts,
+    phase: differs("phase1", "phase2", "phase3") ? phaseOf([state.phase1, state.phase2, state.phase3]) : usualPhase,
+    axis: axisOf(state.axis), scale: state.scale, tufts: state.tufts,
   };
 }
 
@@ -60,9 +62,10 @@ function read(text) {
   return result;
 }
 
+export const short = (v) => String(typeof v === "number" ? Number(v.toPrecision(7)) : v);
+
 /** What differs from the usual, as that text. */
 export function written(values = state) {
-  const short = (v) => String(typeof v === "number" ? Number(v.toPrecision(7)) : v);
   return Object.keys(usual).filter((name) => String(values[name]) !== String(usual[name]))
     .map((name) => `${name}=${name === "look" ? values.look.map(short).join(",") : short(values[name])}`).join("&");
 }
@@ -70,10 +73,16 @@ export function written(values = state) {
 const listeners = [];
 /** `call` gets whether the change has come to rest. */
 export const onChange = (call) => listeners.push(call);
+const tell = (settled) => listeners.forEach((call) => call(settled));
 
 // ---- undo: what stood before each change that came to rest ----
 const past = [], future = [];
 let atRest = { ...state };
+
+function rest() {
+  atRest = { ...state };
+  history.replaceState(null, "", "#" + written());
+}
 
 /** Sets some of the state. `settled` false: more of the same change will follow, as while a slider is dragged. */
 export function change(values, settled = true) {
@@ -83,24 +92,22 @@ export function change(values, settled = true) {
   }
   state.azimuth = ((state.azimuth + 180) % 360 + 360) % 360 - 180;
   if (settled) settle();
-  for (const call of listeners) call(settled);
+  tell(settled);
 }
 
 export function settle() {
   if (written(atRest) === written()) return;
   past.push(atRest);
   future.length = 0;
-  atRest = { ...state };
-  history.replaceState(null, "", "#" + written());
+  rest();
 }
 
 function step(from, to) {
   if (from.length === 0) return;
   to.push({ ...state });
   Object.assign(state, from.pop());
-  atRest = { ...state };
-  history.replaceState(null, "", "#" + written());
-  for (const call of listeners) call(true);
+  rest();
+  tell(true);
 }
 export const undo = () => step(past, future);
 export const redo = () => step(future, past);
@@ -111,5 +118,5 @@ export const canRedo = () => future.length > 0;
 export function followAddress() {
   Object.assign(state, read(location.hash.slice(1)));
   atRest = { ...state };
-  for (const call of listeners) call(true);
+  tell(true);
 }

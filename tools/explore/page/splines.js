@@ -1,6 +1,12 @@
-// The spline of a distance modulus: host/map/map_parts.cpp and distance_grid.cpp.
+// The splines of a distance modulus and of paint: host/map/map_parts.cpp and distance_grid.cpp.
 import { bind, gl, texture } from "./gl.js";
 import { inflated, map } from "./map.js";
+
+/** Hands coefficients to the programs. */
+function upload(name, cells, coefficients) {
+  bind(name, gl.TEXTURE_3D, texture(gl.R32F, cells));
+  gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, ...cells, gl.RED, gl.FLOAT, coefficients);
+}
 
 /** Whole numbers from their differences: all low bytes, then all high ones. */
 function numbersIn(bytes) {
@@ -14,7 +20,7 @@ function numbersIn(bytes) {
 
 /** The coefficients of the same spline on cells half as long along one axis (Chaikin 1974). */
 function halved(from, cells, axis) {
-  const along = cells[axis], stride = axis === 0 ? 1 : axis === 1 ? cells[0] : cells[0] * cells[1];
+  const along = cells[axis], stride = cells.slice(0, axis).reduce((product, n) => product * n, 1);
   const to = new Float32Array(2 * from.length);
   for (let o = 0; o < from.length / along / stride; ++o) {
     for (let i = 0; i < along; ++i) {
@@ -36,22 +42,23 @@ export async function uploadDistances() {
   const bytes = await inflated(map.distance.data), cells = map.distance.cells.map((n) => n / 4);
   const coarse = cells[0] * cells[1] * cells[2], mask = 2 * coarse, begin = mask + Math.ceil(coarse / 8);
   let all = Float32Array.from(numbersIn(bytes.subarray(0, mask)), (n) => n / 64);
-  const blocks = [];
-  for (let i = 0; i < coarse; ++i) if (bytes[mask + (i >> 3)] >> (i & 7) & 1) blocks.push(i);
-  const corrections = numbersIn(bytes.subarray(begin)), rows = [...cells];
-  const size = [...cells];
+  const corrections = numbersIn(bytes.subarray(begin)), size = [...cells];
   for (const axis of [0, 1, 2, 0, 1, 2]) all = halved(all, size, axis);
-  blocks.forEach((block, b) => {
-    const at = [block % rows[0], Math.floor(block / rows[0]) % rows[1], Math.floor(block / rows[0] / rows[1])];
+  for (let block = 0, next = 0; block < coarse; ++block) {
+    if (!(bytes[mask + (block >> 3)] >> (block & 7) & 1)) continue;
+    const at = [block % cells[0], Math.floor(block / cells[0]) % cells[1], Math.floor(block / cells[0] / cells[1])];
     for (let i = 0; i < 64; ++i) {
       const [x, y, z] = [4 * at[0] + (i & 3), 4 * at[1] + (i >> 2 & 3), 4 * at[2] + (i >> 4)];
-      all[(z * size[1] + y) * size[0] + x] += corrections[64 * b + i] / 256;
+      all[(z * size[1] + y) * size[0] + x] += corrections[next++] / 256;
     }
-  });
+  }
   if (Math.max(...size) > gl.getParameter(gl.MAX_3D_TEXTURE_SIZE)) {
     throw new Error(`this browser's graphics cannot hold a grid of ${size.join(" x ")} cells`);
   }
-  const made = texture(gl.R32F, size);
-  bind("coefficients", gl.TEXTURE_3D, made);
-  gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, ...size, gl.RED, gl.FLOAT, all);
+  upload("coefficients", size, all);
+}
+
+/** Hands what shares lack of 1 to the programs, where the map has paint. */
+export async function uploadPaint() {
+  if (map.paint) upload("paint", map.paint.cells, Float32Array.from(await inflated(map.paint.data), (share) => (255 - share) / 256));
 }

@@ -1,3 +1,0 @@
-// The picture's own element.
-
-export const canvas = document.getElementById("canvas");
