@@ -63,7 +63,6 @@ class Queue {
   void replay(const std::vector<std::vector<double>>& messages);
   std::optional<std::size_t> choose(const std::set<std::size_t>& last_choice) const;
   std::optional<EntryStatus> settled_status(std::size_t index) const;
-  void go_round();
   void tell();
   void settle_earlier();
   bool all_settled() const;
