@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "base/text.hpp"
 #include "files.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/version.hpp"
@@ -64,7 +63,7 @@ nlohmann::json device_json(const DeviceInfo& device) {
 }  // namespace
 
 nlohmann::json file_json(const std::filesystem::path& path) {
-  nlohmann::json json = {{"name", base::to_utf8(path.filename().string())}, {"fnv1a64", nullptr}};
+  nlohmann::json json = {{"name", name_of(path)}, {"fnv1a64", nullptr}};
   // What came through a pipe is gone.
   if (std::filesystem::is_regular_file(path)) json["fnv1a64"] = file_hash(path);
   return json;

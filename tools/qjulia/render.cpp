@@ -175,13 +175,8 @@ PictureOptions checked_options(const RenderArguments& arguments) {
       checked(with_look(arguments.options, arguments.look), arguments.map_options);
   auto given = arguments.map_options.given();
   if (!options.cuts.empty()) given.emplace_back("--cut");
-  if (is_mesh_file(arguments.input) && !given.empty()) {
-    throw InputError(
-        fmt::format("{} needs a map, and '{}' is a mesh", given.front(), arguments.input));
-  }
-  if (is_mesh_file(arguments.input) && options.material != Material::clay) {
-    throw InputError(fmt::format("--material needs a map, and '{}' is a mesh", arguments.input));
-  }
+  if (!given.empty()) expect_map(given.front(), arguments.input);
+  if (options.material != Material::clay) expect_map("--material", arguments.input);
   return options;
 }
 
@@ -263,10 +258,7 @@ std::optional<Sweep> wanted_sweep(const RenderArguments& arguments, const Pictur
     map_options.knobs.validate();
     changed.validate();
   }
-  if (!is_of_camera(sweep) && is_mesh_file(arguments.input)) {
-    throw InputError(
-        fmt::format("--sweep {} needs a map, and '{}' is a mesh", sweep.name, arguments.input));
-  }
+  if (!is_of_camera(sweep)) expect_map("--sweep " + sweep.name, arguments.input);
   return sweep;
 }
 
