@@ -296,7 +296,7 @@ int run_batch(const BatchArguments& arguments, Session& session) {
   std::vector<batch::EntryStatus> unsaved;
   const int code = together(ranks, [&]() -> int {
     const auto& [manifest, options, devices, lock] = *started;
-    BatchDisplay display(session.console, manifest.entries.size(), session.console.quiet());
+    BatchDisplay display(session.console, manifest.entries.size());
     unsaved = batch::run_batch(
         manifest, devices, options, [&](const batch::BatchEvent& event) { display.show(event); },
         session.interrupts.token(), &ranks);

@@ -41,6 +41,16 @@ double number(const nlohmann::json& json) {
   return json.is_null() ? std::numeric_limits<double>::quiet_NaN() : json.get<double>();
 }
 
+nlohmann::json stage_json(const StageReport& stage) {
+  return {{"name", stage.name},
+          {"evaluations", stage.evaluations},
+          {"energy_before", stage.energy_before},
+          {"energy_after", stage.energy_after},
+          {"iou", stage.iou},
+          {"iterations", stage.iterations},
+          {"seconds", stage.seconds}};
+}
+
 StageReport stage_from(const nlohmann::json& j) {
   StageReport stage;
   stage.name = j.at("name");
@@ -102,16 +112,6 @@ nlohmann::json to_json(const FitOptions& options) {
       {"polish", options.polish}};
   if (std::isfinite(options.time_limit)) json["time_limit"] = options.time_limit;
   return json;
-}
-
-nlohmann::json to_json(const StageReport& stage) {
-  return {{"name", stage.name},
-          {"evaluations", stage.evaluations},
-          {"energy_before", stage.energy_before},
-          {"energy_after", stage.energy_after},
-          {"iou", stage.iou},
-          {"iterations", stage.iterations},
-          {"seconds", stage.seconds}};
 }
 
 nlohmann::json final_figures(const FitResult& result) {
@@ -211,7 +211,7 @@ FitResult finished_fit(RationalMap map, const std::filesystem::path& file) {
 nlohmann::json provenance(const std::filesystem::path& mesh_path, const FitOptions& options,
                           const Device& device, const FitResult& result) {
   nlohmann::json stages = nlohmann::json::array();
-  for (const StageReport& stage : result.stages) stages.push_back(to_json(stage));
+  for (const StageReport& stage : result.stages) stages.push_back(stage_json(stage));
   nlohmann::json used = device_json(device.info());
   if (!device.has_own_layout()) used["layout"] = to_string(device.layout());
   if (device.is_tuned(options.precision))

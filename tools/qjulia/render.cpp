@@ -431,7 +431,7 @@ void describe_render(Command command, RenderArguments& a) {
   command.flag("--preview", a.preview,
                "First write a rough picture, up to 320 wide, as NAME.preview.png; it goes when the "
                "picture is done");
-  add_look(command, a.look);
+  add_look(command, a.look, a.options);
   add_map_options(command, a.map_options, "The set is cut open at its faces. Default: all of it");
   add_device(command, a.device);
 }
