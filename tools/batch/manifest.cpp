@@ -161,8 +161,8 @@ class Reader {
   bool read_output(const std::string& name, const toml::node& node, std::size_t line,
                    BatchOutputs& outputs) {
     if (name == "surface") {
-      if (const auto wanted = node.value<bool>(); wanted && node.is_boolean()) {
-        outputs.surface = *wanted ? std::optional<std::string>(".ply") : std::nullopt;
+      if (const auto* wanted = node.as_boolean()) {
+        outputs.surface = wanted->get() ? std::optional<std::string>(".ply") : std::nullopt;
       } else if (const auto kind = node.value<std::string>();
                  kind && has_type("surface." + *kind, FileContent::mesh, FileUse::write)) {
         outputs.surface = extension_of("surface." + *kind);

@@ -15,10 +15,6 @@ using Message = Ranks::Numbers;
 /// A rank with nothing to tell joins a round as often, so that others are not kept waiting.
 constexpr std::chrono::milliseconds kBetweenRounds{50};
 
-FitKey key_of(const BatchOptions& options, const BatchEntry& entry) {
-  return options.key ? options.key(entry) : FitKey{};
-}
-
 bool files_exist(const std::filesystem::path& folder, const EntryStatus& status) {
   return std::ranges::all_of(status.files, [&](const std::string& name) {
     return std::filesystem::exists(folder / name);
@@ -209,7 +205,7 @@ std::optional<EntryStatus> Queue::settled_status(std::size_t index) const {
   const BatchEntry& entry = manifest_.entries[index];
   auto known = read_status(options_.folder, entry.name);
   if (!known || !is_settled(known->state)) return std::nullopt;
-  const FitKey key = key_of(options_, entry);
+  const FitKey key = options_.key(entry);
   if (known->state == EntryState::failed) {
     return known->key == key ? std::move(known) : std::nullopt;
   }
@@ -217,17 +213,6 @@ std::optional<EntryStatus> Queue::settled_status(std::size_t index) const {
   const bool same_inputs = known->key.inputs == key.inputs || key.inputs.empty();
   const bool same = same_inputs && known->key.options == key.options;
   return same && files_exist(options_.folder, *known) ? std::move(known) : std::nullopt;
-}
-
-EntryStatus Queue::first_status(std::size_t index) const {
-  const BatchEntry& entry = manifest_.entries[index];
-  EntryStatus status;
-  status.name = entry.name;
-  status.mesh = entry.mesh.string();
-  status.key = key_of(options_, entry);
-  const auto known = read_status(options_.folder, entry.name);
-  if (known && known->key == status.key) status.failed_tries = known->failed_tries;
-  return status;
 }
 
 bool Queue::all_settled() const {

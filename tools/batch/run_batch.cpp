@@ -70,8 +70,7 @@ struct Runner {
       queue.put_back(number, index, status);
     };
     try {
-      status = queue.first_status(index);
-      begin(status);
+      begin(entry, status);
       if (!worker) worker = device.open();
       EntryResult result = worker(entry, options.folder, monitor(status, start));
       status.files = std::move(result.files);
@@ -92,7 +91,10 @@ struct Runner {
     observe({.kind = kind, .status = status, .device = device.name, .message = message});
   }
 
-  void begin(EntryStatus& status) {
+  void begin(const BatchEntry& entry, EntryStatus& status) {
+    auto known = read_status(options.folder, entry.name);
+    status.key = options.key(entry);
+    if (known && known->key == status.key) status.failed_tries = std::move(known->failed_tries);
     status.state = EntryState::running;
     status.host = host_name();
     status.process = ::getpid();

@@ -57,6 +57,7 @@ struct Sweep {
   std::vector<double> values;
 };
 
+/// Sets the option. @throws InputError for a value that it cannot have.
 using Setter = void (*)(double, MapOptions&, PictureOptions&);
 
 /// cos A + u sin A, for a unit vector along `axis` (1: i, 2: j, 3: k) and A in degrees.
@@ -165,11 +166,6 @@ bool is_of_camera(const Sweep& sweep) {
   return sweep.name == "azimuth" || sweep.name == "elevation" || sweep.name == "zoom";
 }
 
-/// Sets the swept option to `value`. @throws InputError where it must be whole and is not.
-void set(const Sweep& sweep, double value, MapOptions& map, PictureOptions& picture) {
-  setters().at(sweep.name)(value, map, picture);
-}
-
 PictureOptions checked_options(const RenderArguments& arguments) {
   PictureOptions options =
       checked(with_look(arguments.options, arguments.look), arguments.map_options);
@@ -254,7 +250,7 @@ std::optional<Sweep> wanted_sweep(const RenderArguments& arguments, const Pictur
   for (const double value : sweep.values) {
     MapOptions map_options = arguments.map_options;
     PictureOptions changed = options;
-    set(sweep, value, map_options, changed);
+    setters().at(sweep.name)(value, map_options, changed);
     map_options.knobs.validate();
     changed.validate();
   }
@@ -317,7 +313,7 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
         fmt::format("picture {} of {}: {}", frames.size() + 1, sweep.values.size(), caption));
     MapOptions map_options = arguments.map_options;
     PictureOptions frame_options = options;
-    set(sweep, value, map_options, frame_options);
+    setters().at(sweep.name)(value, map_options, frame_options);
     if (!studio || !is_of_camera(sweep)) {
       studio = studio_of(device, scene, arguments.input, map_options, frame_options, session);
     }
