@@ -22,25 +22,12 @@ using namespace qjulia;
 using Catch::Matchers::Contains;
 using qjulia::test::read_text;
 using qjulia::test::TemporaryFolder;
-using Work = std::function<batch::EntryResult(
-    const batch::BatchEntry&, const std::filesystem::path&, const ProgressMonitor&)>;
+using Work = batch::BatchWorker;
 
 namespace {
 
-class FakeWorker final : public batch::BatchWorker {
- public:
-  explicit FakeWorker(Work work) : work_(std::move(work)) {}
-  batch::EntryResult run(const batch::BatchEntry& entry, const std::filesystem::path& folder,
-                         const ProgressMonitor& monitor) override {
-    return work_(entry, folder, monitor);
-  }
-
- private:
-  Work work_;
-};
-
 batch::BatchDevice device(const std::string& name, Work work) {
-  return {name, [work = std::move(work)] { return std::make_unique<FakeWorker>(work); }};
+  return {name, [work = std::move(work)] { return work; }};
 }
 
 batch::EntryResult write_map(const batch::BatchEntry& entry, const std::filesystem::path& folder,

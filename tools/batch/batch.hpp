@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -113,27 +112,18 @@ struct EntryResult {
   nlohmann::json figures;
 };
 
-/// Runs entries one after another on one device.
-class BatchWorker {
- public:
-  virtual ~BatchWorker() = default;
-  /// Writes the entry's files into `folder`, each under its name only when it is complete.
-  /// @throws DeviceError, KernelBuildError: the device is to blame, another may do it; Interrupted;
-  ///   whatever else: the entry has failed.
-  virtual EntryResult run(const BatchEntry& entry, const std::filesystem::path& folder,
-                          const ProgressMonitor& monitor) = 0;
-
- protected:
-  BatchWorker() = default;
-  BatchWorker(const BatchWorker&) = default;
-  BatchWorker& operator=(const BatchWorker&) = default;
-};
+/// Runs entries one after another on one device. Writes an entry's files into `folder`, each under
+/// its name only when it is complete.
+/// @throws DeviceError, KernelBuildError: the device is to blame, another may do it; Interrupted;
+///   whatever else: the entry has failed.
+using BatchWorker = std::function<EntryResult(
+    const BatchEntry& entry, const std::filesystem::path& folder, const ProgressMonitor& monitor)>;
 
 /// One of the queues a batch runs on: a device, or a share of one.
 struct BatchDevice {
   std::string name;
   /// Opens it, again after it has failed. @throws Error
-  std::function<std::unique_ptr<BatchWorker>()> open;
+  std::function<BatchWorker()> open;
 };
 
 struct BatchOptions {

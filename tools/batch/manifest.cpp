@@ -34,9 +34,6 @@ std::optional<std::string> as_text(const toml::node& node) {
   return std::nullopt;
 }
 
-/// Whether the path has one of the characters * ? [ and so may stand for several files.
-bool is_glob(const std::string& path) { return path.find_first_of("*?[") != std::string::npos; }
-
 /// Mesh files (by extension) that match, sorted; relative patterns begin at `folder`.
 std::vector<std::filesystem::path> find_meshes(const std::filesystem::path& folder,
                                                const std::string& pattern) {
@@ -164,8 +161,8 @@ class Reader {
   bool read_output(const std::string& name, const toml::node& node, std::size_t line,
                    BatchOutputs& outputs) {
     if (name == "surface") {
-      if (const auto wanted = node.value<bool>(); wanted && node.is_boolean()) {
-        outputs.surface = *wanted ? std::optional<std::string>(".ply") : std::nullopt;
+      if (const auto* wanted = node.as_boolean()) {
+        outputs.surface = wanted->get() ? std::optional<std::string>(".ply") : std::nullopt;
       } else if (const auto kind = node.value<std::string>();
                  kind && has_type("surface." + *kind, FileContent::mesh, FileUse::write)) {
         outputs.surface = extension_of("surface." + *kind);
@@ -249,7 +246,8 @@ class Reader {
     }
     const auto folder = manifest_.file.parent_path();
     std::vector<std::filesystem::path> meshes{folder / *section.mesh};
-    if (is_glob(*section.mesh) && !std::filesystem::exists(meshes.front())) {
+    const bool is_glob = section.mesh->find_first_of("*?[") != std::string::npos;
+    if (is_glob && !std::filesystem::exists(meshes.front())) {
       meshes = find_meshes(folder, *section.mesh);
       if (meshes.empty() && !meshes_may_be_missing_) {
         complain(section.line, fmt::format("no mesh matches '{}'", *section.mesh));

@@ -15,10 +15,6 @@ using Message = Ranks::Numbers;
 /// A rank with nothing to tell joins a round as often, so that others are not kept waiting.
 constexpr std::chrono::milliseconds kBetweenRounds{50};
 
-FitKey key_of(const BatchOptions& options, const BatchEntry& entry) {
-  return options.key ? options.key(entry) : FitKey{};
-}
-
 bool files_exist(const std::filesystem::path& folder, const EntryStatus& status) {
   return std::ranges::all_of(status.files, [&](const std::string& name) {
     return std::filesystem::exists(folder / name);
@@ -28,17 +24,6 @@ bool files_exist(const std::filesystem::path& folder, const EntryStatus& status)
 bool is_settled(EntryState state) {
   return state == EntryState::done || state == EntryState::failed;
 }
-
-/// Takes a message apart again, number by number.
-class MessageReader {
- public:
-  explicit MessageReader(const Message& message) : message_(message) {}
-  std::size_t next() { return static_cast<std::size_t>(message_.at(at_++)); }
-
- private:
-  const Message& message_;
-  std::size_t at_ = 0;
-};
 
 }  // namespace
 
@@ -107,24 +92,21 @@ void Queue::leave(std::size_t runner) noexcept {
 
 void Queue::run() {
   try {
-    go_round();
+    settle_earlier();
+    bool is_runner_left = true;
+    while (is_runner_left) {
+      const Message mine = message();
+      const auto messages =
+          ranks_ == nullptr ? std::vector<Message>{mine} : ranks_->all_gather(mine);
+      replay(messages);
+      is_runner_left =
+          std::ranges::any_of(messages, [](const Message& m) { return m.front() != 0; });
+    }
   } catch (...) {
     const std::lock_guard lock(mutex_);
     has_failed_ = true;
     changed_.notify_all();
     throw;
-  }
-}
-
-void Queue::go_round() {
-  settle_earlier();
-  for (;;) {
-    const Message mine = message();
-    const auto messages = ranks_ == nullptr ? std::vector<Message>{mine} : ranks_->all_gather(mine);
-    replay(messages);
-    const bool none_left =
-        std::ranges::all_of(messages, [](const Message& m) { return m.front() == 0; });
-    if (none_left) return;
   }
 }
 
@@ -154,12 +136,14 @@ Message Queue::message() {
 void Queue::replay(const std::vector<Message>& messages) {
   std::vector<Settled> settled;
   std::unique_lock lock(mutex_);
-  std::vector<MessageReader> readers(messages.begin(), messages.end());
-  for (std::size_t rank = 0; rank < readers.size(); ++rank) {
-    readers[rank].next();  // its runners
-    for (auto left = readers[rank].next(); left > 0; --left) {
-      const std::size_t index = readers[rank].next();
-      const auto state = static_cast<EntryState>(readers[rank].next());
+  std::vector<std::size_t> taken(messages.size(), 1);  // of each; its runners come first
+  const auto take = [&](std::size_t rank) {
+    return static_cast<std::size_t>(messages[rank].at(taken[rank]++));
+  };
+  for (std::size_t rank = 0; rank < messages.size(); ++rank) {
+    for (auto left = take(rank); left > 0; --left) {
+      const std::size_t index = take(rank);
+      const auto state = static_cast<EntryState>(take(rank));
       places_[index] = is_settled(state) ? Place::settled : Place::open;
       if (!is_settled(state)) continue;
       if (rank == rank_) {
@@ -172,11 +156,11 @@ void Queue::replay(const std::vector<Message>& messages) {
       }
     }
   }
-  for (std::size_t rank = 0; rank < readers.size(); ++rank) {
-    for (auto left = readers[rank].next(); left > 0; --left) {
-      const std::size_t runner = readers[rank].next();
+  for (std::size_t rank = 0; rank < messages.size(); ++rank) {
+    for (auto left = take(rank); left > 0; --left) {
+      const std::size_t runner = take(rank);
       std::set<std::size_t> last_choice;
-      for (auto n = readers[rank].next(); n > 0; --n) last_choice.insert(readers[rank].next());
+      for (auto n = take(rank); n > 0; --n) last_choice.insert(take(rank));
       const auto index = choose(last_choice);
       if (!index) continue;
       places_[*index] = Place::taken;
@@ -221,7 +205,7 @@ std::optional<EntryStatus> Queue::settled_status(std::size_t index) const {
   const BatchEntry& entry = manifest_.entries[index];
   auto known = read_status(options_.folder, entry.name);
   if (!known || !is_settled(known->state)) return std::nullopt;
-  const FitKey key = key_of(options_, entry);
+  const FitKey key = options_.key(entry);
   if (known->state == EntryState::failed) {
     return known->key == key ? std::move(known) : std::nullopt;
   }
@@ -229,17 +213,6 @@ std::optional<EntryStatus> Queue::settled_status(std::size_t index) const {
   const bool same_inputs = known->key.inputs == key.inputs || key.inputs.empty();
   const bool same = same_inputs && known->key.options == key.options;
   return same && files_exist(options_.folder, *known) ? std::move(known) : std::nullopt;
-}
-
-EntryStatus Queue::first_status(std::size_t index) const {
-  const BatchEntry& entry = manifest_.entries[index];
-  EntryStatus status;
-  status.name = entry.name;
-  status.mesh = entry.mesh.string();
-  status.key = key_of(options_, entry);
-  const auto known = read_status(options_.folder, entry.name);
-  if (known && known->key == status.key) status.failed_tries = known->failed_tries;
-  return status;
 }
 
 bool Queue::all_settled() const {

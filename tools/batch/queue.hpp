@@ -36,9 +36,6 @@ class Queue {
   std::optional<std::size_t> next(std::size_t runner, const std::set<std::size_t>& last_choice,
                                   const std::stop_token& stop);
 
-  /// What work on an entry begins with: its key, and what was tried before.
-  EntryStatus first_status(std::size_t index) const;
-
   /// Writes the status down and hands the entry on: settled when done or failed, else open again.
   void put_back(std::size_t runner, std::size_t index, const EntryStatus& status);
 
@@ -63,7 +60,6 @@ class Queue {
   void replay(const std::vector<std::vector<double>>& messages);
   std::optional<std::size_t> choose(const std::set<std::size_t>& last_choice) const;
   std::optional<EntryStatus> settled_status(std::size_t index) const;
-  void go_round();
   void tell();
   void settle_earlier();
   bool all_settled() const;

@@ -29,19 +29,12 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Hands events to the observer one at a time.
-class Observer {
- public:
-  explicit Observer(const std::function<void(const BatchEvent&)>& observe) : observe_(observe) {}
-  void operator()(const BatchEvent& event) {
-    const std::lock_guard lock(mutex_);
-    if (observe_) observe_(event);
-  }
-
- private:
-  const std::function<void(const BatchEvent&)>& observe_;
-  std::mutex mutex_;
-};
+/// Whether the device, not the entry, is to blame.
+bool is_of_device(const std::exception& error) {
+  return dynamic_cast<const DeviceError*>(&error) != nullptr ||
+         dynamic_cast<const KernelBuildError*>(&error) != nullptr ||
+         dynamic_cast<const NoDeviceError*>(&error) != nullptr;
+}
 
 /// One device's thread.
 struct Runner {
@@ -50,9 +43,9 @@ struct Runner {
   const BatchDevice& device;
   const BatchOptions& options;
   Queue& queue;
-  Observer& observe;
+  const std::function<void(const BatchEvent&)>& observe;
   const std::stop_token& stop;
-  std::unique_ptr<BatchWorker> worker{};
+  BatchWorker worker{};
   std::set<std::size_t> failed_here{};
   std::set<std::size_t> failed_in_a_row{};
 
@@ -76,14 +69,10 @@ struct Runner {
       status.progress = {};
       queue.put_back(number, index, status);
     };
-    const auto device_failed = [&](const std::exception& error) {
-      return blame_device(index, status, error.what(), put_back);
-    };
     try {
-      status = queue.first_status(index);
-      begin(status);
+      begin(entry, status);
       if (!worker) worker = device.open();
-      EntryResult result = worker->run(entry, options.folder, monitor(status, start));
+      EntryResult result = worker(entry, options.folder, monitor(status, start));
       status.files = std::move(result.files);
       status.figures = std::move(result.figures);
       put_back(EntryState::done);
@@ -91,13 +80,8 @@ struct Runner {
     } catch (const Interrupted&) {
       put_back(EntryState::interrupted);
       tell(Kind::interrupted, &status);
-    } catch (const DeviceError& error) {
-      return device_failed(error);
-    } catch (const KernelBuildError& error) {
-      return device_failed(error);
-    } catch (const NoDeviceError& error) {
-      return device_failed(error);
     } catch (const std::exception& error) {
+      if (is_of_device(error)) return blame_device(index, status, error.what(), put_back);
       put_back(EntryState::failed, base::message_of(error));
     }
     return true;
@@ -107,7 +91,10 @@ struct Runner {
     observe({.kind = kind, .status = status, .device = device.name, .message = message});
   }
 
-  void begin(EntryStatus& status) {
+  void begin(const BatchEntry& entry, EntryStatus& status) {
+    auto known = read_status(options.folder, entry.name);
+    status.key = options.key(entry);
+    if (known && known->key == status.key) status.failed_tries = std::move(known->failed_tries);
     status.state = EntryState::running;
     status.host = host_name();
     status.process = ::getpid();
@@ -136,7 +123,7 @@ struct Runner {
   template <class PutBack>
   bool blame_device(std::size_t index, EntryStatus& status, const std::string& why,
                     const PutBack& put_back) {
-    worker.reset();  // a context that failed once may never work again
+    worker = nullptr;  // a context that failed once may never work again
     failed_here.insert(index);
     failed_in_a_row.insert(index);
     status.failed_tries.push_back({device.name, why});
@@ -221,7 +208,11 @@ std::vector<EntryStatus> run_batch(const Manifest& manifest,
                                    const BatchOptions& options,
                                    const std::function<void(const BatchEvent&)>& observe,
                                    std::stop_token stop, Ranks* ranks) {
-  Observer observer(observe);
+  std::mutex one_at_a_time;
+  const std::function<void(const BatchEvent&)> observer = [&](const BatchEvent& event) {
+    const std::lock_guard lock(one_at_a_time);
+    if (observe) observe(event);
+  };
   Queue queue(manifest, options, ranks, devices.size(), [&](const Settled& settled) {
     const EntryStatus& status = settled.status;
     observer({.kind = status.state == EntryState::done ? Kind::done : Kind::failed,

@@ -34,11 +34,6 @@ using nlohmann::json;
 
 constexpr std::uint64_t kLargestFile = std::uint64_t{64} << 20;
 
-/// File names need not be UTF-8.
-std::string dump(const json& object) {
-  return object.dump(1, ' ', false, json::error_handler_t::replace) + '\n';
-}
-
 }  // namespace
 
 std::string to_string(EntryState state) { return json(state).get<std::string>(); }
@@ -47,6 +42,10 @@ json EntryStatus::to_json() const {
   json all = *this;
   if (!std::isfinite(progress.seconds_left)) all["progress"]["seconds_left"] = -1.0;
   return all;
+}
+
+void write_json(const std::filesystem::path& file, const json& object) {
+  base::write_file(file, object.dump(1, ' ', false, json::error_handler_t::replace) + '\n');
 }
 
 std::filesystem::path status_path(const std::filesystem::path& folder, const std::string& name) {
@@ -67,7 +66,7 @@ std::optional<EntryStatus> read_status(const std::filesystem::path& folder,
 }
 
 void write_status(const std::filesystem::path& folder, const EntryStatus& status) {
-  base::write_file(status_path(folder, status.name), dump(status.to_json()));
+  write_json(status_path(folder, status.name), status.to_json());
 }
 
 void write_index(const std::filesystem::path& folder, const Manifest& manifest) {
@@ -75,8 +74,7 @@ void write_index(const std::filesystem::path& folder, const Manifest& manifest) 
   for (const BatchEntry& entry : manifest.entries) {
     entries.push_back({{"name", entry.name}, {"mesh", entry.mesh.string()}});
   }
-  base::write_file(folder / "batch.json",
-                   dump({{"manifest", manifest.file.string()}, {"entries", entries}}));
+  write_json(folder / "batch.json", {{"manifest", manifest.file.string()}, {"entries", entries}});
 }
 
 std::string time_stamp() {

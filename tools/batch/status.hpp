@@ -21,6 +21,9 @@ void write_status(const std::filesystem::path& folder, const EntryStatus& status
 /// batch.json: which entries there are. @throws OutputError
 void write_index(const std::filesystem::path& folder, const Manifest& manifest);
 
+/// File names need not be UTF-8. @throws OutputError
+void write_json(const std::filesystem::path& file, const nlohmann::json& object);
+
 /// Now, in UTC, as ISO 8601.
 std::string time_stamp();
 

@@ -8,6 +8,7 @@
 
 #include "base/output_file.hpp"
 #include "batch/batch.hpp"
+#include "batch/status.hpp"
 #include "qjulia/picture.hpp"
 
 namespace qjulia::batch {
@@ -134,9 +135,7 @@ void write_summary(const std::filesystem::path& folder, const std::vector<EntryS
     one.erase("progress");
     all.push_back(std::move(one));
   }
-  const json summary = {{"counts", counts(entries)}, {"entries", std::move(all)}};
-  base::write_file(folder / "summary.json",
-                   summary.dump(1, ' ', false, json::error_handler_t::replace) + '\n');
+  write_json(folder / "summary.json", {{"counts", counts(entries)}, {"entries", std::move(all)}});
   base::write_file(folder / "summary.csv", csv(entries));
   write_contact_sheet(folder, entries);
 }

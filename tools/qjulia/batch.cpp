@@ -52,13 +52,13 @@ nlohmann::json without_times(nlohmann::json provenance) {
 }
 
 /// What a batch does with an entry: a mesh in, a map, a surface and a picture out.
-class FitWorker final : public batch::BatchWorker {
+class FitWorker {
  public:
   explicit FitWorker(CachedTuning kept)
       : device_(std::move(kept.device)), tuning_warning_(std::move(kept.warning)) {}
 
-  batch::EntryResult run(const batch::BatchEntry& entry, const std::filesystem::path& folder,
-                         const ProgressMonitor& monitor) override {
+  batch::EntryResult operator()(const batch::BatchEntry& entry, const std::filesystem::path& folder,
+                                const ProgressMonitor& monitor) const {
     const FitOptions options = checked_options(entry.options);
     MeshReport mesh_report;
     const TriangleMesh mesh = read_mesh(entry.mesh, &mesh_report, monitor.stop);
@@ -164,8 +164,7 @@ std::vector<batch::BatchDevice> batch_devices(const BatchArguments& arguments,
     const int queues = info.kind == DeviceKind::cpu ? arguments.jobs : 1;
     for (int i = 0; i < queues; ++i) {
       devices.push_back({describe(info), [place = fmt::format("{}:{}", info.platform, info.index)] {
-                           return std::make_unique<FitWorker>(
-                               with_cached_tuning(Device::choose(place)));
+                           return FitWorker(with_cached_tuning(Device::choose(place)));
                          }});
     }
   }
@@ -297,7 +296,7 @@ int run_batch(const BatchArguments& arguments, Session& session) {
   std::vector<batch::EntryStatus> unsaved;
   const int code = together(ranks, [&]() -> int {
     const auto& [manifest, options, devices, lock] = *started;
-    BatchDisplay display(session.console, manifest.entries.size(), session.console.quiet());
+    BatchDisplay display(session.console, manifest.entries.size());
     unsaved = batch::run_batch(
         manifest, devices, options, [&](const batch::BatchEvent& event) { display.show(event); },
         session.interrupts.token(), &ranks);

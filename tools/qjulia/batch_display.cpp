@@ -46,8 +46,10 @@ std::string describe(const batch::EntryStatus& status) {
   return text;
 }
 
-BatchDisplay::BatchDisplay(Console& console, std::size_t entries, bool quiet)
-    : console_(console), entries_(entries), table_(!quiet && ::isatty(STDERR_FILENO) == 1) {}
+BatchDisplay::BatchDisplay(Console& console, std::size_t entries)
+    : console_(console),
+      entries_(entries),
+      table_(!console.quiet() && ::isatty(STDERR_FILENO) == 1) {}
 
 BatchDisplay::~BatchDisplay() { clear_table(); }
 

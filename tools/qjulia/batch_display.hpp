@@ -12,8 +12,8 @@ namespace qjulia::tools {
 
 class BatchDisplay {
  public:
-  /// @param entries of the whole batch. @param quiet only warnings.
-  BatchDisplay(Console& console, std::size_t entries, bool quiet);
+  /// @param entries of the whole batch.
+  BatchDisplay(Console& console, std::size_t entries);
   ~BatchDisplay();
   BatchDisplay(const BatchDisplay&) = delete;
   BatchDisplay& operator=(const BatchDisplay&) = delete;

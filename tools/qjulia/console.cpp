@@ -15,8 +15,7 @@
 namespace qjulia::tools {
 namespace {
 
-constexpr std::chrono::milliseconds kBetweenBars{100};
-constexpr std::chrono::seconds kBetweenLines{5};
+constexpr std::chrono::milliseconds kBetweenBars{100}, kBetweenLines{5000};
 
 /// The first `count` characters of UTF-8 text.
 std::string cut(const std::string& text, std::size_t count) {
@@ -128,9 +127,7 @@ ProgressDisplay::ProgressDisplay() : terminal_(::isatty(STDERR_FILENO) == 1) {}
 void ProgressDisplay::show(const Progress& progress) {
   const auto now = Clock::now();
   const bool changed = progress.activity != activity_;
-  const Clock::duration pause =
-      terminal_ ? Clock::duration(kBetweenBars) : Clock::duration(kBetweenLines);
-  if (!changed && now - last_ < pause) return;
+  if (!changed && now - last_ < (terminal_ ? kBetweenBars : kBetweenLines)) return;
   activity_ = progress.activity;
   last_ = now;
   if (terminal_) {

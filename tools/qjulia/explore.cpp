@@ -11,7 +11,6 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "base/text.hpp"
 #include "commands.hpp"
 #include "explore/server.hpp"
 #include "files.hpp"
@@ -31,10 +30,6 @@ struct ExploreArguments {
   bool opens = false;
   explore::ServerOptions options;
 };
-
-std::string name_of(const std::filesystem::path& file) {
-  return base::to_utf8(file.filename().string());
-}
 
 /// A fit of the mesh that pages watch. What it says goes to the console from the server's thread,
 /// while this one waits.

@@ -1,7 +1,10 @@
 #pragma once
-/// Files by their names, and what tells whether two are the same.
+/// Files by their names, what tells whether two are the same, and what they say of how they were
+/// made.
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <stop_token>
 #include <string>
 #include <string_view>
 
@@ -9,6 +12,12 @@ namespace qjulia::tools {
 
 /// Whether the name is that of a mesh: .obj, .off, .ply or .stl.
 bool is_mesh_file(const std::filesystem::path& path);
+
+/// @throws InputError when the file is a mesh: `option` needs a map.
+void expect_map(const std::string& option, const std::filesystem::path& path);
+
+/// Without its folder, in UTF-8.
+std::string name_of(const std::filesystem::path& path);
 
 /// @throws InputError when a map to be written has the name of another type, such as x.png.
 void check_map_name(const std::filesystem::path& path);
@@ -21,5 +30,15 @@ std::string file_hash(const std::filesystem::path& path);
 
 /// The same of a text.
 std::string text_hash(std::string_view text);
+
+/// Whether the name is that of a picture (.png) or a scene (.glb), which can hold a note.
+bool can_hold_note(const std::filesystem::path& path);
+
+/// The note that `render`, `compare` and `surface` leave in pictures (a tEXt chunk) and scenes
+/// (asset.extras.made_with).
+/// @return the note under "made_with", and "width" and "height" of a picture or "vertices" and
+/// "triangles" of a scene.
+/// @throws InputError when the file is neither, or says nothing.
+nlohmann::json embedded_note(const std::filesystem::path& path, const std::stop_token& stop);
 
 }  // namespace qjulia::tools

@@ -4,19 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "base/input_file.hpp"
-#include "base/text.hpp"
 #include "commands.hpp"
 #include "files.hpp"
 #include "map_options.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/figures.hpp"
-#include "qjulia/file_types.hpp"
 #include "qjulia/label_check.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/mesh.hpp"
@@ -85,8 +81,8 @@ void describe_interior(const TriangleMesh& mesh, const Device& device, const std
     const double inradius = shape.inradius / shape.shape_to_map.scale;
     const Eigen::Vector3d deepest = shape.shape_to_map.to_shape(Eigen::Vector3d::Zero());
     answer.add(fmt::format("inradius      {:.4g}, about ({:.4g}, {:.4g}, {:.4g})", inradius,
-                           deepest.x(), deepest.y(), deepest.z()));
-    answer.json["inradius"] = inradius;
+                           deepest.x(), deepest.y(), deepest.z()),
+               "inradius", inradius);
     answer.json["deepest_point"] = {deepest.x(), deepest.y(), deepest.z()};
   } catch (const InputError& error) {
     answer.add(fmt::format("note          it cannot be fitted: {}", error.what()));
@@ -127,22 +123,25 @@ void describe_print(const TriangleMesh& mesh, const MeshReport& report, const De
   const WallThickness walls = wall_thickness(device, mesh);
   const bool printable = report.closed() && report.components == 1 && !report.is_inside_out;
   const std::string advice = print_advice(mesh, report, walls, nozzle);
-  answer.json["printable"] = {{"closed_body", printable},
-                              {"thinnest_wall", walls.thinnest},
-                              {"tenth_of_walls_below", walls.tenth},
-                              {"median_wall", walls.median},
-                              {"nozzle", nozzle},
-                              {"ready", advice.empty()},
-                              {"advice", advice}};
-  answer.add(fmt::format(
-      "printing      {}: {} open edges, {} non-manifold edges, {} {}\n"
-      "walls         1 % are under {:.3g}, 10 % under {:.3g}; the median is {:.3g} (units of the "
-      "file)\n"
-      "verdict       {} with a nozzle of {:.3g} mm (units taken as millimetres): {}",
-      printable ? "one closed body" : "not one closed body", report.open_edges,
-      report.non_manifold_edges, report.components, report.components == 1 ? "body" : "bodies",
-      walls.thinnest, walls.tenth, walls.median, advice.empty() ? "ready to print" : "not yet",
-      nozzle, advice.empty() ? lost_detail(walls, nozzle) : advice));
+  answer.add(
+      fmt::format("printing      {}: {} open edges, {} non-manifold edges, {} {}\n"
+                  "walls         1 % are under {:.3g}, 10 % under {:.3g}; the median is {:.3g} "
+                  "(units of the "
+                  "file)\n"
+                  "verdict       {} with a nozzle of {:.3g} mm (units taken as millimetres): {}",
+                  printable ? "one closed body" : "not one closed body", report.open_edges,
+                  report.non_manifold_edges, report.components,
+                  report.components == 1 ? "body" : "bodies", walls.thinnest, walls.tenth,
+                  walls.median, advice.empty() ? "ready to print" : "not yet", nozzle,
+                  advice.empty() ? lost_detail(walls, nozzle) : advice),
+      "printable",
+      {{"closed_body", printable},
+       {"thinnest_wall", walls.thinnest},
+       {"tenth_of_walls_below", walls.tenth},
+       {"median_wall", walls.median},
+       {"nozzle", nozzle},
+       {"ready", advice.empty()},
+       {"advice", advice}});
 }
 
 Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
@@ -261,9 +260,9 @@ void describe_paint(const RationalMap& map, Answer& answer) {
   answer.add(
       fmt::format("paint         {} x {} x {} cells of {:.3g}, map units; shares of the "
                   "detail from {:.3g} on, {:.3g} on average",
-                  nx, ny, nz, map.paint->step, least, mean));
-  answer.json["paint"] = {
-      {"cells", {nx, ny, nz}}, {"step", map.paint->step}, {"least", least}, {"mean", mean}};
+                  nx, ny, nz, map.paint->step, least, mean),
+      "paint",
+      {{"cells", {nx, ny, nz}}, {"step", map.paint->step}, {"least", least}, {"mean", mean}});
 }
 
 void describe_shape(const RationalMap& map, Answer& answer) {
@@ -317,9 +316,9 @@ void describe_precision(const RationalMap& map, const Device& device, const std:
   answer.add(
       fmt::format("precision     {} of {} labels near the surface ({:.3f} %) differ between "
                   "single and double precision at n = {}",
-                  check.different, check.points, 100 * share, check.iterations));
-  answer.json["precision"] = {
-      {"points", check.points}, {"different", check.different}, {"iterations", check.iterations}};
+                  check.different, check.points, 100 * share, check.iterations),
+      "precision",
+      {{"points", check.points}, {"different", check.different}, {"iterations", check.iterations}});
 }
 
 Answer map_info(const InfoArguments& arguments, const Session& session) {
@@ -357,92 +356,9 @@ Answer map_info(const InfoArguments& arguments, const Session& session) {
   return answer;
 }
 
-/// Notes stand at the beginning of a file, before pixels and vertices.
-constexpr std::uint64_t kLongestBeginning = std::uint64_t{1} << 20;
-
-std::uint32_t unsigned_at(std::string_view bytes, std::size_t at, bool big_endian) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const auto byte = static_cast<unsigned char>(bytes[at + (big_endian ? i : 3 - i)]);
-    value = value << 8U | byte;
-  }
-  return value;
-}
-
-/// PNG specification, 5.3: length, type, data, CRC; the first chunk is IHDR.
-nlohmann::json picture_note(std::string_view bytes) {
-  using namespace std::string_view_literals;
-  constexpr std::size_t kSignature = 8, kType = 4, kData = 8, kFrame = 12;
-  constexpr std::string_view kKeyword = "qjulia\0"sv;
-  nlohmann::json json;
-  for (std::size_t chunk = kSignature; chunk + kFrame <= bytes.size();) {
-    const std::size_t length = unsigned_at(bytes, chunk, true);
-    const std::string_view type = bytes.substr(chunk + kType, 4);
-    if (length > bytes.size() - chunk - kFrame || type == "IDAT") break;
-    const std::string_view data = bytes.substr(chunk + kData, length);
-    if (type == "IHDR" && length >= 8) {
-      json["width"] = unsigned_at(data, 0, true);
-      json["height"] = unsigned_at(data, 4, true);
-    } else if (type == "tEXt" && data.starts_with(kKeyword)) {
-      json["made_with"] = nlohmann::json::parse(data.substr(kKeyword.size()));
-    }
-    chunk += kFrame + length;
-  }
-  return json;
-}
-
-/// glTF 2.0, 4.4: a header of 12 bytes, then length and type of the JSON chunk.
-nlohmann::json scene_note(std::string_view bytes) {
-  constexpr std::size_t kChunk = 12, kData = 20;
-  if (bytes.size() < kData) return {};
-  const nlohmann::json scene =
-      nlohmann::json::parse(bytes.substr(kData, unsigned_at(bytes, kChunk, false)));
-  nlohmann::json json;
-  const nlohmann::json& primitive = scene.at("meshes").at(0).at("primitives").at(0);
-  const auto count = [&](const nlohmann::json& accessor) {
-    return scene.at("accessors").at(accessor.get<std::size_t>()).at("count").get<std::uint64_t>();
-  };
-  json["vertices"] = count(primitive.at("attributes").at("POSITION"));
-  json["triangles"] = count(primitive.at("indices")) / 3;
-  const std::string note = scene.at("asset").at("extras").at("made_with");
-  json["made_with"] = nlohmann::json::parse(note);
-  return json;
-}
-
-/// Reads the note that `render`, `compare` and `surface` leave in pictures (.png, a tEXt chunk) and
-/// scenes (.glb, asset.extras.made_with).
-/// @return the note under "made_with", and "width" and "height" of a picture or "vertices" and
-/// "triangles" of a scene.
-/// @throws InputError when the file is neither, or says nothing.
-nlohmann::json read_embedded_note(const std::filesystem::path& path, const std::stop_token& stop) {
-  base::InputFile file(path, "file", std::numeric_limits<std::uint64_t>::max(), stop);
-  std::string bytes;
-  file.read(bytes, kLongestBeginning);
-  nlohmann::json json;
-  try {
-    if (bytes.starts_with("\x89PNG\r\n")) json = picture_note(bytes);
-    if (bytes.starts_with("glTF")) json = scene_note(bytes);
-  } catch (const nlohmann::json::exception&) {
-    json.clear();  // another program's
-  }
-  if (!json.contains("made_with")) {
-    throw InputError(fmt::format(
-        "'{}' does not say how it was made; 'info' reads maps, meshes ({}), and the pictures and "
-        ".glb files that this program writes",
-        base::to_utf8(path.string()), extension_list(FileContent::mesh, FileUse::read)));
-  }
-  return json;
-}
-
-/// Whether the name is that of such a file.
-bool can_hold_note(const std::filesystem::path& path) {
-  const std::string extension = extension_of(path);
-  return extension == ".png" || extension == ".glb";
-}
-
 /// A picture or scene of ours: what it shows, and how it was made.
 Answer note_info(const InfoArguments& arguments, const Session& session) {
-  const nlohmann::json note = read_embedded_note(arguments.file, session.interrupts.token());
+  const nlohmann::json note = embedded_note(arguments.file, session.interrupts.token());
   const nlohmann::json& made = note.at("made_with");
   const bool is_picture = note.contains("width");
   Answer answer{is_picture ? fmt::format("{}: picture, {} x {} pixels", arguments.file,
@@ -460,10 +376,7 @@ Answer note_info(const InfoArguments& arguments, const Session& session) {
 
 int run_info(const InfoArguments& arguments, Session& session) {
   const bool mesh = is_mesh_file(arguments.file);
-  if (mesh && arguments.check_precision) {
-    throw InputError(
-        fmt::format("--check-precision needs a map, and '{}' is a mesh", arguments.file));
-  }
+  if (arguments.check_precision) expect_map("--check-precision", arguments.file);
   if (arguments.printable && !mesh) {
     throw InputError(fmt::format("--printable needs a mesh, and '{}' is not one", arguments.file));
   }

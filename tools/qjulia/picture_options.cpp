@@ -95,7 +95,7 @@ void add_camera(Command command, Camera& camera) {
          "Of a mesh it is a guess: its flattest, widest end is down");
 }
 
-void add_look(Command command, LookOptions& look) {
+void add_look(Command command, LookOptions& look, PictureOptions& options) {
   command
       .add("--background", &look.background, "studio|transparent|COLOUR",
            std::string("What is behind the set: studio, light grey; transparent, a .png with "
@@ -106,7 +106,7 @@ void add_look(Command command, LookOptions& look) {
   command.flag("--no-ground", look.no_ground, "Leave out the ground under the set, and its shadow")
       .group(kLookGroup);
   command
-      .flag("--keep-loose", look.keep_loose,
+      .flag("--keep-loose", options.keep_loose,
             "Draw all connected parts of the set. Default: parts less than a hundredth as large as "
             "the largest are left out, as 'qjulia surface' does")
       .group(kLookGroup);
@@ -116,7 +116,9 @@ void add_look(Command command, LookOptions& look) {
                        "commas between for other materials, from low to high",
                        fmt::join(palette_names(), ", "), Palette::kMostStops))
       .group(kLookGroup);
-  const auto set_lamp = [&look](const std::vector<double>& v) { look.lamp = {v[0], v[1], v[2]}; };
+  const auto set_lamp = [&options](const std::vector<double>& v) {
+    options.lamp = {v[0], v[1], v[2]};
+  };
   command
       .numbers("--lamp", "AZIMUTH ELEVATION STRENGTH", set_lamp,
                "The brightest light: degrees from the camera to the right, degrees above the "
@@ -127,8 +129,6 @@ void add_look(Command command, LookOptions& look) {
 
 PictureOptions with_look(PictureOptions options, const LookOptions& look) {
   options.ground = !look.no_ground;
-  options.keep_loose = look.keep_loose;
-  options.lamp = look.lamp;
   options.palette = palette_of(look.palette, options.material);
   if (look.background == "transparent") {
     options.backdrop = Backdrop::transparent;

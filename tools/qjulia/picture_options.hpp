@@ -18,14 +18,12 @@ struct LookOptions {
   std::string background = "studio";
   std::string palette = "earth";
   bool no_ground = false;
-  bool keep_loose = false;
-  Lamp lamp{};
 };
 
-/// --background, --no-ground, --palette, --keep-loose and --lamp. `look` must stay where it is.
-void add_look(Command command, LookOptions& look);
+/// --background, --no-ground, --palette, --keep-loose and --lamp. Both must stay where they are.
+void add_look(Command command, LookOptions& look, PictureOptions& options);
 
-/// The picture's options with what was given; their material is set before.
+/// The picture's options with the look that was given; their material is set before.
 /// @throws InputError naming the option.
 PictureOptions with_look(PictureOptions options, const LookOptions& look);
 

@@ -22,7 +22,6 @@ namespace {
 
 struct ProfileArguments {
   std::string device, baseline, plot, csv;
-  std::optional<int> lane_width;
   bool tune = false, scaling = false;
   double tolerance = 0.2;
   ProfileOptions options;
@@ -55,7 +54,7 @@ std::string table(const ProfileReport& report) {
         f.iterations, f.samples, f.factors, f.median_seconds, f.min_seconds, 100 * f.spread(),
         optional_number(f.pairs_per_second, 1e-9),
         f.share_of_limit ? fmt::format("{:.1f} %", 100 * *f.share_of_limit) : "-",
-        f.predicted_seconds ? fmt::format("{:.4g}", *f.predicted_seconds) : "-",
+        optional_number(f.predicted_seconds, 1),
         f.predicted_seconds ? fmt::format("{:.2f} x", f.median_seconds / *f.predicted_seconds)
                             : "-");
   }
@@ -131,11 +130,8 @@ std::string made_by(const ProfileReport& report) {
   return one_line(json);
 }
 
-int run_profile(const ProfileArguments& given, Session& session) {
-  ProfileArguments arguments = given;
-  ProfileOptions& options = arguments.options;
-  if (arguments.lane_width) options.lane_width = *arguments.lane_width;
-  options.validate();
+int run_profile(const ProfileArguments& arguments, Session& session) {
+  arguments.options.validate();
   if (!(arguments.tolerance >= 0)) throw InputError("--tolerance must not be negative");
   std::vector<std::filesystem::path> inputs;
   std::vector<base::Output> outputs;
@@ -148,7 +144,7 @@ int run_profile(const ProfileArguments& given, Session& session) {
   if (arguments.tune) return run_tune(arguments, session);
   if (arguments.scaling) return run_scaling(arguments, session);
   const Device device = session.open_device(arguments.device);
-  const ProfileReport report = profile(device, options, session.monitor());
+  const ProfileReport report = profile(device, arguments.options, session.monitor());
   if (!arguments.plot.empty()) {
     write_png(draw_plot(report::roofline(report)), arguments.plot, {{"qjulia", made_by(report)}});
   }
@@ -181,8 +177,9 @@ void describe_profile(Command command, ProfileArguments& a) {
   command.add("--factors", &a.options.factors, "INT", "Factors of the map");
   command.add("--repeats", &a.options.repeats, "INT", "Timed runs of each kernel");
   command
-      .add("--width", &a.lane_width, "INT",
+      .add("--width", &a.options.lane_width, "INT",
            "Lanes of a work-item: 1, 8 or 16. Default: what suits the device")
+      .default_text("")
       .excludes({tune, scaling});
   add_precision(command, a.options.precision, "Arithmetic on the device");
   command

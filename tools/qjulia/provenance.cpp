@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "base/text.hpp"
 #include "files.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/version.hpp"
@@ -42,6 +41,16 @@ double number(const nlohmann::json& json) {
   return json.is_null() ? std::numeric_limits<double>::quiet_NaN() : json.get<double>();
 }
 
+nlohmann::json stage_json(const StageReport& stage) {
+  return {{"name", stage.name},
+          {"evaluations", stage.evaluations},
+          {"energy_before", stage.energy_before},
+          {"energy_after", stage.energy_after},
+          {"iou", stage.iou},
+          {"iterations", stage.iterations},
+          {"seconds", stage.seconds}};
+}
+
 StageReport stage_from(const nlohmann::json& j) {
   StageReport stage;
   stage.name = j.at("name");
@@ -64,7 +73,7 @@ nlohmann::json device_json(const DeviceInfo& device) {
 }  // namespace
 
 nlohmann::json file_json(const std::filesystem::path& path) {
-  nlohmann::json json = {{"name", base::to_utf8(path.filename().string())}, {"fnv1a64", nullptr}};
+  nlohmann::json json = {{"name", name_of(path)}, {"fnv1a64", nullptr}};
   // What came through a pipe is gone.
   if (std::filesystem::is_regular_file(path)) json["fnv1a64"] = file_hash(path);
   return json;
@@ -103,16 +112,6 @@ nlohmann::json to_json(const FitOptions& options) {
       {"polish", options.polish}};
   if (std::isfinite(options.time_limit)) json["time_limit"] = options.time_limit;
   return json;
-}
-
-nlohmann::json to_json(const StageReport& stage) {
-  return {{"name", stage.name},
-          {"evaluations", stage.evaluations},
-          {"energy_before", stage.energy_before},
-          {"energy_after", stage.energy_after},
-          {"iou", stage.iou},
-          {"iterations", stage.iterations},
-          {"seconds", stage.seconds}};
 }
 
 nlohmann::json final_figures(const FitResult& result) {
@@ -212,7 +211,7 @@ FitResult finished_fit(RationalMap map, const std::filesystem::path& file) {
 nlohmann::json provenance(const std::filesystem::path& mesh_path, const FitOptions& options,
                           const Device& device, const FitResult& result) {
   nlohmann::json stages = nlohmann::json::array();
-  for (const StageReport& stage : result.stages) stages.push_back(to_json(stage));
+  for (const StageReport& stage : result.stages) stages.push_back(stage_json(stage));
   nlohmann::json used = device_json(device.info());
   if (!device.has_own_layout()) used["layout"] = to_string(device.layout());
   if (device.is_tuned(options.precision))

@@ -19,9 +19,6 @@ nlohmann::json to_json(const DetailChoice& detail);
 /// Every option of a fit, by its name on the command line. No time limit is null.
 nlohmann::json to_json(const FitOptions& options);
 
-/// One stage, as it went.
-nlohmann::json to_json(const StageReport& stage);
-
 /// Program, mesh (name and hash), options, device, stages, figures and times. Times differ from run
 /// to run; nothing else does.
 nlohmann::json provenance(const std::filesystem::path& mesh_path, const FitOptions& options,

@@ -57,6 +57,7 @@ struct Sweep {
   std::vector<double> values;
 };
 
+/// Sets the option. @throws InputError for a value that it cannot have.
 using Setter = void (*)(double, MapOptions&, PictureOptions&);
 
 /// cos A + u sin A, for a unit vector along `axis` (1: i, 2: j, 3: k) and A in degrees.
@@ -165,23 +166,13 @@ bool is_of_camera(const Sweep& sweep) {
   return sweep.name == "azimuth" || sweep.name == "elevation" || sweep.name == "zoom";
 }
 
-/// Sets the swept option to `value`. @throws InputError where it must be whole and is not.
-void set(const Sweep& sweep, double value, MapOptions& map, PictureOptions& picture) {
-  setters().at(sweep.name)(value, map, picture);
-}
-
 PictureOptions checked_options(const RenderArguments& arguments) {
   PictureOptions options =
       checked(with_look(arguments.options, arguments.look), arguments.map_options);
   auto given = arguments.map_options.given();
   if (!options.cuts.empty()) given.emplace_back("--cut");
-  if (is_mesh_file(arguments.input) && !given.empty()) {
-    throw InputError(
-        fmt::format("{} needs a map, and '{}' is a mesh", given.front(), arguments.input));
-  }
-  if (is_mesh_file(arguments.input) && options.material != Material::clay) {
-    throw InputError(fmt::format("--material needs a map, and '{}' is a mesh", arguments.input));
-  }
+  if (!given.empty()) expect_map(given.front(), arguments.input);
+  if (options.material != Material::clay) expect_map("--material", arguments.input);
   return options;
 }
 
@@ -259,14 +250,11 @@ std::optional<Sweep> wanted_sweep(const RenderArguments& arguments, const Pictur
   for (const double value : sweep.values) {
     MapOptions map_options = arguments.map_options;
     PictureOptions changed = options;
-    set(sweep, value, map_options, changed);
+    setters().at(sweep.name)(value, map_options, changed);
     map_options.knobs.validate();
     changed.validate();
   }
-  if (!is_of_camera(sweep) && is_mesh_file(arguments.input)) {
-    throw InputError(
-        fmt::format("--sweep {} needs a map, and '{}' is a mesh", sweep.name, arguments.input));
-  }
+  if (!is_of_camera(sweep)) expect_map("--sweep " + sweep.name, arguments.input);
   return sweep;
 }
 
@@ -325,7 +313,7 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
         fmt::format("picture {} of {}: {}", frames.size() + 1, sweep.values.size(), caption));
     MapOptions map_options = arguments.map_options;
     PictureOptions frame_options = options;
-    set(sweep, value, map_options, frame_options);
+    setters().at(sweep.name)(value, map_options, frame_options);
     if (!studio || !is_of_camera(sweep)) {
       studio = studio_of(device, scene, arguments.input, map_options, frame_options, session);
     }
@@ -439,7 +427,7 @@ void describe_render(Command command, RenderArguments& a) {
   command.flag("--preview", a.preview,
                "First write a rough picture, up to 320 wide, as NAME.preview.png; it goes when the "
                "picture is done");
-  add_look(command, a.look);
+  add_look(command, a.look, a.options);
   add_map_options(command, a.map_options, "The set is cut open at its faces. Default: all of it");
   add_device(command, a.device);
 }

@@ -24,10 +24,8 @@ bool is_named_pipe(const std::filesystem::path& path) {
          !base::link_target(path).string().starts_with("/proc/");
 }
 
-/// Waits until somebody reads the pipe. @return its descriptor, which closes itself.
-/// @throws OutputError, Interrupted
-std::shared_ptr<const int> opened_when_read(const std::filesystem::path& pipe,
-                                            const std::stop_token& stop) {
+/// Waits until somebody reads the pipe. @return its descriptor. @throws OutputError, Interrupted
+int opened_when_read(const std::filesystem::path& pipe, const std::stop_token& stop) {
   constexpr std::chrono::milliseconds kBetweenTries{50};
   int file = -1;
   while ((file = ::open(pipe.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC)) < 0) {
@@ -37,18 +35,18 @@ std::shared_ptr<const int> opened_when_read(const std::filesystem::path& pipe,
     throw_if_stopped(stop);
     std::this_thread::sleep_for(kBetweenTries);
   }
-  return {new int(file), [](const int* open) {
-            ::close(*open);
-            delete open;
-          }};
+  return file;
 }
 
 }  // namespace
 
 Session::Session(const Verbosity& verbosity, std::string trace_file)
     : console(verbosity), trace_file_(std::move(trace_file)) {
-  if (trace_file_.empty()) return;
-  trace_ = std::make_shared<Trace>(start_);
+  if (!trace_file_.empty()) trace_ = std::make_shared<Trace>(start_);
+}
+
+Session::~Session() {
+  for (const int pipe : pipes_) ::close(pipe);
 }
 
 void Session::check_outputs(const std::vector<std::filesystem::path>& inputs,

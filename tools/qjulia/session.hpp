@@ -18,7 +18,8 @@ namespace qjulia::tools {
 class Session {
  public:
   /// @param trace_file where `finish` writes a trace; empty: nowhere.
-  explicit Session(const Verbosity& verbosity, std::string trace_file = {});
+  Session(const Verbosity& verbosity, std::string trace_file);
+  ~Session();
 
   /// Wall time since the command started.
   double seconds() const {
@@ -57,7 +58,7 @@ class Session {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::string trace_file_;
   bool are_outputs_checked_ = false;
-  std::vector<std::shared_ptr<const int>> pipes_;  ///< outputs; open, so that readers wait
+  std::vector<int> pipes_;  ///< outputs; open, so that readers wait
   std::shared_ptr<Trace> trace_;
   std::optional<Device> traced_;
 };

@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "base/output_file.hpp"
-#include "base/text.hpp"
 #include "commands.hpp"
 #include "explore/page.hpp"
+#include "files.hpp"
 #include "qjulia/map_file.hpp"
 
 namespace qjulia::tools {
@@ -21,8 +20,7 @@ struct ShareArguments {
 int run_share(const ShareArguments& arguments, Session& session) {
   session.check_outputs({arguments.map}, {{"--output", arguments.output, {".html"}}});
   const RationalMap map = read_map(arguments.map, session.interrupts.token());
-  const std::string name = base::to_utf8(std::filesystem::path(arguments.map).filename().string());
-  const std::string page = explore::shared_page(map, name);
+  const std::string page = explore::shared_page(map, name_of(arguments.map));
   base::write_file(arguments.output, page);
   session.console.summary(
       fmt::format("page: {}, {} KiB: open it in a browser, mail it, put it on any web space",
