@@ -1,4 +1,4 @@
-// The Gauss-Newton matrix H = J^T W J of F_1 by all unknowns, over samples. J is packed in panels
+// The Gauss-Newton matrix H = J^T W J over samples: J of F_1 by all unknowns, W at F_n. J is packed in panels
 // (layout/panel_layout.h), a chunk of samples at a time, and H gathers the chunks' products.
 
 #include "factor_vector.clh"
@@ -9,7 +9,7 @@
 #define PANEL_ROWS 8     // rows of a register tile of H
 #define PANEL_VECTORS 2  // vectors of QJ_WIDTH columns of a register tile
 
-// W of sample i, whose F_1 is field[i].
+// W of sample i, whose F_n is field[i].
 static inline real curvature_at(global const real* samples, int stride, int i, int loss,
                                 global const real* field, real alpha) {
   return loss_curvature(loss, field[i], samples[QJ_SAMPLE_WEIGHT * stride + i],
@@ -19,7 +19,7 @@ static inline real curvature_at(global const real* samples, int stride, int i, i
 
 // Writes sqrt(W) J of every `step`-th sample, from the first-th such one, into panels of `chunk`
 // samples. Samples past the end count as weight 0. Work-item (v, b): factors v QJ_WIDTH …, samples
-// b block … of the chunk. field: F_1 at the samples.
+// b block … of the chunk. field: F_n at the samples.
 kernel void jacobian_panels(qj_panel_arguments with, global const real* samples,
                             global const real* map, global const real* field, global real* panels) {
   int v = (int)get_global_id(0);
@@ -91,7 +91,7 @@ kernel void pursuit_panels(qj_panel_arguments with, global const real* samples,
 }
 
 // H's diagonal, over all samples: sums of W J^2. Work-item (v, c): factors v QJ_WIDTH … and samples
-// c chunk …; rows: one gradient row a chunk. field: F_1 at the samples.
+// c chunk …; rows: one gradient row a chunk. field: F_n at the samples.
 kernel void jacobian_squares(global const real* samples, int stride, int chunk,
                              global const real* map, int factors, int loss, real alpha,
                              global const real* field, global real* rows) {

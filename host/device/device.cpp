@@ -79,7 +79,15 @@ std::string to_string(DeviceKind kind) {
   return "other";
 }
 
-std::string to_string(Layout layout) { return layout == Layout::cpu ? "cpu" : "gpu"; }
+std::string to_string(Layout layout) {
+  switch (layout) {
+    case Layout::cpu:
+      return "cpu";
+    case Layout::gpu:
+      return "gpu";
+  }
+  return {};
+}
 
 nlohmann::json to_json(const DeviceInfo& d) {
   return {{"id", fmt::format("{}:{}", d.platform, d.index)},

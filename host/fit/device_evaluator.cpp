@@ -370,7 +370,9 @@ class DeviceEvaluator final : public Evaluator {
     for (;;) {
       try {
         const std::size_t rows = division_.orbit_groups();
-        rows_ = context.allocate_real(rows * QJ_GRADIENT_COLUMNS(factors_), precision_);
+        // The Gauss-Newton diagonal of F_1 uses them too.
+        const std::size_t most_rows = std::max(rows, division_.gradient_chunks());
+        rows_ = context.allocate_real(most_rows * QJ_GRADIENT_COLUMNS(factors_), precision_);
         orbit_energies_ = context.allocate_real(rows, precision_);
         const std::size_t items = rows * division_.orbit_group * division_.width;
         const auto kept = static_cast<std::size_t>(options_.iterations - 1) * QJ_ORBIT_LANES;

@@ -45,7 +45,7 @@ class ReferenceEvaluator final : public Evaluator {
 
   Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
     const std::vector<Quaternion> starts = points(map);
-    const auto f = reference::field(map, starts, 1, options_.escape);
+    const auto f = field(map);
     Eigen::VectorXd curvatures(static_cast<Eigen::Index>(f.size()));
     for (std::size_t i = 0; i < f.size(); ++i) {
       curvatures[static_cast<Eigen::Index>(i)] = term_of(i, f[i]).curvature;
@@ -61,7 +61,7 @@ class ReferenceEvaluator final : public Evaluator {
   Eigen::MatrixXd pursuit_products(const RationalMap& map,
                                    const std::vector<Quaternion>& centers) override {
     const std::vector<Quaternion> starts = points(map);
-    const auto f = reference::field(map, starts, 1, options_.escape);
+    const auto f = field(map);
     const auto rows = static_cast<Eigen::Index>(f.size());
     Eigen::MatrixXd columns(rows, 2 + static_cast<Eigen::Index>(centers.size()));
     for (Eigen::Index i = 0; i < rows; ++i) {

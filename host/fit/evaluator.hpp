@@ -39,8 +39,8 @@ class Evaluator {
   virtual Evaluation evaluate(const RationalMap& map, bool with_gradient) = 0;
   /// F_n at each sample.
   virtual std::vector<double> field(const RationalMap& map) = 0;
-  /// The Gauss-Newton matrix H = JᵀWJ of the energy at n = 1, of order 1 + 5K: J is ∂F_1 by the
-  /// unknowns, W the loss's second derivative by F (for the tanh loss w α² (1 − tanh²), which
+  /// A Gauss-Newton matrix H = JᵀWJ of the energy, of order 1 + 5K: J is ∂F_1 by the unknowns, at
+  /// any n; W is the loss's second derivative at F_n (for the tanh loss w α² (1 − tanh²), which
   /// stays positive; 0 where a one-sided sample asks for nothing). Of many samples an evenly spaced
   /// part may stand for all.
   virtual Eigen::MatrixXd gauss_newton(const RationalMap& map) = 0;
@@ -53,7 +53,7 @@ class Evaluator {
                              CurvatureSum& sum);
   /// The factor of the sum's weighted mean.
   virtual CurvatureFactor factor(const CurvatureSum& sum, double damping);
-  /// The weighted scalar products over samples, of order 2 + m, of the columns 1, F_1 − target and
+  /// The weighted scalar products over samples, of order 2 + m, of the columns 1, F_n − target and
   /// ln |x − c| for each of the m centres: what matching pursuit asks for, since F_1 is linear in
   /// exponents. Weights and samples are those of `gauss_newton`.
   virtual Eigen::MatrixXd pursuit_products(const RationalMap& map,

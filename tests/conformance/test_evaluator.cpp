@@ -103,14 +103,15 @@ TEST_CASE("orbits that leap far out beside others that stay leave the gradient f
 
 TEST_CASE("the Gauss-Newton matrix on the device is the reference's") {
   const auto [name, loss] = GENERATE(from_range(fitting::kLosses.begin(), fitting::kLosses.end()));
+  const int iterations = GENERATE(1, 2);
   const RationalMap map = map_off_slice();
   const fitting::Samples samples = hard_samples(map);
-  const fitting::EnergyOptions options{loss, 1, 1.3, 20};
+  const fitting::EnergyOptions options{loss, iterations, 1.3, 20};
   const auto expected = fitting::make_reference_evaluator(samples, options)->gauss_newton(map);
   const double size = expected.cwiseAbs().maxCoeff();
   for (const test::Variant& variant : test::variants()) {
     const auto device = variant.of(test::shared_device());
-    CAPTURE(variant, name);
+    CAPTURE(variant, name, iterations);
     if (test::can_check(device, Precision::dbl)) {
       const auto two = fitting::make_device_evaluator(device, samples, options, Precision::dbl)
                            ->gauss_newton(map);
@@ -164,9 +165,10 @@ TEST_CASE("Gauss-Newton matrices add up on the device as the reference's do") {
 
 TEST_CASE("the Gauss-Newton diagonal on the device is the reference's") {
   const auto [name, loss] = GENERATE(from_range(fitting::kLosses.begin(), fitting::kLosses.end()));
+  const int iterations = GENERATE(1, 2);
   const RationalMap map = map_off_slice();
   const fitting::Samples samples = hard_samples(map);
-  const fitting::EnergyOptions options{loss, 1, 1.3, 20};
+  const fitting::EnergyOptions options{loss, iterations, 1.3, 20};
   const auto expected =
       fitting::make_reference_evaluator(samples, options)->gauss_newton_diagonal(map);
   const auto difference = [&](const Eigen::VectorXd& diagonal) {
@@ -174,13 +176,32 @@ TEST_CASE("the Gauss-Newton diagonal on the device is the reference's") {
   };
   for (const test::Variant& variant : test::variants()) {
     const auto device = variant.of(test::shared_device());
-    CAPTURE(variant, name);
+    CAPTURE(variant, name, iterations);
     if (test::can_check(device, Precision::dbl)) {
       CHECK(difference(fitting::make_device_evaluator(device, samples, options, Precision::dbl)
                            ->gauss_newton_diagonal(map)) < 1e-10);
     }
     CHECK(difference(fitting::make_device_evaluator(device, samples, options)
                          ->gauss_newton_diagonal(map)) < 1e-4);
+  }
+}
+
+TEST_CASE("an evaluator of iterates has room for the diagonal, of more rows than orbits have") {
+  const RationalMap map = map_off_slice();
+  const fitting::Samples samples = test::random_samples(20'000, 62);
+  for (const test::Variant& variant : test::variants()) {
+    const Device device = variant.of(test::shared_device());
+    const auto diagonal = [&](int orbit_items) {
+      Tuning tuning = device.tuning(Precision::single);
+      tuning.orbit_items = orbit_items;
+      const Device tuned = device.with_tuning(Precision::single, tuning);
+      return fitting::make_device_evaluator(tuned, samples, {fitting::Loss::tanh, 2, 1.3, 20})
+          ->gauss_newton_diagonal(map);
+    };
+    const Eigen::VectorXd expected = diagonal(4096);  // rows enough for both
+    CAPTURE(variant);
+    CHECK(diagonal(1) == expected);
+    CHECK(diagonal(64) == expected);
   }
 }
 
@@ -224,9 +245,10 @@ TEST_CASE("work-items that sum in local memory give the reference's sums, the sa
 
 TEST_CASE("the products of matching pursuit on the device are the reference's") {
   const auto [name, loss] = GENERATE(from_range(fitting::kLosses.begin(), fitting::kLosses.end()));
+  const int iterations = GENERATE(1, 2);
   const RationalMap map = map_off_slice();
   const fitting::Samples samples = hard_samples(map);
-  const fitting::EnergyOptions options{loss, 1, 1.3, 20};
+  const fitting::EnergyOptions options{loss, iterations, 1.3, 20};
   std::vector<Quaternion> centers;
   for (const auto& factor : test::random_map(37, 0.1, 0.6, 9).factors) {
     centers.push_back(factor.center);
@@ -237,7 +259,7 @@ TEST_CASE("the products of matching pursuit on the device are the reference's") 
   const double size = expected.cwiseAbs().maxCoeff();
   for (const test::Variant& variant : test::variants()) {
     const auto device = variant.of(test::shared_device());
-    CAPTURE(variant, name);
+    CAPTURE(variant, name, iterations);
     const auto difference = [&](Precision precision) {
       const auto evaluator = fitting::make_device_evaluator(device, samples, options, precision);
       // Between two matrices of another order, whose buffers it may share.
