@@ -1,5 +1,6 @@
-// The Gauss-Newton matrix H = J^T W J over samples: J of F_1 by all unknowns, W at F_n. J is packed in panels
-// (layout/panel_layout.h), a chunk of samples at a time, and H gathers the chunks' products.
+// The Gauss-Newton matrix H = J^T W J over samples: J of F_1 by all unknowns, W at F_n. J is packed
+// in panels (layout/panel_layout.h), a chunk of samples at a time, and H gathers the chunks'
+// products.
 
 #include "factor_vector.clh"
 #include "lane_math.clh"
