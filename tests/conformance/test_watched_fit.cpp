@@ -1,6 +1,7 @@
 // A fit that is watched: what it tells, and that it goes the same way.
 
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 #include <stop_token>
 
 #include "qjulia/fit.hpp"
