@@ -370,7 +370,7 @@ class DeviceEvaluator final : public Evaluator {
     for (;;) {
       try {
         const std::size_t rows = division_.orbit_groups();
-        // The Gauss-Newton diagonal of F_1 uses them too.
+        // The Gauss-Newton diagonal uses them too, and its rows cannot be fewer.
         const std::size_t most_rows = std::max(rows, division_.gradient_chunks());
         rows_ = context.allocate_real(most_rows * QJ_GRADIENT_COLUMNS(factors_), precision_);
         orbit_energies_ = context.allocate_real(rows, precision_);

@@ -20,7 +20,7 @@
 namespace qjulia::explore {
 namespace {
 
-std::string_view file_of_page(std::string_view name) { return embedded_page().find(name)->second; }
+std::string_view file_of_page(const std::string& name) { return embedded_page().at(name); }
 
 /// Lines without what they are indented by.
 std::vector<std::string> lines_of(std::string_view text) {
@@ -112,7 +112,7 @@ constexpr std::string_view kByBrowser = "webgl";
 
 /// What pages differ in.
 struct PageKind {
-  std::string_view markup;
+  std::string markup;
   std::string entry;             ///< the module that imports the others
   std::string_view renderer;     ///< what the root element says of it
   std::string_view connections;  ///< of the policy
