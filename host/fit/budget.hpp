@@ -25,6 +25,7 @@ class Budget {
   /// Looks at the clock and for a stop request.
   void update();
 
+  int most_evaluations() const { return most_evaluations_; }
   int evaluations() const { return evaluations_; }
   double seconds() const { return carried_seconds_ + seconds_; }
   /// Seconds until the time limit; infinite without one.

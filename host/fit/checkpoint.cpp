@@ -89,6 +89,7 @@ std::optional<FitState> Checkpoint::load(Team& team) const {
     state.map = map_from_json(j.at("map"), path_.string());
     state.random = j.at("random");
     state.level = j.at("level");
+    state.planned = j.at("planned");
     state.evaluations = j.at("evaluations");
     state.seconds = j.at("seconds");
     for (const json& report : j.at("reports")) state.reports.push_back(report_from(report));
@@ -120,6 +121,7 @@ void Checkpoint::save(const FitState& state) {
                                     {"map", to_json(state.map)},
                                     {"random", state.random},
                                     {"level", state.level},
+                                    {"planned", state.planned},
                                     {"evaluations", state.evaluations},
                                     {"seconds", state.seconds},
                                     {"reports", std::move(reports)},

@@ -25,10 +25,11 @@ struct CurvatureSource {
 /// bit; `evaluated` spares it the evaluations it has made already.
 struct FitState {
   RationalMap map;
-  std::string random;  ///< the generator's state, as its standard text
-  int level = 0;       ///< of the schedule, that the next stage belongs to
-  int evaluations = 0;
-  double seconds = 0;  ///< spent so far, in all processes
+  std::string random;   ///< the generator's state, as its standard text
+  int level = 0;        ///< of the schedule, that the next stage belongs to
+  int planned = 0;      ///< evaluations, by which the pool and the levels go
+  int evaluations = 0;  ///< made before the stage
+  double seconds = 0;   ///< spent so far, in all processes
   std::vector<StageReport> reports;
   std::vector<CurvatureSource> curvature;  ///< of the earlier stages in the curvature sum
   std::vector<Evaluation> evaluated;       ///< of the stage that was under way, in their order

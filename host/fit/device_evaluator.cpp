@@ -330,7 +330,7 @@ class DeviceEvaluator final : public Evaluator {
   /// Everything that depends on the number of factors, once for all steps.
   void prepare(std::size_t factors) {
     Context& context = device_.context();
-    factors_ = factors;
+    factors_ = 0;  // should there be no memory for them
     map_ = context.allocate_real(QJ_MAP_SIZE(factors), precision_);
     const std::size_t columns = QJ_GRADIENT_COLUMNS(factors);
     if (options_.iterations > 1) {
@@ -339,13 +339,14 @@ class DeviceEvaluator final : public Evaluator {
              context.largest_group(orbit_kernel()) < division_.orbit_group) {
         division_.orbit_group /= 2;
       }
-      allocate_orbit_sums();
+      allocate_orbit_sums(columns);
     } else {
       rows_ = context.allocate_real(division_.gradient_chunks() * columns, precision_);
     }
     const std::size_t rows = rows_.size() / columns;
     panels_ = {};
     block_sums_ = context.allocate_real(divide_up(rows, kRowBlock) * columns, precision_);
+    factors_ = factors;
   }
 
   /// From the cotangents that run_energy left.
@@ -365,14 +366,14 @@ class DeviceEvaluator final : public Evaluator {
   }
 
   /// Sums of fewer groups where the device has no memory for as many as asked for.
-  void allocate_orbit_sums() {
+  void allocate_orbit_sums(std::size_t columns) {
     Context& context = device_.context();
     for (;;) {
       try {
         const std::size_t rows = division_.orbit_groups();
         // The Gauss-Newton diagonal uses them too, and its rows cannot be fewer.
         const std::size_t most_rows = std::max(rows, division_.gradient_chunks());
-        rows_ = context.allocate_real(most_rows * QJ_GRADIENT_COLUMNS(factors_), precision_);
+        rows_ = context.allocate_real(most_rows * columns, precision_);
         orbit_energies_ = context.allocate_real(rows, precision_);
         const std::size_t items = rows * division_.orbit_group * division_.width;
         const auto kept = static_cast<std::size_t>(options_.iterations - 1) * QJ_ORBIT_LANES;

@@ -1,18 +1,21 @@
 #include "fit/factor_count.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
 
 #include "fit/placement.hpp"
+#include "qjulia/error.hpp"
 
 namespace qjulia::fitting {
 namespace {
 
 constexpr int kFewest = 64;       // of an automatic number
 constexpr int kGrain = 16;        // its steps: maps are padded to as many
-constexpr int kProbe = 320;       // factors that stages are timed with
+constexpr int kProbe = 320;       // factors that stages are timed with, where they find room
 constexpr int kTimes = 3;         // that each of a stage's parts is timed
 constexpr double kLine = 1.1;     // evaluations to a step of L-BFGS
 constexpr double kLeastTime = 4;  // seconds: with less, timing would take too much of it
@@ -42,10 +45,10 @@ double samples_of(double factors) {
   return static_cast<double>(curvature_samples(static_cast<std::size_t>(order_of(factors))));
 }
 
-/// With kProbe factors; kernels are built before anything is timed.
+/// With so many factors; kernels are built before anything is timed.
 StageTime timed(const EvaluatorFactory& make_evaluator, const SamplePool& pool, const Level& level,
-                std::uint64_t seed) {
-  const RationalMap map = place_factors(make_evaluator, pool, kProbe, seed);
+                int factors, std::uint64_t seed) {
+  const RationalMap map = place_factors(make_evaluator, pool, factors, seed);
   base::Random random(seed);
   const auto evaluator = make_evaluator(pool.draw(level, random), {});
   constexpr double kDamping = 0.1;
@@ -61,11 +64,12 @@ StageTime timed(const EvaluatorFactory& make_evaluator, const SamplePool& pool, 
   return {least_seconds_of(factorise), least_seconds_of(evaluate)};
 }
 
-double stage_seconds(const StageTime& probe, double factors, const Level& level) {
-  const double larger = order_of(factors) / order_of(kProbe);
+/// @param probe a stage's time with `probed` factors.
+double stage_seconds(const StageTime& probe, double probed, double factors, const Level& level) {
+  const double larger = order_of(factors) / order_of(probed);
   // Nearly all of it is the product of as many samples.
-  return probe.curvature * larger * larger * samples_of(factors) / samples_of(kProbe) +
-         probe.evaluation * kLine * level.steps * factors / kProbe;
+  return probe.curvature * larger * larger * samples_of(factors) / samples_of(probed) +
+         probe.evaluation * kLine * level.steps * factors / probed;
 }
 
 bool follows_time(const FitOptions& options, const Schedule& schedule) {
@@ -86,22 +90,31 @@ int chosen_factors(const FitOptions& options, const Schedule& schedule,
                    Team& team) {
   if (options.factors != 0) return options.factors;
   const AutomaticFactors& automatic = schedule.automatic;
-  const int most = std::min(options.max_factors, most_factors(pool));
+  const int places = most_factors(pool);
+  if (places < kLeastFactors) {
+    throw InputError(
+        fmt::format("the mesh has room for {} factors, and a map needs {}: check that the mesh "
+                    "encloses a volume and that no small part is far from the rest",
+                    places, kLeastFactors));
+  }
+  const int most = std::min(options.max_factors, places);
   const Level& level = schedule.levels.front();
   const int evaluations = planned_evaluations(options, schedule);
   int factors = automatic.factors;
   if (evaluations < automatic.evaluations) {  // few evaluations settle few factors
     const double share = static_cast<double>(evaluations) / automatic.evaluations;
-    factors = std::max(kFewest, static_cast<int>(factors * share));
+    factors = std::min(factors, std::max(kFewest, static_cast<int>(factors * share)));
   }
   if (follows_time(options, schedule)) {
     factors = kFewest;
     budget.update();
-    if (budget.time_left() > kLeastTime) {
-      const StageTime probe = timed(make_evaluator, pool, level, options.seed);
+    if (most > kFewest && budget.time_left() > kLeastTime) {
+      const int probed = std::min(kProbe, most);
+      const StageTime probe = timed(make_evaluator, pool, level, probed, options.seed);
       budget.update();
       const double time = budget.time_left() / automatic.stages;
-      while (factors + kGrain <= most && stage_seconds(probe, factors + kGrain, level) <= time) {
+      while (factors + kGrain <= most &&
+             stage_seconds(probe, probed, factors + kGrain, level) <= time) {
         factors += kGrain;
       }
     }

@@ -9,6 +9,8 @@
 
 namespace qjulia::fitting {
 
+constexpr int kLeastFactors = 8;
+
 /// Evaluations that a fit makes unless time ends it.
 int planned_evaluations(const FitOptions& options, const Schedule& schedule);
 

@@ -50,18 +50,29 @@ std::string poor_fit(const Device& device, const RationalMap& map, double iou,
       iou, 100 * *worst, where.x(), where.y(), where.z());
 }
 
+/// Given the shell that is wanted, or one as thick as bounds the set; one that has none keeps its
+/// slope.
+RationalMap with_shell(const Device& device, const RationalMap& map,
+                       const std::vector<Eigen::Vector3d>& surface, double detail) {
+  constexpr double kLeastDegree = 1.1;  // at 1 the set is unbounded
+  const RationalMap measured = with_measured_detail(device, map, surface);
+  if (measured.degree() <= 0) return measured;
+  return with_detail(measured,
+                     std::min(detail, *measured.detail * measured.degree() / kLeastDegree));
+}
+
 }  // namespace
 
 RationalMap finish_map(const Device& device, RationalMap map, double iou, const Shape& shape,
                        const SamplePool& pool, double detail, std::vector<std::string>& warnings) {
   const auto surface = positions(pool.surface);
-  if (map.detail) return with_measured_detail(device, map, surface, detail);
+  if (map.detail) return with_shell(device, map, surface, detail);
   map.shape_to_map = shape.shape_to_map;
   map.box = shape.box;
   map.inradius = shape.inradius / shape.shape_to_map.scale;
   map.log_scale -= median_level(Field(device, map), surface, map.slice);
   if (iou < kGoodFit) warnings.push_back(poor_fit(device, map, iou, surface));
-  map = with_measured_detail(device, map, surface, detail);
+  map = with_shell(device, map, surface, detail);
 
   const std::vector<Quaternion> origin{{0, 0, 0, map.slice}};
   const auto at_origin = [&] { return Field(device, map).at(origin).front(); };

@@ -25,7 +25,6 @@ namespace qjulia {
 using namespace fitting;
 namespace {
 
-constexpr int kLeastFactors = 8;
 constexpr int kMostFactors = 20'000;
 
 /// Seconds kept from a time limit for lifting misplaced factors, scaling, calibration and writing.
@@ -89,6 +88,21 @@ std::string unsettled(const FitResult& result, int planned) {
       result.seconds * planned / kSettlingShare / result.evaluations);
 }
 
+/// A warning about a map that cannot have the wanted detail; empty when it has.
+std::string other_detail(const RationalMap& map, double wanted) {
+  if (map.degree() <= 1) {
+    return fmt::format(
+        "the map's exponents sum to {:.3g}, and its set is bounded only where they exceed 1: draw "
+        "it with 1 iteration, or fit it with more factors or more time",
+        map.degree());
+  }
+  if (*map.detail >= wanted) return {};
+  return fmt::format(
+      "the map has a detail of {:.3g} and not {:.3g}, with which its set would not be bounded; "
+      "more factors or more time allow a larger one",
+      *map.detail, wanted);
+}
+
 FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
                  const FitOptions& options, const ProgressMonitor& monitor) {
   options.validate();
@@ -110,7 +124,9 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
       team.broadcast({chosen_detail(options.detail, thinness(shape.mesh), kFittedShare)}).front();
   Schedule schedule = find_schedule(options.schedule);
   if (options.polish) schedule = with_polish(std::move(schedule), detail);
-  const int planned = planned_evaluations(options, schedule);
+  Checkpoint checkpoint(team.rank() == 0 ? options.checkpoint : "", fit_key(mesh, options, device));
+  auto kept = options.resume ? checkpoint.load(team) : std::nullopt;
+  const int planned = kept ? kept->planned : planned_evaluations(options, schedule);
   Budget budget(options, planned, start, kReserve, monitor.stop, team);
   FitResult result;
   if (shape.has_hidden_parts) {
@@ -130,8 +146,6 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   pool.inradius = team.broadcast({pool.inradius}).front();
   const auto coarse_iou =
       in_stage("overlap points", [&] { return coarse_overlap(device, shape.mesh, distance); });
-  Checkpoint checkpoint(team.rank() == 0 ? options.checkpoint : "", fit_key(mesh, options, device));
-  auto kept = options.resume ? checkpoint.load(team) : std::nullopt;
   const auto place = [&] {
     const int factors = in_stage("number of factors", [&] {
       return chosen_factors(options, schedule, make_evaluator, pool, budget, team);
@@ -183,8 +197,8 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   budget.update();
   result.evaluations = budget.evaluations();
   result.seconds = budget.seconds();
-  if (const std::string warning = unsettled(result, planned); !warning.empty()) {
-    result.warnings.push_back(warning);
+  for (std::string warning : {unsettled(result, planned), other_detail(result.map, detail)}) {
+    if (!warning.empty()) result.warnings.push_back(std::move(warning));
   }
   if (!checkpoint.problem().empty()) {
     result.warnings.push_back("the fit could not be kept while it was under way: " +

@@ -26,10 +26,11 @@ class ScaledEnergy {
         subspace_(subspace),
         scaling_(scaling),
         evaluations_left_(most_evaluations),
-        budget_(budget) {}
+        budget_(budget),
+        best_(start) {}
 
   double operator()(const Eigen::VectorXd& step, Eigen::VectorXd& gradient) {
-    if (best_energy_ < std::numeric_limits<double>::infinity()) {
+    if (!first_) {
       budget_.update();
       if (const auto reason = budget_.spent()) throw Ended{reason};
     }

@@ -115,9 +115,18 @@ void Stages::resume(FitState state) {
   resumed_ = std::move(state);
 }
 
-FitState Stages::state(int level) const {
-  return {map_,     random_.state(), level, budget_.evaluations(), budget_.seconds(),
-          reports_, sources_,        {}};
+FitState Stages::next_state() const {
+  if (resumed_) return *resumed_;
+  const int level = std::max(level_, level_at(schedule_, budget_.fraction()));
+  return {map_,
+          random_.state(),
+          level,
+          budget_.most_evaluations(),
+          budget_.evaluations(),
+          budget_.seconds(),
+          reports_,
+          sources_,
+          {}};
 }
 
 RationalMap Stages::map() const {
@@ -129,6 +138,7 @@ StopReason Stages::run() {
   while (!reason) {
     budget_.update();
     reason = budget_.spent();
+    if (reason == StopReason::interrupted) checkpoint_.save(next_state());
     // A stage that could not take a step would only overrun the limit.
     if (!reason && budget_.time_left() < preparation_) reason = StopReason::time_limit;
     if (!reason) reason = run_stage();
@@ -238,8 +248,7 @@ Preconditioner Stages::preconditioner(Evaluator& evaluator, const Subspace& subs
 }
 
 std::optional<StopReason> Stages::run_stage() {
-  FitState before = resumed_ ? std::move(*resumed_)
-                             : state(std::max(level_, level_at(schedule_, budget_.fraction())));
+  FitState before = next_state();
   resumed_.reset();
   checkpoint_.save(before);
   level_ = before.level;
@@ -293,6 +302,7 @@ std::optional<StopReason> Stages::run_stage() {
   auto result = part("minimise", [&] {
     return minimize(evaluate, map_, subspace, scaling, level.steps, budget_);
   });
+  if (result.stopped == StopReason::interrupted) checkpoint_.save(before);
   map_ = std::move(result.map);
   const double overlap = part("overlap", [&] { return target_.overlap(map_, level.iterations); });
   budget_.update();

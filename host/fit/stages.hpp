@@ -49,7 +49,7 @@ class Stages {
  private:
   std::optional<StopReason> run_stage();
   /// The state at the start of a stage.
-  FitState state(int level) const;
+  FitState next_state() const;
   Samples draw(const Level& level, base::Random& random);
   /// The map's misplaced factors; none where the level has no use for them.
   MisplacedFactors misplaced(const Level& level);

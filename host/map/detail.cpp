@@ -9,32 +9,6 @@
 #include "qjulia/error.hpp"
 
 namespace qjulia {
-namespace {
-
-void check_detail(double detail) {
-  if (std::isfinite(detail) && detail > 0) return;
-  throw OptionError("detail", fmt::format("{} is out of range; give a positive fraction of the "
-                                          "box's diagonal, such as 0.02",
-                                          detail));
-}
-
-/// `map`, whose detail is set, with the detail `wanted`.
-RationalMap change_detail(const RationalMap& map, double wanted) {
-  RationalMap result = steepened(map, *map.detail / wanted);
-  result.detail = wanted;
-  if (result.degree() > 1) return result;
-  if (map.degree() <= 0) {
-    throw InputError(fmt::format(
-        "the map's exponents sum to {}: no detail bounds its set; fit it again", map.degree()));
-  }
-  throw OptionError(
-      "detail", fmt::format("{} is too large for this map: its exponents would sum to {}, and they "
-                            "must exceed 1; use less than {}",
-                            wanted, result.degree(), *map.detail * map.degree()));
-}
-
-}  // namespace
-
 RationalMap steepened(const RationalMap& map, double t) {
   RationalMap result = map;
   if (auto* distance = std::get_if<DistanceModulus>(&result.modulus)) {
@@ -48,13 +22,27 @@ RationalMap steepened(const RationalMap& map, double t) {
 }
 
 RationalMap with_detail(const RationalMap& map, double detail) {
-  check_detail(detail);
+  if (!(std::isfinite(detail) && detail > 0)) {
+    throw OptionError("detail", fmt::format("{} is out of range; give a positive fraction of the "
+                                            "box's diagonal, such as 0.02",
+                                            detail));
+  }
   if (!map.detail) {
     throw OptionError("detail",
                       "the map does not say its own \"detail\"; fit it again, or add that key to "
                       "the file");
   }
-  return change_detail(map, detail);
+  RationalMap result = steepened(map, *map.detail / detail);
+  result.detail = detail;
+  if (result.degree() > 1) return result;
+  if (map.degree() <= 0) {
+    throw InputError(fmt::format(
+        "the map's exponents sum to {}: no detail bounds its set; fit it again", map.degree()));
+  }
+  throw OptionError(
+      "detail", fmt::format("{} is too large for this map: its exponents would sum to {}, and they "
+                            "must exceed 1; use less than {}",
+                            detail, result.degree(), *map.detail * map.degree()));
 }
 
 double shell_thickness(const Field& field, std::span<const Eigen::Vector3d> surface, double slice) {
@@ -74,14 +62,12 @@ double median_level(const Field& field, std::span<const Eigen::Vector3d> surface
   return *middle;
 }
 
-RationalMap with_measured_detail(const Device& device, const RationalMap& map,
-                                 std::span<const Eigen::Vector3d> surface, double detail) {
-  check_detail(detail);
+RationalMap with_measured_detail(const Device& device, RationalMap map,
+                                 std::span<const Eigen::Vector3d> surface) {
   if (!map.box) throw InputError("the map does not say the shape's \"box\": fit it again");
   const double diagonal = map.shape_to_map.scale * map.box->diagonal();
-  RationalMap measured = map;
-  measured.detail = shell_thickness(Field(device, map), surface, map.slice) / diagonal;
-  return change_detail(measured, detail);
+  map.detail = shell_thickness(Field(device, map), surface, map.slice) / diagonal;
+  return map;
 }
 
 }  // namespace qjulia

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <unordered_map>
 
 #include "base/union_find.hpp"
 #include "qjulia/progress.hpp"
@@ -25,6 +26,30 @@ std::size_t count_components(const TriangleMesh& mesh, const std::stop_token& st
   }
   return components.sets() - static_cast<std::size_t>(std::ranges::count(used, false));
 }
+
+/// Sums over triangles of the cones on them, whose apex is the origin.
+struct ConeSum {
+  Eigen::Vector3d normals = Eigen::Vector3d::Zero();    ///< as long as the triangle is large
+  Eigen::Vector3d centroids = Eigen::Vector3d::Zero();  ///< times area
+  double area = 0;
+  double volume = 0;
+
+  ConeSum() = default;
+  ConeSum(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c)
+      : normals(0.5 * (b - a).cross(c - a)),
+        centroids(normals.norm() * (a + b + c) / 3),
+        area(normals.norm()),
+        volume(normals.dot(a) / 3) {}
+
+  void add(const ConeSum& other) {
+    normals += other.normals;
+    centroids += other.centroids;
+    area += other.area;
+    volume += other.volume;
+  }
+  /// Normals of a closed surface cancel, and its volume is the same for every apex.
+  bool is_closed() const { return normals.norm() <= 1e-6 * area; }
+};
 
 /// Counts edges by their lower vertex first, so that only those at one vertex have to be sorted.
 void count_edges(const TriangleMesh& mesh, MeshReport& report, const std::stop_token& stop) {
@@ -86,23 +111,30 @@ Box TriangleMesh::box() const {
 double signed_volume(const TriangleMesh& mesh) {
   const auto& x = mesh.vertices;
   const Eigen::Vector3d origin = mesh.box().center();
-  Eigen::Vector3d weighted = Eigen::Vector3d::Zero();
-  Eigen::Vector3d normals = Eigen::Vector3d::Zero();
-  double area = 0;
-  double volume = 0;
+  base::UnionFind joined(x.size());
   for (const auto& [i, j, k] : mesh.triangles) {
-    const Eigen::Vector3d a = x[i] - origin;
-    const Eigen::Vector3d b = x[j] - origin;
-    const Eigen::Vector3d c = x[k] - origin;
-    const Eigen::Vector3d n = 0.5 * (b - a).cross(c - a);
-    normals += n;
-    weighted += n.norm() * (a + b + c) / 3;
-    area += n.norm();
-    volume += n.dot(a) / 3;
+    joined.unite(i, j);
+    joined.unite(i, k);
   }
-  if (area <= 0) return 0;
-  // Moving the apex of the cones by m changes their volume by -m . sum of n / 3.
-  return volume - normals.dot(weighted / area) / 3;
+  std::unordered_map<std::uint32_t, std::size_t> numbers;  // of components, by their roots
+  std::vector<ConeSum> components;
+  for (const auto& [i, j, k] : mesh.triangles) {
+    const auto [at, is_new] = numbers.try_emplace(joined.root(i), components.size());
+    if (is_new) components.emplace_back();
+    components[at->second].add(ConeSum(x[i] - origin, x[j] - origin, x[k] - origin));
+  }
+  double volume = 0;
+  ConeSum open;
+  for (const ConeSum& component : components) {
+    if (component.is_closed()) {
+      volume += component.volume;
+    } else {
+      open.add(component);
+    }
+  }
+  if (open.area <= 0) return volume;
+  // Moving the apex of the cones by m changes their volume by -m . sum of normals / 3.
+  return volume + open.volume - open.normals.dot(open.centroids / open.area) / 3;
 }
 
 TriangleMesh oriented_outward(TriangleMesh mesh) {

@@ -169,8 +169,8 @@ std::vector<Portal> proposed_portals(const Device& device, const RationalMap& ma
   const Field field(device, without_portals(map));
   // A copy whose middle lies inside the shape would not be seen.
   const auto stands_off = [&](const Portal& portal) {
-    const Vector3d& c = portal.center;
-    return field.at(std::vector<Quaternion>{{c.x(), c.y(), c.z(), 0}}).front() > map.surface_level;
+    const std::vector<Quaternion> center = on_slice({&portal.center, 1}, map.slice);
+    return field.at(center).front() > map.surface_level;
   };
   EdgeDistances distances(mesh);
   distances.add(body);

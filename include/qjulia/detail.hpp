@@ -28,11 +28,11 @@ double shell_thickness(const Field& field, std::span<const Eigen::Vector3d> surf
 /// The median of F_1 over `surface`: the level at which the map's surface is the shape's best.
 double median_level(const Field& field, std::span<const Eigen::Vector3d> surface, double slice);
 
-/// A fitted map whose slope is whatever the fit left (say F_1 ≈ signed distance), given the wanted
-/// shell: measures δ on `surface` and steepens. Sets `detail`.
+/// The map with its `detail` as measured on `surface`, for a map whose slope is whatever the fit
+/// left (say F_1 ≈ signed distance).
 /// @param surface area-uniform points of the shape's surface, map coordinates.
-/// @throws InputError as `with_detail`, or when the map has no `box`.
-RationalMap with_measured_detail(const Device& device, const RationalMap& map,
-                                 std::span<const Eigen::Vector3d> surface, double detail);
+/// @throws InputError when the map has no `box`.
+RationalMap with_measured_detail(const Device& device, RationalMap map,
+                                 std::span<const Eigen::Vector3d> surface);
 
 }  // namespace qjulia

@@ -7,6 +7,7 @@
 #include "qjulia/detail_choice.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/exact_map.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/figures.hpp"
 #include "qjulia/file_types.hpp"

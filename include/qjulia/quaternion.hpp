@@ -31,7 +31,6 @@ constexpr Quaternion operator*(const Quaternion& p, const Quaternion& q) {
       p.x * q.x - p.y * q.y - p.z * q.z - p.w * q.w, p.x * q.y + p.y * q.x + p.z * q.w - p.w * q.z,
       p.x * q.z - p.y * q.w + p.z * q.x + p.w * q.y, p.x * q.w + p.y * q.z - p.z * q.y + p.w * q.x};
 }
-constexpr Quaternion conjugate(const Quaternion& q) { return {q.x, -q.y, -q.z, -q.w}; }
 constexpr double dot(const Quaternion& p, const Quaternion& q) {
   return p.x * q.x + p.y * q.y + p.z * q.z + p.w * q.w;
 }

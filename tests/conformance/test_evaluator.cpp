@@ -1,6 +1,7 @@
 // The device's energy, gradient and Gauss-Newton matrix against the reference's, which shares no
 // code and no method with them.
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -183,6 +184,24 @@ TEST_CASE("the Gauss-Newton diagonal on the device is the reference's") {
     }
     CHECK(difference(fitting::make_device_evaluator(device, samples, options)
                          ->gauss_newton_diagonal(map)) < 1e-4);
+  }
+}
+
+TEST_CASE("a sample on a factor's centre leaves the Gauss-Newton diagonal finite") {
+  RationalMap map = map_off_slice();
+  map.slice = 0;
+  fitting::Samples samples = test::random_samples(300, 63);
+  for (std::size_t k = 0; k < 5; ++k) {
+    const Eigen::Vector3d& x = samples.position[7 * k];
+    map.factors[k].center = {x.x(), x.y(), x.z(), 0};
+  }
+  std::ranges::fill(samples.off_slice, 0);
+  for (const test::Variant& variant : test::variants()) {
+    const auto diagonal =
+        fitting::make_device_evaluator(variant.of(test::shared_device()), samples, {})
+            ->gauss_newton_diagonal(map);
+    CAPTURE(variant);
+    CHECK(diagonal.allFinite());
   }
 }
 

@@ -107,3 +107,18 @@ TEST_CASE("warnings say what is wrong with the map, and where") {
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings.front(), Catch::Contains("near dissolving"));
 }
+
+TEST_CASE("a shell that leaves the set unbounded is made thinner, and no fit is lost by it") {
+  std::vector<std::string> warnings;
+  // The slope r₀ / r₀ = 1 makes δ = 1 / (2 √3 r₀) of the diagonal, with an exponent of r₀.
+  const double most = kRadius / (2 * std::numbers::sqrt3 * kRadius);
+  const RationalMap thick = finished(in_distance_units(), 0.99, 1.5 * most, warnings);
+  CHECK(thick.degree() == Approx(1.1));
+  CHECK(*thick.detail == Approx(most / 1.1).epsilon(2e-3));
+
+  RationalMap repelling = in_distance_units();
+  repelling.factors.push_back({{9, 0, 0, 0}, -2 * kRadius});
+  const RationalMap unbounded = finished(repelling, 0.99, 0.02, warnings);
+  CHECK(unbounded.degree() == Approx(-kRadius));
+  CHECK(unbounded.detail.has_value());
+}

@@ -18,8 +18,9 @@ namespace {
 RationalMap fitted(double detail) {
   static const RationalMap plain = test::armed_ball_map(160);
   static const auto surface = test::armed_ball_surface(2000);
-  return calibrated(test::shared_device(),
-                    with_measured_detail(test::shared_device(), plain, surface, detail));
+  return calibrated(
+      test::shared_device(),
+      with_detail(with_measured_detail(test::shared_device(), plain, surface), detail));
 }
 
 /// A map whose F_1 is `exponent` ln |q − c| + S.
@@ -58,8 +59,10 @@ TEST_CASE("the effective radius of a round potential is where it crosses the lev
 }
 
 TEST_CASE("calibration shifts the scale and the level by ln r_eff, and only once") {
-  const RationalMap map = with_measured_detail(test::shared_device(), test::armed_ball_map(160),
-                                               test::armed_ball_surface(2000), 0.02);
+  const RationalMap map =
+      with_detail(with_measured_detail(test::shared_device(), test::armed_ball_map(160),
+                                       test::armed_ball_surface(2000)),
+                  0.02);
   const double radius = effective_radius(Field(test::shared_device(), map), 0, 5);
   const RationalMap once = calibrated(test::shared_device(), map);
   CHECK(once.surface_level == Approx(std::log(radius)).epsilon(1e-4));

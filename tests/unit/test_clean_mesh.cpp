@@ -148,5 +148,17 @@ TEST_CASE("signed volume") {
   CHECK(signed_volume(shapes::inside_out(shapes::box())) == Approx(-8));
   CHECK(signed_volume(shapes::moved(shapes::box(), 1, {1e8, 0, 0})) == Approx(8));
   CHECK(signed_volume(shapes::open_box()) > 0);
+  // A ground below a box has no volume of its own, however high the box floats.
+  for (const double height : {1.01, 3.0, 30.0}) {
+    const TriangleMesh box = shapes::moved(shapes::box(), 1, {0, 0, height});
+    TriangleMesh scene = box;
+    const auto first = static_cast<std::uint32_t>(scene.vertices.size());
+    for (const auto& [x, y] : {std::pair{-9, -9}, {9, -9}, {9, 9}, {-9, 9}}) {
+      scene.vertices.emplace_back(x, y, 0);
+    }
+    scene.triangles.push_back({first, first + 1, first + 2});
+    scene.triangles.push_back({first, first + 2, first + 3});
+    CHECK(signed_volume(scene) == Approx(8));
+  }
   CHECK(signed_volume(oriented_outward(shapes::inside_out(shapes::box()))) == Approx(8));
 }

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <chrono>
+#include <limits>
 #include <thread>
 
 #include "fit/factor_count.hpp"
@@ -49,13 +50,14 @@ Schedule schedule() {
   return schedule;
 }
 
-int chosen(const FitOptions& options, double seconds_of_evaluation = 0) {
-  const SamplePool pool = test::sphere_pool(4000);
-  auto budget = test::budget_of(planned_evaluations(options, schedule()), options);
+int chosen(const FitOptions& options, double seconds_of_evaluation = 0,
+           const Schedule& schedule = ::schedule(),
+           const SamplePool& pool = test::sphere_pool(4000)) {
+  auto budget = test::budget_of(planned_evaluations(options, schedule), options);
   const auto make = [&](const Samples&, const EnergyOptions&) {
     return std::make_unique<Slow>(seconds_of_evaluation);
   };
-  return chosen_factors(options, schedule(), make, pool, budget, test::alone());
+  return chosen_factors(options, schedule, make, pool, budget, test::alone());
 }
 
 }  // namespace
@@ -72,6 +74,9 @@ TEST_CASE("the number of factors is the caller's, or the schedule's, or follows 
   CHECK(planned_evaluations(options, schedule()) == 750);
   options.max_evaluations = 1;
   CHECK(chosen(options) == 64);
+  Schedule small = schedule();
+  small.automatic.factors = 10;  // fewer than 64 from the start
+  CHECK(chosen(options, 0, small) == 10);
   options.factors = 50;
   CHECK(chosen(options) == 50);
   options.max_evaluations = 0;
@@ -97,9 +102,23 @@ TEST_CASE("a shape with little room has as many factors as find a place") {
   CHECK(most > 64);
   CHECK(most < 700);
   FitOptions options;
-  auto budget = test::budget_of(1500, options);
+  CHECK(chosen(options, 0, schedule(), pool) == most);
+  options.time_limit = 20;
+  CHECK(most < 320);  // with which a stage would be timed
+  CHECK(chosen(options, 0, schedule(), pool) > 64);
   const auto make = [](const Samples&, const EnergyOptions&) { return std::make_unique<Slow>(0); };
-  CHECK(chosen_factors(options, schedule(), make, pool, budget, test::alone()) == most);
   CHECK_NOTHROW(place_factors(make, pool, most, 1));
   CHECK_THROWS(place_factors(make, pool, most + 10, 1));
+}
+
+TEST_CASE("a shape without room for the fewest factors of a map is refused") {
+  SamplePool pool = test::sphere_pool(150);
+  pool.deep.resize(2);
+  std::erase_if(pool.near, [](const DistancePoint& p) { return p.distance < 0; });
+  std::erase_if(pool.around, [](const DistancePoint& p) { return p.distance < 0; });
+  FitOptions options;
+  for (const double limit : {20.0, std::numeric_limits<double>::infinity()}) {
+    options.time_limit = limit;
+    CHECK_THROWS_WITH(chosen(options, 0, schedule(), pool), Catch::Contains("room for"));
+  }
 }

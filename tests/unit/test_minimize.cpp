@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <stdexcept>
 
 #include "fit/minimize.hpp"
@@ -137,6 +138,20 @@ TEST_CASE("steps that take many evaluations end the run, with the lowest energy 
   CHECK_FALSE(found.stopped);
   CHECK(budget.evaluations() == 30);
   CHECK(found.energy_after < found.energy_before);
+}
+
+TEST_CASE("without a finite energy the map stays what it was, and the budget is obeyed") {
+  const auto start = test::random_map(9, 0.1, 0.5, 1);
+  const auto nothing = [](const RationalMap& map) {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    return fitting::Evaluation{nan, std::vector<double>(1 + 5 * map.factors.size(), nan)};
+  };
+  const fitting::Subspace all(start, level_of(fitting::Space::all), Unknowns::all);
+  const fitting::Preconditioner scaling(Eigen::VectorXd::Ones(all.size()).eval(), 1e-3);
+  auto budget = budget_of(2);
+  const auto found = fitting::minimize(nothing, start, all, scaling, 50, budget);
+  CHECK(budget.evaluations() <= 2);
+  CHECK(fitting::to_unknowns(found.map) == fitting::to_unknowns(start));
 }
 
 TEST_CASE("errors of the evaluator are not taken for the end of a line search") {

@@ -21,6 +21,8 @@ Quaternion random_quaternion(std::mt19937_64& bits, double reach) {
 
 double distance(const Quaternion& p, const Quaternion& q) { return norm(p - q); }
 
+Quaternion conjugate(const Quaternion& q) { return {q.x, -q.y, -q.z, -q.w}; }
+
 }  // namespace
 
 TEST_CASE("products multiply norms and follow Hamilton's table") {

@@ -146,6 +146,35 @@ TEST_CASE("a fit that died and was resumed ends as one that did not") {
   CHECK_FALSE(fitting::Checkpoint(folder / "none", "key").load(test::alone()).has_value());
 }
 
+TEST_CASE("an interrupted fit keeps every evaluation it made, and its plan") {
+  const auto pool = sphere_pool(4000);
+  const auto draw = [&](const fitting::Level& level, base::Random& random) {
+    return pool.draw(level, random);
+  };
+  const test::TemporaryFolder folder;
+  FitOptions options;
+  options.factors = 8;
+  const fitting::Schedule schedule{40, 1e-3, {small_level()}};
+  const auto start =
+      fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1);
+  for (const int until : {0, 5, 22}) {
+    std::stop_source stop;
+    if (until == 0) stop.request_stop();
+    int made = 0;
+    options.observer.on_evaluation = [&](double) {
+      if (++made == until) stop.request_stop();
+    };
+    fitting::Checkpoint checkpoint(folder / "fit.checkpoint", "key", 1e9);
+    auto budget = budget_of(schedule.evaluations, {}, stop.get_token());
+    fitting::Stages stages(start, unscaled(draw), fitting::make_reference_evaluator, options,
+                           schedule, budget, checkpoint, {}, test::alone());
+    CHECK(stages.run() == StopReason::interrupted);
+    const fitting::FitState kept = checkpoint.load(test::alone()).value();
+    CHECK(kept.planned == 40);
+    CHECK(kept.evaluations + static_cast<int>(kept.evaluated.size()) == until);
+  }
+}
+
 TEST_CASE("stages fit a sphere with the reference evaluator alone") {
   const auto pool = sphere_pool(4000);
   const auto draw = [&](const fitting::Level& level, base::Random& random) {
