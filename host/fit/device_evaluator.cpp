@@ -278,7 +278,7 @@ class DeviceEvaluator final : public Evaluator {
   /// Panels of fewer samples where the device has no memory for as many as asked for.
   void allocate_panels(std::size_t order) {
     Context& context = device_.context();
-    const std::size_t least = std::max<std::size_t>(division_.panel_block, kLeastPanelSamples);
+    const std::size_t least = std::lcm(division_.panel_block, kLeastPanelSamples);
     for (;;) {
       try {
         panels_ = context.allocate_real(division_.panel_samples * order, precision_);
@@ -436,7 +436,8 @@ class DeviceEvaluator final : public Evaluator {
   }
 
   static constexpr std::size_t kRowBlock = 64;
-  static constexpr std::size_t kLeastPanelSamples = 16;  // panel_products_shared takes so many
+  static constexpr std::size_t kLeastPanelSamples =
+      16;  // panel_products_shared takes so many a time
 
   Device device_;
   EnergyOptions options_;

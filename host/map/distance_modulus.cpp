@@ -37,8 +37,8 @@ OuterBound DistanceModulus::outer_bound(const RationalMap& map) const {
   const auto excess = [&](double r) { return (r - reach) / shell + map.log_scale - std::log(r); };
   // Beyond δ it rises.
   double low = std::max(reach, shell), high = low;
-  while (excess(high) <= 0) high += shell;
-  for (int step_number = 0; step_number < 50; ++step_number) {
+  for (double more = shell; excess(high) <= 0; more *= 2) high += more;
+  for (int halving = 0; halving < 50; ++halving) {
     const double middle = 0.5 * (low + high);
     (excess(middle) > 0 ? high : low) = middle;
   }

@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "map/portals.hpp"
 #include "picture/cairo_canvas.hpp"
+#include "qjulia/error.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/shape.hpp"
 
@@ -121,15 +123,23 @@ Image with_scale(const Image& sheet, double full, double diagonal) {
 
 Image comparison(const Device& device, const RationalMap& map, const TriangleMesh& mesh,
                  const PictureOptions& options, const ProgressMonitor& monitor) {
+  constexpr int kWidest = 32'767;  // of Cairo's canvases, pixels
+  if (2 * options.width + kGap > kWidest) {
+    throw OptionError("width", fmt::format("{} is too large for a sheet of two pictures side by "
+                                           "side; give at most {}",
+                                           options.width, (kWidest - kGap) / 2));
+  }
+  RationalMap framed = map;
+  if (!framed.box) framed.box = mesh.box();
   PictureOptions standing = options;
   if (!standing.camera.up) standing.camera.up = map.up.value_or(kDefaultUp);
   PictureOptions potential = standing;
   potential.iterations = 1;
   PictureLayers seen;
-  const Image original = render_mesh(
-      device, mesh, options.box.value_or(map.box.value_or(mesh.box())), standing, monitor);
-  const Image fitted = render(device, map, potential, monitor);
-  const Image set = render(device, map, standing, monitor, &seen);
+  const Box frame = options.box.value_or(*map::box_with_copies(framed));
+  const Image original = render_mesh(device, mesh, frame, standing, monitor);
+  const Image fitted = render(device, framed, potential, monitor);
+  const Image set = render(device, framed, standing, monitor, &seen);
   const std::vector<double> distances =
       distances_of(outer_surface(device, mesh, monitor.stop).distance, seen);
   const double diagonal = mesh.box().diagonal();

@@ -51,6 +51,30 @@ Image contact_sheet(std::span<const Image> images, int columns, int gap) {
   return sheet;
 }
 
+Image reduced(const Image& image, int times) {
+  if (times < 1) throw InputError("a picture can be made smaller 1 or more times");
+  if (times == 1) return image;
+  const Image all = opaque(image);
+  Image small{std::max(1, all.width / times), std::max(1, all.height / times), {}};
+  for (int y = 0; y < small.height; ++y) {
+    for (int x = 0; x < small.width; ++x) {
+      const int right = std::min((x + 1) * times, all.width);
+      const int bottom = std::min((y + 1) * times, all.height);
+      for (int c = 0; c < 3; ++c) {
+        int sum = 0, count = 0;
+        for (int row = y * times; row < bottom; ++row) {
+          for (int column = x * times; column < right; ++column, ++count) {
+            const std::ptrdiff_t pixel = std::ptrdiff_t{row} * all.width + column;
+            sum += all.pixels[static_cast<std::size_t>(3 * pixel + c)];
+          }
+        }
+        small.pixels.push_back(static_cast<std::uint8_t>((sum + count / 2) / count));
+      }
+    }
+  }
+  return small;
+}
+
 Image captioned(const Image& image, const std::string& text) {
   if (image.pixels.empty()) throw InputError("a picture without pixels cannot be captioned");
   const double size = std::max(11.0, image.width / 24.0);

@@ -1,7 +1,9 @@
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "layout/picture_layout.h"
 #include "picture/depth_grid.hpp"
@@ -38,9 +40,19 @@ class MeshSource : public DepthSource {
     std::vector<double> nearest(index(0, rows, view.columns), kFar);
     for (const Triangle& triangle : mesh_.triangles) {
       const Vector3d &a = seen[triangle[0]], &b = seen[triangle[1]], &c = seen[triangle[2]];
-      // Behind the eye: a camera stands outside of what it frames.
-      if (!parallel && std::min({a[0], b[0], c[0]}) <= 0) continue;
-      rasterise(a, b, c, view, parallel, first_row, rows, nearest);
+      if (parallel || std::min({a[0], b[0], c[0]}) > 0) {
+        rasterise(a, b, c, view, parallel, first_row, rows, nearest);
+        continue;
+      }
+      // Some of it is behind the eye, which stands within the mesh.
+      std::array<Vector3d, 3> corners;
+      std::ranges::transform(triangle, corners.begin(), [&](std::uint32_t v) -> Vector3d {
+        return inverse * (mesh_.vertices[v] - view.eye);
+      });
+      const std::vector<Vector3d> kept = before_eye(corners);
+      for (std::size_t i = 2; i < kept.size(); ++i) {
+        rasterise(kept[0], kept[i - 1], kept[i], view, parallel, first_row, rows, nearest);
+      }
     }
     std::vector<float> depths(nearest.size());
     std::ranges::transform(nearest, depths.begin(), [](double d) {
@@ -53,6 +65,23 @@ class MeshSource : public DepthSource {
 
  private:
   static constexpr double kFar = 1e300;
+
+  /// (1/s, x, y) of the polygon that is left of a triangle before the eye, given s (1, x, y).
+  static std::vector<Vector3d> before_eye(const std::array<Vector3d, 3>& corners) {
+    constexpr double kNear = 1e-6;
+    std::vector<Vector3d> kept;
+    const auto add = [&](const Vector3d& v) {
+      kept.emplace_back(1 / v[0], v[1] / v[0], v[2] / v[0]);
+    };
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vector3d &from = corners[i], &to = corners[(i + 1) % 3];
+      if (from[0] >= kNear) add(from);
+      if ((from[0] >= kNear) != (to[0] >= kNear)) {
+        add(from + (kNear - from[0]) / (to[0] - from[0]) * (to - from));
+      }
+    }
+    return kept;
+  }
 
   static void rasterise(const Vector3d& a, const Vector3d& b, const Vector3d& c, const View& view,
                         bool parallel, int first_row, int rows, std::vector<double>& nearest) {

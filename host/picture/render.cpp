@@ -44,7 +44,7 @@ constexpr double kEverywhere = 1e6;  ///< map units: farther than any set reache
 double lowest(DepthSource& source, const Vector3d& up, double fineness) {
   const Box bounds = source.bounds();
   const View view = parallel_view(-up, bounds, static_cast<int>(std::lround(kFloorMap * fineness)));
-  double nearest = bounds.size().dot(up);
+  double nearest = bounds.size().dot(up.cwiseAbs());
   for (const float depth : source.depths(view, 0, view.rows)) {
     if (depth >= 0) nearest = std::min(nearest, static_cast<double>(depth));
   }

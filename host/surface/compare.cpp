@@ -114,12 +114,10 @@ bool holds(const std::optional<Box>& part, const Eigen::Vector3d& x) {
   return !part || Eigen::AlignedBox3d(part->low, part->high).contains(x);
 }
 
-/// Of the triangles whose middle lies in the part.
-double area(const TriangleMesh& mesh, const std::optional<Box>& part) {
+double area(const TriangleMesh& mesh) {
   double sum = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
     const Eigen::Vector3d& origin = mesh.vertices[a];
-    if (!holds(part, (origin + mesh.vertices[b] + mesh.vertices[c]) / 3)) continue;
     sum += 0.5 * (mesh.vertices[b] - origin).cross(mesh.vertices[c] - origin).norm();
   }
   return sum;
@@ -147,14 +145,17 @@ DistanceSummary distance_between(const std::vector<Eigen::Vector3d>& points,
 struct SampledMesh {
   SignedDistance distance;
   std::vector<Eigen::Vector3d> points;
-  double area;
+  double area;  ///< of all, times the share of points that lie in the part
 
   SampledMesh(const TriangleMesh& mesh, const SignedDistance& to_mesh,
               const std::optional<Box>& part)
-      : distance(to_mesh), area(qjulia::area(mesh, part)) {
-    for (const SurfacePoint& point : sample_surface(mesh, kSurfaceSamples, kSeed)) {
+      : distance(to_mesh) {
+    const auto samples = sample_surface(mesh, kSurfaceSamples, kSeed);
+    for (const SurfacePoint& point : samples) {
       if (holds(part, point.position)) points.push_back(point.position);
     }
+    area = qjulia::area(mesh) *
+           (static_cast<double>(points.size()) / static_cast<double>(samples.size()));
   }
 };
 

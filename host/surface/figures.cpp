@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -51,22 +52,71 @@ constexpr double kPointsPerBox = 2;
 /// Coarse meshes are counted by boxes of this part of the longest side, triangles filled in.
 constexpr double kFilledBox = 1.0 / 128;
 
-/// Points of the triangles whose edges are longer than `spacing`, no farther apart; seen from the
-/// first vertex, since single precision is coarse far from the origin.
-void fill_in(const TriangleMesh& mesh, double spacing, std::vector<Eigen::Vector3f>& points) {
+/// Calls `use` for points of the triangles, about `spacing` apart, seen from the first vertex,
+/// since single precision is coarse far from the origin.
+template <class Use>
+void for_points(const TriangleMesh& mesh, double spacing, const Use& use) {
   const Eigen::Vector3d first = mesh.vertices.front();
   for (const auto& [a, b, c] : mesh.triangles) {
-    const Eigen::Vector3d p = mesh.vertices[a] - first;
-    const Eigen::Vector3d u = mesh.vertices[b] - first - p;
-    const Eigen::Vector3d v = mesh.vertices[c] - first - p;
-    const double longest = std::max({u.norm(), v.norm(), (u - v).norm()});
-    const int parts = static_cast<int>(std::ceil(longest / spacing));
-    for (int i = 0; i <= parts; ++i) {
-      for (int j = 0; i + j <= parts && parts > 1; ++j) {
-        points.push_back((p + (i * u + j * v) / parts).cast<float>());
+    std::array<Eigen::Vector3d, 3> p{mesh.vertices[a] - first, mesh.vertices[b] - first,
+                                     mesh.vertices[c] - first};
+    // Rows along the shortest edge: a long and thin triangle has few points.
+    const auto edge = [&](int i) { return (p[(i + 1) % 3] - p[i]).norm(); };
+    const int shortest = std::min({0, 1, 2}, [&](int i, int j) { return edge(i) < edge(j); });
+    std::ranges::rotate(p, p.begin() + shortest);
+    const Eigen::Vector3d u = p[1] - p[0], v = p[2] - p[0];
+    const auto parts = [&](double length) { return std::max(1.0, std::ceil(length / spacing)); };
+    const double rows = parts(std::max(v.norm(), (v - u).norm()));
+    for (double j = 0; j <= rows; ++j) {
+      const double left = 1 - j / rows;
+      const double columns = parts(left * u.norm());
+      for (double i = 0; i <= columns; ++i) {
+        use((p[0] + left * i / columns * u + j / rows * v).template cast<float>());
       }
     }
   }
+}
+
+/// Of the points in `box` that `for_all` hands to its argument, by boxes of `finest` and wider.
+template <class ForAll>
+BoxDimension dimension_of(const Eigen::AlignedBox3f& box, double finest, const ForAll& for_all) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  const float side = box.sizes().maxCoeff();
+  int level = kFinest;
+  while (level >= kCoarsest && static_cast<double>(side) / (1 << level) < finest) --level;
+  const int sizes = level - kCoarsest + 1;
+  if (sizes < 3) return {kNone, kNone, std::max(0, sizes)};
+
+  Boxes boxes(level);
+  const auto most = static_cast<float>((1 << level) - 1);
+  const float scale = static_cast<float>(1 << level) / side;
+  for_all([&](const Eigen::Vector3f& p) {
+    const Eigen::Vector3f at = (scale * (p - box.min())).cwiseMax(0.0F).cwiseMin(most);
+    boxes.hold(static_cast<std::uint32_t>(at.x()), static_cast<std::uint32_t>(at.y()),
+               static_cast<std::uint32_t>(at.z()));
+  });
+  // Least squares for ln N over ln 1/s, in units of ln 2.
+  std::vector<double> counts;
+  for (; level >= kCoarsest; --level) {
+    counts.push_back(std::log2(static_cast<double>(boxes.count())));
+    if (level > kCoarsest) boxes = boxes.coarser();
+  }
+  double mean = 0;
+  for (const double c : counts) mean += c / sizes;
+  double slope = 0;
+  double spread = 0;
+  const auto abscissa = [&](int i) { return 0.5 * (sizes - 1) - i; };
+  for (int i = 0; i < sizes; ++i) {
+    slope += abscissa(i) * counts[static_cast<std::size_t>(i)];
+    spread += abscissa(i) * abscissa(i);
+  }
+  slope /= spread;
+  double residual = 0;
+  for (int i = 0; i < sizes; ++i) {
+    const double r = counts[static_cast<std::size_t>(i)] - mean - slope * abscissa(i);
+    residual += r * r;
+  }
+  return {slope, std::sqrt(residual / (sizes - 2) / spread), sizes};
 }
 
 void set_dimension(const BoxDimension& box, SurfaceFigures& figures) {
@@ -108,42 +158,7 @@ BoxDimension box_dimension(std::span<const Eigen::Vector3f> points, double fines
   if (points.empty()) return {kNone, kNone, 0};
   Eigen::AlignedBox3f box;
   for (const Eigen::Vector3f& p : points) box.extend(p);
-  const float side = box.sizes().maxCoeff();
-  int level = kFinest;
-  while (level >= kCoarsest && static_cast<double>(side) / (1 << level) < finest) --level;
-  const int sizes = level - kCoarsest + 1;
-  if (sizes < 3) return {kNone, kNone, std::max(0, sizes)};
-
-  Boxes boxes(level);
-  const auto most = static_cast<float>((1 << level) - 1);
-  const float scale = static_cast<float>(1 << level) / side;
-  for (const Eigen::Vector3f& p : points) {
-    const Eigen::Vector3f at = (scale * (p - box.min())).cwiseMin(most);
-    boxes.hold(static_cast<std::uint32_t>(at.x()), static_cast<std::uint32_t>(at.y()),
-               static_cast<std::uint32_t>(at.z()));
-  }
-  // Least squares for ln N over ln 1/s, in units of ln 2.
-  std::vector<double> counts;
-  for (; level >= kCoarsest; --level) {
-    counts.push_back(std::log2(static_cast<double>(boxes.count())));
-    if (level > kCoarsest) boxes = boxes.coarser();
-  }
-  double mean = 0;
-  for (const double c : counts) mean += c / sizes;
-  double slope = 0;
-  double spread = 0;
-  const auto abscissa = [&](int i) { return 0.5 * (sizes - 1) - i; };
-  for (int i = 0; i < sizes; ++i) {
-    slope += abscissa(i) * counts[static_cast<std::size_t>(i)];
-    spread += abscissa(i) * abscissa(i);
-  }
-  slope /= spread;
-  double residual = 0;
-  for (int i = 0; i < sizes; ++i) {
-    const double r = counts[static_cast<std::size_t>(i)] - mean - slope * abscissa(i);
-    residual += r * r;
-  }
-  return {slope, std::sqrt(residual / (sizes - 2) / spread), sizes};
+  return dimension_of(box, finest, [&](const auto& use) { std::ranges::for_each(points, use); });
 }
 
 struct FigureSink::Impl {
@@ -221,12 +236,12 @@ SurfaceFigures measure(const TriangleMesh& mesh) {
   // A mesh of few triangles has no small boxes of vertices: its triangles are filled with points.
   const double finest = kFilledBox * mesh.box().size().maxCoeff();
   if (!(figures.box_sizes >= 4) && finest > 0) {
-    std::vector<Eigen::Vector3f> points;
+    Eigen::AlignedBox3f box;
     for (const Eigen::Vector3d& x : mesh.vertices) {
-      points.emplace_back((x - mesh.vertices.front()).cast<float>());
+      box.extend((x - mesh.vertices.front()).cast<float>());
     }
-    fill_in(mesh, finest / kPointsPerBox, points);
-    set_dimension(box_dimension(points, finest * 0.999), figures);
+    const auto for_all = [&](const auto& use) { for_points(mesh, finest / kPointsPerBox, use); };
+    set_dimension(dimension_of(box, finest * 0.999, for_all), figures);
   }
   return figures;
 }
@@ -255,6 +270,20 @@ TriangleMesh large_components(const TriangleMesh& mesh, double least) {
   });
 }
 
+/// Whether each vertex is at an open edge. Around a vertex where triangles close up, each
+/// neighbour begins one edge and ends another.
+std::vector<bool> open_vertices(const TriangleMesh& mesh) {
+  std::vector<std::int64_t> balance(mesh.vertices.size());
+  for (const auto& [a, b, c] : mesh.triangles) {
+    balance[a] += std::int64_t{c} - b;
+    balance[b] += std::int64_t{a} - c;
+    balance[c] += std::int64_t{b} - a;
+  }
+  std::vector<bool> open;
+  for (const std::int64_t sum : balance) open.push_back(sum != 0);
+  return open;
+}
+
 LoosePieces drop_loose_pieces(TriangleMesh& mesh) {
   constexpr double kLeast = 0.01;  // of the largest part's volume
   LoosePieces dropped;
@@ -272,7 +301,16 @@ LoosePieces drop_loose_pieces(TriangleMesh& mesh) {
   // Those of bubbles are negative.
   for (double& v : volume) v = std::abs(v);
   const double least = kLeast * *std::ranges::max_element(volume);
-  const auto keeps = [&](std::uint32_t v) { return volume[components.root(v)] >= least; };
+  // What a box has cut open has no volume to judge it by, and may be of the main body.
+  const std::vector<bool> open = open_vertices(mesh);
+  std::vector<bool> is_cut(mesh.vertices.size());
+  for (std::uint32_t v = 0; v < open.size(); ++v) {
+    if (open[v]) is_cut[components.root(v)] = true;
+  }
+  const auto keeps = [&](std::uint32_t v) {
+    const std::uint32_t r = components.root(v);
+    return is_cut[r] || volume[r] >= least;
+  };
   double all = 0;
   for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
     if (components.root(v) != v) continue;

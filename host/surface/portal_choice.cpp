@@ -1,5 +1,7 @@
 #include "qjulia/portal_choice.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -155,6 +157,12 @@ std::vector<Portal> proposed_portals(const Device& device, const RationalMap& ma
                                      const PortalOptions& options, const ProgressMonitor& monitor) {
   options.validate();
   map.validate();
+  if (map.slice != 0) {
+    throw InputError(
+        fmt::format("the map shows its slice W = {}, and copies would show another one: propose "
+                    "portals for the map with slice 0",
+                    map.slice));
+  }
   const TriangleMesh mesh = own_surface(device, without_portals(map), monitor);
   const Vector3d middle = mesh.box().center();
   double radius = 0, nearest = std::numeric_limits<double>::infinity();
@@ -169,8 +177,7 @@ std::vector<Portal> proposed_portals(const Device& device, const RationalMap& ma
   const Field field(device, without_portals(map));
   // A copy whose middle lies inside the shape would not be seen.
   const auto stands_off = [&](const Portal& portal) {
-    const std::vector<Quaternion> center = on_slice({&portal.center, 1}, map.slice);
-    return field.at(center).front() > map.surface_level;
+    return field.at(on_slice({&portal.center, 1}, 0)).front() > map.surface_level;
   };
   EdgeDistances distances(mesh);
   distances.add(body);

@@ -21,7 +21,8 @@ struct PortalOptions {
 /// that is farthest, along the surface, from the body and from the copies before. Copies keep the
 /// shape's attitude. Fewer than asked for where no more fit; they are balls that hold copies on
 /// copies too, where that leaves them apart.
-/// @throws InputError when no copy of that size fits, OptionError, Interrupted.
+/// @throws InputError when the map's slice is not W = 0, OptionError when no copy of that size
+///   fits, Interrupted.
 std::vector<Portal> proposed_portals(const Device& device, const RationalMap& map,
                                      const PortalOptions& options,
                                      const ProgressMonitor& monitor = {});

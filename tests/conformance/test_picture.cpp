@@ -336,6 +336,44 @@ TEST_CASE("shading gives the stored pictures") {
   check(render_mesh(device, mesh, *map.box, options), "mesh");
 }
 
+TEST_CASE("a shape stands on the ground whichever way is up") {
+  const Device device = test::shared_device();
+  const TriangleMesh box = shapes::box();
+  PictureOptions options = test::picture_of(160, 120);
+  const auto standing = [&](UpAxis up) {
+    options.camera.up = up;
+    return render_mesh(device, box, box.box(), options);
+  };
+  for (const auto& [up, down] : {std::pair{UpAxis::x, UpAxis::minus_x},
+                                 {UpAxis::y, UpAxis::minus_y},
+                                 {UpAxis::z, UpAxis::minus_z}}) {
+    CHECK(test::mean_difference(standing(up), standing(down)) < 2);
+  }
+}
+
+TEST_CASE("an eye within a mesh sees all around it") {
+  const Device device = test::shared_device();
+  const TriangleMesh box = shapes::box();
+  PictureOptions options = test::picture_of(64, 48);
+  options.camera.elevation = 0;
+  options.camera.azimuth = 0;
+  options.camera.field_of_view = 100;
+  // Looks from well within, past the middle.
+  for (const double ahead : {-1.9865, -1.7}) {
+    options.camera.look_at = Eigen::Vector3d(0, 0, ahead);
+    options.camera.up = UpAxis::y;
+    PictureLayers layers;
+    render_mesh(device, box, box.box(), options, {}, &layers);
+    CHECK(std::ranges::all_of(layers.depth, [](float depth) { return std::isfinite(depth); }));
+  }
+}
+
+TEST_CASE("a sheet that no canvas holds is refused before anything is drawn") {
+  CHECK_THROWS_WITH(comparison(test::shared_device(), test::square(), shapes::sphere(2),
+                               test::picture_of(16'384, 2)),
+                    Catch::Contains("width") && Catch::Contains("16379"));
+}
+
 TEST_CASE("shadows on the ground are soft, without hatching, and nowhere black") {
   const Device device = test::shared_device();
   const TriangleMesh sphere = shapes::sphere(4);

@@ -316,6 +316,13 @@ TEST_CASE("a part is compared by what lies in it") {
   CHECK(half.iou > 0.98);
   CHECK(half.mean_distance < 0.1 * whole.mean_distance);
   CHECK(half.roughness == Approx(1).margin(0.02));
+  // A part that holds no triangle's middle, of a mesh whose triangles are as large as it is.
+  const TriangleMesh cube = shapes::box();
+  const double corner = 1 / std::sqrt(3.0);
+  options.box = Box{{-0.3, -0.3, 0.8}, {0, 0.3, 1.2}};
+  const FitMetrics top = compare(device, square(), cube, options).at(0);
+  CHECK(top.roughness > 1);  // the ball's cap over a flat face
+  CHECK(top.roughness < 1 / corner);
   options.box = Box{{5, 5, 5}, {6, 6, 6}};
   CHECK_THROWS_WITH(compare(device, square(), mesh, options), Catch::Contains("box: "));
   options.box = Box{{1, 0, 0}, {0, 1, 1}};

@@ -142,6 +142,17 @@ TEST_CASE("the inside is within the radius that is told") {
   CHECK(radius < exact + 4 * modulus.step);
 }
 
+TEST_CASE("beyond its outer radius every orbit of a map with a grid grows, however low its scale") {
+  RationalMap map = test::distance_map(0.05);
+  for (const double log_scale : {0.0, -3.0, -1e3, -1e15}) {
+    map.log_scale = log_scale;
+    const double radius = modulus_of(map).outer_bound(map).radius;
+    const double far = std::abs(log_scale) * modulus_of(map).shell;
+    CHECK(radius > 0.99 * far);
+    CHECK(radius < far + 20);
+  }
+}
+
 TEST_CASE("a map with a grid makes the way to a file of version 2 and back, bit for bit") {
   const test::TemporaryFolder folder;
   RationalMap map = test::distance_map();

@@ -2,7 +2,9 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdint>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <random>
 
 #include "edge_count.hpp"
@@ -129,6 +131,35 @@ TEST_CASE("flakes and bubbles are dropped, and bodies of a hundredth of the larg
   CHECK(drop_loose_pieces(mesh).count == 0);
   TriangleMesh none;
   CHECK(drop_loose_pieces(none).count == 0);
+}
+
+TEST_CASE("pieces that a box has cut open are not judged by their volume") {
+  TriangleMesh sheet;
+  sheet.vertices = {{-3, -1, 0}, {-2, -1, 0}, {-2, 1, 0}, {-3, 1, 0}};
+  sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
+  TriangleMesh mesh = shapes::joined(sheet, shapes::sphere(3));
+  mesh = shapes::joined(mesh, shapes::moved(shapes::sphere(3), 0.2, {5, 0, 0}));
+  CHECK(drop_loose_pieces(mesh).count == 1);
+  CHECK(inspect(mesh).components == 2);
+  CHECK(mesh.box().low.x() == -3);
+}
+
+TEST_CASE("a mesh of long and thin triangles has few points to count") {
+  TriangleMesh prism;
+  constexpr std::uint32_t kSides = 20'000;
+  prism.vertices = {{0, 0, -1}, {0, 0, 1}};
+  for (std::uint32_t i = 0; i < kSides; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kSides;
+    const std::uint32_t a = 2 + 2 * i, b = 2 + 2 * ((i + 1) % kSides);
+    for (const double z : {-1, 1}) prism.vertices.emplace_back(std::cos(angle), std::sin(angle), z);
+    for (const Triangle& t : {Triangle{a, b, b + 1}, Triangle{a, b + 1, a + 1}, Triangle{0, b, a},
+                              Triangle{1, a + 1, b + 1}}) {
+      prism.triangles.push_back(t);
+    }
+  }
+  const SurfaceFigures figures = measure(prism);
+  CHECK(figures.dimension == Approx(2).margin(0.1));
+  CHECK(figures.volume == Approx(2 * std::numbers::pi).epsilon(1e-3));
 }
 
 TEST_CASE("a ply file written in pieces is the mesh") {

@@ -94,6 +94,18 @@ TEST_CASE("a contact sheet holds each image in its cell") {
   CHECK_THROWS_AS(contact_sheet({}, 2), InputError);
 }
 
+TEST_CASE("a reduced picture has the means of its pixels") {
+  Image image{5, 2, {}};
+  for (int i = 0; i < 10; ++i) image.pixels.insert(image.pixels.end(), 3, std::uint8_t(10 * i));
+  const Image half = reduced(image, 2);
+  REQUIRE(half.width == 2);
+  REQUIRE(half.height == 1);
+  CHECK(half.pixels == std::vector<std::uint8_t>{30, 30, 30, 50, 50, 50});
+  CHECK(reduced(image, 1).pixels == image.pixels);
+  CHECK(reduced(image, 9).pixels.size() == 3);
+  CHECK_THROWS_AS(reduced(image, 0), InputError);
+}
+
 TEST_CASE("options that make no picture are refused by name") {
   const auto refused = [](auto change, const std::string& name) {
     PictureOptions options;

@@ -53,7 +53,6 @@ int run_compare(const CompareArguments& arguments, Session& session) {
   const TriangleMesh mesh = session.read_mesh(arguments.mesh);
   const Device device = session.open_device(arguments.device);
   const RationalMap map = with_knobs(device, read, arguments.map_options, arguments.map);
-  const auto metrics = compare(device, map, mesh, options, session.monitor());
   const nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
   if (!arguments.picture.empty()) {
     const Image image = comparison(device, map, mesh, view, session.monitor());
@@ -63,7 +62,9 @@ int run_compare(const CompareArguments& arguments, Session& session) {
     nlohmann::json picture = how;
     picture["picture"] = to_json(view);
     write_picture(image, arguments.picture, picture);
+    session.written_so_far = fmt::format("'{}' was written", arguments.picture);
   }
+  const auto metrics = compare(device, map, mesh, options, session.monitor());
   session.report_kernels(device);
   nlohmann::json list = nlohmann::json::array();
   for (const FitMetrics& m : metrics) list.push_back(to_json(m));

@@ -298,6 +298,14 @@ ProgressMonitor part_monitor(Session& session, std::size_t done, std::size_t all
   return monitor;
 }
 
+/// How many times narrower and lower pictures are on a sheet than alone, since the sheet is made in
+/// memory and a .png has its limits.
+int sheet_reduction(const PictureOptions& options, std::size_t count) {
+  constexpr double kMostPixels = 3e8;
+  const double pixels = static_cast<double>(count) * options.width * options.height;
+  return std::max(1, static_cast<int>(std::ceil(std::sqrt(pixels / kMostPixels))));
+}
+
 /// A picture for each value, numbered, and all of them with captions on one sheet.
 int run_sweep(const RenderArguments& arguments, const PictureOptions& options, const Sweep& sweep,
               Session& session) {
@@ -307,6 +315,7 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
   std::vector<std::string> files;
   nlohmann::json how;
   std::optional<Studio> studio;
+  const int reduction = sheet_reduction(options, sweep.values.size());
   for (const double value : sweep.values) {
     const std::string caption = fmt::format("{} {:.4g}", sweep.name, value);
     session.console.note(
@@ -329,7 +338,7 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
       write_picture(image, files.back(), how);
     }
     session.written_so_far = fmt::format("{} pictures were written", files.size());
-    frames.push_back(captioned(image, caption));
+    frames.push_back(captioned(reduced(image, reduction), caption));
   }
   const auto count = static_cast<int>(frames.size());
   how["sweep"] = {{"name", sweep.name}, {"values", sweep.values}};
