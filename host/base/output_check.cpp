@@ -71,8 +71,10 @@ void check_writable(const Output& output) {
     return;
   }
   struct stat info {};
-  if (::stat(target.c_str(), &info) != 0 && errno != ENOENT && errno != ENOTDIR) {
-    fail(output, std::strerror(errno));
+  if (::stat(target.c_str(), &info) != 0) {
+    if (errno != ENOENT && errno != ENOTDIR) fail(output, std::strerror(errno));
+  } else if (::access(target.c_str(), W_OK) != 0) {
+    fail(output, std::strerror(errno));  // to replace it, its folder's permission would do
   }
   const Path folder = target.has_parent_path() ? target.parent_path() : Path(".");
   if (output.makes_folder && !std::filesystem::exists(folder, ignored)) {

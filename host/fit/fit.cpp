@@ -217,7 +217,8 @@ void FitOptions::validate() const {
   }
   base::expect_between("tufts", tufts, 1.0, kMostTufts);
   if (!(time_limit > 0)) {
-    throw OptionError("time_limit", fmt::format("{} is out of range; give seconds", time_limit));
+    throw OptionError("time_limit",
+                      fmt::format("{} is out of range; give more than 0 seconds", time_limit));
   }
   base::expect_between("max_evaluations", max_evaluations, 0, std::numeric_limits<int>::max());
   if (!(target_iou > 0 && target_iou <= 1)) {

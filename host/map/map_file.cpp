@@ -118,7 +118,7 @@ std::string_view map_text(std::string_view text, const std::string& source) {
     return text;
   }
   const auto begin = text.find(kBegin);
-  if (begin == std::string_view::npos) fail(source, "is a page without a map in it");
+  if (begin == std::string_view::npos) fail(source, "it is a page without a map in it");
   text.remove_prefix(begin + kBegin.size());
   return text.substr(0, text.find("</script>"));
 }
@@ -208,12 +208,12 @@ RationalMap read_map(const std::filesystem::path& path, std::stop_token stop) {
   // object, of which it would take the last.
   std::vector<std::set<std::string>> keys;  // of the objects around
   const auto is_strict = [&](int depth, json::parse_event_t event, const json& parsed) {
-    if (depth > kDeepest) fail(source, "is nested too deep: no map file is");
+    if (depth > kDeepest) fail(source, "it is nested too deep to be a map file");
     if (event == json::parse_event_t::object_start) keys.emplace_back();
     if (event == json::parse_event_t::object_end) keys.pop_back();
     if (event == json::parse_event_t::key &&
         !keys.back().insert(parsed.get<std::string>()).second) {
-      fail(source, fmt::format("has the key {} twice; leave one of them", parsed.dump()));
+      fail(source, fmt::format("it has the key {} twice; leave one of them", parsed.dump()));
     }
     return true;
   };
@@ -223,10 +223,10 @@ RationalMap read_map(const std::filesystem::path& path, std::stop_token stop) {
   } catch (const json::parse_error& error) {
     // The parser's own words quote the file, whatever bytes are in it.
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
-    fail(source, fmt::format("is not complete, valid JSON (line {}); write it again",
+    fail(source, fmt::format("it is not complete, valid JSON (line {}); write it again",
                              1 + std::count(text.begin(), end, '\n')));
   } catch (const json::exception& error) {
-    fail(source, fmt::format("is not valid JSON ({}); write it again", error.id));
+    fail(source, fmt::format("it is not valid JSON ({}); write it again", error.id));
   }
   return map_from_json(value, source);
 }

@@ -60,6 +60,7 @@ class FitWorker {
   batch::EntryResult operator()(const batch::BatchEntry& entry, const std::filesystem::path& folder,
                                 const ProgressMonitor& monitor) const {
     const FitOptions options = checked_options(entry.options);
+    const FitOrigin origin = origin_of(entry.mesh, options);
     MeshReport mesh_report;
     const TriangleMesh mesh = read_mesh(entry.mesh, &mesh_report, monitor.stop);
     device_.reset_kernel_times();
@@ -73,7 +74,7 @@ class FitWorker {
       entry_result.files.push_back(entry.name + extension);
       return folder / entry_result.files.back();
     };
-    result.map.provenance = without_times(provenance(entry.mesh, options, device_, result));
+    result.map.provenance = without_times(provenance(origin, device_, result));
     write_map(result.map, file(".qjulia.json"));
     if (entry.outputs.surface) {
       write_mesh(surface(entry, result.map, monitor), file(*entry.outputs.surface), {},

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "commands.hpp"
+#include "files.hpp"
 #include "map_options.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
@@ -39,7 +40,7 @@ int run_field(const ConvertArguments& arguments, Session& session) {
   write_mesh(mesh, arguments.output);
   session.console.summary(
       fmt::format("{} triangles\nmesh: {}\nnext: qjulia shape {} -o map.qjulia.json",
-                  mesh.triangles.size(), arguments.output, arguments.output),
+                  mesh.triangles.size(), arguments.output, shell_word(arguments.output)),
       {{"mesh", arguments.output}, {"triangles", mesh.triangles.size()}});
   return kDone;
 }

@@ -74,6 +74,7 @@ std::string verdict(const SelfTestReport& report) {
 }
 
 int run_doctor(const std::string& wanted, Session& session) {
+  session.check_outputs({}, {});  // there may be a trace
   const Device device = session.open_device(wanted);
   const SelfTestReport report = self_test(device, session.monitor());
   std::string text = about(device);

@@ -35,10 +35,12 @@ struct ExploreArguments {
 /// while this one waits.
 explore::FitTask fit_task(const ExploreArguments& arguments, const Device& device,
                           Session& session) {
-  explore::FitTask task{session.read_mesh(arguments.input), checked_options(arguments.fit)};
+  const FitOptions options = checked_options(arguments.fit);
+  const FitOrigin origin = origin_of(arguments.input, options);
+  explore::FitTask task{session.read_mesh(arguments.input), options};
   task.on_progress = session.monitor().on_progress;
-  task.on_end = [&arguments, &session, device, options = task.options](FitResult& result) {
-    result.map.provenance = provenance(arguments.input, options, device, result);
+  task.on_end = [&arguments, &session, device, origin](FitResult& result) {
+    result.map.provenance = provenance(origin, device, result);
     for (const std::string& warning : result.warnings) session.console.warn(warning);
     session.console.note(brief_summary(result));
     if (arguments.output.empty()) return;

@@ -75,6 +75,16 @@ void expect_map(const std::string& option, const std::filesystem::path& path) {
   throw InputError(fmt::format("{} needs a map, and '{}' is a mesh", option, path.string()));
 }
 
+std::string shell_word(const std::string& name) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./+,:@%=";
+  const std::string word = name.starts_with('-') ? "./" + name : name;
+  if (word.find_first_not_of(kPlain) == std::string::npos) return word;
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? "'\\''" : std::string(1, c);
+  return quoted + "'";
+}
+
 std::string name_of(const std::filesystem::path& path) {
   return base::to_utf8(path.filename().string());
 }
@@ -123,7 +133,7 @@ nlohmann::json embedded_note(const std::filesystem::path& path, const std::stop_
   } catch (const nlohmann::json::exception&) {
     // Another program's.
   }
-  if (!json.contains("made_with")) {
+  if (!json.contains("made_with") || !(json.contains("width") || json.contains("triangles"))) {
     throw InputError(fmt::format(
         "'{}' does not say how it was made; 'info' reads maps, meshes ({}), and the pictures and "
         ".glb files that this program writes",

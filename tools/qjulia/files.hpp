@@ -16,6 +16,9 @@ bool is_mesh_file(const std::filesystem::path& path);
 /// @throws InputError when the file is a mesh: `option` needs a map.
 void expect_map(const std::string& option, const std::filesystem::path& path);
 
+/// The name as a shell takes it for one word, in quotes where it needs them.
+std::string shell_word(const std::string& name);
+
 /// Without its folder, in UTF-8.
 std::string name_of(const std::filesystem::path& path);
 

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "base/output_check.hpp"
 #include "base/output_file.hpp"
 #include "commands.hpp"
 #include "files.hpp"
@@ -35,7 +36,7 @@ std::string summary(const FitCommandArguments& arguments, const FitResult& resul
   return fmt::format("{}\n{}\nmap: {}\nnext: qjulia render {} -o picture.png",
                      verbose ? full_summary(result) : brief_summary(result),
                      up_line(*result.map.up, arguments.fit.options.up), arguments.output,
-                     arguments.output);
+                     shell_word(arguments.output));
 }
 
 nlohmann::json report(const FitCommandArguments& arguments, const FitResult& result,
@@ -49,12 +50,12 @@ nlohmann::json report(const FitCommandArguments& arguments, const FitResult& res
 }
 
 /// True when the output is the finished result of the same mesh and options.
-bool is_done(const FitCommandArguments& arguments, const FitOptions& options) {
+bool is_done(const FitCommandArguments& arguments, const FitOrigin& origin) {
   if (!std::filesystem::is_regular_file(arguments.output)) return false;
   const nlohmann::json made = read_map(arguments.output).provenance.json();
   return made.is_object() && made.value("stopped", "interrupted") != "interrupted" &&
-         made.value("options", nlohmann::json()) == to_json(options) &&
-         made.value("mesh", nlohmann::json()) == file_json(arguments.mesh);
+         made.value("options", nlohmann::json()) == origin.options &&
+         made.value("mesh", nlohmann::json()) == origin.mesh;
 }
 
 std::filesystem::path report_file(const FitCommandArguments& arguments) {
@@ -80,6 +81,10 @@ void check_files(const FitCommandArguments& arguments, const FitOptions& options
     outputs.push_back({"--report", report_file(arguments), {}, true});
   }
   session.check_outputs(inputs, outputs);
+  if (!arguments.report.empty()) {
+    outputs.back() = {"--report", arguments.report};
+    base::check_distinct({}, outputs);
+  }
 }
 
 void make_report(const FitCommandArguments& arguments, const Device& device,
@@ -119,6 +124,7 @@ std::string own_device(const LaunchedRanks& ranks, const std::string& wanted) {
 /// What a rank has before the fit begins.
 struct FitStart {
   bool is_done = false;  ///< there is nothing to fit
+  FitOrigin origin;      ///< of rank 0
   TriangleMesh mesh;
   std::optional<Device> device;
 };
@@ -130,7 +136,8 @@ FitStart start(const FitCommandArguments& arguments, const FitOptions& options,
   const std::string device = own_device(ranks, arguments.device);
   if (ranks.rank() == 0) {
     check_files(arguments, options, session);
-    start.is_done = arguments.resume && is_done(arguments, options);
+    start.origin = origin_of(arguments.mesh, options);
+    start.is_done = arguments.resume && is_done(arguments, start.origin);
     if (start.is_done) return start;
     start.mesh = session.read_mesh(arguments.mesh);
     start.device = session.open_device(device);
@@ -144,11 +151,11 @@ FitStart start(const FitCommandArguments& arguments, const FitOptions& options,
 }
 
 /// Writes the map and the report, and says so.
-int save(const FitCommandArguments& arguments, const FitOptions& options, const FitStart& start,
-         FitResult result, Session& session) {
+int save(const FitCommandArguments& arguments, const FitStart& start, FitResult result,
+         Session& session) {
   {
     const TraceStage stage(session.trace(), "save");
-    result.map.provenance = provenance(arguments.mesh, options, *start.device, result);
+    result.map.provenance = provenance(start.origin, *start.device, result);
     write_map(result.map, arguments.output);
   }
   bool interrupted = result.stopped == StopReason::interrupted;
@@ -195,7 +202,7 @@ int run_fit(const FitCommandArguments& arguments, Session& session) {
     remaining.checkpoint = checkpoint_file(arguments);
     remaining.resume = arguments.resume;
     FitResult result = fit(*begun.device, begun.mesh, remaining, session.monitor(), ranks);
-    return ranks.rank() == 0 ? save(arguments, options, begun, std::move(result), session) : kDone;
+    return ranks.rank() == 0 ? save(arguments, begun, std::move(result), session) : kDone;
   });
 }
 

@@ -376,7 +376,10 @@ Answer note_info(const InfoArguments& arguments, const Session& session) {
 
 int run_info(const InfoArguments& arguments, Session& session) {
   const bool mesh = is_mesh_file(arguments.file);
-  if (arguments.check_precision) expect_map("--check-precision", arguments.file);
+  if (arguments.check_precision && (mesh || can_hold_note(arguments.file))) {
+    throw InputError(
+        fmt::format("--check-precision needs a map, and '{}' is not one", arguments.file));
+  }
   if (arguments.printable && !mesh) {
     throw InputError(fmt::format("--printable needs a mesh, and '{}' is not one", arguments.file));
   }

@@ -6,6 +6,7 @@
 
 #include "base/text.hpp"
 #include "commands.hpp"
+#include "files.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
@@ -60,6 +61,11 @@ int run_paint(const PaintArguments& arguments, Session& session) {
   std::vector<std::filesystem::path> inputs{arguments.map};
   if (!arguments.mesh.empty()) inputs.emplace_back(arguments.mesh);
   session.check_outputs(inputs, {{"--output", arguments.output, {".json"}}});
+  const bool paints = !options.balls.empty() || !options.blocks.empty() || options.thickness ||
+                      !arguments.ramp.empty() || !arguments.mesh.empty();
+  if (arguments.clear && paints) {
+    throw InputError("--clear takes the paint away; leave it out to paint something else");
+  }
   if (!arguments.ramp.empty()) options.ramp = ramp_of(arguments.ramp);
   options.validate();
   RationalMap map = session.read_map(arguments.map);
@@ -83,7 +89,8 @@ int run_paint(const PaintArguments& arguments, Session& session) {
   session.console.summary(
       fmt::format("{} x {} x {} cells of {:.3g}, {:.1f} s\nmap: {}\nnext: qjulia render {} -o "
                   "picture.png",
-                  nx, ny, nz, cell, session.seconds(), arguments.output, arguments.output),
+                  nx, ny, nz, cell, session.seconds(), arguments.output,
+                  shell_word(arguments.output)),
       {{"map", arguments.output},
        {"cells", {nx, ny, nz}},
        {"cell", cell},

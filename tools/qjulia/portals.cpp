@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
+#include "files.hpp"
 #include "provenance.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/map_file.hpp"
@@ -47,7 +48,8 @@ int run_portals(const PortalsArguments& arguments, Session& session) {
   session.console.summary(
       fmt::format("{}a copy needs one iteration more than what it is a copy of: {} for copies on "
                   "copies {} deep\nmap: {}\nnext: qjulia render {} -o picture.png --iterations {}",
-                  text, iterations, depth, arguments.output, arguments.output, iterations),
+                  text, iterations, depth, arguments.output, shell_word(arguments.output),
+                  iterations),
       {{"map", arguments.output},
        {"portals", map.portals.size()},
        {"depth", depth},

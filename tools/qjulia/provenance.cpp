@@ -59,7 +59,7 @@ StageReport stage_from(const nlohmann::json& j) {
   stage.energy_after = number(j.at("energy_after"));
   stage.iou = number(j.at("iou"));
   stage.iterations = j.at("iterations");
-  stage.seconds = j.at("seconds");
+  stage.seconds = j.value("seconds", 0.0);  // a batch leaves times out
   return stage;
 }
 
@@ -133,10 +133,10 @@ nlohmann::json made_with(const std::filesystem::path& input, const MapOptions& o
   return json;
 }
 
-nlohmann::json shape_provenance(const std::filesystem::path& mesh_path,
-                                const nlohmann::json& options, const Device& device) {
+nlohmann::json shape_provenance(const nlohmann::json& mesh, const nlohmann::json& options,
+                                const Device& device) {
   return {{"program", program_json()},
-          {"mesh", file_json(mesh_path)},
+          {"mesh", mesh},
           {"options", options},
           {"device", device_json(device.info())}};
 }
@@ -197,7 +197,7 @@ FitResult finished_fit(RationalMap map, const std::filesystem::path& file) {
     for (const nlohmann::json& stage : made.at("stages"))
       result.stages.push_back(stage_from(stage));
     result.evaluations = made.at("evaluations");
-    result.seconds = made.at("seconds");
+    result.seconds = made.value("seconds", 0.0);
     result.mean_distance = number(made.at("metrics").value("mean_distance", nlohmann::json()));
     result.stopped = stop_reason(made.at("stopped"));
     result.warnings = made.at("warnings").get<std::vector<std::string>>();
@@ -208,17 +208,19 @@ FitResult finished_fit(RationalMap map, const std::filesystem::path& file) {
   return result;
 }
 
-nlohmann::json provenance(const std::filesystem::path& mesh_path, const FitOptions& options,
-                          const Device& device, const FitResult& result) {
+FitOrigin origin_of(const std::filesystem::path& mesh_path, const FitOptions& options) {
+  return {file_json(mesh_path), to_json(options), options.precision};
+}
+
+nlohmann::json provenance(const FitOrigin& origin, const Device& device, const FitResult& result) {
   nlohmann::json stages = nlohmann::json::array();
   for (const StageReport& stage : result.stages) stages.push_back(stage_json(stage));
   nlohmann::json used = device_json(device.info());
   if (!device.has_own_layout()) used["layout"] = to_string(device.layout());
-  if (device.is_tuned(options.precision))
-    used["tuning"] = to_json(device.tuning(options.precision));
+  if (device.is_tuned(origin.precision)) used["tuning"] = to_json(device.tuning(origin.precision));
   return {{"program", program_json()},
-          {"mesh", file_json(mesh_path)},
-          {"options", to_json(options)},
+          {"mesh", origin.mesh},
+          {"options", origin.options},
           {"device", used},
           {"stages", stages},
           {"metrics", final_figures(result)},

@@ -19,10 +19,20 @@ nlohmann::json to_json(const DetailChoice& detail);
 /// Every option of a fit, by its name on the command line. No time limit is null.
 nlohmann::json to_json(const FitOptions& options);
 
+/// What a fit is of. It is taken before the mesh is read, since files may change during the fit.
+struct FitOrigin {
+  nlohmann::json mesh, options;
+  Precision precision = Precision::single;
+
+  bool operator==(const FitOrigin&) const = default;
+};
+
+/// @throws InputError when the mesh or the schedule cannot be read.
+FitOrigin origin_of(const std::filesystem::path& mesh_path, const FitOptions& options);
+
 /// Program, mesh (name and hash), options, device, stages, figures and times. Times differ from run
 /// to run; nothing else does.
-nlohmann::json provenance(const std::filesystem::path& mesh_path, const FitOptions& options,
-                          const Device& device, const FitResult& result);
+nlohmann::json provenance(const FitOrigin& origin, const Device& device, const FitResult& result);
 
 /// A fit by what its map's provenance tells. @param file for messages.
 /// @throws InputError when it does not tell.
@@ -36,9 +46,10 @@ std::string program_name();
 nlohmann::json made_with(const std::filesystem::path& input, const MapOptions& options,
                          const DeviceInfo& device);
 
-/// How a map was made of a mesh without a fit: program, mesh (name and hash), options, device.
-nlohmann::json shape_provenance(const std::filesystem::path& mesh_path,
-                                const nlohmann::json& options, const Device& device);
+/// How a map was made of a mesh without a fit: program, mesh (as `file_json` gave it before the
+/// mesh was read), options, device.
+nlohmann::json shape_provenance(const nlohmann::json& mesh, const nlohmann::json& options,
+                                const Device& device);
 
 /// Program and input (name and hash).
 nlohmann::json converted_from(const std::filesystem::path& input);

@@ -173,6 +173,7 @@ PictureOptions checked_options(const RenderArguments& arguments) {
   if (!options.cuts.empty()) given.emplace_back("--cut");
   if (!given.empty()) expect_map(given.front(), arguments.input);
   if (options.material != Material::clay) expect_map("--material", arguments.input);
+  if (options.keep_loose) expect_map("--keep-loose", arguments.input);
   return options;
 }
 
@@ -221,6 +222,21 @@ std::filesystem::path preview_path(const std::filesystem::path& picture) {
   return picture.parent_path() / (picture.stem().string() + ".preview.png");
 }
 
+constexpr const char* kPreviewNote = "preview";
+
+/// A preview goes when its picture is done, and so must not take another file's name.
+void check_preview(const std::filesystem::path& path) {
+  if (!std::filesystem::exists(path)) return;
+  try {
+    if (embedded_note(path, {}).at("made_with").contains(kPreviewNote)) return;
+  } catch (const InputError&) {
+    // It is no picture of ours.
+  }
+  throw InputError(fmt::format(
+      "--preview: '{}' is there and is no preview; move it, or give --output another name",
+      path.string()));
+}
+
 /// A rough picture of the same view, soon. It goes when the picture is done, and stays when that
 /// was interrupted.
 void draw_preview(const Device& device, const Scene& scene, const RenderArguments& arguments,
@@ -234,7 +250,7 @@ void draw_preview(const Device& device, const Scene& scene, const RenderArgument
       studio_of(device, scene, arguments.input, arguments.map_options, options, session)
           .picture(options.camera, session.monitor());
   const auto path = preview_path(arguments.output);
-  write_png(image, path, {{"Software", program_name()}});
+  write_picture(image, path, {{kPreviewNote, true}});
   session.console.note(fmt::format("preview: {}, {:.1f} s", path.string(), session.seconds()));
   session.written_so_far = "only the preview was written";
 }
@@ -359,6 +375,7 @@ int run_render(const RenderArguments& arguments, Session& session) {
     throw InputError("--aov and --preview need a single picture, without --sweep and --turntable");
   }
   session.check_outputs({arguments.input}, outputs_of(arguments, sweep));
+  if (arguments.preview) check_preview(preview_path(arguments.output));
   if (sweep) return run_sweep(arguments, options, *sweep, session);
   const Scene scene = read_scene(arguments, session);
   const Device device = session.open_device(arguments.device);

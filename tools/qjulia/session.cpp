@@ -10,6 +10,7 @@
 
 #include "base/output_file.hpp"
 #include "device_obstacles.hpp"
+#include "files.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/tuning_cache.hpp"
@@ -81,6 +82,7 @@ void Session::finish() {
 
 RationalMap Session::read_map(const std::string& file) {
   const TraceStage stage(trace_, "read the map");
+  expect_map("the command", file);
   return qjulia::read_map(file, interrupts.token());
 }
 

@@ -115,13 +115,14 @@ int run_shape(const ShapeArguments& arguments, Session& session) {
   choose_versor(arguments.versor, options);
   options.validate();
   arguments.paint.validate();
+  const nlohmann::json mesh_file = file_json(arguments.mesh);
   const TriangleMesh mesh = session.read_mesh(arguments.mesh);
   const Device device = session.open_device(arguments.device);
   RationalMap map = exact_map(device, mesh, options, session.monitor());
   if (arguments.paint.thickness) {
     map.paint = painted(device, map, arguments.paint, session.monitor());
   }
-  map.provenance.set("shape", shape_provenance(arguments.mesh, options_json(arguments), device));
+  map.provenance.set("shape", shape_provenance(mesh_file, options_json(arguments), device));
   write_map(map, arguments.output);
   session.report_kernels(device);
   const auto& distance = std::get<DistanceModulus>(map.modulus);
@@ -137,7 +138,7 @@ int run_shape(const ShapeArguments& arguments, Session& session) {
                   nx, ny, nz,
                   options.noise ? "noise" : fmt::format("{} factors", map.factors.size()),
                   session.seconds(), up_line(*map.up, arguments.options.up), arguments.output,
-                  arguments.output),
+                  shell_word(arguments.output)),
       {{"map", arguments.output},
        {"cells", {nx, ny, nz}},
        {"factors", map.factors.size()},

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "qjulia/error.hpp"
+#include "qjulia/file_types.hpp"
 #include "qjulia/plot.hpp"
 
 namespace {
@@ -39,6 +40,9 @@ PlotSeries curve(const std::filesystem::path& path) {
 int main(int count, char** words) {
   try {
     if (count < 3) throw qjulia::InputError("usage: qjulia_plot_fits PICTURE.png FIT.json…");
+    if (qjulia::extension_of(words[1]) != ".png") {
+      throw qjulia::InputError(fmt::format("'{}' must end in .png", words[1]));
+    }
     qjulia::Plot plot;
     plot.title = "What is missing of an IoU of 1, by the time of the fit";
     plot.x.label = "seconds";
