@@ -339,7 +339,7 @@ class DeviceEvaluator final : public Evaluator {
              context.largest_group(orbit_kernel()) < division_.orbit_group) {
         division_.orbit_group /= 2;
       }
-      allocate_orbit_sums(columns);
+      allocate_orbit_sums(factors);
     } else {
       rows_ = context.allocate_real(division_.gradient_chunks() * columns, precision_);
     }
@@ -366,20 +366,20 @@ class DeviceEvaluator final : public Evaluator {
   }
 
   /// Sums of fewer groups where the device has no memory for as many as asked for.
-  void allocate_orbit_sums(std::size_t columns) {
+  void allocate_orbit_sums(std::size_t factors) {
     Context& context = device_.context();
     for (;;) {
       try {
         const std::size_t rows = division_.orbit_groups();
         // The Gauss-Newton diagonal uses them too, and its rows cannot be fewer.
         const std::size_t most_rows = std::max(rows, division_.gradient_chunks());
-        rows_ = context.allocate_real(most_rows * columns, precision_);
+        rows_ = context.allocate_real(most_rows * QJ_GRADIENT_COLUMNS(factors), precision_);
         orbit_energies_ = context.allocate_real(rows, precision_);
         const std::size_t items = rows * division_.orbit_group * division_.width;
         const auto kept = static_cast<std::size_t>(options_.iterations - 1) * QJ_ORBIT_LANES;
         orbits_ = context.allocate_real(items * kept, precision_);
         // Groups that sum in local memory leave them alone.
-        const std::size_t lanes = QJ_GRADIENT_LOG_SCALE(factors_) * division_.width;
+        const std::size_t lanes = QJ_GRADIENT_LOG_SCALE(factors) * division_.width;
         lane_sums_ =
             context.allocate_real(division_.orbit_group == 1 ? rows * lanes : 1, precision_);
         return;
