@@ -11,6 +11,7 @@
 
 #include "base/input_file.hpp"
 #include "base/output_file.hpp"
+#include "base/text.hpp"
 #include "map/kinds.hpp"
 #include "map/map_parts.hpp"
 #include "qjulia/error.hpp"
@@ -26,7 +27,6 @@ constexpr const char* kFormat = "qjulia-map";
 /// A map is written as the first version that can hold it.
 constexpr int kNewestVersion = 2;
 constexpr std::uintmax_t kLargestFile = std::uintmax_t{64} << 20U;  // bytes
-constexpr int kDeepest = 64;                                        // levels of nesting
 
 void check_header(const Object& top) {
   if (top.text("format") != kFormat) {
@@ -204,11 +204,11 @@ RationalMap read_map(const std::filesystem::path& path, std::stop_token stop) {
   const std::string source = path.string();
   const std::string file = base::read_text_file(path, "map", kLargestFile, std::move(stop));
   const std::string_view text = map_text(file, source);
-  // Refuses what the parser lets pass: values nested very deep, and keys that stand twice in an
-  // object, of which it would take the last.
+  if (base::is_json_too_deep(text)) fail(source, "it is nested too deep to be a map file");
+  // Refuses what the parser lets pass: keys that stand twice in an object, of which it would take
+  // the last.
   std::vector<std::set<std::string>> keys;  // of the objects around
-  const auto is_strict = [&](int depth, json::parse_event_t event, const json& parsed) {
-    if (depth > kDeepest) fail(source, "it is nested too deep to be a map file");
+  const auto is_strict = [&](int, json::parse_event_t event, const json& parsed) {
     if (event == json::parse_event_t::object_start) keys.emplace_back();
     if (event == json::parse_event_t::object_end) keys.pop_back();
     if (event == json::parse_event_t::key &&

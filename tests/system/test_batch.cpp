@@ -137,6 +137,13 @@ TEST_CASE("an interrupted batch says so and can be resumed") {
   CHECK(statuses_done(folder / "out") < 5);
   CHECK(run_command({"batch", manifest, "-o", folder / "out", "--resume"}).exit_code == 1);
   check_five_and_one(folder / "out");
+
+  // The same where all is done again.
+  const ProcessResult again =
+      run_command({"batch", manifest, "-o", folder / "out"}, {.interrupt_at = "[1/6]"});
+  CHECK(again.exit_code == 130);
+  CHECK_THAT(again.out + again.err, Contains("of an earlier run, not begun in this one"));
+  CHECK(statuses_done(folder / "out") >= 3);
 }
 
 TEST_CASE("names that are not UTF-8 are written out, and such entries are done once") {
@@ -213,6 +220,23 @@ TEST_CASE("checks, status and refusals") {
              Contains("bad.toml:3: 'factorz' is not known") && Contains("max_evaluations"));
   CHECK_THAT(refused.err, Contains("bad.toml:6: factors: 1 is out of range"));
   CHECK_FALSE(std::filesystem::exists(out));
+  const std::string kinds = folder.file(
+      "kinds.toml",
+      "[defaults]\nmax_factors = true\npolish = 3\nschedule = \"\"\nfactors = [24, 48]\n"
+      "[[fit]]\nmesh = \"box.obj\"\n");
+  CHECK_THAT(run_command({"batch", kinds, "--check"}).err,
+             Contains("kinds.toml:2: 'max_factors' must be a number or text, not true") &&
+                 Contains("kinds.toml:3: 'polish' must be true or false") &&
+                 Contains("kinds.toml:4: 'schedule' is empty") &&
+                 Contains("kinds.toml:5: 'factors' must be one number"));
+
+  const ProcessResult mixed = run_command(
+      {"batch", manifest, "-o", out, "--jobs", "2", "--device", "cpu", "--status", out});
+  CHECK(mixed.exit_code == 2);
+  CHECK_THAT(mixed.err, Contains("leave out MANIFEST, --output, --jobs, --device"));
+  CHECK(run_command({"batch", "--check", "--status", out}).exit_code == 2);
+  CHECK_THAT(run_command({"batch", manifest, "--check", "--retry-failed"}).err,
+             Contains("--retry-failed needs --resume"));
 
   CHECK(run_command({"batch", manifest}).exit_code == 2);
   CHECK(run_command({"batch"}).exit_code == 2);

@@ -1,5 +1,7 @@
 /// The batch's bookkeeping, with workers that only pretend.
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -110,6 +112,10 @@ TEST_CASE("resuming does what is not complete for the same inputs and options") 
     std::filesystem::remove(folder / "c.qjulia.json");
     CHECK(run(manifest, resumed) == std::vector<std::string>{"c"});
   }
+  SECTION("one whose output is empty") {
+    folder.file("c.qjulia.json", "");
+    CHECK(run(manifest, resumed) == std::vector<std::string>{"c"});
+  }
   SECTION("one whose mesh has changed") {
     batch::BatchOptions changed = resumed;
     changed.key = [](const batch::BatchEntry& entry) {
@@ -136,7 +142,60 @@ TEST_CASE("resuming does what is not complete for the same inputs and options") 
     folder.file("a.status.json", "{\"name\": \"a\", ");
     CHECK(run(manifest, resumed) == std::vector<std::string>{"a"});
   }
+  SECTION("one whose status is nested so deep that nothing reads it") {
+    std::string status = read_text(folder.path() / "a.status.json");
+    const auto number = status.find("0.5");
+    REQUIRE(number != std::string::npos);
+    status.replace(number, 3, std::string(1'000'000, '[') + std::string(1'000'000, ']'));
+    folder.file("a.status.json", status);
+    CHECK(run(manifest, resumed) == std::vector<std::string>{"a"});
+  }
   SECTION("all when not resuming") { CHECK(run(manifest, options_for(folder)).size() == 3); }
+}
+
+TEST_CASE("a batch that does all again and is stopped keeps what it has not begun") {
+  const TemporaryFolder folder;
+  const batch::Manifest manifest = manifest_of({"a", "b", "c"});
+  run(manifest, options_for(folder));
+  std::stop_source stop;
+  {
+    const batch::BatchOptions options = options_for(folder);
+    const auto lock = batch::prepare_batch(manifest, options);
+    batch::run_batch(manifest,
+                     {device("one",
+                             [&](const auto&, const auto&, const auto&) -> batch::EntryResult {
+                               stop.request_stop();
+                               throw Interrupted();
+                             })},
+                     options, {}, stop.get_token());
+  }
+  CHECK(status_of(folder, "a").state == batch::EntryState::interrupted);
+  CHECK(status_of(folder, "b").state == batch::EntryState::done);
+  CHECK(run(manifest, options_for(folder, true)) == std::vector<std::string>{"a"});
+}
+
+TEST_CASE("an entry done again loses the outputs that it no longer has, but no input") {
+  const TemporaryFolder folder;
+  batch::Manifest manifest = manifest_of({"a", "b"});
+  const auto work = [](const batch::BatchEntry& entry, const std::filesystem::path& path,
+                       const ProgressMonitor& monitor) {
+    batch::EntryResult result = write_map(entry, path, monitor);
+    result.files.push_back(entry.name + *entry.outputs.surface);
+    std::ofstream(path / result.files.back()) << "surface";
+    return result;
+  };
+  for (batch::BatchEntry& entry : manifest.entries) entry.outputs.surface = ".obj";
+  run(manifest, options_for(folder), work);
+  for (batch::BatchEntry& entry : manifest.entries) entry.outputs.surface = ".ply";
+  manifest.entries[1].mesh = folder / "b.obj";
+  batch::BatchOptions changed = options_for(folder, true);
+  changed.key = [](const batch::BatchEntry&) { return batch::FitKey{"inputs", "others"}; };
+  CHECK(run(manifest, changed, work).size() == 2);
+  CHECK_FALSE(std::filesystem::exists(folder / "a.obj"));
+  CHECK(std::filesystem::exists(folder / "b.obj"));
+  for (const char* name : {"a.ply", "a.qjulia.json", "b.ply", "a.status.json"}) {
+    CHECK(std::filesystem::exists(folder / name));
+  }
 }
 
 TEST_CASE("a device that keeps failing is retired and its work done by another") {
@@ -392,6 +451,19 @@ TEST_CASE("a folder has one owner, and others are told who it is") {
   }
   lock.reset();
   CHECK_FALSE(batch::is_locked(folder.path()));
+  CHECK_NOTHROW(batch::prepare_batch(manifest, options_for(folder)));
+}
+
+TEST_CASE("who only looks whether a folder is locked keeps no batch out") {
+  const TemporaryFolder folder;
+  const batch::Manifest manifest = manifest_of({"a"});
+  batch::prepare_batch(manifest, options_for(folder));
+  const int file = ::open((folder / ".lock").c_str(), O_RDONLY);
+  REQUIRE(::flock(file, LOCK_SH) == 0);
+  std::jthread looks([file] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(60));
+    ::close(file);
+  });
   CHECK_NOTHROW(batch::prepare_batch(manifest, options_for(folder)));
 }
 

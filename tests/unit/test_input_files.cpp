@@ -120,6 +120,15 @@ TEST_CASE("bytes that are not UTF-8 are written out, and JSON takes the result")
   }
 }
 
+TEST_CASE("brackets of JSON are counted where they are no text") {
+  const std::string open(64, '['), closed(64, ']');
+  CHECK_FALSE(base::is_json_too_deep(open + closed));
+  CHECK_FALSE(base::is_json_too_deep(open + closed + open + closed));
+  CHECK(base::is_json_too_deep("{\"a\":" + open + closed + "}"));
+  CHECK_FALSE(base::is_json_too_deep(R"(["\"[\\", ")" + open + R"("])"));
+  CHECK(base::is_json_too_deep(R"(["\\", )" + open + closed + "]"));
+}
+
 TEST_CASE("one table says what a file is by its extension, in any case") {
   CHECK(extension_of("a/B.GLB") == ".glb");
   CHECK(extension_of("none").empty());

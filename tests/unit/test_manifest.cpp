@@ -1,3 +1,5 @@
+#include <sys/stat.h>
+
 #include <catch2/catch.hpp>
 
 #include "batch/batch.hpp"
@@ -12,14 +14,16 @@ using qjulia::test::TemporaryFolder;
 
 namespace {
 
-/// Knows `factors`, `detail` and the flag `polish`; refuses 0 factors, and polish with detail.
+/// Knows `factors`, `detail`, `time-limit`, `schedule` and the flag `polish`; refuses 0 factors,
+/// and polish with detail.
 void check_options(const std::vector<batch::ManifestOption>& options) {
   bool polish = false;
   bool detail = false;
   for (const auto& [name, values, line] : options) {
     polish = polish || name == "polish";
     detail = detail || name == "detail";
-    if (name != "polish" && name != "detail" && name != "factors" && name != "time-limit") {
+    if (name != "polish" && name != "detail" && name != "factors" && name != "time-limit" &&
+        name != "schedule") {
       throw InputError("unknown key '" + name + "'");
     }
     if (name == "factors" && values.front() == "0") throw InputError("no factors");
@@ -113,6 +117,56 @@ TEST_CASE("a glob stands for every mesh it matches") {
              Contains("m.toml:1: no mesh matches '*.off'"));
 }
 
+TEST_CASE("a glob takes the manifest's folder as it is called") {
+  const TemporaryFolder folder;
+  for (const char* name : {"x[1]", "x1", "a\\*"}) std::filesystem::create_directory(folder / name);
+  for (const char* name : {"x[1]/a.obj", "x1/b.obj", "a\\*/c.obj"}) folder.file(name, "");
+  const auto only_mesh = [&](const std::string& name, const std::string& pattern) {
+    const auto manifest = qjulia::batch::read_manifest(
+        folder.file(name, "[[fit]]\nmesh = '" + pattern + "'\n"), check_options);
+    REQUIRE(manifest.entries.size() == 1);
+    return manifest.entries[0].mesh;
+  };
+  CHECK(only_mesh("x[1]/m.toml", "*.obj") == folder.path() / "x[1]/a.obj");
+  CHECK(only_mesh("a\\*/m.toml", "?.obj") == folder.path() / "a\\*/c.obj");
+  CHECK(only_mesh("x[1]/m.toml", folder / "x1/*.obj") == folder.path() / "x1/b.obj");
+}
+
+TEST_CASE("a mesh is a regular file of a mesh's type") {
+  const TemporaryFolder folder;
+  folder.file("f.json", "");
+  folder.file("a.obj", "");
+  std::filesystem::create_directory(folder / "d.obj");
+  REQUIRE(::mkfifo((folder / "p.obj").c_str(), 0600) == 0);
+  const std::string told = problems(folder, R"([[fit]]
+mesh = "f.json"
+[[fit]]
+mesh = "/dev/null"
+[[fit]]
+mesh = "d.obj"
+[[fit]]
+mesh = "p.obj"
+)");
+  CHECK_THAT(told, Contains("m.toml:1: mesh '") && Contains("f.json' must be a file whose name "
+                                                            "ends in .obj"));
+  CHECK_THAT(told, Contains("m.toml:3: mesh '/dev/null' must be"));
+  CHECK_THAT(told, Contains("m.toml:5: mesh '") && Contains("d.obj' is a folder"));
+  CHECK_THAT(told, Contains("m.toml:7: mesh '") && Contains("p.obj' is a folder, pipe"));
+  CHECK(read(folder, "[[fit]]\nmesh = \"*.obj\"\n").entries.size() == 1);
+}
+
+TEST_CASE("a schedule's file is in the manifest's folder") {
+  const TemporaryFolder folder;
+  folder.file("a.obj", "");
+  const auto schedule = [&](const std::string& name) {
+    const auto manifest = read(folder, "[[fit]]\nmesh = \"a.obj\"\nschedule = \"" + name + "\"\n");
+    return manifest.entries[0].options[0].values.front();
+  };
+  CHECK(schedule("fast") == "fast");
+  CHECK(schedule("s.toml") == folder / "s.toml");
+  CHECK(schedule("/s.toml") == "/s.toml");
+}
+
 TEST_CASE("all that is wrong with a manifest is told by file and line") {
   const TemporaryFolder folder;
   folder.file("a.obj", "");
@@ -156,6 +210,10 @@ TEST_CASE("what is no manifest is refused") {
   CHECK_THAT(problems(folder, ""), Contains("m.toml:1: there is nothing to fit"));
   CHECK_THAT(problems(folder, "fit = 3\n"), Contains("m.toml:1: 'fit' is not known here"));
   CHECK_THAT(problems(folder, "[output]\na = 1\n"), Contains("'output' is not known here"));
+  CHECK_THAT(problems(folder, "[defaults]\nmesh = \"a\"\n"),
+             Contains("m.toml:2: 'mesh' belongs in a [[fit]], not in [defaults]"));
+  CHECK_THAT(problems(folder, "[defaults]\nfactors = [24, 48]\n"),
+             Contains("m.toml:2: 'factors' must be one number"));
   CHECK_THROWS_AS(qjulia::batch::read_manifest(folder / "absent.toml", check_options), InputError);
 }
 

@@ -6,9 +6,11 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <limits>
 #include <memory>
 
+#include "batch/batch.hpp"
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
 #include "png_file.hpp"
@@ -92,6 +94,20 @@ TEST_CASE("a contact sheet holds each image in its cell") {
   CHECK(at(sheet, 3, 0) == 255);
   CHECK(at(sheet, 6, 4) == 255);
   CHECK_THROWS_AS(contact_sheet({}, 2), InputError);
+}
+
+TEST_CASE("a contact sheet leaves out pictures larger than any that is written") {
+  const test::TemporaryFolder folder;
+  batch::EntryStatus status;
+  status.name = "a";
+  status.state = batch::EntryState::done;
+  status.files = {"a.png"};
+  for (const int width : {16385, 16384}) {
+    const Image image{width, 1, std::vector<std::uint8_t>(3 * static_cast<std::size_t>(width))};
+    write_png(image, folder / "a.png");
+    batch::write_summary(folder.path(), {status});
+    CHECK(std::filesystem::exists(folder / "contact_sheet.png") == (width == 16384));
+  }
 }
 
 TEST_CASE("a reduced picture has the means of its pixels") {

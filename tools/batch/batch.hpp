@@ -19,7 +19,7 @@ namespace qjulia::batch {
 /// An option of a fit as a manifest gives it.
 struct ManifestOption {
   std::string name;                 ///< as on the command line, without the leading dashes
-  std::vector<std::string> values;  ///< empty for a flag
+  std::vector<std::string> values;  ///< one; none for a flag
   std::size_t line = 0;             ///< of the manifest
 };
 
@@ -51,12 +51,13 @@ struct Manifest {
 /// Throws InputError unless these options, together, make a fit.
 using FitOptionsCheck = std::function<void(const std::vector<ManifestOption>&)>;
 
-/// Reads a TOML manifest (docs/batch.md). Mesh paths are relative to the manifest's folder.
+/// Reads a TOML manifest (docs/batch.md). Paths in it are relative to the manifest's folder.
 /// @param meshes_may_be_missing entries whose mesh does not exist are kept: for a batch that is
 ///   resumed after a mesh has vanished.
 /// @param stop ends waiting for a pipe: Interrupted.
 /// @throws InputError naming file, line and what to do, of everything that is wrong at once: not
-///   TOML, unknown keys, values of the wrong kind, two entries of one name, missing meshes.
+///   TOML, unknown keys, values of the wrong kind, two entries of one name, meshes that are missing
+///   or no files.
 Manifest read_manifest(const std::filesystem::path& file, const FitOptionsCheck& check,
                        bool meshes_may_be_missing = false, std::stop_token stop = {});
 
@@ -101,7 +102,7 @@ struct EntryStatus {
   Progress progress;  ///< while running
   std::string error;
   std::vector<FailedTry> failed_tries;
-  std::vector<std::string> files;                     ///< written, in the batch's folder
+  std::vector<std::string> files;  ///< in the batch's folder; until it is done, an earlier run's
   nlohmann::json figures = nlohmann::json::object();  ///< energy, IoU, evaluations …
   nlohmann::json to_json() const;
 };
@@ -128,7 +129,7 @@ struct BatchDevice {
 
 struct BatchOptions {
   std::filesystem::path folder;
-  bool resume = false;        ///< keep what is complete, by its key
+  bool resume = false;        ///< keep what is complete, by its key; else do all again
   bool retry_failed = false;  ///< when resuming
   std::function<FitKey(const BatchEntry&)> key;
 };
@@ -145,7 +146,7 @@ struct BatchEvent {
 };
 
 /// Makes the folder and takes its lock, removes what an earlier run left half done, and unless
-/// resuming forgets what it finished. Once a batch, by rank 0, before any rank runs it.
+/// resuming forgets what it did not finish. Once a batch, by rank 0, before any rank runs it.
 /// @return the lock, to be held until the batch has ended.
 /// @throws InputError when a file of the batch would overwrite one of its inputs; Error when
 /// another

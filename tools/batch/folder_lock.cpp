@@ -7,9 +7,11 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 #include <utility>
 
 #include "batch/status.hpp"
@@ -34,6 +36,18 @@ std::string holder(const std::filesystem::path& path) {
   }
 }
 
+/// Tries for half a second: `is_locked` has it for a moment too.
+bool take_lock(int file) {
+  constexpr int kTries = 26;
+  constexpr std::chrono::milliseconds kBetweenTries{20};
+  for (int i = 0; i < kTries; ++i) {
+    if (i > 0) std::this_thread::sleep_for(kBetweenTries);
+    if (::flock(file, LOCK_EX | LOCK_NB) == 0) return true;
+    if (errno != EWOULDBLOCK) return false;
+  }
+  return false;
+}
+
 [[noreturn]] void fail(const std::filesystem::path& path, int error) {
   throw OutputError(
       fmt::format("cannot lock '{}': {}; check the folder, its permissions and the space left",
@@ -52,7 +66,7 @@ FolderLock::FolderLock(const std::filesystem::path& folder) {
   const auto path = lock_path(folder);
   file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
   if (file_ < 0) fail(path, errno);
-  if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
+  if (!take_lock(file_)) {
     const int error = errno;
     ::close(file_);
     if (error != EWOULDBLOCK) fail(path, error);

@@ -34,17 +34,34 @@ std::optional<std::string> as_text(const toml::node& node) {
   return std::nullopt;
 }
 
+/// A pattern that matches this text alone.
+std::string escaped(const std::string& text) {
+  std::string pattern;
+  for (const char c : text) {
+    if (std::string_view("*?[\\").find(c) != std::string_view::npos) pattern += '\\';
+    pattern += c;
+  }
+  return pattern;
+}
+
+bool is_other_than_file(const std::filesystem::path& path) {
+  std::error_code ignored;
+  const auto status = std::filesystem::status(path, ignored);
+  return std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);
+}
+
 /// Mesh files (by extension) that match, sorted; relative patterns begin at `folder`.
 std::vector<std::filesystem::path> find_meshes(const std::filesystem::path& folder,
                                                const std::string& pattern) {
   std::vector<std::filesystem::path> found;
   glob_t matches{};
-  if (::glob((folder / pattern).c_str(), 0, nullptr, &matches) == 0) {
+  if (::glob((escaped(folder.string()) / std::filesystem::path(pattern)).c_str(), 0, nullptr,
+             &matches) == 0) {
     for (std::size_t i = 0; i < matches.gl_pathc; ++i) found.emplace_back(matches.gl_pathv[i]);
   }
   ::globfree(&matches);
   std::erase_if(found, [](const std::filesystem::path& path) {
-    return !has_type(path, FileContent::mesh, FileUse::read);
+    return !has_type(path, FileContent::mesh, FileUse::read) || is_other_than_file(path);
   });
   std::ranges::sort(found);
   return found;
@@ -131,7 +148,11 @@ class Reader {
     for (auto&& [key, node] : table) {
       const std::string name(key.str());
       const std::size_t line = line_of(key.source());
-      if (is_fit && (name == "mesh" || name == "name")) {
+      if (name == "mesh" || name == "name") {
+        if (!is_fit) {
+          complain(line, fmt::format("'{}' belongs in a [[fit]], not in [defaults]", name));
+          continue;
+        }
         const auto text = node.value<std::string>();
         if (!text || text->empty()) {
           complain(line, fmt::format("'{}' must be text", name));
@@ -216,18 +237,11 @@ class Reader {
     if (const auto* flag = node.as_boolean()) {
       if (!flag->get()) return false;
     } else if (const auto text = as_text(node)) {
-      option.values.push_back(*text);
+      const bool is_file = name == "schedule" && text->ends_with(".toml");
+      option.values.push_back(is_file ? (folder() / *text).string() : *text);
     } else {
-      const toml::array* array = node.as_array();
-      for (std::size_t i = 0; array != nullptr && i < array->size(); ++i) {
-        if (const auto value = as_text((*array)[i])) option.values.push_back(*value);
-      }
-      if (array == nullptr || array->empty() || option.values.size() < array->size()) {
-        complain(line, fmt::format("'{}' must be a number, text, true or false, or a list of "
-                                   "numbers",
-                                   name));
-        return true;
-      }
+      complain(line, fmt::format("'{}' must be one number, one text, true or false", name));
+      return true;
     }
     try {
       check_({option});
@@ -238,17 +252,33 @@ class Reader {
     return true;
   }
 
+  std::filesystem::path folder() const { return manifest_.file.parent_path(); }
+
+  /// Why this cannot be a mesh; empty when it can.
+  std::string mesh_problem(const std::filesystem::path& mesh) const {
+    if (!has_type(mesh, FileContent::mesh, FileUse::read)) {
+      return fmt::format("mesh '{}' must be a file whose name ends in {}", mesh.string(),
+                         extension_list(FileContent::mesh, FileUse::read));
+    }
+    if (is_other_than_file(mesh)) {
+      return fmt::format("mesh '{}' is a folder, pipe or device; give a regular file",
+                         mesh.string());
+    }
+    std::error_code ignored;
+    if (meshes_may_be_missing_ || std::filesystem::exists(mesh, ignored)) return {};
+    return fmt::format("there is no mesh '{}'", mesh.string());
+  }
+
   void add_entries(const toml::table& table, const Section& defaults) {
     const Section section = read_section(table, defaults, true);
     if (!section.mesh) {
       complain(section.line, "this [[fit]] has no 'mesh': a path, or a glob such as *.obj");
       return;
     }
-    const auto folder = manifest_.file.parent_path();
-    std::vector<std::filesystem::path> meshes{folder / *section.mesh};
+    std::vector<std::filesystem::path> meshes{folder() / *section.mesh};
     const bool is_glob = section.mesh->find_first_of("*?[") != std::string::npos;
     if (is_glob && !std::filesystem::exists(meshes.front())) {
-      meshes = find_meshes(folder, *section.mesh);
+      meshes = find_meshes(folder(), *section.mesh);
       if (meshes.empty() && !meshes_may_be_missing_) {
         complain(section.line, fmt::format("no mesh matches '{}'", *section.mesh));
       }
@@ -259,8 +289,8 @@ class Reader {
                              *section.mesh, meshes.size(), *section.name));
         return;
       }
-    } else if (!meshes_may_be_missing_ && !std::filesystem::exists(meshes.front())) {
-      complain(section.line, fmt::format("there is no mesh '{}'", meshes.front().string()));
+    } else if (const auto problem = mesh_problem(meshes.front()); !problem.empty()) {
+      complain(section.line, problem);
     }
     try {
       check_(section.options);

@@ -15,9 +15,11 @@ using Message = Ranks::Numbers;
 /// A rank with nothing to tell joins a round as often, so that others are not kept waiting.
 constexpr std::chrono::milliseconds kBetweenRounds{50};
 
+/// None is ever empty, except where a machine lost power.
 bool files_exist(const std::filesystem::path& folder, const EntryStatus& status) {
   return std::ranges::all_of(status.files, [&](const std::string& name) {
-    return std::filesystem::exists(folder / name);
+    std::error_code error;
+    return std::filesystem::file_size(folder / name, error) > 0 && !error;
   });
 }
 
@@ -92,7 +94,7 @@ void Queue::leave(std::size_t runner) noexcept {
 
 void Queue::run() {
   try {
-    settle_earlier();
+    if (options_.resume) settle_earlier();
     bool is_runner_left = true;
     while (is_runner_left) {
       const Message mine = message();

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <exception>
 #include <mutex>
@@ -14,6 +15,7 @@
 #include "batch/queue.hpp"
 #include "batch/status.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/file_types.hpp"
 
 namespace qjulia::batch {
 namespace {
@@ -34,6 +36,40 @@ bool is_of_device(const std::exception& error) {
   return dynamic_cast<const DeviceError*>(&error) != nullptr ||
          dynamic_cast<const KernelBuildError*>(&error) != nullptr ||
          dynamic_cast<const NoDeviceError*>(&error) != nullptr;
+}
+
+/// The manifest, its meshes and schedules.
+std::vector<std::filesystem::path> inputs_of(const Manifest& manifest) {
+  std::vector<std::filesystem::path> inputs{manifest.file};
+  for (const BatchEntry& entry : manifest.entries) {
+    inputs.push_back(entry.mesh);
+    for (const ManifestOption& option : entry.options) {
+      if (option.name == "schedule" && option.values.front().ends_with(".toml")) {
+        inputs.emplace_back(option.values.front());
+      }
+    }
+  }
+  return inputs;
+}
+
+/// Removes what an earlier run wrote for the entry and this one did not, but no input.
+void remove_earlier_files(const Manifest& manifest, const BatchEntry& entry,
+                          const std::filesystem::path& folder,
+                          const std::vector<std::string>& earlier,
+                          const std::vector<std::string>& now) {
+  for (const std::string& name : earlier) {
+    const std::string extension = extension_of(name);
+    const bool is_beside_map =
+        extension == ".png" || has_type(name, FileContent::mesh, FileUse::write);
+    const bool is_own =
+        name == entry.name + ".report.html" || (is_beside_map && name == entry.name + extension);
+    if (!is_own || std::ranges::find(now, name) != now.end()) continue;
+    std::error_code ignored;
+    const bool is_input = std::ranges::any_of(inputs_of(manifest), [&](const auto& input) {
+      return std::filesystem::equivalent(input, folder / name, ignored);
+    });
+    if (!is_input) std::filesystem::remove(folder / name, ignored);
+  }
 }
 
 /// One device's thread.
@@ -67,12 +103,14 @@ struct Runner {
       status.error = std::move(error);
       status.seconds = seconds_since(start);
       status.progress = {};
+      if (state == EntryState::failed) status.files.clear();
       queue.put_back(number, index, status);
     };
     try {
       begin(entry, status);
       if (!worker) worker = device.open();
       EntryResult result = worker(entry, options.folder, monitor(status, start));
+      remove_earlier_files(manifest, entry, options.folder, status.files, result.files);
       status.files = std::move(result.files);
       status.figures = std::move(result.figures);
       put_back(EntryState::done);
@@ -94,7 +132,10 @@ struct Runner {
   void begin(const BatchEntry& entry, EntryStatus& status) {
     auto known = read_status(options.folder, entry.name);
     status.key = options.key(entry);
-    if (known && known->key == status.key) status.failed_tries = std::move(known->failed_tries);
+    if (known) status.files = std::move(known->files);  // there until others take their place
+    if (known && known->state != EntryState::done && known->key == status.key) {
+      status.failed_tries = std::move(known->failed_tries);
+    }
     status.state = EntryState::running;
     status.host = host_name();
     status.process = ::getpid();
@@ -141,20 +182,6 @@ struct Runner {
   }
 };
 
-/// The manifest, its meshes and schedules.
-std::vector<std::filesystem::path> inputs_of(const Manifest& manifest) {
-  std::vector<std::filesystem::path> inputs{manifest.file};
-  for (const BatchEntry& entry : manifest.entries) {
-    inputs.push_back(entry.mesh);
-    for (const ManifestOption& option : entry.options) {
-      if (option.name == "schedule" && option.values.front().ends_with(".toml")) {
-        inputs.emplace_back(option.values.front());
-      }
-    }
-  }
-  return inputs;
-}
-
 /// Every file that the batch may write.
 std::vector<base::Output> outputs_of(const Manifest& manifest,
                                      const std::filesystem::path& folder) {
@@ -195,8 +222,10 @@ FolderLock prepare_batch(const Manifest& manifest, const BatchOptions& options) 
   base::remove_all_leftovers(folder);
   for (const BatchEntry& entry : manifest.entries) {
     const auto status = read_status(folder, entry.name);
-    const bool forget =
-        !options.resume || (options.retry_failed && status && status->state == EntryState::failed);
+    // What is done counts until it begins anew, so that a stopped batch can be resumed.
+    const bool forget = options.resume
+                            ? options.retry_failed && status && status->state == EntryState::failed
+                            : !status || status->state != EntryState::done;
     if (forget) std::filesystem::remove(status_path(folder, entry.name));
   }
   write_index(folder, manifest);

@@ -9,6 +9,7 @@
 
 #include "base/input_file.hpp"
 #include "base/output_file.hpp"
+#include "base/text.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia {
@@ -58,6 +59,7 @@ std::optional<EntryStatus> read_status(const std::filesystem::path& folder,
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) return std::nullopt;
   const std::string text = base::read_text_file(path, "status", kLargestFile);
+  if (base::is_json_too_deep(text)) return std::nullopt;
   try {
     return json::parse(text).get<EntryStatus>();
   } catch (const json::exception&) {

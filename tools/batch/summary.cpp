@@ -65,11 +65,17 @@ json counts(const std::vector<EntryStatus>& entries) {
   return result;
 }
 
-/// Nothing when there is no PNG of that name that can be read.
+/// Nothing when there is no PNG of that name that can be read, or a larger one than is ever
+/// written.
 std::optional<Image> read_picture(const std::filesystem::path& path) {
+  constexpr png_uint_32 kLongestSide = 16384;
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
   if (png_image_begin_read_from_file(&png, path.c_str()) == 0) return std::nullopt;
+  if (std::max(png.width, png.height) > kLongestSide) {
+    png_image_free(&png);
+    return std::nullopt;
+  }
   png.format = PNG_FORMAT_RGB;
   Image image{static_cast<int>(png.width), static_cast<int>(png.height), {}};
   image.pixels.resize(PNG_IMAGE_SIZE(png));
@@ -112,6 +118,7 @@ void write_contact_sheet(const std::filesystem::path& folder,
   constexpr int kGap = 4;
   std::vector<Image> images;
   for (const EntryStatus& entry : entries) {
+    if (entry.state != EntryState::done) continue;
     for (const std::string& name : entry.files) {
       if (!name.ends_with(".png")) continue;
       // One that was removed or spoilt since is left out.

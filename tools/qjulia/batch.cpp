@@ -29,6 +29,7 @@ struct BatchArguments {
   std::string manifest, folder, status, device;
   int jobs = 1;
   bool check = false, resume = false, retry_failed = false;
+  std::vector<Option> all_but_status;  ///< of this command's own
 };
 
 /// Of fits that leave a CPU's cores idle a sixth of the time, two leave little of it.
@@ -147,8 +148,13 @@ batch::FitKey fit_key(const batch::BatchEntry& entry) {
       "{} {} {} {} {}x{}", outputs.report, outputs.surface.value_or("-"),
       outputs.surface ? outputs.surface_resolution : 0, outputs.picture,
       outputs.picture ? outputs.picture_width : 0, outputs.picture ? outputs.picture_height : 0);
-  const FitOptions options = checked_options(entry.options);
-  batch::FitKey key{{}, text_hash(to_json(options).dump() + rest)};
+  nlohmann::json options = to_json(checked_options(entry.options));
+  // Its folder may be called from elsewhere; what it says is in there by its hash.
+  options["schedule"] =
+      std::filesystem::path(options["schedule"].get<std::string>()).filename().string();
+  batch::FitKey key{{}, text_hash(options.dump() + rest)};
+  std::error_code ignored;  // a pipe would be empty when it is fitted
+  if (!std::filesystem::is_regular_file(entry.mesh, ignored)) return key;
   try {
     key.inputs = file_hash(entry.mesh);
   } catch (const InputError&) {
@@ -195,6 +201,13 @@ std::string totals(const std::vector<batch::EntryStatus>& entries) {
 }
 
 int show_status(const BatchArguments& arguments, Session& session) {
+  std::string others;
+  for (const Option& option : arguments.all_but_status) {
+    if (option.given()) others += (others.empty() ? "" : ", ") + option.name();
+  }
+  if (!others.empty()) {
+    throw InputError(fmt::format("--status only reports on a batch; leave out {}", others));
+  }
   const auto entries = batch::read_batch(arguments.status, batch::is_locked(arguments.status));
   std::string text;
   for (const batch::EntryStatus& entry : entries) text += describe(entry) + '\n';
@@ -213,8 +226,9 @@ std::vector<batch::EntryStatus> final_states(const std::filesystem::path& folder
   return entries;
 }
 
-int finish(const BatchArguments& arguments, const std::vector<batch::EntryStatus>& unsaved,
-           Session& session) {
+/// @param settled entries that are done or have failed, as this run has found or made them.
+int finish(const BatchArguments& arguments, std::size_t settled,
+           const std::vector<batch::EntryStatus>& unsaved, Session& session) {
   const auto entries = final_states(arguments.folder, unsaved);
   for (const batch::EntryStatus& status : unsaved) {
     if (status.state != batch::EntryState::done) continue;
@@ -227,13 +241,19 @@ int finish(const BatchArguments& arguments, const std::vector<batch::EntryStatus
   for (const batch::EntryStatus& entry : entries) {
     if (entry.state != batch::EntryState::done) text += "\n  " + describe(entry);
   }
+  const std::size_t done = count(entries, batch::EntryState::done);
+  const std::size_t finished = done + count(entries, batch::EntryState::failed);
+  const std::size_t not_again = finished - std::min(finished, settled);
+  if (not_again > 0) {
+    text += fmt::format("\n  {} of an earlier run, not begun in this one", not_again);
+  }
   text += fmt::format("\nsummary: {}",
                       (std::filesystem::path(arguments.folder) / "summary.json").string());
   nlohmann::json json = report(entries);
   json["seconds"] = session.seconds();
   json["folder"] = arguments.folder;
   session.console.summary(text, json);
-  if (count(entries, batch::EntryState::done) == entries.size()) return kDone;
+  if (done == entries.size() && not_again == 0) return kDone;
   if (!session.interrupts.requested()) return kFailed;
   session.console.note("interrupted; --resume does the rest");
   return kInterrupted;
@@ -242,6 +262,9 @@ int finish(const BatchArguments& arguments, const std::vector<batch::EntryStatus
 batch::Manifest read(const BatchArguments& arguments, const std::stop_token& stop) {
   if (arguments.manifest.empty()) {
     throw InputError("batch needs a MANIFEST, or --status with the folder of a batch");
+  }
+  if (arguments.retry_failed && !arguments.resume) {
+    throw InputError("--retry-failed needs --resume; without it, everything is done again");
   }
   const batch::FitOptionsCheck check = [](const std::vector<batch::ManifestOption>& options) {
     checked_options(options);
@@ -268,9 +291,6 @@ struct BatchStart {
 BatchStart start(const BatchArguments& arguments, const LaunchedRanks& ranks, Session& session) {
   BatchStart start{read(arguments, session.interrupts.token()), {}, {}, {}};
   if (arguments.folder.empty()) throw InputError("batch needs -o, the folder to write to");
-  if (arguments.retry_failed && !arguments.resume) {
-    throw InputError("--retry-failed needs --resume; without it, everything is done again");
-  }
   start.options = {arguments.folder, arguments.resume, arguments.retry_failed, fit_key};
   start.devices = batch_devices(arguments, ranks);
   const std::string who = ranks.size() > 1 ? fmt::format("rank {}: ", ranks.rank()) : "";
@@ -294,37 +314,44 @@ int run_batch(const BatchArguments& arguments, Session& session) {
       })) {
     return code;
   }
+  std::size_t settled = 0;
   std::vector<batch::EntryStatus> unsaved;
   const int code = together(ranks, [&]() -> int {
     const auto& [manifest, options, devices, lock] = *started;
     BatchDisplay display(session.console, manifest.entries.size());
     unsaved = batch::run_batch(
-        manifest, devices, options, [&](const batch::BatchEvent& event) { display.show(event); },
+        manifest, devices, options,
+        [&](const batch::BatchEvent& event) {
+          using Kind = batch::BatchEvent::Kind;
+          if (event.kind == Kind::done || event.kind == Kind::failed) ++settled;
+          display.show(event);
+        },
         session.interrupts.token(), &ranks);
     return unsaved.empty() ? kDone : kFailed;
   });
   const int finished = together(ranks, [&]() -> int {
-    return ranks.rank() == 0 ? finish(arguments, unsaved, session) : kDone;
+    return ranks.rank() == 0 ? finish(arguments, settled, unsaved, session) : kDone;
   });
   return std::max(code, finished);
 }
 
 void describe_batch(Command command, BatchArguments& a) {
-  command.file("MANIFEST", a.manifest, "", "What to fit: a TOML file, as above");
-  command.file("-o,--output", a.folder, "FOLDER", "Folder for everything the batch writes");
-  command.flag("--check", a.check, "Only say what is wrong with the manifest");
-  command.flag("--resume", a.resume,
-               "Keep what is complete for the same meshes and options, and do the rest");
-  command.flag("--retry-failed", a.retry_failed, "With --resume: try again what failed");
-  command
-      .word(
-          "--jobs", "NUMBER|auto", [&a](const std::string& text) { a.jobs = jobs_in(text); },
-          "Fits side by side on a CPU, 1 to 1024, or 'auto': 2, which keep it busy; a GPU always "
-          "does one at a time")
-      .default_text("1");
+  a.all_but_status = {
+      command.file("MANIFEST", a.manifest, "", "What to fit: a TOML file, as above"),
+      command.file("-o,--output", a.folder, "FOLDER", "Folder for everything the batch writes"),
+      command.flag("--check", a.check, "Only say what is wrong with the manifest"),
+      command.flag("--resume", a.resume,
+                   "Keep what is complete for the same meshes and options, and do the rest"),
+      command.flag("--retry-failed", a.retry_failed, "With --resume: try again what failed"),
+      command
+          .word(
+              "--jobs", "NUMBER|auto", [&a](const std::string& text) { a.jobs = jobs_in(text); },
+              "Fits side by side on a CPU, 1 to 1024, or 'auto': 2, which keep it busy; a GPU "
+              "always does one at a time")
+          .default_text("1")};
   command.file("--status", a.status, "FOLDER",
                "Only report the progress of the batch in this folder");
-  add_device(command, a.device);
+  a.all_but_status.push_back(add_device(command, a.device));
 }
 
 }  // namespace

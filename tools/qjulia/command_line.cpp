@@ -384,6 +384,10 @@ bool CommandLine::has_option(const std::string& name) const {
   return app_->get_option_no_throw("--" + name) != nullptr;
 }
 
+bool CommandLine::is_flag(const std::string& name) const {
+  return app_->get_option("--" + name)->get_items_expected_max() == 0;
+}
+
 std::vector<std::string> CommandLine::option_names() const {
   std::vector<std::string> names;
   for (const CLI::Option* option : std::as_const(*app_).get_options()) {

@@ -130,6 +130,8 @@ class CommandLine {
   void parse(std::vector<std::string> words);
 
   bool has_option(const std::string& name) const;
+  /// Whether this option, which it has, takes no value.
+  bool is_flag(const std::string& name) const;
   /// Without their dashes, in order.
   std::vector<std::string> option_names() const;
 

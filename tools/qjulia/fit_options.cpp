@@ -11,13 +11,15 @@
 namespace qjulia::tools {
 namespace {
 
-/// As manifests spell them.
+/// As manifests spell it.
+std::string spelled(std::string name) {
+  std::ranges::replace(name, '-', '_');
+  return name;
+}
+
 std::string option_names(const CommandLine& command) {
   std::string names = "mesh, name, surface, surface_resolution, picture, picture_size, report";
-  for (std::string name : command.option_names()) {
-    std::ranges::replace(name, '-', '_');
-    names += ", " + name;
-  }
+  for (const std::string& name : command.option_names()) names += ", " + spelled(name);
   return names;
 }
 
@@ -90,12 +92,18 @@ FitOptions checked_options(const std::vector<batch::ManifestOption>& options) {
   std::vector<std::string> words;
   for (const auto& [name, values, line] : options) {
     if (!command.has_option(name)) {
-      throw InputError(fmt::format("'{}' is not known; what can be said of a fit is: {}", name,
-                                   option_names(command)));
+      throw InputError(fmt::format("'{}' is not known; what can be said of a fit is: {}",
+                                   spelled(name), option_names(command)));
     }
-    words.push_back(values.size() == 1 ? fmt::format("--{}={}", name, values.front())
-                                       : "--" + name);
-    if (values.size() > 1) words.insert(words.end(), values.begin(), values.end());
+    if (command.is_flag(name) != values.empty()) {
+      throw InputError(
+          fmt::format("'{}' must be {}", spelled(name),
+                      values.empty() ? "a number or text, not true" : "true or false"));
+    }
+    if (!values.empty() && values.front().empty()) {
+      throw InputError(fmt::format("'{}' is empty; give a value, or leave it out", spelled(name)));
+    }
+    words.push_back(values.empty() ? "--" + name : fmt::format("--{}={}", name, values.front()));
   }
   command.parse(std::move(words));
   return checked_options(arguments);

@@ -54,11 +54,12 @@ Option add_vector(Command command, const std::string& name, std::optional<Eigen:
   return command.numbers(name, "X Y Z", take, description);
 }
 
-void add_device(Command command, std::string& device) {
-  command.add("--device", &device, "DEVICE",
-              "Where to compute: gpu, cpu, P:D (platform and device number of 'qjulia devices') or "
-              "part of a name. Default: $QJULIA_DEVICE, else the first GPU, else the first device "
-              "there is");
+Option add_device(Command command, std::string& device) {
+  const Option option = command.add(
+      "--device", &device, "DEVICE",
+      "Where to compute: gpu, cpu, P:D (platform and device number of 'qjulia devices') or "
+      "part of a name. Default: $QJULIA_DEVICE, else the first GPU, else the first device "
+      "there is");
   // By way of the environment, so that ranks and workers take it too.
   const auto set_layout = [](const std::string& layout) {
     if (layout != "auto" && layout != "cpu" && layout != "gpu") {
@@ -70,6 +71,7 @@ void add_device(Command command, std::string& device) {
                "How kernels are cut into work-items: cpu (wide lanes), gpu (groups of work-items "
                "that share local memory) or auto, what suits the device. Default: $QJULIA_LAYOUT, "
                "else auto");
+  return option;
 }
 
 void add_trace(Command command, std::string& file) {
