@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+import signal
 import subprocess
 import time
 
@@ -46,6 +47,7 @@ def check_fit(tab, server):
     tab.screenshot(folder / "fit.png")
     check(server.status("/stop") == 405 and server.status("/stop", method="POST", token="0" * 32) == 403 and
           server.status("/stop", method="POST", Origin="http://evil.example") == 403, "no other site stops a fit")
+    check(b"use POST" in server.get("/stop")[2], "nor does a link")
     before = tab.run("document.getElementById('mesh').toDataURL()")
     tab.drag(150, 250, 230, 260)
     until(tab, "document.getElementById('mesh').toDataURL() !== " + json.dumps(before), 60, "a drag turns the pictures")
@@ -137,6 +139,34 @@ def check_broken_mesh():
     check(done.returncode == 2 and "no volume" in done.stderr, f"a mesh without an inside: {done.returncode}, {done.stderr.strip()}")
 
 
+def check_interrupted():
+    """Ctrl-C keeps what a fit has reached, where there is a file for it."""
+    words = [qjulia, "explore", "ball.obj", "--factors", "60", "--device", "cpu"]
+    for output in (["-o", "interrupted.qjulia.json"], []):
+        (folder / "interrupted.qjulia.json").unlink(missing_ok=True)
+        with subprocess.Popen([*words, *output], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+            lines = []
+            for line in process.stderr:
+                lines.append(line)
+                if line.startswith("fitting"):
+                    process.send_signal(signal.SIGINT)
+                    break
+            lines += process.stderr.readlines()
+        check(process.returncode == 130, f"Ctrl-C ends a fit: {process.returncode}, {''.join(lines)}")
+        if output:
+            made = json.loads((folder / output[1]).read_text())
+            check(made["provenance"]["stopped"] == "interrupted" and "map: " in lines[-1], "and its map is written")
+        else:
+            check(lines[-1] == "interrupted; nothing was written\n", "and it is said where there is none")
+    with subprocess.Popen([*words, "-o", "early.qjulia.json"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          text=True) as process:
+        process.stdout.readline()
+        process.send_signal(signal.SIGINT)
+        said = process.communicate(timeout=100)[1]
+    check(process.returncode == 130 and said.splitlines()[-1].startswith(("interrupted; nothing was written", "map: ")),
+          f"so does one at once: {said}")
+
+
 def main():
     (folder / "fitted.qjulia.json").unlink(missing_ok=True)
     shutil.copy(mesh, folder / "ball.obj")
@@ -147,6 +177,7 @@ def main():
             check_errors(tab)
         check(server.is_well(), "a browser that is closed while a turntable is made does no harm")
     check_broken_mesh()
+    check_interrupted()
 
 
 run_test(main)

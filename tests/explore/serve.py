@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """The server of `qjulia explore`: what it draws, and what it refuses and survives."""
 import base64
+import os
 import pathlib
 import random
 import shlex
@@ -24,10 +25,12 @@ def check_refusals(server):
     check(server.status("/") == 403 and server.status("/?token=" + "0" * 32) == 403, "not without its token")
     check(server.status("/frame?size=8x8", token="0" * 32) == 403, "nor are pictures")
     check(server.status(page, Host=f"evil.example:{server.port}") == 403, "a name rebound to this address is refused")
-    check(server.status(page, Host=f"localhost:{server.port}") == 200, "localhost is this machine")
+    check(server.status(page, Host=f"LocalHost:{server.port}") == 200, "localhost is this machine")
+    check(server.status(page, Host="127.0.0.1") == 403, "a port that is not the usual one is named")
     check(server.status("/frame?size=8x8", Origin="http://evil.example") == 403, "another site's requests are refused")
     check(server.status("/frame?size=8x8", Origin=f"http://127.0.0.1:{server.port}") == 200, "the page's own are not")
-    check(server.status("/frame?size=8x8", method="POST", body="x") == 405, "nothing is posted")
+    status, _, body = server.get("/frame?size=8x8", method="POST", body="x")
+    check(status == 405 and b"use GET" in body, "nothing is posted")
     check(server.status(page, Range="bytes=0-1,0-2") == 416, "no part is given out many times")
     for path in ("/etc/passwd", "/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/ball.qjulia.json"):
         check(server.status(path) in (403, 404), f"no file is given out: {path}")
@@ -44,6 +47,13 @@ def check_refusals(server):
     check(server.status("/frame?size=8x8", client="") == 400, "a request must say which page it comes from")
     status, _, body = server.get("/frame?size=8x8&drift=40")
     check(status == 200 and body.startswith(b"!") and b"drift" in body, "what the map does not bear is told too")
+    for query, told in (("size=0x0", b"size: give sides of 1 to 16384"), ("size=-1x-1", b"size: give sides of 1 to 16384"), ("samples=0", b"samples: give 1 to 4"),
+                        ("order-seed=-1", b"order-seed: '-1' cannot be used; give a whole number that is not negative"),
+                        ("zoom=1e9", b"!zoom: ")):
+        _, _, body = server.get(f"/frame?{query}")
+        check(body.startswith(told), f"with its name and what to give: {body}")
+    _, _, body = server.get("/make?make=ply&resolution=x")
+    check(body.startswith(b"resolution: 'x' cannot be used; give a whole number"), f"so is what to make: {body}")
     listening = [line.split()[1] for line in pathlib.Path("/proc/net/tcp").read_text().splitlines()[1:]
                  if line.split()[3] == "0A" and line.split()[1].endswith(f":{server.port:04X}")]
     check(listening == [f"0100007F:{server.port:04X}"], f"it listens on the loopback address alone: {listening}")
@@ -112,6 +122,15 @@ def check_survival(server):
     ask("second", "16x12")
     first.join()
     check(answers["first"] == b"-" and answers["second"][:2] == b"=\x89", "a page's new request ends its old one")
+
+    first = threading.Thread(target=ask, args=("first", "600x450"))
+    first.start()
+    time.sleep(0.5)
+    begin = time.monotonic()
+    _, _, saved = server.get("/map", client="one")
+    first.join()
+    check(saved[:2] == b"={" and answers["first"][:2] == b"=\x89",
+          f"a map that is saved ends no picture: waited {time.monotonic() - begin:.1f} s")
 
 
 def unfiltered(data, wide, size):
@@ -207,6 +226,46 @@ def check_command(tab, server):
     check(off == 0, f"the command copied makes the page's picture: bytes differ by {off}; {shlex.join(words)}")
 
 
+def check_hosts():
+    """Addresses in the form that browsers use; not those that stand for many."""
+    for host in ("0.0.0.0", "::", "0"):
+        done = subprocess.run([qjulia, "explore", "ball.qjulia.json", "--host", host, "--device", "cpu", "--quiet"], cwd=folder,
+                              capture_output=True, text=True, timeout=100, check=False)
+        check(done.returncode == 2 and done.stderr.startswith("qjulia: --host: "), f"--host {host}: {done.stderr.strip()}")
+    hosts = {"127.1": "127.0.0.1", "LocalHost": "localhost"}
+    if pathlib.Path("/proc/net/if_inet6").exists() and pathlib.Path("/proc/net/if_inet6").read_text():
+        hosts["0:0:0:0:0:0:0:1"] = "::1"
+    for given, usual in hosts.items():
+        with Server(qjulia, folder, "ball.qjulia.json", "--host", given) as server:
+            check(server.host == usual and server.is_well(), f"--host {given} is {server.address}")
+
+
+def check_open():
+    """The desktop is given a file that leads to the page, for this user alone."""
+    tools, seen = folder / "desktop", folder / "opened.txt"
+    tools.mkdir(exist_ok=True)
+    seen.unlink(missing_ok=True)
+    (tools / "xdg-open").write_text(
+        f"#!/bin/sh\n{{ echo \"$*\"; stat -c %a \"$1\"; grep SigIgn /proc/self/status; cat \"$1\"; echo end; }} > '{seen.resolve()}'\n")
+    (tools / "xdg-open").chmod(0o755)
+    before = os.environ["PATH"]
+    os.environ["PATH"] = f"{tools.resolve()}:{before}"
+    server = Server(qjulia, folder, "ball.qjulia.json", "--open")
+    os.environ["PATH"] = before
+    begin = time.monotonic()
+    while time.monotonic() < begin + 20 and not (seen.exists() and seen.read_text().endswith("end\n")):
+        time.sleep(0.1)
+    file, mode, ignored, *page = seen.read_text().splitlines()
+    check(server.token not in file and mode == "600" and server.address in "".join(page), f"--open shows no token to others: {file}, {mode}")
+    bits = int(ignored.split()[1], 16)
+    check(not any(bits >> (number - 1) & 1 for number in (signal.SIGPIPE, signal.SIGXFSZ)), f"a browser ignores no signals: {ignored}")
+    time.sleep(0.2)
+    children = subprocess.run(["ps", "--ppid", str(server.process.pid), "-o", "stat="], capture_output=True, text=True, check=False).stdout
+    check("Z" not in children, f"nothing is left of what opened it: '{children.strip()}'")
+    check_ends(server, lambda: None, "Ctrl-C ends it")
+    check(not pathlib.Path(file).exists(), "and takes the file away")
+
+
 def check_ends(server, before, what):
     """Within two seconds of Ctrl-C."""
     before()
@@ -235,6 +294,20 @@ def main():
             asked = threading.Thread(target=server.get_or_nothing, args=(path,))
             check_ends(server, lambda: (asked.start(), time.sleep(0.4)), f"and while it draws: {path}")
             asked.join()
+        server = Server(qjulia, folder, "ball.qjulia.json")
+        slow = socket.create_connection(("127.0.0.1", server.port))
+        def trickle():
+            try:
+                while True:
+                    slow.sendall(b"G")
+                    time.sleep(0.2)
+            except OSError:
+                pass
+        sender = threading.Thread(target=trickle)
+        check_ends(server, lambda: (sender.start(), time.sleep(0.4)), "and while a request comes byte by byte")
+        sender.join()
+        check_hosts()
+        check_open()
         for number in range(20):
             server = Server(qjulia, folder, "ball.qjulia.json")
             check_ends(server, lambda: time.sleep(0.001 * (number % 4)), f"and at once: {number}")

@@ -13,8 +13,8 @@ class Server:
         self.process = subprocess.Popen([qjulia, "explore", name, *map(str, options), "--device", "cpu", "--quiet"], cwd=folder,
                                         stdout=subprocess.PIPE, text=True)
         self.address = self.process.stdout.readline().strip()
-        found = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/\?token=([0-9a-f]{32})", self.address)
-        self.port, self.token = int(found[1]), found[2]
+        found = re.fullmatch(r"http://(.+):(\d+)/\?token=([0-9a-f]{32})", self.address)
+        self.host, self.port, self.token = found[1].strip("[]"), int(found[2]), found[3]
 
     def __enter__(self):
         return self
@@ -25,7 +25,7 @@ class Server:
 
     def get(self, path, token=None, method="GET", client="test", body=None, **headers):
         """Status, headers and body of an answer."""
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=120)
+        connection = http.client.HTTPConnection(self.host, self.port, timeout=120)
         own = {"X-Qjulia-Token": self.token if token is None else token, "X-Qjulia-Client": client}
         own.update({name.replace("_", "-"): value for name, value in headers.items()})
         try:

@@ -144,6 +144,12 @@ def check_controls(tab, address):
     check(tab.run("document.title") == "ball.qjulia.json", "the title is the map's name")
     command = tab.run("qjulia.surfaceCommand()")
     check(command == "qjulia surface ball.qjulia.json -o surface.ply --phase 0.3420201 0.9396926 0 0", command)
+    tab.run("location.hash = '#toString=1&__proto__=1&azimuth=70'")
+    tab.wait(200)
+    check(tab.run("qjulia.state.azimuth") == 70, "a link with names that are no knobs is followed")
+    tab.run("document.documentElement.dataset.map = '-x.json'; 0")
+    check(tab.run("qjulia.surfaceCommand()").startswith("qjulia surface ./-x.json "), "a map's name is no option")
+    tab.run("document.documentElement.dataset.map = 'ball.qjulia.json'; 0")
 
 
 def check_phone(address):
@@ -263,6 +269,11 @@ def check_saved_picture(tab, address):
     size = int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big")
     check(file.name == "ball.png" and size == (90, 70), f"a picture is saved: {file.name}, {size}")
     tab.wait(200)
+    tab.run("""globalThis.prompt = () => '99999x70';
+        [...document.querySelectorAll('button')].find((b) => b.textContent === 'Save picture').click(); 0""")
+    told = tab.run("document.getElementById('note').textContent")
+    check("too large" in told and tab.run("document.getElementById('canvas').width") == 64,
+          f"none is saved that is too large for the graphics: {told}")
     file = tab.download(folder / "downloads",
                         "[...document.querySelectorAll('button')].find((b) => b.textContent === 'Save map').click()")
     check(json.loads(file.read_text())["format"] == "qjulia-map", f"and a map: {file.name}")

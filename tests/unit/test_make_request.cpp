@@ -40,6 +40,18 @@ TEST_CASE("drafts of all sizes have one studio, whole pictures one a size") {
   CHECK(text("160x120", "0", false) != text("160x120", "0", true));
 }
 
+TEST_CASE("what cannot be used is named, with what to give") {
+  using Catch::Contains;
+  using explore::read_view;
+  CHECK_THROWS_WITH(read_view({{"size", "0x0"}}), Contains("size: give sides of 1 to 16384"));
+  CHECK_THROWS_WITH(read_view({{"size", "-1x-1"}}), Contains("size: give sides of 1 to 16384"));
+  CHECK_THROWS_WITH(read_view({{"samples", "0"}}), "samples: give 1 to 4");
+  CHECK_THROWS_WITH(read_view({{"zoom", "far"}}), "zoom: 'far' cannot be used; give a number");
+  CHECK_THROWS_WITH(read_view({{"order-seed", "-1"}}), Contains("give a whole number that is not"));
+  CHECK_THROWS_WITH(read_make({{"make", "ply"}, {"resolution", "x"}}),
+                    "resolution: 'x' cannot be used; give a whole number");
+}
+
 TEST_CASE("a mesh is cut along planes") {
   // An octahedron, whose lower half is four triangles and whose section is a square.
   TriangleMesh mesh;

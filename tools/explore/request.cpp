@@ -12,18 +12,23 @@
 #include "base/range_check.hpp"
 #include "base/text.hpp"
 #include "qjulia/colors.hpp"
-#include "qjulia/error.hpp"
 #include "qjulia/file_types.hpp"
 
 namespace qjulia::explore {
 namespace {
+
+template <class Number>
+constexpr const char* kExpected =
+    std::is_floating_point_v<Number> ? "a number"
+    : std::is_signed_v<Number>       ? "a whole number"
+                                     : "a whole number that is not negative";
 
 /// @throws InputError for anything else than a finite number
 template <class Number>
 Number query_number(std::string_view text) {
   const auto value = base::number_in<Number>(text);
   if (value && std::isfinite(static_cast<double>(*value))) return *value;
-  throw InputError(fmt::format("'{}' is not a number that is expected here", text));
+  throw InputError(fmt::format("'{}' cannot be used; give {}", text, kExpected<Number>));
 }
 
 /// `count` numbers with commas between them.
@@ -96,13 +101,17 @@ void read_size(std::string_view text, ViewRequest& view) {
   picture.height = query_number<int>(text.substr(x + 1));
   const bool is_sane = picture.width > 0 && picture.height > 0 && picture.width <= 16384 &&
                        picture.height <= ViewRequest::kMostPixels / picture.width;
-  if (!is_sane) throw InputError("it is too large for a page");
+  if (!is_sane) {
+    throw InputError(fmt::format("give sides of 1 to 16384 pixels, {} in all at most",
+                                 ViewRequest::kMostPixels));
+  }
 }
 
 void read_samples(std::string_view text, ViewRequest& view) {
-  read(text, view.picture.samples_per_axis);
-  if (view.picture.samples_per_axis > ViewRequest::kMostSamples) {
-    throw InputError(fmt::format("give {} at most", ViewRequest::kMostSamples));
+  int& samples = view.picture.samples_per_axis;
+  read(text, samples);
+  if (samples < 1 || samples > ViewRequest::kMostSamples) {
+    throw InputError(fmt::format("give 1 to {}", ViewRequest::kMostSamples));
   }
 }
 
@@ -171,6 +180,16 @@ const std::map<std::string, Part, std::less<>>& parts() {
   return all;
 }
 
+/// What `call` returns; what goes wrong in it names the name.
+template <class Call>
+auto naming(const std::string& name, const Call& call) {
+  try {
+    return call();
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", name, error.what()));
+  }
+}
+
 /// The value of a name that may be given once, taken out of the query.
 std::optional<std::string> taken(Query& query, const std::string& name) {
   if (query.count(name) > 1) throw InputError(fmt::format("'{}' is given twice", name));
@@ -184,7 +203,7 @@ std::optional<Number> taken_number(Query& query, const std::string& name, Number
                                    Number most) {
   const auto text = taken(query, name);
   if (!text) return std::nullopt;
-  const auto value = query_number<Number>(*text);
+  const auto value = naming(name, [&] { return query_number<Number>(*text); });
   base::expect_between(name.c_str(), value, least, most);
   return value;
 }
@@ -200,11 +219,7 @@ ViewRequest read_view(const Query& query) {
     if (found == parts().end()) throw InputError("a request has an unknown name");
     if (query.count(name) > 1) throw InputError(fmt::format("'{}' is given twice", name));
     const auto& [changes, take] = found->second;
-    try {
-      take(value, view);
-    } catch (const InputError& error) {
-      throw InputError(fmt::format("{}: {}", name, error.what()));
-    }
+    naming(name, [&, &read_part = take, &given = value] { read_part(given, view); });
     const std::string text = fmt::format("{}={}&", name, value);
     if (changes == Changes::knobs) view.knobs_text += text;
     if (changes == Changes::knobs || changes == Changes::studio) view.studio_text += text;
@@ -241,6 +256,14 @@ MakeRequest read_make(Query query) {
     throw InputError("so many pictures are too large for a page: give fewer, or a smaller size");
   }
   return made;
+}
+
+std::string message_of(const OptionError& error) {
+  std::string name = error.field();
+  if (name == "samples_per_axis") name = "samples";
+  if (name == "width" || name == "height") name = "size";
+  std::ranges::replace(name, '_', '-');
+  return fmt::format("{}: {}", name, error.problem());
 }
 
 }  // namespace qjulia::explore

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "qjulia/error.hpp"
 #include "qjulia/knobs.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/surface.hpp"
@@ -46,5 +47,8 @@ struct MakeRequest {
 /// Names are those of `read_view`, and `make` (ply, obj, off, stl, glb, turntable), `resolution`,
 /// `millimetres`, `frames`. @throws InputError naming what is wrong
 MakeRequest read_make(Query query);
+
+/// What is wrong with an option, under its name in a query: "samples_per_axis" is "samples".
+std::string message_of(const OptionError& error);
 
 }  // namespace qjulia::explore

@@ -2,10 +2,14 @@
 
 #include <fmt/format.h>
 #include <httplib.h>
+#include <netdb.h>
+#include <sys/socket.h>
 
+#include <array>
 #include <chrono>
 #include <condition_variable>
 #include <exception>
+#include <filesystem>
 #include <functional>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -15,6 +19,7 @@
 #include <thread>
 #include <vector>
 
+#include "base/text.hpp"
 #include "explore/maker.hpp"
 #include "explore/page.hpp"
 #include "explore/painter.hpp"
@@ -29,6 +34,7 @@ using namespace std::chrono_literals;
 
 constexpr int kThreads = 128;  ///< connections that are read and written at a time
 constexpr auto kReadLimit = 2s, kWriteLimit = 10s;
+constexpr std::chrono::milliseconds kLastAnswers(1000);  ///< when the server ends
 constexpr int kKeptAlive = 1;  ///< seconds that a connection waits for its next request
 constexpr std::chrono::minutes kPictureLimit(5), kLongLimit(60);
 constexpr std::size_t kLongestBody = 4096;  ///< no request has one
@@ -56,11 +62,53 @@ void refuse(httplib::Response& response, int status, const std::string& text) {
   response.set_content(text + "\n", "text/plain; charset=utf-8");
 }
 
+/// A socket's address.
+struct Address {
+  sockaddr_storage bytes{};
+  socklen_t size = sizeof(bytes);
+
+  sockaddr* get() { return reinterpret_cast<sockaddr*>(&bytes); }
+};
+
+/// The host as browsers name it: addresses in their shortest form, names in lower case.
+std::string usual_form(const std::string& host) {
+  addrinfo hints{};
+  hints.ai_flags = AI_NUMERICHOST;
+  addrinfo* found = nullptr;
+  if (::getaddrinfo(host.c_str(), nullptr, &hints, &found) != 0) return base::lower_case(host);
+  std::array<char, NI_MAXHOST> text{};
+  const int code = ::getnameinfo(found->ai_addr, found->ai_addrlen, text.data(), text.size(),
+                                 nullptr, 0, NI_NUMERICHOST);
+  ::freeaddrinfo(found);
+  return code == 0 ? text.data() : host;
+}
+
+/// Ends all connections to a port of this process. The library waits for whoever still sends a
+/// request, byte by byte.
+void hang_up(int port) {
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd", ignored)) {
+    const auto file = base::number_in<int>(entry.path().filename().string());
+    Address own, other;
+    if (!file || ::getsockname(*file, own.get(), &own.size) != 0) continue;
+    if (::getpeername(*file, other.get(), &other.size) != 0) continue;
+    std::array<char, NI_MAXSERV> text{};
+    const int code =
+        ::getnameinfo(own.get(), own.size, nullptr, 0, text.data(), text.size(), NI_NUMERICSERV);
+    if (code == 0 && text.data() == std::to_string(port)) ::shutdown(*file, SHUT_RDWR);
+  }
+}
+
 }  // namespace
 
 void ServerOptions::validate() const {
   if (port < 0 || port > 65535) throw OptionError("port", "give 0 to 65535");
   if (host.empty()) throw OptionError("host", "give an address of this machine, such as 127.0.0.1");
+  if (const std::string usual = usual_form(host); usual == "0.0.0.0" || usual == "::") {
+    throw OptionError("host", fmt::format("'{}' stands for all addresses of this machine; give the "
+                                          "one that others reach it by",
+                                          host));
+  }
 }
 
 struct Server::Impl {
@@ -68,7 +116,8 @@ struct Server::Impl {
 
   Impl(const Device& device, std::optional<FitTask> fit_task, const std::string& named,
        const ServerOptions& options)
-      : host(options.host),
+      : host(usual_form(options.host)),
+        name(host.find(':') == std::string::npos ? host : "[" + host + "]"),
         file(named),
         task(std::move(fit_task)),
         painter(device, task ? &task->mesh : nullptr, options.keep_loose) {
@@ -87,7 +136,7 @@ struct Server::Impl {
     else if (!http.bind_to_port(host, port))
       port = -1;
     if (port <= 0) {
-      throw Error(fmt::format("cannot listen on {}:{}: it is taken, or not this machine's", host,
+      throw Error(fmt::format("cannot listen on {}:{}: it is taken, or not this machine's", name,
                               options.port));
     }
   }
@@ -101,7 +150,7 @@ struct Server::Impl {
 
   void begin_fit() {
     page = fitting_page(file);
-    worker.ask(kOwn, Job::Length::many_pictures, [this](Job& /*job*/) {
+    fit_job = worker.ask(kOwn, Job::Length::many_pictures, [this](Job& /*job*/) {
       try {
         run_fit();
       } catch (...) {
@@ -113,10 +162,8 @@ struct Server::Impl {
     });
   }
 
-  /// The worker's work, in which pictures come between. What was reached is lost where the server
-  /// ends.
+  /// The worker's work, in which pictures come between.
   void run_fit() {
-    const std::stop_callback at_end(ending.get_token(), [this] { fit_stop.request_stop(); });
     const auto keep = [this](const auto& change) {
       {
         const std::lock_guard lock(mutex);
@@ -142,7 +189,6 @@ struct Server::Impl {
       });
     };
     FitResult result = fit(painter.device(), task->mesh, options, monitor);
-    throw_if_stopped(ending.get_token());
     if (task->on_end) task->on_end(result);
     show(result.map);
     const std::lock_guard lock(mutex);
@@ -162,6 +208,22 @@ struct Server::Impl {
         .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   }
 
+  /// Ends the fit with what it has reached, and draws no more pictures.
+  void end_work() {
+    fit_stop.request_stop();
+    worker.end();
+    while (fit_job && fit_job->wait(1s) == Job::End::waits) continue;
+  }
+
+  /// Whether a request's Host means this server; browsers leave out the usual port.
+  bool is_own(const std::string& named) const {
+    const auto is = [&](const std::string& own) {
+      return named == fmt::format("{}:{}", own, port) || (port == 80 && named == own);
+    };
+    const bool is_loopback = host == "127.0.0.1" || host == "::1";
+    return is(name) || (is_loopback && is("localhost"));
+  }
+
   /// Whether the request may be answered; if not, it is refused.
   bool admits(const httplib::Request& request, httplib::Response& response) const {
     response.set_header("Cache-Control", "no-store");
@@ -173,18 +235,16 @@ struct Server::Impl {
       refuse(response, status, text);
       return false;
     };
-    const std::string own = fmt::format("{}:{}", host, port);
-    const std::string named = request.get_header_value("Host");
-    const bool is_own =
-        named == own || (host == "127.0.0.1" && named == fmt::format("localhost:{}", port));
-    if (!is_own || request.get_header_value_count("Host") != 1) {
+    const std::string named = base::lower_case(request.get_header_value("Host"));
+    if (!is_own(named) || request.get_header_value_count("Host") != 1) {
       return refused(403, "this server has another name");
     }
     if (request.has_header("Origin") && request.get_header_value("Origin") != "http://" + named) {
       return refused(403, "requests of other sites are refused");
     }
-    if (request.method != (request.path == kStop ? "POST" : "GET")) {
-      return refused(405, "this is not asked so");
+    const bool is_posted = request.path == kStop;
+    if (request.method != (is_posted ? "POST" : "GET")) {
+      return refused(405, is_posted ? "use POST" : "use GET");
     }
     // Of which a request may name a thousand, each answered with the whole page.
     if (!request.ranges.empty()) return refused(416, "answers are whole; ask without a range");
@@ -211,8 +271,9 @@ struct Server::Impl {
     } catch (const InputError& error) {
       return refuse(response, 400, error.what());
     }
-    const auto job = worker.ask(client, length, std::move(work));
-    if (!job) return refuse(response, 503, "too many pages are waiting");
+    // A map that is saved and the picture that is drawn do not end each other.
+    const auto job = worker.ask(client + request.path, length, std::move(work));
+    if (!job) return refuse(response, 503, "too many pages are waiting, or the server ends");
     const auto until = std::chrono::steady_clock::now() +
                        (length == Job::Length::picture ? kPictureLimit : kLongLimit);
     response.set_chunked_content_provider(
@@ -294,13 +355,15 @@ struct Server::Impl {
     });
   }
 
-  std::string host, file;
+  std::string host;
+  std::string name;  // of the host in addresses
+  std::string file;
   int port = 0;
   std::string token = random_token();
-  std::stop_source ending;
   std::optional<FitTask> task;
   std::stop_source fit_stop;  // keeps what was reached
-  std::mutex mutex;           // of what follows
+  std::shared_ptr<Job> fit_job;
+  std::mutex mutex;  // of what follows
   std::string page;
   std::exception_ptr failed;  // the fit
   bool is_fitted = false;
@@ -330,10 +393,10 @@ Server::Server(const Device& device, FitTask fit, const std::string& file,
 Server::~Server() = default;
 
 std::string Server::address() const {
-  return fmt::format("http://{}:{}/?token={}", impl_->host, impl_->port, impl_->token);
+  return fmt::format("http://{}:{}/?token={}", impl_->name, impl_->port, impl_->token);
 }
 
-void Server::run(const std::stop_token& stop) {
+bool Server::run(const std::stop_token& stop) {
   bool has_ended = false;
   const std::jthread listener([&] {
     impl_->http.listen_after_bind();
@@ -344,14 +407,21 @@ void Server::run(const std::stop_token& stop) {
   std::unique_lock lock(impl_->mutex);
   const auto ended = [&] { return has_ended; };
   impl_->changed.wait(lock, stop, [&] { return has_ended || impl_->failed; });
-  const std::exception_ptr failed = stop.stop_requested() ? nullptr : impl_->failed;
-  impl_->ending.request_stop();
-  impl_->worker.end();
+  const bool cuts_fit = impl_->fit_job && !impl_->is_fitted && !impl_->failed;
+  lock.unlock();
+  impl_->end_work();
+  lock.lock();
   // A server that does not listen yet cannot be told to stop.
   while (!impl_->http.is_running() && !impl_->changed.wait_for(lock, 1ms, ended)) continue;
   lock.unlock();
   impl_->http.stop();
-  if (failed) std::rethrow_exception(failed);
+  lock.lock();
+  for (auto wait = kLastAnswers; !impl_->changed.wait_for(lock, wait, ended); wait = 100ms) {
+    hang_up(impl_->port);
+  }
+  if (impl_->failed) std::rethrow_exception(impl_->failed);
+  if (cuts_fit && !impl_->is_fitted) throw Interrupted();
+  return cuts_fit;
 }
 
 }  // namespace qjulia::explore

@@ -14,7 +14,7 @@
 namespace qjulia::explore {
 
 struct ServerOptions {
-  std::string host = "127.0.0.1";  ///< the address to listen on
+  std::string host = "127.0.0.1";  ///< the address to listen on, by which browsers ask for it
   int port = 0;                    ///< 0: any that is free
   bool keep_loose = false;         ///< pictures show loose pieces too
   void validate() const;           ///< @throws OptionError
@@ -46,8 +46,10 @@ class Server {
 
   /// Where the page is, with its token.
   std::string address() const;
-  /// Answers requests until a stop is requested. @throws what ends the fit, unless a stop does.
-  void run(const std::stop_token& stop);
+  /// Answers requests until a stop is requested, which ends a fit with what it has reached.
+  /// @return whether it did. @throws what else ends the fit; Interrupted where it has reached
+  /// nothing.
+  bool run(const std::stop_token& stop);
 
  private:
   struct Impl;

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <utility>
 
+#include "explore/request.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::explore {
@@ -41,6 +42,8 @@ void Job::run() {
     finish(End::done, work_(*this));
   } catch (const Interrupted&) {
     finish(End::stale, {});
+  } catch (const OptionError& error) {
+    finish(End::failed, message_of(error));
   } catch (const std::exception& error) {
     finish(End::failed, error.what());
   }

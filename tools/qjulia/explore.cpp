@@ -2,15 +2,20 @@
 
 #include <fmt/format.h>
 #include <spawn.h>
+#include <stdlib.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 
+#include "base/text.hpp"
 #include "commands.hpp"
 #include "explore/server.hpp"
 #include "files.hpp"
@@ -18,6 +23,7 @@
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
+#include "report/html.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -48,6 +54,7 @@ explore::FitTask fit_task(const ExploreArguments& arguments, const Device& devic
       write_map(result.map, arguments.output);
       session.console.note("map: " + arguments.output);
     } catch (const OutputError& error) {
+      if (session.interrupts.requested()) throw;
       // The page still has the map.
       session.console.warn(error.what());
     }
@@ -84,21 +91,75 @@ void check_input(const ExploreArguments& arguments, Session& session) {
       arguments.input));
 }
 
-/// Has the desktop open the page; where there is none, nothing happens.
-void open_page(std::string address) {
+/// A file for this user alone that leads a browser to an address. The words of a process are seen
+/// by all users of the machine, and the address has a token.
+class LeadingFile {
+ public:
+  /// @throws OutputError, std::filesystem::filesystem_error
+  explicit LeadingFile(const std::string& address)
+      : path_((std::filesystem::temp_directory_path() / "qjulia-XXXXXX.html").string()) {
+    const int file = ::mkstemps(path_.data(), 5);  // the length of ".html"
+    if (file < 0) throw OutputError(fmt::format("cannot make a temporary file: {}", path_));
+    ::close(file);
+    std::ofstream page(path_);
+    page << fmt::format(
+        "<!DOCTYPE html>\n<meta charset=\"utf-8\">\n<meta http-equiv=\"refresh\" content=\"0; "
+        "url={}\">\n",
+        html::escaped(address));
+    page.close();
+    if (page) return;
+    remove();
+    throw OutputError(fmt::format("cannot write '{}'", path_));
+  }
+  ~LeadingFile() { remove(); }
+  LeadingFile(const LeadingFile&) = delete;
+  LeadingFile& operator=(const LeadingFile&) = delete;
+
+  const std::string& path() const { return path_; }
+
+ private:
+  void remove() const {
+    std::error_code ignored;
+    std::filesystem::remove(path_, ignored);
+  }
+
+  std::string path_;
+};
+
+/// Has the desktop open a file; where there is none, nothing happens.
+void open_on_desktop(std::string path) {
   std::string program = "xdg-open";
-  std::array<char*, 3> words{program.data(), address.data(), nullptr};
-  // Signals that this program waits for are blocked in it, and would stay so in the browser.
-  sigset_t none;
+  std::array<char*, 3> words{program.data(), path.data(), nullptr};
+  // Signals that this program waits for are blocked in it, others ignored, and would stay so in the
+  // browser.
+  sigset_t none, ignored;
   ::sigemptyset(&none);
+  ::sigemptyset(&ignored);
+  ::sigaddset(&ignored, SIGPIPE);
+  ::sigaddset(&ignored, SIGXFSZ);
   posix_spawnattr_t attributes;
   if (::posix_spawnattr_init(&attributes) != 0) return;
   ::posix_spawnattr_setsigmask(&attributes, &none);
-  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
+  ::posix_spawnattr_setsigdefault(&attributes, &ignored);
+  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
   pid_t child = 0;
-  static_cast<void>(
-      ::posix_spawnp(&child, program.c_str(), nullptr, &attributes, words.data(), environ));
+  const int code =
+      ::posix_spawnp(&child, program.c_str(), nullptr, &attributes, words.data(), environ);
   ::posix_spawnattr_destroy(&attributes);
+  if (code == 0) std::thread([child] { ::waitpid(child, nullptr, 0); }).detach();
+}
+
+/// @return what must stay until the page has no more use.
+std::unique_ptr<LeadingFile> open_page(const std::string& address, Session& session) {
+  try {
+    auto file = std::make_unique<LeadingFile>(address);
+    open_on_desktop(file->path());
+    return file;
+  } catch (const std::exception& error) {
+    session.console.warn(
+        fmt::format("--open: {}; open the address yourself", base::message_of(error)));
+    return nullptr;
+  }
 }
 
 int run_explore(const ExploreArguments& arguments, Session& session) {
@@ -113,10 +174,11 @@ int run_explore(const ExploreArguments& arguments, Session& session) {
   }
   session.console.result(server->address(), {{"address", server->address()}});
   session.console.note("open this address in a browser; Ctrl-C ends");
-  if (arguments.opens) open_page(server->address());
-  server->run(session.interrupts.token());
+  const auto opened = arguments.opens ? open_page(server->address(), session) : nullptr;
+  const bool is_cut_short = server->run(session.interrupts.token());
   session.report_kernels(device);
-  return kDone;
+  if (is_cut_short && arguments.output.empty()) throw Interrupted();
+  return is_cut_short ? kInterrupted : kDone;
 }
 
 void describe_explore(Command command, ExploreArguments& a) {

@@ -5,6 +5,9 @@ import { differs, knobsOf, short, state } from "./state.js";
 
 const quoted = (text) => /^[\w.\/+-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`;
 
+/** The map's name, which must not read as an option. */
+const mapWord = () => quoted(root.dataset.map.replace(/^-/, "./-"));
+
 /** [option, values] of rows [whether it is needed, option, ...values]. */
 const needed = (rows) => rows.filter(([isNeeded]) => isNeeded).map(([, name, ...values]) => [name, values.map(short)]);
 
@@ -34,7 +37,7 @@ const pictureOptions = () => needed([
 const cuts = () => ["x", "y", "z"].filter((axis) => state["cut" + axis] < 100).map((axis) => [axis, short(state["cut" + axis])]);
 
 const commandOf = (name, output, options) =>
-  ["qjulia", name, quoted(root.dataset.map), "-o", output, ...options.flatMap(([option, values]) => [`--${option}`, ...values])].join(" ");
+  ["qjulia", name, mapWord(), "-o", output, ...options.flatMap(([option, values]) => [`--${option}`, ...values])].join(" ");
 
 export function renderCommand(width, height) {
   const cut = cuts().map(([axis, at]) => `${axis}=${at}%`).join(",");

@@ -73,11 +73,13 @@ async function copy(text) {
 async function savePictureOf(size) {
   const match = /^\s*(\d{2,5})\s*[x ×]\s*(\d{2,5})\s*$/.exec(size ?? "");
   if (!match || isSaving) return;
+  const sides = match.slice(1).map(Number);
+  if (Math.max(...sides) > renderer.most) return note(`the picture is too large: a side has ${renderer.most} pixels at most`, 8);
   isSaving = true;
   const before = [canvas.width, canvas.height];
   try {
     root.dataset.state = "busy";
-    [canvas.width, canvas.height] = match.slice(1).map(Number);
+    [canvas.width, canvas.height] = sides;
     await renderer.draw({ samples: Math.max(samples, 8), isDark: root.dataset.theme === "dark", report });
     await savePicture(canvas);
   } catch (error) {
@@ -93,8 +95,11 @@ byId("savers").append(
   button("Copy as command", "The qjulia render line that makes this picture", () => copy(renderCommand(canvas.width, canvas.height))),
   button("Copy surface command", "The qjulia surface line that makes a mesh of this set", () => copy(surfaceCommand())),
   button("Copy link", "This page with all that is set: a link is a shape", () => copy(location.href)),
-  button("Save picture", "A .png of any size", () => savePictureOf(prompt("Size of the picture in pixels", `${canvas.width}x${canvas.height}`))),
-  button("Save map", "The map with its knobs turned, as a file for qjulia", async () => saveMap(await renderer.mapFile())),
+  button("Save picture", "A .png of the size that you give", () => savePictureOf(prompt("Size of the picture in pixels", `${canvas.width}x${canvas.height}`))),
+  button("Save map", "The map with its knobs turned, as a file for qjulia", async () => {
+    const text = await renderer.mapFile();
+    if (text) saveMap(text);
+  }),
   button("Dark or light", "Theme of the page and the backdrop", () => {
     root.dataset.theme = root.dataset.theme === "dark" ? "light" : "dark";
     changed(true);

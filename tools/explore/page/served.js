@@ -57,7 +57,8 @@ async function drawServed(options) {
   return true;
 }
 
-const servedMap = async () => (await ask("map", queryOf())).text();
+/** Undefined where the map was asked for again in between. */
+const servedMap = async () => (await ask("map", queryOf()))?.text();
 
 offerFiles();
 start({ draw: drawServed, isCoarse: () => false, mapFile: servedMap, most: 4096 });

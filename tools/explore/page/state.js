@@ -52,8 +52,8 @@ const isIn = (name, value) => Number.isFinite(value) && value >= ranges[name][1]
 function read(text) {
   const result = { ...usual };
   for (const [name, value] of new URLSearchParams(text)) {
-    if (name in ranges && value !== "" && isIn(name, Number(value))) result[name] = Number(value);
-    if (name in words && words[name].includes(value)) result[name] = value;
+    if (Object.hasOwn(ranges, name) && value !== "" && isIn(name, Number(value))) result[name] = Number(value);
+    if (Object.hasOwn(words, name) && words[name].includes(value)) result[name] = value;
     if (name === "look") {
       const point = value.split(",").map(Number);
       if (point.length === 3 && point.every(Number.isFinite)) result.look = point;
@@ -87,7 +87,7 @@ function rest() {
 /** Sets some of the state. `settled` false: more of the same change will follow, as while a slider is dragged. */
 export function change(values, settled = true) {
   for (const [name, value] of Object.entries(values)) {
-    state[name] = name in ranges && name !== "azimuth"
+    state[name] = Object.hasOwn(ranges, name) && name !== "azimuth"
       ? Math.min(Math.max(value, ranges[name][1]), ranges[name][2]) : value;
   }
   state.azimuth = ((state.azimuth + 180) % 360 + 360) % 360 - 180;
