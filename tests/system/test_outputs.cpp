@@ -95,6 +95,7 @@ TEST_CASE("no output is an input or another output") {
   check_refused(bench, {"convert", map, map, "--detail", "0.03"}, word);
   const std::string baseline = bench.folder.file("before.json", "{}");
   check_refused(bench, {"profile", "--baseline", baseline, "--trace", baseline}, word);
+  check_refused(bench, bench.fit(in("new.json"), {"--report", in("new.json")}), word);
 }
 
 TEST_CASE("every output is checked before the work") {
@@ -110,6 +111,50 @@ TEST_CASE("every output is checked before the work") {
   check_refused(bench, {"render", map, "-o", in("a.png"), "--aov", in("no/a")}, "--aov", 1);
   check_refused(bench, {"surface", map, "-o", in("a.GLTF")}, ".glb");
   check_refused(bench, {"compare", map, bench.mesh, "--picture", in("a.jpg")}, ".png");
+}
+
+TEST_CASE("a preview replaces previews alone") {
+  const OutputFiles bench;
+  const std::string map = bench.map();
+  const std::string picture = bench.folder / "a.png", preview = bench.folder / "a.preview.png";
+  const Arguments render = {"render", map, "-o", picture, "--size", "40x30", "--preview"};
+  bench.folder.file("a.preview.png", "somebody's own");
+  check_refused(bench, render, "is no preview");
+  // One that an interrupted run left: a small picture says so of itself.
+  std::filesystem::remove(preview);
+  const ProcessResult kept = shell(
+      "until [ -s \"$1\" ]; do sleep 0.01; done & seen=$!; left=$1; shift; "
+      "\"$0\" \"$@\" & pid=$!; wait $seen; cp \"$left\" \"$left.kept\"; wait $pid",
+      {preview, "render", map, "-o", picture, "--size", "640x480", "--preview"});
+  CAPTURE(kept.err);
+  REQUIRE(kept.exit_code == 0);
+  std::filesystem::rename(preview + ".kept", preview);
+  CHECK(run_command(render).exit_code == 0);
+  CHECK_FALSE(std::filesystem::exists(preview));
+}
+
+TEST_CASE("a map tells of mesh and schedule as they were when its fit began") {
+  const OutputFiles bench;
+  const std::string map = bench.folder / "map.json";
+  const std::string text = read_text(QJULIA_TEST_DATA "/../../host/fit/schedules/fast.toml");
+  const std::string schedule = bench.folder.file("s.toml", text);
+  const Arguments fit = {"fit",    bench.mesh,          "-o", map, "--factors", "48", "--schedule",
+                         schedule, "--max-evaluations", "400"};
+  Arguments all{map, bench.mesh, schedule};
+  all.insert(all.end(), fit.begin(), fit.end());
+  const ProcessResult first = shell(
+      "map=$1; mesh=$2; schedule=$3; shift 3; \"$0\" \"$@\" & pid=$!; "
+      "until [ -s \"$map.checkpoint\" ]; do sleep 0.01; done; "
+      "rm \"$schedule\"; echo '# edited' >>\"$mesh\"; wait $pid",
+      all);
+  CAPTURE(first.err);
+  REQUIRE(first.exit_code == 0);
+  bench.folder.file("s.toml", text);
+  Arguments resumed = fit;
+  resumed.emplace_back("--resume");
+  const ProcessResult second = run_command(resumed);
+  CHECK(second.exit_code == 0);
+  CHECK_THAT(second.err, !Contains("nothing to resume"));
 }
 
 TEST_CASE("a batch never writes over its meshes") {

@@ -26,6 +26,11 @@ std::uint32_t unsigned_at(std::string_view bytes, std::size_t at, bool big_endia
   return value;
 }
 
+/// Nothing where it is nested deeper than a note of ours.
+nlohmann::json parsed(std::string_view text) {
+  return base::is_json_too_deep(text) ? nlohmann::json() : nlohmann::json::parse(text);
+}
+
 /// PNG specification, 5.3: length, type, data, CRC; the first chunk is IHDR.
 nlohmann::json picture_note(std::string_view bytes) {
   using namespace std::string_view_literals;
@@ -41,7 +46,7 @@ nlohmann::json picture_note(std::string_view bytes) {
       json["width"] = unsigned_at(data, 0, true);
       json["height"] = unsigned_at(data, 4, true);
     } else if (type == "tEXt" && data.starts_with(kKeyword)) {
-      json["made_with"] = nlohmann::json::parse(data.substr(kKeyword.size()));
+      json["made_with"] = parsed(data.substr(kKeyword.size()));
     }
     chunk += kFrame + length;
   }
@@ -52,8 +57,7 @@ nlohmann::json picture_note(std::string_view bytes) {
 nlohmann::json scene_note(std::string_view bytes) {
   constexpr std::size_t kChunk = 12, kData = 20;
   if (bytes.size() < kData) return {};
-  const nlohmann::json scene =
-      nlohmann::json::parse(bytes.substr(kData, unsigned_at(bytes, kChunk, false)));
+  const nlohmann::json scene = parsed(bytes.substr(kData, unsigned_at(bytes, kChunk, false)));
   const nlohmann::json& primitive = scene.at("meshes").at(0).at("primitives").at(0);
   const auto count = [&](const nlohmann::json& accessor) {
     return scene.at("accessors").at(accessor.get<std::size_t>()).at("count").get<std::uint64_t>();
@@ -61,7 +65,7 @@ nlohmann::json scene_note(std::string_view bytes) {
   const std::string note = scene.at("asset").at("extras").at("made_with");
   return {{"vertices", count(primitive.at("attributes").at("POSITION"))},
           {"triangles", count(primitive.at("indices")) / 3},
-          {"made_with", nlohmann::json::parse(note)}};
+          {"made_with", parsed(note)}};
 }
 
 }  // namespace
@@ -133,7 +137,8 @@ nlohmann::json embedded_note(const std::filesystem::path& path, const std::stop_
   } catch (const nlohmann::json::exception&) {
     // Another program's.
   }
-  if (!json.contains("made_with") || !(json.contains("width") || json.contains("triangles"))) {
+  if (!json.contains("made_with") || json["made_with"].is_null() ||
+      !(json.contains("width") || json.contains("triangles"))) {
     throw InputError(fmt::format(
         "'{}' does not say how it was made; 'info' reads maps, meshes ({}), and the pictures and "
         ".glb files that this program writes",
