@@ -28,10 +28,12 @@ struct CommandText {
   bool can_trace = true;  ///< takes --trace
 };
 
-/// @param describe adds the options that set what `run` gets, to a command in its final place.
-template <class Arguments>
+/// @param describe adds the options that set what `run` gets, to a command in its final place; what
+///   it returns is left.
+template <class Arguments, class Described>
 void add_command(CommandLine& program, ChosenCommand& chosen, const CommandText& text,
-                 void (*describe)(Command, Arguments&), int (*run)(const Arguments&, Session&)) {
+                 Described (*describe)(Command, Arguments&),
+                 int (*run)(const Arguments&, Session&)) {
   const Command command = program.add_command(text.name, text.description);
   command.footer(text.footer);
   const auto arguments = std::make_shared<Arguments>();
