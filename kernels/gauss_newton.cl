@@ -109,16 +109,16 @@ kernel void jacobian_squares(global const real* samples, int stride, int chunk,
   int end = min((c + 1) * chunk, stride);
   for (int i = c * chunk; i < end; ++i) {
     real w = curvature_at(samples, stride, i, loss, field, alpha);
-    real root = sqrt(w);
     center_offset d = offset_from(centers, samples, stride, i);
-    lane inverse = root / d.norm2;  // its square may be infinite where a sample meets a centre
-    lane logarithm = root * lane_log2(d.norm2);
-    lane x = d.x * inverse, y = d.y * inverse, z = d.z * inverse, t = d.w * inverse;
-    log_sum = fma(logarithm, logarithm, log_sum);
-    x_sum = fma(x, x, x_sum);
-    y_sum = fma(y, y, y_sum);
-    z_sum = fma(z, z, z_sum);
-    w_sum = fma(t, t, w_sum);
+    // Its square is finite too where a sample meets a centre, and d is 0.
+    lane inverse = 1 / fmax(d.norm2, lane_of((real)1e-18));
+    lane weight = w * inverse * inverse;
+    lane logarithm = lane_log2(d.norm2);
+    log_sum = fma(w * logarithm, logarithm, log_sum);
+    x_sum = fma(weight, d.x * d.x, x_sum);
+    y_sum = fma(weight, d.y * d.y, y_sum);
+    z_sum = fma(weight, d.z * d.z, z_sum);
+    w_sum = fma(weight, d.w * d.w, w_sum);
     scale_sum += w;
   }
   global real* row = rows + (size_t)c * QJ_GRADIENT_COLUMNS(factors);
