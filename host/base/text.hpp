@@ -43,8 +43,8 @@ std::optional<Number> number_in(std::string_view text) {
   return value;
 }
 
-/// Whether arrays and objects of a JSON text stand deeper in each other than in any file of this
-/// program: to be asked before it is parsed, since what copies and writes values calls itself.
+/// Whether arrays and objects of a JSON text are nested deeper than in any file of this program: to
+/// be asked before it is parsed, since copying and writing values recurse.
 bool is_json_too_deep(std::string_view json);
 
 /// With ASCII's letters in lower case, whatever the locale.

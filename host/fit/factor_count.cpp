@@ -92,10 +92,10 @@ int chosen_factors(const FitOptions& options, const Schedule& schedule,
   const AutomaticFactors& automatic = schedule.automatic;
   const int places = most_factors(pool);
   if (places < kLeastFactors) {
-    throw InputError(
-        fmt::format("the mesh has room for {} factors, and a map needs {}: check that the mesh "
-                    "encloses a volume and that no small part is far from the rest",
-                    places, kLeastFactors));
+    throw InputError(fmt::format(
+        "the mesh has room for only {} factors, but a map needs at least {}; check that "
+        "it encloses a volume and has no small part far from the rest",
+        places, kLeastFactors));
   }
   const int most = std::min(options.max_factors, places);
   const Level& level = schedule.levels.front();

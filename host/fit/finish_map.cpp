@@ -50,15 +50,15 @@ std::string poor_fit(const Device& device, const RationalMap& map, double iou,
       iou, 100 * *worst, where.x(), where.y(), where.z());
 }
 
-/// Given the shell that is wanted, or one as thick as bounds the set; one that has none keeps its
-/// slope.
+/// The map with the wanted shell, or the thickest that bounds its set well; a map that no shell
+/// bounds keeps its slope.
 RationalMap with_shell(const Device& device, const RationalMap& map,
                        const std::vector<Eigen::Vector3d>& surface, double detail) {
   constexpr double kLeastDegree = 1.1;  // at 1 the set is unbounded
-  const RationalMap measured = with_measured_detail(device, map, surface);
+  RationalMap measured = with_measured_detail(device, map, surface);
   if (measured.degree() <= 0) return measured;
-  return with_detail(measured,
-                     std::min(detail, *measured.detail * measured.degree() / kLeastDegree));
+  const double thickest = *measured.detail * measured.degree();
+  return with_detail(measured, detail < 0.999 * thickest ? detail : thickest / kLeastDegree);
 }
 
 }  // namespace

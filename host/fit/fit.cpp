@@ -92,8 +92,8 @@ std::string unsettled(const FitResult& result, int planned) {
 std::string other_detail(const RationalMap& map, double wanted) {
   if (map.degree() <= 1) {
     return fmt::format(
-        "the map's exponents sum to {:.3g}, and its set is bounded only where they exceed 1: draw "
-        "it with 1 iteration, or fit it with more factors or more time",
+        "the map's exponents sum to {:.3g}, and its set is bounded only where they exceed 1: "
+        "use 1 iteration, or fit it again with more factors or more time",
         map.degree());
   }
   if (*map.detail >= wanted) return {};

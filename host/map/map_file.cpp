@@ -204,7 +204,7 @@ RationalMap read_map(const std::filesystem::path& path, std::stop_token stop) {
   const std::string source = path.string();
   const std::string file = base::read_text_file(path, "map", kLargestFile, std::move(stop));
   const std::string_view text = map_text(file, source);
-  if (base::is_json_too_deep(text)) fail(source, "it is nested too deep to be a map file");
+  if (base::is_json_too_deep(text)) fail(source, "it is nested too deeply to be a map file");
   // Refuses what the parser lets pass: keys that stand twice in an object, of which it would take
   // the last.
   std::vector<std::set<std::string>> keys;  // of the objects around

@@ -52,7 +52,7 @@ Image contact_sheet(std::span<const Image> images, int columns, int gap) {
 }
 
 Image reduced(const Image& image, int times) {
-  if (times < 1) throw InputError("a picture can be made smaller 1 or more times");
+  if (times < 1) throw InputError("the reduction of a picture must be at least 1");
   if (times == 1) return image;
   const Image all = opaque(image);
   Image small{std::max(1, all.width / times), std::max(1, all.height / times), {}};

@@ -61,9 +61,11 @@ void for_points(const TriangleMesh& mesh, double spacing, const Use& use) {
     std::array<Eigen::Vector3d, 3> p{mesh.vertices[a] - first, mesh.vertices[b] - first,
                                      mesh.vertices[c] - first};
     // Rows along the shortest edge: a long and thin triangle has few points.
-    const auto edge = [&](int i) { return (p[(i + 1) % 3] - p[i]).norm(); };
-    const int shortest = std::min({0, 1, 2}, [&](int i, int j) { return edge(i) < edge(j); });
-    std::ranges::rotate(p, p.begin() + shortest);
+    const auto edge = [&](std::size_t i) { return (p[(i + 1) % 3] - p[i]).norm(); };
+    const auto is_shorter = [&](std::size_t i, std::size_t j) { return edge(i) < edge(j); };
+    const auto shortest = static_cast<std::ptrdiff_t>(
+        std::min({std::size_t{0}, std::size_t{1}, std::size_t{2}}, is_shorter));
+    std::rotate(p.begin(), p.begin() + shortest, p.end());
     const Eigen::Vector3d u = p[1] - p[0], v = p[2] - p[0];
     const auto parts = [&](double length) { return std::max(1.0, std::ceil(length / spacing)); };
     const double rows = parts(std::max(v.norm(), (v - u).norm()));

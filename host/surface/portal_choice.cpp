@@ -158,10 +158,8 @@ std::vector<Portal> proposed_portals(const Device& device, const RationalMap& ma
   options.validate();
   map.validate();
   if (map.slice != 0) {
-    throw InputError(
-        fmt::format("the map shows its slice W = {}, and copies would show another one: propose "
-                    "portals for the map with slice 0",
-                    map.slice));
+    throw InputError(fmt::format(
+        "portals can be proposed only for the slice W = 0, and the map's is W = {}", map.slice));
   }
   const TriangleMesh mesh = own_surface(device, without_portals(map), monitor);
   const Vector3d middle = mesh.box().center();

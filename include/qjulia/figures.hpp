@@ -71,7 +71,7 @@ struct LoosePieces {
 };
 
 /// Drops the connected parts that enclose less than a hundredth of the volume of the largest:
-/// flakes beside the body, and bubbles in it.
+/// flakes beside the body, and bubbles in it. Parts with an open edge stay.
 LoosePieces drop_loose_pieces(TriangleMesh& mesh);
 
 /// How thick the walls of a closed mesh are: diameters of the largest balls inside that touch the

@@ -176,8 +176,8 @@ Image comparison(const Device& device, const RationalMap& map, const TriangleMes
 /// at the upper left of their cells. What is transparent is white.
 Image contact_sheet(std::span<const Image> images, int columns, int gap = 0);
 
-/// The image at a whole number of times fewer pixels a side, each the mean of those it stands for;
-/// before white where it is transparent.
+/// The image at a whole number of times fewer pixels a side, each the mean of those it stands for,
+/// over white where it is transparent.
 Image reduced(const Image& image, int times);
 
 /// The image with a line of text under it; white where it is transparent.

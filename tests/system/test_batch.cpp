@@ -225,10 +225,10 @@ TEST_CASE("checks, status and refusals") {
       "[defaults]\nmax_factors = true\npolish = 3\nschedule = \"\"\nfactors = [24, 48]\n"
       "[[fit]]\nmesh = \"box.obj\"\n");
   CHECK_THAT(run_command({"batch", kinds, "--check"}).err,
-             Contains("kinds.toml:2: 'max_factors' must be a number or text, not true") &&
+             Contains("kinds.toml:2: 'max_factors' must be a number or a string, not true") &&
                  Contains("kinds.toml:3: 'polish' must be true or false") &&
                  Contains("kinds.toml:4: 'schedule' is empty") &&
-                 Contains("kinds.toml:5: 'factors' must be one number"));
+                 Contains("kinds.toml:5: 'factors' must be a number"));
 
   const ProcessResult mixed = run_command(
       {"batch", manifest, "-o", out, "--jobs", "2", "--device", "cpu", "--status", out});

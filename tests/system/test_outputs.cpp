@@ -119,7 +119,7 @@ TEST_CASE("a preview replaces previews alone") {
   const std::string picture = bench.folder / "a.png", preview = bench.folder / "a.preview.png";
   const Arguments render = {"render", map, "-o", picture, "--size", "40x30", "--preview"};
   bench.folder.file("a.preview.png", "somebody's own");
-  check_refused(bench, render, "is no preview");
+  check_refused(bench, render, "is not a preview");
   // One that an interrupted run left: a small picture says so of itself.
   std::filesystem::remove(preview);
   const ProcessResult kept = shell(

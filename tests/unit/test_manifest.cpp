@@ -213,7 +213,7 @@ TEST_CASE("what is no manifest is refused") {
   CHECK_THAT(problems(folder, "[defaults]\nmesh = \"a\"\n"),
              Contains("m.toml:2: 'mesh' belongs in a [[fit]], not in [defaults]"));
   CHECK_THAT(problems(folder, "[defaults]\nfactors = [24, 48]\n"),
-             Contains("m.toml:2: 'factors' must be one number"));
+             Contains("m.toml:2: 'factors' must be a number"));
   CHECK_THROWS_AS(qjulia::batch::read_manifest(folder / "absent.toml", check_options), InputError);
 }
 

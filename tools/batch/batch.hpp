@@ -57,7 +57,7 @@ using FitOptionsCheck = std::function<void(const std::vector<ManifestOption>&)>;
 /// @param stop ends waiting for a pipe: Interrupted.
 /// @throws InputError naming file, line and what to do, of everything that is wrong at once: not
 ///   TOML, unknown keys, values of the wrong kind, two entries of one name, meshes that are missing
-///   or no files.
+///   or not regular files.
 Manifest read_manifest(const std::filesystem::path& file, const FitOptionsCheck& check,
                        bool meshes_may_be_missing = false, std::stop_token stop = {});
 

@@ -36,7 +36,7 @@ std::string holder(const std::filesystem::path& path) {
   }
 }
 
-/// Tries for half a second: `is_locked` has it for a moment too.
+/// Tries for half a second: `is_locked` also takes the lock for a moment.
 bool take_lock(int file) {
   constexpr int kTries = 26;
   constexpr std::chrono::milliseconds kBetweenTries{20};

@@ -240,7 +240,7 @@ class Reader {
       const bool is_file = name == "schedule" && text->ends_with(".toml");
       option.values.push_back(is_file ? (folder() / *text).string() : *text);
     } else {
-      complain(line, fmt::format("'{}' must be one number, one text, true or false", name));
+      complain(line, fmt::format("'{}' must be a number, a string, true or false", name));
       return true;
     }
     try {

@@ -227,6 +227,7 @@ FolderLock prepare_batch(const Manifest& manifest, const BatchOptions& options) 
                             ? options.retry_failed && status && status->state == EntryState::failed
                             : !status || status->state != EntryState::done;
     if (forget) std::filesystem::remove(status_path(folder, entry.name));
+    if (!options.resume) std::filesystem::remove(folder / (entry.name + ".checkpoint"));
   }
   write_index(folder, manifest);
   return lock;

@@ -87,8 +87,9 @@ std::string usual_form(const std::string& host) {
 /// request, byte by byte.
 void hang_up(int port) {
   std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd", ignored)) {
-    const auto file = base::number_in<int>(entry.path().filename().string());
+  std::filesystem::directory_iterator entry("/proc/self/fd", ignored);
+  for (; entry != std::filesystem::directory_iterator(); entry.increment(ignored)) {
+    const auto file = base::number_in<int>(entry->path().filename().string());
     Address own, other;
     if (!file || ::getsockname(*file, own.get(), &own.size) != 0) continue;
     if (::getpeername(*file, other.get(), &other.size) != 0) continue;
@@ -106,7 +107,7 @@ void ServerOptions::validate() const {
   if (host.empty()) throw OptionError("host", "give an address of this machine, such as 127.0.0.1");
   if (const std::string usual = usual_form(host); usual == "0.0.0.0" || usual == "::") {
     throw OptionError("host", fmt::format("'{}' stands for all addresses of this machine; give the "
-                                          "one that others reach it by",
+                                          "one that browsers will use",
                                           host));
   }
 }
@@ -273,7 +274,8 @@ struct Server::Impl {
     }
     // A map that is saved and the picture that is drawn do not end each other.
     const auto job = worker.ask(client + request.path, length, std::move(work));
-    if (!job) return refuse(response, 503, "too many pages are waiting, or the server ends");
+    if (!job)
+      return refuse(response, 503, "too many pages are waiting, or the server is shutting down");
     const auto until = std::chrono::steady_clock::now() +
                        (length == Job::Length::picture ? kPictureLimit : kLongLimit);
     response.set_chunked_content_provider(

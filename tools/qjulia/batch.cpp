@@ -32,6 +32,13 @@ struct BatchArguments {
   std::vector<Option> all_but_status;  ///< of this command's own
 };
 
+/// A fit's options, the same from wherever the batch is started: a schedule's hash says enough.
+nlohmann::json without_schedule_folder(nlohmann::json options) {
+  options["schedule"] =
+      std::filesystem::path(options["schedule"].get<std::string>()).filename().string();
+  return options;
+}
+
 /// Of fits that leave a CPU's cores idle a sixth of the time, two leave little of it.
 constexpr int kBusyJobs = 2;
 
@@ -61,7 +68,8 @@ class FitWorker {
   batch::EntryResult operator()(const batch::BatchEntry& entry, const std::filesystem::path& folder,
                                 const ProgressMonitor& monitor) const {
     const FitOptions options = checked_options(entry.options);
-    const FitOrigin origin = origin_of(entry.mesh, options);
+    FitOrigin origin = origin_of(entry.mesh, options);
+    origin.options = without_schedule_folder(std::move(origin.options));
     MeshReport mesh_report;
     const TriangleMesh mesh = read_mesh(entry.mesh, &mesh_report, monitor.stop);
     device_.reset_kernel_times();
@@ -148,10 +156,7 @@ batch::FitKey fit_key(const batch::BatchEntry& entry) {
       "{} {} {} {} {}x{}", outputs.report, outputs.surface.value_or("-"),
       outputs.surface ? outputs.surface_resolution : 0, outputs.picture,
       outputs.picture ? outputs.picture_width : 0, outputs.picture ? outputs.picture_height : 0);
-  nlohmann::json options = to_json(checked_options(entry.options));
-  // Its folder may be called from elsewhere; what it says is in there by its hash.
-  options["schedule"] =
-      std::filesystem::path(options["schedule"].get<std::string>()).filename().string();
+  const nlohmann::json options = without_schedule_folder(to_json(checked_options(entry.options)));
   batch::FitKey key{{}, text_hash(options.dump() + rest)};
   std::error_code ignored;  // a pipe would be empty when it is fitted
   if (!std::filesystem::is_regular_file(entry.mesh, ignored)) return key;
@@ -245,7 +250,10 @@ int finish(const BatchArguments& arguments, std::size_t settled,
   const std::size_t finished = done + count(entries, batch::EntryState::failed);
   const std::size_t not_again = finished - std::min(finished, settled);
   if (not_again > 0) {
-    text += fmt::format("\n  {} of an earlier run, not begun in this one", not_again);
+    text += fmt::format(
+        "\n  {} from an earlier run and not redone: --resume keeps them, and a run without "
+        "it redoes them",
+        not_again);
   }
   text += fmt::format("\nsummary: {}",
                       (std::filesystem::path(arguments.folder) / "summary.json").string());

@@ -167,7 +167,8 @@ int run_explore(const ExploreArguments& arguments, Session& session) {
   check_input(arguments, session);
   const Device device = session.open_device(arguments.device);
   const auto server = server_of(arguments, device, session);
-  if (arguments.options.host != explore::ServerOptions{}.host) {
+  const std::string& host = arguments.options.host;
+  if (!host.starts_with("127.") && host != "localhost" && host != "::1") {
     session.console.warn(
         "others on the network can reach this page, and whoever knows its address can use this "
         "device; nothing is encrypted");

@@ -82,7 +82,7 @@ void expect_map(const std::string& option, const std::filesystem::path& path) {
 std::string shell_word(const std::string& name) {
   constexpr std::string_view kPlain =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./+,:@%=";
-  const std::string word = name.starts_with('-') ? "./" + name : name;
+  std::string word = name.starts_with('-') ? "./" + name : name;
   if (word.find_first_not_of(kPlain) == std::string::npos) return word;
   std::string quoted = "'";
   for (const char c : word) quoted += c == '\'' ? "'\\''" : std::string(1, c);

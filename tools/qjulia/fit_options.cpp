@@ -98,7 +98,7 @@ FitOptions checked_options(const std::vector<batch::ManifestOption>& options) {
     if (command.is_flag(name) != values.empty()) {
       throw InputError(
           fmt::format("'{}' must be {}", spelled(name),
-                      values.empty() ? "a number or text, not true" : "true or false"));
+                      values.empty() ? "a number or a string, not true" : "true or false"));
     }
     if (!values.empty() && values.front().empty()) {
       throw InputError(fmt::format("'{}' is empty; give a value, or leave it out", spelled(name)));

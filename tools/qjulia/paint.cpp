@@ -64,7 +64,7 @@ int run_paint(const PaintArguments& arguments, Session& session) {
   const bool paints = !options.balls.empty() || !options.blocks.empty() || options.thickness ||
                       !arguments.ramp.empty() || !arguments.mesh.empty();
   if (arguments.clear && paints) {
-    throw InputError("--clear takes the paint away; leave it out to paint something else");
+    throw InputError("--clear only removes paint; leave it out, or the options that paint");
   }
   if (!arguments.ramp.empty()) options.ramp = ramp_of(arguments.ramp);
   options.validate();

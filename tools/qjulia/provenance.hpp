@@ -23,8 +23,6 @@ nlohmann::json to_json(const FitOptions& options);
 struct FitOrigin {
   nlohmann::json mesh, options;
   Precision precision = Precision::single;
-
-  bool operator==(const FitOrigin&) const = default;
 };
 
 /// @throws InputError when the mesh or the schedule cannot be read.

@@ -225,15 +225,15 @@ std::filesystem::path preview_path(const std::filesystem::path& picture) {
 constexpr const char* kPreviewNote = "preview";
 
 /// A preview goes when its picture is done, and so must not take another file's name.
-void check_preview(const std::filesystem::path& path) {
+void check_preview(const std::filesystem::path& path, const std::stop_token& stop) {
   if (!std::filesystem::exists(path)) return;
   try {
-    if (embedded_note(path, {}).at("made_with").contains(kPreviewNote)) return;
+    if (embedded_note(path, stop).at("made_with").contains(kPreviewNote)) return;
   } catch (const InputError&) {
     // It is no picture of ours.
   }
   throw InputError(fmt::format(
-      "--preview: '{}' is there and is no preview; move it, or give --output another name",
+      "--preview: '{}' exists and is not a preview; move it, or give --output another name",
       path.string()));
 }
 
@@ -375,7 +375,7 @@ int run_render(const RenderArguments& arguments, Session& session) {
     throw InputError("--aov and --preview need a single picture, without --sweep and --turntable");
   }
   session.check_outputs({arguments.input}, outputs_of(arguments, sweep));
-  if (arguments.preview) check_preview(preview_path(arguments.output));
+  if (arguments.preview) check_preview(preview_path(arguments.output), session.interrupts.token());
   if (sweep) return run_sweep(arguments, options, *sweep, session);
   const Scene scene = read_scene(arguments, session);
   const Device device = session.open_device(arguments.device);

@@ -82,7 +82,7 @@ void Session::finish() {
 
 RationalMap Session::read_map(const std::string& file) {
   const TraceStage stage(trace_, "read the map");
-  expect_map("the command", file);
+  expect_map("this command", file);
   return qjulia::read_map(file, interrupts.token());
 }
 

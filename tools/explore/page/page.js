@@ -74,7 +74,7 @@ async function savePictureOf(size) {
   const match = /^\s*(\d{2,5})\s*[x ×]\s*(\d{2,5})\s*$/.exec(size ?? "");
   if (!match || isSaving) return;
   const sides = match.slice(1).map(Number);
-  if (Math.max(...sides) > renderer.most) return note(`the picture is too large: a side has ${renderer.most} pixels at most`, 8);
+  if (Math.max(...sides) > renderer.most) return note(`the picture is too large: at most ${renderer.most} pixels a side`, 8);
   isSaving = true;
   const before = [canvas.width, canvas.height];
   try {
