@@ -142,7 +142,7 @@ TEST_CASE("an interrupted batch says so and can be resumed") {
   const ProcessResult again =
       run_command({"batch", manifest, "-o", folder / "out"}, {.interrupt_at = "[1/6]"});
   CHECK(again.exit_code == 130);
-  CHECK_THAT(again.out + again.err, Contains("of an earlier run, not begun in this one"));
+  CHECK_THAT(again.out + again.err, Contains("from an earlier run and not redone"));
   CHECK(statuses_done(folder / "out") >= 3);
 }
 
