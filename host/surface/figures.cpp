@@ -281,8 +281,8 @@ std::vector<bool> open_vertices(const TriangleMesh& mesh) {
     balance[b] += std::int64_t{a} - c;
     balance[c] += std::int64_t{b} - a;
   }
-  std::vector<bool> open;
-  for (const std::int64_t sum : balance) open.push_back(sum != 0);
+  std::vector<bool> open(balance.size());
+  for (std::size_t v = 0; v < open.size(); ++v) open[v] = balance[v] != 0;
   return open;
 }
 
