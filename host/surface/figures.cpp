@@ -153,6 +153,20 @@ TriangleMesh part_of(const TriangleMesh& mesh, const Keeps& keeps) {
   return kept;
 }
 
+/// Whether each vertex is at an open edge. Around a vertex where triangles close up, each
+/// neighbour begins one edge and ends another.
+std::vector<bool> open_vertices(const TriangleMesh& mesh) {
+  std::vector<std::int64_t> balance(mesh.vertices.size());
+  for (const auto& [a, b, c] : mesh.triangles) {
+    balance[a] += std::int64_t{c} - b;
+    balance[b] += std::int64_t{a} - c;
+    balance[c] += std::int64_t{b} - a;
+  }
+  std::vector<bool> open(balance.size());
+  for (std::size_t v = 0; v < open.size(); ++v) open[v] = balance[v] != 0;
+  return open;
+}
+
 }  // namespace
 
 BoxDimension box_dimension(std::span<const Eigen::Vector3f> points, double finest) {
@@ -270,20 +284,6 @@ TriangleMesh large_components(const TriangleMesh& mesh, double least) {
     if (least >= 1) return area.begin() + r == largest;
     return area[r] >= least * *largest;
   });
-}
-
-/// Whether each vertex is at an open edge. Around a vertex where triangles close up, each
-/// neighbour begins one edge and ends another.
-std::vector<bool> open_vertices(const TriangleMesh& mesh) {
-  std::vector<std::int64_t> balance(mesh.vertices.size());
-  for (const auto& [a, b, c] : mesh.triangles) {
-    balance[a] += std::int64_t{c} - b;
-    balance[b] += std::int64_t{a} - c;
-    balance[c] += std::int64_t{b} - a;
-  }
-  std::vector<bool> open(balance.size());
-  for (std::size_t v = 0; v < open.size(); ++v) open[v] = balance[v] != 0;
-  return open;
 }
 
 LoosePieces drop_loose_pieces(TriangleMesh& mesh) {

@@ -158,8 +158,6 @@ batch::FitKey fit_key(const batch::BatchEntry& entry) {
       outputs.picture ? outputs.picture_width : 0, outputs.picture ? outputs.picture_height : 0);
   const nlohmann::json options = without_schedule_folder(to_json(checked_options(entry.options)));
   batch::FitKey key{{}, text_hash(options.dump() + rest)};
-  std::error_code ignored;  // a pipe would be empty when it is fitted
-  if (!std::filesystem::is_regular_file(entry.mesh, ignored)) return key;
   try {
     key.inputs = file_hash(entry.mesh);
   } catch (const InputError&) {

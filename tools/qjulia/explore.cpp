@@ -194,8 +194,8 @@ void describe_explore(Command command, ExploreArguments& a) {
   command.add("--port", &a.options.port, "N", "Port of the page; 0: any that is free")
       .range(0, 65535);
   command.add("--host", &a.options.host, "ADDRESS",
-              "Address of this machine to listen on. Any but the default can be reached by "
-              "whoever is on the network");
+              "Address of this machine to listen on. Any but 127.0.0.1, localhost and ::1 can be "
+              "reached by whoever is on the network");
   command.flag("--keep-loose", a.options.keep_loose,
                "Draw all connected parts of the set, as 'qjulia render' does with it");
   add_device(command, a.device);
