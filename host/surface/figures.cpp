@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "base/union_find.hpp"
 #include "qjulia/shape.hpp"
@@ -127,45 +128,85 @@ void set_dimension(const BoxDimension& box, SurfaceFigures& figures) {
   figures.box_sizes = box.sizes;
 }
 
-base::UnionFind components_of(const TriangleMesh& mesh) {
-  base::UnionFind components(mesh.vertices.size());
-  for (const auto& [a, b, c] : mesh.triangles) {
-    components.unite(a, b);
-    components.unite(b, c);
+/// What adds up over the triangles of a connected part.
+struct PartSums {
+  double area = 0;
+  double volume = 0;  ///< enclosed, seen from the mesh's first vertex; negative in a bubble
+  double edges = 0;   ///< sum of the lengths of triangles' edges
+  std::size_t triangles = 0;
+  std::uint64_t boundary = 0;  ///< sum of `edge_hash`: 0 where all edges are closed up
+
+  PartSums& operator+=(const PartSums& other) {
+    area += other.area;
+    volume += other.volume;
+    edges += other.edges;
+    triangles += other.triangles;
+    boundary += other.boundary;
+    return *this;
   }
-  return components;
+  bool is_open() const { return boundary != 0; }
+};
+
+/// A number for the edge from `a` to `b`; that of the edge back is its negative.
+std::uint64_t edge_hash(std::uint64_t a, std::uint64_t b) {
+  std::uint64_t hash = (std::min(a, b) << 32 | std::max(a, b)) * 0x9E3779B97F4A7C15U;
+  hash = (hash ^ hash >> 32) * 0xD6E8FEB86659FD93U;
+  hash ^= hash >> 32;
+  return a < b ? hash : -hash;
 }
 
-/// The vertices v for which `keeps` holds, and the triangles on them.
-template <class Keeps>
-TriangleMesh part_of(const TriangleMesh& mesh, const Keeps& keeps) {
-  TriangleMesh kept;
-  std::vector<std::uint32_t> number(mesh.vertices.size());
-  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (!keeps(v)) continue;
-    number[v] = static_cast<std::uint32_t>(kept.vertices.size());
-    kept.vertices.push_back(mesh.vertices[v]);
-    if (!mesh.normals.empty()) kept.normals.push_back(mesh.normals[v]);
-  }
-  for (const auto& [a, b, c] : mesh.triangles) {
-    if (keeps(a)) kept.triangles.push_back({number[a], number[b], number[c]});
-  }
-  return kept;
-}
+/// The connected parts of a mesh whose triangles arrive one by one. Vertices are labelled; where
+/// parts meet their labels are united, of which there are few.
+class ConnectedParts {
+ public:
+  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-/// Whether each vertex is at an open edge. Around a vertex where triangles close up, each
-/// neighbour begins one edge and ends another.
-std::vector<bool> open_vertices(const TriangleMesh& mesh) {
-  std::vector<std::int64_t> balance(mesh.vertices.size());
-  for (const auto& [a, b, c] : mesh.triangles) {
-    balance[a] += std::int64_t{c} - b;
-    balance[b] += std::int64_t{a} - c;
-    balance[c] += std::int64_t{b} - a;
+  void add_vertices(std::size_t count) { labels_.resize(labels_.size() + count, kNone); }
+
+  void add(const Triangle& triangle, const PartSums& sums) {
+    std::uint32_t part = kNone;
+    for (const auto v : triangle) {
+      if (labels_[v] == kNone) continue;
+      const std::uint32_t other = united_.root(labels_[v]);
+      if (part != kNone && part != other) {
+        united_.unite(part, other);
+        sums_[other] += std::exchange(sums_[part], {});
+      }
+      part = other;
+    }
+    if (part == kNone) {
+      part = static_cast<std::uint32_t>(sums_.size());
+      united_.add();
+      sums_.emplace_back();
+    }
+    for (const auto v : triangle) labels_[v] = part;
+    sums_[part] += sums;
   }
-  std::vector<bool> open(balance.size());
-  for (std::size_t v = 0; v < open.size(); ++v) open[v] = balance[v] != 0;
-  return open;
-}
+
+  /// By label; those united with another's have no triangles.
+  const std::vector<PartSums>& sums() const { return sums_; }
+
+  /// Drops those parts for whose sums `is_dropped` holds.
+  template <class Predicate>
+  void drop(const Predicate& is_dropped) {
+    dropped_.resize(sums_.size());
+    for (std::uint32_t label = 0; label < sums_.size(); ++label) {
+      if (united_.root(label) == label && is_dropped(sums_[label])) dropped_[label] = true;
+    }
+    for (std::uint32_t label = 0; label < sums_.size(); ++label) {
+      dropped_[label] = dropped_[united_.root(label)];
+    }
+  }
+  bool keeps_label(std::uint32_t label) const { return dropped_.empty() || !dropped_[label]; }
+  /// Whether vertex `v` has a triangle of a part that was not dropped.
+  bool keeps(std::uint32_t v) const { return labels_[v] != kNone && keeps_label(labels_[v]); }
+
+ private:
+  std::vector<std::uint32_t> labels_;  ///< of vertices
+  base::UnionFind united_;             ///< labels
+  std::vector<PartSums> sums_;         ///< by label, at the roots
+  std::vector<bool> dropped_;          ///< by label; empty: none
+};
 
 }  // namespace
 
@@ -181,12 +222,8 @@ struct FigureSink::Impl {
   SurfaceSink* next;
   Eigen::Vector3d first;                   ///< vertex
   std::vector<Eigen::Vector3f> positions;  ///< from there: far from the origin they would be coarse
-  base::UnionFind components;
+  ConnectedParts parts;
   std::vector<Triangle> waiting;  ///< for their vertices
-  double area = 0;
-  double volume = 0;
-  double edges = 0;  ///< sum of the lengths of triangles' edges
-  std::size_t triangles = 0;
 
   explicit Impl(SurfaceSink* sink) : next(sink) {}
 
@@ -201,12 +238,8 @@ struct FigureSink::Impl {
       const Eigen::Vector3d u = positions[b].cast<double>() - p;
       const Eigen::Vector3d v = positions[c].cast<double>() - p;
       const Eigen::Vector3d normal = u.cross(v);
-      area += 0.5 * normal.norm();
-      volume += p.dot(normal) / 6;
-      edges += u.norm() + v.norm() + (u - v).norm();
-      ++triangles;
-      components.unite(a, b);
-      components.unite(b, c);
+      parts.add(*t, {0.5 * normal.norm(), p.dot(normal) / 6, u.norm() + v.norm() + (u - v).norm(),
+                     1, edge_hash(a, b) + edge_hash(b, c) + edge_hash(c, a)});
     }
     waiting.erase(left, waiting.end());
   }
@@ -218,11 +251,14 @@ FigureSink::~FigureSink() = default;
 
 void FigureSink::vertices(std::span<const Eigen::Vector3d> positions,
                           std::span<const Eigen::Vector3d> normals) {
-  for (const Eigen::Vector3d& x : positions) {
-    if (impl_->positions.empty()) impl_->first = x;
-    impl_->components.add();
-    impl_->positions.emplace_back((x - impl_->first).cast<float>());
+  std::vector<Eigen::Vector3f>& all = impl_->positions;
+  if (all.empty() && !positions.empty()) impl_->first = positions.front();
+  const std::size_t before = all.size();
+  all.resize(before + positions.size());
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    all[before + i] = (positions[i] - impl_->first).cast<float>();
   }
+  impl_->parts.add_vertices(positions.size());
   impl_->measure_complete();
   if (impl_->next != nullptr) impl_->next->vertices(positions, normals);
 }
@@ -233,14 +269,75 @@ void FigureSink::triangles(std::span<const Triangle> triangles) {
   if (impl_->next != nullptr) impl_->next->triangles(triangles);
 }
 
-SurfaceFigures FigureSink::figures() {
+LoosePieces FigureSink::drop_loose_pieces() {
+  constexpr double kLeast = 0.01;  // of the largest part's volume
+  double largest = 0;
+  double all = 0;
+  for (const PartSums& part : impl_->parts.sums()) {
+    largest = std::max(largest, std::abs(part.volume));
+    all += std::abs(part.volume);
+  }
+  LoosePieces dropped;
+  impl_->parts.drop([&](const PartSums& part) {
+    // What a box has cut open has no volume to judge it by, and may be of the main body.
+    const bool is_loose =
+        part.triangles > 0 && !part.is_open() && std::abs(part.volume) < kLeast * largest;
+    if (is_loose) ++dropped.count;
+    if (is_loose) dropped.volume += std::abs(part.volume);
+    return is_loose;
+  });
+  if (dropped.count > 0) dropped.share = dropped.volume / all;
+  return dropped;
+}
+
+void FigureSink::drop_small_parts(double least) {
+  const auto& sums = impl_->parts.sums();
+  if (sums.empty()) return;
+  const auto largest = std::ranges::max_element(sums, {}, &PartSums::area);
+  impl_->parts.drop([&](const PartSums& part) {
+    return least >= 1 ? &part != &*largest : part.area < least * largest->area;
+  });
+}
+
+bool FigureSink::keeps(std::uint32_t vertex) const { return impl_->parts.keeps(vertex); }
+
+TriangleMesh FigureSink::kept_of(const TriangleMesh& mesh) const {
+  TriangleMesh kept;
+  std::vector<std::uint32_t> number(mesh.vertices.size());
+  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (!keeps(v)) continue;
+    number[v] = static_cast<std::uint32_t>(kept.vertices.size());
+    kept.vertices.push_back(mesh.vertices[v]);
+    if (!mesh.normals.empty()) kept.normals.push_back(mesh.normals[v]);
+  }
+  for (const auto& [a, b, c] : mesh.triangles) {
+    if (keeps(a)) kept.triangles.push_back({number[a], number[b], number[c]});
+  }
+  return kept;
+}
+
+SurfaceFigures FigureSink::figures() const {
   SurfaceFigures figures;
-  figures.area = impl_->area;
-  figures.volume = impl_->volume;
-  figures.components = impl_->components.sets();
+  double edges = 0;
+  const auto& sums = impl_->parts.sums();
+  for (std::uint32_t label = 0; label < sums.size(); ++label) {
+    if (sums[label].triangles == 0 || !impl_->parts.keeps_label(label)) continue;
+    ++figures.components;
+    figures.triangles += sums[label].triangles;
+    figures.area += sums[label].area;
+    figures.volume += sums[label].volume;
+    edges += sums[label].edges;
+  }
   const double edge =
-      impl_->triangles > 0 ? impl_->edges / (3 * static_cast<double>(impl_->triangles)) : 0;
-  set_dimension(box_dimension(impl_->positions, kEdgesPerBox * edge), figures);
+      figures.triangles > 0 ? edges / (3 * static_cast<double>(figures.triangles)) : 0;
+  std::vector<Eigen::Vector3f> kept(impl_->positions.size());
+  std::size_t count = 0;
+  for (std::uint32_t v = 0; v < kept.size(); ++v) {
+    if (impl_->parts.keeps(v)) kept[count++] = impl_->positions[v];
+  }
+  kept.resize(count);
+  figures.vertices = kept.size();
+  set_dimension(box_dimension(kept, kEdgesPerBox * edge), figures);
   return figures;
 }
 
@@ -272,57 +369,19 @@ nlohmann::json to_json(const SurfaceFigures& figures) {
 }
 
 TriangleMesh large_components(const TriangleMesh& mesh, double least) {
-  base::UnionFind components = components_of(mesh);
-  std::vector<double> area(mesh.vertices.size());
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const Eigen::Vector3d& p = mesh.vertices[a];
-    area[components.root(a)] += 0.5 * (mesh.vertices[b] - p).cross(mesh.vertices[c] - p).norm();
-  }
-  const auto largest = std::ranges::max_element(area);
-  return part_of(mesh, [&](std::uint32_t v) {
-    const std::uint32_t r = components.root(v);
-    if (least >= 1) return area.begin() + r == largest;
-    return area[r] >= least * *largest;
-  });
+  FigureSink sink;
+  sink.vertices(mesh.vertices, {});
+  sink.triangles(mesh.triangles);
+  sink.drop_small_parts(least);
+  return sink.kept_of(mesh);
 }
 
 LoosePieces drop_loose_pieces(TriangleMesh& mesh) {
-  constexpr double kLeast = 0.01;  // of the largest part's volume
-  LoosePieces dropped;
-  if (mesh.triangles.empty()) return dropped;
-  base::UnionFind components = components_of(mesh);
-  std::vector<double> volume(mesh.vertices.size());
-  for (const auto& [a, b, c] : mesh.triangles) {
-    // From a vertex of the part: far from the origin, volumes would cancel.
-    const std::uint32_t r = components.root(a);
-    const Eigen::Vector3d& apex = mesh.vertices[r];
-    const Eigen::Vector3d p = mesh.vertices[a] - apex;
-    const Eigen::Vector3d q = mesh.vertices[b] - apex;
-    volume[r] += p.dot(q.cross(mesh.vertices[c] - apex)) / 6;
-  }
-  // Those of bubbles are negative.
-  for (double& v : volume) v = std::abs(v);
-  const double least = kLeast * *std::ranges::max_element(volume);
-  // What a box has cut open has no volume to judge it by, and may be of the main body.
-  const std::vector<bool> open = open_vertices(mesh);
-  std::vector<bool> is_cut(mesh.vertices.size());
-  for (std::uint32_t v = 0; v < open.size(); ++v) {
-    if (open[v]) is_cut[components.root(v)] = true;
-  }
-  const auto keeps = [&](std::uint32_t v) {
-    const std::uint32_t r = components.root(v);
-    return is_cut[r] || volume[r] >= least;
-  };
-  double all = 0;
-  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (components.root(v) != v) continue;
-    all += volume[v];
-    if (keeps(v)) continue;
-    ++dropped.count;
-    dropped.volume += volume[v];
-  }
-  if (dropped.count > 0) dropped.share = dropped.volume / all;
-  if (dropped.count > 0) mesh = part_of(mesh, keeps);
+  FigureSink sink;
+  sink.vertices(mesh.vertices, {});
+  sink.triangles(mesh.triangles);
+  const LoosePieces dropped = sink.drop_loose_pieces();
+  if (dropped.count > 0) mesh = sink.kept_of(mesh);
   return dropped;
 }
 

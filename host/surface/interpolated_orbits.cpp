@@ -47,15 +47,17 @@ class InterpolatedOrbits {
         above_(static_cast<Real>(above)) {}
 
   Unsettled settle(std::span<const std::int32_t> numbers, std::span<float> values) {
-    std::vector<std::int32_t> asking(numbers.begin(), numbers.end());
-    if (numbers.size() < kFewest || block_.count[0] < 2 || block_.count[1] < 2)
-      return {std::move(asking)};
+    const auto all = [&] { return Unsettled{{numbers.begin(), numbers.end()}}; };
+    if (numbers.size() < kFewest || block_.count[0] < 2 || block_.count[1] < 2) return all();
     const int step = spacing(numbers);
-    if (step < 2) return {std::move(asking)};
+    if (step < 2) return all();
     const std::vector<std::int32_t> near = near_factors(numbers, step);
-    if (near.size() == numbers.size()) return {std::move(asking)};
-    if (!near.empty()) {
-      asking.clear();
+    if (near.size() == numbers.size()) return all();
+    std::vector<std::int32_t> asking;
+    asking.reserve(map_.groups(numbers.size()) * map_.lanes());
+    if (near.empty()) {
+      asking.assign(numbers.begin(), numbers.end());
+    } else {
       std::ranges::set_difference(numbers, near, std::back_inserter(asking));
     }
     const NodeLattice lattice = node_lattice(block_, step, asking);
@@ -84,7 +86,8 @@ class InterpolatedOrbits {
     return {context.template allocate<Real>(size), context.template allocate<Real>(4 * size)};
   }
 
-  std::vector<Real> settled(const NodeLattice& lattice, std::vector<std::int32_t> numbers) const {
+  /// F where that is certain. @param numbers its last work-item's lanes are filled.
+  std::vector<Real> settled(const NodeLattice& lattice, std::vector<std::int32_t>& numbers) const {
     auto& context = map_.context();
     const Images nodes = images(lattice.nodes.size());
     block_images(map_, grid_, lattice.nodes, lattice.spacing, lattice.needed_nodes,

@@ -1,9 +1,14 @@
 #include <fmt/format.h>
 
+#include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <bit>
+#include <cstring>
 #include <iostream>
+#include <limits>
 #include <string>
+#include <vector>
 
 #include "base/output_file.hpp"
 #include "qjulia/error.hpp"
@@ -24,16 +29,53 @@ std::string comments(const std::string& note) {
   return lines;
 }
 
-/// Always as long, whatever the counts: a comment is as much shorter as they are longer.
 std::string header(std::size_t vertices, std::size_t triangles, const std::string& note) {
-  constexpr std::size_t kDigits = 40;
-  const std::string counts = fmt::format("{}{}", vertices, triangles);
   return fmt::format(
-      "ply\nformat binary_little_endian 1.0\ncomment made by qjulia{}\n{}"
+      "ply\nformat binary_little_endian 1.0\ncomment made by qjulia\n{}"
       "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
       "property float nx\nproperty float ny\nproperty float nz\n"
       "element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
-      std::string(kDigits - counts.size(), ' '), comments(note), vertices, triangles);
+      comments(note), vertices, triangles);
+}
+
+/// Position and normal, as the file holds them.
+using VertexRecord = std::array<float, 6>;
+
+/// A triangle as the file holds it: a byte with the number of corners, then the corners.
+struct FaceRecord {
+  static constexpr std::size_t kBytes = 1 + sizeof(Triangle);
+  std::array<char, kBytes> bytes;
+
+  explicit FaceRecord(const Triangle& corners = {}) : bytes{3} {
+    std::memcpy(bytes.data() + 1, corners.data(), sizeof corners);
+  }
+  Triangle corners() const {
+    Triangle corners;
+    std::memcpy(corners.data(), bytes.data() + 1, sizeof corners);
+    return corners;
+  }
+};
+static_assert(sizeof(FaceRecord) == FaceRecord::kBytes);
+
+template <class Record>
+void write_records(std::ostream& stream, std::span<const Record> records) {
+  stream.write(reinterpret_cast<const char*>(records.data()),
+               static_cast<std::streamsize>(records.size_bytes()));
+}
+
+/// Hands so many records from the stream's beginning to `use`, some thousands at a time, unless
+/// reading fails.
+template <class Record, class Use>
+void for_records(std::istream& stream, std::size_t count, const Use& use) {
+  constexpr std::size_t kAtOnce = std::size_t{1} << 15;
+  std::vector<Record> records;
+  stream.seekg(0);
+  for (; count > 0 && stream; count -= records.size()) {
+    records.resize(std::min(count, kAtOnce));
+    stream.read(reinterpret_cast<char*>(records.data()),
+                static_cast<std::streamsize>(records.size() * sizeof(Record)));
+    if (stream) use(std::span(records));
+  }
 }
 
 }  // namespace
@@ -41,63 +83,91 @@ std::string header(std::size_t vertices, std::size_t triangles, const std::strin
 struct PlyFile::Impl {
   std::filesystem::path path;
   std::string note;
-  base::OutputFile file;    ///< header and vertices
-  base::ScratchFile faces;  ///< come last in the file
-  std::size_t vertices = 0;
-  std::size_t triangles = 0;
-  std::string bytes;
+  base::OutputFile file;
+  base::ScratchFile vertices, faces;
+  std::size_t vertex_count = 0, face_count = 0;
 
   Impl(const std::filesystem::path& path_, const std::string& note_)
-      : path(path_), note(note_), file(path_), faces(path_) {}
+      : path(path_), note(note_), file(path_), vertices(path_), faces(path_) {}
 
-  template <class T>
-  void append(const T& value) {
-    bytes.append(std::bit_cast<std::array<char, sizeof(T)>>(value).data(), sizeof(T));
-  }
-  void flush_to(std::ostream& stream) {
-    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    bytes.clear();
-    if (!stream) fail();
-  }
-  [[noreturn]] void fail() const {
+  void check(const std::ios& stream) const {
+    if (stream) return;
     throw OutputError(fmt::format("cannot write mesh '{}'; check the space left", path.string()));
+  }
+  void append(base::ScratchFile& scratch) {
+    check(scratch.stream().seekg(0));
+    file.stream() << scratch.stream().rdbuf();
+    check(file.stream());
   }
 };
 
 PlyFile::PlyFile(const std::filesystem::path& path, const std::string& note)
-    : impl_(std::make_unique<Impl>(path, note)) {
-  impl_->file.stream() << header(0, 0, note);
-}
+    : impl_(std::make_unique<Impl>(path, note)) {}
 
 PlyFile::~PlyFile() = default;
 
 void PlyFile::vertices(std::span<const Eigen::Vector3d> positions,
                        std::span<const Eigen::Vector3d> normals) {
+  std::vector<VertexRecord> records(positions.size());
   for (std::size_t i = 0; i < positions.size(); ++i) {
-    for (const Eigen::Vector3d* v : {&positions[i], &normals[i]}) {
-      for (const double c : *v) impl_->append(static_cast<float>(c));
-    }
+    Eigen::Map<Eigen::Vector3f>(records[i].data()) = positions[i].cast<float>();
+    Eigen::Map<Eigen::Vector3f>(records[i].data() + 3) = normals[i].cast<float>();
   }
-  impl_->vertices += positions.size();
-  impl_->flush_to(impl_->file.stream());
+  impl_->vertex_count += records.size();
+  write_records<VertexRecord>(impl_->vertices.stream(), records);
+  impl_->check(impl_->vertices.stream());
 }
 
 void PlyFile::triangles(std::span<const Triangle> triangles) {
-  for (const Triangle& t : triangles) {
-    impl_->append(std::uint8_t{3});
-    for (const auto v : t) impl_->append(v);
-  }
-  impl_->triangles += triangles.size();
-  impl_->flush_to(impl_->faces.stream());
+  const std::vector<FaceRecord> records(triangles.begin(), triangles.end());
+  impl_->face_count += records.size();
+  write_records<FaceRecord>(impl_->faces.stream(), records);
+  impl_->check(impl_->faces.stream());
 }
 
 void PlyFile::commit() {
+  impl_->file.stream() << header(impl_->vertex_count, impl_->face_count, impl_->note);
+  if (impl_->vertex_count > 0) impl_->append(impl_->vertices);
+  if (impl_->face_count > 0) impl_->append(impl_->faces);
+  impl_->file.commit();
+}
+
+void PlyFile::commit(const std::function<bool(std::uint32_t)>& keeps) {
+  constexpr std::uint32_t kDropped = std::numeric_limits<std::uint32_t>::max();
+  std::vector<std::uint32_t> number(impl_->vertex_count, kDropped);
+  std::uint32_t kept = 0;
+  for (std::uint32_t v = 0; v < number.size(); ++v) {
+    if (keeps(v)) number[v] = kept++;
+  }
+  const auto is_dropped = [&](const FaceRecord& face) {
+    return number[face.corners()[0]] == kDropped;
+  };
+  std::size_t kept_faces = 0;
+  for_records<FaceRecord>(impl_->faces.stream(), impl_->face_count, [&](auto faces) {
+    kept_faces += faces.size() - static_cast<std::size_t>(std::ranges::count_if(faces, is_dropped));
+  });
   std::ostream& out = impl_->file.stream();
-  std::iostream& faces = impl_->faces.stream();
-  if (!faces.seekg(0)) impl_->fail();
-  if (impl_->triangles > 0 && !(out << faces.rdbuf())) impl_->fail();
-  out.seekp(0);
-  out << header(impl_->vertices, impl_->triangles, impl_->note);
+  out << header(kept, kept_faces, impl_->note);
+  std::size_t v = 0;
+  for_records<VertexRecord>(impl_->vertices.stream(), impl_->vertex_count, [&](auto vertices) {
+    std::size_t count = 0;
+    for (const VertexRecord& vertex : vertices) {
+      if (number[v++] != kDropped) vertices[count++] = vertex;
+    }
+    write_records<VertexRecord>(out, vertices.first(count));
+  });
+  for_records<FaceRecord>(impl_->faces.stream(), impl_->face_count, [&](auto faces) {
+    std::size_t count = 0;
+    for (const FaceRecord& face : faces) {
+      if (is_dropped(face)) continue;
+      const auto [a, b, c] = face.corners();
+      faces[count++] = FaceRecord({number[a], number[b], number[c]});
+    }
+    write_records<FaceRecord>(out, faces.first(count));
+  });
+  impl_->check(impl_->vertices.stream());
+  impl_->check(impl_->faces.stream());
+  impl_->check(out);
   impl_->file.commit();
 }
 

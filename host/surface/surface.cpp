@@ -10,6 +10,7 @@
 #include <future>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <utility>
 
 #include "base/range_check.hpp"
@@ -100,7 +101,9 @@ std::vector<std::int32_t> unknown_points(const Grid& grid, const Slab& slab) {
   for (int k = 0; k < slab.slices; ++k) {
     const std::size_t before = slices(grid, 0, k).size();
     each_unknown(slab, grid.points, [&](std::size_t first, std::size_t count) {
-      for (std::size_t i = 0; i < count; ++i) numbers.push_back(device::narrow(before + first + i));
+      const auto known = static_cast<std::ptrdiff_t>(numbers.size());
+      numbers.resize(numbers.size() + count);
+      std::iota(numbers.begin() + known, numbers.end(), device::narrow(before + first));
     });
   }
   return numbers;
@@ -182,26 +185,27 @@ SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, const 
   const double level = map.surface_level;
   const int slices = grid.points[2];
   Mesher mesher(set, map, reach, grid, options.refine, sink);
-  const auto evaluate = [&](const LevelSet& on, const Slab& slab, int z) {
+  const auto evaluate = [&](const LevelSet& on, const Slab& slab, int z,
+                            std::vector<float> values) {
     const GridBlock block = surface::slices(grid, z, slab.slices);
     if (options.dense) return on.densely_over(grid, block, level);
-    std::vector<float> values(block.size());
+    values.resize(block.size());
     on.clamped_at(grid, block, unknown_points(grid, slab), {level, reach, map.tufts * reach},
                   values);
     return values;
   };
   const auto start = std::chrono::steady_clock::now();
   std::deque<Evaluation> under_way;
+  std::vector<float> spare;  // the next slab's values: clearing new memory takes time
   int meshed = 0;
   const auto mesh_first = [&] {
-    std::vector<float> values;
     {
       const TraceStage stage(monitor.trace, "wait for values");
-      values = under_way.front().values.get();
+      spare = under_way.front().values.get();
     }
     {
       const TraceStage stage(monitor.trace, "wait for triangles");
-      mesher.add(under_way.front().slab, values);
+      mesher.add(under_way.front().slab, spare);
     }
     meshed += under_way.front().slab.slices;
     under_way.pop_front();
@@ -225,7 +229,8 @@ SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, const 
       throw_if_stopped(monitor.stop);
       if (under_way.size() == at_once) mesh_first();
       const LevelSet& on = on_second ? second : set;
-      under_way.push_back({slab, std::async(std::launch::async, evaluate, std::cref(on), slab, z)});
+      under_way.push_back({slab, std::async(std::launch::async, evaluate, std::cref(on), slab, z,
+                                            std::exchange(spare, {}))});
       if (at_once > 1) on_second = !on_second;
       z += slab.slices;
     }

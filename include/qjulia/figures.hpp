@@ -24,6 +24,8 @@ BoxDimension box_dimension(std::span<const Eigen::Vector3f> points, double fines
 /// Units of the mesh.
 struct SurfaceFigures {
   std::size_t components = 0;
+  std::size_t vertices = 0;  ///< of triangles
+  std::size_t triangles = 0;
   double area = 0;
   double volume = 0;           ///< enclosed, by the divergence theorem
   double dimension = 0;        ///< box-counting dimension; not a number on too coarse a mesh
@@ -33,8 +35,15 @@ struct SurfaceFigures {
 /// Area, volume, area per volume, dimension, its error and the sizes of boxes.
 nlohmann::json to_json(const SurfaceFigures& figures);
 
-/// Measures a mesh as it passes by. Keeps 16 bytes a vertex. Boxes are counted down to four mean
-/// edges.
+/// Connected parts that were left out.
+struct LoosePieces {
+  std::size_t count = 0;
+  double volume = 0;  ///< sum of sizes, the mesh's units
+  double share = 0;   ///< of the volume of all parts
+};
+
+/// Measures a mesh as it passes by, and finds its connected parts. Keeps 16 bytes a vertex. Boxes
+/// are counted down to four mean edges.
 class FigureSink : public SurfaceSink {
  public:
   /// @param next gets all that comes, unless it is null.
@@ -47,8 +56,20 @@ class FigureSink : public SurfaceSink {
                 std::span<const Eigen::Vector3d> normals) override;
   void triangles(std::span<const Triangle> triangles) override;
 
-  /// Of all triangles that have come with their vertices.
-  SurfaceFigures figures();
+  /// Once all has come: drops the parts that enclose less than a hundredth of the volume of the
+  /// largest, flakes beside the body and bubbles in it. Parts with an open edge stay.
+  LoosePieces drop_loose_pieces();
+  /// Drops the parts with less than `least` times the area of the largest, 0 … 1; 1 keeps only the
+  /// largest (the first of several).
+  void drop_small_parts(double least);
+
+  /// Whether a vertex has triangles, of a part that was not dropped.
+  bool keeps(std::uint32_t vertex) const;
+  /// What was not dropped of the mesh that has come.
+  TriangleMesh kept_of(const TriangleMesh& mesh) const;
+
+  /// Of all triangles that have come with their vertices and were not dropped.
+  SurfaceFigures figures() const;
 
  private:
   struct Impl;
@@ -59,19 +80,10 @@ class FigureSink : public SurfaceSink {
 /// points on its triangles.
 SurfaceFigures measure(const TriangleMesh& mesh);
 
-/// The connected parts with at least `least` times the area of the largest, 0 … 1; 1 keeps only the
-/// largest (the first of several).
+/// The mesh after `FigureSink::drop_small_parts`.
 TriangleMesh large_components(const TriangleMesh& mesh, double least);
 
-/// What `drop_loose_pieces` left out.
-struct LoosePieces {
-  std::size_t count = 0;
-  double volume = 0;  ///< sum of sizes, the mesh's units
-  double share = 0;   ///< of the volume of all parts
-};
-
-/// Drops the connected parts that enclose less than a hundredth of the volume of the largest:
-/// flakes beside the body, and bubbles in it. Parts with an open edge stay.
+/// Leaves what `FigureSink::drop_loose_pieces` does.
 LoosePieces drop_loose_pieces(TriangleMesh& mesh);
 
 /// How thick the walls of a closed mesh are: diameters of the largest balls inside that touch the

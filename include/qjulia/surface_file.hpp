@@ -1,7 +1,9 @@
 #pragma once
 /// A surface written as it is made.
 
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 
 #include "qjulia/surface.hpp"
@@ -9,8 +11,8 @@
 namespace qjulia {
 
 /// Binary PLY with normals, coordinates in single precision. Memory does not grow with the mesh:
-/// triangles wait in a second temporary file. The file appears under its name in `commit`; without
-/// it nothing is left.
+/// vertices and triangles wait in temporary files. The file appears under its name in `commit`;
+/// without it nothing is left.
 class PlyFile : public SurfaceSink {
  public:
   /// @param note a line of text, ASCII, for the header's comments, 200 characters in each.
@@ -27,6 +29,9 @@ class PlyFile : public SurfaceSink {
 
   /// Joins, checks and renames. @throws OutputError when anything could not be written.
   void commit();
+  /// Of those vertices alone for whose numbers `keeps` holds, and their triangles: it holds for all
+  /// three of a triangle or for none. Takes 4 bytes a vertex.
+  void commit(const std::function<bool(std::uint32_t)>& keeps);
 
  private:
   struct Impl;

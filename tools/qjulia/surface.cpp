@@ -55,7 +55,7 @@ bool drops_loose(const SurfaceArguments& arguments) {
 
 bool is_ply(const SurfaceArguments& arguments) { return extension_of(arguments.output) == ".ply"; }
 
-/// Straight to the file; memory does not grow with what it holds.
+/// Straight to the file; memory hardly grows with what it holds.
 WrittenSurface stream(const SurfaceArguments& arguments, const Device& device,
                       const RationalMap& map, const SurfaceOptions& options,
                       const std::string& note, const ProgressMonitor& monitor) {
@@ -63,12 +63,22 @@ WrittenSurface stream(const SurfaceArguments& arguments, const Device& device,
   FigureSink sink(&file);
   WrittenSurface written;
   written.report = extract_surface(device, map, options, sink, monitor);
+  if (written.report.triangles == 0) return written;
+  const TraceStage stage(monitor.trace, "measure and write");
+  if (drops_loose(arguments)) written.loose = sink.drop_loose_pieces();
   written.figures = sink.figures();
-  if (written.report.triangles > 0) file.commit();
+  written.report.vertices = written.figures.vertices;
+  written.report.triangles = written.figures.triangles;
+  if (written.loose.count > 0) {
+    file.commit([&](std::uint32_t vertex) { return sink.keeps(vertex); });
+  } else {
+    file.commit();
+  }
   return written;
 }
 
-/// By way of memory: for formats that need their counts first, and to choose among components.
+/// By way of memory: for formats that need their counts first, to choose among components, and for
+/// the figures of coarse meshes.
 WrittenSurface collect(const SurfaceArguments& arguments, const Device& device,
                        const RationalMap& map, const SurfaceOptions& options,
                        const std::string& note, const ProgressMonitor& monitor) {
@@ -114,14 +124,15 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
                            arguments.millimetres, arguments.map, options);
   if (arguments.up) map.up = arguments.up;
 
-  const bool whole = !drops_loose(arguments) && !arguments.largest_component &&
-                     arguments.min_component.value_or(0) == 0;
+  constexpr int kFine = 256;  // cells: smaller boxes than these hold vertices to count
+  const bool streams = is_ply(arguments) && options.resolution >= kFine &&
+                       !arguments.largest_component && arguments.min_component.value_or(0) == 0;
   nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
   how["resolution"] = options.resolution;
   const bool is_turned = stands_upright(arguments.output) && map.up;
   if (is_turned) how["up"] = to_string(*map.up);
-  const WrittenSurface written = (whole && is_ply(arguments) ? stream : collect)(
-      arguments, device, map, options, one_line(how), session.monitor());
+  const WrittenSurface written = (streams ? stream : collect)(arguments, device, map, options,
+                                                              one_line(how), session.monitor());
   const SurfaceReport& report = written.report;
   if (report.triangles == 0) {
     throw Error(
