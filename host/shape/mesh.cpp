@@ -6,6 +6,7 @@
 
 #include "base/union_find.hpp"
 #include "qjulia/progress.hpp"
+#include "shape/cone_sum.hpp"
 #include "shape/mesh_report.hpp"
 
 namespace qjulia {
@@ -26,30 +27,6 @@ std::size_t count_components(const TriangleMesh& mesh, const std::stop_token& st
   }
   return components.sets() - static_cast<std::size_t>(std::ranges::count(used, false));
 }
-
-/// Sums over triangles of the cones on them, whose apex is the origin.
-struct ConeSum {
-  Eigen::Vector3d normals = Eigen::Vector3d::Zero();    ///< as long as the triangle is large
-  Eigen::Vector3d centroids = Eigen::Vector3d::Zero();  ///< times area
-  double area = 0;
-  double volume = 0;
-
-  ConeSum() = default;
-  ConeSum(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c)
-      : normals(0.5 * (b - a).cross(c - a)),
-        centroids(normals.norm() * (a + b + c) / 3),
-        area(normals.norm()),
-        volume(normals.dot(a) / 3) {}
-
-  void add(const ConeSum& other) {
-    normals += other.normals;
-    centroids += other.centroids;
-    area += other.area;
-    volume += other.volume;
-  }
-  /// Normals of a closed surface cancel, and its volume is the same for every apex.
-  bool is_closed() const { return normals.norm() <= 1e-6 * area; }
-};
 
 /// Counts edges by their lower vertex first, so that only those at one vertex have to be sorted.
 void count_edges(const TriangleMesh& mesh, MeshReport& report, const std::stop_token& stop) {
@@ -117,24 +94,22 @@ double signed_volume(const TriangleMesh& mesh) {
     joined.unite(i, k);
   }
   std::unordered_map<std::uint32_t, std::size_t> numbers;  // of components, by their roots
-  std::vector<ConeSum> components;
+  std::vector<shape::ConeSum> components;
   for (const auto& [i, j, k] : mesh.triangles) {
     const auto [at, is_new] = numbers.try_emplace(joined.root(i), components.size());
     if (is_new) components.emplace_back();
-    components[at->second].add(ConeSum(x[i] - origin, x[j] - origin, x[k] - origin));
+    components[at->second] += shape::ConeSum(x[i] - origin, x[j] - origin, x[k] - origin);
   }
   double volume = 0;
-  ConeSum open;
-  for (const ConeSum& component : components) {
+  shape::ConeSum open;
+  for (const shape::ConeSum& component : components) {
     if (component.is_closed()) {
       volume += component.volume;
     } else {
-      open.add(component);
+      open += component;
     }
   }
-  if (open.area <= 0) return volume;
-  // Moving the apex of the cones by m changes their volume by -m . sum of normals / 3.
-  return volume + open.volume - open.normals.dot(open.centroids / open.area) / 3;
+  return volume + open.volume_from_centroid();
 }
 
 TriangleMesh oriented_outward(TriangleMesh mesh) {

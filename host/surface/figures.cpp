@@ -11,6 +11,7 @@
 
 #include "base/union_find.hpp"
 #include "qjulia/shape.hpp"
+#include "shape/cone_sum.hpp"
 
 namespace qjulia {
 namespace {
@@ -130,20 +131,21 @@ void set_dimension(const BoxDimension& box, SurfaceFigures& figures) {
 
 /// What adds up over the triangles of a connected part.
 struct PartSums {
-  double area = 0;
-  double volume = 0;  ///< enclosed, seen from the mesh's first vertex; negative in a bubble
-  double edges = 0;   ///< sum of the lengths of triangles' edges
+  shape::ConeSum cones;  ///< whose apex is the mesh's first vertex
+  double edges = 0;      ///< sum of the lengths of triangles' edges
   std::size_t triangles = 0;
   std::uint64_t boundary = 0;  ///< sum of `edge_hash`: 0 where all edges are closed up
 
   PartSums& operator+=(const PartSums& other) {
-    area += other.area;
-    volume += other.volume;
+    cones += other.cones;
     edges += other.edges;
     triangles += other.triangles;
     boundary += other.boundary;
     return *this;
   }
+  double area() const { return cones.area; }
+  /// That of a bubble is as large as that of the body that would fill it.
+  double enclosed() const { return std::abs(cones.volume_from_centroid()); }
   bool is_open() const { return boundary != 0; }
 };
 
@@ -235,11 +237,12 @@ struct FigureSink::Impl {
     for (auto t = left; t != waiting.end(); ++t) {
       const auto& [a, b, c] = *t;
       const Eigen::Vector3d p = positions[a].cast<double>();
-      const Eigen::Vector3d u = positions[b].cast<double>() - p;
-      const Eigen::Vector3d v = positions[c].cast<double>() - p;
-      const Eigen::Vector3d normal = u.cross(v);
-      parts.add(*t, {0.5 * normal.norm(), p.dot(normal) / 6, u.norm() + v.norm() + (u - v).norm(),
-                     1, edge_hash(a, b) + edge_hash(b, c) + edge_hash(c, a)});
+      const Eigen::Vector3d q = positions[b].cast<double>();
+      const Eigen::Vector3d r = positions[c].cast<double>();
+      parts.add(*t, {.cones = {p, q, r},
+                     .edges = (q - p).norm() + (r - q).norm() + (p - r).norm(),
+                     .triangles = 1,
+                     .boundary = edge_hash(a, b) + edge_hash(b, c) + edge_hash(c, a)});
     }
     waiting.erase(left, waiting.end());
   }
@@ -274,16 +277,16 @@ LoosePieces FigureSink::drop_loose_pieces() {
   double largest = 0;
   double all = 0;
   for (const PartSums& part : impl_->parts.sums()) {
-    largest = std::max(largest, std::abs(part.volume));
-    all += std::abs(part.volume);
+    largest = std::max(largest, part.enclosed());
+    all += part.enclosed();
   }
   LoosePieces dropped;
   impl_->parts.drop([&](const PartSums& part) {
     // What a box has cut open has no volume to judge it by, and may be of the main body.
     const bool is_loose =
-        part.triangles > 0 && !part.is_open() && std::abs(part.volume) < kLeast * largest;
+        part.triangles > 0 && !part.is_open() && part.enclosed() < kLeast * largest;
     if (is_loose) ++dropped.count;
-    if (is_loose) dropped.volume += std::abs(part.volume);
+    if (is_loose) dropped.volume += part.enclosed();
     return is_loose;
   });
   if (dropped.count > 0) dropped.share = dropped.volume / all;
@@ -295,7 +298,7 @@ void FigureSink::drop_small_parts(double least) {
   if (sums.empty()) return;
   const auto largest = std::ranges::max_element(sums, {}, &PartSums::area);
   impl_->parts.drop([&](const PartSums& part) {
-    return least >= 1 ? &part != &*largest : part.area < least * largest->area;
+    return least >= 1 ? &part != &*largest : part.area() < least * largest->area();
   });
 }
 
@@ -324,8 +327,8 @@ SurfaceFigures FigureSink::figures() const {
     if (sums[label].triangles == 0 || !impl_->parts.keeps_label(label)) continue;
     ++figures.components;
     figures.triangles += sums[label].triangles;
-    figures.area += sums[label].area;
-    figures.volume += sums[label].volume;
+    figures.area += sums[label].area();
+    figures.volume += sums[label].cones.volume;
     edges += sums[label].edges;
   }
   const double edge =

@@ -1,5 +1,6 @@
 // Figures of surfaces that are known, and meshes written piece by piece.
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdint>
@@ -142,6 +143,56 @@ TEST_CASE("pieces that a box has cut open are not judged by their volume") {
   CHECK(drop_loose_pieces(mesh).count == 1);
   CHECK(inspect(mesh).components == 2);
   CHECK(mesh.box().low.x() == -3);
+}
+
+TEST_CASE("an open piece far away does not make bodies small") {
+  TriangleMesh sheet;
+  sheet.vertices = {{100, -9, -9}, {100, 9, -9}, {100, 9, 9}, {100, -9, 9}};
+  sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
+  TriangleMesh mesh = shapes::joined(shapes::sphere(3), sheet);
+  CHECK(drop_loose_pieces(mesh).count == 0);
+  mesh = shapes::joined(shapes::moved(shapes::sphere(3), 0.2, {5, 0, 0}), mesh);
+  CHECK(drop_loose_pieces(mesh).count == 1);
+}
+
+TEST_CASE("parts are known and dropped in whatever order their triangles come") {
+  const TriangleMesh balls = shapes::joined(
+      shapes::joined(shapes::sphere(3), shapes::moved(shapes::sphere(3), 0.2, {5, 0, 0})),
+      shapes::moved(shapes::sphere(3), 0.5, {0, 5, 0}));
+  TriangleMesh mesh = balls;
+  std::shuffle(mesh.triangles.begin(), mesh.triangles.end(), std::mt19937(3));
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "kept.ply";
+  PlyFile file(path);
+  FigureSink sink(&file);
+  sink.triangles(mesh.triangles);
+  const std::vector<Eigen::Vector3d> normals(7, Eigen::Vector3d::UnitX());
+  for (std::size_t i = 0; i < mesh.vertices.size(); i += 7) {
+    const std::size_t count = std::min<std::size_t>(7, mesh.vertices.size() - i);
+    sink.vertices(std::span(mesh.vertices).subspan(i, count), std::span(normals).first(count));
+  }
+  CHECK(sink.figures().components == 3);
+  CHECK(sink.drop_loose_pieces().count == 1);
+  file.commit([&](std::uint32_t vertex) { return sink.keeps(vertex); });
+
+  TriangleMesh kept = mesh;
+  CHECK(drop_loose_pieces(kept).count == 1);
+  const SurfaceFigures figures = sink.figures(), wanted = measure(kept);
+  CHECK(figures.components == 2);
+  CHECK(figures.vertices == kept.vertices.size());
+  CHECK(figures.triangles == kept.triangles.size());
+  CHECK(figures.area == Approx(wanted.area).epsilon(1e-9));
+  CHECK(figures.volume == Approx(wanted.volume).epsilon(1e-9));
+  CHECK(figures.volume == Approx(1.125 * signed_volume(shapes::sphere(3))).epsilon(1e-5));
+  const TriangleMesh written = read_mesh(path);
+  write_mesh(kept, path);
+  CHECK((written.vertices == read_mesh(path).vertices));
+  CHECK((written.triangles == read_mesh(path).triangles));
+  // Both thresholds at once.
+  sink.drop_small_parts(1);
+  CHECK(sink.figures().components == 1);
+  CHECK(sink.keeps(0));
+  CHECK_FALSE(sink.keeps(static_cast<std::uint32_t>(mesh.vertices.size() - 1)));
 }
 
 TEST_CASE("a mesh of long and thin triangles has few points to count") {
