@@ -234,6 +234,17 @@ TEST_CASE("bad option values are refused") {
                 "--iterations");
 }
 
+TEST_CASE("options that would do nothing are refused") {
+  const TemporaryFolder folder;
+  const std::string mesh =
+      folder.file("sphere.obj", qjulia::test::obj_text(qjulia::shapes::sphere(2)));
+  check_refused(folder, {"info", mesh, "--nozzle", "0.6"}, "--printable");
+  check_refused(folder, {"profile", "--tolerance", "0.1"}, "--baseline");
+  for (const char* option : {"--samples", "--factors", "--repeats"}) {
+    check_refused(folder, {"profile", "--scaling", option, "100"}, option);
+  }
+}
+
 TEST_CASE("names of outputs are checked before the work") {
   const TemporaryFolder folder;
   const std::string mesh =

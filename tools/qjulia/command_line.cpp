@@ -233,6 +233,11 @@ Option Option::excludes(std::initializer_list<Option> others) const {
   return *this;
 }
 
+Option Option::needs(const Option& other) const {
+  option_->needs(other.option_);
+  return *this;
+}
+
 Option Option::default_text(const std::string& text) const {
   option_->default_str(text);
   return *this;

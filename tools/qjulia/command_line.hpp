@@ -32,6 +32,8 @@ class Option {
   /// Its place in the help.
   Option group(const std::string& title) const;
   Option excludes(std::initializer_list<Option> others) const;
+  /// Without `other` it would do nothing, and is refused.
+  Option needs(const Option& other) const;
   /// The value that holds without it, as the help shows it.
   Option default_text(const std::string& text) const;
 

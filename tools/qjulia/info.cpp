@@ -397,11 +397,13 @@ void describe_info(Command command, InfoArguments& a) {
   command.flag("--check-precision", a.check_precision,
                "Also count the points near a map's surface that are inside in single and outside "
                "in double precision, or the other way round");
-  command.flag("--printable", a.printable,
-               "Also say if a mesh is ready to print: one closed body, with walls that the nozzle "
-               "can make");
+  const Option printable =
+      command.flag("--printable", a.printable,
+                   "Also say if a mesh is ready to print: one closed body, with walls that the "
+                   "nozzle can make");
   command.add("--nozzle", &a.nozzle, "NUMBER", "Width of the printer's nozzle, millimetres")
-      .range(0.01, 10);
+      .range(0.01, 10)
+      .needs(printable);
   add_device(command, a.device);
 }
 

@@ -173,19 +173,21 @@ void describe_profile(Command command, ProfileArguments& a) {
                                    "Measure how the time and memory of an energy with its gradient "
                                    "grow with samples (25^3 to 193^3) and factors (83 to 1324)")
                              .excludes({tune});
-  command.add("--samples", &a.options.samples, "INT", "Sample points");
-  command.add("--factors", &a.options.factors, "INT", "Factors of the map");
-  command.add("--repeats", &a.options.repeats, "INT", "Timed runs of each kernel");
+  command.add("--samples", &a.options.samples, "INT", "Sample points").excludes({scaling});
+  command.add("--factors", &a.options.factors, "INT", "Factors of the map").excludes({scaling});
+  command.add("--repeats", &a.options.repeats, "INT", "Timed runs of each kernel")
+      .excludes({scaling});
   command
       .add("--width", &a.options.lane_width, "INT",
            "Lanes of a work-item: 1, 8 or 16. Default: what suits the device")
       .default_text("")
       .excludes({tune, scaling});
   add_precision(command, a.options.precision, "Arithmetic on the device");
-  command
-      .file("--baseline", a.baseline, "FILE",
-            "An earlier --json report: exit code 1 if a kernel has become slower")
-      .excludes({tune, scaling});
+  const Option baseline =
+      command
+          .file("--baseline", a.baseline, "FILE",
+                "An earlier --json report: exit code 1 if a kernel has become slower")
+          .excludes({tune, scaling});
   command
       .file("--plot", a.plot, "PICTURE.png",
             "Draw a roofline: each kernel's speed over its work per byte of memory, under what the "
@@ -196,8 +198,10 @@ void describe_profile(Command command, ProfileArguments& a) {
             "Also write the figures as a table, a line for each kernel, or with --scaling for each "
             "size")
       .excludes({tune});
-  command.add("--tolerance", &a.tolerance, "NUMBER",
-              "What counts as slower: 0.2 is 20 % over the baseline's median");
+  command
+      .add("--tolerance", &a.tolerance, "NUMBER",
+           "What counts as slower: 0.2 is 20 % over the baseline's median")
+      .needs(baseline);
   add_device(command, a.device);
 }
 
