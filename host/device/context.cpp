@@ -61,9 +61,9 @@ class QueueNumber {
 
 }  // namespace
 
-/// A context's buffers: how many bytes they hold, and large ones of a CPU that nobody uses any
-/// more, kept for the next that are asked for. The pages of new memory cost more than a pass over
-/// them; those of a kept buffer are there already. It outlives the context where a buffer does.
+/// Counts the bytes that are asked for, and keeps large buffers of a CPU that nobody uses any more
+/// for those who ask next. The pages of new memory cost more than a pass over them; those of a kept
+/// buffer are there already. It outlives the context where a buffer does.
 class BufferPool {
  public:
   struct Entry {
@@ -71,12 +71,12 @@ class BufferPool {
     std::size_t capacity = 0;  ///< bytes
   };
 
-  BufferPool() { kept_.reserve(kMost / kLeast + 1); }
+  explicit BufferPool(bool keeps) : keeps_(keeps) { kept_.reserve(kMost / kLeast + 1); }
 
-  /// Of buffers in use, bytes.
+  /// Of buffers in use, bytes asked for.
   std::size_t now = 0, peak = 0;
 
-  /// The smallest one kept that holds `bytes` and not more than twice as many; none: no buffer.
+  /// The smallest one kept that holds `bytes`, and at most twice as many; else an empty entry.
   Entry take(std::size_t bytes) {
     auto best = kept_.end();
     for (auto entry = kept_.begin(); entry != kept_.end(); ++entry) {
@@ -89,9 +89,9 @@ class BufferPool {
     kept_bytes_ -= taken.capacity;
     return taken;
   }
-  /// Those kept longest leave for it.
+  /// The oldest are released to make room.
   void keep(Entry entry) noexcept {
-    if (entry.capacity < kLeast || entry.capacity > kMost) return;
+    if (!keeps_ || entry.capacity < kLeast || entry.capacity > kMost) return;
     kept_bytes_ += entry.capacity;
     kept_.push_back(std::move(entry));
     for (; kept_bytes_ > kMost; kept_.erase(kept_.begin())) kept_bytes_ -= kept_.front().capacity;
@@ -106,6 +106,7 @@ class BufferPool {
 
  private:
   static constexpr std::size_t kLeast = std::size_t{1} << 18, kMost = std::size_t{1} << 27;
+  bool keeps_;
   std::vector<Entry> kept_;
   std::size_t kept_bytes_ = 0;
 };
@@ -114,11 +115,9 @@ struct Memory::Handle {
   BufferPool::Entry entry;
   std::size_t bytes;  ///< counted in the pool
   std::shared_ptr<BufferPool> pool;
-  bool is_kept;  ///< when nobody uses it any more
 
-  Handle(BufferPool::Entry entry_, std::size_t bytes_, std::shared_ptr<BufferPool> pool_,
-         bool is_kept_)
-      : entry(std::move(entry_)), bytes(bytes_), pool(std::move(pool_)), is_kept(is_kept_) {
+  Handle(BufferPool::Entry entry_, std::size_t bytes_, std::shared_ptr<BufferPool> pool_)
+      : entry(std::move(entry_)), bytes(bytes_), pool(std::move(pool_)) {
     pool->now += bytes;
     pool->peak = std::max(pool->peak, pool->now);
   }
@@ -126,7 +125,7 @@ struct Memory::Handle {
   Handle& operator=(const Handle&) = delete;
   ~Handle() {
     pool->now -= bytes;
-    if (is_kept) pool->keep(std::move(entry));
+    pool->keep(std::move(entry));
   }
 };
 
@@ -143,7 +142,7 @@ struct Context::Impl {
   cl::Device device;
   cl::Context context;
   cl::CommandQueue queue;
-  std::shared_ptr<BufferPool> pool = std::make_shared<BufferPool>();
+  std::shared_ptr<BufferPool> pool;
   /// By files and options. The device and its driver are fixed here; they enter the drivers' own
   /// on-disk caches.
   std::map<std::string, cl::Program> programs;
@@ -184,6 +183,7 @@ Argument Argument::real(double value, Precision precision) {
 
 Context::Context(const DeviceInfo& info) : impl_(std::make_unique<Impl>()) {
   impl_->info = info;
+  impl_->pool = std::make_shared<BufferPool>(info.kind == DeviceKind::cpu);
   const auto all = devices(platforms().at(static_cast<std::size_t>(info.platform)));
   impl_->device = all.at(static_cast<std::size_t>(info.index));
   cl_int code = CL_SUCCESS;
@@ -229,8 +229,7 @@ Memory Context::allocate_bytes(std::size_t bytes) {
   memory.bytes_ = bytes;
   BufferPool::Entry entry = impl_->pool->take(bytes);
   if (entry.capacity == 0) entry = impl_->new_buffer(bytes);
-  const bool is_kept = impl_->info.kind == DeviceKind::cpu;
-  memory.handle_ = std::make_shared<Memory::Handle>(std::move(entry), bytes, impl_->pool, is_kept);
+  memory.handle_ = std::make_shared<Memory::Handle>(std::move(entry), bytes, impl_->pool);
   return memory;
 }
 

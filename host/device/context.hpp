@@ -126,7 +126,8 @@ bool is_out_of_memory(const DeviceError& error);
 /// The same of a work-group.
 bool is_refused_group(const DeviceError& error);
 
-/// An OpenCL context with one in-order queue and a cache of built programs. Not for use by several
+/// An OpenCL context with one in-order queue and a cache of built programs. On a CPU it keeps up to
+/// 128 MiB of buffers that are no longer used for the next allocations. Not for use by several
 /// threads at a time.
 class Context {
  public:

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <utility>
 
 #include "base/union_find.hpp"
@@ -54,37 +55,33 @@ constexpr double kPointsPerBox = 2;
 /// Coarse meshes are counted by boxes of this part of the longest side, triangles filled in.
 constexpr double kFilledBox = 1.0 / 128;
 
-/// Calls `use` for points of the triangles, about `spacing` apart, seen from the first vertex,
-/// since single precision is coarse far from the origin.
+/// Calls `use` for points of a triangle, about `spacing` apart.
 template <class Use>
-void for_points(const TriangleMesh& mesh, double spacing, const Use& use) {
-  const Eigen::Vector3d first = mesh.vertices.front();
-  for (const auto& [a, b, c] : mesh.triangles) {
-    std::array<Eigen::Vector3d, 3> p{mesh.vertices[a] - first, mesh.vertices[b] - first,
-                                     mesh.vertices[c] - first};
-    // Rows along the shortest edge: a long and thin triangle has few points.
-    const auto edge = [&](std::size_t i) { return (p[(i + 1) % 3] - p[i]).norm(); };
-    const auto is_shorter = [&](std::size_t i, std::size_t j) { return edge(i) < edge(j); };
-    const auto shortest = static_cast<std::ptrdiff_t>(
-        std::min({std::size_t{0}, std::size_t{1}, std::size_t{2}}, is_shorter));
-    std::rotate(p.begin(), p.begin() + shortest, p.end());
-    const Eigen::Vector3d u = p[1] - p[0], v = p[2] - p[0];
-    const auto parts = [&](double length) { return std::max(1.0, std::ceil(length / spacing)); };
-    const double rows = parts(std::max(v.norm(), (v - u).norm()));
-    for (double j = 0; j <= rows; ++j) {
-      const double left = 1 - j / rows;
-      const double columns = parts(left * u.norm());
-      for (double i = 0; i <= columns; ++i) {
-        use((p[0] + left * i / columns * u + j / rows * v).template cast<float>());
-      }
+void for_points(std::array<Eigen::Vector3d, 3> p, double spacing, const Use& use) {
+  // Rows along the shortest edge: a long and thin triangle has few points.
+  const auto edge = [&](std::size_t i) { return (p[(i + 1) % 3] - p[i]).norm(); };
+  const auto is_shorter = [&](std::size_t i, std::size_t j) { return edge(i) < edge(j); };
+  const auto shortest = static_cast<std::ptrdiff_t>(
+      std::min({std::size_t{0}, std::size_t{1}, std::size_t{2}}, is_shorter));
+  std::rotate(p.begin(), p.begin() + shortest, p.end());
+  const Eigen::Vector3d u = p[1] - p[0], v = p[2] - p[0];
+  const auto parts = [&](double length) { return std::max(1.0, std::ceil(length / spacing)); };
+  const double rows = parts(std::max(v.norm(), (v - u).norm()));
+  for (double j = 0; j <= rows; ++j) {
+    const double left = 1 - j / rows;
+    const double columns = parts(left * u.norm());
+    for (double i = 0; i <= columns; ++i) {
+      use((p[0] + left * i / columns * u + j / rows * v).template cast<float>());
     }
   }
 }
 
-/// Of the points in `box` that `for_all` hands to its argument, by boxes of `finest` and wider.
+/// Of the points in `box` that `for_all` hands to its argument, by boxes of `finest` and wider; an
+/// empty box has none.
 template <class ForAll>
 BoxDimension dimension_of(const Eigen::AlignedBox3f& box, double finest, const ForAll& for_all) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  if (box.isEmpty()) return {kNone, kNone, 0};
   const float side = box.sizes().maxCoeff();
   int level = kFinest;
   while (level >= kCoarsest && static_cast<double>(side) / (1 << level) < finest) --level;
@@ -151,14 +148,16 @@ struct PartSums {
 
 /// A number for the edge from `a` to `b`; that of the edge back is its negative.
 std::uint64_t edge_hash(std::uint64_t a, std::uint64_t b) {
+  if (a == b) return 0;
   std::uint64_t hash = (std::min(a, b) << 32 | std::max(a, b)) * 0x9E3779B97F4A7C15U;
   hash = (hash ^ hash >> 32) * 0xD6E8FEB86659FD93U;
   hash ^= hash >> 32;
   return a < b ? hash : -hash;
 }
 
-/// The connected parts of a mesh whose triangles arrive one by one. Vertices are labelled; where
-/// parts meet their labels are united, of which there are few.
+/// The connected parts of a mesh whose triangles arrive one by one. Vertices are labelled, and the
+/// labels of parts that meet are united. There are few labels where triangles come in the order of
+/// their places.
 class ConnectedParts {
  public:
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
@@ -193,12 +192,13 @@ class ConnectedParts {
   void drop(const Predicate& is_dropped) {
     dropped_.resize(sums_.size());
     for (std::uint32_t label = 0; label < sums_.size(); ++label) {
-      if (united_.root(label) == label && is_dropped(sums_[label])) dropped_[label] = true;
+      if (sums_[label].triangles > 0 && is_dropped(sums_[label])) dropped_[label] = true;
     }
     for (std::uint32_t label = 0; label < sums_.size(); ++label) {
       dropped_[label] = dropped_[united_.root(label)];
     }
   }
+  bool is_any_dropped() const { return !dropped_.empty(); }
   bool keeps_label(std::uint32_t label) const { return dropped_.empty() || !dropped_[label]; }
   /// Whether vertex `v` has a triangle of a part that was not dropped.
   bool keeps(std::uint32_t v) const { return labels_[v] != kNone && keeps_label(labels_[v]); }
@@ -213,8 +213,6 @@ class ConnectedParts {
 }  // namespace
 
 BoxDimension box_dimension(std::span<const Eigen::Vector3f> points, double finest) {
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  if (points.empty()) return {kNone, kNone, 0};
   Eigen::AlignedBox3f box;
   for (const Eigen::Vector3f& p : points) box.extend(p);
   return dimension_of(box, finest, [&](const auto& use) { std::ranges::for_each(points, use); });
@@ -226,25 +224,44 @@ struct FigureSink::Impl {
   std::vector<Eigen::Vector3f> positions;  ///< from there: far from the origin they would be coarse
   ConnectedParts parts;
   std::vector<Triangle> waiting;  ///< for their vertices
+  /// Those measured, while they are at most so many; then none: only of coarse meshes are they
+  /// needed.
+  std::vector<Triangle> kept_triangles;
+  std::size_t most_kept = std::size_t{1} << 21;
 
   explicit Impl(SurfaceSink* sink) : next(sink) {}
 
-  /// Measures the triangles whose vertices have all come.
-  void measure_complete() {
-    const auto left = std::partition(waiting.begin(), waiting.end(), [this](const Triangle& t) {
-      return std::ranges::max(t) >= positions.size();
-    });
-    for (auto t = left; t != waiting.end(); ++t) {
-      const auto& [a, b, c] = *t;
-      const Eigen::Vector3d p = positions[a].cast<double>();
-      const Eigen::Vector3d q = positions[b].cast<double>();
-      const Eigen::Vector3d r = positions[c].cast<double>();
-      parts.add(*t, {.cones = {p, q, r},
-                     .edges = (q - p).norm() + (r - q).norm() + (p - r).norm(),
-                     .triangles = 1,
-                     .boundary = edge_hash(a, b) + edge_hash(b, c) + edge_hash(c, a)});
+  std::array<Eigen::Vector3d, 3> corners(const Triangle& triangle) const {
+    const auto& [a, b, c] = triangle;
+    return {positions[a].cast<double>(), positions[b].cast<double>(), positions[c].cast<double>()};
+  }
+
+  /// Measures those triangles whose vertices have all come; the others wait.
+  void measure(std::span<const Triangle> triangles) {
+    std::vector<Triangle> incomplete;
+    for (const Triangle& triangle : triangles) {
+      const auto& [a, b, c] = triangle;
+      if (std::ranges::max(triangle) >= positions.size()) {
+        incomplete.push_back(triangle);
+        continue;
+      }
+      const auto [p, q, r] = corners(triangle);
+      parts.add(triangle, {.cones = {p, q, r},
+                           .edges = (q - p).norm() + (r - q).norm() + (p - r).norm(),
+                           .triangles = 1,
+                           .boundary = edge_hash(a, b) + edge_hash(b, c) + edge_hash(c, a)});
+      if (kept_triangles.size() < most_kept) {
+        kept_triangles.push_back(triangle);
+      } else if (most_kept > 0) {
+        most_kept = 0;
+        kept_triangles = {};
+      }
     }
-    waiting.erase(left, waiting.end());
+    waiting.insert(waiting.end(), incomplete.begin(), incomplete.end());
+  }
+  void expect_nothing_dropped() const {
+    if (parts.is_any_dropped())
+      throw std::logic_error("parts of a mesh are dropped once, at its end");
   }
 };
 
@@ -262,17 +279,18 @@ void FigureSink::vertices(std::span<const Eigen::Vector3d> positions,
     all[before + i] = (positions[i] - impl_->first).cast<float>();
   }
   impl_->parts.add_vertices(positions.size());
-  impl_->measure_complete();
+  impl_->measure(std::exchange(impl_->waiting, {}));
   if (impl_->next != nullptr) impl_->next->vertices(positions, normals);
 }
 
 void FigureSink::triangles(std::span<const Triangle> triangles) {
-  impl_->waiting.insert(impl_->waiting.end(), triangles.begin(), triangles.end());
-  impl_->measure_complete();
+  impl_->expect_nothing_dropped();
+  impl_->measure(triangles);
   if (impl_->next != nullptr) impl_->next->triangles(triangles);
 }
 
 LoosePieces FigureSink::drop_loose_pieces() {
+  impl_->expect_nothing_dropped();
   constexpr double kLeast = 0.01;  // of the largest part's volume
   double largest = 0;
   double all = 0;
@@ -283,8 +301,7 @@ LoosePieces FigureSink::drop_loose_pieces() {
   LoosePieces dropped;
   impl_->parts.drop([&](const PartSums& part) {
     // What a box has cut open has no volume to judge it by, and may be of the main body.
-    const bool is_loose =
-        part.triangles > 0 && !part.is_open() && part.enclosed() < kLeast * largest;
+    const bool is_loose = !part.is_open() && part.enclosed() < kLeast * largest;
     if (is_loose) ++dropped.count;
     if (is_loose) dropped.volume += part.enclosed();
     return is_loose;
@@ -294,6 +311,7 @@ LoosePieces FigureSink::drop_loose_pieces() {
 }
 
 void FigureSink::drop_small_parts(double least) {
+  impl_->expect_nothing_dropped();
   const auto& sums = impl_->parts.sums();
   if (sums.empty()) return;
   const auto largest = std::ranges::max_element(sums, {}, &PartSums::area);
@@ -322,44 +340,50 @@ TriangleMesh FigureSink::kept_of(const TriangleMesh& mesh) const {
 SurfaceFigures FigureSink::figures() const {
   SurfaceFigures figures;
   double edges = 0;
-  const auto& sums = impl_->parts.sums();
-  for (std::uint32_t label = 0; label < sums.size(); ++label) {
-    if (sums[label].triangles == 0 || !impl_->parts.keeps_label(label)) continue;
+  const ConnectedParts& parts = impl_->parts;
+  for (std::uint32_t label = 0; label < parts.sums().size(); ++label) {
+    const PartSums& sums = parts.sums()[label];
+    if (sums.triangles == 0 || !parts.keeps_label(label)) continue;
     ++figures.components;
-    figures.triangles += sums[label].triangles;
-    figures.area += sums[label].area();
-    figures.volume += sums[label].cones.volume;
-    edges += sums[label].edges;
+    figures.triangles += sums.triangles;
+    figures.area += sums.area();
+    figures.volume += sums.cones.volume;
+    edges += sums.edges;
   }
-  const double edge =
-      figures.triangles > 0 ? edges / (3 * static_cast<double>(figures.triangles)) : 0;
-  std::vector<Eigen::Vector3f> kept(impl_->positions.size());
-  std::size_t count = 0;
-  for (std::uint32_t v = 0; v < kept.size(); ++v) {
-    if (impl_->parts.keeps(v)) kept[count++] = impl_->positions[v];
+  if (figures.triangles == 0) return figures;
+  const double edge = edges / (3 * static_cast<double>(figures.triangles));
+  Eigen::AlignedBox3f box;
+  const auto for_vertices = [&](const auto& use) {
+    for (std::uint32_t v = 0; v < impl_->positions.size(); ++v) {
+      if (parts.keeps(v)) use(impl_->positions[v]);
+    }
+  };
+  for_vertices([&](const Eigen::Vector3f& p) {
+    box.extend(p);
+    ++figures.vertices;
+  });
+  set_dimension(dimension_of(box, kEdgesPerBox * edge, for_vertices), figures);
+  // A coarse mesh has no small boxes of vertices: its triangles are filled with points.
+  const double finest = kFilledBox * static_cast<double>(box.sizes().maxCoeff());
+  if (figures.box_sizes < 4 && finest > 0 && !impl_->kept_triangles.empty()) {
+    const auto for_filled = [&](const auto& use) {
+      for (const Triangle& triangle : impl_->kept_triangles) {
+        if (parts.keeps(triangle[0])) {
+          for_points(impl_->corners(triangle), finest / kPointsPerBox, use);
+        }
+      }
+    };
+    set_dimension(dimension_of(box, finest * 0.999, for_filled), figures);
   }
-  kept.resize(count);
-  figures.vertices = kept.size();
-  set_dimension(box_dimension(kept, kEdgesPerBox * edge), figures);
   return figures;
 }
 
 SurfaceFigures measure(const TriangleMesh& mesh) {
   FigureSink sink;
+  sink.impl_->most_kept = mesh.triangles.size();
   sink.vertices(mesh.vertices, {});
   sink.triangles(mesh.triangles);
-  SurfaceFigures figures = sink.figures();
-  // A mesh of few triangles has no small boxes of vertices: its triangles are filled with points.
-  const double finest = kFilledBox * mesh.box().size().maxCoeff();
-  if (!(figures.box_sizes >= 4) && finest > 0) {
-    Eigen::AlignedBox3f box;
-    for (const Eigen::Vector3d& x : mesh.vertices) {
-      box.extend((x - mesh.vertices.front()).cast<float>());
-    }
-    const auto for_all = [&](const auto& use) { for_points(mesh, finest / kPointsPerBox, use); };
-    set_dimension(dimension_of(box, finest * 0.999, for_all), figures);
-  }
-  return figures;
+  return sink.figures();
 }
 
 nlohmann::json to_json(const SurfaceFigures& figures) {

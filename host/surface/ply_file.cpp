@@ -7,6 +7,7 @@
 #include <cstring>
 #include <iostream>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,8 +44,7 @@ using VertexRecord = std::array<float, 6>;
 
 /// A triangle as the file holds it: a byte with the number of corners, then the corners.
 struct FaceRecord {
-  static constexpr std::size_t kBytes = 1 + sizeof(Triangle);
-  std::array<char, kBytes> bytes;
+  std::array<char, 1 + sizeof(Triangle)> bytes;
 
   explicit FaceRecord(const Triangle& corners = {}) : bytes{3} {
     std::memcpy(bytes.data() + 1, corners.data(), sizeof corners);
@@ -55,7 +55,7 @@ struct FaceRecord {
     return corners;
   }
 };
-static_assert(sizeof(FaceRecord) == FaceRecord::kBytes);
+static_assert(sizeof(FaceRecord) == 13);
 
 template <class Record>
 void write_records(std::ostream& stream, std::span<const Record> records) {
@@ -63,8 +63,8 @@ void write_records(std::ostream& stream, std::span<const Record> records) {
                static_cast<std::streamsize>(records.size_bytes()));
 }
 
-/// Hands so many records from the stream's beginning to `use`, some thousands at a time, unless
-/// reading fails.
+/// Calls `use` with `count` records from the stream's beginning, some thousands at a time; stops
+/// when reading fails.
 template <class Record, class Use>
 void for_records(std::istream& stream, std::size_t count, const Use& use) {
   constexpr std::size_t kAtOnce = std::size_t{1} << 15;
@@ -84,7 +84,7 @@ struct PlyFile::Impl {
   std::filesystem::path path;
   std::string note;
   base::OutputFile file;
-  base::ScratchFile vertices, faces;
+  std::optional<base::ScratchFile> vertices, faces;
   std::size_t vertex_count = 0, face_count = 0;
 
   Impl(const std::filesystem::path& path_, const std::string& note_)
@@ -94,10 +94,17 @@ struct PlyFile::Impl {
     if (stream) return;
     throw OutputError(fmt::format("cannot write mesh '{}'; check the space left", path.string()));
   }
-  void append(base::ScratchFile& scratch) {
-    check(scratch.stream().seekg(0));
-    file.stream() << scratch.stream().rdbuf();
+
+  /// Copies records to the file, and gives the space of `from` back.
+  /// @param keep moves those to keep to the front of some, and says how many they are.
+  template <class Record, class Keep>
+  void append(std::optional<base::ScratchFile>& from, std::size_t count, const Keep& keep) {
+    for_records<Record>(from->stream(), count, [&](std::span<Record> records) {
+      write_records<Record>(file.stream(), records.first(keep(records)));
+    });
+    check(from->stream());
     check(file.stream());
+    from.reset();
   }
 };
 
@@ -114,21 +121,22 @@ void PlyFile::vertices(std::span<const Eigen::Vector3d> positions,
     Eigen::Map<Eigen::Vector3f>(records[i].data() + 3) = normals[i].cast<float>();
   }
   impl_->vertex_count += records.size();
-  write_records<VertexRecord>(impl_->vertices.stream(), records);
-  impl_->check(impl_->vertices.stream());
+  write_records<VertexRecord>(impl_->vertices->stream(), records);
+  impl_->check(impl_->vertices->stream());
 }
 
 void PlyFile::triangles(std::span<const Triangle> triangles) {
   const std::vector<FaceRecord> records(triangles.begin(), triangles.end());
   impl_->face_count += records.size();
-  write_records<FaceRecord>(impl_->faces.stream(), records);
-  impl_->check(impl_->faces.stream());
+  write_records<FaceRecord>(impl_->faces->stream(), records);
+  impl_->check(impl_->faces->stream());
 }
 
 void PlyFile::commit() {
+  const auto all = [](auto records) { return records.size(); };
   impl_->file.stream() << header(impl_->vertex_count, impl_->face_count, impl_->note);
-  if (impl_->vertex_count > 0) impl_->append(impl_->vertices);
-  if (impl_->face_count > 0) impl_->append(impl_->faces);
+  impl_->append<VertexRecord>(impl_->vertices, impl_->vertex_count, all);
+  impl_->append<FaceRecord>(impl_->faces, impl_->face_count, all);
   impl_->file.commit();
 }
 
@@ -143,31 +151,29 @@ void PlyFile::commit(const std::function<bool(std::uint32_t)>& keeps) {
     return number[face.corners()[0]] == kDropped;
   };
   std::size_t kept_faces = 0;
-  for_records<FaceRecord>(impl_->faces.stream(), impl_->face_count, [&](auto faces) {
+  for_records<FaceRecord>(impl_->faces->stream(), impl_->face_count, [&](auto faces) {
     kept_faces += faces.size() - static_cast<std::size_t>(std::ranges::count_if(faces, is_dropped));
   });
-  std::ostream& out = impl_->file.stream();
-  out << header(kept, kept_faces, impl_->note);
+  impl_->check(impl_->faces->stream());
+  impl_->file.stream() << header(kept, kept_faces, impl_->note);
   std::size_t v = 0;
-  for_records<VertexRecord>(impl_->vertices.stream(), impl_->vertex_count, [&](auto vertices) {
-    std::size_t count = 0;
-    for (const VertexRecord& vertex : vertices) {
-      if (number[v++] != kDropped) vertices[count++] = vertex;
-    }
-    write_records<VertexRecord>(out, vertices.first(count));
-  });
-  for_records<FaceRecord>(impl_->faces.stream(), impl_->face_count, [&](auto faces) {
+  impl_->append<VertexRecord>(impl_->vertices, impl_->vertex_count,
+                              [&](std::span<VertexRecord> vertices) {
+                                std::size_t count = 0;
+                                for (const VertexRecord& vertex : vertices) {
+                                  if (number[v++] != kDropped) vertices[count++] = vertex;
+                                }
+                                return count;
+                              });
+  impl_->append<FaceRecord>(impl_->faces, impl_->face_count, [&](std::span<FaceRecord> faces) {
     std::size_t count = 0;
     for (const FaceRecord& face : faces) {
       if (is_dropped(face)) continue;
       const auto [a, b, c] = face.corners();
       faces[count++] = FaceRecord({number[a], number[b], number[c]});
     }
-    write_records<FaceRecord>(out, faces.first(count));
+    return count;
   });
-  impl_->check(impl_->vertices.stream());
-  impl_->check(impl_->faces.stream());
-  impl_->check(out);
   impl_->file.commit();
 }
 

@@ -103,6 +103,7 @@ std::vector<std::int32_t> unknown_points(const Grid& grid, const Slab& slab) {
     each_unknown(slab, grid.points, [&](std::size_t first, std::size_t count) {
       const auto known = static_cast<std::ptrdiff_t>(numbers.size());
       numbers.resize(numbers.size() + count);
+      // A grid block has fewer than 2³¹ points.
       std::iota(numbers.begin() + known, numbers.end(), device::narrow(before + first));
     });
   }

@@ -1,6 +1,7 @@
 #pragma once
 /// Figures of a surface: area, volume, dimension, components and thickness of walls.
 
+#include <limits>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <span>
@@ -27,10 +28,11 @@ struct SurfaceFigures {
   std::size_t vertices = 0;  ///< of triangles
   std::size_t triangles = 0;
   double area = 0;
-  double volume = 0;           ///< enclosed, by the divergence theorem
-  double dimension = 0;        ///< box-counting dimension; not a number on too coarse a mesh
-  double dimension_error = 0;  ///< its standard error
-  int box_sizes = 0;           ///< sizes of boxes that were counted
+  double volume = 0;  ///< enclosed, by the divergence theorem
+  double dimension = std::numeric_limits<double>::quiet_NaN();  ///< box-counting dimension; not a
+                                                                ///< number on too coarse a mesh
+  double dimension_error = std::numeric_limits<double>::quiet_NaN();  ///< its standard error
+  int box_sizes = 0;  ///< sizes of boxes that were counted
 };
 /// Area, volume, area per volume, dimension, its error and the sizes of boxes.
 nlohmann::json to_json(const SurfaceFigures& figures);
@@ -42,8 +44,10 @@ struct LoosePieces {
   double share = 0;   ///< of the volume of all parts
 };
 
-/// Measures a mesh as it passes by, and finds its connected parts. Keeps 16 bytes a vertex. Boxes
-/// are counted down to four mean edges.
+/// Measures a mesh as it passes by, and finds its connected parts. Boxes are counted down to four
+/// mean edges; where these are too large, over points on the triangles of a mesh that has at most
+/// two million. Keeps 16 bytes a vertex (twice as many while it makes room for more), and up to
+/// 24 MiB of triangles.
 class FigureSink : public SurfaceSink {
  public:
   /// @param next gets all that comes, unless it is null.
@@ -56,11 +60,12 @@ class FigureSink : public SurfaceSink {
                 std::span<const Eigen::Vector3d> normals) override;
   void triangles(std::span<const Triangle> triangles) override;
 
-  /// Once all has come: drops the parts that enclose less than a hundredth of the volume of the
-  /// largest, flakes beside the body and bubbles in it. Parts with an open edge stay.
+  /// Drops the parts that enclose less than a hundredth of the volume of the largest: flakes beside
+  /// the body, and bubbles in it. Parts with an open edge stay. Parts are dropped once, after the
+  /// last triangle.
   LoosePieces drop_loose_pieces();
   /// Drops the parts with less than `least` times the area of the largest, 0 … 1; 1 keeps only the
-  /// largest (the first of several).
+  /// largest (one of several).
   void drop_small_parts(double least);
 
   /// Whether a vertex has triangles, of a part that was not dropped.
@@ -72,18 +77,18 @@ class FigureSink : public SurfaceSink {
   SurfaceFigures figures() const;
 
  private:
+  friend SurfaceFigures measure(const TriangleMesh& mesh);
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-/// Figures of a whole mesh. Boxes that are too small for a coarse mesh's vertices are counted over
-/// points on its triangles.
+/// Figures of a whole mesh, of however many triangles.
 SurfaceFigures measure(const TriangleMesh& mesh);
 
 /// The mesh after `FigureSink::drop_small_parts`.
 TriangleMesh large_components(const TriangleMesh& mesh, double least);
 
-/// Leaves what `FigureSink::drop_loose_pieces` does.
+/// The same as `FigureSink::drop_loose_pieces`, of a mesh in memory.
 LoosePieces drop_loose_pieces(TriangleMesh& mesh);
 
 /// How thick the walls of a closed mesh are: diameters of the largest balls inside that touch the

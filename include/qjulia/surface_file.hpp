@@ -10,8 +10,8 @@
 
 namespace qjulia {
 
-/// Binary PLY with normals, coordinates in single precision. Memory does not grow with the mesh:
-/// vertices and triangles wait in temporary files. The file appears under its name in `commit`;
+/// Binary PLY with normals, coordinates in single precision. Vertices and triangles wait in
+/// temporary files, not in memory. The file appears under its name in `commit`;
 /// without it nothing is left.
 class PlyFile : public SurfaceSink {
  public:
@@ -29,8 +29,8 @@ class PlyFile : public SurfaceSink {
 
   /// Joins, checks and renames. @throws OutputError when anything could not be written.
   void commit();
-  /// Of those vertices alone for whose numbers `keeps` holds, and their triangles: it holds for all
-  /// three of a triangle or for none. Takes 4 bytes a vertex.
+  /// Writes only the vertices for whose numbers `keeps` holds, and their triangles. It must hold
+  /// for all three of a triangle or for none. Takes 4 bytes of memory a vertex.
   void commit(const std::function<bool(std::uint32_t)>& keeps);
 
  private:

@@ -48,7 +48,7 @@ TEST_CASE("buffers are counted while they live") {
 }
 
 TEST_CASE("a processor's large buffers are used again") {
-  const Device device = test::shared_device();
+  const Device device = test::shared_device().sibling();
   device::Context& context = device.context();
   if (device.info().kind != DeviceKind::cpu) return;
   constexpr std::size_t kCount = std::size_t{1} << 18;

@@ -55,7 +55,7 @@ bool drops_loose(const SurfaceArguments& arguments) {
 
 bool is_ply(const SurfaceArguments& arguments) { return extension_of(arguments.output) == ".ply"; }
 
-/// Straight to the file; memory hardly grows with what it holds.
+/// Straight to the file; the mesh is never in memory.
 WrittenSurface stream(const SurfaceArguments& arguments, const Device& device,
                       const RationalMap& map, const SurfaceOptions& options,
                       const std::string& note, const ProgressMonitor& monitor) {
@@ -77,8 +77,7 @@ WrittenSurface stream(const SurfaceArguments& arguments, const Device& device,
   return written;
 }
 
-/// By way of memory: for formats that need their counts first, to choose among components, and for
-/// the figures of coarse meshes.
+/// By way of memory: for formats that need their counts first, and to choose among components.
 WrittenSurface collect(const SurfaceArguments& arguments, const Device& device,
                        const RationalMap& map, const SurfaceOptions& options,
                        const std::string& note, const ProgressMonitor& monitor) {
@@ -124,9 +123,8 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
                            arguments.millimetres, arguments.map, options);
   if (arguments.up) map.up = arguments.up;
 
-  constexpr int kFine = 256;  // cells: smaller boxes than these hold vertices to count
-  const bool streams = is_ply(arguments) && options.resolution >= kFine &&
-                       !arguments.largest_component && arguments.min_component.value_or(0) == 0;
+  const bool streams =
+      is_ply(arguments) && !arguments.largest_component && arguments.min_component.value_or(0) == 0;
   nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
   how["resolution"] = options.resolution;
   const bool is_turned = stands_upright(arguments.output) && map.up;
