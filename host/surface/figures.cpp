@@ -260,8 +260,8 @@ struct FigureSink::Impl {
     waiting.insert(waiting.end(), incomplete.begin(), incomplete.end());
   }
   void expect_nothing_dropped() const {
-    if (parts.is_any_dropped())
-      throw std::logic_error("parts of a mesh are dropped once, at its end");
+    if (!parts.is_any_dropped()) return;
+    throw std::logic_error("parts of a mesh are dropped once, at its end");
   }
 };
 
