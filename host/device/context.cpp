@@ -105,7 +105,7 @@ class BufferPool {
   }
 
  private:
-  static constexpr std::size_t kLeast = std::size_t{1} << 18, kMost = std::size_t{1} << 27;
+  static constexpr std::size_t kLeast = std::size_t{1} << 21, kMost = std::size_t{1} << 27;
   bool keeps_;
   std::vector<Entry> kept_;
   std::size_t kept_bytes_ = 0;

@@ -227,7 +227,7 @@ struct FigureSink::Impl {
   /// Those measured, while they are at most so many; then none: only of coarse meshes are they
   /// needed.
   std::vector<Triangle> kept_triangles;
-  std::size_t most_kept = std::size_t{1} << 21;
+  std::size_t most_kept = std::size_t{1} << 20;
 
   explicit Impl(SurfaceSink* sink) : next(sink) {}
 

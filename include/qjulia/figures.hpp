@@ -46,8 +46,8 @@ struct LoosePieces {
 
 /// Measures a mesh as it passes by, and finds its connected parts. Boxes are counted down to four
 /// mean edges; where these are too large, over points on the triangles of a mesh that has at most
-/// two million. Keeps 16 bytes a vertex (twice as many while it makes room for more), and up to
-/// 24 MiB of triangles.
+/// one million. Keeps 16 bytes a vertex (twice as many while it makes room for more), and up to
+/// 12 MiB of triangles.
 class FigureSink : public SurfaceSink {
  public:
   /// @param next gets all that comes, unless it is null.

@@ -51,7 +51,7 @@ TEST_CASE("a processor's large buffers are used again") {
   const Device device = test::shared_device().sibling();
   device::Context& context = device.context();
   if (device.info().kind != DeviceKind::cpu) return;
-  constexpr std::size_t kCount = std::size_t{1} << 18;
+  constexpr std::size_t kCount = std::size_t{1} << 20;
   const std::vector<float> sevens(kCount, 7);
   (void)context.upload<float>(sevens);
   const auto again = context.allocate<float>(kCount - kCount / 4);

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <future>
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
@@ -66,14 +67,16 @@ WrittenSurface stream(const SurfaceArguments& arguments, const Device& device,
   if (written.report.triangles == 0) return written;
   const TraceStage stage(monitor.trace, "measure and write");
   if (drops_loose(arguments)) written.loose = sink.drop_loose_pieces();
-  written.figures = sink.figures();
-  written.report.vertices = written.figures.vertices;
-  written.report.triangles = written.figures.triangles;
+  std::future<SurfaceFigures> figures =
+      std::async(std::launch::async, [&] { return sink.figures(); });
   if (written.loose.count > 0) {
     file.commit([&](std::uint32_t vertex) { return sink.keeps(vertex); });
   } else {
     file.commit();
   }
+  written.figures = figures.get();
+  written.report.vertices = written.figures.vertices;
+  written.report.triangles = written.figures.triangles;
   return written;
 }
 
