@@ -61,9 +61,9 @@ class QueueNumber {
 
 }  // namespace
 
-/// Counts the bytes that are asked for, and keeps large buffers of a CPU that nobody uses any more
-/// for those who ask next. The pages of new memory cost more than a pass over them; those of a kept
-/// buffer are there already. It outlives the context where a buffer does.
+/// Counts the bytes that are allocated, and keeps a CPU's large freed buffers for later
+/// allocations: the first touch of new memory costs more than a pass over it. It outlives the
+/// context where a buffer does.
 class BufferPool {
  public:
   struct Entry {

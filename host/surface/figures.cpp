@@ -156,8 +156,8 @@ std::uint64_t edge_hash(std::uint64_t a, std::uint64_t b) {
 }
 
 /// The connected parts of a mesh whose triangles arrive one by one. Vertices are labelled, and the
-/// labels of parts that meet are united. There are few labels where triangles come in the order of
-/// their places.
+/// labels of parts that meet are united. There are few labels where neighbouring triangles come one
+/// after the other.
 class ConnectedParts {
  public:
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
@@ -224,8 +224,8 @@ struct FigureSink::Impl {
   std::vector<Eigen::Vector3f> positions;  ///< from there: far from the origin they would be coarse
   ConnectedParts parts;
   std::vector<Triangle> waiting;  ///< for their vertices
-  /// Those measured, while they are at most so many; then none: only of coarse meshes are they
-  /// needed.
+  /// Those measured, while they are at most `most_kept`, and none of more: only the dimension of a
+  /// coarse mesh needs them.
   std::vector<Triangle> kept_triangles;
   std::size_t most_kept = std::size_t{1} << 20;
 
@@ -378,13 +378,13 @@ SurfaceFigures FigureSink::figures() const {
   return figures;
 }
 
-SurfaceFigures measure(const TriangleMesh& mesh) {
-  FigureSink sink;
-  sink.impl_->most_kept = mesh.triangles.size();
-  sink.vertices(mesh.vertices, {});
-  sink.triangles(mesh.triangles);
-  return sink.figures();
+FigureSink::FigureSink(const TriangleMesh& mesh) : FigureSink() {
+  impl_->most_kept = mesh.triangles.size();
+  FigureSink::vertices(mesh.vertices, {});
+  FigureSink::triangles(mesh.triangles);
 }
+
+SurfaceFigures measure(const TriangleMesh& mesh) { return FigureSink(mesh).figures(); }
 
 nlohmann::json to_json(const SurfaceFigures& figures) {
   return {{"area", figures.area},
@@ -396,17 +396,13 @@ nlohmann::json to_json(const SurfaceFigures& figures) {
 }
 
 TriangleMesh large_components(const TriangleMesh& mesh, double least) {
-  FigureSink sink;
-  sink.vertices(mesh.vertices, {});
-  sink.triangles(mesh.triangles);
+  FigureSink sink(mesh);
   sink.drop_small_parts(least);
   return sink.kept_of(mesh);
 }
 
 LoosePieces drop_loose_pieces(TriangleMesh& mesh) {
-  FigureSink sink;
-  sink.vertices(mesh.vertices, {});
-  sink.triangles(mesh.triangles);
+  FigureSink sink(mesh);
   const LoosePieces dropped = sink.drop_loose_pieces();
   if (dropped.count > 0) mesh = sink.kept_of(mesh);
   return dropped;

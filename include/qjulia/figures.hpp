@@ -52,6 +52,8 @@ class FigureSink : public SurfaceSink {
  public:
   /// @param next gets all that comes, unless it is null.
   explicit FigureSink(SurfaceSink* next = nullptr);
+  /// Of a whole mesh, and of all its triangles, however many.
+  explicit FigureSink(const TriangleMesh& mesh);
   ~FigureSink() override;
   FigureSink(const FigureSink&) = delete;
   FigureSink& operator=(const FigureSink&) = delete;
@@ -77,7 +79,6 @@ class FigureSink : public SurfaceSink {
   SurfaceFigures figures() const;
 
  private:
-  friend SurfaceFigures measure(const TriangleMesh& mesh);
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
