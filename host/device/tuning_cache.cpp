@@ -18,7 +18,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kFormat = "qjulia-tuning";
+constexpr const char* kTuningFormat = "qjulia-tuning";
 constexpr int kVersion = 1;
 
 /// What the settings are good for.
@@ -54,7 +54,7 @@ std::map<Precision, Tuning> read_tunings(const std::filesystem::path& path,
                                          const DeviceInfo& info) {
   constexpr std::uint64_t kLargestFile = std::uint64_t{1} << 20;
   const json kept = json::parse(base::read_text_file(path, "tuning", kLargestFile), nullptr, false);
-  if (!kept.is_object() || kept.value("format", json()) != kFormat ||
+  if (!kept.is_object() || kept.value("format", json()) != kTuningFormat ||
       kept.value("version", json()) != kVersion) {
     throw InputError("it is not a file of tuned settings");
   }
@@ -114,7 +114,7 @@ void save_tuning(const Device& device, Precision precision) {
     // Nothing there, or nothing of use: it is replaced.
   }
   tunings[precision] = device.tuning(precision);
-  json file{{"format", kFormat}, {"version", kVersion}, {"owner", owner(device.info())}};
+  json file{{"format", kTuningFormat}, {"version", kVersion}, {"owner", owner(device.info())}};
   for (const auto& [kept, tuning] : tunings) file[to_string(kept)] = to_json(tuning);
   base::write_file(path, text_of(file, 2) + "\n");
 }

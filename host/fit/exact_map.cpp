@@ -15,7 +15,7 @@
 namespace qjulia {
 namespace {
 
-constexpr int kFewestCells = 32, kMostCells = 384;
+constexpr int kFewestGridCells = 32, kMostGridCells = 384;
 
 /// Roots of whole powers 2 … 13 at random points of the inside.
 /// @param distances of points, map units.
@@ -50,7 +50,7 @@ std::vector<Factor> random_roots(const fitting::Distances& distances, const Box&
 void expect_cells(double thickness, int resolution) {
   if (thickness >= 1) return;
   const double needed = std::ceil(resolution / thickness);
-  if (needed > kMostCells) {
+  if (needed > kMostGridCells) {
     throw InputError("the shape is too thin for a grid: fit a map to it instead");
   }
   throw OptionError("resolution",
@@ -73,7 +73,7 @@ std::vector<Factor> moved(std::vector<Factor> factors, const ShapeToMap& from,
 }  // namespace
 
 void ExactMapOptions::validate() const {
-  base::expect_between("resolution", resolution, kFewestCells, kMostCells, "cells");
+  base::expect_between("resolution", resolution, kFewestGridCells, kMostGridCells, "cells");
   if (const auto* number = std::get_if<double>(&detail)) {
     base::expect_between("detail", *number, 0.0001, 0.1, "of the box's diagonal");
   }

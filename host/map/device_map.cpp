@@ -19,7 +19,7 @@ static_assert(DistanceGridData::kCoarse == QJ_DISTANCE_MARGIN);
 static_assert(Paint::kMargin == QJ_PAINT_MARGIN);
 
 /// What a grid's F costs, in factors' logarithms; measured.
-constexpr double kGridCost = 40;
+constexpr double kDistanceGridCost = 40;
 /// What an octave of noise costs; a versor's factor costs 4.
 constexpr double kOctaveCost = 20;
 constexpr double kNone = 1e30;  // stands for a logarithm without bound, in any precision
@@ -159,7 +159,7 @@ DeviceMap::DeviceMap(const Device& device, const RationalMap& map, const StopRad
       precision_(precision),
       kinds_{{"QJ_MODULUS", name_of(map.modulus) + "_modulus.clh"},
              {"QJ_VERSOR", name_of(map.versor) + "_versor.clh"}},
-      modulus_cost_(std::holds_alternative<DistanceModulus>(map.modulus) ? kGridCost
+      modulus_cost_(std::holds_alternative<DistanceModulus>(map.modulus) ? kDistanceGridCost
                                                                          : std::max(1, factors_)),
       step_cost_(modulus_cost_ + versor_cost(map)),
       slice_(map.slice),
@@ -168,8 +168,8 @@ DeviceMap::DeviceMap(const Device& device, const RationalMap& map, const StopRad
   interpolates_ = map.portals.empty() && !std::holds_alternative<NoiseVersor>(map.versor);
   if (map.paint) {
     kinds_.emplace("QJ_PAINT", "painted.clh");
-    modulus_cost_ += kGridCost;
-    step_cost_ += kGridCost;
+    modulus_cost_ += kDistanceGridCost;
+    step_cost_ += kDistanceGridCost;
   }
   if (!map.portals.empty()) kinds_.emplace("QJ_PORTALS", "portals.clh");
   for (const Factor& factor : map.factors) centers_.push_back(factor.center);

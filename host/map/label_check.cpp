@@ -11,7 +11,7 @@
 namespace qjulia {
 namespace {
 
-constexpr std::size_t kPoints = 20000;
+constexpr std::size_t kCheckedPoints = 20000;
 
 /// Where |F_1 − L| < 1: random points of the box, led to the surface by Newton's steps along the
 /// gradient, each to a value of its own.
@@ -21,9 +21,9 @@ std::vector<Quaternion> points_near_surface(const Field& field, const RationalMa
   const auto uniform = [&](double low, double high) {
     return std::lerp(low, high, random.uniform());
   };
-  std::vector<Quaternion> points(kPoints);
-  std::vector<double> wanted(kPoints);
-  for (std::size_t i = 0; i < kPoints; ++i) {
+  std::vector<Quaternion> points(kCheckedPoints);
+  std::vector<double> wanted(kCheckedPoints);
+  for (std::size_t i = 0; i < kCheckedPoints; ++i) {
     points[i] = {uniform(box.low.x(), box.high.x()), uniform(box.low.y(), box.high.y()),
                  uniform(box.low.z(), box.high.z()), map.slice};
     wanted[i] = map.surface_level + uniform(-1, 1);
@@ -33,7 +33,7 @@ std::vector<Quaternion> points_near_surface(const Field& field, const RationalMa
   for (int step = 0; step < kSteps; ++step) {
     const auto values = field.at(points);
     const auto gradients = field.gradient_at(points);
-    for (std::size_t i = 0; i < kPoints; ++i) {
+    for (std::size_t i = 0; i < kCheckedPoints; ++i) {
       Quaternion g = gradients[i];
       g.w = 0;
       const double slope = norm(g);
@@ -44,7 +44,7 @@ std::vector<Quaternion> points_near_surface(const Field& field, const RationalMa
   }
   const auto values = field.at(points);
   std::vector<Quaternion> near;
-  for (std::size_t i = 0; i < kPoints; ++i) {
+  for (std::size_t i = 0; i < kCheckedPoints; ++i) {
     if (std::abs(values[i] - map.surface_level) < 1) near.push_back(points[i]);
   }
   return near;

@@ -23,14 +23,14 @@ using map::fail;
 using map::Object;
 using nlohmann::json;
 
-constexpr const char* kFormat = "qjulia-map";
+constexpr const char* kMapFormat = "qjulia-map";
 /// A map is written as the first version that can hold it.
 constexpr int kNewestVersion = 2;
 constexpr std::uintmax_t kLargestFile = std::uintmax_t{64} << 20U;  // bytes
 
 void check_header(const Object& top) {
-  if (top.text("format") != kFormat) {
-    top.refuse(fmt::format("\"format\" must be \"{}\": this is no map file", kFormat));
+  if (top.text("format") != kMapFormat) {
+    top.refuse(fmt::format("\"format\" must be \"{}\": this is no map file", kMapFormat));
   }
   const json& version = top.at("version");
   if (!version.is_number_integer() || version < 1 || version > kNewestVersion) {
@@ -126,7 +126,7 @@ std::string_view map_text(std::string_view text, const std::string& source) {
 }  // namespace
 
 json to_json(const RationalMap& map) {
-  json result = {{"format", kFormat},
+  json result = {{"format", kMapFormat},
                  {"version", file_version(map)},
                  {"kind", map.kind()},
                  {"slice", map.slice},

@@ -17,7 +17,7 @@ namespace qjulia {
 using namespace map;
 namespace {
 
-constexpr int kMostCells = 8192;
+constexpr int kMostSampleCells = 8192;
 constexpr double kBoxMargin = 0.05;  // about the box of shape and copies, of its longest side
 constexpr std::size_t kPiece = std::size_t{1} << 20U;
 
@@ -47,7 +47,7 @@ Eigen::Vector3d center_at(const CellGrid& grid, CellOrder order, std::size_t ind
 }  // namespace
 
 void SampleOptions::validate() const {
-  base::expect_between("resolution", resolution, 1, kMostCells, "cells");
+  base::expect_between("resolution", resolution, 1, kMostSampleCells, "cells");
   base::expect_between("iterations", iterations, 1, kMostIterations);
   if (!(escape > 0) || escape > kLargestEscape) {
     throw OptionError("escape", fmt::format("{} is out of range; give a positive radius up to {}",

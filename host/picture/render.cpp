@@ -37,7 +37,7 @@ constexpr double kFullWidth = 1280, kFullHeight = 960, kLeastFineness = 0.2;
 constexpr int kSkyLights = 64, kDraftSkyLights = 16, kDraftFinestCells = 128;
 constexpr double kDraftLamps = 0.5;
 /// What a sample of the picture, a texel of a light, and the band's grids cost, in marched rays.
-constexpr double kSampleCost = 0.4, kCoarseCost = 0.05, kGridCost = 3e5;
+constexpr double kSampleCost = 0.4, kCoarseCost = 0.05, kDepthGridCost = 3e5;
 constexpr double kEverywhere = 1e6;  ///< map units: farther than any set reaches
 
 /// The lowest point of the shape along `up`.
@@ -318,7 +318,7 @@ Image Studio::Impl::picture(const ProgressMonitor& monitor, PictureLayers* layer
     up.reset();  // a stop may come before all is there
     sky = sky_lights(*camera.up, source->bounds(), fineness,
                      options.draft ? kDraftSkyLights : kSkyLights);
-    all += kGridCost;
+    all += kDepthGridCost;
     for (const Light& light : sky) all += cost(light.view);
   }
   double done = 0;
@@ -335,7 +335,7 @@ Image Studio::Impl::picture(const ProgressMonitor& monitor, PictureLayers* layer
     const TraceStage stage(monitor.trace, "lattice");
     source->prepare(view);
   }
-  if (is_first) report(kGridCost);
+  if (is_first) report(kDepthGridCost);
   {
     const TraceStage stage(monitor.trace, "sky");
     if (is_first) {

@@ -28,16 +28,16 @@ constexpr double kHopeless = 1.3;
 constexpr std::array kAllJobs{TuneJob::energy, TuneJob::gradient, TuneJob::orbit_energy,
                               TuneJob::orbit_gradient, TuneJob::gauss_newton};
 
-struct Setting {
+struct TunedSetting {
   const char* name;
   int Tuning::*value;
   std::vector<TuneJob> jobs;               ///< that it changes
   std::vector<int> factors{-4, -2, 2, 4};  ///< tried times the value; negative: its parts
 };
 
-const std::vector<Setting>& settings() {
+const std::vector<TunedSetting>& settings() {
   using enum TuneJob;
-  static const std::vector<Setting> all{
+  static const std::vector<TunedSetting> all{
       {"energy_vectors", &Tuning::energy_vectors, {energy, orbit_energy}},
       {"gradient_rows", &Tuning::gradient_rows, {gradient}},
       {"orbit_items", &Tuning::orbit_items, {orbit_gradient}},
@@ -73,7 +73,8 @@ class Tuner {
   }
 
   TuneReport run() && {
-    const Setting lane_width{"lane_width", &Tuning::lane_width, {kAllJobs.begin(), kAllJobs.end()}};
+    const TunedSetting lane_width{
+        "lane_width", &Tuning::lane_width, {kAllJobs.begin(), kAllJobs.end()}};
     std::vector<Tuning> widths;
     for (const int width : {1, 8, 16}) {
       if (width == default_.lane_width) continue;
@@ -81,7 +82,7 @@ class Tuner {
           device::default_tuning(device_.info(), options_.precision, device_.layout(), width));
     }
     Tuning best = fastest(lane_width, widths, default_);
-    for (const Setting& setting : settings()) {
+    for (const TunedSetting& setting : settings()) {
       std::vector<Tuning> tried;
       for (const int factor : setting.factors) {
         Tuning tuning = best;
@@ -106,7 +107,8 @@ class Tuner {
 
   /// Tries each of `tunings`, which differ from `before` in a setting, against it.
   /// @return the fastest of all.
-  Tuning fastest(const Setting& setting, const std::vector<Tuning>& tunings, const Tuning& before) {
+  Tuning fastest(const TunedSetting& setting, const std::vector<Tuning>& tunings,
+                 const Tuning& before) {
     Tuning best = before;
     double least = kFaster;
     std::optional<std::size_t> taken;

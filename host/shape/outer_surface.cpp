@@ -11,7 +11,7 @@ namespace {
 /// How far before and behind a surface its sides are looked at, in the box's longest sides.
 constexpr double kOffset = 1e-4;
 constexpr std::size_t kProbes = 4096;
-constexpr std::uint64_t kSeed = 1;
+constexpr std::uint64_t kProbeSeed = 1;
 constexpr double kLeastHidden = 2e-3;  ///< share of the probes; below it the mesh stays as it is
 constexpr int kMostCuts = 5;
 constexpr std::size_t kPiecesAtOnce = std::size_t{1} << 16;  ///< pieces looked at together
@@ -46,7 +46,7 @@ std::vector<bool> are_hidden(const std::vector<SurfacePoint>& points,
 }
 
 /// Four points of each piece: its middle and near its corners.
-constexpr std::size_t kPoints = 4;
+constexpr std::size_t kPointsOfPiece = 4;
 std::vector<SurfacePoint> points_of(const std::vector<Piece>& pieces) {
   std::vector<SurfacePoint> points;
   for (const Piece& p : pieces) {
@@ -75,7 +75,7 @@ void cut(const Piece& p, std::vector<Piece>& pieces) {
 }
 
 bool hides_parts(const TriangleMesh& mesh, const SignedDistance& distance, double offset) {
-  const auto probes = are_hidden(sample_surface(mesh, kProbes, kSeed), distance, offset);
+  const auto probes = are_hidden(sample_surface(mesh, kProbes, kProbeSeed), distance, offset);
   return static_cast<double>(std::ranges::count(probes, true)) >= kLeastHidden * kProbes;
 }
 
@@ -94,8 +94,8 @@ TriangleMesh without_hidden(const TriangleMesh& mesh, const SignedDistance& dist
     waiting.erase(first, waiting.end());
     const auto hidden = are_hidden(points_of(pieces), distance, offset);
     for (std::size_t i = 0; i < pieces.size(); ++i) {
-      const auto begin = hidden.begin() + static_cast<std::ptrdiff_t>(kPoints * i);
-      const auto count = std::count(begin, begin + kPoints, true);
+      const auto begin = hidden.begin() + static_cast<std::ptrdiff_t>(kPointsOfPiece * i);
+      const auto count = std::count(begin, begin + kPointsOfPiece, true);
       if (count == 0 || (count <= 2 && pieces[i].cuts == kMostCuts)) {
         add(outer, pieces[i]);
       } else if (count < 4 && pieces[i].cuts < kMostCuts) {

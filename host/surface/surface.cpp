@@ -28,7 +28,7 @@ namespace qjulia {
 using namespace surface;
 namespace {
 
-constexpr int kMostCells = 8192;
+constexpr int kMostSurfaceCells = 8192;
 constexpr int kMostHalvings = 20;
 /// F_1 is smooth and is interpolated as it is. Further iterates jump where orbits part: there a
 /// difference from the level is as good as any larger one when orbits that far off have ended, at
@@ -245,7 +245,7 @@ SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, const 
 }  // namespace
 
 void SurfaceOptions::validate() const {
-  base::expect_between("resolution", resolution, 2, kMostCells, "cells");
+  base::expect_between("resolution", resolution, 2, kMostSurfaceCells, "cells");
   base::expect_between("iterations", iterations, 1, kMostIterations);
   base::expect_between("refine", refine, 0, kMostHalvings, "halvings");
   map::expect_box(box);

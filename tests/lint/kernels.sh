@@ -1,7 +1,7 @@
 #!/bin/bash
-# Every kernel is OpenCL C 1.2 without a warning, at each lane width and precision, and by itself with
-# no option at all, to a compiler that is not the driver's own. Every helper is static inline: a
-# plain inline function has no body of its own in C99, and programs that call it may not link.
+# Every kernel is OpenCL C 1.2 without a warning, by itself with no option at all, and with all others
+# at each lane width and precision, to a compiler that is not the driver's own. Every helper is static
+# inline: a plain inline function has no body of its own in C99, and programs that call it may not link.
 # Usage: kernels.sh REPOSITORY
 set -euo pipefail
 cd "$1"
@@ -24,21 +24,26 @@ if grep -nE '^[a-z].*\(' kernels/*.cl kernels/*.clh kernels/layout/*.h |
   failed=1
 fi
 
-for kernel in kernels/*.cl; do
-  check "$kernel"
-  for width in 1 8 16; do
-    for double in 0 1; do
-      defines="-DQJ_WIDTH=$width -DQJ_DOUBLE=$double"
-      check "$kernel" $defines
-      # Gradients know factors alone.
-      if grep -q '"map.clh"' "$kernel" && ! grep -q factor_sums.clh "$kernel"; then
-        for file in kernels/*_modulus.clh; do check "$kernel" $defines "-DQJ_MODULUS=\"${file##*/}\""; done
-        for file in kernels/*_versor.clh; do check "$kernel" $defines "-DQJ_VERSOR=\"${file##*/}\""; done
-        check "$kernel" $defines '-DQJ_PORTALS="portals.clh"'
-        check "$kernel" $defines '-DQJ_PAINT="painted.clh"'
-      fi
-      if grep -q factor_sums.clh "$kernel"; then check "$kernel" $defines -DQJ_GROUP=64; fi
-    done
+for kernel in kernels/*.cl; do check "$kernel"; done
+
+# all KERNEL…: a source of all of these, in $source, so that headers are read once a compilation.
+source=$(mktemp --suffix=.cl)
+trap 'rm -f "$source"' EXIT
+all() { printf '#include "%s"\n' "${@##*/}" >"$source"; }
+
+# Gradients know factors alone.
+mapfile -t of_any_map < <(grep -l '"map.clh"' kernels/*.cl | xargs grep -L factor_sums.clh)
+for width in 1 8 16; do
+  for double in 0 1; do
+    defines="-DQJ_WIDTH=$width -DQJ_DOUBLE=$double"
+    all kernels/*.cl
+    check "$source" $defines
+    check "$source" $defines -DQJ_GROUP=64
+    all "${of_any_map[@]}"
+    for file in kernels/*_modulus.clh; do check "$source" $defines "-DQJ_MODULUS=\"${file##*/}\""; done
+    for file in kernels/*_versor.clh; do check "$source" $defines "-DQJ_VERSOR=\"${file##*/}\""; done
+    check "$source" $defines '-DQJ_PORTALS="portals.clh"'
+    check "$source" $defines '-DQJ_PAINT="painted.clh"'
   done
 done
 echo "$checked compilations"
