@@ -61,71 +61,21 @@ class QueueNumber {
 
 }  // namespace
 
-/// Counts the bytes that are allocated, and keeps a CPU's large freed buffers for later
-/// allocations: the first touch of new memory costs more than a pass over it. It outlives the
-/// context where a buffer does.
-class BufferPool {
- public:
-  struct Entry {
-    cl::Buffer buffer;
-    std::size_t capacity = 0;  ///< bytes
-  };
-
-  explicit BufferPool(bool keeps) : keeps_(keeps) { kept_.reserve(kMost / kLeast + 1); }
-
-  /// Of buffers in use, bytes asked for.
+/// Of a context's buffers, bytes. It outlives the context where a buffer does.
+struct AllocatedBytes {
   std::size_t now = 0, peak = 0;
-
-  /// The smallest one kept that holds `bytes`, and at most twice as many; else an empty entry.
-  Entry take(std::size_t bytes) {
-    auto best = kept_.end();
-    for (auto entry = kept_.begin(); entry != kept_.end(); ++entry) {
-      if (entry->capacity < bytes || entry->capacity > 2 * bytes) continue;
-      if (best == kept_.end() || entry->capacity < best->capacity) best = entry;
-    }
-    if (best == kept_.end()) return {};
-    Entry taken = std::move(*best);
-    kept_.erase(best);
-    kept_bytes_ -= taken.capacity;
-    return taken;
-  }
-  /// The oldest are released to make room.
-  void keep(Entry entry) noexcept {
-    if (!keeps_ || entry.capacity < kLeast || entry.capacity > kMost) return;
-    kept_bytes_ += entry.capacity;
-    kept_.push_back(std::move(entry));
-    for (; kept_bytes_ > kMost; kept_.erase(kept_.begin())) kept_bytes_ -= kept_.front().capacity;
-  }
-  /// Gives the memory back. @return whether there was any.
-  bool clear() {
-    const bool had_any = !kept_.empty();
-    kept_.clear();
-    kept_bytes_ = 0;
-    return had_any;
-  }
-
- private:
-  static constexpr std::size_t kLeast = std::size_t{1} << 21, kMost = std::size_t{1} << 27;
-  bool keeps_;
-  std::vector<Entry> kept_;
-  std::size_t kept_bytes_ = 0;
 };
 
 struct Memory::Handle {
-  BufferPool::Entry entry;
-  std::size_t bytes;  ///< counted in the pool
-  std::shared_ptr<BufferPool> pool;
+  cl::Buffer buffer;
+  std::size_t bytes = 0;  ///< counted in `allocated`
+  std::shared_ptr<AllocatedBytes> allocated{};
 
-  Handle(BufferPool::Entry entry_, std::size_t bytes_, std::shared_ptr<BufferPool> pool_)
-      : entry(std::move(entry_)), bytes(bytes_), pool(std::move(pool_)) {
-    pool->now += bytes;
-    pool->peak = std::max(pool->peak, pool->now);
-  }
+  Handle() = default;
   Handle(const Handle&) = delete;
   Handle& operator=(const Handle&) = delete;
   ~Handle() {
-    pool->now -= bytes;
-    pool->keep(std::move(entry));
+    if (allocated) allocated->now -= bytes;
   }
 };
 
@@ -142,7 +92,7 @@ struct Context::Impl {
   cl::Device device;
   cl::Context context;
   cl::CommandQueue queue;
-  std::shared_ptr<BufferPool> pool;
+  std::shared_ptr<AllocatedBytes> allocated = std::make_shared<AllocatedBytes>();
   /// By files and options. The device and its driver are fixed here; they enter the drivers' own
   /// on-disk caches.
   std::map<std::string, cl::Program> programs;
@@ -166,7 +116,6 @@ struct Context::Impl {
   void expect(cl_int code, const std::string& call) const {
     if (code != CL_SUCCESS) throw DeviceError(info.name, call, code);
   }
-  BufferPool::Entry new_buffer(std::size_t bytes) const;
   void use_large_pages(const cl::Buffer& buffer, std::size_t bytes) const;
   void collect_times();
   void collect_time(const Pending& launch);
@@ -183,7 +132,6 @@ Argument Argument::real(double value, Precision precision) {
 
 Context::Context(const DeviceInfo& info) : impl_(std::make_unique<Impl>()) {
   impl_->info = info;
-  impl_->pool = std::make_shared<BufferPool>(info.kind == DeviceKind::cpu);
   const auto all = devices(platforms().at(static_cast<std::size_t>(info.platform)));
   impl_->device = all.at(static_cast<std::size_t>(info.index));
   cl_int code = CL_SUCCESS;
@@ -198,19 +146,6 @@ Context::~Context() {
 }
 
 const DeviceInfo& Context::info() const { return impl_->info; }
-
-BufferPool::Entry Context::Impl::new_buffer(std::size_t bytes) const {
-  // OpenCL has no empty buffer: an empty one of ours holds one unused byte.
-  const std::size_t capacity = std::max<std::size_t>(bytes, 1);
-  cl_int code = CL_SUCCESS;
-  cl::Buffer buffer(context, CL_MEM_READ_WRITE, capacity, nullptr, &code);
-  if (code != CL_SUCCESS && pool->clear()) {
-    buffer = cl::Buffer(context, CL_MEM_READ_WRITE, capacity, nullptr, &code);
-  }
-  expect(code, fmt::format("allocating {} bytes", bytes));
-  use_large_pages(buffer, bytes);
-  return {std::move(buffer), capacity};
-}
 
 /// On a CPU, whose buffers are where the host finds them.
 void Context::Impl::use_large_pages(const cl::Buffer& buffer, std::size_t bytes) const {
@@ -227,15 +162,23 @@ void Context::Impl::use_large_pages(const cl::Buffer& buffer, std::size_t bytes)
 Memory Context::allocate_bytes(std::size_t bytes) {
   Memory memory;
   memory.bytes_ = bytes;
-  BufferPool::Entry entry = impl_->pool->take(bytes);
-  if (entry.capacity == 0) entry = impl_->new_buffer(bytes);
-  memory.handle_ = std::make_shared<Memory::Handle>(std::move(entry), bytes, impl_->pool);
+  memory.handle_ = std::make_shared<Memory::Handle>();
+  cl_int code = CL_SUCCESS;
+  // OpenCL has no empty buffer: an empty one of ours holds one unused byte.
+  memory.handle_->buffer = cl::Buffer(impl_->context, CL_MEM_READ_WRITE,
+                                      std::max<std::size_t>(bytes, 1), nullptr, &code);
+  impl_->expect(code, fmt::format("allocating {} bytes", bytes));
+  impl_->use_large_pages(memory.handle_->buffer, bytes);
+  memory.handle_->bytes = bytes;
+  memory.handle_->allocated = impl_->allocated;
+  impl_->allocated->now += bytes;
+  impl_->allocated->peak = std::max(impl_->allocated->peak, impl_->allocated->now);
   return memory;
 }
 
-std::size_t Context::peak_allocated_bytes() const { return impl_->pool->peak; }
+std::size_t Context::peak_allocated_bytes() const { return impl_->allocated->peak; }
 
-void Context::reset_peak_allocated_bytes() { impl_->pool->peak = impl_->pool->now; }
+void Context::reset_peak_allocated_bytes() { impl_->allocated->peak = impl_->allocated->now; }
 
 RealBuffer Context::allocate_real(std::size_t count, Precision precision) {
   return {allocate_bytes(count * real_bytes(precision)), precision};
@@ -286,7 +229,7 @@ void Context::write_bytes(const Memory& memory, std::span<const std::byte> bytes
   const std::size_t count = bytes.size();
   if (count > memory.bytes()) throw std::logic_error("write past the end of a device buffer");
   if (count == 0) return;
-  const cl::Buffer& to = memory.handle_->entry.buffer;
+  const cl::Buffer& to = memory.handle_->buffer;
   impl_->expect(impl_->queue.enqueueWriteBuffer(to, CL_TRUE, 0, count, bytes.data()),
                 "clEnqueueWriteBuffer");
 }
@@ -295,7 +238,7 @@ void Context::read_bytes(const Memory& memory, std::span<std::byte> bytes) {
   const std::size_t count = bytes.size();
   if (count > memory.bytes()) throw std::logic_error("read past the end of a device buffer");
   if (count == 0) return;
-  const cl::Buffer& from = memory.handle_->entry.buffer;
+  const cl::Buffer& from = memory.handle_->buffer;
   impl_->expect(impl_->queue.enqueueReadBuffer(from, CL_TRUE, 0, count, bytes.data()),
                 "clEnqueueReadBuffer");
   impl_->collect_times();
@@ -372,7 +315,7 @@ void Context::launch(const Kernel& kernel, const Range& range, std::span<const A
     if (argument.memory_ == nullptr) {
       impl_->expect(handle.kernel.setArg(index, argument.size_, argument.value_.data()), call);
     } else if (argument.memory_->handle_) {
-      impl_->expect(handle.kernel.setArg(index, argument.memory_->handle_->entry.buffer), call);
+      impl_->expect(handle.kernel.setArg(index, argument.memory_->handle_->buffer), call);
     } else {
       throw std::logic_error(call + " is an unallocated buffer");
     }

@@ -126,8 +126,8 @@ bool is_out_of_memory(const DeviceError& error);
 /// The same of a work-group.
 bool is_refused_group(const DeviceError& error);
 
-/// An OpenCL context with one in-order queue and a cache of built programs. On a CPU it keeps up to
-/// 128 MiB of freed buffers for later allocations. Not for use by several threads at a time.
+/// An OpenCL context with one in-order queue and a cache of built programs. Not for use by several
+/// threads at a time.
 class Context {
  public:
   explicit Context(const DeviceInfo& info);

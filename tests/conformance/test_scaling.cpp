@@ -46,18 +46,3 @@ TEST_CASE("buffers are counted while they live") {
   context.reset_peak_allocated_bytes();
   CHECK(context.peak_allocated_bytes() == before);
 }
-
-TEST_CASE("a processor's large buffers are used again") {
-  const Device device = test::shared_device().sibling();
-  device::Context& context = device.context();
-  if (device.info().kind != DeviceKind::cpu) return;
-  constexpr std::size_t kCount = std::size_t{1} << 20;
-  const std::vector<float> sevens(kCount, 7);
-  (void)context.upload<float>(sevens);
-  const auto again = context.allocate<float>(kCount - kCount / 4);
-  const auto beside = context.allocate<float>(kCount);
-  context.write<float>(beside, std::vector<float>(kCount, 8));
-  std::vector<float> found(again.size());
-  context.read<float>(again, found);
-  CHECK((found == std::vector<float>(again.size(), 7)));
-}

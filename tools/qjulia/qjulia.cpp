@@ -2,6 +2,7 @@
 
 #include "commands.hpp"
 #include "failure.hpp"
+#include "process_memory.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/version.hpp"
 
@@ -45,6 +46,7 @@ int run_command(const ChosenCommand& chosen) {
 int main(int argc, char** argv) {
   using namespace qjulia;
   using namespace qjulia::tools;
+  keep_freed_memory();
   prepare_standard_streams();
   try {
     CommandLine program(kDescription, "qjulia");
