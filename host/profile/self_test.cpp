@@ -6,11 +6,14 @@
 #include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "base/random.hpp"
 #include "device/point_batch.hpp"
+#include "fit/curvature.hpp"
 #include "fit/evaluator.hpp"
 #include "map/reference_iteration.hpp"
+#include "picture/band_grid.hpp"
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
 #include "profile/workload.hpp"
@@ -316,6 +319,72 @@ double lane_math(const Device& device, Precision precision) {
   return worst;
 }
 
+/// L of a matrix whose entries fall off from the diagonal, with the host's.
+double cholesky(const Device& device, Precision /*precision*/) {
+  constexpr Eigen::Index kOrder = 500;
+  constexpr double kDamping = 0.01;
+  const Eigen::MatrixXf h =
+      Eigen::MatrixXf::NullaryExpr(kOrder, kOrder, [](Eigen::Index i, Eigen::Index j) {
+        const auto apart = static_cast<float>(i - j);
+        return 1 / (1 + apart * apart);
+      });
+  std::vector<std::int32_t> place(kOrder);
+  std::iota(place.begin(), place.end(), 0);
+  const auto rows = device.context().upload_real({h.data(), static_cast<std::size_t>(h.size())});
+  const auto found =
+      fitting::factorised(device, {rows, kOrder, place, Eigen::VectorXd::Ones(kOrder)}, kDamping);
+  if (!found) return kInfinite;
+  const Eigen::MatrixXf difference = found->lower.topLeftCorner(kOrder, kOrder) -
+                                     fitting::factorised(h.cast<double>(), kDamping).lower;
+  double worst = 0;
+  for (Eigen::Index j = 0; j < kOrder; ++j) {
+    for (Eigen::Index i = j; i < kOrder; ++i) worst = worse(worst, std::abs(difference(i, j)));
+  }
+  return worst;
+}
+
+/// Wrong cells, of cells where the F and U of every other are told wrongly. They are linear, which
+/// interpolation leaves as it is.
+double image_lattice(const Device& device, Precision precision) {
+  const surface::Grid grid{Vector3d(-1, 0.5, 2), 0.25, {6, 7, 8}};
+  std::vector<double> field, versors, middle_field, middle_versors;
+  const auto add = [](const Vector3d& p, std::vector<double>& f, std::vector<double>& u) {
+    f.push_back(p.dot(Vector3d(1, -2, 0.5)));
+    for (const double slope : {0.5, 1.0, -1.0, 2.0}) u.push_back(slope * p.sum());
+  };
+  surface::for_points(grid.points, [&](std::size_t, const Eigen::Vector3i& at) {
+    add(grid.point(at), field, versors);
+  });
+  std::vector<std::int32_t> cells;
+  std::vector<std::uint8_t> right(field.size()), found(field.size());
+  surface::for_points(grid.points.array() - 3, [&](std::size_t, const Eigen::Vector3i& inner) {
+    const Eigen::Vector3i cell = inner.array() + 1;
+    const std::size_t number = surface::number_of(cell, grid.points);
+    cells.push_back(device::narrow(number));
+    add(grid.at(cell.cast<double>().array() + 0.5), middle_field, middle_versors);
+    right[number] = cells.size() % 2;
+    if (right[number] == 0) (cells.size() % 4 == 0 ? middle_field : middle_versors).back() += 0.1;
+  });
+  device::Context& context = device.context();
+  const auto kernel = context.kernel("image_lattice.cl", "trust_cells",
+                                     {device.lane_width(precision), precision, {}});
+  const auto trusted = context.upload<std::uint8_t>(found);
+  const auto sent = [&](const std::vector<double>& reals) {
+    return context.upload_real(reals, precision);
+  };
+  context.launch(kernel, {{cells.size(), 1, 1}},
+                 {context.upload<std::int32_t>(cells), device::narrow(cells.size()),
+                  sent(middle_field), sent(middle_versors), sent(picture::grid_layout(grid)),
+                  sent(field), sent(versors), device::Argument::real(1e-3, precision), trusted});
+  context.read<std::uint8_t>(trusted, found);
+  return static_cast<double>(field.size()) -
+         std::transform_reduce(found.begin(), found.end(), right.begin(), 0.0, std::plus<>(),
+                               std::equal_to<>());
+}
+
+/// For a tolerance: the program is built in double precision only.
+constexpr double kNotBuilt = -1;
+
 struct Check {
   const char* program;
   const char* compared;
@@ -337,17 +406,23 @@ constexpr std::array kChecks{
           evaluated<gradient, kIterations>},
     Check{"gauss_newton.cl", "Gauss-Newton matrix, with the reference", 1e-4, 1e-10,
           evaluated<gauss_newton, 1>},
+    Check{"cholesky.cl", "a factorised matrix, with the host's", kNotBuilt, 1e-5, cholesky},
     Check{"signed_distance.cl", "distances from a cube", 1e-5, 1e-12, signed_distance},
     Check{"level_set.cl", "F_4 on a grid, with the reference", 1e-4, 1e-6, level_set},
     Check{"interpolated_orbit.cl", "surface of a ball, in cells", 0.5, 0.5, interpolated_surface},
+    Check{"image_lattice.cl", "cells that are wrong", 0, 0, image_lattice},
     Check{"ray_march.cl", "depths of a ball, in a ray's tolerance", 1, 1, depths<false>},
     Check{"ray_grid.cl", "coarse depths of a ball, in the same", 2, 2, depths<true>},
     Check{"orbit_trait.cl", "angles of a ball's orbits", 1e-4, 1e-6, orbit_trait},
     Check{"shade.cl", "normals of a ball", 0.1, 0.1, shade},
 };
 
+double tolerance_of(const Check& check, Precision precision) {
+  return precision == Precision::dbl ? check.in_double : check.in_single;
+}
+
 ProgramCheck run(const Check& check, const Device& device, Precision precision) {
-  const double tolerance = precision == Precision::dbl ? check.in_double : check.in_single;
+  const double tolerance = tolerance_of(check, precision);
   ProgramCheck result{check.program, precision, check.compared, kInfinite, tolerance, {}};
   try {
     result.difference = check.difference(device, precision);
@@ -373,6 +448,7 @@ SelfTestReport self_test(const Device& device, const ProgressMonitor& monitor) {
   const double all = static_cast<double>(precisions.size() * std::size(kChecks));
   for (const Precision precision : precisions) {
     for (const Check& check : kChecks) {
+      if (tolerance_of(check, precision) == kNotBuilt) continue;
       throw_if_stopped(monitor.stop);
       monitor.report({"checking", static_cast<double>(report.checks.size()) / all, -1,
                       std::string(check.program)});

@@ -2,10 +2,12 @@
 /// The modulus of a map R(q) = e^F(q) U(q): how far from the origin each image lies. F has several
 /// kinds.
 ///
-/// A kind is a struct here with the members that a map file and a device hold, its functions in
-/// host/map/NAME_modulus.cpp, and its field on the device in kernels/NAME_modulus.clh.
+/// A kind is a struct here with the members that a map file and a device hold; its longer functions
+/// are in host/map/NAME_modulus.cpp, its field on the device in kernels/NAME_modulus.clh. Functions
+/// defined here take the map as `auto`: it is declared later.
 
 #include <Eigen/Core>
+#include <cmath>
 #include <memory>
 #include <variant>
 
@@ -54,7 +56,11 @@ struct QuadraticModulus {
     visit("c", self.c);
   }
   static double degree(const RationalMap& /*map*/) { return 2; }
-  OuterBound outer_bound(const RationalMap& map) const;
+  /// The r of e^S (r² − |c|) = r.
+  OuterBound outer_bound(const auto& map) const {
+    const double scale = std::exp(map.log_scale);
+    return {(1 + std::sqrt(1 + 4 * scale * scale * norm(c))) / (2 * scale), true};
+  }
 };
 
 /// How far a point is from a shape of three dimensions in the fourth.
