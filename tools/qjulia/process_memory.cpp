@@ -18,8 +18,10 @@ void keep_freed_memory() {
   constexpr int kHeap = 1 << 30;  // bytes; larger arrays are given back one by one
   mallopt(M_MMAP_THRESHOLD, kHeap);
   mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
-  rlimit addresses{};
-  if (getrlimit(RLIMIT_AS, &addresses) != 0 || addresses.rlim_cur != RLIM_INFINITY) return;
+  for (const auto limited : {RLIMIT_AS, RLIMIT_DATA}) {
+    rlimit limit{};
+    if (getrlimit(limited, &limit) != 0 || limit.rlim_cur != RLIM_INFINITY) return;
+  }
   // Only addresses: what is written to becomes memory.
   constexpr std::size_t kReserved = kHeap - (1 << 20);
   const std::unique_ptr<void, void (*)(void*)> reserved(std::malloc(kReserved), std::free);
