@@ -243,6 +243,21 @@ TEST_CASE("options that would do nothing are refused") {
   for (const char* option : {"--samples", "--factors", "--repeats"}) {
     check_refused(folder, {"profile", "--scaling", option, "100"}, option);
   }
+  const std::string map = folder.file("map.qjulia.json", good_map().dump());
+  for (const char* option : {"--azimuth", "--zoom"}) {
+    check_refused(folder, {"compare", map, mesh, option, "2"}, "--picture");
+  }
+  check_refused(folder, {"compare", map, mesh, "--size", "64x48"}, "--picture");
+  check_refused(
+      folder,
+      {"fit", mesh, "-o", folder / "out.qjulia.json", "--factors", "50", "--max-factors", "100"},
+      "--max-factors needs --factors auto");
+  for (const std::string name : {"detail", "azimuth"}) {
+    check_refused(folder,
+                  {"render", map, "-o", folder / "out.png", "--sweep", name + "=0.01,0.02",
+                   "--" + name, "0.03"},
+                  "leave out --" + name);
+  }
 }
 
 TEST_CASE("names of outputs are checked before the work") {

@@ -86,14 +86,15 @@ void describe_compare(Command command, CompareArguments& a) {
   command.input("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'");
   command.input("MESH", a.mesh, "The mesh it was fitted to: .obj, .off, .ply or .stl");
   command.add("--resolution", &a.options.resolution, "INT", "Cells along each side of the cube");
-  command.file("--picture", a.picture, "FILE.png",
-               "Also draw mesh, potential, set and the distance of set from mesh as colour: .png "
-               "of four pictures with a scale");
+  const Option picture = command.file(
+      "--picture", a.picture, "FILE.png",
+      "Also draw mesh, potential, set and the distance of set from mesh as colour: .png "
+      "of four pictures with a scale");
   command.flag("--limbs", a.options.limbs,
                "Also count the mesh's limbs (arms, legs, ears; a tenth of its longest side and "
                "more), and those that the set keeps to the last quarter of their length");
-  add_size(command, a.view);
-  add_camera(command, a.view.camera);
+  add_size(command, a.view).needs(picture);
+  for (const Option& option : add_camera(command, a.view.camera)) option.needs(picture);
   add_map_options(command, a.map_options, "Only what lies in it is compared. Default: all");
   add_device(command, a.device);
 }

@@ -45,8 +45,10 @@ void add_fit_options(Command command, FitArguments& a) {
   add_fit_size(command, a,
                "Seconds of the whole command (with --resume, of this run); the map reached by then "
                "is saved. Default: none");
-  command.add("--max-factors", &a.options.max_factors, "INT",
-              "The largest number that 'auto' stands for, 8 to 20000");
+  command
+      .add("--max-factors", &a.max_factors, "INT",
+           "The largest number that 'auto' stands for, 8 to 20000")
+      .default_text(fmt::format("{}", a.options.max_factors));
   add_detail(command, a.options.detail);
   add_tufts_and_up(command, a.options.tufts, a.options.up);
   command.add("--target-iou", &a.options.target_iou, "NUMBER",
@@ -79,6 +81,7 @@ void add_fit_options(Command command, FitArguments& a) {
 
 FitOptions checked_options(const FitArguments& arguments) {
   FitOptions options = arguments.options;
+  if (arguments.max_factors) options.max_factors = *arguments.max_factors;
   if (arguments.sample_parts) options.sample_parts = *arguments.sample_parts;
   if (arguments.time_limit) options.time_limit = *arguments.time_limit;
   options.validate();

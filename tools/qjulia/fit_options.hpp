@@ -12,6 +12,7 @@ namespace qjulia::tools {
 /// What was typed, before it is checked.
 struct FitArguments {
   std::optional<double> time_limit;
+  std::optional<int> max_factors;
   std::optional<int> sample_parts;
   FitOptions options;
 };

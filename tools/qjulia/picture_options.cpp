@@ -66,33 +66,35 @@ Palette palette_of(const std::string& text, Material material) {
 
 }  // namespace
 
-void add_size(Command command, PictureOptions& options) {
+Option add_size(Command command, PictureOptions& options) {
   const auto set_size = [&options](const std::string& text) {
     const auto [width, height] = parse_size(text);
     options.width = width;
     options.height = height;
   };
-  command.word("--size", "WxH", set_size, "Width and height in pixels")
+  return command.word("--size", "WxH", set_size, "Width and height in pixels")
       .default_text(fmt::format("{}x{}", options.width, options.height));
 }
 
-void add_camera(Command command, Camera& camera) {
-  command.add("--azimuth", &camera.azimuth, "NUMBER",
-              "Degrees the camera is turned about the up axis");
-  command.add("--elevation", &camera.elevation, "NUMBER",
-              "Degrees of the camera above the horizon");
-  command.add("--zoom", &camera.zoom, "NUMBER", "1 frames the whole shape, 2 half of it");
-  add_vector(command, "--look-at", camera.look_at,
-             "The point in the middle of the picture, shape units. Default: the middle of what is "
-             "framed");
-  add_box(
-      command, "--frame", camera.frame,
-      "What fills the picture at zoom 1, shape units, seen from as far as the whole shape would "
-      "be. Default: the whole shape");
-  command.add("--field-of-view", &camera.field_of_view, "NUMBER", "Degrees, vertical");
-  add_up(command, camera.up,
-         "The shape's axis that points up; auto is what the map says, or y where it says nothing. "
-         "Of a mesh it is a guess: its flattest, widest end is down");
+std::vector<Option> add_camera(Command command, Camera& camera) {
+  return {
+      command.add("--azimuth", &camera.azimuth, "NUMBER",
+                  "Degrees the camera is turned about the up axis"),
+      command.add("--elevation", &camera.elevation, "NUMBER",
+                  "Degrees of the camera above the horizon"),
+      command.add("--zoom", &camera.zoom, "NUMBER", "1 frames the whole shape, 2 half of it"),
+      add_vector(
+          command, "--look-at", camera.look_at,
+          "The point in the middle of the picture, shape units. Default: the middle of what is "
+          "framed"),
+      add_box(command, "--frame", camera.frame,
+              "What fills the picture at zoom 1, shape units, seen from as far as the whole shape "
+              "would be. Default: the whole shape"),
+      command.add("--field-of-view", &camera.field_of_view, "NUMBER", "Degrees, vertical"),
+      add_up(command, camera.up,
+             "The shape's axis that points up; auto is what the map says, or y where it says "
+             "nothing. Of a mesh it is a guess: its flattest, widest end is down"),
+  };
 }
 
 void add_look(Command command, LookOptions& look, PictureOptions& options) {

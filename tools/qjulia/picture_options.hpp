@@ -2,6 +2,7 @@
 /// Options of the commands that draw: how large, from where, in what colours and before what.
 
 #include <string>
+#include <vector>
 
 #include "command_line.hpp"
 #include "qjulia/picture.hpp"
@@ -9,10 +10,10 @@
 namespace qjulia::tools {
 
 /// --size.
-void add_size(Command command, PictureOptions& options);
+Option add_size(Command command, PictureOptions& options);
 
 /// --azimuth, --elevation, --zoom, --look-at, --frame, --field-of-view, --up.
-void add_camera(Command command, Camera& camera);
+std::vector<Option> add_camera(Command command, Camera& camera);
 
 struct LookOptions {
   std::string background = "studio";

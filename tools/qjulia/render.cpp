@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
+#include <vector>
 
 #include "base/text.hpp"
 #include "commands.hpp"
@@ -32,6 +33,7 @@ struct RenderArguments {
   MapOptions map_options;
   LookOptions look;
   PictureOptions options;
+  std::vector<Option> camera;
 };
 
 /// "z=50%,x=0.2": axes, and where they are cut.
@@ -255,6 +257,16 @@ void draw_preview(const Device& device, const Scene& scene, const RenderArgument
   session.written_so_far = "only the preview was written";
 }
 
+/// @throws InputError where the option that is swept has a value of its own too.
+void expect_not_given(const RenderArguments& arguments, const std::string& swept) {
+  for (const auto& options : {arguments.camera, arguments.map_options.options}) {
+    for (const Option& option : options) {
+      if (option.name() != swept || !option.given()) continue;
+      throw InputError(fmt::format("--sweep sets {} for each picture; leave out {}", swept, swept));
+    }
+  }
+}
+
 std::optional<Sweep> wanted_sweep(const RenderArguments& arguments, const PictureOptions& options) {
   if (arguments.sweep && arguments.turntable) {
     throw InputError("give either --sweep or --turntable");
@@ -262,6 +274,8 @@ std::optional<Sweep> wanted_sweep(const RenderArguments& arguments, const Pictur
   if (arguments.turntable) return turntable(options.camera.azimuth, *arguments.turntable);
   if (!arguments.sweep) return std::nullopt;
   Sweep sweep = parse_sweep(*arguments.sweep);
+  const bool is_phase = sweep.name.starts_with("phase-");
+  expect_not_given(arguments, is_phase ? "--phase" : "--" + sweep.name);
   // Refused before the first picture is drawn, not after some.
   for (const double value : sweep.values) {
     MapOptions map_options = arguments.map_options;
@@ -425,7 +439,7 @@ void describe_render(Command command, RenderArguments& a) {
   add_size(command, a.options);
   command.add("--samples", &a.options.samples_per_axis, "INT",
               "Anti-aliasing: N x N rays per pixel");
-  add_camera(command, a.options.camera);
+  a.camera = add_camera(command, a.options.camera);
   command.word(
       "--cut", "AXIS=PLACE", [&a](const std::string& text) { a.options.cuts = parse_cuts(text); },
       "Cut away what lies beyond a place along an axis, and show the inside: a coordinate, shape "
