@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <new>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "base/output_file.hpp"
 #include "qjulia/version.hpp"
@@ -47,8 +48,10 @@ void Trace::write(const std::filesystem::path& path, const std::string& device_n
       << "\"traceEvents\":[\n"
       << row_name(Row::host, "host") << ",\n"
       << row_name(Row::device, "device: " + device_name);
-  if (std::ranges::find(events_, Row::second_queue, &Event::row) != events_.end()) {
-    out << ",\n" << row_name(Row::second_queue, "second queue: " + device_name);
+  for (const auto& [row, name] :
+       {std::pair{Row::second_queue, "second"}, std::pair{Row::third_queue, "third"}}) {
+    if (std::ranges::find(events_, row, &Event::row) == events_.end()) continue;
+    out << ",\n" << row_name(row, fmt::format("{} queue: {}", name, device_name));
   }
   for (const Event& event : events_) {
     out << fmt::format(

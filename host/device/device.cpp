@@ -167,11 +167,11 @@ bool Device::is_tuned(Precision precision) const {
   return tuning(precision) != device::default_tuning(info(), precision, layout_);
 }
 
-Device Device::sibling() const {
+Device Device::sibling(Trace::Row row) const {
   Device other(std::make_shared<device::Context>(info()));
   other.layout_ = layout_;
   other.tuning_ = tuning_;
-  other.context_->record(context_->trace(), Trace::Row::second_queue);
+  other.context_->record(context_->trace(), row);
   return other;
 }
 

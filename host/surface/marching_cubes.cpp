@@ -11,14 +11,14 @@
 
 namespace qjulia::surface {
 
-MarchingCubes::MarchingCubes(const Eigen::Vector3i& points, double level, double reach,
-                             double steepness)
+MarchingCubes::MarchingCubes(const Eigen::Vector3i& points, double level,
+                             const DifferenceScale& scale)
     : points_(points),
       nx_(static_cast<std::size_t>(points[0])),
       ny_(static_cast<std::size_t>(points[1])),
       level_(static_cast<float>(level)),
-      reach_(static_cast<float>(reach)),
-      flatten_(static_cast<float>(1 / steepness)),
+      reach_(static_cast<float>(scale.reach)),
+      flatten_(static_cast<float>(1 / scale.steepness)),
       on_z_(nx_ * ny_) {
   for (Slice* slice : {&lower_, &upper_}) {
     slice->difference.resize(nx_ * ny_);
@@ -66,18 +66,17 @@ void MarchingCubes::classify(std::span<const float> values) {
   }
 }
 
-std::uint32_t MarchingCubes::crossing(std::size_t index, int z, int axis, float below,
-                                      float above) {
+std::uint32_t MarchingCubes::crossing(std::size_t index, int z, int axis, float at_start,
+                                      float at_end) {
   if (part_.first + part_.vertices.size() >= std::numeric_limits<std::uint32_t>::max()) {
     throw Error("the surface has more than 4294967294 vertices; lower the resolution");
   }
   const std::uint32_t number = next_vertex();
-  float t = below / (below - above);
-  if (!(t >= kVertexMargin)) t = kVertexMargin;  // also where a difference is not a number
-  t = std::min(t, 1 - kVertexMargin);
-  const bool leads_inside = (z == slices_ - 1 ? upper_ : lower_).inside[index] == 0;
-  part_.vertices.push_back(
-      {{static_cast<int>(index % nx_), static_cast<int>(index / nx_), z}, axis, t, leads_inside});
+  EdgeVertex vertex{{static_cast<int>(index % nx_), static_cast<int>(index / nx_), z}, axis};
+  vertex.at_start = at_start;
+  vertex.at_end = at_end;
+  vertex.put(at_start / (at_start - at_end));
+  part_.vertices.push_back(vertex);
   return number;
 }
 
@@ -152,7 +151,7 @@ void MarchingCubes::mesh_cell(unsigned inside, std::size_t i) {
 
 void MeshBuilder::add(const MeshPart& part) {
   for (const EdgeVertex& vertex : part.vertices) {
-    positions_.push_back(shape_to_map_.to_shape(vertex.on(grid_, double{vertex.at})));
+    positions_.push_back(shape_to_map_.to_shape(vertex.on(grid_)));
   }
   normals_.resize(positions_.size(), Eigen::Vector3d::Zero());
   const auto position = [&](std::uint32_t number) { return positions_[number - first_]; };
@@ -181,7 +180,7 @@ TriangleMesh mesh_of(const SampledDistance& distance) {
   surface::Grid grid;
   grid.points = Eigen::Vector3i(distance.samples.data());
   MeshSink sink;
-  surface::MarchingCubes cubes(grid.points, 0, std::numeric_limits<double>::infinity());
+  surface::MarchingCubes cubes(grid.points, 0);
   surface::MeshBuilder builder(grid, {}, sink);
   const surface::Slab slab = surface::unclassified_slab(grid, grid.points.z());
   std::vector<float> slice(surface::slices(grid, 0, 1).size());

@@ -8,25 +8,10 @@
 
 #include "qjulia/mesh.hpp"
 #include "qjulia/surface.hpp"
+#include "surface/edge_vertex.hpp"
 #include "surface/narrow_band.hpp"
 
 namespace qjulia::surface {
-
-/// Vertices keep this far from grid points, in steps: no two of them coincide.
-constexpr float kVertexMargin = 0.01F;
-
-/// A vertex on the grid edge that leads from a point one step along an axis.
-struct EdgeVertex {
-  Eigen::Vector3i point = Eigen::Vector3i::Zero();
-  int axis = 0;
-  float at = 0;               ///< 0 at `point`, 1 at the edge's other end
-  bool leads_inside = false;  ///< `point` is outside
-
-  /// The place so far along the edge, map coordinates.
-  Eigen::Vector3d on(const Grid& grid, double along) const {
-    return grid.at(point.cast<double>() + along * Eigen::Vector3d::Unit(axis));
-  }
-};
 
 /// What some slices have added to a mesh.
 struct MeshPart {
@@ -44,10 +29,7 @@ struct MeshPart {
 /// coincident vertices; the same whatever the slabs, and however the parts are taken.
 class MarchingCubes {
  public:
-  /// @param reach differences from the level are clamped to it before interpolation; for fields
-  ///   that jump. @param steepness of the field above the level; divided by it, the field
-  ///   interpolates as well as below.
-  MarchingCubes(const Eigen::Vector3i& points, double level, double reach, double steepness = 1);
+  MarchingCubes(const Eigen::Vector3i& points, double level, const DifferenceScale& scale = {});
 
   /// The next slice, x fastest; values of points whose sides are known are ignored. `slab` must
   /// live until the slice after this one was added.
@@ -56,6 +38,8 @@ class MarchingCubes {
 
   /// What was added since the last call.
   MeshPart take();
+  /// Vertices that were added since then.
+  std::size_t waiting() const { return part_.vertices.size(); }
 
  private:
   /// What is known of one slice: the field relative to the level, which points are inside, and the
@@ -72,7 +56,7 @@ class MarchingCubes {
   void cross_between();
   void mesh_layer();
   void mesh_cell(unsigned inside, std::size_t i);
-  std::uint32_t crossing(std::size_t index, int z, int axis, float below, float above);
+  std::uint32_t crossing(std::size_t index, int z, int axis, float at_start, float at_end);
   std::uint32_t next_vertex() const {
     return part_.first + static_cast<std::uint32_t>(part_.vertices.size());
   }

@@ -97,8 +97,8 @@ class Device {
   Device with_tuning(Precision precision, const Tuning& tuning) const;
 
   /// The same device and settings with a queue and programs of its own, for another thread to use
-  /// at the same time. It is recorded as this one is, on a row of its own.
-  Device sibling() const;
+  /// at the same time. It is recorded as this one is, on that row.
+  Device sibling(Trace::Row row = Trace::Row::second_queue) const;
 
   const Tuning& tuning(Precision precision) const {
     return tuning_[static_cast<std::size_t>(precision)];

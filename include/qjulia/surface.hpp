@@ -18,7 +18,9 @@ struct SurfaceOptions {
   std::optional<Box> box{};  ///< shape units; by default the shape's box plus 5 %, grown until
                              ///< nothing touches its faces
   bool dense = false;        ///< iterate every point of the grid: the same mesh, slower
-  int refine = 0;            ///< halvings of each crossed edge about its vertex, by F_n; 0 … 20
+  /// Places tried on each crossed edge to find where the set ends, 0 … 20; by default 2, or none at
+  /// n = 1, where F_n is smooth and interpolation finds it.
+  std::optional<int> refine{};
   Precision precision = Precision::single;  ///< of the orbits; double where the device has it
   /// Radius beyond which orbits end, map units; by default where none returns from.
   std::optional<double> escape = std::nullopt;

@@ -19,8 +19,8 @@ namespace qjulia {
 class Trace {
  public:
   using Clock = std::chrono::steady_clock;
-  /// A device has a second queue where two threads use it (`Device::sibling`).
-  enum class Row : std::uint8_t { host, device, second_queue };
+  /// A device has further queues where several threads use it (`Device::sibling`).
+  enum class Row : std::uint8_t { host, device, second_queue, third_queue };
   /// Whose clock told the length: kernels of devices whose events carry no times have the wall's.
   enum class Timer : std::uint8_t { wall, device };
 

@@ -1,0 +1,204 @@
+// Where on the edges of a grid the set {F_n < L} ends.
+//
+// F_n jumps where orbits part, so its values at the two ends of an edge hardly tell where between
+// them the set ends. The side of a point between them does: a point is tried, the part whose ends
+// lie on different sides is kept, and so on.
+//
+// An orbit also tells how far its start is from the set's boundary. If its m-th iterate decides it,
+// and every iterate stretches distances by s, the distance is about
+//   |F_m - L| / (|grad F_1| s^(m - 1)).
+// The vertex divides what is left of an edge by the distances of both ends; where one and the same
+// iterate decides them, that is the linear interpolation of its F. The next point to try is there
+// too, and the search ends where a point is close enough to the boundary.
+
+#include "layout/placement.h"
+#include "map.clh"
+
+// Edges that a work-item has under way. There are more of them than lanes, so that enough of them
+// wait for the same function to fill the lanes.
+#if QJ_WIDTH == 1
+#define HELD 1
+#define element(list, i) 0
+#else
+#define HELD (4 * QJ_WIDTH)
+#define element(list, i) (list)[i]
+#endif
+
+// Differences from the level are no larger: infinite ones cannot be interpolated.
+#define LARGEST_DIFFERENCE ((real)100)
+
+// The part of an edge on which the set ends. Places are in steps from the edge's first point.
+typedef struct {
+  int id;
+  int axis;
+  real x, y, z;  // the index of the first point
+  real near, far;
+  real at_near, at_far;     // differences from the level; exactly one is below 0
+  int near_done, far_done;  // the iterates that decided them; 0 where that is not known
+  real tried;               // the place whose orbit is run
+  int tries;
+} crossed_edge;
+
+static inline crossed_edge new_edge(global const real* edges, int stride, int id) {
+  crossed_edge e;
+  e.id = id;
+  e.x = edges[id], e.y = edges[stride + id], e.z = edges[2 * stride + id];
+  e.axis = (int)edges[3 * stride + id];
+  e.near = 0, e.far = 1;
+  e.at_near = edges[4 * stride + id], e.at_far = edges[5 * stride + id];
+  e.near_done = e.far_done = 0;
+  e.tried = 0;
+  e.tries = 0;
+  return e;
+}
+
+// x / stretch^times.
+static inline real shrunk(real x, int times, const qj_placement* p) {
+  for (int i = 0; i < times; ++i) x /= p->stretch;
+  return x;
+}
+
+// The place that divides what is left of the edge by the distances of its ends from the boundary.
+static inline real divided(const crossed_edge* e, const qj_placement* p) {
+  real near = e->at_near, far = e->at_far;
+  if (e->near_done > 0 && e->far_done > 0) {
+    near = shrunk(near, e->near_done - e->far_done, p);
+    far = shrunk(far, e->far_done - e->near_done, p);
+  } else {
+    near = clamp(near, -p->reach, p->reach);
+    far = clamp(far, -p->reach, p->reach);
+  }
+  return e->near + (e->far - e->near) * (near / (near - far));
+}
+
+// The place to try next: no nearer to an end than a quarter of what is left, which so gets shorter.
+static inline real next_place(const crossed_edge* e, const qj_placement* p) {
+  real margin = (real)0.25 * (e->far - e->near);
+  return clamp(divided(e, p), e->near + margin, e->far - margin);
+}
+
+static inline real3 point_on(const crossed_edge* e, real place, const qj_placement* p) {
+  return (real3)(fma(e->x + (e->axis == 0 ? place : 0), p->step, p->origin_x),
+                 fma(e->y + (e->axis == 1 ? place : 0), p->step, p->origin_y),
+                 fma(e->z + (e->axis == 2 ? place : 0), p->step, p->origin_z));
+}
+
+// Keeps the part that holds the boundary. The orbit of the point that was tried was decided by its
+// iterate number `done`; a field that is not a number is outside.
+static inline void shorten(crossed_edge* e, real field, real level, int done,
+                           const qj_placement* p) {
+  real over = field - level;
+  bool inside = field < level;
+  real difference =
+      inside ? fmax(over, -LARGEST_DIFFERENCE) : fmin(p->flatten * over, LARGEST_DIFFERENCE);
+  if (inside == (e->at_near < 0)) {
+    e->near = e->tried, e->at_near = difference, e->near_done = done;
+  } else {
+    e->far = e->tried, e->at_far = difference, e->far_done = done;
+  }
+  ++e->tries;
+}
+
+// Whether the vertex's place is known well enough; sets it.
+static inline bool is_placed(const crossed_edge* e, const qj_placement* p, real* place) {
+  if (p->slope > 0) {
+    real from_near = shrunk(fabs(e->at_near) / p->slope, e->near_done - 1, p);
+    if (e->near_done > 0 && from_near < p->close) {
+      *place = fmin(e->near + from_near, e->far);
+      return true;
+    }
+    real from_far = shrunk(fabs(e->at_far) / p->slope, e->far_done - 1, p);
+    if (e->far_done > 0 && from_far < p->close) {
+      *place = fmax(e->far - from_far, e->near);
+      return true;
+    }
+  }
+  if (e->tries < p->tries) return false;
+  *place = divided(e, p);
+  return true;
+}
+
+// edges: six arrays of placement.stride reals: the index (i, j, k) of an edge's first point, its
+// axis, and the clamped differences from the level at its first and last point, of which exactly
+// one is below 0. at: `stride` reals, the place of each vertex in steps from the first point.
+//
+// A work-item has the edges item * placement.share ... of placement.count. A turn of its loop
+// computes F, or the versor of an image, for lanes full of edges that wait for it. What is found on
+// an edge does not depend on its companions.
+kernel void place_vertices(global const real* map, int factors, qj_placement placement,
+                           global const real* edges, global real* at) {
+  int next_edge = (int)get_global_id(0) * placement.share;
+  if (next_edge >= placement.count) return;
+  int last_edge = min(next_edge + placement.share, placement.count);
+  real level = map[QJ_MAP_SURFACE_LEVEL], escape = map[QJ_MAP_LOG_ESCAPE];
+  real above = fmin(escape, map[QJ_MAP_LOG_OUTER]), below = map[QJ_MAP_LOG_INNER];
+
+  crossed_edge edge[HELD];
+  int done[HELD];  // iterates of its orbit; -1 before that begins
+  real x[HELD], y[HELD], z[HELD], w[HELD], f[HELD];
+  int for_field[HELD], for_versor[HELD];  // the slots that wait for F, and for a versor
+  int fields = 0, versors = 0;            // how many
+  for (int slot = 0; slot < HELD && next_edge < last_edge; ++slot) {
+    edge[slot] = new_edge(edges, placement.stride, next_edge++);
+    done[slot] = -1;
+    for_field[fields++] = slot;
+  }
+  while (fields + versors > 0) {
+    bool is_field = versors < QJ_WIDTH && (fields >= QJ_WIDTH || fields >= versors);
+    int waiting = is_field ? fields : versors;
+    int count = min(waiting, QJ_WIDTH);
+    int slots[QJ_WIDTH];
+    real px[QJ_WIDTH], py[QJ_WIDTH], pz[QJ_WIDTH], pw[QJ_WIDTH], pf[QJ_WIDTH];
+    for (int i = 0; i < QJ_WIDTH; ++i) {
+      int from = waiting - 1 - min(i, count - 1);
+      int slot = is_field ? element(for_field, from) : element(for_versor, from);
+      if (done[slot] < 0) {
+        edge[slot].tried = next_place(&edge[slot], &placement);
+        real3 start = point_on(&edge[slot], edge[slot].tried, &placement);
+        x[slot] = start.x, y[slot] = start.y, z[slot] = start.z, w[slot] = map[QJ_MAP_SLICE];
+        f[slot] = 0;
+        done[slot] = 0;
+      }
+      slots[i] = slot;
+      px[i] = x[slot], py[i] = y[slot], pz[i] = z[slot], pw[i] = w[slot], pf[i] = f[slot];
+    }
+    qlane q = q_make(lane_load(px, 0), lane_load(py, 0), lane_load(pz, 0), lane_load(pw, 0));
+    if (!is_field) {
+      versors -= count;
+      q = map_image(q, lane_load(pf, 0), map, factors);
+      lane_store(q.x, px, 0), lane_store(q.y, py, 0), lane_store(q.z, pz, 0);
+      lane_store(q.w, pw, 0);
+      for (int i = 0; i < count; ++i) {
+        int slot = element(slots, i);
+        x[slot] = px[i], y[slot] = py[i], z[slot] = pz[i], w[slot] = pw[i];
+        for_field[fields++] = slot;
+      }
+      continue;
+    }
+    fields -= count;
+    real radius[QJ_WIDTH];
+    lane_store(map_modulus(q, map, factors), pf, 0);
+    lane_store(map_log_radius(q), radius, 0);
+    for (int i = 0; i < count; ++i) {
+      int slot = element(slots, i);
+      crossed_edge* e = &edge[slot];
+      // No iterate is run on a start beyond the escape radius.
+      bool is_far = done[slot] == 0 && radius[i] >= escape;
+      f[slot] = is_far ? radius[i] : pf[i];
+      ++done[slot];
+      if (!is_far && done[slot] < placement.iterations && f[slot] > below && f[slot] < above) {
+        for_versor[versors++] = slot;
+        continue;
+      }
+      shorten(e, f[slot], level, done[slot], &placement);
+      real place;
+      if (is_placed(e, &placement, &place)) {
+        at[e->id] = place;
+        if (next_edge == last_edge) continue;
+        *e = new_edge(edges, placement.stride, next_edge++);
+      }
+      done[slot] = -1;
+      for_field[fields++] = slot;
+    }
+  }
+}
