@@ -67,7 +67,9 @@ class ObjReader {
           "mesh with vertex colors");
     }
     if (color->minCoeff() < 0 || color->maxCoeff() > 1) {
-      refuse("the vertex has a color that is not within 0 to 1");
+      refuse(
+          fmt::format("the vertex has the color {} {} {}, and colors are 0 to 1; export it again",
+                      color->x(), color->y(), color->z()));
     }
     faces_.shares.push_back(color->mean());
   }

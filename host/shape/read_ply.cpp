@@ -198,54 +198,108 @@ class Body {
   std::size_t skipped_ = 0;
 };
 
-/// What the properties add up to a vertex' share with: 1 for one of that name, a third for a color;
-/// bytes are 255ths.
-std::vector<double> share_weights(const MeshFile& file, const Element& vertices,
-                                  const std::string& share) {
-  std::vector<double> weights;
-  int found = 0;
-  for (const Property& property : vertices.properties) {
-    const bool is_color =
-        property.name == "red" || property.name == "green" || property.name == "blue";
-    const bool is_asked_for =
-        !property.is_list && (share.empty() ? is_color : property.name == share);
-    found += is_asked_for ? 1 : 0;
-    const double whole = property.type == kType<std::uint8_t> ? 255 : 1;
-    weights.push_back(is_asked_for ? 1 / (whole * (share.empty() ? 3 : 1)) : 0);
-  }
-  if (found != (share.empty() ? 3 : 1)) {
-    file.refuse(share.empty() ? "its vertices have no red, green and blue; export it with vertex "
-                                "colors, or name a property"
-                              : fmt::format("its vertices have no property '{}'", share));
-  }
-  return weights;
+bool is_color(const Property& property) {
+  return property.name == "red" || property.name == "green" || property.name == "blue";
 }
 
-/// @param weights of share_weights; empty: shares are not asked for.
-void read_vertices(const MeshFile& file, Body& body, const Element& element,
-                   const std::vector<double>& weights, FaceList& mesh) {
+/// The vertices' shares of the detail: one property, or where none is named, the mean of three
+/// colors.
+class Shares {
+ public:
+  Shares(const MeshFile& file, const Element& vertices, const std::string& name)
+      : file_(file), name_(name) {
+    for (const Property& property : vertices.properties) {
+      const bool is_wanted = name.empty() ? is_color(property) : property.name == name;
+      is_used_.push_back(is_wanted && !property.is_list);
+    }
+    if (std::ranges::count(is_used_, true) == std::ptrdiff_t{parts()}) return;
+    file.refuse(name.empty() ? "its vertices have no red, green and blue; export it with vertex "
+                               "colors, or name a property"
+                             : fmt::format("its vertices have no property '{}'", name));
+  }
+
+  /// Whether the vertices' property of that place makes shares.
+  bool uses(std::size_t place) const { return is_used_[place]; }
+
+  /// What a vertex' value of such a property adds to its share.
+  double part(std::size_t vertex, const Property& property, double value) {
+    // Text holds what bytes cannot. Computed numbers may be a rounding off.
+    constexpr double kRounding = 1e-6;
+    const bool is_byte = property.type == kType<std::uint8_t>;
+    const bool is_share = is_byte ? value >= 0 && value <= kMostByte && value == std::floor(value)
+                                  : value >= -kRounding && value <= 1 + kRounding;
+    if (!is_share) refuse_or_note(vertex, property, value);
+    least_ = std::min(least_, value);
+    most_ = std::max(most_, value);
+    return value / ((is_byte ? kMostByte : 1) * parts());
+  }
+
+  /// To be called after the last vertex.
+  void check_range() const {
+    if (!first_wrong_) return;
+    const bool is_axis = name_ == "x" || name_ == "y" || name_ == "z";
+    file_.refuse(fmt::format(
+        "its property '{}' goes from {} to {}, and a share is 0 to 1, in bytes 0 to 255 (vertex {} "
+        "is the first beyond): scale it and export the mesh again{}",
+        name_, least_, most_, *first_wrong_,
+        is_axis ? "; for shares along an axis use a ramp, which needs no mesh" : ""));
+  }
+
+ private:
+  static constexpr double kMostByte = 255;
+
+  int parts() const { return name_.empty() ? 3 : 1; }
+
+  /// A property is refused with its range, when that is known.
+  void refuse_or_note(std::size_t vertex, const Property& property, double value) {
+    if (std::isnan(value)) {
+      file_.refuse(fmt::format("vertex {} has no number for its '{}'; export it again", vertex,
+                               property.name));
+    }
+    if (name_.empty()) {
+      file_.refuse(fmt::format(
+          "vertex {} has a {} of {}; give colors as whole numbers of 0 to 255 in a property of "
+          "type uchar, or as numbers of 0 to 1 in one of type float",
+          vertex, property.name, value));
+    }
+    if (!first_wrong_) first_wrong_ = vertex;
+  }
+
+  const MeshFile& file_;
+  const std::string& name_;
+  std::vector<bool> is_used_;
+  std::optional<std::size_t> first_wrong_;
+  double least_ = std::numeric_limits<double>::infinity();
+  double most_ = -std::numeric_limits<double>::infinity();
+};
+
+/// @param shares null: not asked for.
+void read_vertices(Body& body, const Element& element, Shares* shares, FaceList& mesh) {
   for (std::size_t i = 0; i < element.count; ++i) {
     Eigen::Vector3f x = Eigen::Vector3f::Zero();
     double share = 0;
     for (std::size_t p = 0; p < element.properties.size(); ++p) {
       const Property& property = element.properties[p];
+      const bool makes_share = shares != nullptr && shares->uses(p);
       const char axis = property.name.size() == 1 ? property.name[0] : '\0';
+      double value = 0;
       if (axis >= 'x' && axis <= 'z' && !property.is_list) {
-        x[axis - 'x'] = body.next_coordinate(property.type);
-      } else if (!weights.empty() && weights[p] > 0) {
-        share += weights[p] * body.next(property.type);
+        const float coordinate = body.next_coordinate(property.type);
+        x[axis - 'x'] = coordinate;
+        value = double{coordinate};
+      } else if (makes_share) {
+        value = body.next(property.type);
       } else {
         body.skip(property);
       }
+      if (makes_share) share += shares->part(i, property, value);
     }
     mesh.add_vertex(x);
-    if (weights.empty()) continue;
-    constexpr double kRounding = 1e-6;
-    if (!(share >= -kRounding && share <= 1 + kRounding)) {
-      file.refuse(fmt::format("vertex {} has a share of {}: all must be within 0 to 1", i, share));
+    if (shares != nullptr) {
+      mesh.shares.push_back(static_cast<float>(std::clamp(share, 0.0, 1.0)));
     }
-    mesh.shares.push_back(static_cast<float>(std::clamp(share, 0.0, 1.0)));
   }
+  if (shares != nullptr) shares->check_range();
 }
 
 bool is_corner_list(const Property& property) {
@@ -303,12 +357,12 @@ FaceList read_ply(const MeshFile& file, const std::string* share) {
 
   FaceList mesh(file);
   Body body(file, header);
-  std::vector<double> weights;
-  if (share != nullptr) weights = share_weights(file, vertices, *share);
+  std::optional<Shares> shares;
+  if (share != nullptr) shares.emplace(file, vertices, *share);
   for (const auto& element : header.elements) {
     body.expect_rows(element);
     if (&element == &vertices) {
-      read_vertices(file, body, element, weights, mesh);
+      read_vertices(body, element, shares ? &*shares : nullptr, mesh);
     } else if (&element == &faces) {
       read_faces(body, element, mesh);
       break;  // what follows the faces is of no use here

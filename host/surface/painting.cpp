@@ -282,7 +282,10 @@ void PaintOptions::validate() const {
   for (const PaintBall& ball : balls) {
     expect_share("balls", ball.share);
     if (!ball.center.allFinite()) throw OptionError("balls", "a center is not finite");
-    base::expect_positive("balls", ball.radius);
+    if (!(ball.radius > 0 && std::isfinite(ball.radius))) {
+      throw OptionError("balls",
+                        fmt::format("a radius is {}; give a positive number", ball.radius));
+    }
   }
   for (const PaintBlock& block : blocks) {
     expect_share("blocks", block.share);

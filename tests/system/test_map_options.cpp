@@ -204,14 +204,17 @@ TEST_CASE("a paint is put on a map, told by info, and refused where it cannot be
   CHECK_FALSE(json::parse(read_text(bare)).contains("paint"));
   for (const auto& [words, part] : std::vector<std::pair<Arguments, const char*>>{
            {{"--ball", "0", "0", "0", "1"}, "--ball"},
-           {{"--ball", "0", "0", "0", "1", "2"}, "--ball"},
-           {{"--block", "0", "0", "0", "1", "-1", "1", "0.5"}, "--block"},
+           {{"--ball", "0", "0", "0", "1", "2"}, "--ball: 2 is out of range"},
+           {{"--ball", "0", "0", "0", "0", "0"}, "--ball: a radius is 0"},
+           {{"--block", "0", "0", "0", "1", "-1", "1", "0.5"}, "--block: a block is empty"},
+           {{"--ramp", ""}, "--ramp: ''"},
            {{"--ramp", "w=0:1"}, "--ramp"},
            {{"--ramp", "x=0:2"}, "--ramp"},
            {{"--ramp", "x=0"}, "--ramp"},
            {{"--elsewhere", "-1"}, "--elsewhere"},
            {{"--thickness", "0"}, "--thickness"},
            {{"--property", "wild"}, "--property"},
+           {{"--property", ""}, "--property: the name is empty"},
            {{"--mesh", "none.ply"}, "none.ply"}}) {
     const auto refused = paint(words);
     INFO(refused.err);

@@ -211,14 +211,53 @@ TEST_CASE("what vertices say of their share is read with the mesh") {
   CHECK_THROWS_WITH(read("number.ply", with_number), Contains("red, green and blue"));
   CHECK_THROWS_WITH(read("color.ply", in_color, "wild"), Contains("no property 'wild'"));
   CHECK_THROWS_WITH(read("plain.obj", kTetrahedron), Contains("no color") && Contains("line 1"));
-  CHECK_THROWS_WITH(read("color.obj", "v 0 0 0 1 1 2\n"), Contains("within 0 to 1"));
+  CHECK_THROWS_WITH(read("color.obj", "v 0 0 0 1 1 2\n"), Contains("the color 1 1 2"));
   CHECK_THROWS_WITH(read("color.obj", kTetrahedron, "wild"), Contains("property"));
   CHECK_THROWS_WITH(read("color.stl", "solid"), Contains(".ply and .obj"));
-  for (const char* wrong : {"1.01", "-0.1", "nan", "inf"}) {
+  for (const auto& [wrong, range] : {std::pair{"1.5", "from 0 to 1.5"},
+                                     {"-0.25", "from -0.25 to 1"},
+                                     {"nan", "no number"},
+                                     {"inf", "no number"}}) {
     const std::string rows = fmt::format("0 0 0 1\n1 0 0 {}\n1 1 0 0\n0 1 0 1\n", wrong);
-    CHECK_THROWS_WITH(read("wrong.ply", text("property float wild\n", rows.c_str()), "wild"),
-                      Contains("vertex 1"));
+    CHECK_THROWS_WITH(
+        read("wrong.ply", text("property float wild\n", rows.c_str()), "wild"),
+        Contains("wrong.ply") && Contains("vertex 1") && Contains("'wild'") && Contains(range));
   }
+}
+
+TEST_CASE("a coordinate is a property like any other") {
+  const auto read = [](float low, float high) {
+    const std::string text = fmt::format(
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty "
+        "float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n{} 0 0\n{} "
+        "0 0\n{} 1 0\n{} 1 0\n4 0 1 2 3\n",
+        low, high, high, low);
+    return read_painted_mesh(mesh_folder.file("x.ply", text), "x");
+  };
+  CHECK(read(0.25F, 1).shares == std::vector<float>{0.25F, 1, 1, 0.25F});
+  CHECK_THROWS_WITH(read(-3, 0.5F), Contains("x.ply") && Contains("'x' goes from -3 to 0.5") &&
+                                        Contains("vertex 0") && Contains("ramp"));
+}
+
+TEST_CASE("colors beyond what their type can say are refused, though their mean is a share") {
+  const auto refuse = [](const char* type, const char* color, const char* what) {
+    const std::string text = fmt::format(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty "
+        "float z\nproperty {0} red\nproperty {0} green\nproperty {0} blue\nelement face 1\n"
+        "property list uchar int vertex_indices\nend_header\n0 0 0 0 0 0\n1 0 0 {1}\n0 1 0 0 0 "
+        "0\n3 0 1 2\n",
+        type, color);
+    CAPTURE(type, color);
+    CHECK_THROWS_WITH(read_painted_mesh(mesh_folder.file("beyond.ply", text)),
+                      Contains("beyond.ply") && Contains("vertex 1") && Contains(what));
+  };
+  refuse("uchar", "300 0 0", "a red of 300");
+  refuse("uint8", "0 -1 200", "a green of -1");
+  refuse("uchar", "0 0.5 0", "a green of 0.5");
+  refuse("float", "0.5 0.5 -0.25", "a blue of -0.25");
+  refuse("float", "0 1.5 0", "a green of 1.5");
+  refuse("int", "200 0 0", "a red of 200");
+  refuse("float", "0 nan 0", "no number for its 'green'");
 }
 
 TEST_CASE("ply: what is wrong is refused") {

@@ -32,7 +32,7 @@ PaintRamp ramp_of(const std::string& text) {
     if (low >= 0 && low <= 1 && high >= 0 && high <= 1) return {first[0] - 'x', low, high};
   }
   throw InputError(fmt::format(
-      "--ramp: '{}' is not AXIS=LOW:HIGH with x, y or z and two shares, such as y=1:0.1", text));
+      "'{}' is not AXIS=LOW:HIGH with x, y or z and two shares, such as y=1:0.1", text));
 }
 
 nlohmann::json options_json(const PaintArguments& arguments) {
@@ -62,11 +62,11 @@ int run_paint(const PaintArguments& arguments, Session& session) {
   if (!arguments.mesh.empty()) inputs.emplace_back(arguments.mesh);
   session.check_outputs(inputs, {{"--output", arguments.output, {".json"}}});
   const bool paints = !options.balls.empty() || !options.blocks.empty() || options.thickness ||
-                      !arguments.ramp.empty() || !arguments.mesh.empty();
+                      options.ramp || !arguments.mesh.empty() ||
+                      options.elsewhere != PaintOptions{}.elsewhere;
   if (arguments.clear && paints) {
     throw InputError("--clear only removes paint; leave it out, or the options that paint");
   }
-  if (!arguments.ramp.empty()) options.ramp = ramp_of(arguments.ramp);
   options.validate();
   RationalMap map = session.read_map(arguments.map);
   map.paint.reset();
@@ -114,14 +114,23 @@ void describe_paint(Command command, PaintArguments& a) {
         a.options.blocks.push_back({{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}}, v[6]});
       },
       "The same for a block between two corners, under all balls");
-  command.add("--ramp", &a.ramp, "AXIS=LOW:HIGH",
-              "Shares that go evenly along an axis, from the shape's low end to its high one, such "
-              "as y=1:0.1");
+  const auto take_ramp = [&a](const std::string& text) {
+    a.options.ramp = ramp_of(text);
+    a.ramp = text;
+  };
+  command.word(
+      "--ramp", "AXIS=LOW:HIGH", take_ramp,
+      "Shares that go evenly along an axis, from the shape's low end to its high one, such "
+      "as y=1:0.1");
   command.file("--mesh", a.mesh, "MESH",
                "The mesh with vertex colors: white places have all of the detail, black ones none. "
                ".ply or .obj");
-  command.add("--property", &a.property, "NAME",
-              "With --mesh: the number of a .ply's vertices, 0 to 1, that is the share instead");
+  const auto take_property = [&a](const std::string& name) {
+    if (name.empty()) throw InputError("the name is empty; give that of a number of the vertices");
+    a.property = name;
+  };
+  command.word("--property", "NAME", take_property,
+               "With --mesh: the number of a .ply's vertices, 0 to 1, that is the share instead");
   command.add("--thickness", &a.options.thickness, "FRACTION",
               "Bounds the shell by this share of the shape's own thickness, 0.01 to 2: thin limbs "
               "then keep their shape, and thick parts all of the detail. 0.15 is a good value");
