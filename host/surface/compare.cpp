@@ -24,8 +24,9 @@ namespace {
 constexpr int kMostComparedCells = 1024;
 constexpr std::size_t kSurfaceSamples = 30000;
 constexpr std::uint64_t kSeed = 1;
-constexpr double kCubeSide = 1.15;     // in longest sides of the mesh's box
-constexpr double kSharpness = 10;      // α
+constexpr double kCubeSide = 1.15;  // in longest sides of the mesh's box
+constexpr double kSharpness = 10;   // α
+constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 constexpr double kShortestLimb = 0.1;  // of the mesh's longest side
 
 /// Cell centres of a cube about a mesh, and the mesh's signed distance there.
@@ -98,8 +99,9 @@ std::vector<bool> compare_volumes(const LevelSet& set, double level, const CubeS
       side.agreement += (in_mesh ? -weight : weight) * std::tanh(kSharpness * field);
     }
   }
-  metrics.iou = overlap.iou();
-  metrics.energy = -0.5 * (outside.mean() + inside.mean());
+  const bool mesh_has_cells = inside.weight > 0;
+  metrics.iou = mesh_has_cells ? overlap.iou() : kUndefined;
+  metrics.energy = mesh_has_cells ? -0.5 * (outside.mean() + inside.mean()) : kUndefined;
   return in_set;
 }
 
@@ -168,8 +170,8 @@ void compare_surfaces(const Device& device, const TriangleMesh& set, const Sampl
     sampled.emplace(set, SignedDistance(device, set, Precision::single, stop), part);
   }
   if (!sampled || sampled->points.empty()) {
-    metrics.mean_distance = metrics.distance_95 = metrics.hausdorff_distance =
-        std::numeric_limits<double>::quiet_NaN();
+    metrics.mean_distance = metrics.distance_95 = metrics.hausdorff_distance = kUndefined;
+    if (std::isnan(metrics.iou)) metrics.roughness = kUndefined;
     return;
   }
   metrics.roughness = sampled->area / mesh.area;
@@ -193,6 +195,7 @@ double slope_variation(const Device& device, RationalMap map, std::vector<Eigen:
     squares += slope * slope;
   }
   const double mean = sum / static_cast<double>(points.size());
+  if (!(mean > 0)) return kUndefined;
   return std::sqrt(std::max(0.0, squares / static_cast<double>(points.size()) - mean * mean)) /
          mean;
 }
@@ -256,6 +259,22 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
   return all;
 }
 
+std::string why_undefined(const FitMetrics& metrics) {
+  if (std::isnan(metrics.iou)) {
+    return "no cell's centre lies in the mesh, which is too thin for cells of this size; give a "
+           "higher resolution";
+  }
+  if (std::isnan(metrics.mean_distance)) {
+    return "the set has no surface on this grid; give less detail or fewer iterations, or a higher "
+           "resolution where the set is thinner than a cell";
+  }
+  if (std::isnan(metrics.slope_variation)) {
+    return "the potential is flat all over the mesh's surface; give the mesh that the map was made "
+           "for";
+  }
+  return {};
+}
+
 nlohmann::json to_json(const FitMetrics& metrics) {
   nlohmann::json json{{"iterations", metrics.iterations},
                       {"iou", metrics.iou},
@@ -265,6 +284,7 @@ nlohmann::json to_json(const FitMetrics& metrics) {
                       {"energy", metrics.energy},
                       {"roughness", metrics.roughness},
                       {"slope_variation", metrics.slope_variation}};
+  if (const std::string why = why_undefined(metrics); !why.empty()) json["undefined"] = why;
   if (metrics.limbs >= 0)
     json.update({{"limbs", metrics.limbs}, {"limbs_kept", metrics.limbs_kept}});
   return json;

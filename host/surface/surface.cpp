@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -13,6 +14,7 @@
 #include <numeric>
 #include <utility>
 
+#include "base/random.hpp"
 #include "base/range_check.hpp"
 #include "device/point_batch.hpp"
 #include "map/checks.hpp"
@@ -57,23 +59,26 @@ double reach_about(double level, double tufts, const StopRadii& stops, int itera
   return std::clamp(nearer, kLeastReach, kMostReach);
 }
 
+GridField field_of(const LevelSet& set) {
+  return [&set](const Grid& grid, const GridBlock& block) { return set.over(grid, block); };
+}
+
+/// A box that most of the set lies in; map units.
+Box box_about(const LevelSet& set, const RationalMap& map, const StopRadii& stops) {
+  const ShapeToMap& to_map = map.shape_to_map;
+  if (const std::optional<Box> known = map::box_with_copies(map)) {
+    const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kMargin * known->size().maxCoeff());
+    return {to_map.to_map(known->low - margin), to_map.to_map(known->high + margin)};
+  }
+  return shrunk_to_inside(field_of(set), map.surface_level, cube(farthest_inside(stops)));
+}
+
 /// The box asked for, or one that is clear of the set; map units.
 Box box_to_mesh(const LevelSet& set, const RationalMap& map, const StopRadii& stops,
                 const SurfaceOptions& options, const ProgressMonitor& monitor) {
-  const ShapeToMap& to_map = map.shape_to_map;
-  if (options.box) return to_map.to_map(*options.box);
-  const GridField field = [&set](const Grid& grid, const GridBlock& block) {
-    return set.over(grid, block);
-  };
-  Box box;
-  if (const std::optional<Box> known = map::box_with_copies(map)) {
-    const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kMargin * known->size().maxCoeff());
-    box = {to_map.to_map(known->low - margin), to_map.to_map(known->high + margin)};
-  } else {
-    box = shrunk_to_inside(field, map.surface_level, cube(farthest_inside(stops)));
-  }
-  return enlarged_until_clear(field, map.surface_level, box, options.resolution,
-                              2 * farthest_inside(stops), monitor);
+  if (options.box) return map.shape_to_map.to_map(*options.box);
+  return enlarged_until_clear(field_of(set), map.surface_level, box_about(set, map, stops),
+                              options.resolution, 2 * farthest_inside(stops), monitor);
 }
 
 /// Points of the slab whose sides are unknown, numbered in its slices, x fastest, then y.
@@ -297,6 +302,30 @@ TriangleMesh extract_surface(const Device& device, const RationalMap& map,
   const SurfaceReport made = extract_surface(device, map, options, sink, monitor);
   if (report != nullptr) *report = made;
   return std::move(sink.mesh);
+}
+
+bool has_points(const Device& device, const RationalMap& map, const SurfaceOptions& options,
+                std::stop_token stop) {
+  options.validate();
+  map.validate();
+  constexpr std::size_t kPlaces = std::size_t{1} << 16;
+  constexpr std::uint64_t kSeed = 1;
+  const StopRadii stops = find_stop_radii(device, map, options.escape, std::move(stop));
+  const LevelSet set(device, map, stops, options.iterations, options.precision);
+  const Box box = options.box ? map.shape_to_map.to_map(*options.box) : box_about(set, map, stops);
+  std::vector<Eigen::Vector3d> places;
+  places.reserve(kPlaces + 1);
+  if (Eigen::AlignedBox3d(box.low, box.high).contains(Eigen::Vector3d::Zero().eval())) {
+    places.emplace_back(Eigen::Vector3d::Zero());
+  }
+  base::Random random(kSeed);
+  for (std::size_t i = 0; i < kPlaces; ++i) {
+    Eigen::Vector3d x;
+    for (int axis = 0; axis < 3; ++axis) x[axis] = random.uniform(box.low[axis], box.high[axis]);
+    places.push_back(x);
+  }
+  const auto level = static_cast<float>(map.surface_level);
+  return std::ranges::any_of(set.at(places), [&](float value) { return value < level; });
 }
 
 nlohmann::json to_json(const SurfaceReport& report) {

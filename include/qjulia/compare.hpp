@@ -3,6 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "qjulia/device.hpp"
@@ -25,7 +26,9 @@ struct CompareOptions {
   void validate() const;  ///< @throws InputError
 };
 
-/// Figures at one number of iterations. Distances are fractions of the mesh's box diagonal.
+/// Figures at one number of iterations. Distances are fractions of the mesh's box diagonal. What is
+/// undefined is not a number: IoU and energy where no cell's centre lies in the mesh, distances
+/// where the set has no surface on the grid, and the roughness where both is so.
 struct FitMetrics {
   int iterations = 1;
   double iou = 0;
@@ -50,6 +53,10 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
                                 const TriangleMesh& mesh, const CompareOptions& options,
                                 const ProgressMonitor& monitor = {});
 
+/// Why some of the figures are undefined, and what to do; empty where all are numbers.
+std::string why_undefined(const FitMetrics& metrics);
+
+/// What is undefined is null, and "undefined" says why.
 nlohmann::json to_json(const FitMetrics& metrics);
 
 }  // namespace qjulia

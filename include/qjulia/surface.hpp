@@ -5,6 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
+#include <stop_token>
 
 #include "qjulia/field.hpp"
 #include "qjulia/mesh.hpp"
@@ -80,5 +81,11 @@ SurfaceReport extract_surface(const Device& device, const RationalMap& map,
 TriangleMesh extract_surface(const Device& device, const RationalMap& map,
                              const SurfaceOptions& options, const ProgressMonitor& monitor = {},
                              SurfaceReport* report = nullptr);
+
+/// Whether the set has points in the box, of 65,536 places and the origin: then a surface that came
+/// out empty is too thin for its grid, and more cells find it.
+/// @throws as `extract_surface`
+bool has_points(const Device& device, const RationalMap& map, const SurfaceOptions& options,
+                std::stop_token stop = {});
 
 }  // namespace qjulia

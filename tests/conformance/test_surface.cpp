@@ -303,6 +303,41 @@ TEST_CASE("the ball of q² compares with spheres as balls do") {
   }
 }
 
+TEST_CASE("what a mesh too thin for its cells leaves undefined is null, with the reason") {
+  TriangleMesh plate = shapes::box();
+  for (auto& v : plate.vertices) v.z() *= 0.01;
+  RationalMap map = square();
+  const FitMetrics thin = compare(test::shared_device(), map, plate, {8, 1}).at(0);
+  CHECK(std::isnan(thin.iou));
+  CHECK(std::isnan(thin.energy));
+  CHECK(std::isfinite(thin.mean_distance));
+  CHECK(thin.roughness > 1);
+  CHECK_THAT(why_undefined(thin), Catch::Contains("higher resolution"));
+  map.surface_level = -100;
+  const FitMetrics nothing = compare(test::shared_device(), map, plate, {8, 1}).at(0);
+  const auto json = to_json(nothing);
+  for (const char* key : {"iou", "energy", "mean_distance", "distance_95", "roughness"}) {
+    CHECK(json[key].dump() == "null");
+  }
+  CHECK(json["undefined"] == why_undefined(nothing));
+  const FitMetrics good =
+      compare(test::shared_device(), square(), shapes::sphere(3), {32, 1}).at(0);
+  CHECK(why_undefined(good).empty());
+  CHECK_FALSE(to_json(good).contains("undefined"));
+}
+
+TEST_CASE("a set that its grid misses has points, and one that is not there has none") {
+  RationalMap map = square();
+  map.box = Box{{-1, -1, -1}, {1, 1, 1}};
+  map.surface_level = -6;  // a ball of radius e⁻³ about the middle of a cell
+  SurfaceOptions options{.resolution = 3, .iterations = 1};
+  CHECK(extract_surface(test::shared_device(), map, options).triangles.empty());
+  CHECK(has_points(test::shared_device(), map, options));
+  options.box = Box{{0.5, 0.5, 0.5}, {1, 1, 1}};
+  CHECK(extract_surface(test::shared_device(), map, options).triangles.empty());
+  CHECK_FALSE(has_points(test::shared_device(), map, options));
+}
+
 TEST_CASE("a part is compared by what lies in it") {
   const Device device = test::shared_device();
   // The set is the unit ball; the mesh has a second ball, which only the whole misses.

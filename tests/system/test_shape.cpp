@@ -141,6 +141,35 @@ TEST_CASE("meshes that make no shape are refused, and thin ones are told") {
   CHECK_THAT(told.err, Contains("warning: ") && Contains("--resolution"));
 }
 
+TEST_CASE("cells that a thin shape falls between are told apart from a set that is not there") {
+  const ShapeFiles bench;
+  const std::string map = bench.folder / "map.json", mesh = bench.file("plate.obj", plate(0.05));
+  REQUIRE(run_command(bench.shape(mesh, map)).exit_code == 0);
+  const std::string surface = bench.folder / "set.ply";
+  bench.check_refused({"surface", map, "-o", surface, "--resolution", "7", "--iterations", "1"},
+                      "too thin for cells of this size; give a --resolution higher than 7", 1);
+  bench.check_refused(
+      {"surface", map, "-o", surface, "--resolution", "7", "--box", "2", "2", "2", "3", "3", "3"},
+      "empty in this box; try a smaller --detail", 1);
+
+  const Arguments compare = {"compare", map, mesh, "--resolution", "8"};
+  const ProcessResult told = run_command(compare);
+  CAPTURE(told.out, told.err);
+  CHECK(told.exit_code == 0);
+  CHECK_THAT(told.out, !Contains("nan") && Contains("undefined at n = 6: no cell's centre") &&
+                           Contains("higher resolution"));
+  Arguments as_json = compare;
+  as_json.emplace_back("--json");
+  const ProcessResult result = run_command(as_json);
+  REQUIRE(result.exit_code == 0);
+  const auto metrics = nlohmann::json::parse(result.out)["metrics"];
+  for (const auto& m : metrics) {
+    CHECK(m["iou"].is_null());
+    CHECK(m["energy"].is_null());
+    CHECK_THAT(m["undefined"].get<std::string>(), Contains("higher resolution"));
+  }
+}
+
 TEST_CASE("a shape's versor is checked before the work") {
   const ShapeFiles bench;
   const std::string map = bench.folder / "map.json";

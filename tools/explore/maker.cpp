@@ -55,8 +55,13 @@ std::string mesh_file(const Device& device, RationalMap map, const MakeRequest& 
                       const ProgressMonitor& monitor) {
   if (request.millimetres) map = with_longest_side(std::move(map), *request.millimetres);
   // Pictures are drawn on `device` while slabs of the mesh are evaluated on threads of their own.
-  TriangleMesh mesh = extract_surface(device.sibling(), map, request.surface, monitor);
-  if (mesh.triangles.empty()) throw Error("the set is empty: try less detail, or fewer iterations");
+  const Device own = device.sibling();
+  TriangleMesh mesh = extract_surface(own, map, request.surface, monitor);
+  if (mesh.triangles.empty()) {
+    throw Error(has_points(own, map, request.surface, monitor.stop)
+                    ? "the set is too thin for cells of this size: give a higher resolution"
+                    : "the set is empty: try less detail, or fewer iterations");
+  }
   drop_loose_pieces(mesh);
   for (const Cut& cut : request.view.picture.cuts) {
     if (!map.box) throw InputError("cut: the map keeps no box of its shape");

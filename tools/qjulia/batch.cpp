@@ -131,7 +131,10 @@ class FitWorker {
     options.resolution = entry.outputs.surface_resolution;
     TriangleMesh mesh = extract_surface(device_, map, options, monitor);
     if (mesh.triangles.empty()) {
-      throw Error("the set is empty, so there is no surface; try a smaller detail");
+      throw Error(has_points(device_, map, options, monitor.stop)
+                      ? "the set is too thin for the surface's cells; give a higher "
+                        "surface_resolution"
+                      : "the set is empty, so there is no surface; try a smaller detail");
     }
     drop_loose_pieces(mesh);
     return mesh;

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
@@ -24,23 +25,34 @@ struct CompareArguments {
   CompareOptions options;
 };
 
+/// In so many columns and digits; "-" stands for what is undefined.
+std::string figure(double value, int columns, int digits) {
+  return std::isnan(value) ? fmt::format("{:>{}}", "-", columns)
+                           : fmt::format("{:{}.{}f}", value, columns, digits);
+}
+
 std::string table(const std::vector<FitMetrics>& metrics) {
   std::string text =
       "  n     IoU   mean distance   95 % within   Hausdorff   roughness   energy\n"
       "               % of diagonal    % of diag.  % of diag.  area ratio";
   for (const FitMetrics& m : metrics) {
-    text += fmt::format("\n{:3}  {:.4f}  {:14.3f}  {:12.3f}  {:10.2f}  {:10.3f}  {:+.4f}",
-                        m.iterations, m.iou, 100 * m.mean_distance, 100 * m.distance_95,
-                        100 * m.hausdorff_distance, m.roughness, m.energy);
+    text += fmt::format(
+        "\n{:3}  {}  {}  {}  {}  {}  {}", m.iterations, figure(m.iou, 6, 4),
+        figure(100 * m.mean_distance, 14, 3), figure(100 * m.distance_95, 12, 3),
+        figure(100 * m.hausdorff_distance, 10, 2), figure(m.roughness, 10, 3),
+        std::isnan(m.energy) ? figure(m.energy, 7, 4) : fmt::format("{:+.4f}", m.energy));
+  }
+  for (const FitMetrics& m : metrics) {
+    const std::string why = why_undefined(m);
+    if (!why.empty()) text += fmt::format("\nundefined at n = {}: {}", m.iterations, why);
   }
   if (metrics.back().limbs >= 0) {
     for (const FitMetrics& m : metrics) {
       text += fmt::format("\nlimbs at n = {}: {} of {}", m.iterations, m.limbs_kept, m.limbs);
     }
   }
-  return text +
-         fmt::format("\nslope varies by {:.3f} of its mean over the surface (0: an even shell)",
-                     metrics.front().slope_variation);
+  return text + fmt::format("\nslope varies by {} of its mean over the surface (0: an even shell)",
+                            figure(metrics.front().slope_variation, 0, 3));
 }
 
 int run_compare(const CompareArguments& arguments, Session& session) {

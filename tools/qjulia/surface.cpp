@@ -137,9 +137,13 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   const SurfaceReport& report = written.report;
   if (report.triangles == 0) {
     throw Error(
-        fmt::format("the set of '{}' is empty in this box; try a smaller --detail, fewer "
-                    "--iterations or another --box",
-                    arguments.map));
+        has_points(device, map, options, session.interrupts.token())
+            ? fmt::format("the set of '{}' is too thin for cells of this size; give a --resolution "
+                          "higher than {}",
+                          arguments.map, options.resolution)
+            : fmt::format("the set of '{}' is empty in this box; try a smaller --detail, fewer "
+                          "--iterations or another --box",
+                          arguments.map));
   }
   const bool closed = report.open_edges == 0 && written.non_manifold_edges == 0;
   const std::size_t components = written.figures.components;

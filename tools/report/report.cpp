@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/base64.hpp"
@@ -59,19 +60,27 @@ std::string stage_table(const std::vector<StageReport>& stages) {
   return html::table({"stage", "evaluations", "energy before", "after", "IoU", "seconds"}, rows);
 }
 
+std::string figure(double value, int digits) {
+  return std::isnan(value) ? "undefined" : fmt::format("{:.{}f}", value, digits);
+}
+
 std::string metrics_table(const std::vector<FitMetrics>& all) {
   std::vector<std::vector<std::string>> rows;
+  std::string notes;
   rows.reserve(all.size());
   for (const FitMetrics& m : all) {
-    rows.push_back(
-        {fmt::format("{}", m.iterations), fmt::format("{:.4f}", m.iou),
-         fmt::format("{:.3f}", 100 * m.mean_distance), fmt::format("{:.3f}", 100 * m.distance_95),
-         fmt::format("{:.2f}", 100 * m.hausdorff_distance), fmt::format("{:.3f}", m.roughness),
-         fmt::format("{:+.4f}", m.energy), fmt::format("{:.3f}", m.slope_variation)});
+    rows.push_back({fmt::format("{}", m.iterations), figure(m.iou, 4),
+                    figure(100 * m.mean_distance, 3), figure(100 * m.distance_95, 3),
+                    figure(100 * m.hausdorff_distance, 2), figure(m.roughness, 3),
+                    figure(m.energy, 4), figure(m.slope_variation, 3)});
+    const std::string why = why_undefined(m);
+    if (!why.empty())
+      notes += fmt::format("<p>Undefined at n = {}: {}.</p>\n", m.iterations, html::escaped(why));
   }
   return html::table({"n", "IoU", "mean distance, % of diagonal", "95 % within, %", "Hausdorff, %",
                       "roughness", "energy", "variation of slope"},
-                     rows);
+                     rows) +
+         notes;
 }
 
 }  // namespace
