@@ -32,7 +32,7 @@ inline void check_length(const std::string& name, double value) {
 
 /// Where a grid begins, map coordinates. @throws InputError
 inline void check_origin(const std::string& name, const Eigen::Vector3d& origin) {
-  if (origin.cwiseAbs().maxCoeff() <= 1e9) return;
+  if ((origin.array().abs() <= 1e9).all()) return;
   throw InputError(fmt::format("the map's {} must have finite numbers within ±1e9", name));
 }
 

@@ -33,8 +33,14 @@ class Reader {
   std::int32_t integer(const char* what) { return value<std::int32_t>(what); }
   double number(const char* what) { return value<double>(what); }
 
+  /// Three finite numbers.
   std::array<double, 3> vector(const char* what) {
-    return {number(what), number(what), number(what)};
+    const std::array<double, 3> v{number(what), number(what), number(what)};
+    if (!std::ranges::all_of(v, [](double c) { return std::isfinite(c); })) {
+      fail(fmt::format("its {} ({}, {}, {}) must be finite numbers; it is damaged", what, v[0],
+                       v[1], v[2]));
+    }
+    return v;
   }
 
   /// A count of elements of `bytes` each, all of which the file still holds.
@@ -114,8 +120,8 @@ void skip_field(Reader& file, const char* name) {
     // No more than the file holds, so that the next product does not overflow either.
     if (cells > file.left() / sizeof(double)) file.truncated(name);
   }
-  file.vector(name);
-  file.vector(name);
+  file.vector(fmt::format("{}'s centre", name).c_str());
+  file.vector(fmt::format("{}'s lengths", name).c_str());
   file.skip(cells * sizeof(double), name);
 }
 
@@ -140,7 +146,10 @@ std::string bytes_of(const std::filesystem::path& path, const char* what) {
 RationalMap original_from_bytes(std::string_view bytes, const std::string& source) {
   Reader file(bytes, source);
   std::array<std::int32_t, 3> resolution{};
-  for (std::int32_t& n : resolution) n = file.integer("resolution");
+  for (std::int32_t& n : resolution) {
+    n = file.integer("resolution");
+    if (n < 0) file.fail(fmt::format("has a resolution of {}; it is damaged", n));
+  }
   const auto center = file.vector("centre");
   const auto lengths = file.vector("lengths");
 

@@ -95,6 +95,23 @@ TEST_CASE("numbers that make no map are refused") {
   check_refused(original_bytes(file), "exponent");
 }
 
+TEST_CASE("numbers of the header must be finite, and the message names them") {
+  const std::string whole = original_bytes(small_original());
+  const auto with_number = [&](std::size_t offset, double value) {
+    return std::string(whole).replace(offset, 8, test::Bytes().number(value).text());
+  };
+  const std::size_t field = whole.size() - 3 * (12 + 48 + 24 * 8);
+  for (const double wrong : {std::nan(""), -std::numeric_limits<double>::infinity()}) {
+    for (const std::size_t axis : {0, 1, 2}) {
+      check_refused(with_number(12 + 8 * axis, wrong), "its centre (");
+      check_refused(with_number(36 + 8 * axis, wrong), "its lengths (");
+      check_refused(with_number(field + 12 + 8 * axis, wrong), "its fractal field's centre (");
+      check_refused(with_number(field + 36 + 8 * axis, wrong), "its fractal field's lengths (");
+    }
+  }
+  check_refused(with_integer(whole, 4, -3), "resolution of -3");
+}
+
 TEST_CASE("a .poly4d file is one polynomial") {
   const auto original = small_original();
   test::Bytes bytes;
@@ -154,6 +171,11 @@ TEST_CASE("an .f3d file is a field, and a mesh of it lies where the field says")
   CHECK_THROWS_WITH(field(whole + "x"), Catch::Contains("after its end"));
   for (const std::int32_t wrong : {-1, 0, 1, 1 << 30, std::numeric_limits<std::int32_t>::max()}) {
     CHECK_THROWS_AS(field(with_integer(whole, 0, wrong)), InputError);
+  }
+  for (const std::size_t offset : {12, 20, 28, 36, 44, 52}) {
+    const std::string nan = test::Bytes().number(std::nan("")).text();
+    CHECK_THROWS_WITH(field(std::string(whole).replace(offset, 8, nan)),
+                      Catch::Contains(offset < 36 ? "its centre" : "its lengths"));
   }
   SampledDistance filled = distance;
   for (double& d : filled.values) d = -1;
