@@ -8,6 +8,7 @@
 #include "base/random.hpp"
 #include "base/range_check.hpp"
 #include "fit/distance_grid.hpp"
+#include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/shape.hpp"
@@ -75,7 +76,7 @@ std::vector<Factor> moved(std::vector<Factor> factors, const ShapeToMap& from,
 void ExactMapOptions::validate() const {
   base::expect_between("resolution", resolution, kFewestGridCells, kMostGridCells, "cells");
   if (const auto* number = std::get_if<double>(&detail)) {
-    base::expect_between("detail", *number, 0.0001, 0.1, "of the box's diagonal");
+    base::expect_between("detail", *number, kLeastDetail, kMostDetail, "of the box's diagonal");
   }
   base::expect_between("tufts", tufts, 1.0, kMostTufts);
   base::expect_between("roots", roots, 1, kMostRoots);

@@ -16,6 +16,7 @@
 #include "fit/schedule.hpp"
 #include "fit/stages.hpp"
 #include "fit/team.hpp"
+#include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "shape/overlap.hpp"
@@ -213,7 +214,7 @@ void FitOptions::validate() const {
   if (factors != 0) base::expect_between("factors", factors, kLeastFactors, kMostFactors);
   base::expect_between("max_factors", max_factors, kLeastFactors, kMostFactors);
   if (const auto* number = std::get_if<double>(&detail)) {
-    base::expect_between("detail", *number, 0.0001, 0.1, "of the box's diagonal");
+    base::expect_between("detail", *number, kLeastDetail, kMostDetail, "of the box's diagonal");
   }
   base::expect_between("tufts", tufts, 1.0, kMostTufts);
   if (!(time_limit > 0)) {

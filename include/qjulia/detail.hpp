@@ -10,6 +10,9 @@
 
 namespace qjulia {
 
+/// Details that can be asked for. A word may stand for less, for a very thin shape.
+constexpr double kLeastDetail = 0.0001, kMostDetail = 0.1;
+
 /// F_1 − L multiplied by t everywhere: a_k ← t a_k (of a distance modulus, δ ← δ / t),
 /// S ← t (S − L) + L. The surface F_1 = L stays where it is and the shell gets t times thinner;
 /// `detail` is divided by t where it is known.

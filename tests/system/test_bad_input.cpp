@@ -167,9 +167,9 @@ TEST_CASE("bad option values are refused") {
   fit("--precision", "half");
   fit("--schedule", "no such schedule");
 
-  for (const char* value :
-       {"drift", "drift=", "drift=0:1", "drift=0:1:1", "drift=0:1:1e9", "drift=0:nan:3",
-        "colour=0:1:3", "detail=0.02,0", "iterations=1,2.5", "order-seed=-1,2"}) {
+  for (const char* value : {"drift", "drift=", "drift=0:1", "drift=0:1:1", "drift=0:1:1e9",
+                            "drift=0:nan:3", "colour=0:1:3", "detail=0.02,0", "detail=0.02,0.2",
+                            "iterations=1,2.5", "order-seed=-1,2"}) {
     check_refused(folder, {"render", map, "-o", folder / "out.png", "--sweep", value}, "");
   }
   check_refused(folder, {"render", mesh, "-o", folder / "out.png", "--sweep", "drift=0,1"},
@@ -181,7 +181,9 @@ TEST_CASE("bad option values are refused") {
     arguments.insert(arguments.end(), values.begin(), values.end());
     check_refused(folder, arguments, option.substr(2));
   };
-  for (const char* value : {"nan", "-1", "0", "inf"}) surface("--detail", {value});
+  for (const char* value : {"nan", "-1", "0", "inf", "1", "0.11", "0.00009"}) {
+    surface("--detail", {value});
+  }
   for (const char* value : {"0", "-4", "1e99"}) surface("--resolution", {value});
   for (const char* value : {"0", "17", "-1"}) surface("--iterations", {value});
   surface("--order-seed", {"-1"});

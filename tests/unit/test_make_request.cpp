@@ -1,5 +1,6 @@
 // What pages ask to have made.
 
+#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 
 #include "explore/maker.hpp"
@@ -46,6 +47,12 @@ TEST_CASE("what cannot be used is named, with what to give") {
   CHECK_THROWS_WITH(read_view({{"size", "0x0"}}), Contains("size: give sides of 1 to 16384"));
   CHECK_THROWS_WITH(read_view({{"size", "-1x-1"}}), Contains("size: give sides of 1 to 16384"));
   CHECK_THROWS_WITH(read_view({{"samples", "0"}}), "samples: give 1 to 4");
+  for (const char* detail : {"1", "0.11", "0.00009", "0", "-1"}) {
+    CHECK_THROWS_WITH(read_view({{"detail", detail}}),
+                      Contains("detail: ") && Contains("give 0.0001 to 0.1"));
+  }
+  CHECK(*read_view({{"detail", "0.1"}}).knobs.detail == 0.1);
+  CHECK_THROWS_WITH(read_view({{"draft", "7"}}), "draft: '7' cannot be used; give 0 or 1");
   CHECK_THROWS_WITH(read_view({{"zoom", "far"}}), "zoom: 'far' cannot be used; give a number");
   CHECK_THROWS_WITH(read_view({{"order-seed", "-1"}}), Contains("give a whole number that is not"));
   CHECK_THROWS_WITH(read_make({{"make", "ply"}, {"resolution", "x"}}),

@@ -12,6 +12,7 @@
 #include "base/range_check.hpp"
 #include "base/text.hpp"
 #include "qjulia/colors.hpp"
+#include "qjulia/detail.hpp"
 #include "qjulia/file_types.hpp"
 
 namespace qjulia::explore {
@@ -45,7 +46,11 @@ template <class Number>
 requires std::is_arithmetic_v<Number>
 void read(std::string_view text, Number& value) { value = query_number<Number>(text); }
 
-void read(std::string_view text, bool& value) { value = query_number<int>(text) != 0; }
+void read(std::string_view text, bool& value) {
+  if (text != "0" && text != "1")
+    throw InputError(fmt::format("'{}' cannot be used; give 0 or 1", text));
+  value = text == "1";
+}
 
 void read(std::string_view text, Eigen::Vector3d& value) {
   const std::vector<double> v = numbers(text, 3);
@@ -107,6 +112,15 @@ void read_size(std::string_view text, ViewRequest& view) {
   }
 }
 
+void read_detail(std::string_view text, ViewRequest& view) {
+  const auto detail = query_number<double>(text);
+  if (!(detail >= kLeastDetail && detail <= kMostDetail)) {
+    throw InputError(
+        fmt::format("{} is out of range; give {} to {}", detail, kLeastDetail, kMostDetail));
+  }
+  view.knobs.detail = detail;
+}
+
 void read_samples(std::string_view text, ViewRequest& view) {
   int& samples = view.picture.samples_per_axis;
   read(text, samples);
@@ -152,7 +166,7 @@ Part cut(char axis) {
 
 const std::map<std::string, Part, std::less<>>& parts() {
   static const std::map<std::string, Part, std::less<>> all{
-      {"detail", knob(&MapKnobs::detail)},
+      {"detail", {Changes::knobs, read_detail}},
       {"order-seed", knob(&MapKnobs::order_seed)},
       {"phase", knob(&MapKnobs::phase)},
       {"slice", knob(&MapKnobs::slice)},

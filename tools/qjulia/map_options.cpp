@@ -45,11 +45,14 @@ Option add_detail(Command command, std::function<void(const DetailChoice&)> take
          {DetailWord::automatic, DetailWord::smooth, DetailWord::clear, DetailWord::wild}) {
       if (text == to_string(word)) return take(word);
     }
+    double number = 0;
     try {
-      take(finite_number(text));
+      number = finite_number(text);
     } catch (const InputError& error) {
       throw InputError(fmt::format("{}; give one, or auto, smooth, clear or wild", error.what()));
     }
+    expect_detail(number);
+    take(number);
   };
   return command.word(
       "--detail", "WORD|FRACTION", read,
@@ -61,6 +64,12 @@ Option add_detail(Command command, std::function<void(const DetailChoice&)> take
 }
 
 }  // namespace
+
+void expect_detail(double detail) {
+  if (detail >= kLeastDetail && detail <= kMostDetail) return;
+  throw InputError(fmt::format("{} is out of range; give {} to {} of the box's diagonal", detail,
+                               kLeastDetail, kMostDetail));
+}
 
 const char* const kMapOptionsHelp =
     "The map's options work together, in this order: --detail, --order-seed, --phase, --slice,\n"

@@ -44,6 +44,9 @@ void add_knobs(Command command, MapOptions& options);
 void add_map_options(Command command, MapOptions& options, const std::string& box,
                      const std::string& escape = "Default: farther than any orbit returns from");
 
+/// @throws InputError unless a map may be asked to have this detail.
+void expect_detail(double detail);
+
 /// A command's own options with what was given here. @throws InputError where either cannot be
 /// used.
 template <class Options>

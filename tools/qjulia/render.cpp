@@ -88,7 +88,11 @@ const std::map<std::string, Setter>& setters() {
        }},
       {"detail",
        [](double v, MapOptions& m, PictureOptions&) {
-         if (v <= 0) throw InputError(fmt::format("--sweep detail: {} is not positive", v));
+         try {
+           expect_detail(v);
+         } catch (const InputError& error) {
+           throw InputError(fmt::format("--sweep detail: {}", error.what()));
+         }
          m.detail = v;
        }},
       {"drift", [](double v, MapOptions& m, PictureOptions&) { m.knobs.drift = v; }},
