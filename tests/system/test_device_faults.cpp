@@ -259,6 +259,26 @@ TEST_CASE("doctor finds the program that computes wrongly, and the one that does
     CHECK(check["built"] == false);
     CHECK_THAT(read_text(check["build_log"]), Contains("shade.cl did not build"));
   }
+  // In a shared folder for temporary files somebody else has put links to a file of this user.
+  const TemporaryFolder shared;
+  const std::string precious = bench.folder.file("precious", "mine");
+  for (const char* name :
+       {"qjulia-doctor-shade.cl-single.log", "qjulia-doctor-shade.cl-double.log"}) {
+    std::filesystem::create_symlink(precious, shared / name);
+  }
+  Environment in_shared = broken;
+  in_shared["TMPDIR"] = shared.path();
+  const ProcessResult among_links = bench.run({"doctor", "--json"}, in_shared);
+  CHECK(among_links.exit_code == 1);
+  CHECK(read_text(precious) == "mine");
+  for (const json& check : json::parse(among_links.out)["programs"]) {
+    if (check["passed"] == true) continue;
+    const std::filesystem::path log = check["build_log"].get<std::string>();
+    CHECK_THAT(read_text(log), Contains("shade.cl did not build"));
+    CHECK(log.parent_path().parent_path() == shared.path());
+    CHECK(std::filesystem::status(log.parent_path()).permissions() ==
+          std::filesystem::perms::owner_all);
+  }
   const ProcessResult told = bench.run({"doctor"}, broken);
   CHECK(told.exit_code == 1);
   CHECK_THAT(told.out, Contains("FAILED shade.cl") && Contains("compiler's log: ") &&

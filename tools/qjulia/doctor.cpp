@@ -1,6 +1,7 @@
 /// qjulia doctor: does a device compute what it should?
 
 #include <fmt/format.h>
+#include <stdlib.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -15,18 +16,33 @@
 namespace qjulia::tools {
 namespace {
 
-/// Where the compiler's log of a program that did not build is kept; empty where it cannot be.
-std::string keep_log(const ProgramCheck& check) {
-  const auto path =
-      std::filesystem::temp_directory_path() /
-      fmt::format("qjulia-doctor-{}-{}.log", check.program, to_string(check.precision));
-  try {
-    base::write_file(path, check.problem + "\n");
-  } catch (const OutputError&) {
-    return {};
+/// Where compilers' logs of programs that do not build are kept: a new folder that only this user
+/// can enter, made with the first log.
+class LogFolder {
+ public:
+  /// The log's file; empty where it cannot be written.
+  std::string keep(const ProgramCheck& check) {
+    try {
+      if (path_.empty()) path_ = new_folder();
+      const auto file = path_ / fmt::format("{}-{}.log", check.program, to_string(check.precision));
+      base::write_file(file, check.problem + "\n");
+      return file.string();
+    } catch (const OutputError&) {
+      return {};
+    } catch (const std::filesystem::filesystem_error&) {
+      return {};
+    }
   }
-  return path.string();
-}
+
+ private:
+  static std::filesystem::path new_folder() {
+    std::string name = (std::filesystem::temp_directory_path() / "qjulia-doctor-XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) throw OutputError("cannot make a temporary folder");
+    return name;
+  }
+
+  std::filesystem::path path_;
+};
 
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
@@ -79,9 +95,10 @@ int run_doctor(const std::string& wanted, Session& session) {
   const SelfTestReport report = self_test(device, session.monitor());
   std::string text = about(device);
   nlohmann::json json = to_json(report);
+  LogFolder logs;
   for (std::size_t i = 0; i < report.checks.size(); ++i) {
     const ProgramCheck& check = report.checks[i];
-    const std::string log = check.is_built ? std::string() : keep_log(check);
+    const std::string log = check.is_built ? std::string() : logs.keep(check);
     text += line(check, log) + "\n";
     if (!log.empty()) json["programs"][i]["build_log"] = log;
   }
