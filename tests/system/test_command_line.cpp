@@ -1,6 +1,7 @@
 /// What the command answers before any work: help, version, usage, devices.
 
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "process.hpp"
@@ -90,4 +91,19 @@ TEST_CASE("what hides the devices is named") {
   CHECK(memory.exit_code == 3);
   CHECK_THAT(memory.err, Contains("97 MiB of address space"));
 #endif
+}
+
+TEST_CASE("a relative folder for caches is ignored, by drivers too") {
+  const qjulia::test::TemporaryFolder folder;
+  const auto made = qjulia::test::run(
+      {"/bin/bash", "-c",
+       "cd \"$1\" && mkdir home && unset POCL_CACHE_DIR && HOME=$PWD/home XDG_CACHE_HOME=cache "
+       "exec \"$0\" sample \"$2\" -o field.npy --resolution 4 --device cpu",
+       QJULIA_COMMAND, folder.path().string(),
+       QJULIA_TEST_DATA "/../../docs/maps/quadratic.qjulia.json"});
+  INFO(made.err);
+  CHECK(made.exit_code == 0);
+  CHECK(std::filesystem::exists(folder / "field.npy"));
+  CHECK_FALSE(std::filesystem::exists(folder / "cache"));
+  CHECK_FALSE(std::filesystem::is_empty(folder / "home/.cache"));
 }

@@ -1,5 +1,9 @@
 /// The `qjulia` command: reads the command line, runs one subcommand, turns errors into exit codes.
 
+#include <stdlib.h>
+
+#include <filesystem>
+
 #include "commands.hpp"
 #include "failure.hpp"
 #include "process_memory.hpp"
@@ -28,6 +32,13 @@ constexpr const char* kExamples =
     "'qjulia COMMAND --help' explains a command.\n"
     "Exit codes: 0 done, 1 failed, 2 bad usage or input, 3 no usable device, 130 interrupted.";
 
+/// The XDG Base Directory Specification says that a relative path is to be ignored. Drivers would
+/// make their folders under whatever folder the command was started in.
+void ignore_relative_cache() {
+  const char* cache = ::getenv("XDG_CACHE_HOME");
+  if (cache != nullptr && !std::filesystem::path(cache).is_absolute()) ::unsetenv("XDG_CACHE_HOME");
+}
+
 int run_command(const ChosenCommand& chosen) {
   Session session(chosen.verbosity, chosen.trace);
   try {
@@ -48,6 +59,7 @@ int main(int argc, char** argv) {
   using namespace qjulia::tools;
   keep_freed_memory();
   prepare_standard_streams();
+  ignore_relative_cache();
   try {
     CommandLine program(kDescription, "qjulia");
     program.root().footer(kExamples);
