@@ -9,6 +9,7 @@
 #include "base/fnv_hash.hpp"
 #include "base/input_file.hpp"
 #include "base/output_file.hpp"
+#include "base/text.hpp"
 #include "device/program_source.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/version.hpp"
@@ -49,6 +50,16 @@ std::filesystem::path cache_folder() {
   throw Error("neither XDG_CACHE_HOME nor HOME says where tuned settings are kept; set one");
 }
 
+/// What the environment's QJULIA_TUNING says. @throws InputError
+bool is_wanted() {
+  const char* wanted = std::getenv("QJULIA_TUNING");
+  const std::string word = base::lower_case(wanted == nullptr ? "" : wanted);
+  if (word.empty() || word == "on") return true;
+  if (word == "off") return false;
+  throw InputError(fmt::format(
+      "QJULIA_TUNING is '{}'; give on, to use the settings that were tuned, or off", wanted));
+}
+
 /// The settings in a file. @throws InputError saying what is wrong with it.
 std::map<Precision, Tuning> read_tunings(const std::filesystem::path& path,
                                          const DeviceInfo& info) {
@@ -79,8 +90,7 @@ std::filesystem::path tuning_file(const DeviceInfo& info) {
 
 CachedTuning with_cached_tuning(const Device& device) {
   CachedTuning kept{device, {}};
-  const char* wanted = std::getenv("QJULIA_TUNING");
-  if (wanted != nullptr && std::string(wanted) == "off") return kept;
+  if (!is_wanted()) return kept;
   // What is kept goes with the device's own layout; another is asked for with its defaults.
   if (!device.has_own_layout()) return kept;
   std::filesystem::path path;

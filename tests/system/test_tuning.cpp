@@ -94,6 +94,15 @@ TEST_CASE("profile and fit say that settings are tuned, and QJULIA_TUNING=off th
   CHECK(json::parse(read_text(map))["provenance"]["device"]["tuning"]["energy_vectors"] == 3);
 }
 
+TEST_CASE("QJULIA_TUNING is checked") {
+  const Cache cache;
+  for (const char* word : {"of", "0", "no"}) {
+    const ProcessResult refused = cache.run({"doctor"}, {{"QJULIA_TUNING", word}});
+    CHECK(refused.exit_code == 2);
+    CHECK_THAT(refused.err, Contains("QJULIA_TUNING is '" + std::string(word) + "'; give on"));
+  }
+}
+
 TEST_CASE("corrupt settings are passed over with a warning") {
   const Cache cache;
   const std::string file = cache.retuned();
