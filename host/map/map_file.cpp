@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/html_script.hpp"
 #include "base/input_file.hpp"
 #include "base/output_file.hpp"
 #include "base/text.hpp"
@@ -112,15 +113,13 @@ std::string factor_lines(const json& factors) {
 
 /// The map's own text: all of it, or where it is a page, what the page holds of a map.
 std::string_view map_text(std::string_view text, const std::string& source) {
-  constexpr std::string_view kBegin = "<script type=\"application/json\" id=\"qjulia-map\">";
   if (const auto first = text.find_first_not_of(" \t\r\n");
       first == std::string_view::npos || text[first] != '<') {
     return text;
   }
-  const auto begin = text.find(kBegin);
-  if (begin == std::string_view::npos) fail(source, "it is a page without a map in it");
-  text.remove_prefix(begin + kBegin.size());
-  return text.substr(0, text.find("</script>"));
+  const auto map = base::script_in(text, kMapFormat);  // the element's id, too
+  if (!map) fail(source, "it is a page without a map in it");
+  return *map;
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "base/base64.hpp"
 #include "base/sha256.hpp"
@@ -74,8 +75,55 @@ TEST_CASE("a page that was saved with other beginnings is still a page") {
   }
 }
 
+TEST_CASE("a page that an editor or a browser wrote anew gives its map back") {
+  const RationalMap map = nasty_map();
+  const std::string text = explore::shared_page(map, "ball.qjulia.json");
+  const std::string begin = "<script type=\"application/json\" id=\"qjulia-map\">";
+  const std::string json = between(text, begin, "</script>");
+  const auto replaced = [](std::string in, const std::string& what, const std::string& by) {
+    const auto at = in.find(what);
+    REQUIRE(at != std::string::npos);
+    return in.replace(at, what.size(), by);
+  };
+  for (const char* tag :
+       {"<script id=\"qjulia-map\" type=\"application/json\">",
+        "<script type='application/json' id='qjulia-map'>", "<script id=qjulia-map>",
+        "<SCRIPT TYPE=\"application/json\"\n\tID = \"qjulia-map\" >",
+        "<script data-note=\"a > b </script>\" id='qjulia-map' async/>"}) {
+    for (const char* end : {"</script>", "</SCRIPT>", "</script\n>", "</Script x=1>"}) {
+      CAPTURE(tag, end);
+      const PageFile page(
+          replaced(text, begin + json + "</script>", tag + ("\n" + json) + "\n" + end));
+      CHECK(to_json(read_map(page.path)) == to_json(map));
+    }
+  }
+}
+
+TEST_CASE("what only looks like a page's map is passed over") {
+  const RationalMap map = nasty_map();
+  const std::string text = explore::shared_page(map, "ball.qjulia.json");
+  const std::string other = "<script type=\"application/json\" id=\"qjulia-map\">{}</script>";
+  const std::string head = "<body>";
+  const auto at = text.find(head);
+  REQUIRE(at != std::string::npos);
+  for (const std::string& before : std::vector<std::string>{
+           "<!-- " + other + " -->", "<!--><!--->" + ("<!-- --!><!-- > " + other) + "-->",
+           "<style>/* " + other + " */</style>", "<title>" + other + "</title>",
+           "<script>\"" + std::string("<script id='qjulia-map'>") + "\"</script>",
+           "<p title='" + other + "'>", "<![CDATA[ <a ]]>", std::string("1 < 2 </> <? x ?>"),
+           std::string("<script id='other' id='qjulia-map'>{}</script>"),
+           std::string("<script data-id='qjulia-map'>{}</script>")}) {
+    CAPTURE(before);
+    const PageFile page(std::string(text).insert(at + head.size(), before));
+    CHECK(to_json(read_map(page.path)) == to_json(map));
+  }
+}
+
 TEST_CASE("a page without a map is no map") {
-  for (const char* text : {"<!DOCTYPE html>\n<p>a report</p>", "<svg></svg>"}) {
+  for (const char* text :
+       {"<!DOCTYPE html>\n<p>a report</p>", "<svg></svg>", "<", "<!--", "<!-", "</", "<a b='",
+        "<script id=qjulia-ma", "<script", "<script id=\"qjulia-map",
+        "<!-- <script id='qjulia-map'>{}</script>", "<p id='qjulia-map'>{}</p>"}) {
     const PageFile page(text);
     CHECK_THROWS_WITH(read_map(page.path), Catch::Contains("is a page without a map"));
   }
