@@ -238,11 +238,12 @@ class Shares {
   void check_range() const {
     if (!first_wrong_) return;
     const bool is_axis = name_ == "x" || name_ == "y" || name_ == "z";
-    file_.refuse(fmt::format(
-        "its property '{}' goes from {} to {}, and a share is 0 to 1, in bytes 0 to 255 (vertex {} "
-        "is the first beyond): scale it and export the mesh again{}",
-        name_, least_, most_, *first_wrong_,
-        is_axis ? "; for shares along an axis use a ramp, which needs no mesh" : ""));
+    file_.refuse(
+        fmt::format("its property '{}' goes from {} to {}, and a share is a number of 0 to 1, or a "
+                    "byte of 0 to 255 (vertex {} is the first without one): scale it and export "
+                    "the mesh again{}",
+                    name_, least_, most_, *first_wrong_,
+                    is_axis ? "; for shares along an axis use a ramp, which needs no mesh" : ""));
   }
 
  private:

@@ -28,7 +28,7 @@ struct CompareOptions {
 
 /// Figures at one number of iterations. Distances are fractions of the mesh's box diagonal. What is
 /// undefined is not a number: IoU and energy where no cell's centre lies in the mesh, distances
-/// where the set has no surface on the grid, and the roughness where both is so.
+/// where the set has no surface on the grid, and the roughness where both hold.
 struct FitMetrics {
   int iterations = 1;
   double iou = 0;

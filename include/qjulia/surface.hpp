@@ -82,8 +82,9 @@ TriangleMesh extract_surface(const Device& device, const RationalMap& map,
                              const SurfaceOptions& options, const ProgressMonitor& monitor = {},
                              SurfaceReport* report = nullptr);
 
-/// Whether the set has points in the box, of 65,536 places and the origin: then a surface that came
-/// out empty is too thin for its grid, and more cells find it.
+/// Whether the set holds any of 65,536 random points of the box, or the origin of iteration where
+/// that lies in the box. If it does and its surface came out empty, it is too thin for the grid:
+/// more cells find it.
 /// @throws as `extract_surface`
 bool has_points(const Device& device, const RationalMap& map, const SurfaceOptions& options,
                 std::stop_token stop = {});
