@@ -3,9 +3,7 @@
 // Where F_1 >= ln r_out the next iterate escapes for certain, so F_1 alone tells that a point is
 // outside, and how far the undecided band {F_1 < ln r_out} is at least: (F_1 - ln r_out) /
 // max |grad F_1|. F_1 is smooth, so these safe steps are read from a grid. In the band, orbits are
-// run. An orbit that escapes with its m-th iterate tells a distance too: each iterate stretches by
-// about |grad F_1|, so that it is about (F_m - ln r_out) / |grad F_1|^m. Where detail is painted an
-// iterate stretches by more: by the inverse of its point's share.
+// run. An orbit that escapes tells a distance too: see `reach`.
 
 #include "block_points.clh"
 #include "grid.clh"
@@ -31,7 +29,7 @@ kernel void safe_steps(global const real* grid, global const int* numbers, int f
   lane y = fma(to_lane(row % ny), lane_of(step), lane_of(grid[QJ_GRID_ORIGIN + 1]));
   lane z = fma(to_lane(row / ny), lane_of(step), lane_of(grid[QJ_GRID_ORIGIN + 2]));
   qlane q = q_make(x, y, z, lane_of(map[QJ_MAP_SLICE]));
-  lane_store(map_safe_step(q, map, factors, iterations, far_level, steepest), safe, g);
+  lane_store(map_safe_step(q, map, factors, iterations, far_level, steepest, step), safe, g);
 }
 
 // What all rays of a launch have in common.
@@ -43,9 +41,62 @@ typedef struct {
   global const real* loose;  // of loose_places.clh
   global const uint* loose_bits;
   real level, far_level, above, below;
-  real near;   // nearer than this to the band, orbits tell what the grid is too coarse for
-  real shell;  // 1 / steepest
+  real near;  // nearer than this to the band, orbits tell what the grid is too coarse for
 } marching;
+
+// How far a start may move before its orbit comes into the band. With s = |grad F_1| in the band:
+//
+// - The point of the last iterate, of F_m, may move by (F_m - ln r_out) / s (see kind_way), or in
+//   a portal, where F_m is the logarithm of its image's radius, by (e^F_m - r_out) / scale.
+// - Where one iterate takes q to q' and q' may move by d, q may move by d / scale in a portal.
+//   Elsewhere, at the end of a way t, F is at most s t higher; and U turns about as fast as F
+//   rises, so that q' moves by |q'| (e^(s t) - 1) at most, which is below |q'| s t / ln 2 for
+//   s t <= ln 2. So q may move by ln 2 / s min(1, d / |q'|).
+// - R jumps where a portal, or its mask, ends: q may move so far.
+//
+// Where detail is painted, s is greater by the inverse of the point's share.
+typedef struct {
+  real most;     // as far as the iterates before the last say
+  real per_way;  // times the way of the last iterate's point: how far the start may move
+} reach;
+
+static inline reach whole_reach(void) {
+  reach r = {(real)1e15f, 1};
+  return r;
+}
+
+// After one iterate more, of which reach_of_iterate says so.
+static inline reach reach_on(reach before, real per_image, real most) {
+  reach r = {fmin(before.most, before.per_way * most),
+             fmin(before.per_way * per_image, (real)1e15f)};
+  return r;
+}
+
+static inline real way_of(reach before, real last) {
+  return fmin(before.most, before.per_way * last);
+}
+
+// What an iterate of F = f at one point says: how far this may move if orbits end with it, else by
+// what factor of the way of its image, and how far at most.
+typedef struct {
+  lane last, per_image, most;
+} iterate_reach;
+
+static inline iterate_reach reach_of_iterate(qlane q, lane f, lane enlarged, lane jump,
+                                             global const real* map, real far_level,
+                                             real steepest) {
+  lane shell = paint_share(q, map) / steepest;
+  lane growth = lane_exp(lane_max(lane_min(f, lane_of((real)40)), lane_of((real)-40)));
+  ilane in_portal = isgreater(enlarged, lane_of(0));
+  lane per_scale = 1 / lane_where(in_portal, enlarged, lane_of(1));
+  lane slow = lane_of(QJ_LN2) * shell;
+  iterate_reach r;
+  r.last = fmin(jump, lane_where(in_portal, (growth - exp(far_level)) * per_scale,
+                                 kind_way((f - far_level) * shell, q, map)));
+  r.per_image = lane_where(in_portal, per_scale, slow / growth);
+  r.most = lane_where(in_portal, jump, fmin(jump, slow));
+  return r;
+}
 
 // A ray on its way: depths along it.
 typedef struct {
@@ -109,9 +160,9 @@ static inline bool ends(const marching* with, real f, int done) {
   return done >= with->march.iterations || f <= with->below || f >= with->above;
 }
 
-// Takes what the orbit at probe_of(r) tells, which ended with its iterate number `done`; true when
-// the hit is known. share: the product of those of its points.
-static inline bool is_found(const marching* with, marched_ray* r, real f, int done, real share) {
+// Takes what the orbit at probe_of(r) tells, which ended with F = f and reaches so far; true when
+// the hit is known.
+static inline bool is_found(const marching* with, marched_ray* r, real f, real away) {
   bool inside = f < with->level;
   real probe = probe_of(r), loose_way = 0;
   if (inside) {
@@ -125,8 +176,6 @@ static inline bool is_found(const marching* with, marched_ray* r, real f, int do
   } else if (loose_way > 0) {
     r->t += loose_way + with->march.shortest;
   } else if (!inside) {
-    real away = (f - with->far_level) * share;
-    for (int i = 0; i < done; ++i) away *= with->shell;
     r->t += fmax(fmin(away, with->grid[QJ_GRID_STEP]), with->march.shortest);
   } else if (r->outside < r->start) {
     // A hint that lies inside is taken back.
@@ -186,17 +235,16 @@ kernel void march_depth(global const real* map, int factors, qj_march march,
   // One iterate decides every point by itself.
   with.far_level = march.iterations == 1 ? with.level : with.above;
   with.near = (real)0.25 * grid[QJ_GRID_STEP];
-  with.shell = 1 / march.steepest;
 
   marched_ray ray[QJ_WIDTH];
   int waits[QJ_WIDTH], done[QJ_WIDTH];  // iterates of the orbit
   real x[QJ_WIDTH], y[QJ_WIDTH], z[QJ_WIDTH], w[QJ_WIDTH], f[QJ_WIDTH];
-  real share[QJ_WIDTH];  // the product of those of the orbit's points
+  reach so_far[QJ_WIDTH];
   QJ_INT flags[QJ_WIDTH];
   for (int i = 0; i < QJ_WIDTH; ++i) {
     waits[i] = WAITS_FOR_RAY;
     x[i] = y[i] = z[i] = w[i] = f[i] = 0;
-    share[i] = 1;
+    so_far[i] = whole_reach();
   }
   for (;;) {
     int fields = 0, versors = 0;
@@ -215,7 +263,7 @@ kernel void march_depth(global const real* map, int factors, qj_march march,
         real3 p = view_point(view, r->x, r->y, probe_of(r), 0);
         x[i] = p.x, y[i] = p.y, z[i] = p.z, w[i] = map[QJ_MAP_SLICE];
         done[i] = 0;
-        share[i] = 1;
+        so_far[i] = whole_reach();
         waits[i] = WAITS_FOR_F;
 #ifndef QJ_MODULUS_IS_CHEAP
         predicted_image image;
@@ -223,15 +271,16 @@ kernel void march_depth(global const real* map, int factors, qj_march march,
         qlane start = q_make(lane_of(p.x), lane_of(p.y), lane_of(p.z), lane_of(w[i]));
         real first = one_of(map_bent(lane_of(image.f), start, map));
         done[i] = 1;
-#ifdef QJ_IS_PAINTED
-        share[i] = one_of(paint_share(start, map));
-#endif
+        iterate_reach of_first =
+            reach_of_iterate(start, lane_of(first), lane_of(0), lane_of((real)1e15f), map,
+                             with.far_level, march.steepest);
         if (ends(&with, first, 1)) {
-          bool found = is_found(&with, r, first, 1, share[i]);
+          bool found = is_found(&with, r, first, one_of(of_first.last));
           if (found) depth[r->id] = (real)0.5 * (r->outside + r->t);
           waits[i] = found ? WAITS_FOR_RAY : WAITS_FOR_ORBIT;
           continue;
         }
+        so_far[i] = reach_on(so_far[i], one_of(of_first.per_image), one_of(of_first.most));
         image.u *= one_of(lane_exp(lane_of(first))) * rsqrt(dot(image.u, image.u));
         x[i] = image.u.x, y[i] = image.u.y, z[i] = image.u.z, w[i] = image.u.w;
 #endif
@@ -250,24 +299,24 @@ kernel void march_depth(global const real* map, int factors, qj_march march,
       lane_store(q.x, x, 0), lane_store(q.y, y, 0), lane_store(q.z, z, 0), lane_store(q.w, w, 0);
       continue;
     }
-    real next[QJ_WIDTH];
-    lane_store(map_modulus(q, map, factors), next, 0);
-#ifdef QJ_IS_PAINTED
-    real shares[QJ_WIDTH];
-    lane_store(paint_share(q, map), shares, 0);
-#endif
+    real next[QJ_WIDTH], last[QJ_WIDTH], per_image[QJ_WIDTH], most[QJ_WIDTH];
+    lane enlarged, jump;
+    lane value = map_modulus_and_jumps(q, map, factors, march.steepest, &enlarged, &jump);
+    iterate_reach step =
+        reach_of_iterate(q, value, enlarged, jump, map, with.far_level, march.steepest);
+    lane_store(value, next, 0), lane_store(step.last, last, 0);
+    lane_store(step.per_image, per_image, 0), lane_store(step.most, most, 0);
     for (int i = 0; i < QJ_WIDTH; ++i) {
       if (waits[i] != WAITS_FOR_F) continue;
-#ifdef QJ_IS_PAINTED
-      share[i] *= shares[i];
-#endif
       f[i] = next[i];
       ++done[i];
       waits[i] = WAITS_FOR_VERSOR;
       if (ends(&with, f[i], done[i])) {
-        bool found = is_found(&with, &ray[i], f[i], done[i], share[i]);
+        bool found = is_found(&with, &ray[i], f[i], way_of(so_far[i], last[i]));
         if (found) depth[ray[i].id] = (real)0.5 * (ray[i].outside + ray[i].t);
         waits[i] = found ? WAITS_FOR_RAY : WAITS_FOR_ORBIT;
+      } else {
+        so_far[i] = reach_on(so_far[i], per_image[i], most[i]);
       }
 #ifdef QJ_MODULUS_IS_CHEAP
       predicted_image image;

@@ -4,10 +4,12 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "armed_ball.hpp"
 #include "distance_map.hpp"
 #include "map/portals.hpp"
 #include "map/reference_iteration.hpp"
 #include "map_checks.hpp"
+#include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/knobs.hpp"
 #include "qjulia/portal_choice.hpp"
@@ -37,6 +39,24 @@ RationalMap factors_with_portals(PortalMask mask) {
   map.surface_level = -0.2;
   map.portals = {{{0.9, 0.2, 0.1}, 0.5, 2.5, {{0, 1, 1}, 50}, {0.1, 0, 0}, mask},
                  {{-0.8, -0.1, 0.4}, 0.45, 3, {}, {0, 0, 0}, mask}};
+  return map;
+}
+
+/// The armed ball's distance, in a thin shell: what lies beyond the grid's domain is far in it.
+RationalMap armed_distance_map() {
+  const auto distances = [](std::span<const Vector3d> points) {
+    std::vector<double> found(points.size());
+    std::ranges::transform(points, found.begin(), test::armed_ball_distance);
+    return found;
+  };
+  RationalMap map = test::distance_map();
+  map.box = Box{{-1.2, -1.4, -0.9}, {1.5, 1.1, 0.75}};
+  DistanceModulus modulus = fitting::sampled_distance(distances, *map.box, 64, {});
+  modulus.shell = 0.03;
+  modulus.inradius = 0.75;
+  map.modulus = modulus;
+  map.detail = modulus.shell / map.box->diagonal();
+  map.inradius = modulus.inradius;
   return map;
 }
 
@@ -273,6 +293,28 @@ TEST_CASE("rays find the set that orbits have") {
   const RationalMap map = map_with_portals(mask);
   test::check_rays(variant.of(test::shared_device()), map, *map::box_with_copies(map),
                    GENERATE(1, 5));
+}
+
+TEST_CASE("rays that begin far from the shape, beside its portals, find all of its limbs") {
+  const auto variant = GENERATE(from_range(test::variants()));
+  const Device device = variant.of(test::shared_device());
+  const bool exact = GENERATE(true, false);
+  RationalMap map =
+      exact ? armed_distance_map()
+            : calibrated(test::shared_device(), steepened(test::armed_ball_map(60), 12));
+  map.tufts = GENERATE(1.0, 2.0);
+  if (!exact && map.tufts > 1) return;
+  // Copies on copies widen what rays go through, so that many begin far from the shape.
+  map.portals = {
+      {{-1.9, 1.9, 1.3}, 1.4, 2, {}, {0, -1.3, -0.7}, PortalMask::outside},
+      {{2.3, 0.6, -0.6}, 1.1, 2.5, {{0, 0, 1}, 90}, {0, -1.2, -0.6}, PortalMask::outside}};
+  for (const double azimuth : {35.0, 150.0, 290.0}) {
+    CAPTURE(variant, exact, map.tufts, azimuth);
+    Camera camera;
+    camera.azimuth = azimuth;
+    camera.zoom = 2.5;
+    test::check_rays(device, map, *map::box_with_copies(map), 5, camera);
+  }
 }
 
 TEST_CASE("knobs move portals with the shape") {

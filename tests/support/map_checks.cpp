@@ -91,14 +91,17 @@ MadeSurface checked_surface(const Device& device, const RationalMap& map, Surfac
   return made;
 }
 
-void check_rays(const Device& device, const RationalMap& map, const Box& framed, int iterations) {
+void check_rays(const Device& device, const RationalMap& map, const Box& framed, int iterations,
+                const Camera& camera) {
   const auto source =
       picture::march_source(device, {map, iterations, {}, {}, Precision::single, Material::clay});
   constexpr int kPixels = 28;
-  picture::View view = picture::camera_view({}, framed, kPixels, kPixels, 1);
+  picture::View view = picture::camera_view(camera, framed, kPixels, kPixels, 1);
   view.footprint *= 0.1;  // steps as fine as those of larger pictures
   const auto depths = source->depths(view, 0, kPixels);
   const Field field(shared_device(), map, Precision::single, find_stop_radii(shared_device(), map));
+  const double middle = (view.eye - framed.center()).norm();
+  const double near = middle - 0.5 * framed.diagonal(), far = middle + 0.5 * framed.diagonal();
   std::size_t hits = 0, through = 0, early = 0;
   for (int row = 0; row < kPixels; ++row) {
     for (int column = 0; column < kPixels; ++column) {
@@ -108,9 +111,8 @@ void check_rays(const Device& device, const RationalMap& map, const Box& framed,
           static_cast<double>(depths[static_cast<std::size_t>(row * kPixels + column)]);
       std::vector<Quaternion> points;
       std::vector<double> where;
-      const double from = view.eye.norm() - 2.5;
-      for (int k = 0; k < 400; ++k) {
-        where.push_back(from + 0.0125 * k);
+      for (double depth_here = near; depth_here < far; depth_here += 0.0125) {
+        where.push_back(depth_here);
         const Vector3d x = view.eye + where.back() * direction;
         points.push_back({x.x(), x.y(), x.z(), map.slice});
       }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "qjulia/field.hpp"
+#include "qjulia/picture.hpp"
 #include "qjulia/surface.hpp"
 
 namespace qjulia::test {
@@ -39,7 +40,9 @@ struct MadeSurface {
 /// Checks that the sparse surface has the triangles of the dense one, thousands, and is closed.
 MadeSurface checked_surface(const Device& device, const RationalMap& map, SurfaceOptions options);
 
-/// Checks depths of rays to the box that is framed against orbits of points along them.
-void check_rays(const Device& device, const RationalMap& map, const Box& framed, int iterations);
+/// Checks depths of rays to the box that is framed, map coordinates, against orbits of points along
+/// them.
+void check_rays(const Device& device, const RationalMap& map, const Box& framed, int iterations,
+                const Camera& camera = {});
 
 }  // namespace qjulia::test
