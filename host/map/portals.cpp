@@ -26,6 +26,11 @@ const char* to_string(PortalMask mask) {
 namespace map {
 namespace {
 
+/// How far from the origin a portal's ball may reach, map units: ten times the longest side of a
+/// shape, which would be smaller than a cell or a pixel beside a copy that stands much farther
+/// away.
+constexpr double kFarthest = 30;
+
 void check_portal(const Portal& portal, const std::string& name) {
   const auto refuse = [&](const char* key, const std::string& what) {
     throw InputError(fmt::format("the map's {}.{} {}", name, key, what));
@@ -70,6 +75,14 @@ void check_portals(const std::vector<Portal>& portals) {
           "the map's portals[{}] holds the origin of iteration, and no orbit would come to rest: "
           "make its radius smaller, or move its center",
           i));
+    }
+    const double farthest = portal_reach({portals[i]}).second;
+    if (farthest > kFarthest) {
+      throw InputError(fmt::format(
+          "the map's portals[{}] reaches {:.6g} from the origin, and the shape would be too small "
+          "to be seen beside its copy: it may reach {}, map units; make its radius smaller, or "
+          "move its center",
+          i, farthest, kFarthest));
     }
     for (std::size_t j = 0; j < i; ++j) {
       const double between = (portals[i].center - portals[j].center).norm();

@@ -108,10 +108,6 @@ Band find_band(const Device& device, const MarchedSet& set, const Box& shape) {
   std::optional<double> steepest = steepest_slope(field, map.slice, band.level, within);
   if (!steepest) steepest = steepest_slope(field, map.slice, band.level, ball);
   band.steepest = steepest.value_or(20 / ball.diagonal());
-  // In a portal F_1 = ln ‖image‖ rises by its scale over the image's radius.
-  for (const Portal& portal : map.portals) {
-    band.steepest = std::max(band.steepest, portal.scale / std::exp(band.level));
-  }
   return band;
 }
 

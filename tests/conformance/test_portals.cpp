@@ -9,6 +9,7 @@
 #include "map/portals.hpp"
 #include "map/reference_iteration.hpp"
 #include "map_checks.hpp"
+#include "picture/band_grid.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/knobs.hpp"
@@ -315,6 +316,31 @@ TEST_CASE("rays that begin far from the shape, beside its portals, find all of i
     camera.zoom = 2.5;
     test::check_rays(device, map, *map::box_with_copies(map), 5, camera);
   }
+}
+
+TEST_CASE("a portal with a tiny copy changes no ray's steps but those about the copy") {
+  const auto variant = GENERATE(from_range(test::variants()));
+  const auto mask = GENERATE(PortalMask::none, PortalMask::outside);
+  const Device device = variant.of(test::shared_device());
+  RationalMap map = test::distance_map(0.12);
+  // Where nothing but the copy is.
+  map.portals = {{{0.5, 1.0, 0.3}, 0.3, Portal::kMostScale, {}, {0, 0, 0}, mask}};
+  const picture::MarchedSet with{map, 5, {}, {}, Precision::single};
+  const picture::MarchedSet without{without_portals(map), 5, {}, {}, Precision::single};
+  const picture::Band band = picture::find_band(device, with, *map.box);
+  const picture::Band plain = picture::find_band(device, without, *map.box);
+  REQUIRE(band.level == plain.level);
+  CHECK(band.steepest == plain.steepest);
+  const picture::View view = picture::camera_view({}, *map.box, 96, 72, 1);
+  const auto found = picture::march_source(device, with)->depths(view, 0, view.rows);
+  const auto expected = picture::march_source(device, without)->depths(view, 0, view.rows);
+  std::size_t different = 0, hits = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (expected[i] >= 0) ++hits;
+    if (std::abs(found[i] - expected[i]) > 2 * view.footprint) ++different;
+  }
+  CHECK(hits > 500);
+  CHECK(different <= hits / 50);  // rays that graze it
 }
 
 TEST_CASE("knobs move portals with the shape") {

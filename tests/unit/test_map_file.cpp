@@ -200,6 +200,8 @@ TEST_CASE("portals that no map can have are refused, and the key is named") {
   refused("/portals/1/center", {1.4, 0, 0}, "portals[0] and portals[1] overlap");
   refused("/portals/0/center", {0.4, 0.1, 0}, "portals[0] holds the origin");
   refused("/portals/1/radius", 1, "portals[1] holds the origin");
+  refused("/portals/1/center", {0, 29.6, 0}, "portals[1] reaches 30.1 from the origin");
+  refused("/portals/1/center", {0, 1e6, 0}, "portals[1] reaches 1e+06 from the origin");
   for (const json& wrong : {json(0), json(-2), json(1e-4), json(1e7), json("4"), json()}) {
     refused("/portals/1/scale", wrong, "portals[1].scale");
   }
