@@ -47,7 +47,7 @@ double thinness(const TriangleMesh& mesh) {
     const Eigen::Vector3d& p = mesh.vertices[a];
     area += 0.5 * (mesh.vertices[b] - p).cross(mesh.vertices[c] - p).norm();
   }
-  return mesh.box().diagonal() * area / std::abs(signed_volume(mesh));
+  return mesh.box().diagonal() * area / signed_volume(oriented_outward(mesh));
 }
 
 double chosen_detail(const DetailChoice& detail, double thinness, double share) {

@@ -96,10 +96,11 @@ Shape make_shape(const Device& device, const TriangleMesh& mesh, std::stop_token
   if (const std::string problem = shape::size_problem(result.box); !problem.empty()) {
     throw InputError("the mesh cannot be fitted: " + problem);
   }
-  if (std::abs(signed_volume(mesh)) <= kLeastVolume * std::pow(result.box.size().maxCoeff(), 3)) {
+  const TriangleMesh outward = oriented_outward(mesh, stop);
+  if (signed_volume(outward) <= kLeastVolume * std::pow(result.box.size().maxCoeff(), 3)) {
     throw InputError("the mesh encloses no volume: it is flat; give a mesh with an inside");
   }
-  OuterSurface outer = outer_surface(device, oriented_outward(mesh), stop);
+  OuterSurface outer = outer_surface(device, outward, stop);
   result.mesh = std::move(outer.mesh);
   result.has_hidden_parts = outer.leaves_out;
   const DeepestPoint deepest = deepest_interior_point(outer.distance, result.box, stop);

@@ -2,31 +2,17 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <unordered_map>
+#include <numeric>
 
-#include "base/union_find.hpp"
 #include "qjulia/progress.hpp"
-#include "shape/cone_sum.hpp"
 #include "shape/mesh_report.hpp"
+#include "shape/parts.hpp"
 
 namespace qjulia {
 namespace {
 
 /// Triangles or vertices between two polls.
 constexpr std::size_t kElementsPolled = std::size_t{1} << 16;
-
-std::size_t count_components(const TriangleMesh& mesh, const std::stop_token& stop) {
-  base::UnionFind components(mesh.vertices.size());
-  std::vector<bool> used(mesh.vertices.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (t % kElementsPolled == 0) throw_if_stopped(stop);
-    const auto& [a, b, c] = mesh.triangles[t];
-    components.unite(a, b);
-    components.unite(b, c);
-    used[a] = used[b] = used[c] = true;
-  }
-  return components.sets() - static_cast<std::size_t>(std::ranges::count(used, false));
-}
 
 /// Counts edges by their lower vertex first, so that only those at one vertex have to be sorted.
 void count_edges(const TriangleMesh& mesh, MeshReport& report, const std::stop_token& stop) {
@@ -85,45 +71,14 @@ Box TriangleMesh::box() const {
   return {bounds.min(), bounds.max()};
 }
 
-double signed_volume(const TriangleMesh& mesh) {
-  const auto& x = mesh.vertices;
-  const Eigen::Vector3d origin = mesh.box().center();
-  base::UnionFind joined(x.size());
-  for (const auto& [i, j, k] : mesh.triangles) {
-    joined.unite(i, j);
-    joined.unite(i, k);
-  }
-  std::unordered_map<std::uint32_t, std::size_t> numbers;  // of components, by their roots
-  std::vector<shape::ConeSum> components;
-  for (const auto& [i, j, k] : mesh.triangles) {
-    const auto [at, is_new] = numbers.try_emplace(joined.root(i), components.size());
-    if (is_new) components.emplace_back();
-    components[at->second] += shape::ConeSum(x[i] - origin, x[j] - origin, x[k] - origin);
-  }
-  double volume = 0;
-  shape::ConeSum open;
-  for (const shape::ConeSum& component : components) {
-    if (component.is_closed()) {
-      volume += component.volume;
-    } else {
-      open += component;
-    }
-  }
-  return volume + open.volume_from_centroid();
-}
-
-TriangleMesh oriented_outward(TriangleMesh mesh) {
-  if (signed_volume(mesh) < 0) {
-    for (auto& [a, b, c] : mesh.triangles) std::swap(b, c);
-  }
-  return mesh;
-}
-
 void shape::inspect(const TriangleMesh& mesh, MeshReport& report, const std::stop_token& stop) {
   report.vertices = mesh.vertices.size();
   report.triangles = mesh.triangles.size();
-  report.components = count_components(mesh, stop);
-  report.is_inside_out = signed_volume(mesh) < 0;
+  const Parts parts = connected_parts(mesh, stop);
+  const std::vector<bool> turned = parts_inside_out(mesh, parts, stop);
+  report.components = parts.size();
+  report.turned_parts = static_cast<std::size_t>(std::ranges::count(turned, true));
+  report.is_inside_out = report.turned_parts > 0 && report.turned_parts == parts.size();
   report.rounding = rounding_of(mesh);
   count_edges(mesh, report, stop);
 }
@@ -165,6 +120,9 @@ std::vector<std::string> MeshReport::warnings() const {
                          "with opposite sides out",
                          non_manifold_edges));
   warn_where(is_inside_out, "the mesh is inside out: its triangles are turned");
+  warn_where(turned_parts > 0 && !is_inside_out,
+             fmt::format("parts of the mesh are inside out ({} of {}): their triangles are turned",
+                         turned_parts, components));
   warn_where(dropped_triangles > 0,
              fmt::format("{} triangles without area are left out", dropped_triangles));
   warn_where(bad_polygons > 0,

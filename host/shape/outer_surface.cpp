@@ -110,9 +110,10 @@ TriangleMesh without_hidden(const TriangleMesh& mesh, const SignedDistance& dist
 
 OuterSurface outer_surface(const Device& device, const TriangleMesh& mesh, std::stop_token stop) {
   const double offset = kOffset * mesh.box().size().maxCoeff();
-  const SignedDistance distance(device, mesh, Precision::single, stop);
-  if (!hides_parts(mesh, distance, offset)) return {mesh, distance, false};
-  const TriangleMesh outer = without_hidden(mesh, distance, offset, stop);
+  TriangleMesh outward = oriented_outward(mesh, stop);
+  const SignedDistance distance(device, outward, Precision::single, stop);
+  if (!hides_parts(outward, distance, offset)) return {std::move(outward), distance, false};
+  const TriangleMesh outer = without_hidden(outward, distance, offset, stop);
   return {outer, SignedDistance(device, outer, Precision::single, stop), true};
 }
 

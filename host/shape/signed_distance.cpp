@@ -33,9 +33,9 @@ ShapeToMap unit_frame(const TriangleMesh& mesh) {
   return {scale, -scale * box.center()};
 }
 
-TriangleMesh in_frame(TriangleMesh mesh, const ShapeToMap& frame) {
+TriangleMesh in_frame(TriangleMesh mesh, const ShapeToMap& frame, const std::stop_token& stop) {
   for (auto& x : mesh.vertices) x = frame.to_map(x);
-  return oriented_outward(std::move(mesh));
+  return oriented_outward(std::move(mesh), stop);
 }
 
 /// Spreads 21 bits to every third bit.
@@ -70,9 +70,9 @@ struct SignedDistance::Impl {
   device::Buffer<std::int32_t> links;
   device::RealBuffer triangles;
 
-  Impl(const Device& on, const TriangleMesh& mesh, Precision at, std::stop_token stop)
+  Impl(const Device& on, const TriangleMesh& mesh, Precision at, const std::stop_token& stop)
       : device(on), precision(at), frame(unit_frame(mesh)) {
-    const Bvh bvh(in_frame(mesh, frame), kDipoleAccuracy, std::move(stop));
+    const Bvh bvh(in_frame(mesh, frame, stop), kDipoleAccuracy, stop);
     Context& context = device.context();
     nodes = context.upload_real(bvh.nodes, precision);
     links = context.upload(std::span(bvh.links));
@@ -118,7 +118,7 @@ struct SignedDistance::Impl {
 
 SignedDistance::SignedDistance(const Device& device, const TriangleMesh& mesh, Precision precision,
                                std::stop_token stop)
-    : impl_(std::make_shared<Impl>(device, mesh, precision, std::move(stop))) {}
+    : impl_(std::make_shared<Impl>(device, mesh, precision, stop)) {}
 
 std::vector<double> SignedDistance::at(std::span<const Eigen::Vector3d> points,
                                        const std::stop_token& stop) const {

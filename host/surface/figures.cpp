@@ -408,7 +408,8 @@ LoosePieces drop_loose_pieces(TriangleMesh& mesh) {
   return dropped;
 }
 
-WallThickness wall_thickness(const Device& device, const TriangleMesh& mesh) {
+WallThickness wall_thickness(const Device& device, const TriangleMesh& given) {
+  const TriangleMesh mesh = oriented_outward(given);
   constexpr std::size_t kSamples = 4000;
   constexpr std::uint64_t kWallSeed = 1;
   constexpr int kHalvings = 14;

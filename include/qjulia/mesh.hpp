@@ -38,7 +38,8 @@ struct MeshReport {
   std::size_t duplicate_triangles = 0;  ///< with the corners and winding of another, removed
   std::size_t two_sided_triangles = 0;  ///< pairs with the same corners and opposite windings
   bool is_two_sided = false;            ///< all were in such pairs; the first of each is left
-  bool is_inside_out = false;           ///< its signed volume is negative
+  bool is_inside_out = false;           ///< all its triangles are to be turned
+  std::size_t turned_parts = 0;         ///< components that are to be turned (`oriented_outward`)
   double rounding = 0;  ///< of coordinates in single precision, as mesh files are read and written,
                         ///< over the longest side
   bool closed() const { return open_edges == 0 && non_manifold_edges == 0; }
@@ -81,7 +82,16 @@ MeshReport inspect(const TriangleMesh& mesh);
 /// open one, the volume of the cones from its triangles to the centroid of its area.
 double signed_volume(const TriangleMesh& mesh);
 
-/// The mesh, with all triangles turned when its signed volume is negative.
-TriangleMesh oriented_outward(TriangleMesh mesh);
+/// The mesh with its parts turned that are wound inside out: what is computed with the inside of a
+/// mesh is computed with that of this one. Triangles that share vertices are one part.
+///
+/// A part that encloses a volume, though it may have holes, lies in another one when most of its
+/// area does. It is turned when it is wound inside out and does not lie in the material of others,
+/// and then what lies in it is turned with it. Cavities therefore stay cavities, and so do
+/// inside-out parts that stick out of the body they are cut from. Parts that enclose nothing, such
+/// as sheets and the triangles of a soup, are turned together where the mesh would otherwise have a
+/// negative volume.
+/// @throws Interrupted
+TriangleMesh oriented_outward(TriangleMesh mesh, const std::stop_token& stop = {});
 
 }  // namespace qjulia

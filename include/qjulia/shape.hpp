@@ -14,7 +14,8 @@ namespace qjulia {
 
 /// Signed distance to a triangle mesh, negative inside. Distance is to the nearest triangle; inside
 /// is where the generalised winding number exceeds ½ (Barill et al. 2018), so that meshes with
-/// holes and triangle soups have a sensible inside. A mesh that is inside out is turned.
+/// holes and triangle soups have a sensible inside. Parts that are inside out are turned first
+/// (`oriented_outward`).
 class SignedDistance {
  public:
   /// @param stop ends the preparation, which takes seconds for millions of triangles.
@@ -52,12 +53,13 @@ std::vector<SurfacePoint> sample_surface(const TriangleMesh& mesh, std::size_t c
 struct OuterSurface {
   TriangleMesh mesh;
   SignedDistance distance;
-  bool leaves_out = false;  ///< parts of the mesh given; else it is that mesh
+  bool leaves_out = false;  ///< parts of the mesh given; else it is that mesh, outward
 };
 
 /// Triangles with the inside on both sides, as where bodies overlap or lie in one another, are left
 /// out, and so are those of inside-out bodies with the outside on both sides; triangles that are so
-/// in part are cut. A mesh less than 0.2 % of whose area is hidden so is its own outer surface.
+/// in part are cut. Parts that are inside out are turned first. A mesh less than 0.2 % of whose
+/// area is hidden so is its own outer surface.
 /// @param stop ends the search. @throws InputError when the mesh has no extent.
 OuterSurface outer_surface(const Device& device, const TriangleMesh& mesh,
                            std::stop_token stop = {});

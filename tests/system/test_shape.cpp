@@ -181,3 +181,36 @@ TEST_CASE("a shape's versor is checked before the work") {
     bench.check_refused(bench.shape(bench.mesh, map, {"--versor", versor}), "qjulia: ");
   }
 }
+
+TEST_CASE("a body that is inside out beside another is turned, with a warning, and not lost") {
+  const ShapeFiles files;
+  const auto other = qjulia::shapes::moved(qjulia::shapes::sphere(3), 0.6, {2.5, 0, 0});
+  const auto ball = qjulia::shapes::sphere(3);
+  const std::string right = files.file("right.obj", qjulia::shapes::joined(ball, other));
+  const std::string wrong =
+      files.file("wrong.obj", qjulia::shapes::joined(ball, qjulia::shapes::inside_out(other)));
+  const char* const warning = "parts of the mesh are inside out (1 of 2)";
+  const auto figures = [](const std::string& mesh) {
+    return json::parse(run_command({"info", mesh, "--json"}).out);
+  };
+  const json info = figures(wrong);
+  CHECK(info["figures"]["volume"].get<double>() ==
+        Approx(figures(right)["figures"]["volume"].get<double>()));
+  CHECK(info["turned_parts"] == 1);
+  CHECK_THAT(info["warnings"].dump(), Contains(warning));
+
+  const std::string map = files.folder / "wrong.json", expected = files.folder / "right.json";
+  const ProcessResult made = run_command(files.shape(wrong, map));
+  REQUIRE(made.exit_code == 0);
+  CHECK_THAT(made.err, Contains(warning));
+  REQUIRE(run_command(files.shape(right, expected)).exit_code == 0);
+  CHECK(json::parse(read_text(map))["distance"] == json::parse(read_text(expected))["distance"]);
+
+  const ProcessResult compared = run_command({"compare", expected, wrong, "--resolution", "32"});
+  CHECK(compared.exit_code == 0);
+  CHECK_THAT(compared.err, Contains(warning));
+  const ProcessResult fitted = run_command(
+      {"fit", wrong, "-o", files.folder / "fit.json", "--factors", "8", "--max-evaluations", "2"});
+  CHECK(fitted.exit_code == 0);
+  CHECK_THAT(fitted.err, Contains(warning) && !Contains("overlap"));
+}

@@ -148,7 +148,7 @@ Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
   MeshReport report;
   const TriangleMesh mesh = read_mesh(arguments.file, &report, stop);
   const Box box = mesh.box();
-  const SurfaceFigures figures = measure(mesh);
+  const SurfaceFigures figures = measure(oriented_outward(mesh, stop));
   const UpAxis up = guess_up(mesh);
   Answer answer;
   answer.text = fmt::format(
@@ -169,6 +169,7 @@ Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
                  {"bad_polygons", report.bad_polygons},
                  {"duplicate_triangles", report.duplicate_triangles},
                  {"two_sided_triangles", report.two_sided_triangles},
+                 {"turned_parts", report.turned_parts},
                  {"closed", report.closed()},
                  {"figures", to_json(figures)},
                  {"box", to_json(box)},

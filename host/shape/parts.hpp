@@ -1,0 +1,34 @@
+#pragma once
+/// The connected parts of a mesh, and which of them are wound inside out.
+
+#include <cstddef>
+#include <cstdint>
+#include <stop_token>
+#include <vector>
+
+#include "qjulia/mesh.hpp"
+#include "shape/cone_sum.hpp"
+
+namespace qjulia::shape {
+
+constexpr std::size_t kTrianglesPolled = std::size_t{1} << 16;  ///< between two polls
+
+/// Triangles that share vertices are of one part.
+struct Parts {
+  std::vector<std::uint32_t> of_triangle;  ///< the number of its part
+  std::vector<ConeSum> sums;               ///< of parts; the apex is the middle of the mesh's box
+
+  std::size_t size() const { return sums.size(); }
+  /// As `qjulia::signed_volume`.
+  double signed_volume() const;
+};
+
+/// @throws Interrupted
+Parts connected_parts(const TriangleMesh& mesh, const std::stop_token& stop = {});
+
+/// Which parts `oriented_outward` turns.
+/// @throws Interrupted
+std::vector<bool> parts_inside_out(const TriangleMesh& mesh, const Parts& parts,
+                                   const std::stop_token& stop = {});
+
+}  // namespace qjulia::shape
