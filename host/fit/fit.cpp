@@ -107,6 +107,7 @@ std::string other_detail(const RationalMap& map, double wanted) {
 FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
                  const FitOptions& options, const ProgressMonitor& monitor) {
   options.validate();
+  mesh.validate();
   const auto start = Budget::Clock::now();
   EvaluatorFactory make_evaluator = [&](const Samples& samples, const EnergyOptions& energy) {
     return make_device_evaluator(device, samples, energy, options.precision);

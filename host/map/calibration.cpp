@@ -67,6 +67,7 @@ double effective_radius(const Field& field, double level, double limit) {
 }
 
 RationalMap calibrated(const Device& device, const RationalMap& map) {
+  map.validate();
   // Map coordinates are such that the shape's longest side is 3: nothing lies beyond its diagonal.
   const double limit = 3 * std::sqrt(3.0);
   const double radius =

@@ -4,12 +4,24 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "qjulia/error.hpp"
 
 namespace qjulia {
+namespace {
+
+void expect_points(std::span<const Eigen::Vector3d> surface) {
+  if (surface.empty()) throw InputError("there are no points of the surface to measure at");
+}
+
+}  // namespace
+
 RationalMap steepened(const RationalMap& map, double t) {
+  map.validate();
+  if (!(t > 0 && std::isfinite(t))) {
+    throw InputError(
+        fmt::format("a map cannot be made {} times as steep: give a positive number", t));
+  }
   RationalMap result = map;
   if (auto* distance = std::get_if<DistanceModulus>(&result.modulus)) {
     distance->shell /= t;
@@ -22,6 +34,7 @@ RationalMap steepened(const RationalMap& map, double t) {
 }
 
 RationalMap with_detail(const RationalMap& map, double detail) {
+  map.validate();
   if (!(std::isfinite(detail) && detail > 0)) {
     throw OptionError("detail", fmt::format("{} is out of range; give a positive fraction of the "
                                             "box's diagonal, such as 0.02",
@@ -46,7 +59,7 @@ RationalMap with_detail(const RationalMap& map, double detail) {
 }
 
 double shell_thickness(const Field& field, std::span<const Eigen::Vector3d> surface, double slice) {
-  if (surface.empty()) throw std::logic_error("shell_thickness needs points");
+  expect_points(surface);
   double sum = 0;
   for (const Quaternion& g : field.gradient_at(on_slice(surface, slice))) {
     sum += std::hypot(g.x, g.y, g.z);
@@ -55,7 +68,7 @@ double shell_thickness(const Field& field, std::span<const Eigen::Vector3d> surf
 }
 
 double median_level(const Field& field, std::span<const Eigen::Vector3d> surface, double slice) {
-  if (surface.empty()) throw std::logic_error("median_level needs points");
+  expect_points(surface);
   std::vector<double> levels = field.at(on_slice(surface, slice));
   const auto middle = levels.begin() + static_cast<std::ptrdiff_t>(levels.size() / 2);
   std::ranges::nth_element(levels, middle);

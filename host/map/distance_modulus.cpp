@@ -31,6 +31,7 @@ double DistanceModulus::degree(const RationalMap& /*map*/) const {
 /// off; and so d₄(q) ≥ ‖q‖ − R. The radius where (r − R)/δ + S = ln r is found by bisection. A cell
 /// is added for what the spline differs from the distance.
 OuterBound DistanceModulus::outer_bound(const RationalMap& map) const {
+  validate();
   if (fourth == FourthCoordinate::ignored) return {std::numeric_limits<double>::infinity(), true};
   const Eigen::Vector3d center = -origin / step;
   const double reach = step * (1 + grid->farthest_inside({center.x(), center.y(), center.z()}));

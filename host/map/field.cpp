@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/range_check.hpp"
 #include "device/point_batch.hpp"
 #include "map/device_map.hpp"
 
@@ -13,6 +14,15 @@ using namespace map;
 using device::Argument;
 using device::narrow;
 using device::PointBatch;
+
+namespace {
+
+const RationalMap& valid(const RationalMap& map) {
+  map.validate();
+  return map;
+}
+
+}  // namespace
 
 struct Field::Impl {
   DeviceMap map;
@@ -39,6 +49,7 @@ struct Field::Impl {
 
   std::vector<double> evaluate(std::span<const Quaternion> points, int iterations,
                                bool decided) const {
+    base::expect_between("iterations", iterations, 1, kMostIterations);
     std::vector<double> field(points.size());
     run<1>("field_at_points", points, iterations, {iterations, decided ? 1 : 0},
            [&](std::size_t i, const std::array<double, 1>& f) { field[i] = f[0]; });
@@ -48,7 +59,8 @@ struct Field::Impl {
 
 Field::Field(const Device& device, const RationalMap& map, Precision precision,
              const StopRadii& stops, std::stop_token stop)
-    : impl_(std::make_shared<Impl>(Impl{{device, map, stops, precision}, std::move(stop)})) {}
+    : impl_(std::make_shared<Impl>(Impl{{device, valid(map), stops, precision}, std::move(stop)})) {
+}
 
 std::vector<double> Field::at(std::span<const Quaternion> points, int iterations) const {
   return impl_->evaluate(points, iterations, false);

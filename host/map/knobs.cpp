@@ -115,6 +115,7 @@ void MapKnobs::validate() const {
 
 RationalMap with_knobs(const Device& device, const RationalMap& map, const MapKnobs& knobs) {
   knobs.validate();
+  map.validate();
   if (map.paint && knobs.rotate) {
     throw OptionError("rotate", "it turns factors, and the axes of the map's paint stay");
   }
@@ -135,6 +136,7 @@ RationalMap with_knobs(const Device& device, const RationalMap& map, const MapKn
   if (offset != Eigen::Vector3d::Zero()) result = calibrated_inside(device, moved(result, offset));
   if (knobs.scale) result.log_scale -= std::log(*knobs.scale);
   if (knobs.tufts) result.tufts = *knobs.tufts;
+  result.validate();
   return result;
 }
 

@@ -125,6 +125,7 @@ std::string_view map_text(std::string_view text, const std::string& source) {
 }  // namespace
 
 json to_json(const RationalMap& map) {
+  map.validate();
   json result = {{"format", kMapFormat},
                  {"version", file_version(map)},
                  {"kind", map.kind()},
@@ -231,7 +232,6 @@ RationalMap read_map(const std::filesystem::path& path, std::stop_token stop) {
 }
 
 void write_map(const RationalMap& map, const std::filesystem::path& path) {
-  map.validate();
   const json value = to_json(map);
   std::string text;
   for (const std::string_view key : keys_of(map)) {

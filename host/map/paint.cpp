@@ -26,6 +26,8 @@ std::size_t Paint::size() const {
 }
 
 double Paint::at(const Eigen::Vector3d& x) const {
+  validate();
+  if (!x.allFinite()) throw InputError("the paint has no share for a place that is not finite");
   std::array<std::size_t, 3> first{};
   std::array<std::array<double, 3>, 3> weights{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -67,6 +69,7 @@ void Paint::validate() const {
 }
 
 std::uint8_t painted_share(double share) {
+  if (std::isnan(share)) throw InputError("a share of the detail is not a number");
   const double rounded = std::round((Paint::kWhole + 1) * share) - 1;
   return static_cast<std::uint8_t>(std::clamp<double>(rounded, 0, Paint::kWhole));
 }

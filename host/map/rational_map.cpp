@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "base/range_check.hpp"
 #include "map/checks.hpp"
 #include "map/kinds.hpp"
 #include "map/portals.hpp"
@@ -132,7 +133,9 @@ void RationalMap::validate() const {
 }
 
 RationalMap with_longest_side(RationalMap map, double length) {
+  map.validate();
   if (!map.box) throw InputError("the map does not hold the size of its shape");
+  base::expect_positive("length", length);
   const double factor = length / map.box->size().maxCoeff();
   map.box = Box{factor * map.box->low, factor * map.box->high};
   if (map.inradius) *map.inradius *= factor;

@@ -44,6 +44,15 @@ Eigen::Vector3d center_at(const CellGrid& grid, CellOrder order, std::size_t ind
   return grid.center(cell[0], cell[1], cell[2]);
 }
 
+void check_grid(const CellGrid& grid) {
+  for (const int along : grid.cells) {
+    if (along >= 1 && along <= kMostSampleCells) continue;
+    throw InputError(fmt::format("the grid has {} cells along a side: it must have 1 to {}", along,
+                                 kMostSampleCells));
+  }
+  expect_box(grid.box);
+}
+
 }  // namespace
 
 void SampleOptions::validate() const {
@@ -88,6 +97,7 @@ void sample_field(const Device& device, const RationalMap& map, const SampleOpti
                   const ProgressMonitor& monitor) {
   options.validate();
   map.validate();
+  check_grid(grid);
   const Field field(device, map, options.precision, {0, 0, options.escape});
   const std::size_t all = grid.size();
   const auto start = std::chrono::steady_clock::now();

@@ -218,6 +218,7 @@ double inner_radius(const Field& field, const RationalMap& map,
 
 StopRadii find_stop_radii(const Device& device, const RationalMap& map,
                           std::optional<double> escape, const std::stop_token& stop) {
+  map.validate();
   if (escape && !(*escape > std::exp(map.surface_level))) {
     throw OptionError("escape", fmt::format("{} is too small: orbits that come to rest reach "
                                             "radius {:.3g}, map units; give more than that",

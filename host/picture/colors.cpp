@@ -55,7 +55,8 @@ std::optional<Rgb> color_named(std::string_view text) {
 
 std::string color_name(const Rgb& color) {
   const auto part = [&](Eigen::Index i) {
-    return std::lround(kMost * encoded(std::clamp(color[i], 0.0, 1.0)));
+    const double linear = std::isnan(color[i]) ? 0 : std::clamp(color[i], 0.0, 1.0);
+    return std::lround(kMost * encoded(linear));
   };
   return fmt::format("#{:02x}{:02x}{:02x}", part(0), part(1), part(2));
 }

@@ -123,6 +123,9 @@ Image with_scale(const Image& sheet, double full, double diagonal) {
 
 Image comparison(const Device& device, const RationalMap& map, const TriangleMesh& mesh,
                  const PictureOptions& options, const ProgressMonitor& monitor) {
+  options.validate();
+  map.validate();
+  mesh.validate();
   constexpr int kWidest = 32'767;  // of Cairo's canvases, pixels
   if (2 * options.width + kGap > kWidest) {
     throw OptionError("width", fmt::format("{} is too large for a sheet of two pictures side by "

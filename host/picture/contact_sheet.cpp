@@ -28,6 +28,7 @@ Image contact_sheet(std::span<const Image> images, int columns, int gap) {
   }
   int cell_width = 0, cell_height = 0;
   for (const Image& image : images) {
+    image.validate();
     cell_width = std::max(cell_width, image.width);
     cell_height = std::max(cell_height, image.height);
   }
@@ -53,6 +54,7 @@ Image contact_sheet(std::span<const Image> images, int columns, int gap) {
 
 Image reduced(const Image& image, int times) {
   if (times < 1) throw InputError("the reduction of a picture must be at least 1");
+  image.validate();
   if (times == 1) return image;
   const Image all = opaque(image);
   Image small{std::max(1, all.width / times), std::max(1, all.height / times), {}};
@@ -76,7 +78,7 @@ Image reduced(const Image& image, int times) {
 }
 
 Image captioned(const Image& image, const std::string& text) {
-  if (image.pixels.empty()) throw InputError("a picture without pixels cannot be captioned");
+  image.validate();
   const double size = std::max(11.0, image.width / 24.0);
   CairoCanvas canvas(image.width, image.height + static_cast<int>(2 * size));
   canvas.put(opaque(image), 0, 0);

@@ -86,7 +86,7 @@ class MeshSource : public DepthSource {
   static void rasterise(const Vector3d& a, const Vector3d& b, const Vector3d& c, const View& view,
                         bool parallel, int first_row, int rows, std::vector<double>& nearest) {
     const double area = (b[1] - a[1]) * (c[2] - a[2]) - (c[1] - a[1]) * (b[2] - a[2]);
-    if (area == 0) return;
+    if (area == 0 || !std::isfinite(area)) return;
     // Pixel centres at halves.
     const auto range = [](double low, double high, int limit) {
       return std::pair{static_cast<int>(std::clamp(std::ceil(low - 0.5), 0.0, double(limit))),

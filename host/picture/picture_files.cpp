@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <png.h>
 #include <zlib.h>
 
@@ -8,6 +9,7 @@
 
 #include "base/npy.hpp"
 #include "base/output_file.hpp"
+#include "base/range_check.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/picture.hpp"
 
@@ -81,13 +83,19 @@ Image normal_image(const std::vector<float>& normals, int width, int height) {
 
 }  // namespace
 
-std::string png_bytes(const Image& image, const PictureText& text, Packing packing) {
-  if (image.width < 1 || image.height < 1 ||
-      image.pixels.size() !=
-          3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) ||
-      (!image.alpha.empty() && 3 * image.alpha.size() != image.pixels.size())) {
-    throw InputError("a picture without pixels cannot be written");
+void Image::validate() const {
+  if (width < 1 || height < 1) throw InputError("the picture has no pixels");
+  const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  if (pixels.size() != 3 * count || (!alpha.empty() && alpha.size() != count)) {
+    throw InputError(
+        fmt::format("a picture of {} x {} pixels has {} numbers for colors and {} for "
+                    "alpha: it needs {} and {}, or no alpha",
+                    width, height, pixels.size(), alpha.size(), 3 * count, count));
   }
+}
+
+std::string png_bytes(const Image& image, const PictureText& text, Packing packing) {
+  image.validate();
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
   png.width = static_cast<png_uint_32>(image.width);
@@ -117,6 +125,7 @@ std::string png_bytes(const Image& image, const PictureText& text, Packing packi
 
 std::string animated_png_bytes(std::span<const Image> images, double seconds) {
   if (images.empty()) throw InputError("there is no picture to show");
+  base::expect_between("seconds", seconds, 0.001, 65.0);
   const Image& first = images.front();
   // PNG specification, third edition, 11.3.6.
   const std::string control = number(images.size()) + number(0);
@@ -160,7 +169,12 @@ std::vector<std::filesystem::path> layer_files(const std::filesystem::path& pref
 
 std::vector<std::filesystem::path> write_layers(const PictureLayers& layers, int width,
                                                 const std::filesystem::path& prefix) {
-  const auto wide = static_cast<std::size_t>(width);
+  const auto wide = static_cast<std::size_t>(std::max(width, 0));
+  if (wide == 0 || layers.depth.size() % wide != 0 ||
+      layers.normal.size() != 3 * layers.depth.size() ||
+      layers.position.size() != 3 * layers.depth.size()) {
+    throw InputError(fmt::format("the layers are not of a picture {} pixels wide", width));
+  }
   const std::size_t deep = layers.depth.size() / wide;
   const std::array<std::size_t, 3> shape{deep, wide, 3};
   const int height = static_cast<int>(deep);

@@ -29,8 +29,11 @@ constexpr std::array<std::array<double, 3>, 6> kColors{{{0.00, 0.45, 0.70},
                                                         {0.34, 0.71, 0.91},
                                                         {0.90, 0.62, 0.00}}};
 
+/// Numbers farther from 0, or nearer to it on a logarithmic axis, are not drawn.
+constexpr double kMostShown = 1e100;
+
 bool shown(const PlotAxis& axis, double value) {
-  return std::isfinite(value) && (!axis.logarithmic || value > 0);
+  return std::abs(value) <= kMostShown && (!axis.logarithmic || value >= 1 / kMostShown);
 }
 
 /// Where values lie along an axis: from 0 at its low end to 1.
@@ -221,7 +224,7 @@ void Plot::validate() const {
   for (const PlotAxis* axis : {&x, &y}) {
     if (!axis->range) continue;
     const auto [low, high] = *axis->range;
-    if (!(low < high) || !std::isfinite(high - low) || (axis->logarithmic && !(low > 0))) {
+    if (!(low < high) || !shown(*axis, low) || !shown(*axis, high)) {
       throw InputError(
           fmt::format("plot axis '{}' from {} to {} cannot be drawn", axis->label, low, high));
     }
@@ -230,6 +233,8 @@ void Plot::validate() const {
 
 std::vector<double> plot_ticks(double low, double high, bool logarithmic) {
   std::vector<double> ticks;
+  const bool is_drawn = low < high && std::isfinite(high - low) && (!logarithmic || low > 0);
+  if (!is_drawn) return ticks;
   if (logarithmic) {
     const int first = static_cast<int>(std::floor(std::log10(low)));
     const int last = static_cast<int>(std::ceil(std::log10(high)));
@@ -250,7 +255,10 @@ std::vector<double> plot_ticks(double low, double high, bool logarithmic) {
     if ((high - low) / step <= kMostTicks) break;
   }
   // Adding 0 makes -0 positive.
-  for (double k = std::ceil(low / step); k * step <= high; ++k) ticks.push_back(k * step + 0.0);
+  const double first = std::ceil(low / step);
+  for (int k = 0; k <= kMostTicks && (first + k) * step <= high; ++k) {
+    ticks.push_back((first + k) * step + 0.0);
+  }
   return ticks;
 }
 

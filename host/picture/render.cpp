@@ -16,6 +16,7 @@
 #include "qjulia/field.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/progress.hpp"
+#include "shape/mesh_report.hpp"
 #include "surface/grid.hpp"
 
 namespace qjulia {
@@ -276,6 +277,10 @@ Studio::Studio(const Device& device, const RationalMap& map, const PictureOption
 Studio::Studio(const Device& device, const TriangleMesh& mesh, const Box& framed,
                const PictureOptions& options) {
   options.validate();
+  mesh.validate();
+  if (const std::string problem = shape::size_problem(mesh.box()); !problem.empty()) {
+    throw InputError("the mesh cannot be drawn: " + problem);
+  }
   const double side = framed.size().maxCoeff();
   if (!(side > 0) || !std::isfinite(side)) {
     throw InputError("the box to frame has no size; give the mesh's own box");

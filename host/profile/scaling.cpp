@@ -8,10 +8,12 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "base/range_check.hpp"
 #include "device/context.hpp"
 #include "profile/cost.hpp"
 #include "profile/workload.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/field.hpp"
 #include "qjulia/progress.hpp"
 
 namespace qjulia {
@@ -40,6 +42,20 @@ ScalingPoint measure(const Device& device, const Workload& work, int iterations,
 
 }  // namespace
 
+void ScalingOptions::validate() const {
+  ProfileOptions size;
+  for (const std::size_t number : samples) {
+    size.samples = number;
+    size.validate();
+  }
+  for (const std::size_t number : factors) {
+    size.factors = number;
+    size.validate();
+  }
+  for (const int n : iterations) base::expect_between("iterations", n, 1, kMostIterations);
+  base::expect_positive("most_slots", most_slots);
+}
+
 ScalingLaw fit_law(const std::vector<ScalingPoint>& points) {
   const auto count = static_cast<Eigen::Index>(points.size());
   Eigen::MatrixX3d sizes(count, 3);
@@ -50,13 +66,20 @@ ScalingLaw fit_law(const std::vector<ScalingPoint>& points) {
         std::log(static_cast<double>(p.factors));
     times[i] = std::log(p.seconds);
   }
-  const Eigen::Vector3d law = sizes.colPivHouseholderQr().solve(times);
+  const auto decomposed = sizes.colPivHouseholderQr();
+  if (!sizes.allFinite() || !times.allFinite() || decomposed.rank() < 3) {
+    throw InputError(
+        "a law of scaling needs three measurements that differ in samples and in factors; give "
+        "more sizes");
+  }
+  const Eigen::Vector3d law = decomposed.solve(times);
   const double worst = (sizes * law - times).cwiseAbs().maxCoeff();
   return {points.front().iterations, law[1], law[2], std::exp(worst)};
 }
 
 ScalingReport measure_scaling(const Device& device, const ScalingOptions& options,
                               const ProgressMonitor& monitor) {
+  options.validate();
   ScalingReport report;
   report.device = device.info();
   for (const int n : options.iterations) {

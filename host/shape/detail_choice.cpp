@@ -42,6 +42,7 @@ std::string to_string(const DetailChoice& detail) {
 }
 
 double thinness(const TriangleMesh& mesh) {
+  mesh.validate();
   double area = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
     const Eigen::Vector3d& p = mesh.vertices[a];

@@ -68,6 +68,7 @@ double foot(const TriangleMesh& mesh, const Box& box, UpAxis up) {
 }  // namespace
 
 UpAxis guess_up(const TriangleMesh& mesh) {
+  mesh.validate();
   const Box box = mesh.box();
   UpAxis best = kDefaultUp;
   double most = kClearly * foot(mesh, box, kDefaultUp);

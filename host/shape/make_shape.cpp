@@ -91,6 +91,7 @@ Shape make_shape(const Device& device, const TriangleMesh& mesh, std::stop_token
                  std::optional<SignedDistance>* distance) {
   constexpr double kLongestSide = 3;
   constexpr double kLeastVolume = 1e-7;  // over the longest side cubed
+  mesh.validate();
   Shape result;
   result.box = mesh.box();
   if (const std::string problem = shape::size_problem(result.box); !problem.empty()) {

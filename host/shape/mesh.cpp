@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "qjulia/error.hpp"
 #include "qjulia/progress.hpp"
 #include "shape/mesh_report.hpp"
 #include "shape/parts.hpp"
@@ -71,6 +72,37 @@ Box TriangleMesh::box() const {
   return {bounds.min(), bounds.max()};
 }
 
+void shape::check_triangles(std::span<const Eigen::Vector3d> vertices,
+                            std::span<const Triangle> triangles) {
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    if (vertices[v].allFinite()) continue;
+    const auto& x = vertices[v];
+    throw InputError(fmt::format("the mesh's vertices[{}] is ({}, {}, {}): give finite numbers", v,
+                                 x.x(), x.y(), x.z()));
+  }
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const std::uint32_t last = std::ranges::max(triangles[t]);
+    if (last < vertices.size()) continue;
+    throw InputError(
+        fmt::format("the mesh's triangles[{}] has vertex {}, and there are {}, numbered from 0", t,
+                    last, vertices.size()));
+  }
+}
+
+void TriangleMesh::validate() const {
+  shape::check_triangles(vertices, triangles);
+  if (normals.empty()) return;
+  if (normals.size() != vertices.size()) {
+    throw InputError(
+        fmt::format("the mesh has {} normals and {} vertices: give one a vertex, or none",
+                    normals.size(), vertices.size()));
+  }
+  const auto wrong = std::ranges::find_if(normals, [](const auto& n) { return !n.allFinite(); });
+  if (wrong == normals.end()) return;
+  throw InputError(
+      fmt::format("the mesh's normals[{}] is not finite", std::distance(normals.begin(), wrong)));
+}
+
 void shape::inspect(const TriangleMesh& mesh, MeshReport& report, const std::stop_token& stop) {
   report.vertices = mesh.vertices.size();
   report.triangles = mesh.triangles.size();
@@ -84,6 +116,7 @@ void shape::inspect(const TriangleMesh& mesh, MeshReport& report, const std::sto
 }
 
 MeshReport inspect(const TriangleMesh& mesh) {
+  mesh.validate();
   MeshReport report;
   shape::inspect(mesh, report, {});
   return report;

@@ -1,6 +1,7 @@
 #pragma once
 /// What is found out about a mesh.
 
+#include <span>
 #include <stop_token>
 #include <string>
 
@@ -11,6 +12,11 @@ namespace qjulia::shape {
 /// Fills in what `qjulia::inspect` tells; what reading the file has found stays.
 /// @throws Interrupted.
 void inspect(const TriangleMesh& mesh, MeshReport& report, const std::stop_token& stop);
+
+/// @throws InputError naming the vertex that is not finite, or the triangle with an index that no
+/// vertex has.
+void check_triangles(std::span<const Eigen::Vector3d> vertices,
+                     std::span<const Triangle> triangles);
 
 /// Why a mesh of this box is too large or too small to compute with, and what to do; empty when it
 /// is neither.

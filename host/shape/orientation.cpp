@@ -288,6 +288,7 @@ std::vector<bool> parts_inside_out(const TriangleMesh& mesh, const Parts& parts,
 }  // namespace shape
 
 TriangleMesh oriented_outward(TriangleMesh mesh, const std::stop_token& stop) {
+  mesh.validate();
   const shape::Parts parts = shape::connected_parts(mesh, stop);
   const std::vector<bool> turned = shape::parts_inside_out(mesh, parts, stop);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {

@@ -52,6 +52,7 @@ double Parts::signed_volume() const {
 }  // namespace shape
 
 double signed_volume(const TriangleMesh& mesh) {
+  mesh.validate();
   return shape::connected_parts(mesh).signed_volume();
 }
 

@@ -24,6 +24,7 @@ constexpr double kPointCost = 1024;
 
 /// Moves the box of the mesh to about [-1, 1]^3, where single precision is at its best.
 ShapeToMap unit_frame(const TriangleMesh& mesh) {
+  mesh.validate();
   const Box box = mesh.box();
   const double side = box.size().maxCoeff();
   if (mesh.triangles.empty() || !std::isfinite(side) || side <= 0) {

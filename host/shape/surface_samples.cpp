@@ -10,6 +10,7 @@ namespace qjulia {
 
 std::vector<SurfacePoint> sample_surface(const TriangleMesh& mesh, std::size_t count,
                                          std::uint64_t seed) {
+  mesh.validate();
   const auto& x = mesh.vertices;
   std::vector<double> area_up_to;  // of the triangles before and including each
   std::vector<Eigen::Vector3d> normals;

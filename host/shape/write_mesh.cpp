@@ -157,7 +157,8 @@ void write_glb(const TriangleMesh& mesh, const std::string& note, UpAxis up, std
   const std::size_t bytes = 12 * (mesh.triangles.size() + vectors);
   nlohmann::json about = description(mesh, up, bytes);
   if (!note.empty()) about["asset"]["extras"] = {{"made_with", note}};
-  std::string json = about.dump();
+  // File names in the note may hold any bytes.
+  std::string json = about.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   json.append((4 - json.size() % 4) % 4, ' ');
   const std::size_t total = 12 + 8 + json.size() + 8 + bytes;
   if (total > std::numeric_limits<std::uint32_t>::max()) {
@@ -203,6 +204,7 @@ bool stands_upright(const std::filesystem::path& path) {
 void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
                 const std::string& note, std::optional<UpAxis> up) {
   const std::string extension = expect_type(path, FileContent::mesh, FileUse::write);
+  mesh.validate();
   base::OutputFile file(path);
   if (extension == ".obj" && !note.empty()) file.stream() << "# " << note << '\n';
   if (extension == ".glb") {

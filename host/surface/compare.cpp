@@ -215,6 +215,7 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
                                 const ProgressMonitor& monitor) {
   options.validate();
   map.validate();
+  mesh.validate();
   const StopRadii stops = find_stop_radii(device, map, options.escape, monitor.stop);
   std::vector<int> iterations{1};
   if (options.iterations > 1) iterations.push_back(options.iterations);

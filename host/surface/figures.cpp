@@ -1,5 +1,7 @@
 #include "qjulia/figures.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -7,10 +9,10 @@
 #include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 #include <utility>
 
 #include "base/union_find.hpp"
+#include "qjulia/error.hpp"
 #include "qjulia/shape.hpp"
 #include "shape/cone_sum.hpp"
 
@@ -83,6 +85,7 @@ BoxDimension dimension_of(const Eigen::AlignedBox3f& box, double finest, const F
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   if (box.isEmpty()) return {kNone, kNone, 0};
   const float side = box.sizes().maxCoeff();
+  if (!std::isfinite(side)) return {kNone, kNone, 0};
   int level = kFinest;
   while (level >= kCoarsest && static_cast<double>(side) / (1 << level) < finest) --level;
   const int sizes = level - kCoarsest + 1;
@@ -201,7 +204,9 @@ class ConnectedParts {
   bool is_any_dropped() const { return !dropped_.empty(); }
   bool keeps_label(std::uint32_t label) const { return dropped_.empty() || !dropped_[label]; }
   /// Whether vertex `v` has a triangle of a part that was not dropped.
-  bool keeps(std::uint32_t v) const { return labels_[v] != kNone && keeps_label(labels_[v]); }
+  bool keeps(std::uint32_t v) const {
+    return v < labels_.size() && labels_[v] != kNone && keeps_label(labels_[v]);
+  }
 
  private:
   std::vector<std::uint32_t> labels_;  ///< of vertices
@@ -214,7 +219,10 @@ class ConnectedParts {
 
 BoxDimension box_dimension(std::span<const Eigen::Vector3f> points, double finest) {
   Eigen::AlignedBox3f box;
-  for (const Eigen::Vector3f& p : points) box.extend(p);
+  for (const Eigen::Vector3f& p : points) {
+    if (!p.allFinite()) throw InputError("a point whose boxes are to be counted is not finite");
+    box.extend(p);
+  }
   return dimension_of(box, finest, [&](const auto& use) { std::ranges::for_each(points, use); });
 }
 
@@ -261,7 +269,7 @@ struct FigureSink::Impl {
   }
   void expect_nothing_dropped() const {
     if (!parts.is_any_dropped()) return;
-    throw std::logic_error("parts of a mesh are dropped once, at its end");
+    throw InputError("parts of a mesh are dropped once, after its last triangle");
   }
 };
 
@@ -274,6 +282,12 @@ void FigureSink::vertices(std::span<const Eigen::Vector3d> positions,
   std::vector<Eigen::Vector3f>& all = impl_->positions;
   if (all.empty() && !positions.empty()) impl_->first = positions.front();
   const std::size_t before = all.size();
+  // Positions are kept in single precision, from the first one on.
+  for (const Eigen::Vector3d& x : positions) {
+    if ((x - impl_->first).cast<float>().allFinite()) continue;
+    throw InputError(fmt::format("the surface's vertex ({}, {}, {}) is not finite, or too far away",
+                                 x.x(), x.y(), x.z()));
+  }
   all.resize(before + positions.size());
   for (std::size_t i = 0; i < positions.size(); ++i) {
     all[before + i] = (positions[i] - impl_->first).cast<float>();
@@ -323,6 +337,7 @@ void FigureSink::drop_small_parts(double least) {
 bool FigureSink::keeps(std::uint32_t vertex) const { return impl_->parts.keeps(vertex); }
 
 TriangleMesh FigureSink::kept_of(const TriangleMesh& mesh) const {
+  mesh.validate();
   TriangleMesh kept;
   std::vector<std::uint32_t> number(mesh.vertices.size());
   for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
@@ -332,7 +347,8 @@ TriangleMesh FigureSink::kept_of(const TriangleMesh& mesh) const {
     if (!mesh.normals.empty()) kept.normals.push_back(mesh.normals[v]);
   }
   for (const auto& [a, b, c] : mesh.triangles) {
-    if (keeps(a)) kept.triangles.push_back({number[a], number[b], number[c]});
+    if (keeps(a) && keeps(b) && keeps(c))
+      kept.triangles.push_back({number[a], number[b], number[c]});
   }
   return kept;
 }
@@ -379,6 +395,7 @@ SurfaceFigures FigureSink::figures() const {
 }
 
 FigureSink::FigureSink(const TriangleMesh& mesh) : FigureSink() {
+  mesh.validate();
   impl_->most_kept = mesh.triangles.size();
   FigureSink::vertices(mesh.vertices, {});
   FigureSink::triangles(mesh.triangles);

@@ -1,5 +1,7 @@
 #include "surface/marching_cubes.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
@@ -175,8 +177,25 @@ void MeshBuilder::add(const MeshPart& part) {
 }  // namespace qjulia::surface
 
 namespace qjulia {
+namespace {
+
+void check(const SampledDistance& distance) {
+  const Eigen::Array3i samples(distance.samples.data());
+  if ((samples < 2).any() || (samples > 8192).any() ||
+      distance.values.size() != static_cast<std::size_t>(samples.cast<double>().prod())) {
+    throw InputError(fmt::format("the distance field has {} values, and {} x {} x {} samples",
+                                 distance.values.size(), samples[0], samples[1], samples[2]));
+  }
+  if (!distance.center.allFinite() || !distance.lengths.allFinite() ||
+      !(distance.lengths.array() > 0).all()) {
+    throw InputError("the distance field's box has no size, or is not finite");
+  }
+}
+
+}  // namespace
 
 TriangleMesh mesh_of(const SampledDistance& distance) {
+  check(distance);
   surface::Grid grid;
   grid.points = Eigen::Vector3i(distance.samples.data());
   MeshSink sink;

@@ -12,6 +12,7 @@
 #include "base/range_check.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
+#include "shape/mesh_report.hpp"
 #include "surface/level_set.hpp"
 
 namespace qjulia {
@@ -295,6 +296,10 @@ void PaintOptions::validate() const {
   }
   if (mesh && mesh->shares.size() != mesh->vertices.size()) {
     throw OptionError("mesh", "it must have a share for each vertex");
+  }
+  if (mesh) {
+    shape::check_triangles(mesh->vertices, mesh->triangles);
+    for (const float share : mesh->shares) expect_share("mesh", share);
   }
   if (thickness) base::expect_between("thickness", *thickness, 0.01, 2.0, "of the shape's own");
 }

@@ -86,9 +86,24 @@ struct PlyFile::Impl {
   base::OutputFile file;
   std::optional<base::ScratchFile> vertices, faces;
   std::size_t vertex_count = 0, face_count = 0;
+  std::uint32_t last_vertex = 0;  ///< the largest index of a triangle
 
   Impl(const std::filesystem::path& path_, const std::string& note_)
       : path(path_), note(note_), file(path_), vertices(path_), faces(path_) {}
+
+  /// Before any of it is used: all is gone once it has been committed.
+  void expect_open() const {
+    if (faces) return;
+    throw InputError(
+        fmt::format("mesh '{}' has been committed; write another file", path.string()));
+  }
+
+  void expect_complete() const {
+    expect_open();
+    if (face_count == 0 || last_vertex < vertex_count) return;
+    throw InputError(fmt::format("mesh '{}' has a triangle with vertex {}, and {} vertices came",
+                                 path.string(), last_vertex, vertex_count));
+  }
 
   void check(const std::ios& stream) const {
     if (stream) return;
@@ -115,6 +130,11 @@ PlyFile::~PlyFile() = default;
 
 void PlyFile::vertices(std::span<const Eigen::Vector3d> positions,
                        std::span<const Eigen::Vector3d> normals) {
+  impl_->expect_open();
+  if (normals.size() != positions.size()) {
+    throw InputError(fmt::format("{} vertices came with {} normals: give each vertex one",
+                                 positions.size(), normals.size()));
+  }
   std::vector<VertexRecord> records(positions.size());
   for (std::size_t i = 0; i < positions.size(); ++i) {
     Eigen::Map<Eigen::Vector3f>(records[i].data()) = positions[i].cast<float>();
@@ -126,6 +146,10 @@ void PlyFile::vertices(std::span<const Eigen::Vector3d> positions,
 }
 
 void PlyFile::triangles(std::span<const Triangle> triangles) {
+  impl_->expect_open();
+  for (const Triangle& triangle : triangles) {
+    impl_->last_vertex = std::max(impl_->last_vertex, std::ranges::max(triangle));
+  }
   const std::vector<FaceRecord> records(triangles.begin(), triangles.end());
   impl_->face_count += records.size();
   write_records<FaceRecord>(impl_->faces->stream(), records);
@@ -133,6 +157,7 @@ void PlyFile::triangles(std::span<const Triangle> triangles) {
 }
 
 void PlyFile::commit() {
+  impl_->expect_complete();
   const auto all = [](auto records) { return records.size(); };
   impl_->file.stream() << header(impl_->vertex_count, impl_->face_count, impl_->note);
   impl_->append<VertexRecord>(impl_->vertices, impl_->vertex_count, all);
@@ -141,6 +166,7 @@ void PlyFile::commit() {
 }
 
 void PlyFile::commit(const std::function<bool(std::uint32_t)>& keeps) {
+  impl_->expect_complete();
   constexpr std::uint32_t kDropped = std::numeric_limits<std::uint32_t>::max();
   std::vector<std::uint32_t> number(impl_->vertex_count, kDropped);
   std::uint32_t kept = 0;

@@ -197,7 +197,8 @@ int visible_depth(const std::vector<Portal>& portals) {
   double least = std::numeric_limits<double>::infinity();
   for (const Portal& portal : portals) least = std::min(least, portal.scale);
   if (!(least > 1)) return 0;
-  return std::max(1, static_cast<int>(std::log(1 / kSmallestSeen) / std::log(least)));
+  constexpr double kDeepest = 1000;
+  return static_cast<int>(std::clamp(std::log(1 / kSmallestSeen) / std::log(least), 1.0, kDeepest));
 }
 
 }  // namespace qjulia

@@ -15,7 +15,7 @@ constexpr double kLeastDetail = 0.0001, kMostDetail = 0.1;
 
 /// F_1 − L multiplied by t everywhere: a_k ← t a_k (of a distance modulus, δ ← δ / t),
 /// S ← t (S − L) + L. The surface F_1 = L stays where it is and the shell gets t times thinner;
-/// `detail` is divided by t where it is known.
+/// `detail` is divided by t where it is known. @throws InputError unless t is positive.
 RationalMap steepened(const RationalMap& map, double t);
 
 /// The same shape with another shell: `steepened` by (the map's own detail) / `detail`.

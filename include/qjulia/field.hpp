@@ -31,13 +31,15 @@ struct StopRadii {
 class Field {
  public:
   /// @param stop makes the functions below throw `Interrupted` soon.
+  /// @throws InputError naming what is wrong with the map.
   Field(const Device& device, const RationalMap& map, Precision precision = Precision::single,
         const StopRadii& stops = {0, 0, 20}, std::stop_token stop = {});
 
-  /// F_n with the escape radius alone. @param iterations n, 1 … 16.
+  /// F_n with the escape radius alone. @param iterations n, 1 … 16. @throws OptionError
   std::vector<double> at(std::span<const Quaternion> points, int iterations = 1) const;
 
   /// F_n where orbits also end at r_in and r_out: the same side of every level between them.
+  /// @throws OptionError as above.
   std::vector<double> decided_at(std::span<const Quaternion> points, int iterations) const;
 
   /// ∂F_1/∂q.

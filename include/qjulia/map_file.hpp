@@ -20,6 +20,7 @@ RationalMap read_map(const std::filesystem::path& path, std::stop_token stop = {
 /// @throws OutputError
 void write_map(const RationalMap& map, const std::filesystem::path& path);
 
+/// @throws InputError naming what is wrong with the map.
 nlohmann::json to_json(const RationalMap& map);
 /// @param source what messages call the text, such as the file's name.
 RationalMap map_from_json(const nlohmann::json& json, const std::string& source);

@@ -23,6 +23,10 @@ struct TriangleMesh {
   std::vector<Eigen::Vector3f> normals{};
 
   Box box() const;
+  /// Every function of this library that takes a mesh calls it.
+  /// @throws InputError naming the vertex or triangle: a number that is not finite, an index
+  ///   without a vertex, normals that are not one a vertex.
+  void validate() const;
 };
 
 /// What a mesh is like as a surface.

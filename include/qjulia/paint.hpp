@@ -27,7 +27,8 @@ struct Paint {
   bool operator==(const Paint&) const = default;
 
   std::size_t size() const;  ///< number of cells
-  /// m at a place, map coordinates.
+  /// m at a place, map coordinates. @throws InputError when it is not finite, or the paint is not
+  /// whole.
   double at(const Eigen::Vector3d& x) const;
   /// Where a cell's centre lies, map coordinates.
   Eigen::Vector3d center(int i, int j, int k) const;
@@ -36,6 +37,7 @@ struct Paint {
 };
 
 /// What a share of the detail, 0 … 1, is in a paint: the nearest it can hold, at least kLeastShare.
+/// @throws InputError when it is not a number.
 std::uint8_t painted_share(double share);
 
 }  // namespace qjulia

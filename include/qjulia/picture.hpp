@@ -28,6 +28,9 @@ struct Image {
   std::vector<std::uint8_t> alpha{};
   std::size_t covered = 0;  ///< of a rendered set or mesh: the pixels that show any of it
   LoosePieces loose{};      ///< of a rendered set: what is left out, shape units
+
+  /// @throws InputError when there are no pixels, or not as many as width and height say.
+  void validate() const;
 };
 
 /// A pin-hole camera that turns about the shape.
@@ -197,7 +200,8 @@ std::string png_bytes(const Image& image, const PictureText& text = {},
                       Packing packing = Packing::small);
 
 /// The bytes of an animated PNG file: images of one size, one after the other for so many seconds
-/// each, again and again. @throws InputError without any, or of several sizes.
+/// each, again and again. @throws InputError without any, or of several sizes;
+/// OptionError when `seconds` is not 0.001 to 65.
 std::string animated_png_bytes(std::span<const Image> images, double seconds);
 
 /// Written under a temporary name and renamed; `text` as tEXt chunks. @throws OutputError

@@ -44,7 +44,8 @@ enum class CellOrder { z_fastest, x_fastest };
 
 /// F_n at all cell centres, with the escape radius alone (no r_in, no r_out), handed to `take` in
 /// pieces of up to a million, in `order`. Memory does not grow with the resolution.
-/// @throws DeviceError, also where the device has no double precision and it is asked for.
+/// @throws InputError naming the option or what is wrong with the map or the grid; DeviceError,
+/// also where the device has no double precision and it is asked for.
 void sample_field(const Device& device, const RationalMap& map, const SampleOptions& options,
                   const CellGrid& grid, CellOrder order,
                   const std::function<void(std::span<const double>)>& take,

@@ -42,12 +42,14 @@ struct ScalingOptions {
   double most_slots = 3e11;
   std::uint64_t seed = 1;
   Precision precision = Precision::single;
+  void validate() const;  ///< @throws OptionError
 };
 
 ScalingReport measure_scaling(const Device& device, const ScalingOptions& options,
                               const ProgressMonitor& monitor = {});
 
-/// The law of points of one number of iterations. Needs three that are not on one line.
+/// The law of points of one number of iterations. @throws InputError unless there are three that
+/// are not on one line.
 ScalingLaw fit_law(const std::vector<ScalingPoint>& points);
 
 nlohmann::json to_json(const ScalingReport& report);

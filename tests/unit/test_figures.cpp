@@ -9,6 +9,7 @@
 #include <random>
 
 #include "edge_count.hpp"
+#include "qjulia/error.hpp"
 #include "qjulia/figures.hpp"
 #include "qjulia/surface_file.hpp"
 #include "shapes.hpp"
@@ -196,8 +197,8 @@ TEST_CASE("parts are known and dropped in whatever order their triangles come") 
   write_mesh(kept, path);
   CHECK((written.vertices == read_mesh(path).vertices));
   CHECK((written.triangles == read_mesh(path).triangles));
-  CHECK_THROWS_AS(sink.drop_small_parts(1), std::logic_error);
-  CHECK_THROWS_AS(sink.triangles(mesh.triangles), std::logic_error);
+  CHECK_THROWS_AS(sink.drop_small_parts(1), InputError);
+  CHECK_THROWS_AS(sink.triangles(mesh.triangles), InputError);
 }
 
 TEST_CASE("a mesh of long and thin triangles has few points to count") {

@@ -1,0 +1,883 @@
+// Every public function with values that nobody should give: what comes out is an exception of
+// qjulia/error.hpp or a result, and never a crash. tests/lint/hostile.py checks that no function is
+// left out.
+
+#include <Eigen/Geometry>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <stop_token>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "distance_map.hpp"
+#include "qjulia/qjulia.hpp"
+#include "random_maps.hpp"
+#include "shapes.hpp"
+#include "temporary_folder.hpp"
+#include "test_device.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kHuge = 1e300;
+const std::vector<double> kHostileNumbers{kNan,   kInfinity, -kInfinity, kHuge,
+                                          -kHuge, -1,        0,          1e-300};
+const std::vector<int> kHostileCounts{std::numeric_limits<int>::min(), -1, 0, 17, 1000,
+                                      std::numeric_limits<int>::max()};
+const Eigen::Vector3d kNowhere(0, kNan, 0);
+
+const Device& on_device() { return test::shared_device(); }
+
+template <class Value, class Change>
+Value changed(Value value, const Change& change) {
+  change(value);
+  return value;
+}
+
+Portal portal_at(const Eigen::Vector3d& center, double radius) {
+  Portal portal;
+  portal.center = center;
+  portal.radius = radius;
+  return portal;
+}
+
+Portal scaled_portal(double scale) {
+  Portal portal;
+  portal.scale = scale;
+  return portal;
+}
+
+/// Checks that nothing comes out of `call` but a result or an exception of the library.
+template <class Call>
+void survives(const std::string& what, const Call& call) {
+  INFO(what);
+  try {
+    call();
+    SUCCEED();
+  } catch (const Error& error) {
+    CHECK_FALSE(std::string(error.what()).empty());
+  } catch (const std::exception& error) {
+    FAIL_CHECK("throws " << error.what());
+  }
+}
+
+/// Checks that `call` throws an InputError that says something.
+template <class Call>
+void refuses(const std::string& what, const Call& call) {
+  INFO(what);
+  try {
+    call();
+    FAIL_CHECK("accepts it");
+  } catch (const InputError& error) {
+    CHECK_FALSE(std::string(error.what()).empty());
+  } catch (const std::exception& error) {
+    FAIL_CHECK("throws " << error.what());
+  }
+}
+
+template <class Call>
+void refuses_iterations(const Call& call) {
+  for (const int n : kHostileCounts) {
+    CAPTURE(n);
+    try {
+      call(n);
+      FAIL_CHECK("accepts it");
+    } catch (const OptionError& error) {
+      CHECK(error.field() == "iterations");
+    }
+  }
+}
+
+struct NamedMesh {
+  std::string name;
+  TriangleMesh mesh;
+};
+
+/// Meshes that no function takes.
+std::vector<NamedMesh> broken_meshes() {
+  const auto with = [](const auto& change) {
+    TriangleMesh mesh = shapes::sphere(1);
+    change(mesh);
+    return mesh;
+  };
+  return {{"an index beyond", with([](auto& m) { m.triangles[3][1] = 42; })},
+          {"the largest index", with([](auto& m) {
+             m.triangles.back() = {0, 1, ~0U};
+           })},
+          {"no vertices", with([](auto& m) { m.vertices.clear(); })},
+          {"not a number", with([](auto& m) { m.vertices[7].y() = kNan; })},
+          {"infinite", with([](auto& m) { m.vertices[0].x() = -kInfinity; })},
+          {"an unused vertex", with([](auto& m) { m.vertices.emplace_back(kNowhere); })},
+          {"few normals", with([](auto& m) { m.normals.resize(1); })},
+          {"many normals", with([](auto& m) { m.normals.assign(99, Eigen::Vector3f::UnitX()); })},
+          {"bad normals", with([](auto& m) {
+             m.normals.assign(m.vertices.size(), Eigen::Vector3f::Constant(NAN));
+           })}};
+}
+
+/// Meshes that hold nothing, or too much of it.
+std::vector<NamedMesh> odd_meshes() {
+  const auto scaled = [](double size) {
+    return shapes::moved(shapes::sphere(1), size, Eigen::Vector3d::Zero());
+  };
+  return {{"empty", {}},
+          {"no triangles", {shapes::sphere(1).vertices, {}}},
+          {"a point", {{{1, 2, 3}}, {{0, 0, 0}}}},
+          {"one triangle", {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}}},
+          {"a line", {{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}, {2, 1, 0}}}},
+          {"the same corner", {shapes::sphere(1).vertices, {{5, 5, 5}, {5, 5, 6}}}},
+          {"both windings", {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 1}}}},
+          {"huge", scaled(1e300)},
+          {"tiny", scaled(1e-300)},
+          {"far away", shapes::moved(shapes::sphere(1), 1, {1e300, 0, 0})},
+          {"huge box", {{{-1.7e308, 0, 0}, {1.7e308, 0, 0}, {0, 1.7e308, 0}}, {{0, 1, 2}}}}};
+}
+
+struct NamedMap {
+  std::string name;
+  RationalMap map;
+};
+
+RationalMap good_map() {
+  RationalMap map = test::random_map(8, 0.5, 1.5, 3);
+  for (Factor& factor : map.factors) factor.exponent = std::abs(factor.exponent);
+  map.log_scale = -2;
+  map.box = Box{{-1, -1, -1}, {1, 1, 1}};
+  map.detail = 0.02;
+  map.inradius = 0.3;
+  return map;
+}
+
+/// Maps that no function takes.
+std::vector<NamedMap> broken_maps() {
+  const auto with = [](const auto& change) {
+    RationalMap map = good_map();
+    change(map);
+    return map;
+  };
+  std::vector<NamedMap> maps{
+      {"no factors", {}},
+      {"exponent", with([](auto& m) { m.factors[1].exponent = kNan; })},
+      {"center", with([](auto& m) { m.factors[0].center.w = kInfinity; })},
+      {"far center", with([](auto& m) { m.factors[0].center.x = kHuge; })},
+      {"log scale", with([](auto& m) { m.log_scale = -kInfinity; })},
+      {"level", with([](auto& m) { m.surface_level = kNan; })},
+      {"slice", with([](auto& m) { m.slice = kHuge; })},
+      {"tufts", with([](auto& m) { m.tufts = 0; })},
+      {"phase", with([](auto& m) { m.phase = {}; })},
+      {"scale", with([](auto& m) { m.shape_to_map.scale = 0; })},
+      {"translation", with([](auto& m) { m.shape_to_map.translation = kNowhere; })},
+      {"detail", with([](auto& m) { m.detail = -1; })},
+      {"inradius", with([](auto& m) { m.inradius = kNan; })},
+      {"box", with([](auto& m) {
+         m.box = Box{{1, 1, 1}, {-1, -1, -1}};
+       })},
+      {"empty box", with([](auto& m) { m.box = Box{}; })},
+      {"no grid", with([](auto& m) { m.modulus = DistanceModulus{}; })},
+      {"noise", with([](auto& m) {
+         m.modulus = QuadraticModulus{};
+         m.versor = NoiseVersor{.octaves = -1};
+         m.factors.clear();
+       })},
+      {"paint", with([](auto& m) { m.paint.emplace(); })},
+      {"paint's cells", with([](auto& m) {
+         m.paint = Paint{.cells = {64, 64, 64}, .step = 1, .shares = {1}};
+       })},
+      {"portal", with([](auto& m) { m.portals.emplace_back(); })},
+      {"portals", with([](auto& m) {
+         m.portals.assign(100, portal_at({2, 0, 0}, 0.1));
+       })},
+      {"portal's axis", with([](auto& m) {
+         m.portals = {portal_at({2, 0, 0}, 0.1)};
+         m.portals[0].rotation.axis = kNowhere;
+       })}};
+  RationalMap without_shell = test::distance_map();
+  std::get<DistanceModulus>(without_shell.modulus).shell = 0;
+  maps.push_back({"no shell", without_shell});
+  return maps;
+}
+
+/// Maps that are whole, and of which nothing is to be expected.
+std::vector<NamedMap> odd_maps() {
+  const auto with = [](const auto& change) {
+    RationalMap map = good_map();
+    change(map);
+    return map;
+  };
+  return {{"no exponents", with([](auto& m) {
+             for (auto& factor : m.factors) factor.exponent = 0;
+           })},
+          {"poles", with([](auto& m) {
+             for (auto& factor : m.factors) factor.exponent = -1;
+           })},
+          {"centers at the origin", with([](auto& m) {
+             for (auto& factor : m.factors) factor.center = {};
+           })},
+          {"steep", with([](auto& m) { m.factors[0].exponent = 1e15; })},
+          {"all inside", with([](auto& m) { m.surface_level = 1e15; })},
+          {"all outside", with([](auto& m) { m.log_scale = 1e15; })},
+          {"flat box", with([](auto& m) {
+             m.box = Box{{0, 0, 0}, {1, 0, 0}};
+           })},
+          {"far slice", with([](auto& m) { m.slice = 1e9; })},
+          {"a large shape", with([](auto& m) { m.shape_to_map.scale = 1e-15; })},
+          {"quadratic", quadratic_map({1e9, 0, 0, 0})}};
+}
+
+PictureOptions small_picture() {
+  PictureOptions options;
+  options.width = options.height = 8;
+  options.iterations = 2;
+  options.samples_per_axis = 1;
+  options.draft = true;
+  return options;
+}
+
+SurfaceOptions small_surface() { return {.resolution = 8, .iterations = 2}; }
+SampleOptions small_sample() {
+  SampleOptions options;
+  options.resolution = 4;
+  options.iterations = 2;
+  return options;
+}
+
+ExactMapOptions small_exact() {
+  ExactMapOptions options;
+  options.resolution = 32;
+  return options;
+}
+
+template <class Options>
+Options with_iterations(Options options, int n) {
+  options.iterations = n;
+  return options;
+}
+CompareOptions small_compare() { return {.resolution = 8, .iterations = 1}; }
+
+void take_nothing(std::span<const double> /*values*/) {}
+
+/// Calls `use` with a name and a call for each public function that takes a mesh.
+template <class Use>
+void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& folder,
+                        const Use& use) {
+  use("validate", [&] { mesh.validate(); });
+  use("inspect", [&] { static_cast<void>(inspect(mesh).warnings()); });
+  use("signed_volume", [&] { signed_volume(mesh); });
+  use("oriented_outward", [&] { oriented_outward(mesh); });
+  use("guess_up", [&] { guess_up(mesh); });
+  use("thinness", [&] { thinness(mesh); });
+  for (const char* name : {"m.ply", "m.obj", "m.stl", "m.off", "m.glb"}) {
+    use("write_mesh", [&] { write_mesh(mesh, folder / name, "a\xff note", UpAxis::x); });
+  }
+  use("measure", [&] { static_cast<void>(to_json(measure(mesh))); });
+  use("FigureSink", [&] {
+    FigureSink sink(mesh);
+    sink.drop_loose_pieces();
+  });
+  use("kept_of", [&] { FigureSink().kept_of(mesh); });
+  use("large_components", [&] { large_components(mesh, 0.5); });
+  use("drop_loose_pieces", [&] {
+    TriangleMesh copy = mesh;
+    drop_loose_pieces(copy);
+  });
+  use("sample_surface", [&] { sample_surface(mesh, 10, 1); });
+  use("SignedDistance", [&] {
+    const SignedDistance distance(on_device(), mesh);
+    const std::vector<Eigen::Vector3d> points{{0, 0, 0}, kNowhere, {kHuge, 0, 0}};
+    static_cast<void>(distance.at(points));
+    static_cast<void>(distance.winding_numbers(points));
+    deepest_interior_point(distance, mesh.box());
+  });
+  use("outer_surface", [&] { outer_surface(on_device(), mesh); });
+  use("make_shape", [&] { make_shape(on_device(), mesh); });
+  use("wall_thickness", [&] { wall_thickness(on_device(), mesh); });
+  const RationalMap map = good_map();
+  use("compare", [&] { compare(on_device(), map, mesh, small_compare()); });
+  FitOptions fitted;
+  fitted.factors = 8;
+  fitted.max_evaluations = 2;
+  use("fit", [&] { fit(on_device(), mesh, fitted); });
+  use("exact_map", [&] { exact_map(on_device(), mesh, small_exact()); });
+  const Box box{{-1, -1, -1}, {1, 1, 1}};
+  use("Studio", [&] { Studio(on_device(), mesh, box, small_picture()); });
+  use("render_mesh", [&] { render_mesh(on_device(), mesh, box, small_picture()); });
+  use("comparison", [&] { comparison(on_device(), map, mesh, small_picture()); });
+}
+
+/// The same for those that take a map.
+template <class Use>
+void for_map_functions(const RationalMap& map, const std::filesystem::path& folder,
+                       const Use& use) {
+  const std::vector<Eigen::Vector3d> surface{{0.5, 0, 0}};
+  use("validate", [&] { map.validate(); });
+  use("Field", [&] {
+    const Field field(on_device(), map);
+    const std::vector<Quaternion> points{{}, {kNan, 0, 0, 0}, {kHuge, 0, 0, 0}};
+    static_cast<void>(field.at(points, 2));
+    static_cast<void>(field.decided_at(points, 2));
+    static_cast<void>(field.gradient_at(points));
+    shell_thickness(field, surface, 0);
+    median_level(field, surface, 0);
+    effective_radius(field, 0, 3);
+  });
+  use("calibrated", [&] { calibrated(on_device(), map); });
+  use("find_stop_radii", [&] { find_stop_radii(on_device(), map); });
+  use("steepened", [&] { steepened(map, 2); });
+  use("with_detail", [&] { with_detail(map, 0.01); });
+  use("with_measured_detail", [&] { with_measured_detail(on_device(), map, surface); });
+  use("with_knobs",
+      [&] { with_knobs(on_device(), map, changed(MapKnobs{}, [](auto& k) { k.tufts = 2; })); });
+  use("with_longest_side", [&] { with_longest_side(map, 10); });
+  use("compare_precisions", [&] { compare_precisions(on_device(), map, 2); });
+  use("to_json", [&] { map_from_json(to_json(map), "a map"); });
+  use("write_map", [&] { write_map(map, folder / "map.qjulia.json"); });
+  use("sample_grid", [&] { sample_grid(on_device(), map, small_sample()); });
+  use("sample_field", [&] {
+    const CellGrid grid{{{-1, -1, -1}, {1, 1, 1}}, {2, 2, 2}};
+    sample_field(on_device(), map, small_sample(), grid, CellOrder::x_fastest, take_nothing);
+  });
+  use("write_field", [&] {
+    write_field(on_device(), map, small_sample(), folder / "field.vti", "a <\xff> comment");
+  });
+  use("extract_surface", [&] { extract_surface(on_device(), map, small_surface()); });
+  use("extract_surface to a sink", [&] {
+    MeshSink sink;
+    static_cast<void>(to_json(extract_surface(on_device(), map, small_surface(), sink)));
+  });
+  use("Studio", [&] { Studio(on_device(), map, small_picture()); });
+  use("render", [&] { render(on_device(), map, small_picture()); });
+  use("comparison", [&] { comparison(on_device(), map, shapes::sphere(1), small_picture()); });
+  use("compare", [&] { compare(on_device(), map, shapes::sphere(1), small_compare()); });
+  use("proposed_portals", [&] { proposed_portals(on_device(), map, {.count = 1}); });
+  use("painted", [&] {
+    painted(on_device(), map, changed(PaintOptions{}, [](auto& o) { o.elsewhere = 0.5; }));
+  });
+}
+
+std::vector<Image> broken_images() {
+  return {{},
+          {.width = -1, .height = 1, .pixels = {}},
+          {.width = 2, .height = 2, .pixels = {1, 2, 3}},
+          {.width = 1 << 30, .height = 1 << 30, .pixels = {1, 2, 3}},
+          {.width = 1, .height = 1, .pixels = {1, 2, 3}, .alpha = {1, 2}}};
+}
+
+}  // namespace
+
+TEST_CASE("meshes that are broken are refused by all that take one") {
+  const test::TemporaryFolder folder;
+  for (const NamedMesh& broken : broken_meshes()) {
+    CAPTURE(broken.name);
+    for_mesh_functions(broken.mesh, folder.path(),
+                       [](const char* function, const auto& call) { refuses(function, call); });
+  }
+  CHECK(folder.names().empty());
+  TriangleMesh mesh = shapes::sphere(1);
+  mesh.triangles[3][1] = 42;
+  CHECK_THROWS_WITH(mesh.validate(), Catch::Contains("triangles[3]") && Catch::Contains("42"));
+  mesh = shapes::sphere(1);
+  mesh.vertices[7].y() = kNan;
+  CHECK_THROWS_WITH(mesh.validate(), Catch::Contains("vertices[7]"));
+}
+
+TEST_CASE("meshes that hold nothing or are beyond all measure do no harm") {
+  const test::TemporaryFolder folder;
+  for (const NamedMesh& odd : odd_meshes()) {
+    CAPTURE(odd.name);
+    for_mesh_functions(odd.mesh, folder.path(),
+                       [](const char* function, const auto& call) { survives(function, call); });
+  }
+}
+
+TEST_CASE("maps that are broken are refused by all that take one") {
+  const test::TemporaryFolder folder;
+  for (const NamedMap& broken : broken_maps()) {
+    CAPTURE(broken.name);
+    for_map_functions(broken.map, folder.path(),
+                      [](const char* function, const auto& call) { refuses(function, call); });
+    survives("degree", [&] { static_cast<void>(broken.map.degree()); });
+    survives("kind",
+             [&] { static_cast<void>(broken.map.kind() + (broken.map.is_rational() ? "" : "!")); });
+    survives("without", [&] { without_paint(without_portals(broken.map)); });
+    survives("outer_bound", [&] {
+      std::visit([&](const auto& modulus) { static_cast<void>(modulus.outer_bound(broken.map)); },
+                 broken.map.modulus);
+    });
+    survives("visible_depth", [&] { visible_depth(broken.map.portals); });
+  }
+  CHECK(folder.names().empty());
+}
+
+TEST_CASE("maps of which nothing is to be expected do no harm") {
+  const test::TemporaryFolder folder;
+  for (const NamedMap& odd : odd_maps()) {
+    CAPTURE(odd.name);
+    for_map_functions(odd.map, folder.path(),
+                      [](const char* function, const auto& call) { survives(function, call); });
+  }
+}
+
+TEST_CASE("numbers of iterations out of range are refused by name") {
+  const RationalMap map = good_map();
+  const Field field(on_device(), map);
+  const std::vector<Quaternion> points{{}};
+  const TriangleMesh mesh = shapes::sphere(1);
+  refuses_iterations([&](int n) { field.at(points, n); });
+  refuses_iterations([&](int n) { field.decided_at(points, n); });
+  refuses_iterations([&](int n) { compare_precisions(on_device(), map, n); });
+  refuses_iterations(
+      [&](int n) { sample_grid(on_device(), map, with_iterations(small_sample(), n)); });
+  refuses_iterations([&](int n) { extract_surface(on_device(), map, {.iterations = n}); });
+  refuses_iterations([&](int n) { compare(on_device(), map, mesh, {.iterations = n}); });
+  refuses_iterations([&](int n) {
+    PictureOptions options = small_picture();
+    options.iterations = n;
+    render(on_device(), map, options);
+  });
+  refuses_iterations([&](int n) {
+    PictureOptions options = small_picture();
+    options.iterations = n;
+    comparison(on_device(), map, mesh, options);
+  });
+  refuses_iterations([&](int n) { measure_scaling(on_device(), {.iterations = {n}}); });
+}
+
+TEST_CASE("hostile numbers in options are refused or do no harm") {
+  const RationalMap map = good_map();
+  const TriangleMesh mesh = shapes::sphere(1);
+  const Field field(on_device(), map);
+  const std::vector<Eigen::Vector3d> surface{{0.5, 0, 0}};
+  const test::TemporaryFolder folder;
+  for (const double x : kHostileNumbers) {
+    CAPTURE(x);
+    const Eigen::Vector3d v(x, 0, 0);
+    survives("find_stop_radii", [&] { find_stop_radii(on_device(), map, x); });
+    survives("steepened", [&] { steepened(map, x); });
+    survives("with_detail", [&] { with_detail(map, x); });
+    survives("with_longest_side", [&] { with_longest_side(map, x); });
+    survives("effective_radius", [&] { effective_radius(field, x, 3); });
+    survives("effective_radius, limit", [&] { effective_radius(field, 0, x); });
+    survives("shell_thickness", [&] { shell_thickness(field, {&v, 1}, x); });
+    survives("median_level", [&] { median_level(field, {&v, 1}, x); });
+    survives("on_slice", [&] { on_slice({&v, 1}, x); });
+    for (const StopRadii& stops : {StopRadii{x, 2, 20}, {0, x, 20}, {0, 2, x}}) {
+      survives("Field", [&] {
+        const std::vector<Quaternion> points{{}, {3, 0, 0, 0}};
+        static_cast<void>(Field(on_device(), map, Precision::single, stops).decided_at(points, 3));
+      });
+    }
+    MapKnobs knobs[8];
+    knobs[0].detail = x;
+    knobs[1].phase = Quaternion{x, 0, 0, 0};
+    knobs[2].slice = x;
+    knobs[3].rotate = Rotation{v, x};
+    knobs[4].drift = x;
+    knobs[5].translate = v;
+    knobs[6].scale = x;
+    knobs[7].tufts = x;
+    for (const MapKnobs& knob : knobs) {
+      survives("with_knobs", [&] { with_knobs(on_device(), map, knob).validate(); });
+    }
+    survives("rotation", [&] { Rotation::of(Rotation{v, x}.matrix()); });
+    const Box box{{x, x, x}, {1, 1, 1}};
+    survives("sample_field", [&] {
+      const CellGrid grid{box, {2, 2, 2}};
+      sample_field(on_device(), map, small_sample(), grid, CellOrder::z_fastest, take_nothing);
+    });
+    survives("write_field", [&] {
+      SampleOptions options = small_sample();
+      options.box = box;
+      options.escape = 2 + std::abs(x);
+      write_field(on_device(), map, options, folder.path() / "field.npy");
+    });
+    survives("extract_surface", [&] {
+      SurfaceOptions options = small_surface();
+      options.box = box;
+      options.escape = x;
+      extract_surface(on_device(), map, options);
+    });
+    survives("compare", [&] {
+      CompareOptions options = small_compare();
+      options.box = box;
+      static_cast<void>(to_json(compare(on_device(), map, mesh, options).front()));
+    });
+    PictureOptions pictures[8];
+    pictures[0].box = box;
+    pictures[1].camera.azimuth = x;
+    pictures[2].camera.elevation = pictures[2].camera.zoom = x;
+    pictures[3].camera.look_at = v;
+    pictures[4].camera.frame = box;
+    pictures[5].lamp = {x, x, x};
+    pictures[6].background = pictures[6].palette.clay = Rgb::Constant(x);
+    pictures[7].cuts = {{'z', x, false}, {'?', x, true}};
+    for (PictureOptions options : pictures) {
+      options.width = options.height = 8;
+      options.iterations = 2;
+      options.samples_per_axis = 1;
+      options.draft = true;
+      survives("render", [&] { render(on_device(), map, options); });
+    }
+    survives("render_mesh", [&] { render_mesh(on_device(), mesh, box, small_picture()); });
+    survives("painted", [&] {
+      PaintOptions options;
+      options.balls = {{v, x, x}};
+      options.blocks = {{box, x}};
+      options.thickness = x;
+      painted(on_device(), map, options);
+    });
+    survives("painted by a mesh", [&] {
+      PaintedMesh by{{v, v, v}, {{0, 1, 9}}, {static_cast<float>(x), 0, 0}};
+      PaintOptions options;
+      options.mesh = by;
+      painted(on_device(), map, options);
+    });
+    survives("painted by a ramp", [&] {
+      PaintOptions options;
+      options.elsewhere = x;
+      options.ramp = PaintRamp{7, x, x};
+      painted(on_device(), map, options);
+    });
+    survives("painted_share", [&] { painted_share(x); });
+    survives("paint", [&] {
+      const Paint paint{.cells = {4, 4, 4}, .step = 1, .shares = std::vector<std::uint8_t>(64)};
+      static_cast<void>(paint.at(v) + paint.center(-1, 99, 0).x());
+    });
+    survives("proposed_portals", [&] {
+      PortalOptions options;
+      options.size = x;
+      proposed_portals(on_device(), map, options);
+    });
+    survives("visible_depth", [&] { visible_depth({scaled_portal(x)}); });
+    survives("visible_depth", [&] { visible_depth({scaled_portal(1 + 1e-16 * x)}); });
+    FitOptions fitted;
+    fitted.factors = 8;
+    fitted.max_evaluations = 2;
+    survives("fit", [&] {
+      FitOptions options = fitted;
+      options.detail = x;
+      options.tufts = x;
+      fit(on_device(), mesh, options);
+    });
+    survives("fit, limits", [&] {
+      FitOptions options = fitted;
+      options.time_limit = options.target_iou = x;
+      fit(on_device(), mesh, options);
+    });
+    survives("exact_map", [&] {
+      ExactMapOptions options = small_exact();
+      options.detail = x;
+      options.tufts = x;
+      exact_map(on_device(), mesh, options);
+    });
+    survives("exact_map, versor", [&] {
+      ExactMapOptions options = small_exact();
+      options.factors = {{{x, 0, 0, 0}, x}};
+      options.factors_frame = {x, v};
+      options.phase = {x, 0, 0, 0};
+      exact_map(on_device(), mesh, options);
+    });
+    survives("exact_map, noise", [&] {
+      ExactMapOptions options = small_exact();
+      options.noise.emplace();
+      options.noise->scale = x;
+      options.noise->origin = v;
+      exact_map(on_device(), mesh, options);
+    });
+    survives("chosen_detail", [&] { chosen_detail(DetailWord::wild, x, x); });
+    survives("to_string", [&] { to_string(DetailChoice(x)); });
+    survives("quadratic_map", [&] { quadratic_map({x, x, x, x}).validate(); });
+    survives("log", [&] {
+      static_cast<void>(norm(exp(log(pow({x, 0, 0, x}, x)))) + coordinates({x, x, x, x})[0]);
+    });
+    survives("drop_small_parts", [&] { large_components(mesh, x); });
+    survives("box_dimension", [&] {
+      const auto f = static_cast<float>(x);
+      const std::vector<Eigen::Vector3f> points{{f, 0, 0}, {0, f, 1}};
+      box_dimension(points, x);
+    });
+    survives("box_dimension, finest", [&] {
+      const std::vector<Eigen::Vector3f> points{{0, 0, 0}, {0, 1, 1}};
+      box_dimension(points, x);
+    });
+    survives("plot_ticks", [&] { plot_ticks(x, 1, false), plot_ticks(0, x, false); });
+    survives("plot_ticks", [&] { plot_ticks(x, 1, true), plot_ticks(1, x, true); });
+    survives("plot_ticks", [&] { plot_ticks(x, x * (1 + 1e-15), false); });
+    Plot plot;
+    plot.title = "a\xff title";
+    plot.series = {{"a", {x, 1, 2}, {x, x, 1}}};
+    for (const bool logarithmic : {false, true}) {
+      plot.x.logarithmic = plot.y.logarithmic = logarithmic;
+      survives("draw_plot", [&] { draw_plot(plot); });
+      survives("plot_svg", [&] { plot_svg(plot); });
+    }
+    plot.x.range = {x, 1};
+    plot.y.range = {1, x};
+    survives("draw_plot, range", [&] { draw_plot(plot); });
+    survives("color_name", [&] { color_name(Rgb::Constant(x)); });
+    survives("animated_png_bytes", [&] {
+      const std::vector<Image> images{{.width = 1, .height = 1, .pixels = {1, 2, 3}}};
+      animated_png_bytes(images, x);
+    });
+    survives("regressions", [&] { regressions({}, nlohmann::json::object(), x); });
+    survives("fit_law", [&] { fit_law({{1, 1, 1, x}, {1, 2, 1, x}, {1, 1, 2, x}}); });
+    survives("measure_scaling", [&] {
+      measure_scaling(on_device(),
+                      {.samples = {64, 65}, .factors = {8, 9}, .iterations = {1}, .most_slots = x});
+    });
+    survives("mesh_of", [&] {
+      mesh_of({.samples = {2, 2, 2}, .center = v, .lengths = v, .values = std::vector(8, x)});
+    });
+    survives("portals_from_text", [&] {
+      portals_from_text("Portals radius: 1\nPortals scale: 2\nPortal location: 1 2 3\n", "a text",
+                        {x, v});
+    });
+    survives("sample_surface", [&] { sample_surface(shapes::moved(mesh, x, v), 3, 1); });
+    survives("deepest_interior_point",
+             [&] { deepest_interior_point(SignedDistance(on_device(), mesh), box); });
+    survives("frame", [&] {
+      const ShapeToMap frame{x, v};
+      static_cast<void>(frame.to_map(box).diagonal() + frame.to_shape(v).x());
+    });
+    survives("quarter_turns", [&] {
+      static_cast<void>(direction(UpAxis::z).dot(v) + axis_number(UpAxis::y) +
+                        quarter_turns(UpAxis::x, UpAxis::z).sum());
+    });
+  }
+}
+
+TEST_CASE("hostile counts and sizes are refused or do no harm") {
+  const RationalMap map = good_map();
+  const TriangleMesh mesh = shapes::sphere(1);
+  for (const int n : kHostileCounts) {
+    CAPTURE(n);
+    const bool is_large = n > 16;  // which may only cost time
+    survives("sample_field", [&] {
+      const CellGrid grid{{{-1, -1, -1}, {1, 1, 1}}, {n, 1, is_large ? 1 : n}};
+      sample_field(on_device(), map, small_sample(), grid, CellOrder::z_fastest, take_nothing);
+    });
+    survives("SampleOptions",
+             [&] { changed(small_sample(), [&](auto& o) { o.resolution = n; }).validate(); });
+    survives("SurfaceOptions", [&] { SurfaceOptions{.resolution = n, .refine = n}.validate(); });
+    survives("CompareOptions", [&] { CompareOptions{.resolution = n}.validate(); });
+    survives("PortalOptions", [&] { PortalOptions{.count = n}.validate(); });
+    survives("ExactMapOptions", [&] {
+      changed(small_exact(), [&](auto& o) { o.resolution = o.roots = n; }).validate();
+    });
+    survives("ProfileOptions", [&] { ProfileOptions{.repeats = n, .lane_width = n}.validate(); });
+    survives("FitOptions", [&] {
+      FitOptions options;
+      options.factors = options.max_factors = options.max_evaluations = options.sample_parts = n;
+      options.validate();
+    });
+    survives("PictureOptions", [&] {
+      PictureOptions options;
+      options.width = options.height = options.samples_per_axis = n;
+      options.validate();
+    });
+    survives("NoiseVersor", [&] { NoiseVersor{.octaves = n}.validate(); });
+    refuses("resize", [&] {
+      Studio studio(on_device(), map, small_picture());
+      studio.resize(std::min(n, 0), n);
+      studio.picture({});
+    });
+    survives("with_lane_width", [&] { static_cast<void>(on_device().with_lane_width(n)); });
+    survives("with_tuning", [&] {
+      Tuning tuning;
+      tuning.lane_width = tuning.panel_block = n;
+      static_cast<void>(on_device().with_tuning(Precision::single, tuning));
+    });
+    const Image pixel{.width = 1, .height = 1, .pixels = {1, 2, 3}};
+    survives("contact_sheet", [&] { contact_sheet({&pixel, 1}, n, std::min(n, 99)); });
+    survives("reduced", [&] { reduced(pixel, n); });
+    survives("write_layers", [&] {
+      const test::TemporaryFolder folder;
+      write_layers({{1.0F}, {1.0F}, {}}, n, folder.path() / "layers");
+    });
+    survives("DistanceGrid", [&] {
+      const DistanceGrid grid(
+          {.cells = {n, n, n}, .coarse = {1}, .blocks = {7}, .corrections = {}});
+      static_cast<void>(grid.slope() + grid.farthest_inside({kNan, 0, 0}) +
+                        static_cast<double>(grid.coefficients().size() + grid.data().size()));
+    });
+    survives("mesh_of", [&] { mesh_of({.samples = {n, n, n}, .values = {1, 2, 3}}); });
+    survives("Plot", [&] {
+      draw_plot(changed(Plot{}, [&](auto& plot) { plot.width = plot.height = n; }));
+    });
+  }
+  refuses("profile", [&] { profile(on_device(), {.samples = 0}); });
+  refuses("tune", [&] { tune(on_device(), {.factors = ~std::size_t{0}}); });
+  refuses("measure_scaling", [&] { measure_scaling(on_device(), {.samples = {0}}); });
+  refuses("measure_scaling", [&] { measure_scaling(on_device(), {.factors = {}}); });
+  refuses("fit_law", [&] { fit_law({}); });
+  survives("to_csv", [&] { to_csv(ScalingReport{}), to_json(ScalingReport{}); });
+  survives("profile's report", [&] {
+    const ProfileReport empty;
+    to_csv(empty), to_json(empty), empty.disturbances();
+  });
+  survives("others' reports", [&] {
+    to_json(TuneReport{}), to_json(SelfTestReport{}), SelfTestReport{}.has_passed();
+  });
+  survives("summaries", [&] { brief_summary({}), full_summary({}); });
+}
+
+TEST_CASE("spans without elements and pictures without pixels do no harm") {
+  const RationalMap map = good_map();
+  const Field field(on_device(), map);
+  CHECK(field.at({}).empty());
+  CHECK(field.decided_at({}, 2).empty());
+  CHECK(field.gradient_at({}).empty());
+  refuses("shell_thickness", [&] { shell_thickness(field, {}, 0); });
+  refuses("median_level", [&] { median_level(field, {}, 0); });
+  refuses("with_measured_detail", [&] { with_measured_detail(on_device(), map, {}); });
+  survives("box_dimension", [&] { box_dimension({}, 0.1); });
+  survives("png", [&] { contact_sheet({}, 1); });
+  refuses("animated_png_bytes", [&] { animated_png_bytes({}, 1); });
+  const test::TemporaryFolder folder;
+  for (const Image& image : broken_images()) {
+    refuses("validate", [&] { image.validate(); });
+    refuses("png_bytes", [&] { png_bytes(image); });
+    refuses("animated_png_bytes", [&] { animated_png_bytes({&image, 1}, 1); });
+    refuses("write_png", [&] { write_png(image, folder.path() / "picture.png"); });
+    refuses("contact_sheet", [&] { contact_sheet({&image, 1}, 1); });
+    refuses("reduced", [&] { reduced(image, 2); });
+    refuses("captioned", [&] { captioned(image, "text"); });
+  }
+  const Image pixel{.width = 1, .height = 1, .pixels = {1, 2, 3}};
+  survives("captioned", [&] { captioned(pixel, std::string(10'000, '\xff')); });
+  survives("png_bytes", [&] {
+    png_bytes(pixel, {{"", std::string("\0\xff", 2)}, {std::string(99, 'k'), ""}});
+  });
+  refuses("write_layers", [&] { write_layers({}, 0, folder.path() / "layers"); });
+  survives("layer_files", [&] { layer_files({}); });
+  CHECK(folder.names().empty());
+}
+
+TEST_CASE("sinks of surfaces take nothing that does not belong together") {
+  const test::TemporaryFolder folder;
+  const std::vector<Eigen::Vector3d> points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  const std::vector<Triangle> good{{0, 1, 2}}, bad{{0, 1, 3}};
+  {
+    PlyFile file(folder.path() / "few_normals.ply");
+    refuses("vertices", [&] { file.vertices(points, {points.data(), 1}); });
+    file.vertices(points, points);
+    file.triangles(bad);
+    refuses("commit", [&] { file.commit(); });
+    refuses("commit", [&] { file.commit([](std::uint32_t) { return true; }); });
+  }
+  CHECK(folder.names().empty());
+  PlyFile file(folder.path() / "twice.ply", "note\xff");
+  file.vertices(points, points);
+  file.triangles(good);
+  file.commit();
+  refuses("commit", [&] { file.commit(); });
+  refuses("vertices", [&] { file.vertices(points, points); });
+  refuses("triangles", [&] { file.triangles(good); });
+
+  FigureSink sink;
+  sink.triangles(bad);
+  sink.vertices(points, {});
+  CHECK(sink.figures().triangles == 0);
+  CHECK_FALSE(sink.keeps(1'000'000));
+  refuses("vertices", [&] { sink.vertices({&kNowhere, 1}, {}); });
+  sink.drop_small_parts(kNan);
+  sink.drop_loose_pieces();
+  MeshSink mesh;
+  mesh.triangles(bad);
+  mesh.vertices(points, {});
+  refuses("validate", [&] { mesh.mesh.validate(); });
+}
+
+TEST_CASE("texts, bytes and files that hold something else are refused") {
+  const test::TemporaryFolder folder;
+  const auto garbage = folder.file("garbage", std::string("\0\xff{[<ply", 8));
+  for (const char* extension :
+       {".obj", ".ply", ".stl", ".off", ".o3d", ".f3d", ".poly4d", ".txt", ".json"}) {
+    const auto path = folder.file("garbage" + std::string(extension), test::read_text(garbage));
+    for (const auto& file :
+         {path, folder.path(), folder.path() / "missing", std::filesystem::path()}) {
+      CAPTURE(file);
+      refuses("read_mesh", [&] { read_mesh(file); });
+      refuses("read_painted_mesh", [&] { read_painted_mesh(file, "a\xff"); });
+      refuses("read_map", [&] { read_map(file); });
+      refuses("read_original", [&] { read_original(file); });
+      refuses("read_sampled_distance", [&] { read_sampled_distance(file); });
+      refuses("read_portal_text", [&] { read_portal_text(file, {}); });
+      survives("file types", [&] {
+        static_cast<void>(extension_of(file).size() + (stands_upright(file) ? 1 : 0));
+        static_cast<void>(has_type(file, FileContent::map, FileUse::read));
+        static_cast<void>(content_of(file).has_value());
+        static_cast<void>(expect_type(file, FileContent::picture, FileUse::write));
+      });
+    }
+  }
+  for (const std::string& text : {std::string(), std::string(1, '\0'), std::string(1000, '\xff'),
+                                  std::string("{}"), std::string("nan")}) {
+    refuses("original_from_bytes", [&] { original_from_bytes(text, "a text"); });
+    refuses("polynomial_from_bytes", [&] { polynomial_from_bytes(text, "a text"); });
+    refuses("sampled_distance_from_bytes", [&] { sampled_distance_from_bytes(text, "a text"); });
+    refuses("portals_from_text", [&] { portals_from_text(text, "a text", {}); });
+    refuses("schedule_text", [&] { schedule_text(text); });
+    survives("names", [&] {
+      static_cast<void>(color_named(text));
+      static_cast<void>(palette_named(text));
+      static_cast<void>(up_axis_named(text));
+      static_cast<void>(palette_names().size() +
+                        extensions(FileContent::mesh, FileUse::read).size());
+      static_cast<void>(extension_list(FileContent::map, FileUse::write));
+    });
+  }
+  using nlohmann::json;
+  for (const json& value :
+       {json(), json(1), json("x"), json::array(), json::object(), json{{"format", "qjulia-map"}},
+        json{{"format", 1}, {"version", "x"}, {"kind", json::array()}}}) {
+    refuses("map_from_json", [&] { map_from_json(value, "a value"); });
+    refuses("tuning_from", [&] { tuning_from(value); });
+    refuses("regressions", [&] { regressions({}, value, 0.1); });
+  }
+  survives("provenance", [&] {
+    RationalMap map = good_map();
+    map.provenance = json{{"name", "a\xff"}};
+    map.provenance.set("\xff", "\xff");
+    write_map(map, folder.path() / "map.qjulia.json");
+    static_cast<void>(read_map(folder.path() / "map.qjulia.json"));
+  });
+  refuses("provenance", [&] {
+    RationalMap map = good_map();
+    map.provenance = json(7);
+    map.provenance.set("key", 1);
+    map.validate();
+  });
+  const auto nowhere = folder.path() / "no" / "such";
+  survives("outputs", [&] { write_map(good_map(), nowhere / "map.qjulia.json"); });
+  survives("outputs", [&] { write_mesh(shapes::box(), nowhere / "mesh.ply"); });
+  survives("outputs", [&] { PlyFile(nowhere / "mesh.ply").commit(); });
+  survives("outputs", [&] {
+    Trace trace;
+    trace.add("\xff", Trace::Row::host, Trace::Timer::wall, Trace::Clock::time_point::min(), {});
+    { const TraceStage stage(nullptr, ""); }
+    trace.write(nowhere / "trace.json", "\xff");
+  });
+}
+
+TEST_CASE("hostile wishes for devices are refused") {
+  for (const char* wanted :
+       {"no such device", "99:99", "-1:-1", ":", "\xff", "999999999999999:1"}) {
+    CAPTURE(wanted);
+    CHECK_THROWS_AS(Device::choose(wanted), NoDeviceError);
+  }
+  survives("tuning_file", [] { tuning_file({}); });
+  survives("with_cached_tuning", [] { with_cached_tuning(on_device()); });
+  survives("to_json", [] { to_json(DeviceInfo{}); });
+  survives("record", [] { on_device().sibling().record(nullptr); });
+  std::stop_source source;
+  source.request_stop();
+  CHECK_THROWS_AS(throw_if_stopped(source.get_token()), Interrupted);
+}

@@ -1,0 +1,39 @@
+#!/usr/bin/env python3
+"""Public functions are called with hostile values: the name of each function with parameters that a
+header of include/qjulia declares stands in tests/conformance/test_hostile_values.cpp.
+Usage: hostile.py REPOSITORY"""
+
+import pathlib
+import re
+import sys
+
+# Programs write the first; the library alone calls the templates after it; the rest take devices
+# and precisions, of which none is hostile.
+EXEMPT = {"all_gather", "members", "visit", "is_tuned", "save_tuning", "self_test", "with_layout"}
+
+
+def declared(text):
+    """Names of functions that take something: a type before the name, and a parameter after it."""
+    text = re.sub(r'//[^\n]*|^\s*#.*$|"[^"\n]*"', "", text, flags=re.M)
+    text = re.sub(r"\b(return|throw|if|while|for|case)\b[^;{]*", "", text)
+    return set(re.findall(r"[\w>&*]\s+[&*]?([a-z]\w*[a-z0-9])\((?!\))", text))
+
+
+def main():
+    root = pathlib.Path(sys.argv[1])
+    test = (root / "tests/conformance/test_hostile_values.cpp").read_text()
+    called = set(re.findall(r"[a-z_][a-z_0-9]*", test))
+    headers = sorted((root / "include/qjulia").glob("*.hpp"))
+    missing = [
+        f"{header.name}: {name}"
+        for header in headers
+        for name in sorted(declared(header.read_text()) - called - EXEMPT)
+    ]
+    if missing:
+        print("\n".join(missing))
+        sys.exit("^ call these with hostile values in tests/conformance/test_hostile_values.cpp")
+    print(f"no function of {len(headers)} public headers is left out")
+
+
+if __name__ == "__main__":
+    main()
