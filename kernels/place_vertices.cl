@@ -15,13 +15,14 @@
 #include "map.clh"
 
 // Edges that a work-item has under way. There are more of them than lanes, so that enough of them
-// wait for the same function to fill the lanes.
+// wait for the same function to fill the lanes. One edge has no number to look up: then compilers
+// keep it in registers.
 #if QJ_WIDTH == 1
 #define HELD 1
-#define element(list, i) 0
+#define place_of(i) (0 * (i))
 #else
 #define HELD (4 * QJ_WIDTH)
-#define element(list, i) (list)[i]
+#define place_of(i) (i)
 #endif
 
 // Differences from the level are no larger: infinite ones cannot be interpolated.
@@ -91,31 +92,23 @@ static inline void shorten(crossed_edge* e, real field, real level, int done,
   bool inside = field < level;
   real difference =
       inside ? fmax(over, -LARGEST_DIFFERENCE) : fmin(p->flatten * over, LARGEST_DIFFERENCE);
-  if (inside == (e->at_near < 0)) {
-    e->near = e->tried, e->at_near = difference, e->near_done = done;
-  } else {
-    e->far = e->tried, e->at_far = difference, e->far_done = done;
-  }
+  // Without branches, which some compilers would have choose an address in memory.
+  bool to_near = inside == (e->at_near < 0);
+  e->near = to_near ? e->tried : e->near, e->far = to_near ? e->far : e->tried;
+  e->at_near = to_near ? difference : e->at_near, e->at_far = to_near ? e->at_far : difference;
+  e->near_done = to_near ? done : e->near_done, e->far_done = to_near ? e->far_done : done;
   ++e->tries;
 }
 
-// Whether the vertex's place is known well enough; sets it.
-static inline bool is_placed(const crossed_edge* e, const qj_placement* p, real* place) {
+// The vertex's place once it is known well enough; below 0 until then.
+static inline real known_place(const crossed_edge* e, const qj_placement* p) {
   if (p->slope > 0) {
     real from_near = shrunk(fabs(e->at_near) / p->slope, e->near_done - 1, p);
-    if (e->near_done > 0 && from_near < p->close) {
-      *place = fmin(e->near + from_near, e->far);
-      return true;
-    }
+    if (e->near_done > 0 && from_near < p->close) return fmin(e->near + from_near, e->far);
     real from_far = shrunk(fabs(e->at_far) / p->slope, e->far_done - 1, p);
-    if (e->far_done > 0 && from_far < p->close) {
-      *place = fmax(e->far - from_far, e->near);
-      return true;
-    }
+    if (e->far_done > 0 && from_far < p->close) return fmax(e->far - from_far, e->near);
   }
-  if (e->tries < p->tries) return false;
-  *place = divided(e, p);
-  return true;
+  return e->tries < p->tries ? -1 : divided(e, p);
 }
 
 // edges: six arrays of placement.stride reals: the index (i, j, k) of an edge's first point, its
@@ -141,7 +134,7 @@ kernel void place_vertices(global const real* map, int factors, qj_placement pla
   for (int slot = 0; slot < HELD && next_edge < last_edge; ++slot) {
     edge[slot] = new_edge(edges, placement.stride, next_edge++);
     done[slot] = -1;
-    for_field[fields++] = slot;
+    for_field[place_of(fields)] = slot, ++fields;
   }
   while (fields + versors > 0) {
     bool is_field = versors < QJ_WIDTH && (fields >= QJ_WIDTH || fields >= versors);
@@ -151,7 +144,8 @@ kernel void place_vertices(global const real* map, int factors, qj_placement pla
     real px[QJ_WIDTH], py[QJ_WIDTH], pz[QJ_WIDTH], pw[QJ_WIDTH], pf[QJ_WIDTH];
     for (int i = 0; i < QJ_WIDTH; ++i) {
       int from = waiting - 1 - min(i, count - 1);
-      int slot = is_field ? element(for_field, from) : element(for_versor, from);
+      int slot =
+          is_field ? place_of(for_field[place_of(from)]) : place_of(for_versor[place_of(from)]);
       if (done[slot] < 0) {
         edge[slot].tried = next_place(&edge[slot], &placement);
         real3 start = point_on(&edge[slot], edge[slot].tried, &placement);
@@ -169,9 +163,9 @@ kernel void place_vertices(global const real* map, int factors, qj_placement pla
       lane_store(q.x, px, 0), lane_store(q.y, py, 0), lane_store(q.z, pz, 0);
       lane_store(q.w, pw, 0);
       for (int i = 0; i < count; ++i) {
-        int slot = element(slots, i);
-        x[slot] = px[i], y[slot] = py[i], z[slot] = pz[i], w[slot] = pw[i];
-        for_field[fields++] = slot;
+        int lane = place_of(i), slot = place_of(slots[lane]);
+        x[slot] = px[lane], y[slot] = py[lane], z[slot] = pz[lane], w[slot] = pw[lane];
+        for_field[place_of(fields)] = slot, ++fields;
       }
       continue;
     }
@@ -180,25 +174,25 @@ kernel void place_vertices(global const real* map, int factors, qj_placement pla
     lane_store(map_modulus(q, map, factors), pf, 0);
     lane_store(map_log_radius(q), radius, 0);
     for (int i = 0; i < count; ++i) {
-      int slot = element(slots, i);
+      int lane = place_of(i), slot = place_of(slots[lane]);
       crossed_edge* e = &edge[slot];
       // No iterate is run on a start beyond the escape radius.
-      bool is_far = done[slot] == 0 && radius[i] >= escape;
-      f[slot] = is_far ? radius[i] : pf[i];
+      bool is_far = done[slot] == 0 && radius[lane] >= escape;
+      f[slot] = is_far ? radius[lane] : pf[lane];
       ++done[slot];
       if (!is_far && done[slot] < placement.iterations && f[slot] > below && f[slot] < above) {
-        for_versor[versors++] = slot;
+        for_versor[place_of(versors)] = slot, ++versors;
         continue;
       }
       shorten(e, f[slot], level, done[slot], &placement);
-      real place;
-      if (is_placed(e, &placement, &place)) {
+      real place = known_place(e, &placement);
+      if (!(place < 0)) {  // not a number is as known as it gets
         at[e->id] = place;
         if (next_edge == last_edge) continue;
         *e = new_edge(edges, placement.stride, next_edge++);
       }
       done[slot] = -1;
-      for_field[fields++] = slot;
+      for_field[place_of(fields)] = slot, ++fields;
     }
   }
 }

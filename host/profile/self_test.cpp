@@ -35,6 +35,7 @@ using profiling::Workload;
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr int kIterations = 4;
+constexpr int kBallCells = 48;
 
 /// `a` or what is worse: larger, or not a number.
 double worse(double a, double b) { return b <= a ? a : std::isnan(b) ? kInfinite : b; }
@@ -125,21 +126,39 @@ RationalMap ball() {
   return map;
 }
 
-/// Of the ball's surface, in cells. Interpolated orbits make the mesh of those that are run.
-double interpolated_surface(const Device& device, Precision precision) {
+/// A mesh of the ball.
+/// @param tries of places for each vertex: without any, where its field is interpolated.
+TriangleMesh surface_of_ball(const Device& device, Precision precision, int tries, bool dense) {
   SurfaceOptions options;
-  options.resolution = 48;
+  options.resolution = kBallCells;
   options.precision = precision;
-  const TriangleMesh found = extract_surface(device, ball(), options);
-  options.dense = true;
-  const TriangleMesh dense = extract_surface(device, ball(), options);
-  if (found.vertices != dense.vertices || found.triangles != dense.triangles) return kInfinite;
-  const double cell = 2.1 / options.resolution;
-  double worst = found.vertices.empty() ? kInfinite : 0;
-  for (const Vector3d& vertex : found.vertices) {
-    worst = worse(worst, std::abs(vertex.norm() - 1) / cell);
+  options.refine = tries;
+  options.dense = dense;
+  return extract_surface(device, ball(), options);
+}
+
+/// How far vertices are from the ball, in cells.
+double cells_off_ball(const TriangleMesh& mesh) {
+  constexpr double kCell = 2.1 / kBallCells;
+  double worst = mesh.vertices.empty() ? kInfinite : 0;
+  for (const Vector3d& vertex : mesh.vertices) {
+    worst = worse(worst, std::abs(vertex.norm() - 1) / kCell);
   }
   return worst;
+}
+
+/// Interpolated orbits make the mesh of those that are run.
+double interpolated_surface(const Device& device, Precision precision) {
+  const TriangleMesh found = surface_of_ball(device, precision, 0, false);
+  const TriangleMesh dense = surface_of_ball(device, precision, 0, true);
+  if (found.vertices != dense.vertices || found.triangles != dense.triangles) return kInfinite;
+  return cells_off_ball(found);
+}
+
+/// Vertices that are placed by halving edges lie on the ball.
+double placed_vertices(const Device& device, Precision precision) {
+  constexpr int kTries = 12;
+  return cells_off_ball(surface_of_ball(device, precision, kTries, false));
 }
 
 /// The cube [−1, 1]³ in triangles of which none is larger than a sixteenth of a face.
@@ -410,6 +429,7 @@ constexpr std::array kChecks{
     Check{"signed_distance.cl", "distances from a cube", 1e-5, 1e-12, signed_distance},
     Check{"level_set.cl", "F_4 on a grid, with the reference", 1e-4, 1e-6, level_set},
     Check{"interpolated_orbit.cl", "surface of a ball, in cells", 0.5, 0.5, interpolated_surface},
+    Check{"place_vertices.cl", "vertices of a ball, in cells", 0.011, 0.011, placed_vertices},
     Check{"image_lattice.cl", "cells that are wrong", 0, 0, image_lattice},
     Check{"ray_march.cl", "depths of a ball, in a ray's tolerance", 1, 1, depths<false>},
     Check{"ray_grid.cl", "coarse depths of a ball, in the same", 2, 2, depths<true>},
