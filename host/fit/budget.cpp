@@ -1,27 +1,28 @@
 #include "fit/budget.hpp"
 
 #include <algorithm>
+#include <chrono>
 
 namespace qjulia::fitting {
 
-Budget::Budget(const FitOptions& options, int schedule_evaluations, Clock::time_point start,
-               double reserve, std::stop_token stop, Team& team)
-    : start_(start),
-      time_limit_(team.broadcast({options.time_limit - reserve}).front()),
+Clock start_clock(std::stop_token stop) {
+  using Steady = std::chrono::steady_clock;
+  return [start = Steady::now(), stop = std::move(stop)] {
+    return Moment{std::chrono::duration<double>(Steady::now() - start).count(),
+                  stop.stop_requested()};
+  };
+}
+
+Budget::Budget(const FitOptions& options, int schedule_evaluations, double reserve, Clock clock)
+    : clock_(std::move(clock)),
+      time_limit_(options.time_limit - reserve),
       most_evaluations_(options.max_evaluations > 0 ? options.max_evaluations
                                                     : schedule_evaluations),
-      limited_by_caller_(options.max_evaluations > 0),
-      stop_(std::move(stop)),
-      team_(team) {
+      limited_by_caller_(options.max_evaluations > 0) {
   update();
 }
 
-void Budget::update() {
-  const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
-  const auto now = team_.broadcast({seconds, stop_.stop_requested() ? 1.0 : 0.0});
-  seconds_ = now[0];
-  stop_requested_ = now[1] != 0;
-}
+void Budget::update() { now_ = clock_(); }
 
 void Budget::carry(int evaluations, double seconds) {
   evaluations_ = evaluations;
@@ -41,7 +42,7 @@ double Budget::seconds_left() const {
 }
 
 std::optional<StopReason> Budget::spent() const {
-  if (stop_requested_) return StopReason::interrupted;
+  if (now_.stop_requested) return StopReason::interrupted;
   if (evaluations_ >= most_evaluations_) {
     return limited_by_caller_ ? StopReason::evaluations : StopReason::schedule_done;
   }

@@ -64,28 +64,34 @@ std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const D
 Checkpoint::Checkpoint(std::filesystem::path path, std::string key, double interval)
     : path_(std::move(path)), key_(std::move(key)), interval_(interval) {}
 
-std::optional<FitState> Checkpoint::load(Team& team) const {
+InputError Checkpoint::problem_with_file(const char* what) const {
+  return InputError(
+      fmt::format("checkpoint '{}' {}; remove it to start afresh", path_.string(), what));
+}
+
+std::string Checkpoint::read() const {
   constexpr std::uint64_t kLargestFile = std::uint64_t{16} << 30;
   std::error_code ignored;
   std::string bytes;
   if (std::filesystem::is_regular_file(path_, ignored)) {
     base::InputFile(path_, "checkpoint", kLargestFile).read_all(bytes);
   }
-  bytes = team.broadcast_text(bytes);
-  if (bytes.empty()) return std::nullopt;
-  const auto fail = [&](const char* what) {
-    return InputError(
-        fmt::format("checkpoint '{}' {}; remove it to start afresh", path_.string(), what));
-  };
-  const std::string_view content = std::string_view(bytes).substr(std::min(kDigits, bytes.size()));
-  if (!bytes.starts_with(digits_of(content))) throw fail("is damaged");
+  if (bytes.empty()) return {};
+  const std::string content = bytes.substr(std::min(kDigits, bytes.size()));
+  if (!bytes.starts_with(digits_of(content))) throw problem_with_file("is damaged");
   const json j = json::from_cbor(content, true, false);
-  if (!j.is_object() || j.value("format", "") != kFormat) throw fail("is damaged");
-  if (team.rank() == 0 && j.value("key", "") != key_) {
-    throw fail("belongs to a fit with another mesh, other options, or another device");
+  if (!j.is_object() || j.value("format", "") != kFormat) throw problem_with_file("is damaged");
+  if (j.value("key", "") != key_) {
+    throw problem_with_file("belongs to a fit with another mesh, other options, or another device");
   }
+  return content;
+}
+
+std::optional<FitState> Checkpoint::state_in(const std::string& content) const {
+  if (content.empty()) return std::nullopt;
   FitState state;
   try {
+    const json j = json::from_cbor(content);
     state.map = map_from_json(j.at("map"), path_.string());
     state.random = j.at("random");
     state.level = j.at("level");
@@ -101,7 +107,7 @@ std::optional<FitState> Checkpoint::load(Team& team) const {
       state.evaluated.push_back({e.at(0), e.at(1).get<std::vector<double>>()});
     }
   } catch (const json::exception&) {
-    throw fail("is damaged");
+    throw problem_with_file("is damaged");
   }
   return state;
 }

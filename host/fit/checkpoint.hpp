@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "fit/evaluator.hpp"
-#include "fit/team.hpp"
+#include "qjulia/error.hpp"
 #include "qjulia/fit.hpp"
 
 namespace qjulia::fitting {
@@ -46,9 +46,11 @@ class Checkpoint {
   /// @param interval seconds between saves within a stage.
   Checkpoint(std::filesystem::path path, std::string key, double interval = 10);
 
-  /// The state that rank 0 has kept, if there is one. @throws InputError naming the file when it
-  /// belongs to another fit or is damaged.
-  std::optional<FitState> load(Team& team) const;
+  /// What the file holds, as it was written for this fit; empty: there is none. @throws InputError
+  /// naming the file when it belongs to another fit or is damaged.
+  std::string read() const;
+  /// The state that `read` has found, if any, here or in another process. @throws InputError
+  std::optional<FitState> state_in(const std::string& content) const;
 
   /// At the end of a stage. One that cannot be written does not end the fit: `problem` says why.
   void save(const FitState& state);
@@ -59,6 +61,8 @@ class Checkpoint {
 
  private:
   using Clock = std::chrono::steady_clock;
+
+  InputError problem_with_file(const char* what) const;
 
   std::filesystem::path path_;
   std::string key_;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -28,13 +27,14 @@ struct StageTime {
 
 /// The least of several times, since other work on the machine only adds to them.
 template <class Work>
-double least_seconds_of(const Work& work) {
-  using Clock = std::chrono::steady_clock;
+double least_seconds_of(const Work& work, Budget& budget) {
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kTimes; ++i) {
-    const auto start = Clock::now();
+    budget.update();
+    const double start = budget.seconds();
     work();
-    least = std::min(least, std::chrono::duration<double>(Clock::now() - start).count());
+    budget.update();
+    least = std::min(least, budget.seconds() - start);
   }
   return least;
 }
@@ -47,7 +47,7 @@ double samples_of(double factors) {
 
 /// With so many factors; kernels are built before anything is timed.
 StageTime timed(const EvaluatorFactory& make_evaluator, const SamplePool& pool, const Level& level,
-                int factors, std::uint64_t seed) {
+                int factors, std::uint64_t seed, Budget& budget) {
   const RationalMap map = place_factors(make_evaluator, pool, factors, seed);
   base::Random random(seed);
   const auto evaluator = make_evaluator(pool.draw(level, random), {});
@@ -61,7 +61,7 @@ StageTime timed(const EvaluatorFactory& make_evaluator, const SamplePool& pool, 
   factorise();  // the first matrix of the sum, then a further one
   factorise();
   evaluate();
-  return {least_seconds_of(factorise), least_seconds_of(evaluate)};
+  return {least_seconds_of(factorise, budget), least_seconds_of(evaluate, budget)};
 }
 
 /// @param probe a stage's time with `probed` factors.
@@ -86,8 +86,7 @@ int planned_evaluations(const FitOptions& options, const Schedule& schedule) {
 }
 
 int chosen_factors(const FitOptions& options, const Schedule& schedule,
-                   const EvaluatorFactory& make_evaluator, const SamplePool& pool, Budget& budget,
-                   Team& team) {
+                   const EvaluatorFactory& make_evaluator, const SamplePool& pool, Budget& budget) {
   if (options.factors != 0) return options.factors;
   const AutomaticFactors& automatic = schedule.automatic;
   const int places = most_factors(pool);
@@ -110,7 +109,7 @@ int chosen_factors(const FitOptions& options, const Schedule& schedule,
     budget.update();
     if (most > kFewest && budget.time_left() > kLeastTime) {
       const int probed = std::min(kProbe, most);
-      const StageTime probe = timed(make_evaluator, pool, level, probed, options.seed);
+      const StageTime probe = timed(make_evaluator, pool, level, probed, options.seed, budget);
       budget.update();
       const double time = budget.time_left() / automatic.stages;
       while (factors + kGrain <= most &&
@@ -118,7 +117,6 @@ int chosen_factors(const FitOptions& options, const Schedule& schedule,
         factors += kGrain;
       }
     }
-    factors = static_cast<int>(team.broadcast({static_cast<double>(factors)}).front());
   }
   return std::min(factors, most);
 }

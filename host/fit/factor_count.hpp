@@ -5,7 +5,6 @@
 #include "fit/evaluator.hpp"
 #include "fit/sample_pool.hpp"
 #include "fit/schedule.hpp"
-#include "fit/team.hpp"
 
 namespace qjulia::fitting {
 
@@ -15,10 +14,9 @@ constexpr int kLeastFactors = 8;
 int planned_evaluations(const FitOptions& options, const Schedule& schedule);
 
 /// The caller's number; or, with a time limit, the largest for which the schedule's number of
-/// stages fits into the time that is left, by timing the parts of a stage with few factors; or the
-/// schedule's own, fewer where few evaluations are asked for. Rank 0 decides for all.
+/// stages fits into the time that is left, by timing the parts of a stage with few factors by the
+/// budget's clock; or the schedule's own, fewer where few evaluations are asked for.
 int chosen_factors(const FitOptions& options, const Schedule& schedule,
-                   const EvaluatorFactory& make_evaluator, const SamplePool& pool, Budget& budget,
-                   Team& team);
+                   const EvaluatorFactory& make_evaluator, const SamplePool& pool, Budget& budget);
 
 }  // namespace qjulia::fitting

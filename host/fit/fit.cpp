@@ -108,7 +108,7 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
                  const FitOptions& options, const ProgressMonitor& monitor) {
   options.validate();
   mesh.validate();
-  const auto start = Budget::Clock::now();
+  Clock clock = team.shared(start_clock(monitor.stop));
   EvaluatorFactory make_evaluator = [&](const Samples& samples, const EnergyOptions& energy) {
     return make_device_evaluator(device, samples, energy, options.precision);
   };
@@ -127,9 +127,9 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   Schedule schedule = find_schedule(options.schedule);
   if (options.polish) schedule = with_polish(std::move(schedule), detail);
   Checkpoint checkpoint(team.rank() == 0 ? options.checkpoint : "", fit_key(mesh, options, device));
-  auto kept = options.resume ? checkpoint.load(team) : std::nullopt;
+  auto kept = checkpoint.state_in(team.broadcast_text(options.resume ? checkpoint.read() : ""));
   const int planned = kept ? kept->planned : planned_evaluations(options, schedule);
-  Budget budget(options, planned, start, kReserve, monitor.stop, team);
+  Budget budget(options, planned, kReserve, std::move(clock));
   FitResult result;
   if (shape.has_hidden_parts) {
     result.warnings.emplace_back(
@@ -141,16 +141,12 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   SamplePool pool = in_stage("sample pool", [&] {
     return make_sample_pool(shape, distance, options.seed, planned, largest_draw(schedule));
   });
-  team.adopt(pool.surface);
-  team.adopt(pool.near);
-  team.adopt(pool.around);
-  team.adopt(pool.deep);
-  pool.inradius = team.broadcast({pool.inradius}).front();
+  team.adopt(pool);
   const auto coarse_iou =
       in_stage("overlap points", [&] { return coarse_overlap(device, shape.mesh, distance); });
   const auto place = [&] {
     const int factors = in_stage("number of factors", [&] {
-      return chosen_factors(options, schedule, make_evaluator, pool, budget, team);
+      return chosen_factors(options, schedule, make_evaluator, pool, budget);
     });
     return in_stage("placement", [&] {
       return options.placement == Placement::paper
@@ -160,13 +156,20 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   };
   RationalMap placed = kept ? kept->map : place();
   const auto draw = [&](const Level& level, base::Random& random) {
-    return level.points == Points::grid ? grid_samples(shape, distance, level)
-                                        : pool.draw(level, random);
+    Samples samples = level.points == Points::grid ? grid_samples(shape, distance, level)
+                                                   : pool.draw(level, random);
+    team.adopt(samples);
+    return samples;
   };
   const auto distances = [&](const std::vector<Eigen::Vector3d>& points) {
-    return distance.at(points);
+    std::vector<double> found = distance.at(points);
+    team.adopt(found);
+    return found;
   };
-  // Ranks decide by it.
+  const auto agreed = [&](RationalMap map) {
+    team.adopt(map);
+    return map;
+  };
   const auto overlap = [&](const RationalMap& map, int n) {
     return team.broadcast({coarse_iou(map, n)}).front();
   };
@@ -187,8 +190,8 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   if (!kept && options.observer.on_stage) {
     on_stage({"placement", 0, 0, 0, 0, coarse_iou(placed, 1)}, placed);
   }
-  Stages stages(std::move(placed), {draw, overlap, with_detail, distances, on_stage},
-                make_evaluator, options, schedule, budget, checkpoint, monitor, team);
+  Stages stages(std::move(placed), {draw, overlap, with_detail, distances, on_stage, agreed},
+                make_evaluator, options, schedule, budget, checkpoint, monitor);
   if (kept) stages.resume(std::move(*kept));
 
   result.stopped = stages.run();
@@ -285,7 +288,11 @@ FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& 
               const ProgressMonitor& monitor, Ranks& ranks) {
   Team team(ranks);
   const ProgressMonitor mine = team.rank() == 0 ? monitor : ProgressMonitor{{}, {}, monitor.trace};
-  return team.run([&] { return fit_in(team, device, mesh, options, mine); });
+  FitOptions agreed = options;
+  return team.run([&] {
+    agreed.time_limit = team.broadcast({options.time_limit}).front();
+    return fit_in(team, device, mesh, agreed, mine);
+  });
 }
 
 }  // namespace qjulia

@@ -94,7 +94,7 @@ Evaluate recorded(Evaluator& evaluator, const FitObserver& observer, FitState& s
 
 Stages::Stages(RationalMap start, Target target, EvaluatorFactory make_evaluator,
                const FitOptions& options, const Schedule& schedule, Budget& budget,
-               Checkpoint& checkpoint, const ProgressMonitor& monitor, Team& team)
+               Checkpoint& checkpoint, const ProgressMonitor& monitor)
     : map_(std::move(start)),
       target_(std::move(target)),
       make_evaluator_(std::move(make_evaluator)),
@@ -103,7 +103,6 @@ Stages::Stages(RationalMap start, Target target, EvaluatorFactory make_evaluator
       budget_(budget),
       checkpoint_(checkpoint),
       monitor_(monitor),
-      team_(team),
       random_(options.seed) {}
 
 void Stages::resume(FitState state) {
@@ -147,21 +146,9 @@ StopReason Stages::run() {
   return *reason;
 }
 
-Samples Stages::draw(const Level& level, base::Random& random) {
-  Samples samples = target_.draw(level, random);
-  team_.adopt(samples.position);
-  team_.adopt(samples.off_slice);
-  team_.adopt(samples.weight);
-  team_.adopt(samples.target);
-  team_.adopt(samples.side);
-  return samples;
-}
-
 MisplacedFactors Stages::misplaced(const Level& level) {
   if (!target_.distances || !regresses(level)) return {};
-  std::vector<double> distances = target_.distances(points_at_centers(map_));
-  team_.adopt(distances);
-  return misplaced_factors(map_, distances, level);
+  return misplaced_factors(map_, target_.distances(points_at_centers(map_)), level);
 }
 
 RationalMap Stages::relocated(Evaluator& evaluator, const Samples& samples, int count) {
@@ -188,7 +175,6 @@ void Stages::lift_misplaced() {
     if (found.factors.empty()) return;
     auto map = lifted(map_, found, evaluator_of(found.samples, level)->field(map_));
     if (!map) return;
-    team_.adopt(*map);
     const double overlap = target_.overlap(*map, level.iterations);
     if (overlap < least) return;
     map_ = std::move(*map);
@@ -209,7 +195,8 @@ void Stages::gather_curvature() {
     for (const CurvatureSource& source : sources_) {
       const Level& level = schedule_.levels.at(static_cast<std::size_t>(source.level));
       random.set_state(source.random);
-      evaluator_of(draw(level, random), level)->add_curvature(source.map, source.moved, curvature_);
+      evaluator_of(target_.draw(level, random), level)
+          ->add_curvature(source.map, source.moved, curvature_);
     }
   } catch (const DeviceError& error) {
     if (!device::is_out_of_memory(error)) throw;
@@ -256,7 +243,7 @@ std::optional<StopReason> Stages::run_stage() {
   const TraceStage stage(monitor_.trace, level.name);
   if (curvature_.weight.size() == 0 && !sources_.empty()) gather_curvature();
   budget_.update();
-  const double start = budget_.seconds();
+  const double began = budget_.seconds();
   const int evaluations = budget_.evaluations();
   const auto part = [&](const char* name, const auto& work) {
     const TraceStage traced(monitor_.trace, name);
@@ -269,24 +256,22 @@ std::optional<StopReason> Stages::run_stage() {
   CurvatureSource source;
   source.random = random_.state();
   source.level = before.level;
-  Samples samples = part("draw samples", [&] { return draw(level, random_); });
+  Samples samples = part("draw samples", [&] { return target_.draw(level, random_); });
   if (level.loss == Loss::tanh) std::ranges::fill(samples.target, map_.surface_level);
   auto evaluator = part("send samples", [&] { return evaluator_of(samples, level); });
   if (level.reweight > 0) {
     reweight(samples, evaluator->field(map_), level);
     evaluator = evaluator_of(samples, level);
   }
-  team_.adopt(map_);
+  RationalMap start = map_;
   if (level.relocated > 0 && !reports_.empty() && options_.unknowns == Unknowns::all &&
       map_.factors.size() <= kMostByMatrix) {
     const auto most = static_cast<int>(map_.factors.size() / 4);
-    RationalMap moved = part("relocate", [&] {
-      return relocated(*evaluator, samples, std::min(level.relocated, most));
-    });
-    team_.adopt(moved);
-    source.moved = moved_between(map_, moved);
-    map_ = std::move(moved);
+    start = part("relocate",
+                 [&] { return relocated(*evaluator, samples, std::min(level.relocated, most)); });
+    source.moved = moved_between(map_, start);
   }
+  map_ = target_.agreed(std::move(start));
   source.map = map_;
   const Subspace subspace(map_, level, options_.unknowns);
   const Preconditioner scaling =
@@ -297,7 +282,7 @@ std::optional<StopReason> Stages::run_stage() {
     evaluator = part("send samples", [&] { return evaluator_of(samples, level); });
   }
   budget_.update();
-  preparation_ = budget_.seconds() - start;
+  preparation_ = budget_.seconds() - began;
   const Evaluate evaluate = recorded(*evaluator, options_.observer, before, checkpoint_);
   auto result = part("minimise", [&] {
     return minimize(evaluate, map_, subspace, scaling, level.steps, budget_);
@@ -307,7 +292,7 @@ std::optional<StopReason> Stages::run_stage() {
   const double overlap = part("overlap", [&] { return target_.overlap(map_, level.iterations); });
   budget_.update();
   reports_.push_back({level.name, budget_.evaluations() - evaluations, result.energy_before,
-                      result.energy_after, budget_.seconds() - start, overlap, level.iterations});
+                      result.energy_after, budget_.seconds() - began, overlap, level.iterations});
   monitor_.report({"fitting", budget_.fraction(), budget_.seconds_left(),
                    fmt::format("IoU {:.4f}, {}, {} evaluations", reports_.back().iou, level.name,
                                budget_.evaluations())});

@@ -12,7 +12,6 @@
 #include "fit/misplaced.hpp"
 #include "fit/schedule.hpp"
 #include "fit/subspace.hpp"
-#include "fit/team.hpp"
 
 namespace qjulia::fitting {
 
@@ -30,11 +29,13 @@ class Stages {
     std::function<std::vector<double>(const std::vector<Eigen::Vector3d>&)> distances = {};
     /// Hears of each stage's end, with the map as it is fitted; may be empty.
     std::function<void(const StageReport&, const RationalMap&)> on_stage = {};
+    /// The map that a stage starts from, one for all where several processes fit together.
+    std::function<RationalMap(RationalMap)> agreed = std::identity{};
   };
 
   Stages(RationalMap start, Target target, EvaluatorFactory make_evaluator,
          const FitOptions& options, const Schedule& schedule, Budget& budget,
-         Checkpoint& checkpoint, const ProgressMonitor& monitor, Team& team);
+         Checkpoint& checkpoint, const ProgressMonitor& monitor);
 
   /// Goes on where an earlier process stood.
   void resume(FitState state);
@@ -50,7 +51,6 @@ class Stages {
   std::optional<StopReason> run_stage();
   /// The state at the start of a stage.
   FitState next_state() const;
-  Samples draw(const Level& level, base::Random& random);
   /// The map's misplaced factors; none where the level has no use for them.
   MisplacedFactors misplaced(const Level& level);
   /// The map with `count` factors moved, as `relocate_factors` does; as it is if memory does not
@@ -74,7 +74,6 @@ class Stages {
   Budget& budget_;
   Checkpoint& checkpoint_;
   ProgressMonitor monitor_;
-  Team& team_;
   base::Random random_;
   std::vector<StageReport> reports_;
   std::vector<CurvatureSource> sources_;  ///< of `curvature_`

@@ -239,6 +239,30 @@ void Team::adopt(RationalMap& map) {
   map = with_unknowns(std::move(map), unknowns);
 }
 
+void Team::adopt(Samples& samples) {
+  adopt(samples.position);
+  adopt(samples.off_slice);
+  adopt(samples.weight);
+  adopt(samples.target);
+  adopt(samples.side);
+}
+
+void Team::adopt(SamplePool& pool) {
+  adopt(pool.surface);
+  adopt(pool.near);
+  adopt(pool.around);
+  adopt(pool.deep);
+  pool.inradius = broadcast({pool.inradius}).front();
+}
+
+Clock Team::shared(Clock own) {
+  return [this, own = std::move(own)] {
+    const Moment mine = own();
+    const Numbers now = broadcast({mine.seconds, mine.stop_requested ? 1.0 : 0.0});
+    return Moment{now[0], now[1] != 0};
+  };
+}
+
 void Team::leave(const std::exception& reason) {
   if (!ranks_ || ended_) return;
   Numbers last = numbers_of(reason.what());

@@ -8,7 +8,9 @@
 #include <type_traits>
 #include <vector>
 
+#include "fit/budget.hpp"
 #include "fit/evaluator.hpp"
+#include "fit/sample_pool.hpp"
 #include "qjulia/ranks.hpp"
 
 namespace qjulia::fitting {
@@ -65,6 +67,11 @@ class Team {
     std::ranges::copy(theirs, reinterpret_cast<double*>(values.data()));
   }
   void adopt(RationalMap& map);  ///< its unknowns
+  void adopt(Samples& samples);
+  void adopt(SamplePool& pool);
+
+  /// Tells rank 0's moment on every rank.
+  Clock shared(Clock own);
 
  private:
   std::vector<Numbers> exchange(Numbers mine, double status);

@@ -1,23 +1,22 @@
 #pragma once
-/// What tests of a fit's parts share: a sphere to fit, small levels, budgets.
+/// What tests of a fit's parts share: a sphere to fit, small levels, budgets, checkpoints.
 
 #include <random>
 
 #include "fit/budget.hpp"
+#include "fit/checkpoint.hpp"
 #include "fit/sample_pool.hpp"
 #include "random_maps.hpp"
 
 namespace qjulia::test {
 
-/// One process, without others.
-inline fitting::Team& alone() {
-  static fitting::Team team;
-  return team;
-}
-
 inline fitting::Budget budget_of(int evaluations, FitOptions options = {},
                                  std::stop_token stop = {}) {
-  return {options, evaluations, fitting::Budget::Clock::now(), 0, std::move(stop), alone()};
+  return {options, evaluations, 0, fitting::start_clock(std::move(stop))};
+}
+
+inline std::optional<fitting::FitState> kept_in(const fitting::Checkpoint& checkpoint) {
+  return checkpoint.state_in(checkpoint.read());
 }
 
 /// 200 samples and 10 steps a stage, and a factor moved before each.

@@ -57,7 +57,7 @@ int chosen(const FitOptions& options, double seconds_of_evaluation = 0,
   const auto make = [&](const Samples&, const EnergyOptions&) {
     return std::make_unique<Slow>(seconds_of_evaluation);
   };
-  return chosen_factors(options, schedule, make, pool, budget, test::alone());
+  return chosen_factors(options, schedule, make, pool, budget);
 }
 
 }  // namespace

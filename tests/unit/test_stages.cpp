@@ -107,8 +107,8 @@ TEST_CASE("a fit that died and was resumed ends as one that did not") {
   const auto unknowns_of_a_run = [&](fitting::Checkpoint& checkpoint, bool resume) {
     auto budget = budget_of(schedule.evaluations);
     fitting::Stages stages(start, steepening(draw), mortal, options, schedule, budget, checkpoint,
-                           {}, test::alone());
-    if (resume) stages.resume(checkpoint.load(test::alone()).value());
+                           {});
+    if (resume) stages.resume(test::kept_in(checkpoint).value());
     stages.run();
     CHECK(budget.evaluations() == 40);
     CHECK(stages.reports().back().iterations == schedule.levels.back().iterations);
@@ -122,17 +122,17 @@ TEST_CASE("a fit that died and was resumed ends as one that did not") {
     fitting::Checkpoint checkpoint(path, "key", interval);
     left = 22;
     CHECK_THROWS_AS(unknowns_of_a_run(checkpoint, false), Killed);
-    const fitting::FitState kept = checkpoint.load(test::alone()).value();
+    const fitting::FitState kept = test::kept_in(checkpoint).value();
     CHECK(kept.reports.size() == 1);
     CHECK(kept.evaluated.empty() == (interval > 0));
     left = -1;
     CHECK(unknowns_of_a_run(checkpoint, true) == unbroken);
   }
-  CHECK_THROWS_WITH(fitting::Checkpoint(path, "another").load(test::alone()),
+  CHECK_THROWS_WITH(test::kept_in(fitting::Checkpoint(path, "another")),
                     Catch::Contains("belongs to"));
   const auto check_damaged = [&](std::string bytes) {
     std::ofstream(path, std::ios::binary) << bytes;
-    CHECK_THROWS_WITH(fitting::Checkpoint(path, "key").load(test::alone()),
+    CHECK_THROWS_WITH(test::kept_in(fitting::Checkpoint(path, "key")),
                       Catch::Contains("is damaged"));
   };
   const std::string whole = test::read_text(path);
@@ -143,7 +143,7 @@ TEST_CASE("a fit that died and was resumed ends as one that did not") {
   }
   check_damaged(whole.substr(0, whole.size() / 2));
   check_damaged("x");
-  CHECK_FALSE(fitting::Checkpoint(folder / "none", "key").load(test::alone()).has_value());
+  CHECK_FALSE(test::kept_in(fitting::Checkpoint(folder / "none", "key")).has_value());
 }
 
 TEST_CASE("an interrupted fit keeps every evaluation it made, and its plan") {
@@ -167,9 +167,9 @@ TEST_CASE("an interrupted fit keeps every evaluation it made, and its plan") {
     fitting::Checkpoint checkpoint(folder / "fit.checkpoint", "key", 1e9);
     auto budget = budget_of(schedule.evaluations, {}, stop.get_token());
     fitting::Stages stages(start, unscaled(draw), fitting::make_reference_evaluator, options,
-                           schedule, budget, checkpoint, {}, test::alone());
+                           schedule, budget, checkpoint, {});
     CHECK(stages.run() == StopReason::interrupted);
-    const fitting::FitState kept = checkpoint.load(test::alone()).value();
+    const fitting::FitState kept = test::kept_in(checkpoint).value();
     CHECK(kept.planned == 40);
     CHECK(kept.evaluations + static_cast<int>(kept.evaluated.size()) == until);
   }
@@ -190,7 +190,7 @@ TEST_CASE("stages fit a sphere with the reference evaluator alone") {
       fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1);
   fitting::Checkpoint unkept({}, "");
   fitting::Stages stages(start, unscaled(draw), fitting::make_reference_evaluator, options,
-                         schedule, budget, unkept, monitor, test::alone());
+                         schedule, budget, unkept, monitor);
   CHECK(stages.run() == StopReason::schedule_done);
   CHECK(budget.evaluations() == 40);
   REQUIRE(stages.reports().size() >= 3);
@@ -228,8 +228,7 @@ TEST_CASE("a stage asks at the centres of poles inside the shape, where they are
   target.distances = from_unit_sphere;
   auto budget = budget_of(schedule.evaluations);
   fitting::Checkpoint unkept({}, "");
-  fitting::Stages stages(start, target, keeping, options, schedule, budget, unkept, {},
-                         test::alone());
+  fitting::Stages stages(start, target, keeping, options, schedule, budget, unkept, {});
   stages.run();
   REQUIRE(asked.size() > 2);  // as drawn; with samples at the centre; those alone in the end
   CHECK(asked[0].size() == 200);
@@ -255,7 +254,7 @@ TEST_CASE("a body that a root outside makes is gone when a fit ends") {
     auto budget = budget_of(schedule.evaluations);
     fitting::Checkpoint unkept({}, "");
     fitting::Stages stages(start, target, fitting::make_reference_evaluator, options, schedule,
-                           budget, unkept, {}, test::alone());
+                           budget, unkept, {});
     stages.run();
     fitting::Samples at;
     at.add({outside.x, outside.y, outside.z}, 1, 0, 0);
@@ -302,8 +301,7 @@ TEST_CASE(
   fitting::Checkpoint unkept({}, "");
   const auto start = fitting::place_factors(keeping, pool, options.factors, 1);
   asked.clear();
-  fitting::Stages stages(start, target, keeping, options, schedule, budget, unkept, {},
-                         test::alone());
+  fitting::Stages stages(start, target, keeping, options, schedule, budget, unkept, {});
   CHECK(stages.run() == StopReason::schedule_done);
   CHECK(stages.map().detail == 0.1);
   CHECK(scaled == 1);
@@ -339,7 +337,7 @@ TEST_CASE("a fit ends after the stage that reaches the target IoU, of the last i
   fitting::Checkpoint unkept({}, "");
   fitting::Stages stages(
       fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1), target,
-      fitting::make_reference_evaluator, options, schedule, budget, unkept, {}, test::alone());
+      fitting::make_reference_evaluator, options, schedule, budget, unkept, {});
   CHECK(stages.run() == StopReason::target_iou);
   CHECK(stages.reports().back().iterations == (is_polished ? 2 : 1));
   if (!is_polished) CHECK(stages.reports().size() == 3);
@@ -370,8 +368,7 @@ TEST_CASE("no stage is begun that the time limit would end before its first step
       pool, options.factors, 1);
   auto budget = budget_of(schedule.evaluations, options);
   fitting::Checkpoint unkept({}, "");
-  fitting::Stages stages(start, unscaled(draw), slow, options, schedule, budget, unkept, {},
-                         test::alone());
+  fitting::Stages stages(start, unscaled(draw), slow, options, schedule, budget, unkept, {});
   CHECK(stages.run() == StopReason::time_limit);
   CHECK(!stages.reports().empty());
   CHECK(budget.time_left() > 0);
@@ -398,8 +395,7 @@ TEST_CASE("a level on a grid ends when it has converged, and so does the fit at 
   fitting::Checkpoint unkept({}, "");
   fitting::Stages stages(
       fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1),
-      unscaled(draw), fitting::make_reference_evaluator, options, schedule, budget, unkept, {},
-      test::alone());
+      unscaled(draw), fitting::make_reference_evaluator, options, schedule, budget, unkept, {});
   CHECK(stages.run() == StopReason::converged);
   CHECK(budget.fraction() < 0.5);
   CHECK(stages.reports().front().name == "coarse");
@@ -429,8 +425,7 @@ TEST_CASE("reweighting moves weight to what is badly captured and keeps its sums
   const auto draw = [&](const fitting::Level& l, base::Random& random) {
     return pool.draw(l, random);
   };
-  fitting::Stages stages(start, unscaled(draw), keeping, options, schedule, budget, unkept, {},
-                         test::alone());
+  fitting::Stages stages(start, unscaled(draw), keeping, options, schedule, budget, unkept, {});
   stages.run();
   REQUIRE(given.size() == 2);
   const auto field = fitting::make_reference_evaluator(given[0], {})->field(start);

@@ -8,6 +8,7 @@
 #include "device/opencl.hpp"
 #include "fit/placement.hpp"
 #include "fit/stages.hpp"
+#include "fit/team.hpp"
 #include "forwarding_evaluator.hpp"
 #include "qjulia/error.hpp"
 #include "rank_threads.hpp"
@@ -345,13 +346,13 @@ TEST_CASE("ranks go through the same stages; rank 0 alone decides when to stop")
                           std::stop_token stop) {
     FitOptions options;
     options.factors = 8;
-    options.time_limit = time_limit;
+    options.time_limit = team.broadcast({time_limit}).front();
     const auto make = fitting::distributed(team, kReference, 3);
-    fitting::Budget budget(options, course.evaluations, fitting::Budget::Clock::now(), 0,
-                           std::move(stop), team);
+    fitting::Budget budget(options, course.evaluations, 0,
+                           team.shared(fitting::start_clock(std::move(stop))));
     fitting::Checkpoint none({}, "");
     fitting::Stages stages(fitting::place_factors(make, pool, options.factors, 1), target, make,
-                           options, course, budget, none, {}, team);
+                           options, course, budget, none, {});
     const StopReason stopped = stages.run();
     return Fitted{stopped, fitting::to_unknowns(stages.map())};
   };
