@@ -3,23 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
-#include <optional>
 
 #include "base/range_check.hpp"
 #include "fit/budget.hpp"
 #include "fit/checkpoint.hpp"
 #include "fit/factor_count.hpp"
-#include "fit/finish_map.hpp"
+#include "fit/mesh_problem.hpp"
 #include "fit/placement.hpp"
-#include "fit/sample_pool.hpp"
 #include "fit/schedule.hpp"
 #include "fit/stages.hpp"
 #include "fit/team.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
-#include "shape/overlap.hpp"
 
 namespace qjulia {
 
@@ -30,36 +25,6 @@ constexpr int kMostFactors = 20'000;
 
 /// Seconds kept from a time limit for lifting misplaced factors, scaling, calibration and writing.
 constexpr double kReserve = 1.0;
-
-/// What gives the IoU of {F_n < map.surface_level} and the inside of the shape, 0 … 1, over the
-/// cells of a coarse cube about it, for reports.
-std::function<double(const RationalMap&, int)> coarse_overlap(const Device& device,
-                                                              const TriangleMesh& mesh,
-                                                              const SignedDistance& distance) {
-  constexpr int kCells = 48;
-  constexpr double kMargin = 1.1;
-  const Box box = mesh.box();
-  const double side = kMargin * box.size().maxCoeff();
-  const Eigen::Vector3d corner = box.center() - Eigen::Vector3d::Constant(side / 2);
-  std::vector<Eigen::Vector3d> points;
-  for (int x = 0; x < kCells; ++x) {
-    for (int y = 0; y < kCells; ++y) {
-      for (int z = 0; z < kCells; ++z) {
-        points.emplace_back(corner + side / kCells * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5));
-      }
-    }
-  }
-  std::vector<bool> inside;
-  for (const double d : distance.at(points)) inside.push_back(d < 0);
-  return [device, inside, cells = on_slice(points, 0)](const RationalMap& map, int iterations) {
-    const auto field = Field(device, map).at(cells, iterations);
-    shape::Overlap overlap;
-    for (std::size_t i = 0; i < field.size(); ++i) {
-      overlap.add(field[i] < map.surface_level, inside[i]);
-    }
-    return overlap.iou();
-  };
-}
 
 /// Samples of the largest stage that draws them from the pool.
 int largest_draw(const Schedule& schedule) {
@@ -104,112 +69,109 @@ std::string other_detail(const RationalMap& map, double wanted) {
       *map.detail, wanted);
 }
 
+/// The map as a user gets it.
+RationalMap dressed(RationalMap map, const FitOptions& options, const TriangleMesh& mesh) {
+  map.tufts = options.tufts;
+  map.up = options.up ? options.up : guess_up(mesh);
+  return map;
+}
+
+/// Work that is a stage of the monitor's trace.
+template <class Work>
+auto in_stage(const ProgressMonitor& monitor, const char* name, const Work& work) {
+  const TraceStage stage(monitor.trace, name);
+  return work();
+}
+
+/// The map of a fit that begins.
+RationalMap placed(const Problem& problem, const SamplePool& pool, FitPlan& plan) {
+  const FitOptions& options = plan.options;
+  const EvaluatorFactory make_evaluator = [&](const Samples& samples, const EnergyOptions& energy) {
+    return problem.evaluator(samples, energy);
+  };
+  const int factors = in_stage(plan.monitor, "number of factors", [&] {
+    return chosen_factors(options, plan.schedule, make_evaluator, pool, plan.budget);
+  });
+  return in_stage(plan.monitor, "placement", [&] {
+    return options.placement == Placement::paper
+               ? place_monopoles(pool, factors, options.seed)
+               : place_factors(make_evaluator, pool, factors, options.seed);
+  });
+}
+
+/// What a fit of the mesh has ended with.
+FitResult result_of(Stages& stages, StopReason stopped, const MeshProblem& problem,
+                    const FitOptions& options, const TriangleMesh& mesh,
+                    const ProgressMonitor& monitor) {
+  FitResult result;
+  result.stopped = stopped;
+  result.stages = stages.reports();
+  if (problem.mesh().shape.has_hidden_parts) {
+    result.warnings.emplace_back(
+        "parts of the mesh overlap or lie within one another; it is fitted as their union");
+  }
+  FinishedMap finished = in_stage(monitor, "calibration", [&] { return stages.finished(); });
+  for (std::string& warning : finished.warnings) result.warnings.push_back(std::move(warning));
+  result.mean_distance = problem.mean_distance(finished.map);
+  result.map = dressed(std::move(finished.map), options, mesh);
+  stages.budget().update();
+  result.evaluations = stages.budget().evaluations();
+  result.seconds = stages.budget().seconds();
+  for (std::string warning : {unsettled(result, stages.budget().most_evaluations()),
+                              other_detail(result.map, problem.mesh().detail)}) {
+    if (!warning.empty()) result.warnings.push_back(std::move(warning));
+  }
+  if (const std::string& failure = stages.checkpoint().problem(); !failure.empty()) {
+    result.warnings.push_back("the fit could not be kept while it was under way: " + failure);
+  }
+  return result;
+}
+
 FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
                  const FitOptions& options, const ProgressMonitor& monitor) {
   options.validate();
   mesh.validate();
   Clock clock = team.shared(start_clock(monitor.stop));
-  EvaluatorFactory make_evaluator = [&](const Samples& samples, const EnergyOptions& energy) {
-    return make_device_evaluator(device, samples, energy, options.precision);
-  };
-  if (team.size() > 1 || options.sample_parts > 1) {
-    make_evaluator = distributed(team, std::move(make_evaluator), options.sample_parts);
-  }
   monitor.report({"measuring the mesh", 0, -1, ""});
-  const auto in_stage = [&](const char* name, const auto& work) {
-    const TraceStage stage(monitor.trace, name);
-    return work();
-  };
-  const Shape shape =
-      in_stage("measure the mesh", [&] { return make_shape(device, mesh, monitor.stop); });
+  Shape shape =
+      in_stage(monitor, "measure the mesh", [&] { return make_shape(device, mesh, monitor.stop); });
   const double detail =
       team.broadcast({chosen_detail(options.detail, thinness(shape.mesh), kFittedShare)}).front();
   Schedule schedule = find_schedule(options.schedule);
   if (options.polish) schedule = with_polish(std::move(schedule), detail);
-  Checkpoint checkpoint(team.rank() == 0 ? options.checkpoint : "", fit_key(mesh, options, device));
+  Checkpoint checkpoint(options.checkpoint, fit_key(mesh, options, device));
   auto kept = checkpoint.state_in(team.broadcast_text(options.resume ? checkpoint.read() : ""));
   const int planned = kept ? kept->planned : planned_evaluations(options, schedule);
   Budget budget(options, planned, kReserve, std::move(clock));
-  FitResult result;
-  if (shape.has_hidden_parts) {
-    result.warnings.emplace_back(
-        "parts of the mesh overlap or lie within one another; it is fitted as their union");
-  }
-  const SignedDistance distance = in_stage("signed distance", [&] {
+  SignedDistance distance = in_stage(monitor, "signed distance", [&] {
     return SignedDistance(device, shape.mesh, Precision::single, monitor.stop);
   });
-  SamplePool pool = in_stage("sample pool", [&] {
+  SamplePool pool = in_stage(monitor, "sample pool", [&] {
     return make_sample_pool(shape, distance, options.seed, planned, largest_draw(schedule));
   });
   team.adopt(pool);
-  const auto coarse_iou =
-      in_stage("overlap points", [&] { return coarse_overlap(device, shape.mesh, distance); });
-  const auto place = [&] {
-    const int factors = in_stage("number of factors", [&] {
-      return chosen_factors(options, schedule, make_evaluator, pool, budget);
-    });
-    return in_stage("placement", [&] {
-      return options.placement == Placement::paper
-                 ? place_monopoles(pool, factors, options.seed)
-                 : place_factors(make_evaluator, pool, factors, options.seed);
-    });
-  };
-  RationalMap placed = kept ? kept->map : place();
-  const auto draw = [&](const Level& level, base::Random& random) {
-    Samples samples = level.points == Points::grid ? grid_samples(shape, distance, level)
-                                                   : pool.draw(level, random);
-    team.adopt(samples);
-    return samples;
-  };
-  const auto distances = [&](const std::vector<Eigen::Vector3d>& points) {
-    std::vector<double> found = distance.at(points);
-    team.adopt(found);
-    return found;
-  };
-  const auto agreed = [&](RationalMap map) {
-    team.adopt(map);
-    return map;
-  };
-  const auto overlap = [&](const RationalMap& map, int n) {
-    return team.broadcast({coarse_iou(map, n)}).front();
-  };
-  const auto with_detail = [&](const RationalMap& map, double iou) {
-    return finish_map(device, map, iou, shape, pool, detail, result.warnings);
-  };
-  const auto dressed = [&](RationalMap map) {
-    map.tufts = options.tufts;
-    map.up = options.up ? options.up : guess_up(mesh);
-    return map;
-  };
-  const auto on_stage = [&](const StageReport& stage, const RationalMap& map) {
-    if (!options.observer.on_stage || team.rank() != 0) return;
-    std::vector<std::string> ignored;  // the fit goes on
-    options.observer.on_stage(
-        stage, dressed(finish_map(device, map, stage.iou, shape, pool, detail, ignored)));
-  };
-  if (!kept && options.observer.on_stage) {
-    on_stage({"placement", 0, 0, 0, 0, coarse_iou(placed, 1)}, placed);
-  }
-  Stages stages(std::move(placed), {draw, overlap, with_detail, distances, on_stage, agreed},
-                make_evaluator, options, schedule, budget, checkpoint, monitor);
-  if (kept) stages.resume(std::move(*kept));
+  const MeshProblem own = in_stage(monitor, "overlap points", [&] {
+    return MeshProblem(device, {std::move(shape), std::move(distance), std::move(pool), detail},
+                       options.precision);
+  });
+  const DividedProblem problem(team, own, options.sample_parts);
 
-  result.stopped = stages.run();
-  result.stages = stages.reports();
-  result.map = in_stage("calibration", [&] { return stages.map(); });
-  result.mean_distance = mean_distance(device, result.map, pool);
-  result.map = dressed(std::move(result.map));
-  budget.update();
-  result.evaluations = budget.evaluations();
-  result.seconds = budget.seconds();
-  for (std::string warning : {unsettled(result, planned), other_detail(result.map, detail)}) {
-    if (!warning.empty()) result.warnings.push_back(std::move(warning));
+  FitPlan plan{options, std::move(schedule), std::move(budget), std::move(checkpoint), monitor};
+  FitObserver& observer = plan.options.observer;
+  if (options.observer.on_stage) {
+    observer.on_stage = [&](const StageReport& stage, const RationalMap& map) {
+      options.observer.on_stage(stage, dressed(map, options, mesh));
+    };
   }
-  if (!checkpoint.problem().empty()) {
-    result.warnings.push_back("the fit could not be kept while it was under way: " +
-                              checkpoint.problem());
+  RationalMap start = kept ? kept->map : placed(problem, own.mesh().pool, plan);
+  if (!kept && observer.on_stage) {
+    const double iou = own.overlap(start, 1);
+    observer.on_stage({"placement", 0, 0, 0, 0, iou}, own.finished(start, iou).map);
   }
-  return result;
+  Stages stages(problem, std::move(start), std::move(plan));
+  if (kept) stages.resume(std::move(*kept));
+  const StopReason stopped = stages.run();
+  return result_of(stages, stopped, own, options, mesh, monitor);
 }
 
 }  // namespace
@@ -287,11 +249,16 @@ FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& 
 FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& options,
               const ProgressMonitor& monitor, Ranks& ranks) {
   Team team(ranks);
-  const ProgressMonitor mine = team.rank() == 0 ? monitor : ProgressMonitor{{}, {}, monitor.trace};
-  FitOptions agreed = options;
+  ProgressMonitor mine = monitor;
+  FitOptions own = options;
+  if (team.rank() > 0) {
+    mine = {{}, {}, monitor.trace};
+    own.checkpoint.clear();
+    own.observer.on_stage = {};
+  }
   return team.run([&] {
-    agreed.time_limit = team.broadcast({options.time_limit}).front();
-    return fit_in(team, device, mesh, agreed, mine);
+    own.time_limit = team.broadcast({options.time_limit}).front();
+    return fit_in(team, device, mesh, own, mine);
   });
 }
 

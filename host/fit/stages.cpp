@@ -92,18 +92,15 @@ Evaluate recorded(Evaluator& evaluator, const FitObserver& observer, FitState& s
 
 }  // namespace
 
-Stages::Stages(RationalMap start, Target target, EvaluatorFactory make_evaluator,
-               const FitOptions& options, const Schedule& schedule, Budget& budget,
-               Checkpoint& checkpoint, const ProgressMonitor& monitor)
-    : map_(std::move(start)),
-      target_(std::move(target)),
-      make_evaluator_(std::move(make_evaluator)),
-      options_(options),
-      schedule_(schedule),
-      budget_(budget),
-      checkpoint_(checkpoint),
-      monitor_(monitor),
-      random_(options.seed) {}
+Stages::Stages(const Problem& problem, RationalMap start, FitPlan plan)
+    : problem_(problem),
+      map_(std::move(start)),
+      options_(std::move(plan.options)),
+      schedule_(std::move(plan.schedule)),
+      budget_(std::move(plan.budget)),
+      checkpoint_(std::move(plan.checkpoint)),
+      monitor_(std::move(plan.monitor)),
+      random_(options_.seed) {}
 
 void Stages::resume(FitState state) {
   map_ = state.map;
@@ -128,27 +125,39 @@ FitState Stages::next_state() const {
           {}};
 }
 
-RationalMap Stages::map() const {
-  return target_.with_detail(map_, reports_.empty() ? 0 : reports_.back().iou);
+FinishedMap Stages::finished() const {
+  FinishedMap result = problem_.finished(map_, last_iou());
+  result.warnings.insert(result.warnings.begin(), warnings_.begin(), warnings_.end());
+  return result;
+}
+
+void Stages::finish() {
+  FinishedMap result = finished();
+  map_ = std::move(result.map);
+  warnings_ = std::move(result.warnings);
+}
+
+std::optional<StopReason> Stages::step() {
+  if (stopped_) return stopped_;
+  budget_.update();
+  stopped_ = budget_.spent();
+  if (stopped_ == StopReason::interrupted) checkpoint_.save(next_state());
+  // A stage that could not take a step would only overrun the limit.
+  if (!stopped_ && budget_.time_left() < preparation_) stopped_ = StopReason::time_limit;
+  if (!stopped_) stopped_ = run_stage();
+  if (stopped_) lift_misplaced();
+  return stopped_;
 }
 
 StopReason Stages::run() {
-  std::optional<StopReason> reason;
-  while (!reason) {
-    budget_.update();
-    reason = budget_.spent();
-    if (reason == StopReason::interrupted) checkpoint_.save(next_state());
-    // A stage that could not take a step would only overrun the limit.
-    if (!reason && budget_.time_left() < preparation_) reason = StopReason::time_limit;
-    if (!reason) reason = run_stage();
+  while (!step()) {
   }
-  lift_misplaced();
-  return *reason;
+  return *stopped_;
 }
 
 MisplacedFactors Stages::misplaced(const Level& level) {
-  if (!target_.distances || !regresses(level)) return {};
-  return misplaced_factors(map_, target_.distances(points_at_centers(map_)), level);
+  if (!regresses(level)) return {};
+  return misplaced_factors(map_, problem_.distances(points_at_centers(map_)), level);
 }
 
 RationalMap Stages::relocated(Evaluator& evaluator, const Samples& samples, int count) {
@@ -175,7 +184,7 @@ void Stages::lift_misplaced() {
     if (found.factors.empty()) return;
     auto map = lifted(map_, found, evaluator_of(found.samples, level)->field(map_));
     if (!map) return;
-    const double overlap = target_.overlap(*map, level.iterations);
+    const double overlap = problem_.overlap(*map, level.iterations);
     if (overlap < least) return;
     map_ = std::move(*map);
     reports_.back().iou = overlap;
@@ -185,7 +194,7 @@ void Stages::lift_misplaced() {
 }
 
 std::unique_ptr<Evaluator> Stages::evaluator_of(const Samples& samples, const Level& level) const {
-  return make_evaluator_(
+  return problem_.evaluator(
       samples, {.loss = level.loss, .iterations = level.iterations, .alpha = level.alpha});
 }
 
@@ -195,7 +204,7 @@ void Stages::gather_curvature() {
     for (const CurvatureSource& source : sources_) {
       const Level& level = schedule_.levels.at(static_cast<std::size_t>(source.level));
       random.set_state(source.random);
-      evaluator_of(target_.draw(level, random), level)
+      evaluator_of(problem_.draw(level, random), level)
           ->add_curvature(source.map, source.moved, curvature_);
     }
   } catch (const DeviceError& error) {
@@ -251,12 +260,12 @@ std::optional<StopReason> Stages::run_stage() {
   };
   if (level.iterations > 1) {
     lift_misplaced();
-    map_ = map();
+    finish();
   }
   CurvatureSource source;
   source.random = random_.state();
   source.level = before.level;
-  Samples samples = part("draw samples", [&] { return target_.draw(level, random_); });
+  Samples samples = part("draw samples", [&] { return problem_.draw(level, random_); });
   if (level.loss == Loss::tanh) std::ranges::fill(samples.target, map_.surface_level);
   auto evaluator = part("send samples", [&] { return evaluator_of(samples, level); });
   if (level.reweight > 0) {
@@ -271,7 +280,7 @@ std::optional<StopReason> Stages::run_stage() {
                  [&] { return relocated(*evaluator, samples, std::min(level.relocated, most)); });
     source.moved = moved_between(map_, start);
   }
-  map_ = target_.agreed(std::move(start));
+  map_ = problem_.agreed(std::move(start));
   source.map = map_;
   const Subspace subspace(map_, level, options_.unknowns);
   const Preconditioner scaling =
@@ -289,14 +298,16 @@ std::optional<StopReason> Stages::run_stage() {
   });
   if (result.stopped == StopReason::interrupted) checkpoint_.save(before);
   map_ = std::move(result.map);
-  const double overlap = part("overlap", [&] { return target_.overlap(map_, level.iterations); });
+  const double overlap = part("overlap", [&] { return problem_.overlap(map_, level.iterations); });
   budget_.update();
   reports_.push_back({level.name, budget_.evaluations() - evaluations, result.energy_before,
                       result.energy_after, budget_.seconds() - began, overlap, level.iterations});
   monitor_.report({"fitting", budget_.fraction(), budget_.seconds_left(),
                    fmt::format("IoU {:.4f}, {}, {} evaluations", reports_.back().iou, level.name,
                                budget_.evaluations())});
-  if (target_.on_stage) target_.on_stage(reports_.back(), map_);
+  if (options_.observer.on_stage) {
+    options_.observer.on_stage(reports_.back(), problem_.finished(map_, overlap).map);
+  }
   if (result.stopped) return result.stopped;
   const bool is_last_kind = level.iterations == schedule_.levels.back().iterations;
   if (is_last_kind && overlap >= options_.target_iou) return StopReason::target_iou;

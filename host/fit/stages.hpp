@@ -1,7 +1,6 @@
 #pragma once
 /// The stages of one fit: a map whose F_1 comes ever closer to signed distance.
 
-#include <functional>
 #include <optional>
 #include <vector>
 
@@ -10,45 +9,47 @@
 #include "fit/checkpoint.hpp"
 #include "fit/evaluator.hpp"
 #include "fit/misplaced.hpp"
+#include "fit/problem.hpp"
 #include "fit/schedule.hpp"
 #include "fit/subspace.hpp"
 
 namespace qjulia::fitting {
 
+/// How a fit goes, what it may spend, and where it is kept.
+struct FitPlan {
+  FitOptions options;
+  Schedule schedule;
+  Budget budget;
+  Checkpoint checkpoint;
+  ProgressMonitor monitor{};
+};
+
+/// A fit that takes steps, each a stage.
 class Stages {
  public:
-  /// What stages ask about the shape.
-  struct Target {
-    /// A stage's samples.
-    std::function<Samples(const Level&, base::Random&)> draw;
-    /// IoU of a map's n-th iterate with the shape, for reports.
-    std::function<double(const RationalMap&, int)> overlap;
-    /// A map, with its IoU, given the wanted detail: in distance units, or polished since.
-    std::function<RationalMap(const RationalMap&, double)> with_detail;
-    /// Signed distances of points from its surface; without it misplaced factors are left alone.
-    std::function<std::vector<double>(const std::vector<Eigen::Vector3d>&)> distances = {};
-    /// Hears of each stage's end, with the map as it is fitted; may be empty.
-    std::function<void(const StageReport&, const RationalMap&)> on_stage = {};
-    /// The map that a stage starts from, one for all where several processes fit together.
-    std::function<RationalMap(RationalMap)> agreed = std::identity{};
-  };
-
-  Stages(RationalMap start, Target target, EvaluatorFactory make_evaluator,
-         const FitOptions& options, const Schedule& schedule, Budget& budget,
-         Checkpoint& checkpoint, const ProgressMonitor& monitor);
+  Stages(const Problem& problem, RationalMap start, FitPlan plan);
 
   /// Goes on where an earlier process stood.
   void resume(FitState state);
 
-  /// Runs stages until the budget is spent.
+  /// Runs a stage, unless the budget is spent.
+  /// @return why the fit has ended, once it has: then there are no further stages.
+  std::optional<StopReason> step();
+  /// Takes steps until the fit has ended.
   StopReason run();
 
-  /// With the wanted detail.
-  RationalMap map() const;
+  /// With the wanted detail, and all warnings there have been.
+  FinishedMap finished() const;
   const std::vector<StageReport>& reports() const { return reports_; }
+  Budget& budget() { return budget_; }
+  const Checkpoint& checkpoint() const { return checkpoint_; }
 
  private:
   std::optional<StopReason> run_stage();
+  /// IoU of the last stage.
+  double last_iou() const { return reports_.empty() ? 0 : reports_.back().iou; }
+  /// Gives a map that the second iterate's stages begin with the wanted detail.
+  void finish();
   /// The state at the start of a stage.
   FitState next_state() const;
   /// The map's misplaced factors; none where the level has no use for them.
@@ -66,16 +67,17 @@ class Stages {
   Preconditioner preconditioner(Evaluator& evaluator, const Subspace& subspace,
                                 const CurvatureSource& source);
 
+  const Problem& problem_;
   RationalMap map_;
-  Target target_;
-  EvaluatorFactory make_evaluator_;
-  const FitOptions& options_;
-  const Schedule& schedule_;
-  Budget& budget_;
-  Checkpoint& checkpoint_;
+  FitOptions options_;
+  Schedule schedule_;
+  Budget budget_;
+  Checkpoint checkpoint_;
   ProgressMonitor monitor_;
   base::Random random_;
   std::vector<StageReport> reports_;
+  std::vector<std::string> warnings_;  ///< of maps that were finished to be polished
+  std::optional<StopReason> stopped_;
   std::vector<CurvatureSource> sources_;  ///< of `curvature_`
   CurvatureSum curvature_;
   double preparation_ = 0;           ///< seconds of the last stage before its first step

@@ -278,4 +278,33 @@ EvaluatorFactory distributed(Team& team, EvaluatorFactory local, int parts) {
   };
 }
 
+DividedProblem::DividedProblem(Team& team, const Problem& own, int parts) : team_(team), own_(own) {
+  EvaluatorFactory local = [&own](const Samples& samples, const EnergyOptions& options) {
+    return own.evaluator(samples, options);
+  };
+  const bool is_divided = team.size() > 1 || parts > 1;
+  make_evaluator_ = is_divided ? distributed(team, std::move(local), parts) : std::move(local);
+}
+
+Samples DividedProblem::draw(const Level& level, base::Random& random) const {
+  Samples samples = own_.draw(level, random);
+  team_.adopt(samples);
+  return samples;
+}
+
+std::vector<double> DividedProblem::distances(const std::vector<Eigen::Vector3d>& points) const {
+  std::vector<double> found = own_.distances(points);
+  team_.adopt(found);
+  return found;
+}
+
+double DividedProblem::overlap(const RationalMap& map, int iterations) const {
+  return team_.broadcast({own_.overlap(map, iterations)}).front();
+}
+
+RationalMap DividedProblem::agreed(RationalMap map) const {
+  team_.adopt(map);
+  return map;
+}
+
 }  // namespace qjulia::fitting

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "fit/budget.hpp"
-#include "fit/evaluator.hpp"
+#include "fit/problem.hpp"
 #include "fit/sample_pool.hpp"
 #include "qjulia/ranks.hpp"
 
@@ -90,5 +90,30 @@ class Team {
 /// parts' order on every rank; matrices are rank 0's, of an evenly spaced part of all samples. So
 /// the same number of parts gives the same bits, however many ranks there are.
 EvaluatorFactory distributed(Team& team, EvaluatorFactory local, int parts);
+
+/// A problem that ranks work on together: its evaluators are divided, and all else is rank 0's, but
+/// for the finished map, which each rank makes of its own.
+class DividedProblem final : public Problem {
+ public:
+  /// @param parts of the samples, as for `distributed`.
+  DividedProblem(Team& team, const Problem& own, int parts);
+
+  Samples draw(const Level& level, base::Random& random) const override;
+  std::unique_ptr<Evaluator> evaluator(const Samples& samples,
+                                       const EnergyOptions& options) const override {
+    return make_evaluator_(samples, options);
+  }
+  std::vector<double> distances(const std::vector<Eigen::Vector3d>& points) const override;
+  double overlap(const RationalMap& map, int iterations) const override;
+  FinishedMap finished(const RationalMap& map, double iou) const override {
+    return own_.finished(map, iou);
+  }
+  RationalMap agreed(RationalMap map) const override;
+
+ private:
+  Team& team_;
+  const Problem& own_;
+  EvaluatorFactory make_evaluator_;
+};
 
 }  // namespace qjulia::fitting

@@ -1,11 +1,11 @@
 #pragma once
-/// What tests of a fit's parts share: a sphere to fit, small levels, budgets, checkpoints.
+/// What tests of a fit's parts share: a sphere to fit, small levels, budgets, plans.
 
 #include <random>
 
 #include "fit/budget.hpp"
-#include "fit/checkpoint.hpp"
 #include "fit/sample_pool.hpp"
+#include "fit/stages.hpp"
 #include "random_maps.hpp"
 
 namespace qjulia::test {
@@ -13,6 +13,13 @@ namespace qjulia::test {
 inline fitting::Budget budget_of(int evaluations, FitOptions options = {},
                                  std::stop_token stop = {}) {
   return {options, evaluations, 0, fitting::start_clock(std::move(stop))};
+}
+
+/// A plan of a fit that is kept nowhere.
+inline fitting::FitPlan plan_of(const FitOptions& options, const fitting::Schedule& schedule,
+                                std::stop_token stop = {}) {
+  return {options, schedule, budget_of(schedule.evaluations, options, std::move(stop)),
+          fitting::Checkpoint({}, "")};
 }
 
 inline std::optional<fitting::FitState> kept_in(const fitting::Checkpoint& checkpoint) {

@@ -15,11 +15,15 @@
 #include "qjulia/detail.hpp"
 #include "sphere_pool.hpp"
 #include "temporary_folder.hpp"
+#include "toy_problem.hpp"
 
 using namespace qjulia;
 using test::budget_of;
+using test::from_unit_sphere;
+using test::plan_of;
 using test::small_level;
 using test::sphere_pool;
+using test::ToyProblem;
 
 namespace {
 
@@ -39,32 +43,17 @@ class MortalEvaluator final : public test::ForwardingEvaluator {
   int& left_;
 };
 
-/// Samples by `draw`; no overlap is measured, and maps stay as they are.
-fitting::Stages::Target unscaled(
-    std::function<fitting::Samples(const fitting::Level&, base::Random&)> draw) {
-  return {std::move(draw), [](const RationalMap&, int) { return 0.5; },
-          [](const RationalMap& map, double) { return map; }};
-}
-
-/// Signed distances from the unit sphere.
-std::vector<double> from_unit_sphere(const std::vector<Eigen::Vector3d>& points) {
-  std::vector<double> distances;
-  for (const auto& x : points) distances.push_back(x.norm() - 1);
-  return distances;
-}
-
-/// The same where the wanted detail is a shell of half the thickness, with samples at centres.
-fitting::Stages::Target steepening(
-    std::function<fitting::Samples(const fitting::Level&, base::Random&)> draw) {
-  fitting::Stages::Target target = unscaled(std::move(draw));
-  target.distances = from_unit_sphere;
-  target.with_detail = [](const RationalMap& map, double) {
+/// A unit sphere where the wanted detail is a shell of half the thickness.
+ToyProblem steepening(ToyProblem::Draw draw) {
+  ToyProblem problem(std::move(draw));
+  problem.on_distances = from_unit_sphere;
+  problem.on_finished = [](const RationalMap& map, double) {
     if (map.detail) return map;
     RationalMap scaled = steepened(map, 2);
     scaled.detail = 0.1;
     return scaled;
   };
-  return target;
+  return problem;
 }
 
 fitting::Level polishing_level() {
@@ -104,15 +93,17 @@ TEST_CASE("a fit that died and was resumed ends as one that did not") {
                                              left);
   };
   const auto start = fitting::place_factors(mortal, pool, options.factors, 1);
-  const auto unknowns_of_a_run = [&](fitting::Checkpoint& checkpoint, bool resume) {
-    auto budget = budget_of(schedule.evaluations);
-    fitting::Stages stages(start, steepening(draw), mortal, options, schedule, budget, checkpoint,
-                           {});
+  ToyProblem problem = steepening(draw);
+  problem.make_evaluator = mortal;
+  const auto unknowns_of_a_run = [&](const fitting::Checkpoint& checkpoint, bool resume) {
+    fitting::FitPlan plan = plan_of(options, schedule);
+    plan.checkpoint = checkpoint;
+    fitting::Stages stages(problem, start, std::move(plan));
     if (resume) stages.resume(test::kept_in(checkpoint).value());
     stages.run();
-    CHECK(budget.evaluations() == 40);
+    CHECK(stages.budget().evaluations() == 40);
     CHECK(stages.reports().back().iterations == schedule.levels.back().iterations);
-    return fitting::to_unknowns(stages.map());
+    return fitting::to_unknowns(stages.finished().map);
   };
   fitting::Checkpoint none({}, "");
   const auto unbroken = unknowns_of_a_run(none, false);
@@ -165,9 +156,10 @@ TEST_CASE("an interrupted fit keeps every evaluation it made, and its plan") {
       if (++made == until) stop.request_stop();
     };
     fitting::Checkpoint checkpoint(folder / "fit.checkpoint", "key", 1e9);
-    auto budget = budget_of(schedule.evaluations, {}, stop.get_token());
-    fitting::Stages stages(start, unscaled(draw), fitting::make_reference_evaluator, options,
-                           schedule, budget, checkpoint, {});
+    const ToyProblem problem(draw);
+    fitting::FitPlan plan = plan_of(options, schedule, stop.get_token());
+    plan.checkpoint = checkpoint;
+    fitting::Stages stages(problem, start, std::move(plan));
     CHECK(stages.run() == StopReason::interrupted);
     const fitting::FitState kept = test::kept_in(checkpoint).value();
     CHECK(kept.planned == 40);
@@ -183,26 +175,53 @@ TEST_CASE("stages fit a sphere with the reference evaluator alone") {
   FitOptions options;
   options.factors = 8;
   const fitting::Schedule schedule{40, 1e-3, {small_level()}};
-  auto budget = budget_of(schedule.evaluations);
+  fitting::FitPlan plan = plan_of(options, schedule);
   int reports = 0;
-  const ProgressMonitor monitor{[&](const Progress&) { ++reports; }, {}};
+  plan.monitor.on_progress = [&](const Progress&) { ++reports; };
   const auto start =
       fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1);
-  fitting::Checkpoint unkept({}, "");
-  fitting::Stages stages(start, unscaled(draw), fitting::make_reference_evaluator, options,
-                         schedule, budget, unkept, monitor);
+  const ToyProblem problem(draw);
+  fitting::Stages stages(problem, start, std::move(plan));
   CHECK(stages.run() == StopReason::schedule_done);
-  CHECK(budget.evaluations() == 40);
+  CHECK(stages.budget().evaluations() == 40);
   REQUIRE(stages.reports().size() >= 3);
   CHECK(reports == static_cast<int>(stages.reports().size()));
   CHECK(stages.reports().back().energy_after < 1e-3);
   // F_1 of the fit is the distance to the sphere, at points the fit never saw.
   fitting::Samples unseen;
   for (const double radius : {0.9, 1.0, 1.1}) unseen.add({0, 0.6 * radius, 0.8 * radius}, 1, 0, 0);
-  const auto field = fitting::make_reference_evaluator(unseen, {})->field(stages.map());
+  const auto field = fitting::make_reference_evaluator(unseen, {})->field(stages.finished().map);
   CHECK(field[0] == Approx(-0.1).margin(0.03));
   CHECK(field[1] == Approx(0).margin(0.03));
   CHECK(field[2] == Approx(0.1).margin(0.03));
+}
+
+TEST_CASE("a fit can be taken step by step: each is a stage, and none follows the last") {
+  const auto pool = sphere_pool(4000);
+  const ToyProblem problem(
+      [&](const fitting::Level& level, base::Random& random) { return pool.draw(level, random); });
+  FitOptions options;
+  options.factors = 8;
+  const fitting::Schedule schedule{40, 1e-3, {small_level()}};
+  const auto start =
+      fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1);
+  fitting::Stages whole(problem, start, plan_of(options, schedule));
+  whole.run();
+
+  fitting::Stages stepped(problem, start, plan_of(options, schedule));
+  std::size_t steps = 0;
+  std::optional<StopReason> ended;
+  while (!ended) {
+    ended = stepped.step();
+    if (ended) break;
+    CHECK(stepped.reports().size() == ++steps);
+    CHECK(stepped.finished().map.factors.size() == start.factors.size());
+  }
+  CHECK(ended == StopReason::schedule_done);
+  CHECK(stepped.step() == ended);
+  CHECK(stepped.budget().evaluations() == 40);
+  CHECK(stepped.reports().size() == whole.reports().size());
+  CHECK(fitting::to_unknowns(stepped.finished().map) == fitting::to_unknowns(whole.finished().map));
 }
 
 TEST_CASE("a stage asks at the centres of poles inside the shape, where they are when it begins") {
@@ -224,11 +243,10 @@ TEST_CASE("a stage asks at the centres of poles inside the shape, where they are
   RationalMap start = fitting::place_factors(keeping, pool, options.factors, 1);
   start.factors.push_back({{0.1, 0.2, 0, 0.01}, -0.3});
   asked.clear();
-  fitting::Stages::Target target = unscaled(draw);
-  target.distances = from_unit_sphere;
-  auto budget = budget_of(schedule.evaluations);
-  fitting::Checkpoint unkept({}, "");
-  fitting::Stages stages(start, target, keeping, options, schedule, budget, unkept, {});
+  ToyProblem problem(draw);
+  problem.make_evaluator = keeping;
+  problem.on_distances = from_unit_sphere;
+  fitting::Stages stages(problem, start, plan_of(options, schedule));
   stages.run();
   REQUIRE(asked.size() > 2);  // as drawn; with samples at the centre; those alone in the end
   CHECK(asked[0].size() == 200);
@@ -250,24 +268,21 @@ TEST_CASE("a body that a root outside makes is gone when a fit ends") {
       fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1);
   const Quaternion outside{0, 0, 1.8, 1e-3};
   start.factors.push_back({outside, 0.2});
-  const auto field_outside = [&](const fitting::Stages::Target& target) {
-    auto budget = budget_of(schedule.evaluations);
-    fitting::Checkpoint unkept({}, "");
-    fitting::Stages stages(start, target, fitting::make_reference_evaluator, options, schedule,
-                           budget, unkept, {});
+  const auto field_outside = [&](const ToyProblem& problem) {
+    fitting::Stages stages(problem, start, plan_of(options, schedule));
     stages.run();
     fitting::Samples at;
     at.add({outside.x, outside.y, outside.z}, 1, 0, 0);
-    return fitting::make_reference_evaluator(at, {})->field(stages.map()).front();
+    return fitting::make_reference_evaluator(at, {})->field(stages.finished().map).front();
   };
-  fitting::Stages::Target target = unscaled(draw);
-  CHECK(field_outside(target) < 0);
-  target.distances = from_unit_sphere;
-  CHECK(field_outside(target) > small_level().band);
-  target.overlap = [&](const RationalMap& map, int) {
+  ToyProblem problem(draw);
+  CHECK(field_outside(problem) < 0);
+  problem.on_distances = from_unit_sphere;
+  CHECK(field_outside(problem) > small_level().band);
+  problem.on_overlap = [&](const RationalMap& map, int) {
     return map.factors.back().center == outside ? 0.5 : 0.4;
   };
-  CHECK(field_outside(target) < 0);  // not at the shape's cost
+  CHECK(field_outside(problem) < 0);  // not at the shape's cost
 }
 
 TEST_CASE(
@@ -287,9 +302,10 @@ TEST_CASE(
   fitting::Level first = small_level();
   first.until = 0.5;
   const fitting::Schedule schedule{60, 1e-3, {first, polishing_level()}};
-  auto target = steepening(draw);
+  ToyProblem problem = steepening(draw);
   int scaled = 0;
-  target.with_detail = [&scaled, steepen = target.with_detail](RationalMap map, double iou) {
+  problem.make_evaluator = keeping;
+  problem.on_finished = [&scaled, steepen = problem.on_finished](RationalMap map, double iou) {
     if (map.detail) return map;
     ++scaled;
     map = steepen(map, iou);
@@ -297,13 +313,11 @@ TEST_CASE(
     map.log_scale += 0.25;
     return map;
   };
-  auto budget = budget_of(schedule.evaluations);
-  fitting::Checkpoint unkept({}, "");
   const auto start = fitting::place_factors(keeping, pool, options.factors, 1);
   asked.clear();
-  fitting::Stages stages(start, target, keeping, options, schedule, budget, unkept, {});
+  fitting::Stages stages(problem, start, plan_of(options, schedule));
   CHECK(stages.run() == StopReason::schedule_done);
-  CHECK(stages.map().detail == 0.1);
+  CHECK(stages.finished().map.detail == 0.1);
   CHECK(scaled == 1);
   CHECK(asked.front().first.iterations == 1);
   CHECK(asked.back().first.iterations == 2);
@@ -328,16 +342,14 @@ TEST_CASE("a fit ends after the stage that reaches the target IoU, of the last i
     schedule.levels.front().until = 0.02;
     schedule.levels.push_back(polishing_level());
   }
-  auto target = steepening(draw);
+  ToyProblem problem = steepening(draw);
   double reached = 0.5;
-  target.overlap = [&](const RationalMap&, int iterations) {
+  problem.on_overlap = [&](const RationalMap&, int iterations) {
     return iterations > 1 ? 0.8 : is_polished ? 0.95 : reached += 0.1;
   };
-  auto budget = budget_of(schedule.evaluations);
-  fitting::Checkpoint unkept({}, "");
   fitting::Stages stages(
-      fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1), target,
-      fitting::make_reference_evaluator, options, schedule, budget, unkept, {});
+      problem, fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1),
+      plan_of(options, schedule));
   CHECK(stages.run() == StopReason::target_iou);
   CHECK(stages.reports().back().iterations == (is_polished ? 2 : 1));
   if (!is_polished) CHECK(stages.reports().size() == 3);
@@ -366,12 +378,12 @@ TEST_CASE("no stage is begun that the time limit would end before its first step
         return fitting::make_reference_evaluator(samples, energy);
       },
       pool, options.factors, 1);
-  auto budget = budget_of(schedule.evaluations, options);
-  fitting::Checkpoint unkept({}, "");
-  fitting::Stages stages(start, unscaled(draw), slow, options, schedule, budget, unkept, {});
+  ToyProblem problem(draw);
+  problem.make_evaluator = slow;
+  fitting::Stages stages(problem, start, plan_of(options, schedule));
   CHECK(stages.run() == StopReason::time_limit);
   CHECK(!stages.reports().empty());
-  CHECK(budget.time_left() > 0);
+  CHECK(stages.budget().time_left() > 0);
 }
 
 TEST_CASE("a level on a grid ends when it has converged, and so does the fit at the last") {
@@ -391,13 +403,12 @@ TEST_CASE("a level on a grid ends when it has converged, and so does the fit at 
     base::Random same(level.name == "fine" ? 2 : 1);
     return pool.draw(level, same);
   };
-  auto budget = budget_of(schedule.evaluations);
-  fitting::Checkpoint unkept({}, "");
+  const ToyProblem problem(draw);
   fitting::Stages stages(
-      fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1),
-      unscaled(draw), fitting::make_reference_evaluator, options, schedule, budget, unkept, {});
+      problem, fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1),
+      plan_of(options, schedule));
   CHECK(stages.run() == StopReason::converged);
-  CHECK(budget.fraction() < 0.5);
+  CHECK(stages.budget().fraction() < 0.5);
   CHECK(stages.reports().front().name == "coarse");
   CHECK(stages.reports().back().name == "fine");
 }
@@ -420,12 +431,12 @@ TEST_CASE("reweighting moves weight to what is badly captured and keeps its sums
   const auto start = fitting::place_factors(keeping, pool, options.factors, 1);
   given.clear();
   const fitting::Schedule schedule{5, 1e-3, {level}};
-  auto budget = budget_of(schedule.evaluations);
-  fitting::Checkpoint unkept({}, "");
   const auto draw = [&](const fitting::Level& l, base::Random& random) {
     return pool.draw(l, random);
   };
-  fitting::Stages stages(start, unscaled(draw), keeping, options, schedule, budget, unkept, {});
+  ToyProblem problem(draw);
+  problem.make_evaluator = keeping;
+  fitting::Stages stages(problem, start, plan_of(options, schedule));
   stages.run();
   REQUIRE(given.size() == 2);
   const auto field = fitting::make_reference_evaluator(given[0], {})->field(start);

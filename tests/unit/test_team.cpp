@@ -13,6 +13,7 @@
 #include "qjulia/error.hpp"
 #include "rank_threads.hpp"
 #include "sphere_pool.hpp"
+#include "toy_problem.hpp"
 
 using namespace qjulia;
 using fitting::Team;
@@ -328,14 +329,9 @@ TEST_CASE("ranks go through the same stages; rank 0 alone decides when to stop")
   const auto draw = [&](const fitting::Level& level, base::Random& random) {
     return pool.draw(level, random);
   };
-  const auto distances = [](const std::vector<Eigen::Vector3d>& points) {
-    std::vector<double> found;
-    for (const auto& x : points) found.push_back(x.norm() - 1);
-    return found;
-  };
-  const fitting::Stages::Target target{draw, [](const RationalMap&, int) { return 0.5; },
-                                       [](const RationalMap& map, double) { return map; },
-                                       distances};
+  test::ToyProblem own(draw);
+  own.on_distances = test::from_unit_sphere;
+  const auto start = fitting::place_factors(kReference, pool, 8, 1);
   const fitting::Schedule schedule{30, 1e-3, {test::small_level()}};
   const fitting::Schedule endless{1'000'000, 1e-3, {test::small_level()}};
   struct Fitted {
@@ -347,14 +343,13 @@ TEST_CASE("ranks go through the same stages; rank 0 alone decides when to stop")
     FitOptions options;
     options.factors = 8;
     options.time_limit = team.broadcast({time_limit}).front();
-    const auto make = fitting::distributed(team, kReference, 3);
-    fitting::Budget budget(options, course.evaluations, 0,
-                           team.shared(fitting::start_clock(std::move(stop))));
-    fitting::Checkpoint none({}, "");
-    fitting::Stages stages(fitting::place_factors(make, pool, options.factors, 1), target, make,
-                           options, course, budget, none, {});
+    const fitting::DividedProblem problem(team, own, 3);
+    fitting::FitPlan plan = test::plan_of(options, course);
+    plan.budget = fitting::Budget(options, course.evaluations, 0,
+                                  team.shared(fitting::start_clock(std::move(stop))));
+    fitting::Stages stages(problem, start, std::move(plan));
     const StopReason stopped = stages.run();
-    return Fitted{stopped, fitting::to_unknowns(stages.map())};
+    return Fitted{stopped, fitting::to_unknowns(stages.finished().map)};
   };
   const double none = std::numeric_limits<double>::infinity();
   std::stop_source asked;
@@ -386,4 +381,54 @@ TEST_CASE("ranks go through the same stages; rank 0 alone decides when to stop")
                                 team.rank() == 0 ? asked.get_token() : std::stop_token());
                 }),
        StopReason::interrupted);
+}
+
+TEST_CASE("ranks whose devices round otherwise fit the first one's map together") {
+  const auto pool = test::sphere_pool(4000);
+  fitting::Level level = test::small_level();
+  level.until = 0.5;
+  fitting::Level polished = level;
+  polished.until = 1;
+  polished.relocated = 0;
+  polished.iterations = 2;
+  polished.loss = fitting::Loss::tanh;
+  const fitting::Schedule schedule{60, 1e-3, {level, polished}};
+  FitOptions options;
+  options.factors = 8;
+  RationalMap start = fitting::place_factors(kReference, pool, options.factors, 1);
+  start.factors.push_back({{0.1, 0.2, 0, 0.01}, -0.3});  // misplaced
+  // Every answer but the evaluators' is off by so much.
+  const auto fitted = [&](Team& team, double error) {
+    test::ToyProblem own([&](const fitting::Level& of, base::Random& random) {
+      fitting::Samples samples = pool.draw(of, random);
+      for (double& target : samples.target) target += error;
+      return samples;
+    });
+    own.on_distances = [&](const std::vector<Eigen::Vector3d>& points) {
+      auto distances = test::from_unit_sphere(points);
+      for (double& distance : distances) distance *= 1 - 1e4 * error;  // inside is outside
+      return distances;
+    };
+    own.on_overlap = [&](const RationalMap&, int) { return 0.5 + error; };
+    own.on_finished = [&](RationalMap map, double) {
+      map.log_scale += map.detail ? 0 : error;
+      map.detail = 0.01;
+      return map;
+    };
+    const fitting::DividedProblem problem(team, own, 3);
+    fitting::Stages stages(problem, start, test::plan_of(options, schedule));
+    stages.run();
+    std::vector<double> found = fitting::to_unknowns(stages.finished().map);
+    for (const StageReport& report : stages.reports()) {
+      found.insert(found.end(), {report.energy_before, report.energy_after, report.iou});
+    }
+    return found;
+  };
+  const auto alone = on_ranks(1, [&](Team& team) { return fitted(team, 0); });
+  REQUIRE(alone.front().error.empty());
+  for (const auto& [found, error] :
+       on_ranks(3, [&](Team& team) { return fitted(team, 1e-3 * team.rank()); })) {
+    CHECK(error.empty());
+    CHECK(found == alone.front().result);
+  }
 }

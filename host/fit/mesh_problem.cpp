@@ -1,0 +1,70 @@
+#include "fit/mesh_problem.hpp"
+
+#include "fit/finish_map.hpp"
+#include "qjulia/field.hpp"
+#include "shape/overlap.hpp"
+
+namespace qjulia::fitting {
+namespace {
+
+/// The centres of the cells of a coarse cube about the box.
+std::vector<Eigen::Vector3d> coarse_grid(const Box& box) {
+  constexpr int kCells = 48;
+  constexpr double kMargin = 1.1;
+  const double side = kMargin * box.size().maxCoeff();
+  const Eigen::Vector3d corner = box.center() - Eigen::Vector3d::Constant(side / 2);
+  std::vector<Eigen::Vector3d> points;
+  for (int x = 0; x < kCells; ++x) {
+    for (int y = 0; y < kCells; ++y) {
+      for (int z = 0; z < kCells; ++z) {
+        points.emplace_back(corner + side / kCells * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5));
+      }
+    }
+  }
+  return points;
+}
+
+}  // namespace
+
+MeshProblem::MeshProblem(const Device& device, MeasuredMesh mesh, Precision precision)
+    : device_(device), mesh_(std::move(mesh)), precision_(precision) {
+  const auto points = coarse_grid(mesh_.shape.mesh.box());
+  cells_ = on_slice(points, 0);
+  for (const double d : mesh_.distance.at(points)) inside_.push_back(d < 0);
+}
+
+Samples MeshProblem::draw(const Level& level, base::Random& random) const {
+  return level.points == Points::grid ? grid_samples(mesh_.shape, mesh_.distance, level)
+                                      : mesh_.pool.draw(level, random);
+}
+
+std::unique_ptr<Evaluator> MeshProblem::evaluator(const Samples& samples,
+                                                  const EnergyOptions& options) const {
+  return make_device_evaluator(device_, samples, options, precision_);
+}
+
+std::vector<double> MeshProblem::distances(const std::vector<Eigen::Vector3d>& points) const {
+  return mesh_.distance.at(points);
+}
+
+double MeshProblem::overlap(const RationalMap& map, int iterations) const {
+  const auto field = Field(device_, map).at(cells_, iterations);
+  shape::Overlap overlap;
+  for (std::size_t i = 0; i < field.size(); ++i) {
+    overlap.add(field[i] < map.surface_level, inside_[i]);
+  }
+  return overlap.iou();
+}
+
+FinishedMap MeshProblem::finished(const RationalMap& map, double iou) const {
+  FinishedMap result;
+  result.map =
+      finish_map(device_, map, iou, mesh_.shape, mesh_.pool, mesh_.detail, result.warnings);
+  return result;
+}
+
+double MeshProblem::mean_distance(const RationalMap& map) const {
+  return fitting::mean_distance(device_, map, mesh_.pool);
+}
+
+}  // namespace qjulia::fitting

@@ -1,0 +1,43 @@
+#pragma once
+/// The problem of fitting a map to a mesh on a device.
+
+#include "fit/problem.hpp"
+#include "fit/sample_pool.hpp"
+#include "qjulia/device.hpp"
+#include "qjulia/shape.hpp"
+
+namespace qjulia::fitting {
+
+/// A mesh as a fit sees it.
+struct MeasuredMesh {
+  Shape shape;
+  SignedDistance distance;  ///< to `shape.mesh`
+  SamplePool pool;
+  double detail = 0;  ///< δ that the finished map is to have, a fraction of the box's diagonal
+};
+
+class MeshProblem final : public Problem {
+ public:
+  /// @param precision of energies and gradients.
+  MeshProblem(const Device& device, MeasuredMesh mesh, Precision precision);
+
+  Samples draw(const Level& level, base::Random& random) const override;
+  std::unique_ptr<Evaluator> evaluator(const Samples& samples,
+                                       const EnergyOptions& options) const override;
+  std::vector<double> distances(const std::vector<Eigen::Vector3d>& points) const override;
+  double overlap(const RationalMap& map, int iterations) const override;
+  FinishedMap finished(const RationalMap& map, double iou) const override;
+
+  const MeasuredMesh& mesh() const { return mesh_; }
+  /// Of a finished map's surface from the mesh, to first order, over the diagonal of its box.
+  double mean_distance(const RationalMap& map) const;
+
+ private:
+  Device device_;
+  MeasuredMesh mesh_;
+  Precision precision_;
+  std::vector<Quaternion> cells_;  ///< centres of a coarse grid's cells about the shape
+  std::vector<bool> inside_;       ///< which of them are inside it
+};
+
+}  // namespace qjulia::fitting

@@ -1,0 +1,48 @@
+#pragma once
+/// A problem whose answers a test gives.
+
+#include <functional>
+#include <utility>
+
+#include "fit/problem.hpp"
+
+namespace qjulia::test {
+
+/// Unless a test says otherwise, the reference evaluates, every point is on the surface, overlaps
+/// are 0.5, and maps are finished as they are.
+struct ToyProblem : fitting::Problem {
+  using Draw = std::function<fitting::Samples(const fitting::Level&, base::Random&)>;
+  explicit ToyProblem(Draw draw) : on_draw(std::move(draw)) {}
+
+  fitting::Samples draw(const fitting::Level& level, base::Random& random) const override {
+    return on_draw(level, random);
+  }
+  std::unique_ptr<fitting::Evaluator> evaluator(
+      const fitting::Samples& samples, const fitting::EnergyOptions& options) const override {
+    return make_evaluator(samples, options);
+  }
+  std::vector<double> distances(const std::vector<Eigen::Vector3d>& points) const override {
+    return on_distances ? on_distances(points) : std::vector<double>(points.size(), 0);
+  }
+  double overlap(const RationalMap& map, int iterations) const override {
+    return on_overlap ? on_overlap(map, iterations) : 0.5;
+  }
+  fitting::FinishedMap finished(const RationalMap& map, double iou) const override {
+    return {on_finished ? on_finished(map, iou) : map, {}};
+  }
+
+  Draw on_draw;
+  fitting::EvaluatorFactory make_evaluator = fitting::make_reference_evaluator;
+  std::function<std::vector<double>(const std::vector<Eigen::Vector3d>&)> on_distances{};
+  std::function<double(const RationalMap&, int)> on_overlap{};
+  std::function<RationalMap(const RationalMap&, double)> on_finished{};
+};
+
+/// Signed distances from the unit sphere.
+inline std::vector<double> from_unit_sphere(const std::vector<Eigen::Vector3d>& points) {
+  std::vector<double> distances;
+  for (const auto& x : points) distances.push_back(x.norm() - 1);
+  return distances;
+}
+
+}  // namespace qjulia::test
