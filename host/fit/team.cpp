@@ -11,10 +11,6 @@ namespace {
 
 using Numbers = Ranks::Numbers;
 
-Numbers numbers_of(const std::string& text) { return {text.begin(), text.end()}; }
-
-std::string text_of(const Numbers& numbers) { return {numbers.begin(), numbers.end()}; }
-
 /// An evenly spaced part of the samples that stands for all in matrices, of which an evaluator
 /// takes a part again: at least four times as many as the largest matrix needs.
 Samples for_matrices(const Samples& samples) {
@@ -198,7 +194,7 @@ std::vector<Numbers> Team::exchange(Numbers mine, double status) {
   for (std::size_t r = 0; r < all.size(); ++r) {
     if (states[r] != kFailed) continue;
     ended_ = true;
-    throw Error(fmt::format("rank {}: {}", r, text_of(all[r])));
+    throw Error(fmt::format("rank {}: {}", r, Ranks::bytes_of(all[r])));
   }
   for (std::size_t r = 0; r < all.size(); ++r) {
     if (states[r] == kWell) continue;
@@ -230,7 +226,7 @@ Numbers Team::broadcast(Numbers numbers) {
 }
 
 std::string Team::broadcast_text(const std::string& text) {
-  return ranks_ ? text_of(broadcast(numbers_of(text))) : text;
+  return ranks_ ? Ranks::bytes_of(broadcast(Ranks::numbers_of(text))) : text;
 }
 
 void Team::adopt(RationalMap& map) {
@@ -265,7 +261,7 @@ Clock Team::shared(Clock own) {
 
 void Team::leave(const std::exception& reason) {
   if (!ranks_ || ended_) return;
-  Numbers last = numbers_of(reason.what());
+  Numbers last = Ranks::numbers_of(reason.what());
   last.push_back(kFailed);
   ranks_->all_gather(last);
   ended_ = true;

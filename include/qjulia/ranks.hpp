@@ -2,6 +2,7 @@
 /// Processes that work on one thing together, on one machine or many. The library itself calls no
 /// message passing: the command does it over MPI, other programs as they like.
 
+#include <string>
 #include <vector>
 
 namespace qjulia {
@@ -18,6 +19,10 @@ class Ranks {
   /// What every rank gives, by rank, on every rank. Lengths may differ. Returns when all have
   /// called it.
   virtual std::vector<Numbers> all_gather(const Numbers& mine) = 0;
+
+  /// Bytes as `all_gather` takes them, each a number, and back.
+  static Numbers numbers_of(const std::string& bytes) { return {bytes.begin(), bytes.end()}; }
+  static std::string bytes_of(const Numbers& numbers) { return {numbers.begin(), numbers.end()}; }
 
  protected:
   Ranks() = default;

@@ -16,6 +16,7 @@
 
 #include "batch/batch.hpp"
 #include "batch/folder_lock.hpp"
+#include "batch/round.hpp"
 #include "qjulia/error.hpp"
 #include "rank_threads.hpp"
 #include "temporary_folder.hpp"
@@ -390,6 +391,25 @@ TEST_CASE("each entry is done once by ranks that share a folder") {
     workers.insert(visits);
   }
   CHECK(workers == std::set<std::string>{"p\n", "q\n"});
+}
+
+TEST_CASE("a round's message arrives as it was sent, and what is none is refused") {
+  const std::size_t far = std::size_t{1} << 40;
+  const batch::RoundMessage sent{
+      300,
+      {{far, batch::EntryState::done}, {7, batch::EntryState::interrupted}},
+      {{0, {}}, {299, {0, 3, far}}}};
+  // As the ranks exchange it.
+  const qjulia::Ranks::Numbers numbers = qjulia::Ranks::numbers_of(packed(sent));
+  CHECK(batch::unpacked(qjulia::Ranks::bytes_of(numbers)) == sent);
+  CHECK(batch::unpacked(packed(batch::RoundMessage{})) == batch::RoundMessage{});
+
+  const std::string bytes = packed(sent);
+  const batch::RoundMessage unknown{1, {{7, static_cast<batch::EntryState>(77)}}, {}};
+  for (const std::string& broken :
+       {std::string(), std::string("x"), bytes.substr(0, bytes.size() / 2), packed(unknown)}) {
+    CHECK_THROWS_WITH(batch::unpacked(broken), Contains("the same version"));
+  }
 }
 
 TEST_CASE("an entry is given to one thread, however slowly it wakes") {

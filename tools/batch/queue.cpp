@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <utility>
 
 #include "batch/status.hpp"
@@ -9,8 +10,6 @@
 
 namespace qjulia::batch {
 namespace {
-
-using Message = Ranks::Numbers;
 
 /// A rank with nothing to tell joins a round as often, so that others are not kept waiting.
 constexpr std::chrono::milliseconds kBetweenRounds{50};
@@ -54,7 +53,7 @@ std::optional<std::size_t> Queue::next(std::size_t runner, const std::set<std::s
   requests_.erase(runner);
   if (!answer) return std::nullopt;
   if (stop.stop_requested()) {  // handed over in the same moment
-    put_back_.emplace_back(*answer, EntryState::waiting);
+    put_back_.push_back({*answer, EntryState::waiting});
     tell();
     return std::nullopt;
   }
@@ -74,7 +73,7 @@ void Queue::put_back(std::size_t runner, std::size_t index, const EntryStatus& s
   std::erase_if(unsaved_, [&](const EntryStatus& s) { return s.name == status.name; });
   if (unsaved) unsaved_.push_back(std::move(*unsaved));
   if (is_settled(status.state)) settled_here_[index] = {status, Settled::By::this_rank};
-  put_back_.emplace_back(index, status.state);
+  put_back_.push_back({index, status.state});
   held_[runner] = std::nullopt;
   tell();
 }
@@ -86,7 +85,7 @@ void Queue::tell() {
 
 void Queue::leave(std::size_t runner) noexcept {
   const std::lock_guard lock(mutex_);
-  if (held_[runner]) put_back_.emplace_back(*held_[runner], EntryState::waiting);
+  if (held_[runner]) put_back_.push_back({*held_[runner], EntryState::waiting});
   held_[runner] = std::nullopt;
   --runners_;
   tell();
@@ -97,12 +96,10 @@ void Queue::run() {
     if (options_.resume) settle_earlier();
     bool is_runner_left = true;
     while (is_runner_left) {
-      const Message mine = message();
-      const auto messages =
-          ranks_ == nullptr ? std::vector<Message>{mine} : ranks_->all_gather(mine);
+      const auto messages = exchange(message());
       replay(messages);
       is_runner_left =
-          std::ranges::any_of(messages, [](const Message& m) { return m.front() != 0; });
+          std::ranges::any_of(messages, [](const RoundMessage& m) { return m.runners > 0; });
     }
   } catch (...) {
     const std::lock_guard lock(mutex_);
@@ -112,73 +109,72 @@ void Queue::run() {
   }
 }
 
-/// Runners that have not left; how many entries were put back, each with its state; how many
-/// entries are asked for, each with the runner and its last choices. A runner that has its answer
-/// and has not yet woken asks for nothing: a second answer would lose the first.
-Message Queue::message() {
+/// A runner that has its answer and has not yet woken asks for nothing: a second answer would lose
+/// the first.
+RoundMessage Queue::message() {
   std::unique_lock lock(mutex_);
   news_.wait_for(lock, kBetweenRounds, [&] { return has_news_; });
   has_news_ = false;
-  Message message{static_cast<double>(runners_), static_cast<double>(put_back_.size())};
-  for (const auto& [index, state] : put_back_) {
-    message.insert(message.end(), {static_cast<double>(index), static_cast<double>(state)});
-  }
+  RoundMessage message{runners_, put_back_, {}};
   put_back_.clear();
-  const auto asks = [](const auto& request) { return !request.second.answer; };
-  message.push_back(static_cast<double>(std::ranges::count_if(requests_, asks)));
   for (const auto& [runner, request] : requests_) {
-    if (request.answer) continue;
-    message.insert(message.end(),
-                   {static_cast<double>(runner), static_cast<double>(request.last_choice.size())});
-    message.insert(message.end(), request.last_choice.begin(), request.last_choice.end());
+    if (!request.answer) message.requests.push_back({runner, request.last_choice});
   }
   return message;
 }
 
-void Queue::replay(const std::vector<Message>& messages) {
+std::vector<RoundMessage> Queue::exchange(const RoundMessage& mine) {
+  if (ranks_ == nullptr) return {mine};
+  std::vector<RoundMessage> messages;
+  for (const auto& numbers : ranks_->all_gather(Ranks::numbers_of(packed(mine)))) {
+    messages.push_back(unpacked(Ranks::bytes_of(numbers)));
+  }
+  return messages;
+}
+
+void Queue::replay(const std::vector<RoundMessage>& messages) {
   std::vector<Settled> settled;
   std::unique_lock lock(mutex_);
-  std::vector<std::size_t> taken(messages.size(), 1);  // of each; its runners come first
-  const auto take = [&](std::size_t rank) {
-    return static_cast<std::size_t>(messages[rank].at(taken[rank]++));
-  };
   for (std::size_t rank = 0; rank < messages.size(); ++rank) {
-    for (auto left = take(rank); left > 0; --left) {
-      const std::size_t index = take(rank);
-      const auto state = static_cast<EntryState>(take(rank));
-      places_[index] = is_settled(state) ? Place::settled : Place::open;
-      if (!is_settled(state)) continue;
-      if (rank == rank_) {
-        settled.push_back(std::move(settled_here_.extract(index).mapped()));
-      } else {
-        EntryStatus status;
-        status.name = manifest_.entries[index].name;
-        status.state = state;
-        settled.push_back({std::move(status), Settled::By::other_rank});
-      }
-    }
+    std::ranges::move(place_back(rank, messages[rank]), std::back_inserter(settled));
   }
-  for (std::size_t rank = 0; rank < messages.size(); ++rank) {
-    for (auto left = take(rank); left > 0; --left) {
-      const std::size_t runner = take(rank);
-      std::set<std::size_t> last_choice;
-      for (auto n = take(rank); n > 0; --n) last_choice.insert(take(rank));
-      const auto index = choose(last_choice);
-      if (!index) continue;
-      places_[*index] = Place::taken;
-      if (rank != rank_) continue;
-      const auto request = requests_.find(runner);
-      if (request != requests_.end()) {
-        request->second.answer = index;
-      } else {  // it has been told to stop meanwhile
-        put_back_.emplace_back(*index, EntryState::waiting);
-        tell();
-      }
-    }
-  }
+  for (std::size_t rank = 0; rank < messages.size(); ++rank) hand_out(rank, messages[rank]);
   changed_.notify_all();
   lock.unlock();
   for (const Settled& entry : settled) observe_settled_(entry);
+}
+
+std::vector<Settled> Queue::place_back(std::size_t rank, const RoundMessage& message) {
+  std::vector<Settled> settled;
+  for (const auto& [index, state] : message.put_back) {
+    places_.at(index) = is_settled(state) ? Place::settled : Place::open;
+    if (!is_settled(state)) continue;
+    if (rank == rank_) {
+      settled.push_back(std::move(settled_here_.extract(index).mapped()));
+    } else {
+      EntryStatus status;
+      status.name = manifest_.entries[index].name;
+      status.state = state;
+      settled.push_back({std::move(status), Settled::By::other_rank});
+    }
+  }
+  return settled;
+}
+
+void Queue::hand_out(std::size_t rank, const RoundMessage& message) {
+  for (const auto& [runner, last_choice] : message.requests) {
+    const auto index = choose(last_choice);
+    if (!index) continue;
+    places_[*index] = Place::taken;
+    if (rank != rank_) continue;
+    const auto request = requests_.find(runner);
+    if (request != requests_.end()) {
+      request->second.answer = index;
+    } else {  // it has been told to stop meanwhile
+      put_back_.push_back({*index, EntryState::waiting});
+      tell();
+    }
+  }
 }
 
 std::optional<std::size_t> Queue::choose(const std::set<std::size_t>& last_choice) const {
@@ -197,7 +193,7 @@ void Queue::settle_earlier() {
     const auto status = settled_status(i);
     if (!status) continue;
     const std::lock_guard lock(mutex_);
-    put_back_.emplace_back(i, status->state);
+    put_back_.push_back({i, status->state});
     settled_here_[i] = {*status, Settled::By::earlier_run};
   }
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "batch/batch.hpp"
+#include "batch/round.hpp"
 
 namespace qjulia::batch {
 
@@ -56,8 +57,16 @@ class Queue {
     std::optional<std::size_t> answer;
   };
 
-  std::vector<double> message();
-  void replay(const std::vector<std::vector<double>>& messages);
+  /// What this rank has to tell, once there is something or others have waited long enough.
+  RoundMessage message();
+  /// What all ranks have told, by rank.
+  std::vector<RoundMessage> exchange(const RoundMessage& mine);
+  void replay(const std::vector<RoundMessage>& messages);
+  /// Notes where entries are after they were put back.
+  /// @return those that are settled.
+  std::vector<Settled> place_back(std::size_t rank, const RoundMessage& message);
+  /// Gives entries to a rank's runners that wait for one.
+  void hand_out(std::size_t rank, const RoundMessage& message);
   std::optional<std::size_t> choose(const std::set<std::size_t>& last_choice) const;
   std::optional<EntryStatus> settled_status(std::size_t index) const;
   void tell();
@@ -74,12 +83,12 @@ class Queue {
   std::condition_variable_any news_;     ///< for `run`: there is something to tell
   bool has_news_ = false;
   std::vector<Place> places_;
-  std::map<std::size_t, Request> requests_;                   ///< by runner
-  std::vector<std::optional<std::size_t>> held_;              ///< entries, by runner
-  bool has_failed_ = false;                                   ///< `run` has
-  std::vector<std::pair<std::size_t, EntryState>> put_back_;  ///< since the last round
-  std::map<std::size_t, Settled> settled_here_;               ///< by entry, until observed
-  std::size_t runners_;                                       ///< that have not left
+  std::map<std::size_t, Request> requests_;       ///< by runner
+  std::vector<std::optional<std::size_t>> held_;  ///< entries, by runner
+  bool has_failed_ = false;                       ///< `run` has
+  std::vector<RoundMessage::PutBack> put_back_;   ///< since the last round
+  std::map<std::size_t, Settled> settled_here_;   ///< by entry, until observed
+  std::size_t runners_;                           ///< that have not left
   std::vector<EntryStatus> unsaved_;
 };
 
