@@ -13,7 +13,6 @@
 
 #include "base/union_find.hpp"
 #include "qjulia/error.hpp"
-#include "qjulia/shape.hpp"
 #include "shape/cone_sum.hpp"
 
 namespace qjulia {
@@ -423,36 +422,6 @@ LoosePieces drop_loose_pieces(TriangleMesh& mesh) {
   const LoosePieces dropped = sink.drop_loose_pieces();
   if (dropped.count > 0) mesh = sink.kept_of(mesh);
   return dropped;
-}
-
-WallThickness wall_thickness(const Device& device, const TriangleMesh& given) {
-  const TriangleMesh mesh = oriented_outward(given);
-  constexpr std::size_t kSamples = 4000;
-  constexpr std::uint64_t kWallSeed = 1;
-  constexpr int kHalvings = 14;
-  // A ball that touches at the sample alone has its centre this close to its radius inside; the
-  // rest is for the edges between flat triangles.
-  constexpr double kTouch = 0.9;
-  const SignedDistance distance(device, mesh);
-  const auto samples = sample_surface(mesh, kSamples, kWallSeed);
-  std::vector<double> low(samples.size(), 0);
-  std::vector<double> high(samples.size(), 0.5 * mesh.box().diagonal());
-  std::vector<Eigen::Vector3d> centers(samples.size());
-  for (int step = 0; step < kHalvings; ++step) {
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-      centers[i] = samples[i].position - 0.5 * (low[i] + high[i]) * samples[i].normal;
-    }
-    const auto found = distance.at(centers);
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-      const double radius = 0.5 * (low[i] + high[i]);
-      (found[i] < -kTouch * radius ? low : high)[i] = radius;
-    }
-  }
-  std::ranges::sort(high);
-  const auto at = [&](double part) {
-    return 2 * high[static_cast<std::size_t>(part * static_cast<double>(high.size() - 1))];
-  };
-  return {at(0.01), at(0.1), at(0.5)};
 }
 
 }  // namespace qjulia

@@ -5,8 +5,8 @@
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <span>
+#include <stop_token>
 
-#include "qjulia/device.hpp"
 #include "qjulia/surface.hpp"
 
 namespace qjulia {
@@ -93,13 +93,15 @@ TriangleMesh large_components(const TriangleMesh& mesh, double least);
 LoosePieces drop_loose_pieces(TriangleMesh& mesh);
 
 /// How thick the walls of a closed mesh are: diameters of the largest balls inside that touch the
-/// surface at sampled points, in the mesh's units.
+/// surface at sampled points, in the mesh's units, at most 0.2 % too large. What a ball meets less
+/// than 40° from its point, seen from its centre, is the same wall, as on a round surface of
+/// triangles: there a ball comes near its point and stays inside the mesh.
 struct WallThickness {
   double thinnest = 0;  ///< a hundredth of the surface is thinner
   double tenth = 0;     ///< a tenth of the surface is thinner
   double median = 0;
 };
-/// @throws InputError when the mesh has no area.
-WallThickness wall_thickness(const Device& device, const TriangleMesh& mesh);
+/// @param stop ends the work: Interrupted. @throws InputError when the mesh has no area.
+WallThickness wall_thickness(const TriangleMesh& mesh, const std::stop_token& stop = {});
 
 }  // namespace qjulia

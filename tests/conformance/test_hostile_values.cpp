@@ -298,7 +298,7 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   });
   use("outer_surface", [&] { outer_surface(on_device(), mesh); });
   use("make_shape", [&] { make_shape(on_device(), mesh); });
-  use("wall_thickness", [&] { wall_thickness(on_device(), mesh); });
+  use("wall_thickness", [&] { wall_thickness(mesh); });
   const RationalMap map = good_map();
   use("compare", [&] { compare(on_device(), map, mesh, small_compare()); });
   FitOptions fitted;

@@ -6,7 +6,6 @@
 #include "obj_text.hpp"
 #include "qjulia/detail_choice.hpp"
 #include "qjulia/error.hpp"
-#include "qjulia/figures.hpp"
 #include "qjulia/shape.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
@@ -245,9 +244,6 @@ TEST_CASE("a body that is inside out beside another has an inside") {
     CHECK(shape.mesh.triangles == expected.mesh.triangles);
     CHECK(thinness(wrong) == Approx(thinness(right)));
   }
-  const double wall = wall_thickness(test::shared_device(), shapes::sphere(3)).median;
-  CHECK(wall_thickness(test::shared_device(), shapes::inside_out(shapes::sphere(3))).median ==
-        Approx(wall));
 }
 
 TEST_CASE("meshes that hide nothing are their own outer surface") {

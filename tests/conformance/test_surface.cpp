@@ -363,16 +363,3 @@ TEST_CASE("a part is compared by what lies in it") {
   options.box = Box{{1, 0, 0}, {0, 1, 1}};
   CHECK_THROWS_WITH(compare(device, square(), mesh, options), Catch::Contains("box: "));
 }
-
-TEST_CASE("walls are as thick as the balls that fit between them") {
-  const auto device = test::shared_device();
-  // A fifth of the area is of a thin slab, the rest of a thick one.
-  const TriangleMesh slabs =
-      shapes::joined(shapes::box({0, 0, 0}, {10, 10, 0.5}), shapes::box({20, 0, 0}, {40, 20, 2}));
-  const WallThickness walls = wall_thickness(device, slabs);
-  CHECK(walls.tenth == Approx(0.5).epsilon(0.15));
-  CHECK(walls.median == Approx(2).epsilon(0.15));
-  // Balls that touch close to an edge are smaller.
-  CHECK(walls.thinnest < 0.9 * walls.tenth);
-  CHECK(wall_thickness(device, shapes::sphere(4)).median == Approx(2).epsilon(0.15));
-}

@@ -68,7 +68,7 @@ std::optional<Device> device_for(const InfoArguments& arguments, Answer& answer)
     if (!warning.empty()) answer.add("note          " + warning);
     return device;
   } catch (const NoDeviceError& error) {
-    if (!arguments.device.empty() || arguments.check_precision || arguments.printable) throw;
+    if (!arguments.device.empty() || arguments.check_precision) throw;
     answer.add(fmt::format("note          not all is told here: {}", error.what()));
     return {};
   }
@@ -118,9 +118,9 @@ std::string lost_detail(const WallThickness& walls, double nozzle) {
 }
 
 /// What a printer needs: no open edge, one body, walls it can make.
-void describe_print(const TriangleMesh& mesh, const MeshReport& report, const Device& device,
-                    double nozzle, Answer& answer) {
-  const WallThickness walls = wall_thickness(device, mesh);
+void describe_print(const TriangleMesh& mesh, const MeshReport& report, double nozzle,
+                    const std::stop_token& stop, Answer& answer) {
+  const WallThickness walls = wall_thickness(mesh, stop);
   const bool printable = report.closed() && report.components == 1 && !report.is_inside_out;
   const std::string advice = print_advice(mesh, report, walls, nozzle);
   answer.add(
@@ -177,8 +177,8 @@ Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
                  {"warnings", report.warnings()}};
   if (const auto device = device_for(arguments, answer)) {
     describe_interior(mesh, *device, stop, answer);
-    if (arguments.printable) describe_print(mesh, report, *device, arguments.nozzle, answer);
   }
+  if (arguments.printable) describe_print(mesh, report, arguments.nozzle, stop, answer);
   for (const std::string& warning : report.warnings()) answer.add("note          " + warning);
   return answer;
 }
