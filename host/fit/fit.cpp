@@ -147,12 +147,15 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
     return SignedDistance(device, shape.mesh, Precision::single, monitor.stop);
   });
   SamplePool pool = in_stage(monitor, "sample pool", [&] {
-    return make_sample_pool(shape, distance, options.seed, planned, largest_draw(schedule));
+    return make_sample_pool(shape, distance, options.seed, planned, largest_draw(schedule),
+                            monitor.stop);
   });
   team.adopt(pool);
+  // Ranks that wait for one another do not leave a draw.
+  const std::stop_token draw_stop = team.size() > 1 ? std::stop_token() : monitor.stop;
   const MeshProblem own = in_stage(monitor, "overlap points", [&] {
     return MeshProblem(device, {std::move(shape), std::move(distance), std::move(pool), detail},
-                       options.precision);
+                       options.precision, draw_stop);
   });
   const DividedProblem problem(team, own, options.sample_parts);
 

@@ -1,6 +1,8 @@
 #pragma once
 /// The problem of fitting a map to a mesh on a device.
 
+#include <stop_token>
+
 #include "fit/problem.hpp"
 #include "fit/sample_pool.hpp"
 #include "qjulia/device.hpp"
@@ -18,8 +20,10 @@ struct MeasuredMesh {
 
 class MeshProblem final : public Problem {
  public:
-  /// @param precision of energies and gradients.
-  MeshProblem(const Device& device, MeasuredMesh mesh, Precision precision);
+  /// @param precision of energies and gradients. @param stop ends this and the drawing of samples:
+  ///   Interrupted.
+  MeshProblem(const Device& device, MeasuredMesh mesh, Precision precision,
+              std::stop_token stop = {});
 
   Samples draw(const Level& level, base::Random& random) const override;
   std::unique_ptr<Evaluator> evaluator(const Samples& samples,
@@ -36,6 +40,7 @@ class MeshProblem final : public Problem {
   Device device_;
   MeasuredMesh mesh_;
   Precision precision_;
+  std::stop_token stop_;
   std::vector<Quaternion> cells_;  ///< centres of a coarse grid's cells about the shape
   std::vector<bool> inside_;       ///< which of them are inside it
 };

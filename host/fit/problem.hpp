@@ -22,7 +22,7 @@ class Problem {
  public:
   virtual ~Problem() = default;
 
-  /// A stage's samples.
+  /// A stage's samples. @throws Interrupted
   virtual Samples draw(const Level& level, base::Random& random) const = 0;
   /// What sums the energy over these samples.
   virtual std::unique_ptr<Evaluator> evaluator(const Samples& samples,

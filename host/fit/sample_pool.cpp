@@ -22,8 +22,9 @@ constexpr std::size_t kFewestDeep = 100;  // that may stand for a thin shape's i
 constexpr double kReach = 2.0;  // half the side of the cube about the shape that `around` fills
 
 std::vector<DistancePoint> measured(const SignedDistance& distance,
-                                    const std::vector<Eigen::Vector3d>& points) {
-  const auto distances = distance.at(points);
+                                    const std::vector<Eigen::Vector3d>& points,
+                                    const std::stop_token& stop) {
+  const auto distances = distance.at(points, stop);
   std::vector<DistancePoint> measured(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) measured[i] = {points[i], distances[i]};
   return measured;
@@ -74,7 +75,7 @@ void add_off_slice(const Level& level, double inradius, base::Random& random, Sa
 }  // namespace
 
 SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance, std::uint64_t seed,
-                            int evaluations, int samples) {
+                            int evaluations, int samples, const std::stop_token& stop) {
   const double share =
       std::clamp(evaluations / kEvaluations, kLeastShare, 1.0) * std::max(1.0, samples / kSamples);
   const auto points_of = [share](double all) { return static_cast<std::size_t>(share * all); };
@@ -88,20 +89,20 @@ SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance, 
     const double width = random.index(2) == 0 ? kNarrowOffset : kWideOffset;
     x = position + random.uniform(-width, width) * normal;
   }
-  pool.near = measured(distance, points);
+  pool.near = measured(distance, points, stop);
   const Eigen::Vector3d center = shape.mesh.box().center();
   points.resize(points_of(kAroundPoints));
   for (auto& x : points) {
     x = center + Eigen::Vector3d(random.uniform(-kReach, kReach), random.uniform(-kReach, kReach),
                                  random.uniform(-kReach, kReach));
   }
-  pool.around = measured(distance, points);
+  pool.around = measured(distance, points, stop);
   points.resize(points_of(kBoxPoints));
   const Box box = shape.mesh.box();
   for (auto& x : points) {
     for (int axis = 0; axis < 3; ++axis) x[axis] = random.uniform(box.low[axis], box.high[axis]);
   }
-  pool.deep = measured(distance, points);
+  pool.deep = measured(distance, points, stop);
   std::erase_if(pool.deep, [](const DistancePoint& p) { return p.distance > -kDeep; });
   return pool;
 }
@@ -149,7 +150,8 @@ Samples SamplePool::draw(const Level& level, base::Random& random) const {
   return samples;
 }
 
-Samples grid_samples(const Shape& shape, const SignedDistance& distance, const Level& level) {
+Samples grid_samples(const Shape& shape, const SignedDistance& distance, const Level& level,
+                     const std::stop_token& stop) {
   const double cell = 2 * kReach / level.samples;
   const Eigen::Vector3d first =
       shape.mesh.box().center() - Eigen::Vector3d::Constant(kReach - cell / 2);
@@ -160,7 +162,7 @@ Samples grid_samples(const Shape& shape, const SignedDistance& distance, const L
         points.push_back(first + cell * Eigen::Vector3d(i, j, k));
     }
   }
-  const auto distances = distance.at(points);
+  const auto distances = distance.at(points, stop);
   Samples samples;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double d = distances[i];

@@ -1,6 +1,7 @@
 #pragma once
 /// Points about a shape with their signed distances, from which each stage draws its samples.
 
+#include <stop_token>
 #include <vector>
 
 #include "base/random.hpp"
@@ -37,11 +38,14 @@ struct SamplePool {
 /// Distances are taken on the device, once for a fit. The same for the same seed, numbers of
 /// `evaluations` that the fit may make (a short one draws few samples, and needs a small pool) and
 /// of `samples` that its largest stage draws.
+/// @param stop ends the work: Interrupted.
 SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance, std::uint64_t seed,
-                            int evaluations, int samples);
+                            int evaluations, int samples, const std::stop_token& stop = {});
 
 /// The centres of level.samples³ equal cells of the cube of side 4 about a shape, with weights
 /// that fall off as 1 / distance, either side's summing to ½ (Kim 2015).
-Samples grid_samples(const Shape& shape, const SignedDistance& distance, const Level& level);
+/// @param stop ends the work: Interrupted.
+Samples grid_samples(const Shape& shape, const SignedDistance& distance, const Level& level,
+                     const std::stop_token& stop = {});
 
 }  // namespace qjulia::fitting

@@ -144,7 +144,13 @@ std::optional<StopReason> Stages::step() {
   if (stopped_ == StopReason::interrupted) checkpoint_.save(next_state());
   // A stage that could not take a step would only overrun the limit.
   if (!stopped_ && budget_.time_left() < preparation_) stopped_ = StopReason::time_limit;
-  if (!stopped_) stopped_ = run_stage();
+  if (!stopped_) {
+    try {
+      stopped_ = run_stage();
+    } catch (const Interrupted&) {  // while it drew samples; its start is kept
+      stopped_ = StopReason::interrupted;
+    }
+  }
   if (stopped_) lift_misplaced();
   return stopped_;
 }

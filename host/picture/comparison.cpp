@@ -38,14 +38,15 @@ double rounded_up(double value) {
 
 /// Signed distances of the seen points from a mesh, its units, pixel by pixel; not a number where
 /// nothing is seen.
-std::vector<double> distances_of(const SignedDistance& distance, const PictureLayers& layers) {
+std::vector<double> distances_of(const SignedDistance& distance, const PictureLayers& layers,
+                                 const std::stop_token& stop) {
   std::vector<Eigen::Vector3d> points;
   for (std::size_t i = 0; i < layers.depth.size(); ++i) {
     if (!std::isfinite(layers.depth[i])) continue;
     points.emplace_back(layers.position[3 * i], layers.position[3 * i + 1],
                         layers.position[3 * i + 2]);
   }
-  const std::vector<double> found = distance.at(points);
+  const std::vector<double> found = distance.at(points, stop);
   std::vector<double> distances(layers.depth.size(), NAN);
   std::size_t next = 0;
   for (std::size_t i = 0; i < distances.size(); ++i) {
@@ -144,7 +145,7 @@ Image comparison(const Device& device, const RationalMap& map, const TriangleMes
   const Image fitted = render(device, framed, potential, monitor);
   const Image set = render(device, framed, standing, monitor, &seen);
   const std::vector<double> distances =
-      distances_of(outer_surface(device, mesh, monitor.stop).distance, seen);
+      distances_of(outer_surface(device, mesh, monitor.stop).distance, seen, monitor.stop);
   const double diagonal = mesh.box().diagonal();
   const double full = scale_of(distances, 0.01 * diagonal);
   const std::array<Image, 4> pictures{

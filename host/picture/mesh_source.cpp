@@ -8,6 +8,7 @@
 #include "layout/picture_layout.h"
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
+#include "qjulia/progress.hpp"
 
 namespace qjulia::picture {
 namespace {
@@ -38,7 +39,10 @@ class MeshSource : public DepthSource {
     });
 
     std::vector<double> nearest(index(0, rows, view.columns), kFar);
+    constexpr std::size_t kPolled = std::size_t{1} << 16;  // triangles between two polls
+    std::size_t drawn = 0;
     for (const Triangle& triangle : mesh_.triangles) {
+      if (drawn++ % kPolled == 0) throw_if_stopped(stop_);
       const Vector3d &a = seen[triangle[0]], &b = seen[triangle[1]], &c = seen[triangle[2]];
       if (parallel || std::min({a[0], b[0], c[0]}) > 0) {
         rasterise(a, b, c, view, parallel, first_row, rows, nearest);
@@ -60,6 +64,8 @@ class MeshSource : public DepthSource {
     });
     return depths;
   }
+
+  void stop_with(const std::stop_token& stop) override { stop_ = stop; }
 
   Box bounds() const override { return mesh_.box(); }
 
@@ -111,6 +117,7 @@ class MeshSource : public DepthSource {
   }
 
   TriangleMesh mesh_;
+  std::stop_token stop_;
 };
 
 }  // namespace

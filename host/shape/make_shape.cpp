@@ -53,7 +53,7 @@ DeepestPoint deepest_interior_point(const SignedDistance& distance, const Box& b
   Probe best{middle, 0, 0};
   for (int level = 0; level < kMostLevels && !centers.empty(); ++level, cell /= 2) {
     throw_if_stopped(stop);
-    const auto distances = distance.at(centers);
+    const auto distances = distance.at(centers, stop);
     std::vector<Probe> probes;
     for (std::size_t i = 0; i < centers.size(); ++i) {
       const double away = (centers[i] - middle).norm() / longest;

@@ -29,14 +29,15 @@ struct Piece {
 /// Whether the inside, or what is inside out, lies on both sides of each point. Windings of a
 /// sheet's two sides differ by one: fractions, as at the rims of holes, are left alone.
 std::vector<bool> are_hidden(const std::vector<SurfacePoint>& points,
-                             const SignedDistance& distance, double offset) {
+                             const SignedDistance& distance, double offset,
+                             const std::stop_token& stop) {
   std::vector<Eigen::Vector3d> sides;
   sides.reserve(2 * points.size());
   for (const auto& [position, normal] : points) {
     sides.emplace_back(position - offset * normal);
     sides.emplace_back(position + offset * normal);
   }
-  const std::vector<double> windings = distance.winding_numbers(sides);
+  const std::vector<double> windings = distance.winding_numbers(sides, stop);
   std::vector<bool> hidden(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto [least, most] = std::minmax(windings[2 * i], windings[2 * i + 1]);
@@ -74,8 +75,9 @@ void cut(const Piece& p, std::vector<Piece>& pieces) {
   }
 }
 
-bool hides_parts(const TriangleMesh& mesh, const SignedDistance& distance, double offset) {
-  const auto probes = are_hidden(sample_surface(mesh, kProbes, kProbeSeed), distance, offset);
+bool hides_parts(const TriangleMesh& mesh, const SignedDistance& distance, double offset,
+                 const std::stop_token& stop) {
+  const auto probes = are_hidden(sample_surface(mesh, kProbes, kProbeSeed), distance, offset, stop);
   return static_cast<double>(std::ranges::count(probes, true)) >= kLeastHidden * kProbes;
 }
 
@@ -92,7 +94,7 @@ TriangleMesh without_hidden(const TriangleMesh& mesh, const SignedDistance& dist
         waiting.end() - static_cast<std::ptrdiff_t>(std::min(kPiecesAtOnce, waiting.size()));
     const std::vector<Piece> pieces(first, waiting.end());
     waiting.erase(first, waiting.end());
-    const auto hidden = are_hidden(points_of(pieces), distance, offset);
+    const auto hidden = are_hidden(points_of(pieces), distance, offset, stop);
     for (std::size_t i = 0; i < pieces.size(); ++i) {
       const auto begin = hidden.begin() + static_cast<std::ptrdiff_t>(kPointsOfPiece * i);
       const auto count = std::count(begin, begin + kPointsOfPiece, true);
@@ -112,7 +114,7 @@ OuterSurface outer_surface(const Device& device, const TriangleMesh& mesh, std::
   const double offset = kOffset * mesh.box().size().maxCoeff();
   TriangleMesh outward = oriented_outward(mesh, stop);
   const SignedDistance distance(device, outward, Precision::single, stop);
-  if (!hides_parts(outward, distance, offset)) return {std::move(outward), distance, false};
+  if (!hides_parts(outward, distance, offset, stop)) return {std::move(outward), distance, false};
   const TriangleMesh outer = without_hidden(outward, distance, offset, stop);
   return {outer, SignedDistance(device, outer, Precision::single, stop), true};
 }

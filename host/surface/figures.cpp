@@ -13,6 +13,7 @@
 
 #include "base/union_find.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/progress.hpp"
 #include "shape/cone_sum.hpp"
 
 namespace qjulia {
@@ -393,14 +394,21 @@ SurfaceFigures FigureSink::figures() const {
   return figures;
 }
 
-FigureSink::FigureSink(const TriangleMesh& mesh) : FigureSink() {
+FigureSink::FigureSink(const TriangleMesh& mesh, const std::stop_token& stop) : FigureSink() {
+  constexpr std::size_t kPolled = std::size_t{1} << 16;  // triangles between two polls
   mesh.validate();
   impl_->most_kept = mesh.triangles.size();
   FigureSink::vertices(mesh.vertices, {});
-  FigureSink::triangles(mesh.triangles);
+  const std::span<const Triangle> all = mesh.triangles;
+  for (std::size_t first = 0; first < all.size(); first += kPolled) {
+    throw_if_stopped(stop);
+    FigureSink::triangles(all.subspan(first, std::min(kPolled, all.size() - first)));
+  }
 }
 
-SurfaceFigures measure(const TriangleMesh& mesh) { return FigureSink(mesh).figures(); }
+SurfaceFigures measure(const TriangleMesh& mesh, const std::stop_token& stop) {
+  return FigureSink(mesh, stop).figures();
+}
 
 nlohmann::json to_json(const SurfaceFigures& figures) {
   return {{"area", figures.area},

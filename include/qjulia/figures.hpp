@@ -53,7 +53,8 @@ class FigureSink : public SurfaceSink {
   /// @param next gets all that comes, unless it is null.
   explicit FigureSink(SurfaceSink* next = nullptr);
   /// Of a whole mesh, and of all its triangles, however many.
-  explicit FigureSink(const TriangleMesh& mesh);
+  /// @param stop ends the measuring: Interrupted.
+  explicit FigureSink(const TriangleMesh& mesh, const std::stop_token& stop = {});
   ~FigureSink() override;
   FigureSink(const FigureSink&) = delete;
   FigureSink& operator=(const FigureSink&) = delete;
@@ -84,7 +85,7 @@ class FigureSink : public SurfaceSink {
 };
 
 /// Figures of a whole mesh, of however many triangles.
-SurfaceFigures measure(const TriangleMesh& mesh);
+SurfaceFigures measure(const TriangleMesh& mesh, const std::stop_token& stop = {});
 
 /// The mesh after `FigureSink::drop_small_parts`.
 TriangleMesh large_components(const TriangleMesh& mesh, double least);

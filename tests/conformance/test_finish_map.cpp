@@ -3,9 +3,12 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
+#include <stop_token>
 
 #include "fit/finish_map.hpp"
+#include "fit/sample_pool.hpp"
 #include "map/reference_iteration.hpp"
+#include "qjulia/error.hpp"
 #include "shapes.hpp"
 #include "test_device.hpp"
 
@@ -121,4 +124,16 @@ TEST_CASE("a shell that leaves the set unbounded is made thinner, and no fit is 
   const RationalMap unbounded = finished(repelling, 0.99, 0.02, warnings);
   CHECK(unbounded.degree() == Approx(-kRadius));
   CHECK(unbounded.detail.has_value());
+}
+
+TEST_CASE("a stop request ends the taking of samples") {
+  std::stop_source stopped;
+  stopped.request_stop();
+  const Shape& shape = ball().shape;
+  const SignedDistance distance(test::shared_device(), shape.mesh);
+  CHECK_THROWS_AS(fitting::make_sample_pool(shape, distance, 1, 1000, 1000, stopped.get_token()),
+                  Interrupted);
+  fitting::Level level;
+  level.samples = 8;
+  CHECK_THROWS_AS(fitting::grid_samples(shape, distance, level, stopped.get_token()), Interrupted);
 }

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <random>
+#include <stop_token>
 
 #include "edge_count.hpp"
 #include "qjulia/error.hpp"
@@ -244,4 +245,10 @@ TEST_CASE("a ply file written in pieces is the mesh") {
     file.vertices(mesh.vertices, normals);
   }
   CHECK(folder.names().empty());
+}
+
+TEST_CASE("a stop request ends the measuring of a mesh") {
+  std::stop_source stopped;
+  stopped.request_stop();
+  CHECK_THROWS_AS(measure(shapes::sphere(2), stopped.get_token()), Interrupted);
 }

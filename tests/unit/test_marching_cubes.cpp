@@ -33,7 +33,7 @@ std::vector<float> field(int n, float outside, F f) {
 TriangleMesh mesh_of(const std::vector<float>& values, int n, double level, double reach) {
   surface::Grid grid;
   grid.points = {n, n, n};
-  surface::MarchingCubes cubes(grid.points, level, reach);
+  surface::MarchingCubes cubes(grid.points, level, {.reach = reach});
   MeshSink sink;
   surface::MeshBuilder builder(grid, {}, sink);
   const surface::Slab slab = surface::unclassified_slab(grid, n);

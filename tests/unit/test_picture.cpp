@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <stop_token>
 
 #include "batch/batch.hpp"
 #include "picture/depth_grid.hpp"
@@ -16,6 +17,7 @@
 #include "png_file.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/picture.hpp"
+#include "shapes.hpp"
 #include "temporary_folder.hpp"
 
 using namespace qjulia;
@@ -330,4 +332,15 @@ TEST_CASE("depth grids tell smooth pixels from edges") {
   CHECK(grid.nearest(1.25, 2.5) == Approx(3 + 0 - 2));
   grid.depths.assign(25, -1.0F);
   CHECK(grid.kind(2, 2, 0.1) == picture::PixelKind::empty);
+}
+
+TEST_CASE("a stop request ends the drawing of a mesh") {
+  const auto source = picture::mesh_source(shapes::sphere(2));
+  std::stop_source stopped;
+  source->stop_with(stopped.get_token());
+  const picture::View view =
+      picture::parallel_view(Vector3d(0, 0, 1), Box{{-1, -1, -1}, {1, 1, 1}}, 10);
+  CHECK_NOTHROW(source->depths(view, 0, view.rows));
+  stopped.request_stop();
+  CHECK_THROWS_AS(source->depths(view, 0, view.rows), Interrupted);
 }

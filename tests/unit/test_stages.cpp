@@ -13,6 +13,7 @@
 #include "fit/stages.hpp"
 #include "forwarding_evaluator.hpp"
 #include "qjulia/detail.hpp"
+#include "qjulia/error.hpp"
 #include "sphere_pool.hpp"
 #include "temporary_folder.hpp"
 #include "toy_problem.hpp"
@@ -469,4 +470,22 @@ TEST_CASE("reweighting moves weight to what is badly captured and keeps its sums
     }
     CHECK(std::abs(field[worst[0]] - given[0].target[worst[0]]) == Approx(largest));
   }
+}
+
+TEST_CASE("a fit that is stopped while it draws samples ends with the map that it has") {
+  const auto pool = sphere_pool(4000);
+  int draws = 0;
+  const auto draw = [&](const fitting::Level& level, base::Random& random) {
+    if (++draws == 2) throw Interrupted();
+    return pool.draw(level, random);
+  };
+  FitOptions options;
+  options.factors = 8;
+  const fitting::Schedule schedule{1000, 1e-3, {small_level()}};
+  const ToyProblem problem(draw);
+  fitting::Stages stages(
+      problem, fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1),
+      plan_of(options, schedule));
+  CHECK(stages.run() == StopReason::interrupted);
+  CHECK(stages.reports().size() == 1);
 }

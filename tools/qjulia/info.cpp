@@ -148,7 +148,7 @@ Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
   MeshReport report;
   const TriangleMesh mesh = read_mesh(arguments.file, &report, stop);
   const Box box = mesh.box();
-  const SurfaceFigures figures = measure(oriented_outward(mesh, stop));
+  const SurfaceFigures figures = measure(oriented_outward(mesh, stop), stop);
   const UpAxis up = guess_up(mesh);
   Answer answer;
   answer.text = fmt::format(
