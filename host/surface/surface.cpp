@@ -34,7 +34,7 @@ namespace {
 constexpr int kMostSurfaceCells = 8192;
 constexpr int kMostTries = 20;
 /// Beyond n = 1, where F_n jumps. At 320 cells the area that faces an axis is 1.3 % of a skull's
-/// and 0.8 % of a bunny's, 0.9 and 0.6 % with three tries; 12 and 24 % without.
+/// and 0.8 % of a bunny's; 12 and 23 % without, 1.1 and 0.9 % with six tries.
 constexpr int kTries = 2;
 /// Vertices to place in one launch, so that a GPU is busy.
 constexpr std::size_t kPlacedAtOnce = std::size_t{1} << 15;

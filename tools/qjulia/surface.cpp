@@ -179,8 +179,9 @@ void describe_surface(Command command, SurfaceArguments& a) {
                  "Mesh to write: " + extension_list(FileContent::mesh, FileUse::write));
   command.add("--resolution", &a.options.resolution, "INT", "Cells along the box's longest side");
   command.add("--refine", &a.options.refine, "INT",
-              "Bisection steps per crossed grid edge: vertices lie on the iterated set's boundary "
-              "instead of where its field is interpolated. 6 is plenty");
+              "How many points to try on each crossed grid edge, 0 to 20, to put its vertex where "
+              "the set ends. Default: 2, and 0 with --iterations 1, whose field is smooth. 0 puts "
+              "vertices where the field is interpolated, which leaves terraces");
   const Option keep = command.flag("--keep-loose", a.keep_loose,
                                    "Keep all connected parts. Default: parts that enclose less "
                                    "than a hundredth of the largest one's volume are left out");
