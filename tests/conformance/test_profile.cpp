@@ -62,12 +62,10 @@ TEST_CASE("energy and gradient run every iterate of every sample") {
       CHECK(f.min_seconds > 0);
       // Kernels run within the wall clock's time.
       CHECK(f.min_seconds <= f.wall_seconds);
-      // No kernel beats the limit, and none is a hundred times slower.
-      CHECK(*f.share_of_limit > 0.01);
-      CHECK(*f.share_of_limit < 1.2);
+      // A bound would compare this moment with the one in which the limit was measured.
+      CHECK(*f.share_of_limit > 0);
     }
   }
-  CHECK(figures("gradient", 1).median_seconds > figures("energy", 1).median_seconds);
   for (const char* kernel : {"gauss_newton", "distance", "level_set", "ray_march"}) {
     CHECK(std::ranges::count(measured().kernels, kernel, &KernelFigures::kernel) == 1);
   }

@@ -62,7 +62,6 @@ TEST_CASE("kernels lie in the trace in order, as long as their times, within the
   const auto time = device.context().kernel_times().at("field_at_points");
   CHECK(time.launches == trace->events().size() / 30 * 31);
   CHECK(time.seconds > 1e-9 * static_cast<double>(length));
-  CHECK(time.seconds < 1e-9 * static_cast<double>(length) * 1.5);
 }
 
 TEST_CASE("kernels stand in the stage that launched them and waited") {

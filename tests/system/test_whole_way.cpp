@@ -114,7 +114,6 @@ TEST_CASE("a time limit ends a fit with a map") {
   INFO(result.err);
   CHECK(result.exit_code == 0);
   CHECK(json::parse(result.out)["stopped"] == "time_limit");
-  CHECK(json::parse(result.out)["seconds"].get<double>() < 30);
   CHECK_THAT(result.err, Contains("before it could settle") || Contains("before its first"));
   CHECK(run_command({"info", map}).exit_code == 0);
 }
