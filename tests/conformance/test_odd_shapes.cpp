@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <functional>
 #include <optional>
 
@@ -150,7 +151,9 @@ TEST_CASE("odd shapes end with a finite map and an honest report") {
     const FitMetrics metrics = compare(device, result.map, mesh, comparison).front();
     if (shape.least_iou) CHECK(metrics.iou >= *shape.least_iou);
     // The coarse grid of the report takes the surface where the fit left it, before calibration.
-    CHECK(result.stages.back().iou == Approx(metrics.iou).margin(0.15));
+    // IoU is not defined where the mesh is too thin for the grid; such reports say 0.
+    const double iou = std::isnan(metrics.iou) ? 0 : metrics.iou;
+    CHECK(result.stages.back().iou == Approx(iou).margin(0.15));
     if (!shape.least_iou) CHECK(result.stages.back().iou < 0.9);
     if (result.stages.back().iou < 0.9) {
       std::string warnings;
