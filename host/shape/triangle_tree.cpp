@@ -46,12 +46,12 @@ Eigen::Vector3d nearest_on_triangle(const Eigen::Vector3d& p, const double* tria
                  candidates, {}, [&](const Eigen::Vector3d& x) { return (v - x).squaredNorm(); });
 }
 
-struct Ray {
+struct HalfLine {
   Eigen::Vector3d origin, direction;
 };
 
 /// Where the ray enters a box, at least 0; infinite where it passes it.
-double box_entry(const Ray& ray, const double* node) {
+double box_entry(const HalfLine& ray, const double* node) {
   double enter = 0, leave = kInfinity;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const double to_low = node[QJ_NODE_LOW + axis] - ray.origin[axis];
@@ -69,7 +69,7 @@ double box_entry(const Ray& ray, const double* node) {
 }
 
 /// Where the ray meets a triangle (Möller and Trumbore 1997); infinite where it does not.
-double triangle_hit(const Ray& ray, const double* triangle) {
+double triangle_hit(const HalfLine& ray, const double* triangle) {
   const Eigen::Vector3d ab = vector_at(triangle + QJ_TRIANGLE_AB);
   const Eigen::Vector3d ac = vector_at(triangle + QJ_TRIANGLE_AC);
   const Eigen::Vector3d across = ray.direction.cross(ac);
@@ -173,7 +173,7 @@ TriangleTree::Nearest TriangleTree::nearest(const Eigen::Vector3d& p, double sla
 
 double TriangleTree::first_hit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                                double least) const {
-  const Ray ray{origin, direction};
+  const HalfLine ray{origin, direction};
   double best = kInfinity;
   visit_leaves(
       bvh_, best,
