@@ -10,8 +10,8 @@ namespace {
 /// The centres of the cells of a coarse cube about the box.
 std::vector<Eigen::Vector3d> coarse_grid(const Box& box) {
   constexpr int kCells = 48;
-  constexpr double kMargin = 1.1;
-  const double side = kMargin * box.size().maxCoeff();
+  constexpr double kGridMargin = 1.1;
+  const double side = kGridMargin * box.size().maxCoeff();
   const Eigen::Vector3d corner = box.center() - Eigen::Vector3d::Constant(side / 2);
   std::vector<Eigen::Vector3d> points;
   for (int x = 0; x < kCells; ++x) {

@@ -32,7 +32,7 @@ using namespace surface;
 namespace {
 
 constexpr int kMostSurfaceCells = 8192;
-constexpr int kMostTries = 20;
+constexpr int kMostTriesAnEdge = 20;
 /// Beyond n = 1, where F_n jumps. At 320 cells the area that faces an axis is 1.3 % of a skull's
 /// and 0.8 % of a bunny's; 12 and 23 % without, 1.1 and 0.9 % with six tries.
 constexpr int kTries = 2;
@@ -230,7 +230,7 @@ SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, double
 void SurfaceOptions::validate() const {
   base::expect_between("resolution", resolution, 2, kMostSurfaceCells, "cells");
   base::expect_between("iterations", iterations, 1, kMostIterations);
-  if (refine) base::expect_between("refine", *refine, 0, kMostTries, "tries");
+  if (refine) base::expect_between("refine", *refine, 0, kMostTriesAnEdge, "tries");
   map::expect_box(box);
 }
 
