@@ -355,7 +355,13 @@ void for_map_functions(const RationalMap& map, const std::filesystem::path& fold
   use("Studio", [&] { Studio(on_device(), map, small_picture()); });
   use("render", [&] { render(on_device(), map, small_picture()); });
   use("comparison", [&] { comparison(on_device(), map, shapes::sphere(1), small_picture()); });
-  use("compare", [&] { compare(on_device(), map, shapes::sphere(1), small_compare()); });
+  use("has_points", [&] { has_points(on_device(), map, small_surface()); });
+  use("compare", [&] {
+    for (const FitMetrics& metrics :
+         compare(on_device(), map, shapes::sphere(1), small_compare())) {
+      static_cast<void>(why_undefined(metrics));
+    }
+  });
   use("proposed_portals", [&] { proposed_portals(on_device(), map, {.count = 1}); });
   use("painted", [&] {
     painted(on_device(), map, changed(PaintOptions{}, [](auto& o) { o.elsewhere = 0.5; }));
@@ -436,6 +442,7 @@ TEST_CASE("numbers of iterations out of range are refused by name") {
   refuses_iterations(
       [&](int n) { sample_grid(on_device(), map, with_iterations(small_sample(), n)); });
   refuses_iterations([&](int n) { extract_surface(on_device(), map, {.iterations = n}); });
+  refuses_iterations([&](int n) { has_points(on_device(), map, {.iterations = n}); });
   refuses_iterations([&](int n) { compare(on_device(), map, mesh, {.iterations = n}); });
   refuses_iterations([&](int n) {
     PictureOptions options = small_picture();
@@ -667,6 +674,10 @@ TEST_CASE("hostile counts and sizes are refused or do no harm") {
              [&] { changed(small_sample(), [&](auto& o) { o.resolution = n; }).validate(); });
     survives("SurfaceOptions", [&] { SurfaceOptions{.resolution = n, .refine = n}.validate(); });
     survives("CompareOptions", [&] { CompareOptions{.resolution = n}.validate(); });
+    survives("Ranks", [&] {
+      const std::string bytes(3, static_cast<char>(n));
+      CHECK(Ranks::bytes_of(Ranks::numbers_of(bytes)) == bytes);
+    });
     survives("PortalOptions", [&] { PortalOptions{.count = n}.validate(); });
     survives("ExactMapOptions", [&] {
       changed(small_exact(), [&](auto& o) { o.resolution = o.roots = n; }).validate();
