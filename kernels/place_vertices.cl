@@ -15,14 +15,14 @@
 #include "map.clh"
 
 // Edges that a work-item has under way. There are more of them than lanes, so that enough of them
-// wait for the same function to fill the lanes. One edge has no number to look up: then compilers
-// keep it in registers.
+// wait for the same function to fill the lanes. entry(i) is the index i into a list of them: with
+// one edge it is 0, which compilers must see to keep the edge in registers.
 #if QJ_WIDTH == 1
 #define HELD 1
-#define place_of(i) (0 * (i))
+#define entry(i) (0 * (i))
 #else
 #define HELD (4 * QJ_WIDTH)
-#define place_of(i) (i)
+#define entry(i) (i)
 #endif
 
 // Differences from the level are no larger: infinite ones cannot be interpolated.
@@ -134,7 +134,7 @@ kernel void place_vertices(global const real* map, int factors, qj_placement pla
   for (int slot = 0; slot < HELD && next_edge < last_edge; ++slot) {
     edge[slot] = new_edge(edges, placement.stride, next_edge++);
     done[slot] = -1;
-    for_field[place_of(fields)] = slot, ++fields;
+    for_field[entry(fields)] = slot, ++fields;
   }
   while (fields + versors > 0) {
     bool is_field = versors < QJ_WIDTH && (fields >= QJ_WIDTH || fields >= versors);
@@ -144,8 +144,7 @@ kernel void place_vertices(global const real* map, int factors, qj_placement pla
     real px[QJ_WIDTH], py[QJ_WIDTH], pz[QJ_WIDTH], pw[QJ_WIDTH], pf[QJ_WIDTH];
     for (int i = 0; i < QJ_WIDTH; ++i) {
       int from = waiting - 1 - min(i, count - 1);
-      int slot =
-          is_field ? place_of(for_field[place_of(from)]) : place_of(for_versor[place_of(from)]);
+      int slot = is_field ? entry(for_field[entry(from)]) : entry(for_versor[entry(from)]);
       if (done[slot] < 0) {
         edge[slot].tried = next_place(&edge[slot], &placement);
         real3 start = point_on(&edge[slot], edge[slot].tried, &placement);
@@ -163,9 +162,9 @@ kernel void place_vertices(global const real* map, int factors, qj_placement pla
       lane_store(q.x, px, 0), lane_store(q.y, py, 0), lane_store(q.z, pz, 0);
       lane_store(q.w, pw, 0);
       for (int i = 0; i < count; ++i) {
-        int lane = place_of(i), slot = place_of(slots[lane]);
+        int lane = entry(i), slot = entry(slots[lane]);
         x[slot] = px[lane], y[slot] = py[lane], z[slot] = pz[lane], w[slot] = pw[lane];
-        for_field[place_of(fields)] = slot, ++fields;
+        for_field[entry(fields)] = slot, ++fields;
       }
       continue;
     }
@@ -174,14 +173,14 @@ kernel void place_vertices(global const real* map, int factors, qj_placement pla
     lane_store(map_modulus(q, map, factors), pf, 0);
     lane_store(map_log_radius(q), radius, 0);
     for (int i = 0; i < count; ++i) {
-      int lane = place_of(i), slot = place_of(slots[lane]);
+      int lane = entry(i), slot = entry(slots[lane]);
       crossed_edge* e = &edge[slot];
       // No iterate is run on a start beyond the escape radius.
       bool is_far = done[slot] == 0 && radius[lane] >= escape;
       f[slot] = is_far ? radius[lane] : pf[lane];
       ++done[slot];
       if (!is_far && done[slot] < placement.iterations && f[slot] > below && f[slot] < above) {
-        for_versor[place_of(versors)] = slot, ++versors;
+        for_versor[entry(versors)] = slot, ++versors;
         continue;
       }
       shorten(e, f[slot], level, done[slot], &placement);
@@ -192,7 +191,7 @@ kernel void place_vertices(global const real* map, int factors, qj_placement pla
         *e = new_edge(edges, placement.stride, next_edge++);
       }
       done[slot] = -1;
-      for_field[place_of(fields)] = slot, ++fields;
+      for_field[entry(fields)] = slot, ++fields;
     }
   }
 }

@@ -9,7 +9,7 @@
 namespace qjulia::base {
 namespace {
 
-constexpr std::string_view kBlanks = " \t\r\n\f";
+constexpr std::string_view kWhitespace = " \t\r\n\f";
 /// What ends the names of elements, and unquoted values but for the slash.
 constexpr std::string_view kNameEnds = " \t\r\n\f/>";
 
@@ -77,7 +77,7 @@ class Scanner {
   std::string_view take_until(std::string_view ends) {
     return take(std::min(rest_.find_first_of(ends), rest_.size()));
   }
-  void skip_blanks() { skip(std::min(rest_.find_first_not_of(kBlanks), rest_.size())); }
+  void skip_blanks() { skip(std::min(rest_.find_first_not_of(kWhitespace), rest_.size())); }
   void skip_past(std::string_view end, std::size_t from) {
     const auto at = rest_.find(end, from);
     skip(at == std::string_view::npos ? rest_.size() : at + end.size());

@@ -77,7 +77,7 @@ std::string Checkpoint::read() const {
     base::InputFile(path_, "checkpoint", kLargestFile).read_all(bytes);
   }
   if (bytes.empty()) return {};
-  const std::string content = bytes.substr(std::min(kDigits, bytes.size()));
+  std::string content = bytes.substr(std::min(kDigits, bytes.size()));
   if (!bytes.starts_with(digits_of(content))) throw problem_with_file("is damaged");
   const json j = json::from_cbor(content, true, false);
   if (!j.is_object() || j.value("format", "") != kFormat) throw problem_with_file("is damaged");

@@ -99,11 +99,12 @@ class RayGrid {
   RayGrid(std::span<const Ray> rays, std::span<const std::uint32_t> numbers, int axis)
       : rays_(rays), axis_(axis), u_((axis + 1) % 3), v_((axis + 2) % 3) {
     for (const std::uint32_t ray : numbers) bounds_.extend(flat(rays_[ray].from));
-    cells_ = std::max(1, static_cast<int>(std::sqrt(static_cast<double>(numbers.size()))));
-    first_.resize(static_cast<std::size_t>(cells_ * cells_) + 1);
+    cells_ = std::max<std::size_t>(
+        1, static_cast<std::size_t>(std::sqrt(static_cast<double>(numbers.size()))));
+    first_.resize(cells_ * cells_ + 1);
     const auto cell_of = [&](std::uint32_t ray) {
       const Eigen::Vector2d p = flat(rays_[ray].from);
-      return static_cast<std::size_t>(cell(p, 1) * cells_ + cell(p, 0));
+      return cell(p, 1) * cells_ + cell(p, 0);
     };
     for (const std::uint32_t ray : numbers) ++first_[cell_of(ray) + 1];
     std::partial_sum(first_.begin(), first_.end(), first_.begin());
@@ -122,10 +123,10 @@ class RayGrid {
     const Eigen::Vector2d high = p[0].cwiseMax(p[1]).cwiseMax(p[2]);
     if (!bounds_.intersects({low, high})) return;
     const Eigen::Vector3d normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-    const int left = cell(low, 0), right = cell(high, 0);
-    for (int row = cell(low, 1); row <= cell(high, 1); ++row) {
-      const auto begin = first_[static_cast<std::size_t>(row * cells_ + left)];
-      const auto end = first_[static_cast<std::size_t>(row * cells_ + right) + 1];
+    const std::size_t left = cell(low, 0), right = cell(high, 0);
+    for (std::size_t row = cell(low, 1); row <= cell(high, 1); ++row) {
+      const auto begin = first_[row * cells_ + left];
+      const auto end = first_[row * cells_ + right + 1];
       for (std::size_t i = begin; i < end; ++i) {
         const Eigen::Vector3d& from = rays_[sorted_[i]].from;
         const int sign = winding(p, flat(from));
@@ -139,10 +140,11 @@ class RayGrid {
  private:
   Eigen::Vector2d flat(const Eigen::Vector3d& x) const { return {x[u_], x[v_]}; }
 
-  int cell(const Eigen::Vector2d& p, Eigen::Index along) const {
+  std::size_t cell(const Eigen::Vector2d& p, Eigen::Index along) const {
     const double size = bounds_.sizes()[along];
-    const double place = size > 0 ? cells_ * ((p[along] - bounds_.min()[along]) / size) : 0;
-    return static_cast<int>(std::clamp(place, 0.0, cells_ - 1.0));
+    const auto cells = static_cast<double>(cells_);
+    const double place = size > 0 ? cells * ((p[along] - bounds_.min()[along]) / size) : 0;
+    return static_cast<std::size_t>(std::clamp(place, 0.0, cells - 1));
   }
 
   /// Of the triangle about a point: 1 where it is counter-clockwise, −1 where it is clockwise, 0
@@ -164,7 +166,7 @@ class RayGrid {
   int axis_;
   Eigen::Index u_, v_;  ///< the other axes, so that the three are right-handed
   Eigen::AlignedBox2d bounds_;
-  int cells_;                          ///< along a side
+  std::size_t cells_;                  ///< along a side
   std::vector<std::size_t> first_;     ///< in `sorted_`, of each cell
   std::vector<std::uint32_t> sorted_;  ///< numbers of rays
 };

@@ -305,12 +305,12 @@ TriangleMesh extract_surface(const Device& device, const RationalMap& map,
 }
 
 bool has_points(const Device& device, const RationalMap& map, const SurfaceOptions& options,
-                std::stop_token stop) {
+                const std::stop_token& stop) {
   options.validate();
   map.validate();
   constexpr std::size_t kPlaces = std::size_t{1} << 16;
   constexpr std::uint64_t kSeed = 1;
-  const StopRadii stops = find_stop_radii(device, map, options.escape, std::move(stop));
+  const StopRadii stops = find_stop_radii(device, map, options.escape, stop);
   const LevelSet set(device, map, stops, options.iterations, options.precision);
   const Box box = options.box ? map.shape_to_map.to_map(*options.box) : box_about(set, map, stops);
   std::vector<Eigen::Vector3d> places;

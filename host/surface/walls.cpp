@@ -91,7 +91,7 @@ class RoundNormals {
 
   double angle_at(std::size_t t, std::uint32_t v) const {
     Triangle triangle = mesh_.triangles[t];
-    std::ranges::rotate(triangle, std::ranges::find(triangle, v));
+    std::rotate(triangle.begin(), std::ranges::find(triangle, v), triangle.end());
     const auto& x = mesh_.vertices;
     const Eigen::Vector3d one = x[triangle[1]] - x[v], other = x[triangle[2]] - x[v];
     return std::atan2(one.cross(other).norm(), one.dot(other));

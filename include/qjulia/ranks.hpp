@@ -20,9 +20,10 @@ class Ranks {
   /// called it.
   virtual std::vector<Numbers> all_gather(const Numbers& mine) = 0;
 
-  /// Bytes as `all_gather` takes them, each a number, and back.
+  /// Bytes as `all_gather` takes them, each a number.
   static Numbers numbers_of(const std::string& bytes) { return {bytes.begin(), bytes.end()}; }
-  static std::string bytes_of(const Numbers& numbers) { return {numbers.begin(), numbers.end()}; }
+  /// The bytes of `numbers_of`. @throws InputError where a number is no byte.
+  static std::string bytes_of(const Numbers& numbers);
 
  protected:
   Ranks() = default;

@@ -66,11 +66,12 @@ class MeshSink : public SurfaceSink {
   TriangleMesh mesh;
 };
 
-/// Marching cubes of F_n = L, evaluated on the device slab by slab. Vertices are shared; the mesh
-/// is closed and 2-manifold where the set stays clear of the box, and oriented outward. It has no
-/// triangles when the box holds no surface. F_1 is bounded over blocks of points, evaluated where
-/// these bounds do not settle the side, and iterated where F_1 does not: the cost grows with the
-/// band about the surface. Memory is that of a few slabs.
+/// Marching cubes of F_n = L, evaluated on the device slab by slab. Vertices are shared, and lie
+/// where the set ends (`SurfaceOptions::refine`); the mesh is closed and 2-manifold where the set
+/// stays clear of the box, and oriented outward. It has no triangles when the box holds no surface.
+/// F_1 is bounded over blocks of points, evaluated where these bounds do not settle the side, and
+/// iterated where F_1 does not: the cost grows with the band about the surface. Memory is that of a
+/// few slabs.
 /// @throws InputError naming the option or what is wrong with the map; Error when no box is clear
 ///   of the set, or beyond 2³² vertices.
 SurfaceReport extract_surface(const Device& device, const RationalMap& map,
@@ -87,6 +88,6 @@ TriangleMesh extract_surface(const Device& device, const RationalMap& map,
 /// more cells find it.
 /// @throws as `extract_surface`
 bool has_points(const Device& device, const RationalMap& map, const SurfaceOptions& options,
-                std::stop_token stop = {});
+                const std::stop_token& stop = {});
 
 }  // namespace qjulia

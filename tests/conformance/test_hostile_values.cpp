@@ -677,6 +677,7 @@ TEST_CASE("hostile counts and sizes are refused or do no harm") {
     survives("Ranks", [&] {
       const std::string bytes(3, static_cast<char>(n));
       CHECK(Ranks::bytes_of(Ranks::numbers_of(bytes)) == bytes);
+      Ranks::bytes_of({static_cast<double>(n)});
     });
     survives("PortalOptions", [&] { PortalOptions{.count = n}.validate(); });
     survives("ExactMapOptions", [&] {

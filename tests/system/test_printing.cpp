@@ -52,7 +52,7 @@ TEST_CASE("admesh has nothing to repair") {
   const TemporaryFolder folder;
   const std::string stl = folder / "print.stl";
   const json surface = made({"surface", crumbly_map(folder), "-o", stl, "--resolution", "96",
-                             "--millimetres", "80", "--largest-component"});
+                             "--millimetres", "20", "--largest-component"});
   CHECK(surface["closed"] == true);
   CHECK(surface["components"] == 1);
   const auto admesh = qjulia::test::run({QJULIA_ADMESH, stl});
@@ -68,7 +68,7 @@ TEST_CASE("admesh has nothing to repair") {
   CHECK(info["printable"]["closed_body"] == true);
   const double wall = info["printable"]["median_wall"];
   CHECK(wall > 0.5);
-  CHECK(wall < 80);
+  CHECK(wall < 20);
   // Two lines of a nozzle fit the median wall, or do not.
   const auto with_nozzle = [&](double width) {
     return made({"info", stl, "--printable", "--nozzle", std::to_string(width)})["printable"];
@@ -76,10 +76,10 @@ TEST_CASE("admesh has nothing to repair") {
   CHECK(with_nozzle(0.45 * wall)["ready"] == true);
   CHECK(with_nozzle(0.55 * wall)["ready"] == false);
   CHECK_THAT(with_nozzle(0.55 * wall)["advice"].get<std::string>(), Contains("--millimetres"));
-  // The shape's box, 2.4 a side, is 80 mm long.
+  // The shape's box, 2.4 a side, is 20 mm long.
   const double length = info["box"][1][0].get<double>() - info["box"][0][0].get<double>();
-  CHECK(length > 40);
-  CHECK(length < 90);
+  CHECK(length > 10);
+  CHECK(length < 22.5);
   CHECK(info["figures"]["volume"].get<double>() ==
         Approx(surface["figures"]["volume"].get<double>()).epsilon(1e-4));
 }

@@ -141,7 +141,7 @@ TEST_CASE("meshes that make no shape are refused, and thin ones are told") {
   CHECK_THAT(told.err, Contains("warning: ") && Contains("--resolution"));
 }
 
-TEST_CASE("cells that a thin shape falls between are told apart from a set that is not there") {
+TEST_CASE("a set too thin for its grid asks for more cells, and an empty one for less detail") {
   const ShapeFiles bench;
   const std::string map = bench.folder / "map.json", mesh = bench.file("plate.obj", plate(0.05));
   REQUIRE(run_command(bench.shape(mesh, map)).exit_code == 0);

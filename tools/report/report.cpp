@@ -64,6 +64,10 @@ std::string figure(double value, int digits) {
   return std::isnan(value) ? "undefined" : fmt::format("{:.{}f}", value, digits);
 }
 
+std::string signed_figure(double value, int digits) {
+  return (value >= 0 ? "+" : "") + figure(value, digits);
+}
+
 std::string metrics_table(const std::vector<FitMetrics>& all) {
   std::vector<std::vector<std::string>> rows;
   std::string notes;
@@ -72,7 +76,7 @@ std::string metrics_table(const std::vector<FitMetrics>& all) {
     rows.push_back({fmt::format("{}", m.iterations), figure(m.iou, 4),
                     figure(100 * m.mean_distance, 3), figure(100 * m.distance_95, 3),
                     figure(100 * m.hausdorff_distance, 2), figure(m.roughness, 3),
-                    figure(m.energy, 4), figure(m.slope_variation, 3)});
+                    signed_figure(m.energy, 4), figure(m.slope_variation, 3)});
     const std::string why = why_undefined(m);
     if (!why.empty())
       notes += fmt::format("<p>Undefined at n = {}: {}.</p>\n", m.iterations, html::escaped(why));
