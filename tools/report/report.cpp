@@ -65,7 +65,7 @@ std::string figure(double value, int digits) {
 }
 
 std::string signed_figure(double value, int digits) {
-  return (value >= 0 ? "+" : "") + figure(value, digits);
+  return std::isnan(value) ? "undefined" : fmt::format("{:+.{}f}", value, digits);
 }
 
 std::string metrics_table(const std::vector<FitMetrics>& all) {
