@@ -36,7 +36,7 @@ void check_portal(const Portal& portal, const std::string& name) {
     throw InputError(fmt::format("the map's {}.{} {}", name, key, what));
   };
   const auto check_point = [&](const Eigen::Vector3d& x, const char* key) {
-    if (x.cwiseAbs().maxCoeff() <= kLargestEscape) return;
+    if ((x.array().abs() <= kLargestEscape).all()) return;
     refuse(key, fmt::format("must have finite numbers within ±{}", kLargestEscape));
   };
   check_point(portal.center, "center");
@@ -47,8 +47,9 @@ void check_portal(const Portal& portal, const std::string& name) {
   }
   check_within(name + ".scale", portal.scale, Portal::kLeastScale, Portal::kMostScale);
   const Rotation& rotation = portal.rotation;
-  const double longest = rotation.axis.cwiseAbs().maxCoeff();
-  if (!(longest > 0 && longest <= kLargestEscape && std::abs(rotation.degrees) <= kLargestEscape)) {
+  const Eigen::Array3d lengths = rotation.axis.array().abs();
+  if (!((lengths <= kLargestEscape).all() && (lengths > 0).any() &&
+        std::abs(rotation.degrees) <= kLargestEscape)) {
     refuse("rotation", "must be an axis, not all zero, and degrees");
   }
 }

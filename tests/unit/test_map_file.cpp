@@ -230,6 +230,24 @@ TEST_CASE("portals that no map can have are refused, and the key is named") {
   CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("may have 64"));
 }
 
+TEST_CASE("a portal's number that is none is refused at any place") {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto refused = [&](auto vector_of, const char* key) {
+      RationalMap map = full_map();
+      map.portals = {{{1, 0.1, -0.2}, 0.5, 4, {{1, 2, 3}, 30}, {0.1, 0, 0.2}, PortalMask::none}};
+      vector_of(map.portals[0])[axis] = kNone;
+      CHECK_THROWS_WITH(map.validate(), Catch::Contains(key));
+    };
+    refused(
+        [](Portal & p) -> auto& { return p.center; }, "portals[0].center");
+    refused(
+        [](Portal & p) -> auto& { return p.destination; }, "portals[0].destination");
+    refused(
+        [](Portal & p) -> auto& { return p.rotation.axis; }, "portals[0].rotation");
+  }
+}
+
 TEST_CASE("a paint makes the way to a file and back, and what is wrong with it is named") {
   const Folder folder;
   RationalMap map = full_map();
