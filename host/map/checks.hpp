@@ -10,6 +10,7 @@
 
 #include "qjulia/box.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/field.hpp"
 
 namespace qjulia::map {
 
@@ -44,6 +45,20 @@ inline void expect_box(const std::optional<Box>& box, const char* field = "box")
     return;
   }
   throw OptionError(field, "give x0 y0 z0 x1 y1 z1 with x0 < x1, y0 < y1, z0 < z1");
+}
+
+/// @throws OptionError unless orbits that come to rest below `level` stay within the radius, map
+/// units, and single precision bears it.
+inline void expect_escape(double escape, double level) {
+  if (!(escape > std::exp(level))) {
+    throw OptionError("escape", fmt::format("{} is too small: orbits that come to rest reach "
+                                            "radius {:.3g}, map units; give more than that",
+                                            escape, std::exp(level)));
+  }
+  if (escape > kLargestEscape) {
+    throw OptionError("escape", fmt::format("{} is too large; give {} or less, map units", escape,
+                                            kLargestEscape));
+  }
 }
 
 }  // namespace qjulia::map

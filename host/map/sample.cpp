@@ -31,6 +31,11 @@ Box default_box(const Device& device, const RationalMap& map, const std::stop_to
   return {map.shape_to_map.to_shape(-reach), map.shape_to_map.to_shape(reach)};
 }
 
+/// No orbit returns from it, so that the set is that of surfaces and pictures.
+double default_escape(const Device& device, const RationalMap& map, const std::stop_token& stop) {
+  return std::max(kUsualEscape, find_stop_radii(device, map, {}, stop).escape);
+}
+
 /// The cell that comes `index`-th in `order`.
 Eigen::Vector3d center_at(const CellGrid& grid, CellOrder order, std::size_t index) {
   std::array<std::size_t, 3> axes{0, 1, 2};  // fastest first
@@ -58,9 +63,9 @@ void check_grid(const CellGrid& grid) {
 void SampleOptions::validate() const {
   base::expect_between("resolution", resolution, 1, kMostSampleCells, "cells");
   base::expect_between("iterations", iterations, 1, kMostIterations);
-  if (!(escape > 0) || escape > kLargestEscape) {
+  if (escape && (!(*escape > 0) || *escape > kLargestEscape)) {
     throw OptionError("escape", fmt::format("{} is out of range; give a positive radius up to {}",
-                                            escape, kLargestEscape));
+                                            *escape, kLargestEscape));
   }
   map::expect_box(box);
 }
@@ -98,7 +103,10 @@ void sample_field(const Device& device, const RationalMap& map, const SampleOpti
   options.validate();
   map.validate();
   check_grid(grid);
-  const Field field(device, map, options.precision, {0, 0, options.escape});
+  if (options.escape) expect_escape(*options.escape, map.surface_level);
+  const double escape =
+      options.escape ? *options.escape : default_escape(device, map, monitor.stop);
+  const Field field(device, map, options.precision, {.escape = escape});
   const std::size_t all = grid.size();
   const auto start = std::chrono::steady_clock::now();
   std::vector<Eigen::Vector3d> points;

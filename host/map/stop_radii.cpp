@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "base/random.hpp"
+#include "map/checks.hpp"
 #include "map/portals.hpp"
 #include "map/sphere_directions.hpp"
 #include "qjulia/error.hpp"
@@ -18,6 +19,8 @@ using namespace map;
 namespace {
 
 constexpr double kRadiusMargin = 0.02;  // of radii, and of F against ln r
+/// By so much ln r_in stays below L and ln r_out above, which single precision then tells apart.
+constexpr double kLevelMargin = 1e-5;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Even directions over the 4-D sphere and over the slice's own sphere, and those of centres: the
@@ -219,29 +222,31 @@ double inner_radius(const Field& field, const RationalMap& map,
 StopRadii find_stop_radii(const Device& device, const RationalMap& map,
                           std::optional<double> escape, const std::stop_token& stop) {
   map.validate();
-  if (escape && !(*escape > std::exp(map.surface_level))) {
-    throw OptionError("escape", fmt::format("{} is too small: orbits that come to rest reach "
-                                            "radius {:.3g}, map units; give more than that",
-                                            *escape, std::exp(map.surface_level)));
-  }
-  if (escape && *escape > kLargestEscape) {
-    throw OptionError("escape", fmt::format("{} is too large; give {} or less, map units", *escape,
-                                            kLargestEscape));
+  if (escape) expect_escape(*escape, map.surface_level);
+  // An orbit that has stopped is on the side of L where the iterates lie that it would still have.
+  const double inside_level = std::exp(map.surface_level - kLevelMargin);
+  const double outside_level = std::exp(map.surface_level + kLevelMargin);
+  if (!(outside_level < kLargestEscape)) {
+    throw InputError(fmt::format(
+        "the map's surface_level is {}: the set may reach radius e^surface_level, which must be "
+        "below {}, map units",
+        map.surface_level, kLargestEscape));
   }
   // F_1 itself, however far out: no escape radius.
   const Field field(device, without_portals(map), Precision::single, {0, 0, kInfinity}, stop);
   const std::vector<Quaternion> directions = probe_directions(map);
   StopRadii stops;
-  stops.outer = map.degree() > 1 ? outer_radius(field, map, directions) : kInfinity;
-  // Beyond the radius e^L too, where F is above ln ‖q‖ and so above L, paint makes it higher.
-  if (map.paint) stops.outer = std::max(stops.outer, std::exp(map.surface_level));
+  stops.outer =
+      map.degree() > 1 ? std::max(outer_radius(field, map, directions), outside_level) : kInfinity;
   const bool bounded = std::isfinite(stops.outer);
   // Portals lead back from anywhere in their balls: no orbit stops there.
   const auto [nearest, farthest] = portal_reach(map.portals);
   stops.outer = std::max(stops.outer, farthest);
-  if (bounded) stops.escape = std::min(1.25 * stops.outer, kLargestEscape);
-  stops.inner = inner_radius(field, map, directions,
-                             std::min(nearest, bounded ? stops.outer : 2 * reach(map)));
+  stops.escape = std::min(
+      kLargestEscape, bounded ? 1.25 * stops.outer : std::max(kUsualEscape, 1.25 * outside_level));
+  stops.inner =
+      inner_radius(field, map, directions,
+                   std::min({nearest, inside_level, bounded ? stops.outer : 2 * reach(map)}));
   if (escape) {
     stops.escape = *escape;
     // Orbits that stay in this ball may leave the smaller one.

@@ -17,14 +17,17 @@ namespace qjulia {
 /// finite in single precision, as versors need.
 constexpr double kLargestEscape = 1e9;
 
+/// The escape radius, map units, where nothing asks for another.
+constexpr double kUsualEscape = 20;
+
 /// The largest n.
 constexpr int kMostIterations = 16;
 
 /// Radii about the origin that settle an orbit, map units.
 struct StopRadii {
-  double inner = 0;    ///< below it an iterate never leaves; 0 when there is none
-  double outer = 0;    ///< above it an iterate never returns; infinity when there is none
-  double escape = 20;  ///< iteration goes on below it
+  double inner = 0;              ///< below it an iterate never leaves; 0 when there is none
+  double outer = 0;              ///< above it an iterate never returns; infinity when there is none
+  double escape = kUsualEscape;  ///< iteration goes on below it
 };
 
 /// Evaluates one map at many points. Points are 4-D, in map coordinates.
@@ -33,12 +36,12 @@ class Field {
   /// @param stop makes the functions below throw `Interrupted` soon.
   /// @throws InputError naming what is wrong with the map.
   Field(const Device& device, const RationalMap& map, Precision precision = Precision::single,
-        const StopRadii& stops = {0, 0, 20}, std::stop_token stop = {});
+        const StopRadii& stops = {}, std::stop_token stop = {});
 
   /// F_n with the escape radius alone. @param iterations n, 1 … 16. @throws OptionError
   std::vector<double> at(std::span<const Quaternion> points, int iterations = 1) const;
 
-  /// F_n where orbits also end at r_in and r_out: the same side of every level between them.
+  /// F_n where orbits also end at r_in and r_out: on the same side of every level between them.
   /// @throws OptionError as above.
   std::vector<double> decided_at(std::span<const Quaternion> points, int iterations) const;
 
@@ -64,12 +67,13 @@ double effective_radius(const Field& field, double level, double limit);
 /// @throws InputError when the origin is not inside the surface F_1 = L.
 RationalMap calibrated(const Device& device, const RationalMap& map);
 
-/// r_in: the largest r whose 4-D ball the map takes into itself. r_out: the smallest r beyond which
-/// F_1 > ln |q|; infinity unless Σ a_k > 1. Both sampled, with a margin of 2 %, but no r_out is
-/// beyond the bound that holds for every direction. The escape radius is `escape`, where given,
-/// else 1.25 r_out or, without r_out, 20.
+/// r_in: the largest r < e^L whose 4-D ball the map takes into itself. r_out: the smallest r > e^L
+/// beyond which F_1 > ln |q|; infinity unless Σ a_k > 1. So orbits that end at them are on the side
+/// of L where they would end later. Both are sampled, with a margin of 2 %, but no r_out is beyond
+/// the larger of e^L and the bound that holds for every direction. The escape radius is `escape`,
+/// where given, else 1.25 r_out or, without r_out, the larger of 20 and 1.25 e^L.
 /// @throws InputError when orbits of inner points would escape, `escape` not above e^L, or when it
-///   is above the largest; Interrupted
+///   or e^L is above the largest; Interrupted
 StopRadii find_stop_radii(const Device& device, const RationalMap& map,
                           std::optional<double> escape = {}, const std::stop_token& stop = {});
 

@@ -19,7 +19,9 @@ namespace qjulia {
 struct SampleOptions {
   int resolution = 128;  ///< cells along the box's longest side, 1 … 8192
   int iterations = 6;    ///< n, 1 … 16
-  double escape = 20;    ///< radius, map units, below which iteration goes on
+  /// Radius, map units, below which iteration goes on; by default 20, or more where the set, or a
+  /// portal, reaches so far.
+  std::optional<double> escape;
   std::optional<Box>
       box;  ///< shape units; by default the shape's box plus 5 %, else all of the set
   Precision precision = Precision::single;

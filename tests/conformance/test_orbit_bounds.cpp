@@ -193,6 +193,20 @@ TEST_CASE("a map that does not grow outwards has no r_out") {
   const StopRadii stops = find_stop_radii(test::shared_device(), one_root({}, 0.9, -1));
   CHECK(std::isinf(stops.outer));
   CHECK(stops.escape == 20);
+  RationalMap high = one_root({}, 0.9, -1);
+  high.surface_level = 4;
+  CHECK(find_stop_radii(test::shared_device(), high).escape == Approx(1.25 * std::exp(4)));
+}
+
+TEST_CASE("r_in is below e^L and r_out above it") {
+  // The ball of radius 1 maps into itself, and beyond it orbits leave.
+  RationalMap map = one_root({}, 2, 0);
+  map.surface_level = std::log(0.5);
+  CHECK(find_stop_radii(test::shared_device(), map).inner == Approx(0.5).epsilon(1e-4));
+  CHECK(find_stop_radii(test::shared_device(), map).inner < 0.5);
+  map.surface_level = std::log(3);
+  CHECK(find_stop_radii(test::shared_device(), map).outer == Approx(3).epsilon(1e-4));
+  CHECK(find_stop_radii(test::shared_device(), map).outer > 3);
 }
 
 TEST_CASE("factors in many equal parts have the radii of the whole ones") {

@@ -223,10 +223,14 @@ TEST_CASE("a set that is empty in the box gives no triangles") {
   CHECK(extract_surface(test::shared_device(), map, {32, 1, {}}).triangles.empty());
 }
 
-TEST_CASE("a set without end is refused") {
+TEST_CASE("a set may reach as far as its level says, and no farther than orbits are followed") {
   RationalMap map = square();
-  map.surface_level = 5;  // above ln of the escape radius
-  CHECK_THROWS_AS(extract_surface(test::shared_device(), map, {32, 1, {}}), Error);
+  map.surface_level = 5;  // F_1 = 2 ln |q|
+  const TriangleMesh ball = extract_surface(test::shared_device(), map, {32, 1, {}});
+  REQUIRE_FALSE(ball.vertices.empty());
+  for (const auto& x : ball.vertices) CHECK(x.norm() == Approx(std::exp(2.5)).epsilon(0.01));
+  map.surface_level = 25;
+  CHECK_THROWS_AS(extract_surface(test::shared_device(), map, {32, 1, {}}), InputError);
 }
 
 TEST_CASE("a stop request ends an extraction and a comparison") {

@@ -228,6 +228,9 @@ def check_kinds(tab):
         "--device", "cpu", "--quiet")
     compare_field(tab, "distance.qjulia.json", True)
     compare_shared(tab, "distance.qjulia.json", "phase1=50&drift=0.3", "120x90")
+    # Orbits of these come to rest between e^L and the largest ball that the map takes into itself.
+    for settings in ("detail=0.07&scale=2", "detail=0.07&scale=3&iterations=3"):
+        compare_shared(tab, "distance.qjulia.json", settings, "120x90")
     noise = json.loads((folder / "ball.qjulia.json").read_text())
     noise.update(version=2, kind="factors/noise",
                  noise={"octaves": 2, "scale": 3, "seed": 7, "values": "vectors", "origin": [0, 0, 0]})

@@ -99,7 +99,8 @@ void check_rays(const Device& device, const RationalMap& map, const Box& framed,
   picture::View view = picture::camera_view(camera, framed, kPixels, kPixels, 1);
   view.footprint *= 0.1;  // steps as fine as those of larger pictures
   const auto depths = source->depths(view, 0, kPixels);
-  const Field field(shared_device(), map, Precision::single, find_stop_radii(shared_device(), map));
+  const Field field(shared_device(), map, Precision::single,
+                    {.escape = find_stop_radii(shared_device(), map).escape});
   const double middle = (view.eye - framed.center()).norm();
   const double near = middle - 0.5 * framed.diagonal(), far = middle + 0.5 * framed.diagonal();
   std::size_t hits = 0, through = 0, early = 0;
@@ -116,7 +117,7 @@ void check_rays(const Device& device, const RationalMap& map, const Box& framed,
         const Vector3d x = view.eye + where.back() * direction;
         points.push_back({x.x(), x.y(), x.z(), map.slice});
       }
-      const auto values = field.decided_at(points, iterations);
+      const auto values = field.at(points, iterations);
       double first = -1;
       for (std::size_t k = 0; k < values.size() && first < 0; ++k) {
         if (values[k] < map.surface_level) first = where[k];

@@ -41,7 +41,7 @@ struct MadeSurface {
 MadeSurface checked_surface(const Device& device, const RationalMap& map, SurfaceOptions options);
 
 /// Checks depths of rays to the box that is framed, map coordinates, against orbits of points along
-/// them.
+/// them, which end nowhere but beyond the escape radius.
 void check_rays(const Device& device, const RationalMap& map, const Box& framed, int iterations,
                 const Camera& camera = {});
 

@@ -118,21 +118,25 @@ export function extremes(m) {
   });
 }
 
-/** Where orbits are decided, for F = L + rise(F_1 - L of the table). */
+/** Where orbits are decided, for F = rise(F_1 - L of the table); r_in < e^L < r_out. */
 export function stopRadii(table, rise, m) {
+  const level = m.surface_level ?? 0;
   let inner = 0, outer = Infinity;
-  for (const { radius, highest } of table) if (rise(highest) <= Math.log(0.97 * radius)) inner = radius;
+  for (const { radius, highest } of table) {
+    if (radius < Math.exp(level - levelMargin) && rise(highest) <= Math.log(0.97 * radius)) inner = radius;
+  }
   if (degree > 1) {
     let last = table.length - 1;
     while (last >= 0 && rise(table[last].lowest) > Math.log(radiusAbove(table[last].radius)) + 0.03) --last;
     outer = last === table.length - 1 ? Infinity : 1.02 * radiusAbove(table[Math.max(last, 0)].radius);
   }
   const bounded = outer < Infinity;
-  if (m.paint) outer = Math.max(outer, Math.exp(m.surface_level ?? 0));
+  outer = Math.max(outer, Math.exp(level + levelMargin));
   for (const portal of m.portals ?? []) {
     const away = length(portal.center);
     inner = Math.min(inner, away - portal.radius), outer = Math.max(outer, away + portal.radius);
   }
-  return { inner, outer, escape: bounded ? 1.25 * outer : 20 };
+  return { inner, outer, escape: bounded ? 1.25 * outer : Math.max(20, 1.25 * Math.exp(level)) };
 }
+const levelMargin = 1e-5;
 const radiusAbove = (radius) => radius * ratio;
