@@ -38,8 +38,7 @@ typedef struct {
   global const real* view;
   global const real* grid;
   global const real* safe;
-  global const real* loose;  // of loose_places.clh
-  global const uint* loose_bits;
+  loose_places loose;
   real level, far_level, above, below;
   real near;  // nearer than this to the band, orbits tell what the grid is too coarse for
 } marching;
@@ -167,14 +166,14 @@ static inline bool is_found(const marching* with, marched_ray* r, real f, real a
   real probe = probe_of(r), loose_way = 0;
   if (inside) {
     real3 direction, p = view_point(with->view, r->x, r->y, probe, &direction);
-    loose_way = way_through_loose(with->loose, with->loose_bits, p, direction);
+    loose_way = way_through_loose(&with->loose, p, direction, with->march.shortest);
     inside = loose_way <= 0;
   }
   if (!inside) r->outside = probe;
   if (r->hit) {
     if (inside) r->t = probe;
   } else if (loose_way > 0) {
-    r->t += loose_way + with->march.shortest;
+    r->t += loose_way;
   } else if (!inside) {
     r->t += fmax(fmin(away, with->grid[QJ_GRID_STEP]), with->march.shortest);
   } else if (r->outside < r->start) {
@@ -205,8 +204,8 @@ static inline real one_of(lane v) {
 
 // Depths along rays of a view. rays: three arrays of march.stride reals, the pixel coordinates x
 // and y of each ray and a hint: a depth close before its hit, or 0. grid, safe: of `safe_steps`.
-// nodes, node_field, node_versors, trusted: a lattice of images. loose, loose_bits: what rays pass
-// through (loose_places.clh).
+// nodes, node_field, node_versors, trusted: a lattice of images. loose_grid ... finer_bits: what
+// rays pass through (loose_places.clh).
 //
 // A work-item has the rays item * march.share ... of march.count. Its lanes go each its own way: on
 // by what grid and lattice tell, until an orbit needs F, or a versor, of a point; a turn of the
@@ -216,8 +215,9 @@ kernel void march_depth(global const real* map, int factors, qj_march march,
                         global const real* view, global const real* rays, global const real* grid,
                         global const real* safe, global const real* nodes,
                         global const real* node_field, global const real* node_versors,
-                        global const uchar* trusted, global const real* loose,
-                        global const uint* loose_bits, global real* depth) {
+                        global const uchar* trusted, global const real* loose_grid,
+                        global const uint* loose_bits, global const uint* finer_cells,
+                        global const uint* finer_bits, global real* depth) {
   int next_ray = (int)get_global_id(0) * march.share;
   if (next_ray >= march.count) return;
   int last_ray = min(next_ray + march.share, march.count);
@@ -227,8 +227,11 @@ kernel void march_depth(global const real* map, int factors, qj_march march,
   with.view = view;
   with.grid = grid;
   with.safe = safe;
-  with.loose = loose;
-  with.loose_bits = loose_bits;
+  with.loose.grid = loose_grid;
+  with.loose.bits = loose_bits;
+  with.loose.finer = march.finer;
+  with.loose.finer_cells = finer_cells;
+  with.loose.finer_bits = finer_bits;
   with.level = map[QJ_MAP_SURFACE_LEVEL];
   with.above = fmin(map[QJ_MAP_LOG_ESCAPE], map[QJ_MAP_LOG_OUTER]);
   with.below = map[QJ_MAP_LOG_INNER];

@@ -205,22 +205,16 @@ const std::vector<float>& BandGrid::values() {
   return values_;
 }
 
-surface::LoosePlaces BandGrid::loose_places() {
-  // Nearer than this to the band, rays ask for orbits.
-  const double near = 0.25 * grid_.step;
-  std::vector<bool> is_inside(steps_.size()), may_be_inside(steps_.size());
-  for (std::size_t i = 0; i < steps_.size(); ++i) {
-    is_inside[i] = values()[i] < 0;
-    may_be_inside[i] = steps_[i] < near;
-  }
-  const surface::LevelSet set = level_set();
-  const auto insides = [&](const std::vector<Eigen::Vector3d>& points) {
-    throw_if_stopped(set_.stop);
+double BandGrid::near() const { return 0.25 * grid_.step; }
+
+surface::Insides BandGrid::insides(const std::stop_token& stop) const {
+  return [this, stop, set = level_set()](const std::vector<Eigen::Vector3d>& points) {
+    throw_if_stopped(stop);
     std::vector<bool> found(points.size());
     std::vector<Eigen::Vector3d> asked;
     std::vector<std::size_t> numbers;
     for (std::size_t i = 0; i < points.size(); ++i) {
-      if (interpolated(grid_, steps_, points[i]) > near) continue;
+      if (interpolated(grid_, steps_, points[i]) > near()) continue;
       asked.push_back(points[i]);
       numbers.push_back(i);
     }
@@ -230,9 +224,22 @@ surface::LoosePlaces BandGrid::loose_places() {
     }
     return found;
   };
+}
+
+surface::LoosePlaces BandGrid::loose_places() {
+  std::vector<bool> is_inside(steps_.size()), may_be_inside(steps_.size());
+  for (std::size_t i = 0; i < steps_.size(); ++i) {
+    is_inside[i] = values()[i] < 0;
+    may_be_inside[i] = steps_[i] < near();
+  }
   const double cells = grid_.points.maxCoeff();
   const int divisions = std::max(2, static_cast<int>(std::ceil(set_.finest_cells / cells)));
-  return surface::find_loose_places(grid_, is_inside, may_be_inside, divisions, insides);
+  return surface::find_loose_places(grid_, is_inside, may_be_inside, divisions, insides(set_.stop));
+}
+
+void BandGrid::look_finer(surface::LoosePlaces& places, int finer,
+                          const surface::Sight& is_in_sight, const std::stop_token& stop) const {
+  surface::look_finer(places, finer, is_in_sight, insides(stop));
 }
 
 void BandGrid::leave_out(const surface::LoosePlaces& places) {

@@ -2,6 +2,8 @@
 /// What a regular grid can tell of a set before rays are marched: how far they may go, and where
 /// the set roughly is.
 
+#include <stop_token>
+
 #include "device/context.hpp"
 #include "map/device_map.hpp"
 #include "picture/depth_source.hpp"
@@ -47,6 +49,9 @@ class BandGrid {
 
   /// What of the set hangs on nothing large. @pre the grid is over all of the set.
   surface::LoosePlaces loose_places();
+  /// Looks more finely at what `loose_places` found.
+  void look_finer(surface::LoosePlaces& places, int finer, const surface::Sight& is_in_sight,
+                  const std::stop_token& stop) const;
   /// Depths are those of the set without it from now on; before the first of them.
   void leave_out(const surface::LoosePlaces& places);
 
@@ -58,6 +63,10 @@ class BandGrid {
   std::vector<double> safe_steps(const surface::Grid& grid,
                                  std::vector<std::int32_t> numbers) const;
   surface::LevelSet level_set() const;
+  /// Nearer than this to the band, rays ask for orbits.
+  double near() const;
+  /// Whether points are inside, asked for while this lives.
+  surface::Insides insides(const std::stop_token& stop) const;
   /// F_n − L at the grid's points, as far as it matters.
   const std::vector<float>& values();
   /// At all points of `grid`, given those of a coarser one: computed near the band alone.

@@ -2,6 +2,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <deque>
 
 #include "device/point_batch.hpp"
@@ -29,6 +31,12 @@ constexpr double kPart = 0.5;
 constexpr double kDisplacement = 0.125;
 /// For memory's sake: one for the lights, one for the camera.
 constexpr std::size_t kMostLattices = 2;
+
+/// A step of the places that rays pass through is at least so many pixels wide, and at most so many
+/// times as fine as that of the places found for all views.
+constexpr double kPixelsAPlace = 1.5, kFinest = 16;
+/// What lies so many cells behind the surface that the band's grid shows is out of sight.
+constexpr double kHiddenCells = 4;
 
 /// Rays that each lane takes in turn, so that lanes whose rays end early are not idle.
 constexpr std::size_t kRaysALane = 16;
@@ -70,6 +78,45 @@ Box box_in_sight(const View& view, const Box& bounds) {
   return {sight.min().cwiseMax(bounds.low), sight.max().cwiseMin(bounds.high)};
 }
 
+/// Whether something at most so far from a point can be seen in a perspective view.
+class InSight {
+ public:
+  /// @param coarse has few pixels. @param depths of it, to about `error`.
+  InSight(const View& coarse, std::vector<float> depths, double error)
+      : view_(coarse),
+        depths_(std::move(depths)),
+        error_(error),
+        axis_(view_.direction(0.5 * view_.columns, 0.5 * view_.rows)) {}
+
+  bool operator()(const Eigen::Vector3d& p, double reach) const {
+    const Eigen::Vector3d from_eye = p - view_.eye;
+    const double scale = axis_.squaredNorm() / from_eye.dot(axis_);
+    if (!(scale > 0)) return true;
+    const Eigen::Vector3d across = scale * from_eye - view_.dir;
+    const auto range = [&](const Eigen::Vector3d& pixel, int pixels) {
+      const double middle = across.dot(pixel) / pixel.squaredNorm();
+      const double around = 1 + scale * reach / pixel.norm();
+      return std::pair(std::max(0, static_cast<int>(std::floor(middle - around))),
+                       std::min(pixels, static_cast<int>(std::ceil(middle + around))));
+    };
+    const auto [left, right] = range(view_.dir_dx, view_.columns);
+    const auto [top, bottom] = range(view_.dir_dy, view_.rows);
+    for (int row = top; row < bottom; ++row) {
+      for (int column = left; column < right; ++column) {
+        const double depth = depths_[index(column, row, view_.columns)];
+        if (depth < 0 || from_eye.norm() < depth + reach + error_) return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  View view_;
+  std::vector<float> depths_;
+  double error_;
+  Eigen::Vector3d axis_;
+};
+
 /// A map's box in map coordinates, or where it knows none, one that holds most of its factors.
 Box shape_box(const RationalMap& map) {
   return map.box ? map.shape_to_map.to_map(*map.box) : surface::cube(2);
@@ -85,9 +132,8 @@ class MarchSource : public DepthSource {
     // Copies in portals may be smaller than what the grid shows of where they stand.
     if (!set.keeps_loose && !grid_.is_empty() && set.map.portals.empty()) find_loose();
     loose_layout_ = map_.context().upload_real(grid_layout(loose_.grid), set_.precision);
-    // A kernel's buffer has a size.
-    if (loose_.bits.empty()) loose_.bits.push_back(0);
-    loose_bits_ = map_.context().upload<std::uint32_t>(loose_.bits);
+    loose_bits_ = uploaded(loose_.bits);
+    send_finer();
   }
 
   void stop_with(const std::stop_token& stop) override { set_.stop = stop; }
@@ -105,7 +151,9 @@ class MarchSource : public DepthSource {
   }
 
   void prepare(const View& view) override {
-    if (!grid_.is_empty()) lattice_for(view);
+    if (grid_.is_empty()) return;
+    lattice_for(view);
+    look_finer(view);
   }
 
   std::vector<float> traits(const std::vector<Eigen::Vector3d>& points) override {
@@ -140,11 +188,37 @@ class MarchSource : public DepthSource {
       // What is cut away may be what a piece hangs on.
       MarchedSet whole = set_;
       whole.part.reset();
-      loose_ = BandGrid(map_.device(), whole, band_).loose_places();
-    } else {
-      loose_ = grid_.loose_places();
+      whole_ = std::make_unique<BandGrid>(map_.device(), whole, band_);
     }
+    loose_ = whole_grid().loose_places();
     grid_.leave_out(loose_);
+    if (loose_.bits.empty()) whole_.reset();
+  }
+  /// The grid over all of the set.
+  BandGrid& whole_grid() { return whole_ ? *whole_ : grid_; }
+
+  /// Looks at loose pieces in sight as finely as pixels show them.
+  void look_finer(const View& view) {
+    if (loose_.bits.empty()) return;
+    const double samples = loose_.grid.step / view.footprint;
+    const double finer = std::clamp(samples / (view.samples * kPixelsAPlace), 1.0, kFinest);
+    View places = view;
+    places.samples = std::clamp(static_cast<int>(samples), 1, std::min(view.columns, view.rows));
+    places = places.coarse();
+    const InSight in_sight(places, grid_.depths(places, 0, places.rows),
+                           kHiddenCells * grid_.step());
+    whole_grid().look_finer(loose_, static_cast<int>(std::bit_floor(static_cast<unsigned>(finer))),
+                            in_sight, set_.stop);
+    send_finer();
+  }
+  void send_finer() {
+    finer_cells_ = uploaded(loose_.finer_cells);
+    finer_bits_ = uploaded(loose_.finer_bits);
+  }
+
+  /// A kernel's buffer has a size.
+  device::Buffer<std::uint32_t> uploaded(const std::vector<std::uint32_t>& words) const {
+    return map_.context().upload<std::uint32_t>(words.empty() ? std::vector{0U} : words);
   }
 
   /// What serves the view's rays; made at the first call.
@@ -209,12 +283,13 @@ class MarchSource : public DepthSource {
                                   .iterations = set_.iterations,
                                   .stride = device::narrow(part.stride),
                                   .count = device::narrow(part.count),
-                                  .share = device::narrow(share)};
+                                  .share = device::narrow(share),
+                                  .finer = loose_.finer};
           });
-          return surface::Arguments({map_.buffer(), map_.factors(), march, packed, part.in,
-                                     grid_.layout(), grid_.safe(), lattice.layout(),
-                                     lattice.field(), lattice.versors(), lattice.trusted(),
-                                     loose_layout_, loose_bits_, part.out});
+          return surface::Arguments(
+              {map_.buffer(), map_.factors(), march, packed, part.in, grid_.layout(), grid_.safe(),
+               lattice.layout(), lattice.field(), lattice.versors(), lattice.trusted(),
+               loose_layout_, loose_bits_, finer_cells_, finer_bits_, part.out});
         },
         [&](std::size_t i, const std::array<double, 1>& depth) {
           depths[index(rays[i].column, rays[i].row - first_row, view.columns)] =
@@ -259,7 +334,8 @@ class MarchSource : public DepthSource {
   device::Kernel kernel_;
   surface::LoosePlaces loose_;
   device::RealBuffer loose_layout_;
-  device::Buffer<std::uint32_t> loose_bits_;
+  device::Buffer<std::uint32_t> loose_bits_, finer_cells_, finer_bits_;
+  std::unique_ptr<BandGrid> whole_;  ///< where `grid_` is over a part
   std::deque<ImageLattice> lattices_;
 };
 

@@ -1,9 +1,11 @@
 #include "surface/loose_places.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <optional>
 
 #include "base/union_find.hpp"
 
@@ -12,11 +14,13 @@ namespace {
 
 /// Of the largest body's volume, as in `drop_loose_pieces`.
 constexpr double kLeast = 0.01;
-/// A piece that has not come to an end after so many cells of the coarse grid is kept.
+/// A piece that has not come to an end after so many cells is kept.
 constexpr int kMostRounds = 6;
 /// Points of the fine grid by which a loose piece's place is wider than its inside points: its
 /// surface, and crumbs of it, lie between points.
 constexpr int kMargin = 2;
+/// To look at about pieces in sight: about a second of two CPU cores.
+constexpr std::size_t kMostFinerPoints = std::size_t{1} << 22;
 
 using Index = Eigen::Vector3i;
 
@@ -78,201 +82,155 @@ std::vector<std::size_t> cells_beside(const Grid& grid, const CoarseBodies& coar
   return cells;
 }
 
-/// The fine grid, known in blocks: a block is a cell of the coarse grid, with the fine points from
-/// its lower corner on, `divisions` along each side.
-class FineBlocks {
- public:
-  FineBlocks(const Grid& coarse, const CoarseBodies& bodies, int divisions, const Insides& insides)
-      : coarse_points_(coarse.points),
-        bodies_(bodies),
-        divisions_(divisions),
-        block_{Index::Zero(), Index::Constant(divisions)},
-        insides_(insides),
-        fine_{coarse.origin, coarse.step / divisions, divisions * coarse.points},
-        slots_(whole(coarse).size(), kUnknown) {}
+/// Bits as `LoosePlaces` has them.
+void put(std::vector<std::uint32_t>& bits, std::size_t number, bool value) {
+  const std::uint32_t bit = 1U << (number % 32);
+  value ? bits[number / 32] |= bit : bits[number / 32] &= ~bit;
+}
+bool has(const std::vector<std::uint32_t>& bits, std::size_t number) {
+  return ((bits[number / 32] >> (number % 32)) & 1U) != 0;
+}
 
-  const Grid& grid() const { return fine_; }
-  std::size_t size() const { return inside_.size(); }
-  bool is_inside(std::size_t place) const { return inside_[place]; }
+/// The point of a grid that lies nearest.
+std::optional<Index> nearest_point(const Grid& grid, const Eigen::Vector3d& p) {
+  const Eigen::Array3d at = ((p - grid.origin) / grid.step).array().round();
+  if (!(at >= 0).all() || !(at < grid.points.cast<double>().array()).all()) return std::nullopt;
+  return at.cast<int>();
+}
 
-  /// The blocks of all fine points at most `reach` from `middle` are to be known after the next
-  /// `look`.
-  void want(const Index& middle, int reach) {
-    for_around(fine_.points, middle, reach, [&](std::size_t, const Index& at) {
-      const std::size_t block = block_of(at);
-      if (slots_[block] != kUnknown) return;
-      slots_[block] = kWanted;
-      wanted_.push_back(block);
-    });
+Grid finer_grid(const Grid& grid, int finer) {
+  return {grid.origin, grid.step / finer, finer * grid.points};
+}
+
+/// The number of a point's bit among those of finer cells.
+std::optional<std::size_t> finer_number(const LoosePlaces& places, const Index& at) {
+  const Index cell = at / places.finer;
+  const std::size_t number = number_of(cell, places.grid.points), word = number / 32;
+  const std::uint32_t cells = places.finer_cells[2 * word], bit = 1U << (number % 32);
+  if ((cells & bit) == 0) return std::nullopt;
+  const auto before = static_cast<std::size_t>(places.finer_cells[2 * word + 1]) +
+                      static_cast<std::size_t>(std::popcount(cells & (bit - 1)));
+  const Index count = Index::Constant(places.finer);
+  return before * static_cast<std::size_t>(count.prod()) +
+         number_of(at - places.finer * cell, count);
+}
+
+/// Orders known blocks by their cells, and takes what is known of their points.
+void take_finer(LoosePlaces& places, const FineBodies& fine, int finer) {
+  const std::vector<std::size_t>& blocks = fine.blocks();
+  places.finer = finer;
+  places.finer_cells.assign(2 * places.bits.size(), 0);
+  for (const std::size_t block : blocks) {
+    places.finer_cells[2 * (block / 32)] |= 1U << (block % 32);
   }
-
-  /// Asks for the points of the blocks that are wanted; whether there were any.
-  bool look() {
-    if (wanted_.empty()) return false;
-    std::vector<Eigen::Vector3d> points;
-    points.reserve(wanted_.size() * block_.size());
-    for (const std::size_t block : wanted_) {
-      slots_[block] = static_cast<std::int32_t>(blocks_.size());
-      blocks_.push_back(block);
-      const std::size_t first = (blocks_.size() - 1) * block_.size();
-      for (std::size_t i = 0; i < block_.size(); ++i) points.push_back(fine_.point(at(first + i)));
-    }
-    wanted_.clear();
-    const std::vector<bool> found = insides_(points);
-    inside_.insert(inside_.end(), found.begin(), found.end());
-    return true;
+  std::uint32_t before = 0;
+  for (std::size_t word = 0; word < places.bits.size(); ++word) {
+    places.finer_cells[2 * word + 1] = before;
+    before += static_cast<std::uint32_t>(std::popcount(places.finer_cells[2 * word]));
   }
-
-  static constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
-  /// Where a fine point stands in the order of what is known; `kNowhere` where its block is not.
-  std::size_t place(const Index& at) const {
-    if (!is_on_grid(at)) return kNowhere;
-    const std::int32_t slot = slots_[block_of(at)];
-    if (slot < 0) return kNowhere;
-    const Index in_block = at - divisions_ * (at / divisions_);
-    return static_cast<std::size_t>(slot) * block_.size() + number_of(in_block, block_.count);
-  }
-  /// The fine point of a place.
-  Index at(std::size_t place) const {
-    return divisions_ * index_of(blocks_[place / block_.size()], coarse_points_) +
-           index_of(place % block_.size(), block_.count);
-  }
-  bool is_on_grid(const Index& at) const {
-    return (at.array() >= 0).all() && (at.array() < fine_.points.array()).all();
-  }
-  /// Whether a fine point is one of the coarse grid as well, in a body that is kept.
-  bool is_kept(const Index& at) const {
-    return at == divisions_ * (at / divisions_) && bodies_.is_kept[block_of(at)];
-  }
-
- private:
-  static constexpr std::int32_t kUnknown = -1, kWanted = -2;
-
-  std::size_t block_of(const Index& at) const { return number_of(at / divisions_, coarse_points_); }
-
-  Index coarse_points_;
-  const CoarseBodies& bodies_;
-  int divisions_;
-  GridBlock block_;  ///< the points of one
-  const Insides& insides_;
-  Grid fine_;
-  std::vector<std::int32_t> slots_;  ///< of coarse cells: number of a known block
-  std::vector<std::size_t> blocks_, wanted_;
-  std::vector<bool> inside_;
-};
-
-/// Bodies of the fine points that are known.
-struct FineBodies {
-  base::UnionFind bodies;
-  std::uint32_t kept = 0;     ///< what hangs on a body that is kept is one with this element
-  std::vector<bool> goes_on;  ///< by root: whether more of a body may be in blocks not known
-
-  bool is_kept(std::uint32_t place) { return bodies.root(place) == bodies.root(kept); }
-};
-
-/// Asks for the blocks in which bodies that are not kept may go on.
-FineBodies fine_bodies(FineBlocks& fine) {
-  FineBodies found{base::UnionFind(fine.size() + 1), static_cast<std::uint32_t>(fine.size()),
-                   std::vector<bool>(fine.size())};
-  for (std::uint32_t place = 0; place < fine.size(); ++place) {
-    if (!fine.is_inside(place)) continue;
+  places.finer_bits.assign((fine.size() + 31) / 32, 0);
+  // What is near neither loose nor kept points is as it was.
+  const int half = finer / 2;
+  for (std::size_t place = 0; place < fine.size(); ++place) {
     const Index at = fine.at(place);
-    for (int axis = 0; axis < 3; ++axis) {
-      const std::size_t next = fine.place(at + Index::Unit(axis));
-      if (next == FineBlocks::kNowhere || !fine.is_inside(next)) continue;
-      found.bodies.unite(place, static_cast<std::uint32_t>(next));
-    }
-    if (fine.is_kept(at)) found.bodies.unite(place, found.kept);
+    const Index nearest = ((at.array() + half) / finer).min(places.grid.points.array() - 1);
+    const bool was_loose = has(places.bits, number_of(nearest, places.grid.points));
+    if (was_loose) put(places.finer_bits, *finer_number(places, at), true);
   }
-  for (std::uint32_t place = 0; place < fine.size(); ++place) {
-    if (!fine.is_inside(place) || found.is_kept(place)) continue;
-    const Index at = fine.at(place);
-    for (int axis = 0; axis < 3; ++axis) {
-      for (const int by : {-1, 1}) {
-        const Index next = at + by * Index::Unit(axis);
-        if (!fine.is_on_grid(next) || fine.place(next) != FineBlocks::kNowhere) continue;
-        fine.want(next, 0);
-        found.goes_on[found.bodies.root(place)] = true;
-      }
-    }
-  }
-  return found;
+  fine.mark(kMargin, [&](const Index& at, bool is_loose) {
+    const auto number = finer_number(places, at);
+    if (number) put(places.finer_bits, *number, is_loose);
+  });
+}
+
+/// Looks `finer` times as finely about these points of loose pieces; false where that is too much.
+bool look_finer(LoosePlaces& places, const std::vector<Index>& points, int finer,
+                const Insides& insides) {
+  FineBodies fine(places.grid, places.is_kept, finer, Links::diagonals, insides);
+  for (const Index& point : points) fine.want(finer * point, finer * kMargin + finer / 2);
+  if (fine.wanted_blocks() * fine.points_a_block() > kMostFinerPoints) return false;
+  const double any_size = std::numeric_limits<double>::infinity();
+  fine.follow(kMostRounds);
+  fine.find_loose(any_size);
+  fine.look_around_loose(kMargin + 1);
+  fine.find_loose(any_size);
+  take_finer(places, fine, finer);
+  return true;
 }
 
 }  // namespace
 
 bool LoosePlaces::holds(const Eigen::Vector3d& p) const {
   if (bits.empty()) return false;
-  const Eigen::Array3d at = ((p - grid.origin) / grid.step).array().round();
-  if (!(at >= 0).all() || !(at < grid.points.cast<double>().array()).all()) return false;
-  const std::size_t number = number_of(at.cast<int>(), grid.points);
-  return ((bits[number / 32] >> (number % 32)) & 1U) != 0;
+  const auto at = nearest_point(grid, p);
+  if (!at) return false;
+  if (finer > 0) {
+    const auto near = nearest_point(finer_grid(grid, finer), p);
+    const auto number = near ? finer_number(*this, *near) : std::nullopt;
+    if (number) return has(finer_bits, *number);
+  }
+  return has(bits, number_of(*at, grid.points));
 }
 
 LoosePlaces find_loose_places(const Grid& grid, const std::vector<bool>& is_inside,
                               const std::vector<bool>& may_be_inside, int divisions,
                               const Insides& insides) {
   const CoarseBodies coarse = coarse_bodies(grid, is_inside);
-  FineBlocks fine(grid, coarse, divisions, insides);
+  FineBodies fine(grid, coarse.is_kept, divisions, Links::edges, insides);
   for (const std::size_t suspect : coarse.suspects) {
     fine.want(divisions * index_of(suspect, grid.points), 1);
   }
   for (const std::size_t cell : cells_beside(grid, coarse, may_be_inside)) {
     fine.want(divisions * index_of(cell, grid.points), 0);
   }
-  FineBodies found;
-  for (int round = 0; round < kMostRounds && fine.look(); ++round) found = fine_bodies(fine);
-  // What lies about loose pieces, too.
-  for (std::uint32_t place = 0; place < found.goes_on.size(); ++place) {
-    if (!fine.is_inside(place) || found.is_kept(place) || found.goes_on[found.bodies.root(place)]) {
-      continue;
-    }
-    fine.want(fine.at(place), kMargin + 1);
-  }
-  if (fine.look()) found = fine_bodies(fine);
-  if (fine.size() == 0) return {};
-  const std::uint32_t kept = found.bodies.root(found.kept);
-  std::vector<std::uint32_t> sizes(found.bodies.size());
-  for (std::uint32_t place = 0; place < fine.size(); ++place) {
-    if (fine.is_inside(place)) ++sizes[found.bodies.root(place)];
-  }
-  const double cell = std::pow(fine.grid().step, 3);
-  const double most = kLeast * coarse.largest * divisions * divisions * divisions;
-  const auto is_loose = [&](std::uint32_t body) {
-    return body != kept && sizes[body] > 0 && !found.goes_on[body] && sizes[body] < most;
-  };
+  const double most = kLeast * coarse.largest * std::pow(divisions, 3);
+  fine.follow(kMostRounds);
+  fine.find_loose(most);
+  fine.look_around_loose(kMargin + 1);
+  fine.find_loose(most);
 
   LoosePlaces places;
-  for (std::uint32_t body = 0; body < fine.size(); ++body) {
-    if (!is_loose(body)) continue;
-    ++places.pieces.count;
-    places.pieces.volume += cell * sizes[body];
-  }
-  if (places.pieces.count == 0) return {};
-  const double all = places.pieces.volume + std::pow(grid.step, 3) * coarse.kept_points;
-  places.pieces.share = places.pieces.volume / all;
+  places.of_pieces = fine.loose_bodies();
+  if (places.of_pieces.empty()) return {};
   places.grid = fine.grid();
   const Index& points = places.grid.points;
+  places.pieces.count = places.of_pieces.size();
+  for (std::vector<std::size_t>& piece : places.of_pieces) {
+    for (std::size_t& point : piece) point = number_of(fine.at(point), points);
+    places.pieces.volume += std::pow(places.grid.step, 3) * static_cast<double>(piece.size());
+  }
+  const double all = places.pieces.volume + std::pow(grid.step, 3) * coarse.kept_points;
+  places.pieces.share = places.pieces.volume / all;
+  places.is_kept.resize(whole(places.grid).size());
+  for_points(grid.points, [&](std::size_t number, const Index& at) {
+    if (coarse.is_kept[number]) places.is_kept[number_of(divisions * at, points)] = true;
+  });
+  for (std::size_t place = 0; place < fine.size(); ++place) {
+    if (!fine.is_inside(place) || fine.is_loose(place)) continue;
+    places.is_kept[number_of(fine.at(place), points)] = true;
+  }
   places.bits.resize((whole(places.grid).size() + 31) / 32);
-  for (std::uint32_t place = 0; place < fine.size(); ++place) {
-    if (!fine.is_inside(place) || !is_loose(found.bodies.root(place))) continue;
-    for_around(points, fine.at(place), kMargin, [&](std::size_t number, const Index&) {
-      places.bits[number / 32] |= 1U << (number % 32);
-    });
-  }
-  // What is kept keeps its surface.
-  for (std::uint32_t place = 0; place < fine.size(); ++place) {
-    if (!fine.is_inside(place) || is_loose(found.bodies.root(place))) continue;
-    for_around(points, fine.at(place), 1, [&](std::size_t number, const Index& at) {
-      const std::size_t other = fine.place(at);
-      if (other != FineBlocks::kNowhere && fine.is_inside(other) &&
-          is_loose(found.bodies.root(static_cast<std::uint32_t>(other)))) {
-        return;
-      }
-      places.bits[number / 32] &= ~(1U << (number % 32));
-    });
-  }
+  fine.mark(kMargin, [&](const Index& at, bool is_loose) {
+    put(places.bits, number_of(at, points), is_loose);
+  });
   return places;
+}
+
+void look_finer(LoosePlaces& places, int finer, const Sight& is_in_sight, const Insides& insides) {
+  places.finer = 0;
+  places.finer_cells.clear();
+  places.finer_bits.clear();
+  const Grid& grid = places.grid;
+  std::vector<Index> points;
+  for (const std::vector<std::size_t>& piece : places.of_pieces) {
+    const bool is_seen = std::ranges::any_of(piece, [&](std::size_t point) {
+      return is_in_sight(grid.point(index_of(point, grid.points)), (kMargin + 1) * grid.step);
+    });
+    if (!is_seen) continue;
+    for (const std::size_t point : piece) points.push_back(index_of(point, grid.points));
+  }
+  if (points.empty()) return;
+  while (finer > 1 && !look_finer(places, points, finer, insides)) finer /= 2;
 }
 
 }  // namespace qjulia::surface

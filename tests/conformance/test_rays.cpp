@@ -1,8 +1,11 @@
 // Rays that meet the unit ball and other sets, against closed forms and whole orbits.
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <map>
+#include <optional>
 #include <set>
 
 #include "armed_ball.hpp"
@@ -267,6 +270,129 @@ TEST_CASE("a part of the set has the loose pieces that the whole has") {
     const auto cut = half->depths(view, 0, view.rows);
     CHECK(std::ranges::count_if(cut, [](float d) { return d >= 0; }) > 500);
   }
+}
+
+namespace {
+
+/// Which points of a map's set hang on its core, where no orbit leaves. Points of a lattice through
+/// the origin are followed along its edges, by whole orbits.
+class Hanging {
+ public:
+  Hanging(const Device& device, const RationalMap& map, int iterations, double step)
+      : field_(device, map, Precision::single),
+        map_(map),
+        iterations_(iterations),
+        step_(step),
+        core_(std::log(find_stop_radii(device, map).inner)) {}
+
+  /// Of the lattice's inside point nearest to p; nothing where none is next to it.
+  std::optional<bool> at(const Vector3d& p) {
+    const Eigen::Array3i middle = (p / step_).array().round().cast<int>();
+    std::optional<Node> nearest;
+    for (int i = 0; i < 27; ++i) {
+      const Node node{middle[0] + i % 3 - 1, middle[1] + i / 3 % 3 - 1, middle[2] + i / 9 - 1};
+      const auto away = [&](const Node& n) { return (point(n) - p).norm(); };
+      if (kinds_of({node})[0] == Kind::outside) continue;
+      if (!nearest || away(node) < away(*nearest)) nearest = node;
+    }
+    if (!nearest) return std::nullopt;
+    return hangs(*nearest);
+  }
+
+ private:
+  using Node = std::array<int, 3>;
+  enum class Kind { outside, inside, core };
+
+  Vector3d point(const Node& n) const { return step_ * Vector3d(n[0], n[1], n[2]); }
+
+  std::vector<Kind> kinds_of(const std::vector<Node>& nodes) const {
+    std::vector<Quaternion> points;
+    for (const Node& node : nodes) {
+      const Vector3d p = point(node);
+      points.push_back({p.x(), p.y(), p.z(), map_.slice});
+    }
+    const auto first = field_.at(points, 1), last = field_.decided_at(points, iterations_);
+    std::vector<Kind> kinds;
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      const bool is_inside = last[i] < map_.surface_level;
+      kinds.push_back(!is_inside ? Kind::outside : first[i] < core_ ? Kind::core : Kind::inside);
+    }
+    return kinds;
+  }
+
+  bool hangs(const Node& start) {
+    std::vector<Node> layer{start}, followed;
+    std::set<Node> seen(layer.begin(), layer.end());
+    std::optional<bool> found;
+    while (!found) {
+      const std::vector<Kind> kinds = kinds_of(layer);
+      std::vector<Node> next;
+      for (std::size_t i = 0; i < layer.size() && !found; ++i) {
+        if (kinds[i] == Kind::outside) continue;
+        if (kinds[i] == Kind::core) found = true;
+        const auto known = known_.find(layer[i]);
+        if (known != known_.end()) found = known->second;
+        followed.push_back(layer[i]);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          for (const int by : {-1, 1}) {
+            Node beside = layer[i];
+            beside[axis] += by;
+            if (seen.insert(beside).second) next.push_back(beside);
+          }
+        }
+      }
+      layer = next;
+      if (layer.empty() && !found) found = false;
+    }
+    for (const Node& node : followed) known_[node] = *found;
+    return *found;
+  }
+
+  Field field_;
+  RationalMap map_;
+  int iterations_;
+  double step_, core_;
+  std::map<Node, bool> known_;
+};
+
+}  // namespace
+
+TEST_CASE("close views without loose pieces lose nothing of the body") {
+  const Device device = test::shared_device();
+  // Wild enough to have flakes.
+  const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 3));
+  picture::MarchedSet set{map, 6, {}, {}, Precision::single};
+  set.cells = 100;
+  const auto all = picture::march_source(device, set);
+  set.keeps_loose = false;
+  const auto some = picture::march_source(device, set);
+  Camera camera;
+  camera.azimuth = 30;
+  camera.zoom = 10;
+  camera.up = UpAxis::y;
+  const picture::View view = picture::camera_view(camera, *map.box, 160, 120, 1);
+  const auto kept = all->depths(view, 0, view.rows);
+  some->prepare(view);
+  const auto left = some->depths(view, 0, view.rows);
+  Hanging body(device, map, set.iterations, 1.5 * view.footprint);
+  int nearer = 0, of_body = 0, of_pieces = 0;
+  test::for_pixels(view, kept, [&](int column, int row, double depth) {
+    const double found = left[static_cast<std::size_t>(row * view.columns + column)];
+    const double slack = 4 * view.footprint;
+    if (found >= 0 && (depth < 0 || found < depth - slack)) ++nearer;
+    if (depth < 0 || (found >= 0 && found < depth + slack)) return;
+    const auto hangs = body.at(view.at(column + 0.5, row + 0.5, depth + 0.5 * view.footprint));
+    if (hangs) ++(*hangs ? of_body : of_pieces);
+  });
+  CHECK(nearer == 0);
+  CHECK(of_pieces > 300);
+  // Hairs thinner than a pixel.
+  CHECK(of_body <= 10);
+  // What a ray meets does not depend on the strip it is asked for in.
+  std::vector<float> strips = some->depths(view, 0, 50);
+  const auto rest = some->depths(view, 50, view.rows - 50);
+  strips.insert(strips.end(), rest.begin(), rest.end());
+  CHECK(strips == left);
 }
 
 TEST_CASE("interpolated images give the picture that computed ones give") {
