@@ -39,8 +39,6 @@ struct Turned {
   int iterations = 6;
 };
 
-const Device& on_device() { return test::shared_device(); }
-
 /// Shape coordinates become map coordinates, so that grids of dyadic numbers are exact in both.
 RationalMap in_map_coordinates(RationalMap map) {
   map.shape_to_map = {};
@@ -51,14 +49,14 @@ RationalMap in_map_coordinates(RationalMap map) {
 RationalMap exact(const TriangleMesh& mesh) {
   ExactMapOptions options;
   options.resolution = 64;
-  return exact_map(on_device(), mesh, options);
+  return exact_map(test::shared_device(), mesh, options);
 }
 
 Turned scaled(const std::string& name, const RationalMap& map, double detail, double scale) {
   MapKnobs knobs;
   knobs.detail = detail;
   knobs.scale = scale;
-  return {name, in_map_coordinates(with_knobs(on_device(), map, knobs))};
+  return {name, in_map_coordinates(with_knobs(test::shared_device(), map, knobs))};
 }
 
 /// Orbits of these come to rest between e^L and the largest ball that the map takes into itself.
@@ -114,10 +112,11 @@ class Draw {
 };
 
 RationalMap fitted() {
-  static const RationalMap map = with_detail(
-      calibrated(on_device(), with_measured_detail(on_device(), test::armed_ball_map(60),
-                                                   test::armed_ball_surface(1000))),
-      0.02);
+  static const RationalMap map =
+      with_detail(calibrated(test::shared_device(),
+                             with_measured_detail(test::shared_device(), test::armed_ball_map(60),
+                                                  test::armed_ball_surface(1000))),
+                  0.02);
   return map;
 }
 
@@ -144,7 +143,7 @@ MapKnobs knobs_of(const RationalMap& map, Draw& draw) {
 RationalMap with_allowed_knobs(const RationalMap& map, Draw& draw) {
   for (;;) {
     try {
-      return with_knobs(on_device(), map, knobs_of(map, draw));
+      return with_knobs(test::shared_device(), map, knobs_of(map, draw));
     } catch (const InputError&) {
       continue;
     }
@@ -223,7 +222,7 @@ std::vector<bool> sampled(const Turned& turned, const surface::Grid& grid) {
   const CellGrid cells{cells_about(grid), {grid.points.x(), grid.points.y(), grid.points.z()}};
   std::vector<double> values;
   sample_field(
-      on_device(), turned.map, options, cells, CellOrder::x_fastest,
+      test::shared_device(), turned.map, options, cells, CellOrder::x_fastest,
       [&](std::span<const double> part) { values.insert(values.end(), part.begin(), part.end()); });
   return insides(values, turned.map.surface_level);
 }
@@ -267,11 +266,11 @@ std::size_t differing(const std::vector<bool>& a, const std::vector<bool>& b) {
 std::size_t check_grids(const Turned& turned, const surface::Grid& grid) {
   const RationalMap& map = turned.map;
   const double level = map.surface_level;
-  const StopRadii stops = find_stop_radii(on_device(), map);
+  const StopRadii stops = find_stop_radii(test::shared_device(), map);
   CAPTURE(turned.name, turned.iterations, level, stops.inner, stops.outer, stops.escape);
   CHECK(stops.inner < std::exp(level));
   CHECK(stops.outer > std::exp(level));
-  const surface::LevelSet set(on_device(), map, stops, turned.iterations);
+  const surface::LevelSet set(test::shared_device(), map, stops, turned.iterations);
   const std::vector<bool> expected = sampled(turned, grid);
   CHECK(differing(expected, insides(set.densely_over(grid, whole(grid), level), level)) == 0);
   // What `compare` counts.
@@ -283,7 +282,7 @@ std::size_t check_grids(const Turned& turned, const surface::Grid& grid) {
 /// Checks that `compare` counts the points of the grid that lie in the set and in a ball.
 void check_comparison(const Turned& turned, const surface::Grid& grid) {
   const TriangleMesh ball = shapes::sphere(3, 0.9);
-  const SignedDistance distance = outer_surface(on_device(), ball).distance;
+  const SignedDistance distance = outer_surface(test::shared_device(), ball).distance;
   std::vector<Vector3d> points;
   surface::for_points(grid.points, [&](std::size_t /*number*/, const Eigen::Vector3i& at) {
     points.push_back(grid.point(at));
@@ -297,7 +296,7 @@ void check_comparison(const Turned& turned, const surface::Grid& grid) {
   options.iterations = turned.iterations;
   options.box = cells_about(grid);
   CAPTURE(turned.name, turned.iterations);
-  CHECK(compare(on_device(), turned.map, ball, options).back().iou == overlap.iou());
+  CHECK(compare(test::shared_device(), turned.map, ball, options).back().iou == overlap.iou());
 }
 
 /// Checks that a mesh has the same vertices whether orbits are run everywhere or where they must.
@@ -306,9 +305,9 @@ void check_meshes(const Turned& turned, const surface::Grid& grid) {
   options.resolution = grid.points.x() - 1;
   options.iterations = turned.iterations;
   options.box = Box{grid.origin, grid.point(grid.points.array() - 1)};
-  const TriangleMesh mesh = extract_surface(on_device(), turned.map, options);
+  const TriangleMesh mesh = extract_surface(test::shared_device(), turned.map, options);
   options.dense = true;
-  const TriangleMesh dense = extract_surface(on_device(), turned.map, options);
+  const TriangleMesh dense = extract_surface(test::shared_device(), turned.map, options);
   CAPTURE(turned.name, turned.iterations);
   CHECK(mesh.vertices == dense.vertices);
   CHECK(mesh.triangles == dense.triangles);
@@ -329,7 +328,7 @@ TEST_CASE("pictures of swollen maps show the inside that orbits have") {
   for (Turned turned : swollen()) {
     turned.map.factors = {{{0.1, 0.2, 0, 0}, 1}};
     CAPTURE(turned.name);
-    test::check_rays(on_device(), turned.map, surface::cube(1.6), turned.iterations);
+    test::check_rays(test::shared_device(), turned.map, surface::cube(1.6), turned.iterations);
   }
 }
 
@@ -349,7 +348,7 @@ TEST_CASE("random maps have the same inside in samples, surfaces, comparisons an
     // Enough of the picture, and no dust.
     if (number % kEachPicture > 0 || inside < whole(grid).size() / 10) continue;
     CAPTURE(turned.name, turned.iterations);
-    test::check_rays(on_device(), turned.map, surface::cube(1.5), turned.iterations);
+    test::check_rays(test::shared_device(), turned.map, surface::cube(1.5), turned.iterations);
   }
   CHECK(drawn > maps * 3 / 4);
 }
