@@ -136,7 +136,12 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   Shape shape =
       in_stage(monitor, "measure the mesh", [&] { return make_shape(device, mesh, monitor.stop); });
   const double detail =
-      team.broadcast({chosen_detail(options.detail, thinness(shape.mesh), kFittedShare)}).front();
+      team
+          .broadcast({chosen_detail(
+              options.detail,
+              radial_spread(shape.mesh, shape.shape_to_map.to_shape(Eigen::Vector3d::Zero())),
+              kFittedRule)})
+          .front();
   Schedule schedule = find_schedule(options.schedule);
   if (options.polish) schedule = with_polish(std::move(schedule), detail);
   Checkpoint checkpoint(options.checkpoint, fit_key(mesh, options, device));

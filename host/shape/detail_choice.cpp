@@ -6,14 +6,54 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
+
+#include "qjulia/error.hpp"
 
 namespace qjulia {
 namespace {
 
-constexpr double kThinnessOfBall = 6 * std::numbers::sqrt3;
-constexpr double kThickest = 0.02;
-/// x is capped at kThinnest, or at kBearable x where that is larger (x > 70).
-constexpr double kThinnest = 30, kBearable = 3.0 / 7;
+constexpr double kWantedCells = 256;  // along the longest side, where roughness is wanted
+constexpr double kThickest = 0.03;
+/// A triangle is halved until its sides are at most this share of its distance from the origin.
+constexpr double kLongestSide = 0.25;
+constexpr int kMostHalvings = 16;
+
+/// Part of a surface as seen from the origin.
+struct Patch {
+  double log_radius;
+  double share;  ///< of the sphere, negative where the surface faces the origin
+};
+
+/// Solid angle over 4π (van Oosterom & Strackee 1983).
+double share_of_sphere(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                       const Eigen::Vector3d& c) {
+  const double la = a.norm(), lb = b.norm(), lc = c.norm();
+  return std::atan2(a.dot(b.cross(c)),
+                    la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb) /
+         (2 * std::numbers::pi);
+}
+
+void add_patches(Eigen::Vector3d a, Eigen::Vector3d b, Eigen::Vector3d c, int halvings,
+                 std::vector<Patch>& patches) {
+  double ab = (b - a).squaredNorm();
+  const double bc = (c - b).squaredNorm(), ca = (a - c).squaredNorm();
+  const Eigen::Vector3d middle = (a + b + c) / 3;
+  const double longest = std::max({ab, bc, ca});
+  if (halvings == 0 || longest <= kLongestSide * kLongestSide * middle.squaredNorm()) {
+    patches.push_back({std::log(middle.norm()), share_of_sphere(a, b, c)});
+    return;
+  }
+  // The longest side becomes that from a to b.
+  for (; ab < longest; ab = (b - a).squaredNorm()) {
+    const Eigen::Vector3d first = a;
+    a = b, b = c, c = first;
+  }
+  const Eigen::Vector3d half = (a + b) / 2;
+  add_patches(a, half, c, halvings - 1, patches);
+  add_patches(half, b, c, halvings - 1, patches);
+}
 
 struct Meaning {
   const char* name;
@@ -41,21 +81,39 @@ std::string to_string(const DetailChoice& detail) {
   return fmt::format("{}", std::get<double>(detail));
 }
 
-double thinness(const TriangleMesh& mesh) {
+RadialSpread radial_spread(const TriangleMesh& mesh, const Eigen::Vector3d& origin) {
   mesh.validate();
-  double area = 0;
+  std::vector<Patch> patches;
+  patches.reserve(mesh.triangles.size());
   for (const auto& [a, b, c] : mesh.triangles) {
-    const Eigen::Vector3d& p = mesh.vertices[a];
-    area += 0.5 * (mesh.vertices[b] - p).cross(mesh.vertices[c] - p).norm();
+    add_patches(mesh.vertices[a] - origin, mesh.vertices[b] - origin, mesh.vertices[c] - origin,
+                kMostHalvings, patches);
   }
-  return mesh.box().diagonal() * area / signed_volume(oriented_outward(mesh));
+  double whole = 0;
+  for (const Patch& patch : patches) whole += patch.share;
+  if (!(std::abs(whole) > 0.5)) {
+    throw InputError("the origin is not inside the mesh: close it, or turn its parts outward");
+  }
+  std::ranges::sort(patches, {}, [](const Patch& p) { return std::pair(p.log_radius, p.share); });
+  RadialSpread spread;
+  double inside = 1;
+  for (std::size_t i = 0; i + 1 < patches.size(); ++i) {
+    inside -= patches[i].share / whole;
+    const double share = std::clamp(inside, 0.0, 1.0);
+    spread.of_log_radii +=
+        share * (1 - share) * (patches[i + 1].log_radius - patches[i].log_radius);
+  }
+  const Box box = mesh.box();
+  spread.longest_side = (box.high - box.low).maxCoeff() / box.diagonal();
+  return spread;
 }
 
-double chosen_detail(const DetailChoice& detail, double thinness, double share) {
+double chosen_detail(const DetailChoice& detail, const RadialSpread& spread,
+                     const DetailRule& rule) {
   if (const auto* number = std::get_if<double>(&detail)) return *number;
-  const double beyond = std::max(thinness - kThinnessOfBall, share / kThickest);
-  return meaning(std::get<DetailWord>(detail)).of_automatic * share /
-         std::min(beyond, std::max(kThinnest, kBearable * beyond));
+  const double automatic =
+      rule.cells / kWantedCells * spread.longest_side / std::pow(spread.of_log_radii, rule.power);
+  return meaning(std::get<DetailWord>(detail)).of_automatic * std::min(automatic, kThickest);
 }
 
 }  // namespace qjulia

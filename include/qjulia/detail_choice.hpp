@@ -1,6 +1,7 @@
 #pragma once
 /// How thick a shell is asked for: a number, or a word that suits thick and thin shapes alike.
 
+#include <Eigen/Core>
 #include <string>
 #include <variant>
 
@@ -8,7 +9,7 @@
 
 namespace qjulia {
 
-/// Relative to what the shape can bear without losing limbs.
+/// Relative to what makes the set rough and leaves it the shape.
 enum class DetailWord {
   automatic,  ///< fractal, and still the shape
   smooth,     ///< an eighth of it: grooves too fine to see
@@ -22,18 +23,30 @@ using DetailChoice = std::variant<DetailWord, double>;
 /// "auto", "smooth", "clear" or "wild", or a number in as many digits as it takes.
 std::string to_string(const DetailChoice& detail);
 
-/// How thin a shape is: its box's diagonal times area over volume. 6 √3 ≈ 10.4 for a ball and a
-/// cube, 19 for the bunny, 61 for a standing figure with fingers.
-/// @param mesh without hidden parts; units do not matter.
-double thinness(const TriangleMesh& mesh);
+/// What the roughness of a shape's set depends on, besides δ.
+struct RadialSpread {
+  /// ∫ A (1 − A) d ln r, with A(r) the share of the sphere of radius r about the origin that is
+  /// inside; half the mean difference of ln r between two random rays' ends. 0 for a ball about the
+  /// origin, 0.07 for a skull, 0.2 for a scorpion. A point with F_1 = ln r is taken to that sphere,
+  /// in any direction, so that A is its chance to stay inside: the shell that is neither solid nor
+  /// empty is about so many times 1 / |∇F_1| deep.
+  double of_log_radii = 0;
+  double longest_side = 1;  ///< of the box, over its diagonal
+};
 
-/// Of `chosen_detail`. With the same δ, exact maps are rougher than fitted ones.
-constexpr double kFittedShare = 0.2, kExactShare = 0.12;
+/// @param mesh without hidden parts. @param origin inside, where the map takes 0; the mesh's units.
+/// @throws InputError when the mesh is not sound or not closed about the origin.
+RadialSpread radial_spread(const TriangleMesh& mesh, const Eigen::Vector3d& origin);
 
-/// δ for a shape of that thinness. With x = thinness − 6 √3, `automatic` is share / x, at most
-/// 0.02, where x is capped at 30, or at 3/7 of its value where that is larger. A ball's set loses
-/// nothing of the shape at any δ; other fitted sets lose about 0.05 to 0.13 times δ x
-/// (docs/fitting.md).
-double chosen_detail(const DetailChoice& detail, double thinness, double share);
+/// By which `automatic` gives sets a roughness of about 1.2 on 256 cells (docs/fitting.md): `cells`
+/// is the shell's depth then, for a spread of 1.
+struct DetailRule {
+  double cells, power;
+};
+constexpr DetailRule kFittedRule{0.48, 1.2}, kExactRule{0.35, 1};
+
+/// δ for a shape: `automatic` is cells / 256 · longest_side / of_log_radii^power, at most 0.03.
+double chosen_detail(const DetailChoice& detail, const RadialSpread& spread,
+                     const DetailRule& rule);
 
 }  // namespace qjulia

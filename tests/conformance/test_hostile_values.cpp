@@ -273,7 +273,7 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   use("signed_volume", [&] { signed_volume(mesh); });
   use("oriented_outward", [&] { oriented_outward(mesh); });
   use("guess_up", [&] { guess_up(mesh); });
-  use("thinness", [&] { thinness(mesh); });
+  use("radial_spread", [&] { radial_spread(mesh, Eigen::Vector3d::Zero()); });
   for (const char* name : {"m.ply", "m.obj", "m.stl", "m.off", "m.glb"}) {
     use("write_mesh", [&] { write_mesh(mesh, folder / name, "a\xff note", UpAxis::x); });
   }
@@ -598,7 +598,8 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
       options.noise->origin = v;
       exact_map(on_device(), mesh, options);
     });
-    survives("chosen_detail", [&] { chosen_detail(DetailWord::wild, x, x); });
+    survives("chosen_detail", [&] { chosen_detail(DetailWord::wild, {x, x}, kFittedRule); });
+    survives("radial_spread", [&] { radial_spread(mesh, v); });
     survives("to_string", [&] { to_string(DetailChoice(x)); });
     survives("quadratic_map", [&] { quadratic_map({x, x, x, x}).validate(); });
     survives("log", [&] {

@@ -242,7 +242,6 @@ TEST_CASE("a body that is inside out beside another has an inside") {
     const Shape expected = make_shape(test::shared_device(), right);
     CHECK(shape.inradius == Approx(expected.inradius).epsilon(1e-9));
     CHECK(shape.mesh.triangles == expected.mesh.triangles);
-    CHECK(thinness(wrong) == Approx(thinness(right)));
   }
 }
 

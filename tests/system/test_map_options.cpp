@@ -119,7 +119,7 @@ TEST_CASE("words for the detail suit the map's own shape, and tufts make a map o
   };
   const double automatic = detail("auto");
   CHECK(automatic > 0.001);
-  CHECK(automatic <= 0.02);
+  CHECK(automatic <= 0.03);
   CHECK(detail("smooth") == Approx(automatic / 8));
   CHECK(detail("clear") == Approx(automatic / 2));
   CHECK(detail("wild") == Approx(2 * automatic));

@@ -1,7 +1,9 @@
 // Changing the shell without changing the shape; details by words.
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 
 #include "map/reference_iteration.hpp"
 #include "qjulia/detail.hpp"
@@ -68,37 +70,58 @@ TEST_CASE("details that cannot be are refused, and the message says what can") {
   CHECK_THROWS_WITH(with_detail(unknown, 0.02), Catch::Contains("detail"));
 }
 
-TEST_CASE("a cube and a ball are equally thick, and thinness has no unit") {
-  const double thickest = 6 * std::sqrt(3.0);
-  CHECK(thinness(shapes::box({-1, 2, 3}, {1, 4, 5})) == Approx(thickest));
-  CHECK(thinness(shapes::box({0, 0, 0}, {1e-3, 1e-3, 1e-3})) == Approx(thickest));
-  CHECK(thinness(shapes::sphere(5)) == Approx(thickest).epsilon(2e-3));
-  // Sides 1, 1, 10: diagonal √102, area 42, volume 10.
-  CHECK(thinness(shapes::box({0, 0, 0}, {1, 1, 10})) == Approx(std::sqrt(102.0) * 4.2));
+/// ∫ A (1 − A) d ln r by random directions, for a shape whose rays leave it once.
+template <class RadiusAlong>
+double spread_by_rays(const RadiusAlong& radius_along) {
+  std::vector<double> log_radii;
+  for (const auto& x : test::random_samples(40000, 7).position) {
+    if (x.norm() > 1.5) continue;  // even directions
+    log_radii.push_back(std::log(radius_along(Eigen::Vector3d(x.normalized()))));
+  }
+  std::ranges::sort(log_radii);
+  double sum = 0;  // of |ln r − ln r'| / 2 over pairs
+  const auto count = static_cast<double>(log_radii.size());
+  for (std::size_t i = 0; i < log_radii.size(); ++i) {
+    sum += log_radii[i] * (2 * static_cast<double>(i) + 1 - count);
+  }
+  return sum / (count * count);
 }
 
-TEST_CASE("words give thick shapes two per cent, thin ones less, and keep their order") {
-  const auto detail = [](DetailWord word, double thin) {
-    return chosen_detail(word, thin, kFittedShare);
+TEST_CASE("the spread of a shape's radii is that of rays to its surface, in any unit") {
+  const Eigen::Vector3d middle(0, 0, 0);
+  CHECK(radial_spread(shapes::sphere(5), middle).of_log_radii < 2e-3);
+  const Eigen::Vector3d half(1, 0.5, 2), off(0.3, -0.2, 0.9);
+  const auto to_wall = [&](const Eigen::Vector3d& d) {
+    double least = std::numeric_limits<double>::infinity();
+    for (int axis = 0; axis < 3; ++axis) {
+      const double wall = d[axis] > 0 ? half[axis] - off[axis] : -half[axis] - off[axis];
+      least = std::min(least, wall / d[axis]);
+    }
+    return least;
   };
-  CHECK(detail(DetailWord::automatic, 10.3) == Approx(0.02));
-  CHECK(detail(DetailWord::automatic, 17.1) == Approx(0.02));
-  CHECK(detail(DetailWord::automatic, 22.5) == Approx(0.0165).epsilon(0.01));    // the koala
-  CHECK(detail(DetailWord::automatic, 19.3) == Approx(0.02));                    // the bunny
-  CHECK(detail(DetailWord::automatic, 34.1) == Approx(0.00844).epsilon(0.01));   // a hand
-  CHECK(detail(DetailWord::automatic, 61.2) == Approx(0.2 / 30));                // a figure
-  CHECK(detail(DetailWord::automatic, 80.3) == Approx(0.2 / 30).epsilon(1e-3));  // a scorpion
-  CHECK(detail(DetailWord::automatic, 360.4) == Approx(0.2 / 150).epsilon(1e-3));
-  CHECK(chosen_detail(DetailWord::automatic, 10.3, kExactShare) == Approx(0.02));
-  CHECK(chosen_detail(DetailWord::automatic, 19.3, kExactShare) == Approx(0.0135).epsilon(0.01));
-  CHECK(chosen_detail(DetailWord::automatic, 61.2, kExactShare) == Approx(0.004));
-  for (const double thin : {10.4, 30.0, 1000.0}) {
-    const double automatic = detail(DetailWord::automatic, thin);
-    CHECK(detail(DetailWord::smooth, thin) == Approx(automatic / 8));
-    CHECK(detail(DetailWord::clear, thin) == Approx(automatic / 2));
-    CHECK(detail(DetailWord::wild, thin) == Approx(2 * automatic));
+  const RadialSpread spread = radial_spread(shapes::box(-half, half), off);
+  CHECK(spread.of_log_radii == Approx(spread_by_rays(to_wall)).epsilon(0.02));
+  CHECK(spread.longest_side == Approx(4 / std::sqrt(4 + 1 + 16.0)));
+  CHECK(radial_spread(shapes::box(-1e-3 * half, 1e-3 * half), 1e-3 * off).of_log_radii ==
+        Approx(spread.of_log_radii));
+  CHECK_THROWS_AS(radial_spread(shapes::sphere(3), Eigen::Vector3d(5, 0, 0)), InputError);
+}
+
+TEST_CASE("words give shapes with even radii more, and keep their order") {
+  const auto detail = [](DetailWord word, double spread) {
+    return chosen_detail(word, {spread, 0.8}, kFittedRule);
+  };
+  CHECK(detail(DetailWord::automatic, 0) == Approx(0.03));
+  CHECK(detail(DetailWord::automatic, 0.1) == Approx(0.48 / 256 * 0.8 / std::pow(0.1, 1.2)));
+  CHECK(chosen_detail(DetailWord::automatic, {0.2, 0.8}, kExactRule) ==
+        Approx(0.35 / 256 * 0.8 / 0.2));
+  for (const double spread : {0.0, 0.1, 1.0}) {
+    const double automatic = detail(DetailWord::automatic, spread);
+    CHECK(detail(DetailWord::smooth, spread) == Approx(automatic / 8));
+    CHECK(detail(DetailWord::clear, spread) == Approx(automatic / 2));
+    CHECK(detail(DetailWord::wild, spread) == Approx(2 * automatic));
   }
-  CHECK(chosen_detail(0.037, 1e9, kFittedShare) == 0.037);
+  CHECK(chosen_detail(0.037, {1, 1}, kFittedRule) == 0.037);
 }
 
 TEST_CASE("choices are written as they are given") {

@@ -21,20 +21,20 @@ constexpr const char* kTuftsText =
     "off the shape are shorter, and fewer pieces come loose. ";
 
 /// Longest side of the grid on which a map's own shape is measured, cells.
-constexpr int kThinnessCells = 128;
+constexpr int kShapeCells = 128;
 
 /// Of the shape that the map fits, as the map has it.
-double thinness_of(const Device& device, const RationalMap& map) {
+RadialSpread spread_of(const Device& device, const RationalMap& map) {
   SurfaceOptions options;
   options.iterations = 1;
-  options.resolution = kThinnessCells;
+  options.resolution = kShapeCells;
   const TriangleMesh mesh = extract_surface(device, without_portals(map), options);
   if (mesh.triangles.empty()) {
     throw OptionError("detail",
                       "the map's own shape is empty, so that no word suits it; give a "
                       "number");
   }
-  return thinness(mesh);
+  return radial_spread(mesh, map.shape_to_map.to_shape(Eigen::Vector3d::Zero()));
 }
 
 /// Takes a number or a word.
@@ -168,8 +168,9 @@ RationalMap with_knobs(const Device& device, const RationalMap& map, const MapOp
       const bool needs_shape = std::holds_alternative<DetailWord>(*options.detail);
       if (needs_shape) with_detail(map, 1e-4);  // throws where no detail can be had
       const bool is_exact = std::holds_alternative<DistanceModulus>(map.modulus);
-      knobs.detail = chosen_detail(*options.detail, needs_shape ? thinness_of(device, map) : 0,
-                                   is_exact ? kExactShare : kFittedShare);
+      knobs.detail =
+          chosen_detail(*options.detail, needs_shape ? spread_of(device, map) : RadialSpread(),
+                        is_exact ? kExactRule : kFittedRule);
     }
     return with_knobs(device, map, knobs);
   } catch (const OptionError& error) {
