@@ -2,8 +2,25 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 namespace qjulia::fitting {
+namespace {
+
+constexpr double kFewestTriangles = 10'000;
+constexpr double kTrianglesPerSecond = 10'000;
+
+}  // namespace
+
+double most_triangles(double time_limit) {
+  return std::max(kFewestTriangles, std::floor(kTrianglesPerSecond * time_limit));
+}
+
+double least_limit(double triangles) {
+  constexpr double kWithReading = 1.05;
+  if (triangles <= kFewestTriangles) return 0;
+  return std::ceil(kWithReading * triangles / kTrianglesPerSecond);
+}
 
 Clock start_clock(std::stop_token stop) {
   using Steady = std::chrono::steady_clock;

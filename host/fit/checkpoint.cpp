@@ -97,6 +97,7 @@ std::optional<FitState> Checkpoint::state_in(const std::string& content) const {
     state.level = j.at("level");
     state.planned = j.at("planned");
     state.evaluations = j.at("evaluations");
+    state.most_triangles = j.at("most_triangles");
     state.seconds = j.at("seconds");
     for (const json& report : j.at("reports")) state.reports.push_back(report_from(report));
     for (const json& c : j.at("curvature")) {
@@ -129,6 +130,7 @@ void Checkpoint::save(const FitState& state) {
                                     {"level", state.level},
                                     {"planned", state.planned},
                                     {"evaluations", state.evaluations},
+                                    {"most_triangles", state.most_triangles},
                                     {"seconds", state.seconds},
                                     {"reports", std::move(reports)},
                                     {"curvature", std::move(curvature)},

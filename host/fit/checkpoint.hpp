@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,6 +34,8 @@ struct FitState {
   std::vector<StageReport> reports;
   std::vector<CurvatureSource> curvature;  ///< of the earlier stages in the curvature sum
   std::vector<Evaluation> evaluated;       ///< of the stage that was under way, in their order
+  /// The mesh is measured by no more triangles, by which the samples go.
+  double most_triangles = std::numeric_limits<double>::infinity();
 };
 
 /// What a checkpoint belongs to: mesh, options, device and its settings. Two fits with one key go

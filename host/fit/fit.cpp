@@ -15,6 +15,7 @@
 #include "fit/team.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
+#include "shape/coarse_mesh.hpp"
 
 namespace qjulia {
 
@@ -76,6 +77,45 @@ RationalMap dressed(RationalMap map, const FitOptions& options, const TriangleMe
   return map;
 }
 
+/// A mesh that is measured by as many triangles as there is time for.
+struct MeasuredShape {
+  Shape shape;
+  std::vector<std::string> warnings;  ///< about what was left out, a sentence each
+};
+
+/// @param most of its triangles; where it has more, a coarser mesh is measured. @throws InputError
+MeasuredShape measured_shape(const Device& device, const TriangleMesh& mesh, double most,
+                             const std::stop_token& stop) {
+  const auto triangles = static_cast<double>(mesh.triangles.size());
+  MeasuredShape measured;
+  if (triangles <= most) {
+    measured.shape = make_shape(device, mesh, stop);
+  } else {
+    const auto [coarse, cell] = shape::coarse_mesh(mesh, static_cast<std::size_t>(most), stop);
+    const Box box = mesh.box();
+    try {
+      measured.shape = make_shape(device, coarse, stop);
+    } catch (const InputError& error) {
+      throw InputError(fmt::format(
+          "the time limit is too short to measure all {} triangles of the mesh, and a coarser mesh "
+          "of {} cannot be fitted: {}; or start the fit with a limit of {:.0f} s or more",
+          mesh.triangles.size(), coarse.triangles.size(), error.what(), least_limit(triangles)));
+    }
+    measured.shape.box = box;
+    measured.warnings.push_back(fmt::format(
+        "the fit started with too short a time limit to measure all {} triangles of the mesh: it "
+        "used a coarser mesh of {}, which lacks details smaller than {:.2g} % of the longest side; "
+        "to fit the whole mesh, start with a limit of {:.0f} s or more",
+        mesh.triangles.size(), coarse.triangles.size(), 100 * cell / box.size().maxCoeff(),
+        least_limit(triangles)));
+  }
+  if (measured.shape.has_hidden_parts) {
+    measured.warnings.emplace_back(
+        "parts of the mesh overlap or lie within one another; it is fitted as their union");
+  }
+  return measured;
+}
+
 /// Work that is a stage of the monitor's trace.
 template <class Work>
 auto in_stage(const ProgressMonitor& monitor, const char* name, const Work& work) {
@@ -106,10 +146,7 @@ FitResult result_of(Stages& stages, StopReason stopped, const MeshProblem& probl
   FitResult result;
   result.stopped = stopped;
   result.stages = stages.reports();
-  if (problem.mesh().shape.has_hidden_parts) {
-    result.warnings.emplace_back(
-        "parts of the mesh overlap or lie within one another; it is fitted as their union");
-  }
+  result.warnings = problem.mesh().warnings;
   FinishedMap finished = in_stage(monitor, "calibration", [&] { return stages.finished(); });
   for (std::string& warning : finished.warnings) result.warnings.push_back(std::move(warning));
   result.mean_distance = problem.mean_distance(finished.map);
@@ -133,8 +170,13 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   mesh.validate();
   Clock clock = team.shared(start_clock(monitor.stop));
   monitor.report({"measuring the mesh", 0, -1, ""});
-  Shape shape =
-      in_stage(monitor, "measure the mesh", [&] { return make_shape(device, mesh, monitor.stop); });
+  Checkpoint checkpoint(options.checkpoint, fit_key(mesh, options, device));
+  auto kept = checkpoint.state_in(team.broadcast_text(options.resume ? checkpoint.read() : ""));
+  const double most = kept ? kept->most_triangles : most_triangles(options.time_limit);
+  MeasuredShape measured = in_stage(monitor, "measure the mesh", [&] {
+    return measured_shape(device, mesh, most, monitor.stop);
+  });
+  Shape& shape = measured.shape;
   const double detail =
       team
           .broadcast({chosen_detail(
@@ -144,8 +186,6 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
           .front();
   Schedule schedule = find_schedule(options.schedule);
   if (options.polish) schedule = with_polish(std::move(schedule), detail);
-  Checkpoint checkpoint(options.checkpoint, fit_key(mesh, options, device));
-  auto kept = checkpoint.state_in(team.broadcast_text(options.resume ? checkpoint.read() : ""));
   const int planned = kept ? kept->planned : planned_evaluations(options, schedule);
   Budget budget(options, planned, kReserve, std::move(clock));
   SignedDistance distance = in_stage(monitor, "signed distance", [&] {
@@ -159,12 +199,15 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   // Ranks that wait for one another do not leave a draw.
   const std::stop_token draw_stop = team.size() > 1 ? std::stop_token() : monitor.stop;
   const MeshProblem own = in_stage(monitor, "overlap points", [&] {
-    return MeshProblem(device, {std::move(shape), std::move(distance), std::move(pool), detail},
+    return MeshProblem(device,
+                       {std::move(shape), std::move(distance), std::move(pool), detail,
+                        std::move(measured.warnings)},
                        options.precision, draw_stop);
   });
   const DividedProblem problem(team, own, options.sample_parts);
 
-  FitPlan plan{options, std::move(schedule), std::move(budget), std::move(checkpoint), monitor};
+  FitPlan plan{options, std::move(schedule), std::move(budget), std::move(checkpoint), monitor,
+               most};
   FitObserver& observer = plan.options.observer;
   if (options.observer.on_stage) {
     observer.on_stage = [&](const StageReport& stage, const RationalMap& map) {

@@ -16,6 +16,7 @@ struct MeasuredMesh {
   SignedDistance distance;  ///< to `shape.mesh`
   SamplePool pool;
   double detail = 0;  ///< δ that the finished map is to have, a fraction of the box's diagonal
+  std::vector<std::string> warnings{};  ///< about how it was measured, a sentence each
 };
 
 class MeshProblem final : public Problem {

@@ -100,6 +100,7 @@ Stages::Stages(const Problem& problem, RationalMap start, FitPlan plan)
       budget_(std::move(plan.budget)),
       checkpoint_(std::move(plan.checkpoint)),
       monitor_(std::move(plan.monitor)),
+      most_triangles_(plan.most_triangles),
       random_(options_.seed) {}
 
 void Stages::resume(FitState state) {
@@ -122,7 +123,8 @@ FitState Stages::next_state() const {
           budget_.seconds(),
           reports_,
           sources_,
-          {}};
+          {},
+          most_triangles_};
 }
 
 FinishedMap Stages::finished() const {

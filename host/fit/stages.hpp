@@ -1,6 +1,7 @@
 #pragma once
 /// The stages of one fit: a map whose F_1 comes ever closer to signed distance.
 
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -22,6 +23,8 @@ struct FitPlan {
   Budget budget;
   Checkpoint checkpoint;
   ProgressMonitor monitor{};
+  /// The mesh is measured by no more triangles.
+  double most_triangles = std::numeric_limits<double>::infinity();
 };
 
 /// A fit that takes steps, each a stage.
@@ -74,6 +77,7 @@ class Stages {
   Budget budget_;
   Checkpoint checkpoint_;
   ProgressMonitor monitor_;
+  double most_triangles_;
   base::Random random_;
   std::vector<StageReport> reports_;
   std::vector<std::string> warnings_;  ///< of maps that were finished to be polished

@@ -1,5 +1,6 @@
 // A fit that is watched: what it tells, and that it goes the same way.
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <stop_token>
@@ -56,4 +57,23 @@ TEST_CASE("a fit that its watcher stops ends with what it has reached") {
   CHECK(result.stopped == StopReason::interrupted);
   CHECK(result.stages.size() == 1);
   CHECK(result.map.detail.has_value());
+}
+
+TEST_CASE("a mesh too large for the time limit is fitted by a coarser one, which is said") {
+  const auto said = [](const FitResult& result) {
+    return std::ranges::any_of(result.warnings, [](const std::string& warning) {
+      return warning.find("too short to measure") != std::string::npos;
+    });
+  };
+  const TriangleMesh mesh = shapes::sphere(6);
+  FitOptions options;
+  options.factors = 8;
+  options.max_evaluations = 1;
+  const FitResult whole = fit(test::shared_device(), mesh, options);
+  CHECK_FALSE(said(whole));
+  options.time_limit = 1e-3;
+  const FitResult coarse = fit(test::shared_device(), mesh, options);
+  CHECK(said(coarse));
+  CHECK(coarse.map.box->size().x() == Approx(whole.map.box->size().x()).epsilon(1e-12));
+  CHECK(*coarse.map.inradius == Approx(*whole.map.inradius).epsilon(0.03));
 }

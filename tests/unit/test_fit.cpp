@@ -3,7 +3,11 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <stop_token>
+#include <thread>
 
+#include "base/deadline.hpp"
+#include "fit/budget.hpp"
 #include "qjulia/error.hpp"
 #include "sphere_pool.hpp"
 
@@ -73,4 +77,27 @@ TEST_CASE("fit options that make no sense are refused by name") {
   refused([](FitOptions& o) { o.target_iou = std::nan(""); }, "target_iou");
   refused([](FitOptions& o) { o.schedule = "nonesuch"; }, "schedule");
   CHECK_NOTHROW(FitOptions{}.validate());
+}
+
+TEST_CASE("a mesh is measured by as many triangles as the time limit has room for") {
+  CHECK(fitting::most_triangles(1e-3) == fitting::most_triangles(1));
+  CHECK(fitting::most_triangles(1) < 20'000);
+  CHECK(fitting::most_triangles(std::numeric_limits<double>::infinity()) ==
+        std::numeric_limits<double>::infinity());
+  CHECK(fitting::least_limit(100) == 0);
+  CHECK(fitting::most_triangles(fitting::least_limit(2e6 + 1)) > 2e6);
+}
+
+TEST_CASE("a deadline stops work when another request or the clock does") {
+  const double never = std::numeric_limits<double>::infinity();
+  std::stop_source source;
+  const base::Deadline endless(source.get_token(), never), late(source.get_token(), 1e6);
+  CHECK_FALSE(endless.token().stop_requested());
+  CHECK_FALSE(late.token().stop_requested());
+  const base::Deadline passed(source.get_token(), -1);
+  while (!passed.token().stop_requested()) std::this_thread::yield();
+  CHECK_FALSE(source.stop_requested());
+  source.request_stop();
+  CHECK(endless.token().stop_requested());
+  CHECK(late.token().stop_requested());
 }

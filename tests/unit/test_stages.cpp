@@ -117,6 +117,7 @@ TEST_CASE("a fit that died and was resumed ends as one that did not") {
     const fitting::FitState kept = test::kept_in(checkpoint).value();
     CHECK(kept.reports.size() == 1);
     CHECK(kept.evaluated.empty() == (interval > 0));
+    CHECK(std::isinf(kept.most_triangles));
     left = -1;
     CHECK(unknowns_of_a_run(checkpoint, true) == unbroken);
   }
@@ -160,10 +161,12 @@ TEST_CASE("an interrupted fit keeps every evaluation it made, and its plan") {
     const ToyProblem problem(draw);
     fitting::FitPlan plan = plan_of(options, schedule, stop.get_token());
     plan.checkpoint = checkpoint;
+    plan.most_triangles = 12'345;
     fitting::Stages stages(problem, start, std::move(plan));
     CHECK(stages.run() == StopReason::interrupted);
     const fitting::FitState kept = test::kept_in(checkpoint).value();
     CHECK(kept.planned == 40);
+    CHECK(kept.most_triangles == 12'345);
     CHECK(kept.evaluations + static_cast<int>(kept.evaluated.size()) == until);
   }
 }

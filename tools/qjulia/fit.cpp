@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "base/deadline.hpp"
 #include "base/output_check.hpp"
 #include "base/output_file.hpp"
 #include "commands.hpp"
@@ -121,6 +122,21 @@ std::string own_device(const LaunchedRanks& ranks, const std::string& wanted) {
   return fmt::format("{}:{}", info.platform, info.index);
 }
 
+/// A mesh that takes longer to read than the time limit is not fitted: there would be no time.
+TriangleMesh read_in_time(const std::string& mesh, double time_limit, Session& session) {
+  constexpr double kLate = 0.5;  // seconds; measuring the mesh coarsely takes about one more
+  const base::Deadline deadline(session.interrupts.token(), time_limit + kLate - session.seconds());
+  try {
+    return session.read_mesh(mesh, deadline.token());
+  } catch (const Interrupted&) {
+    if (session.interrupts.requested()) throw;
+    throw InputError(
+        fmt::format("--time-limit: reading '{}' alone takes longer than {:g} s; give more seconds, "
+                    "or a mesh of fewer triangles",
+                    mesh, time_limit));
+  }
+}
+
 /// What a rank has before the fit begins.
 struct FitStart {
   bool is_done = false;  ///< there is nothing to fit
@@ -139,7 +155,7 @@ FitStart start(const FitCommandArguments& arguments, const FitOptions& options,
     start.origin = origin_of(arguments.mesh, options);
     start.is_done = arguments.resume && is_done(arguments, start.origin);
     if (start.is_done) return start;
-    start.mesh = session.read_mesh(arguments.mesh);
+    start.mesh = read_in_time(arguments.mesh, options.time_limit, session);
     start.device = session.open_device(device);
   } else {
     start.mesh = qjulia::read_mesh(arguments.mesh, nullptr, session.monitor().stop);

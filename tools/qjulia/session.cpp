@@ -86,10 +86,10 @@ RationalMap Session::read_map(const std::string& file) {
   return qjulia::read_map(file, interrupts.token());
 }
 
-TriangleMesh Session::read_mesh(const std::string& file) {
+TriangleMesh Session::read_mesh(const std::string& file, const std::stop_token& stop) {
   const TraceStage stage(trace_, "read the mesh");
   MeshReport report;
-  TriangleMesh mesh = qjulia::read_mesh(file, &report, interrupts.token());
+  TriangleMesh mesh = qjulia::read_mesh(file, &report, stop);
   for (const std::string& warning : report.warnings()) {
     console.warn(fmt::format("{}: {}", file, warning));
   }

@@ -36,7 +36,8 @@ class Session {
   /// Reads a map. @throws InputError
   RationalMap read_map(const std::string& file);
   /// Reads a mesh, and warns of what is wrong with it. @throws InputError
-  TriangleMesh read_mesh(const std::string& file);
+  TriangleMesh read_mesh(const std::string& file) { return read_mesh(file, interrupts.token()); }
+  TriangleMesh read_mesh(const std::string& file, const std::stop_token& stop);
   /// Chooses a device, with the settings kept for it, and says which. @throws NoDeviceError
   Device open_device(const std::string& wanted);
   /// What is traced, if anything is.
