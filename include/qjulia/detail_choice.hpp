@@ -1,5 +1,5 @@
 #pragma once
-/// How thick a shell is asked for: a number, or a word that suits thick and thin shapes alike.
+/// How thick a shell is asked for: a number, or a word that means the same roughness on all shapes.
 
 #include <Eigen/Core>
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace qjulia {
 
-/// Relative to what makes the set rough and leaves it the shape.
+/// Relative to the detail with which a set is rough and still the shape.
 enum class DetailWord {
   automatic,  ///< fractal, and still the shape
   smooth,     ///< an eighth of it: grooves too fine to see
@@ -38,8 +38,8 @@ struct RadialSpread {
 /// @throws InputError when the mesh is not sound or not closed about the origin.
 RadialSpread radial_spread(const TriangleMesh& mesh, const Eigen::Vector3d& origin);
 
-/// By which `automatic` gives sets a roughness of about 1.2 on 256 cells (docs/fitting.md): `cells`
-/// is the shell's depth then, for a spread of 1.
+/// How `automatic` follows from the spread, so that sets have a roughness of about 1.2 on 256 cells
+/// (docs/fitting.md). `cells`: the shell's depth, of those cells, for a spread of 1.
 struct DetailRule {
   double cells, power;
 };
