@@ -205,6 +205,18 @@ TEST_CASE("an exact map is the same every time, and another with another seed") 
   CHECK(exact_map(distance_device(), mesh, options).factors[5].center != first.factors[5].center);
 }
 
+TEST_CASE("the detail that suits a mesh is the same wherever the mesh lies, in any unit") {
+  const auto detail_of = [](const TriangleMesh& mesh) {
+    ExactMapOptions options;
+    options.resolution = 48;
+    return exact_map(distance_device(), mesh, options).detail.value();
+  };
+  const TriangleMesh mesh = shapes::box({-1, -0.7, -0.4}, {1, 0.7, 0.4});
+  const double detail = detail_of(mesh);
+  CHECK(detail_of(shapes::moved(mesh, 1, {2, -1, 5})) == Approx(detail).epsilon(1e-3));
+  CHECK(detail_of(shapes::moved(mesh, 1e6, {0, 0, 0})) == Approx(detail).epsilon(1e-3));
+}
+
 TEST_CASE("factors of another map keep their places in the shape") {
   const TriangleMesh mesh = shapes::torus();
   ExactMapOptions options;

@@ -162,3 +162,14 @@ TEST_CASE("odd shapes end with a finite map and an honest report") {
     }
   }
 }
+
+TEST_CASE("a fit has the detail that suits the mesh, wherever the mesh lies") {
+  const auto detail_of = [](const TriangleMesh& mesh) {
+    FitOptions options;
+    options.factors = 8;
+    options.max_evaluations = 1;
+    return fit(test::shared_device(), mesh, options).map.detail.value();
+  };
+  const TriangleMesh mesh = shapes::box({-1, -0.7, -0.4}, {1, 0.7, 0.4});
+  CHECK(detail_of(shapes::moved(mesh, 1, {2, -1, 5})) == Approx(detail_of(mesh)).epsilon(1e-3));
+}
