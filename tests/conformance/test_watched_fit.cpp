@@ -62,7 +62,7 @@ TEST_CASE("a fit that its watcher stops ends with what it has reached") {
 TEST_CASE("a mesh too large for the time limit is fitted by a coarser one, which is said") {
   const auto said = [](const FitResult& result) {
     return std::ranges::any_of(result.warnings, [](const std::string& warning) {
-      return warning.find("too short to measure") != std::string::npos;
+      return warning.find("too short a time limit to measure") != std::string::npos;
     });
   };
   const TriangleMesh mesh = shapes::sphere(6);
