@@ -109,7 +109,8 @@ const std::vector<OddShape>& odd_shapes() {
          return shapes::box({-1, -0.01, -0.01}, {1, 0.01, 0.01});
        },
        std::nullopt},
-      {"cube of 12 triangles", [] { return shapes::box(); }, 0.91},
+      // Of eight seeds in the layouts of CPUs and GPUs the worst has .879, the median .949.
+      {"cube of 12 triangles", [] { return shapes::box(); }, 0.87},
       {"tetrahedron", tetrahedron, 0.86},
       {"open box", shapes::open_box, 0.88},
       {"box with a tunnel", box_with_tunnel, 0.66},
