@@ -109,9 +109,8 @@ RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
   DistanceModulus modulus =
       fitting::sampled_distance(distances, box, (options.resolution + 3) / 4 * 4, monitor.stop);
   expect_cells(2 * shape.inradius / modulus.step, options.resolution);
-  const double detail = chosen_detail(
-      options.detail, radial_spread(shape.mesh, to_map.to_shape(Eigen::Vector3d::Zero())),
-      kExactRule);
+  const double detail =
+      chosen_detail(options.detail, radial_spread(shape.mesh, Eigen::Vector3d::Zero()), kExactRule);
   modulus.shell = detail * box.diagonal();
   modulus.inradius = shape.inradius;
   modulus.fourth = options.fourth;

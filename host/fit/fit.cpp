@@ -180,9 +180,7 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
   const double detail =
       team
           .broadcast({chosen_detail(
-              options.detail,
-              radial_spread(shape.mesh, shape.shape_to_map.to_shape(Eigen::Vector3d::Zero())),
-              kFittedRule)})
+              options.detail, radial_spread(shape.mesh, Eigen::Vector3d::Zero()), kFittedRule)})
           .front();
   Schedule schedule = find_schedule(options.schedule);
   if (options.polish) schedule = with_polish(std::move(schedule), detail);
