@@ -155,6 +155,7 @@ TEST_CASE("a rotation turns the potential, and about the real axis the orbits to
     CHECK(at(flat_rolled, roll * p, n) == Approx(at(flat, p, n)));
   }
   CHECK(rotated.box->size().minCoeff() > map.box->size().minCoeff());
+  CHECK(*rotated.detail * rotated.box->diagonal() == Approx(*map.detail * map.box->diagonal()));
 }
 
 TEST_CASE("the slice is the W that points are seen on") {
