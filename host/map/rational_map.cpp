@@ -134,12 +134,12 @@ void RationalMap::validate() const {
 }
 
 double longest_side(const RationalMap& map) {
+  map.validate();
   if (!map.box) throw InputError("the map does not hold the size of its shape");
   return std::min(map.box->size().maxCoeff(), kMapSide / map.shape_to_map.scale);
 }
 
 RationalMap with_longest_side(RationalMap map, double length) {
-  map.validate();
   base::expect_positive("length", length);
   const double factor = length / longest_side(map);
   map.box = Box{factor * map.box->low, factor * map.box->high};
