@@ -72,7 +72,11 @@ RationalMap rotated(RationalMap map, const Rotation& rotation) {
     portal.rotation = Rotation::of(turn * portal.rotation.matrix() * turn.transpose());
   }
   const Eigen::Vector3d origin = map.shape_to_map.to_shape(Eigen::Vector3d::Zero());
-  if (map.box) map.box = map::image_of(*map.box, turn, origin, origin);
+  if (!map.box) return map;
+  const double diagonal = map.box->diagonal();
+  map.box = map::image_of(*map.box, turn, origin, origin);
+  // The shell stays as thick, as a fraction of a larger box.
+  if (map.detail) *map.detail *= diagonal / map.box->diagonal();
   return map;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -132,11 +133,15 @@ void RationalMap::validate() const {
   }
 }
 
-RationalMap with_longest_side(RationalMap map, double length) {
+double longest_side(const RationalMap& map) {
   map.validate();
   if (!map.box) throw InputError("the map does not hold the size of its shape");
+  return std::min(map.box->size().maxCoeff(), kMapSide / map.shape_to_map.scale);
+}
+
+RationalMap with_longest_side(RationalMap map, double length) {
   base::expect_positive("length", length);
-  const double factor = length / map.box->size().maxCoeff();
+  const double factor = length / longest_side(map);
   map.box = Box{factor * map.box->low, factor * map.box->high};
   if (map.inradius) *map.inradius *= factor;
   map.shape_to_map.scale /= factor;

@@ -89,7 +89,6 @@ DeepestPoint deepest_interior_point(const SignedDistance& distance, const Box& b
 
 Shape make_shape(const Device& device, const TriangleMesh& mesh, std::stop_token stop,
                  std::optional<SignedDistance>* distance) {
-  constexpr double kLongestSide = 3;
   constexpr double kLeastVolume = 1e-7;  // over the longest side cubed
   mesh.validate();
   Shape result;
@@ -106,7 +105,7 @@ Shape make_shape(const Device& device, const TriangleMesh& mesh, std::stop_token
   result.has_hidden_parts = outer.leaves_out;
   const DeepestPoint deepest = deepest_interior_point(outer.distance, result.box, stop);
   if (distance != nullptr) *distance = outer.distance;
-  const double scale = kLongestSide / result.box.size().maxCoeff();
+  const double scale = kMapSide / result.box.size().maxCoeff();
   result.shape_to_map = {scale, -scale * deepest.position};
   result.inradius = scale * deepest.inradius;
   for (auto& x : result.mesh.vertices) x = result.shape_to_map.to_map(x);

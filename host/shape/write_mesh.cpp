@@ -86,7 +86,8 @@ bool write_with_openmesh(const TriangleMesh& mesh, const std::optional<Eigen::Ma
   TriangleExporter exporter(unused, mesh, turn);
   OpenMesh::IO::Options options;
   if (extension == ".ply" || extension == ".stl") options += OpenMesh::IO::Options::Binary;
-  if (!mesh.normals.empty() && extension != ".stl") {
+  // Many readers of .off know no normals and refuse a file that starts with "NOFF".
+  if (!mesh.normals.empty() && (extension == ".ply" || extension == ".obj")) {
     options += OpenMesh::IO::Options::VertexNormal;
   }
   constexpr std::streamsize kFloatDigits = 9;  // enough to read the same float back

@@ -19,7 +19,7 @@ using Triangle = std::array<std::uint32_t, 3>;
 struct TriangleMesh {
   std::vector<Eigen::Vector3d> vertices;
   std::vector<Triangle> triangles;  ///< counter-clockwise from outside
-  /// Of vertices, outward, of length 1; or none. Written to files that hold them, not read.
+  /// Of vertices, outward, of length 1; or none. Written to .ply, .obj and .glb, not read.
   std::vector<Eigen::Vector3f> normals{};
 
   Box box() const;

@@ -39,6 +39,9 @@ struct ShapeToMap {
 /// The largest RationalMap::tufts.
 constexpr double kMostTufts = 100;
 
+/// Longest side of a fitted shape's box in map coordinates.
+constexpr double kMapSide = 3;
+
 /// A map as the map file holds it (docs/map-format.md).
 struct RationalMap {
   double slice = 0;          ///< W of the points that 3-D coordinates stand for
@@ -78,6 +81,10 @@ struct RationalMap {
   void validate() const;
 };
 
+/// Of the shape as it was fitted, shape units. A turned map's box is longer: it holds the turned
+/// box.
+/// @throws InputError where the map does not know its shape's box.
+double longest_side(const RationalMap& map);
 /// The same map with the shape in other units: its longest side is `length` of them.
 /// @throws InputError where the map does not know its shape's box.
 RationalMap with_longest_side(RationalMap map, double length);

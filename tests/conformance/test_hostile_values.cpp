@@ -336,6 +336,7 @@ void for_map_functions(const RationalMap& map, const std::filesystem::path& fold
   use("with_knobs",
       [&] { with_knobs(on_device(), map, changed(MapKnobs{}, [](auto& k) { k.tufts = 2; })); });
   use("with_longest_side", [&] { with_longest_side(map, 10); });
+  use("longest_side", [&] { longest_side(map); });
   use("compare_precisions", [&] { compare_precisions(on_device(), map, 2); });
   use("to_json", [&] { map_from_json(to_json(map), "a map"); });
   use("write_map", [&] { write_map(map, folder / "map.qjulia.json"); });

@@ -31,6 +31,7 @@ TEST_CASE("the sixth iterate's set of short fits has the shape at detail 2 %, an
   options.factors = 64;
   options.max_evaluations = 200;
   options.schedule = "fast";
+  options.detail = 0.02;
   CompareOptions comparing;
   comparing.resolution = 64;
   // The mean of some seeds, since one fit's IoU differs from another's by about 0.006.
@@ -41,7 +42,6 @@ TEST_CASE("the sixth iterate's set of short fits has the shape at detail 2 %, an
   for (int seed = 1; seed <= kFits; ++seed) {
     options.seed = static_cast<std::uint64_t>(seed);
     const FitResult result = fit(device, mesh, options);
-    CHECK(*result.map.detail == Approx(0.02));
     const auto metrics = compare(device, result.map, mesh, comparing);
     REQUIRE(metrics.back().iterations == 6);
     iou_1 += metrics.front().iou / kFits;

@@ -157,6 +157,17 @@ TEST_CASE("a rotation turns the potential, and about the real axis the orbits to
   CHECK(rotated.box->size().minCoeff() > map.box->size().minCoeff());
 }
 
+TEST_CASE("a turned map has a larger box, and a shape and a shell as large as before") {
+  const RationalMap map = some_map();
+  MapKnobs knobs;
+  knobs.rotate = Rotation{{1, 1, 1}, 60};
+  const RationalMap turned = with_knobs(test::shared_device(), map, knobs);
+  CHECK(turned.box->size().maxCoeff() > 3);
+  CHECK(longest_side(turned) == Approx(longest_side(map)));
+  CHECK(with_longest_side(turned, 80).shape_to_map.scale == Approx(kMapSide / 80));
+  CHECK(*turned.detail * turned.box->diagonal() == Approx(*map.detail * map.box->diagonal()));
+}
+
 TEST_CASE("the slice is the W that points are seen on") {
   MapKnobs slice;
   slice.slice = 0.25;

@@ -6,6 +6,8 @@
 #include "obj_text.hpp"
 #include "qjulia/detail_choice.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/exact_map.hpp"
+#include "qjulia/fit.hpp"
 #include "qjulia/shape.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
@@ -181,6 +183,25 @@ TEST_CASE("a shape has longest side 3 and its deepest point at the origin") {
                                .at(std::vector{Eigen::Vector3d(0, 0, 0)})[0];
   CHECK(shape.inradius == Approx(-at_origin).epsilon(1e-4));
   CHECK(shape.inradius == Approx(20 * shape.shape_to_map.scale).epsilon(0.01));
+}
+
+TEST_CASE("the detail that suits a shape is measured from its deepest point, wherever it lies") {
+  const Device& device = test::shared_device();
+  // No point of a torus's interior is near the middle of its box.
+  const TriangleMesh mesh = shapes::torus(1, 0.3);
+  const RadialSpread spread = radial_spread(mesh, deepest(mesh).position);
+  for (const auto& moved : {mesh, shapes::moved(mesh, 4000, {90, -5000, 20})}) {
+    ExactMapOptions exact;
+    exact.resolution = 64;
+    CHECK(exact_map(device, moved, exact).detail.value() ==
+          Approx(chosen_detail(DetailWord::automatic, spread, kExactRule)).epsilon(0.05));
+    FitOptions options;
+    options.factors = 24;
+    options.schedule = "fast";
+    options.max_evaluations = 60;
+    CHECK(fit(device, moved, options).map.detail.value() ==
+          Approx(chosen_detail(DetailWord::automatic, spread, kFittedRule)).epsilon(0.05));
+  }
 }
 
 namespace {

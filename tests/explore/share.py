@@ -195,7 +195,8 @@ def check_saved_map(tab, address):
     saved, turned = (json.loads((folder / f"{name}.qjulia.json").read_text()) for name in ("saved", "turned"))
     off = max(abs(a - b) for s, t in zip(saved["factors"], turned["factors"]) for a, b in zip(s["center"], t["center"]))
     level = abs(saved["surface_level"] - turned["surface_level"]) + abs(saved["log_scale"] - turned["log_scale"])
-    check(off < 1e-9 and level < 1e-3 and saved["tufts"] == 3 and saved.keys() == turned.keys(),
+    shell = abs(saved["detail"] / turned["detail"] - 1)
+    check(off < 1e-9 and level < 1e-3 and shell < 1e-9 and saved["tufts"] == 3 and saved.keys() == turned.keys(),
           f"a saved map is what 'convert' makes: centres off by {off:.1e}, scale and level by {level:.1e}")
     run("info", "saved.qjulia.json", "--device", "cpu")
 

@@ -119,11 +119,19 @@ TEST_CASE("words for the detail suit the map's own shape, and tufts make a map o
   };
   const double automatic = detail("auto");
   CHECK(automatic > 0.001);
-  CHECK(automatic <= 0.03);
+  // At most 3 % of the shape's diagonal, which is 4 % longer than that of the box the map says.
+  CHECK(automatic <= 0.0315);
   CHECK(detail("smooth") == Approx(automatic / 8));
   CHECK(detail("clear") == Approx(automatic / 2));
   CHECK(detail("wild") == Approx(2 * automatic));
   CHECK(detail("0.013") == 0.013);
+  // A turned map's box is larger than its shape; the shell is as thick as before.
+  qjulia::RationalMap roomy = small_map();
+  *roomy.detail /= 2;
+  roomy.box = qjulia::Box{{-2, -2, -2}, {2, 2, 2}};
+  qjulia::write_map(roomy, map.file);
+  CHECK(detail("auto") == Approx(automatic / 2).epsilon(0.03));
+  qjulia::write_map(small_map(), map.file);
   CHECK(converted({})["version"] == 1);
   const json steep = converted({"--tufts", "2.5"});
   CHECK(steep["version"] == 2);

@@ -76,6 +76,18 @@ TEST_CASE("binary formats have the size their layout asks for") {
         ply.find("end_header\n") + 11 + 12 * mesh.vertices.size() + 13 * mesh.triangles.size());
 }
 
+TEST_CASE("an .off file is plain, whether or not the mesh has normals") {
+  TriangleMesh mesh = shapes::sphere(1);
+  const auto written = [&] {
+    write_mesh(mesh, written_folder.path() / "plain.off");
+    return test::read_text(written_folder.path() / "plain.off");
+  };
+  const std::string without = written();
+  CHECK(without.starts_with("OFF\n"));
+  for (const auto& x : mesh.vertices) mesh.normals.push_back(x.normalized().cast<float>());
+  CHECK(written() == without);
+}
+
 TEST_CASE("files stand upright where their format has an up, and keep coordinates elsewhere") {
   // Three sides of its own along each axis, so that no turn is like another.
   const TriangleMesh mesh = shapes::box({-1, -2, -3}, {4, 8, 16});

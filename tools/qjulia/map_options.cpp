@@ -23,8 +23,8 @@ constexpr const char* kTuftsText =
 /// Longest side of the grid on which a map's own shape is measured, cells.
 constexpr int kShapeCells = 128;
 
-/// Of the shape that the map fits, as the map has it.
-RadialSpread spread_of(const Device& device, const RationalMap& map) {
+/// The detail that a word asks for, for the shape as the map has it.
+double detail_of(DetailWord word, const Device& device, const RationalMap& map) {
   SurfaceOptions options;
   options.iterations = 1;
   options.resolution = kShapeCells;
@@ -34,7 +34,12 @@ RadialSpread spread_of(const Device& device, const RationalMap& map) {
                       "the map's own shape is empty, so that no word suits it; give a "
                       "number");
   }
-  return radial_spread(mesh, map.shape_to_map.to_shape(Eigen::Vector3d::Zero()));
+  const bool is_exact = std::holds_alternative<DistanceModulus>(map.modulus);
+  const double detail =
+      chosen_detail(word, radial_spread(mesh, map.shape_to_map.to_shape(Eigen::Vector3d::Zero())),
+                    is_exact ? kExactRule : kFittedRule);
+  // The map's box, of which its detail is a fraction, is larger than a shape that has been turned.
+  return map.box ? detail * mesh.box().diagonal() / map.box->diagonal() : detail;
 }
 
 /// Takes a number or a word.
@@ -166,12 +171,12 @@ RationalMap with_knobs(const Device& device, const RationalMap& map, const MapOp
   try {
     MapKnobs knobs = options.knobs;
     if (options.detail) {
-      const bool needs_shape = std::holds_alternative<DetailWord>(*options.detail);
-      if (needs_shape) with_detail(map, 1e-4);  // throws where no detail can be had
-      const bool is_exact = std::holds_alternative<DistanceModulus>(map.modulus);
-      knobs.detail =
-          chosen_detail(*options.detail, needs_shape ? spread_of(device, map) : RadialSpread(),
-                        is_exact ? kExactRule : kFittedRule);
+      if (const auto* word = std::get_if<DetailWord>(&*options.detail)) {
+        with_detail(map, 1e-4);  // throws where no detail can be had
+        knobs.detail = detail_of(*word, device, map);
+      } else {
+        knobs.detail = std::get<double>(*options.detail);
+      }
     }
     return with_knobs(device, map, knobs);
   } catch (const OptionError& error) {

@@ -44,7 +44,7 @@ RationalMap scaled(RationalMap map, std::optional<double> millimetres, const std
     throw InputError(
         fmt::format("--millimetres needs the size of the shape, and '{}' does not hold it", file));
   }
-  const double factor = *millimetres / map.box->size().maxCoeff();
+  const double factor = *millimetres / longest_side(map);
   if (options.box) options.box = Box{factor * options.box->low, factor * options.box->high};
   return with_longest_side(std::move(map), *millimetres);
 }

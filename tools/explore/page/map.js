@@ -83,7 +83,10 @@ function rotate(result) {
     if (portal.rotation) portal.rotation = axisAndAngle(portal.matrix);
   }
   const origin = toShape([0, 0, 0]);
-  if (result.box) result.box = imageOfBox(result.box, turn, origin, origin);
+  if (!result.box) return;
+  const diagonal = (box) => length(plus(box[1], box[0], -1)), before = diagonal(result.box);
+  result.box = imageOfBox(result.box, turn, origin, origin);
+  if (result.detail !== undefined) result.detail *= before / diagonal(result.box);
 }
 
 function move(result, offset) {
