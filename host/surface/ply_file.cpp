@@ -91,7 +91,7 @@ struct PlyFile::Impl {
   Impl(const std::filesystem::path& path_, const std::string& note_)
       : path(path_), note(note_), file(path_), vertices(path_), faces(path_) {}
 
-  /// Before any of it is used: all is gone once it has been committed.
+  /// @throws InputError if the file has been committed: then nothing is left to write to.
   void expect_open() const {
     if (faces) return;
     throw InputError(
@@ -101,7 +101,7 @@ struct PlyFile::Impl {
   void expect_complete() const {
     expect_open();
     if (face_count == 0 || last_vertex < vertex_count) return;
-    throw InputError(fmt::format("mesh '{}' has a triangle with vertex {}, and {} vertices came",
+    throw InputError(fmt::format("mesh '{}' has a triangle with vertex {} but only {} vertices",
                                  path.string(), last_vertex, vertex_count));
   }
 
