@@ -132,7 +132,7 @@ void PlyFile::vertices(std::span<const Eigen::Vector3d> positions,
                        std::span<const Eigen::Vector3d> normals) {
   impl_->expect_open();
   if (normals.size() != positions.size()) {
-    throw InputError(fmt::format("{} vertices came with {} normals: give each vertex one",
+    throw InputError(fmt::format("{} vertices came with {} normals: give one for each vertex",
                                  positions.size(), normals.size()));
   }
   std::vector<VertexRecord> records(positions.size());
