@@ -1,22 +1,23 @@
 // Where on the edges of a grid the set {F_n < L} ends.
 //
-// F_n jumps where orbits part, so its values at the two ends of an edge hardly tell where between
-// them the set ends. The side of a point between them does: a point is tried, the part whose ends
-// lie on different sides is kept, and so on.
+// F_n jumps where orbits part, so its values at the two ends of an edge hardly show where between
+// them the set ends. The sides of points between them do: a point is tried, the part of the edge
+// whose ends lie on different sides is kept, and so on.
 //
-// An orbit also tells how far its start is from the set's boundary. If its m-th iterate decides it,
+// An orbit also shows how far its start is from the set's boundary. If its m-th iterate decides it,
 // and every iterate stretches distances by s, the distance is about
 //   |F_m - L| / (|grad F_1| s^(m - 1)).
-// The vertex divides what is left of an edge by the distances of both ends; where one and the same
-// iterate decides them, that is the linear interpolation of its F. The next point to try is there
-// too, and the search ends where a point is close enough to the boundary.
+// The vertex divides what is left of an edge in the ratio of these distances at its ends. If the
+// same iterate decides both ends, this is the linear interpolation of that iterate's F. The next
+// point to try is found in the same way, and the search ends when a point is close enough to the
+// boundary.
 
 #include "layout/placement.h"
 #include "map.clh"
 
-// Edges that a work-item has under way. There are more of them than lanes, so that enough of them
-// wait for the same function to fill the lanes. entry(i) is the index i into a list of them: with
-// one edge it is 0, which compilers must see to keep the edge in registers.
+// How many edges a work-item has under way. There are more of them than lanes, so that enough of
+// them wait for the same function to fill the lanes. entry(i) is the index i into a list of them.
+// With one edge it is 0, which compilers must see to keep the edge in registers.
 #if QJ_WIDTH == 1
 #define HELD 1
 #define entry(i) (0 * (i))
@@ -25,7 +26,7 @@
 #define entry(i) (i)
 #endif
 
-// Differences from the level are no larger: infinite ones cannot be interpolated.
+// Differences from the level are clamped to this, because infinite ones cannot be interpolated.
 #define LARGEST_DIFFERENCE ((real)100)
 
 // The part of an edge on which the set ends. Places are in steps from the edge's first point.
@@ -35,7 +36,7 @@ typedef struct {
   real x, y, z;  // the index of the first point
   real near, far;
   real at_near, at_far;     // differences from the level; exactly one is below 0
-  int near_done, far_done;  // the iterates that decided them; 0 where that is not known
+  int near_done, far_done;  // the iterates that decided them; 0 if these are not known
   real tried;               // the place whose orbit is run
   int tries;
 } crossed_edge;
@@ -59,7 +60,8 @@ static inline real shrunk(real x, int times, const qj_placement* p) {
   return x;
 }
 
-// The place that divides what is left of the edge by the distances of its ends from the boundary.
+// The place that divides what is left of the edge in the ratio of its ends' distances from the
+// boundary.
 static inline real divided(const crossed_edge* e, const qj_placement* p) {
   real near = e->at_near, far = e->at_far;
   if (e->near_done > 0 && e->far_done > 0) {
@@ -72,7 +74,8 @@ static inline real divided(const crossed_edge* e, const qj_placement* p) {
   return e->near + (e->far - e->near) * (near / (near - far));
 }
 
-// The place to try next: no nearer to an end than a quarter of what is left, which so gets shorter.
+// The place to try next. It is no nearer to an end than a quarter of what is left of the edge, so
+// that each try makes that shorter.
 static inline real next_place(const crossed_edge* e, const qj_placement* p) {
   real margin = (real)0.25 * (e->far - e->near);
   return clamp(divided(e, p), e->near + margin, e->far - margin);
@@ -84,15 +87,16 @@ static inline real3 point_on(const crossed_edge* e, real place, const qj_placeme
                  fma(e->z + (e->axis == 2 ? place : 0), p->step, p->origin_z));
 }
 
-// Keeps the part that holds the boundary. The orbit of the point that was tried was decided by its
-// iterate number `done`; a field that is not a number is outside.
+// Keeps the part that holds the boundary. Iterate number `done` has decided the orbit of the point
+// that was tried; a field that is NaN is outside.
 static inline void shorten(crossed_edge* e, real field, real level, int done,
                            const qj_placement* p) {
   real over = field - level;
   bool inside = field < level;
   real difference =
       inside ? fmax(over, -LARGEST_DIFFERENCE) : fmin(p->flatten * over, LARGEST_DIFFERENCE);
-  // Without branches, which some compilers would have choose an address in memory.
+  // There are no branches here: some compilers would turn them into a choice of addresses in
+  // memory.
   bool to_near = inside == (e->at_near < 0);
   e->near = to_near ? e->tried : e->near, e->far = to_near ? e->far : e->tried;
   e->at_near = to_near ? difference : e->at_near, e->at_far = to_near ? e->at_far : difference;
@@ -115,9 +119,9 @@ static inline real known_place(const crossed_edge* e, const qj_placement* p) {
 // axis, and the clamped differences from the level at its first and last point, of which exactly
 // one is below 0. at: `stride` reals, the place of each vertex in steps from the first point.
 //
-// A work-item has the edges item * placement.share ... of placement.count. A turn of its loop
-// computes F, or the versor of an image, for lanes full of edges that wait for it. What is found on
-// an edge does not depend on its companions.
+// A work-item has `placement.share` edges, from item * placement.share on, of placement.count in
+// all. A turn of its loop computes F, or the versor of an image, for edges that wait for it, as
+// many as there are lanes. What is found on an edge does not depend on the other edges.
 kernel void place_vertices(global const real* map, int factors, qj_placement placement,
                            global const real* edges, global real* at) {
   int next_edge = (int)get_global_id(0) * placement.share;
@@ -185,7 +189,7 @@ kernel void place_vertices(global const real* map, int factors, qj_placement pla
       }
       shorten(e, f[slot], level, done[slot], &placement);
       real place = known_place(e, &placement);
-      if (!(place < 0)) {  // not a number is as known as it gets
+      if (!(place < 0)) {  // also where it is NaN, which no further try would change
         at[e->id] = place;
         if (next_edge == last_edge) continue;
         *e = new_edge(edges, placement.stride, next_edge++);

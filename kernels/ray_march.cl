@@ -3,7 +3,7 @@
 // Where F_1 >= ln r_out the next iterate escapes for certain, so F_1 alone tells that a point is
 // outside, and how far the undecided band {F_1 < ln r_out} is at least: (F_1 - ln r_out) /
 // max |grad F_1|. F_1 is smooth, so these safe steps are read from a grid. In the band, orbits are
-// run. An orbit that escapes tells a distance too: see `reach`.
+// run. An orbit that escapes gives a safe step too: see `reach`.
 
 #include "block_points.clh"
 #include "grid.clh"
@@ -40,23 +40,25 @@ typedef struct {
   global const real* safe;
   loose_places loose;
   real level, far_level, above, below;
-  real near;  // nearer than this to the band, orbits tell what the grid is too coarse for
+  real near;  // nearer than this to the band the grid is too coarse, and orbits are run
 } marching;
 
-// How far a start may move before its orbit comes into the band. With s = |grad F_1| in the band:
+// How far the start of an orbit may move before the orbit comes into the band. With s = |grad F_1|
+// in the band:
 //
-// - The point of the last iterate, of F_m, may move by (F_m - ln r_out) / s (see kind_way), or in
-//   a portal, where F_m is the logarithm of its image's radius, by (e^F_m - r_out) / scale.
-// - Where one iterate takes q to q' and q' may move by d, q may move by d / scale in a portal.
-//   Elsewhere, at the end of a way t, F is at most s t higher; and U turns about as fast as F
-//   rises, so that q' moves by |q'| (e^(s t) - 1) at most, which is below |q'| s t / ln 2 for
-//   s t <= ln 2. So q may move by ln 2 / s min(1, d / |q'|).
-// - R jumps where a portal, or its mask, ends: q may move so far.
+// - The point at which the last iterate's F_m is computed may move by (F_m - ln r_out) / s (see
+//   kind_way). In a portal, where F_m is the logarithm of its image's radius, it may move by
+//   (e^F_m - r_out) / scale.
+// - If an iterate takes q to q', and q' may move by d, then q may move by d / scale in a portal.
+//   Elsewhere, a move of q by t raises F by at most s t; and U turns about as fast as F rises, so
+//   that q' moves by at most |q'| (e^(s t) - 1), which is below |q'| s t / ln 2 for s t <= ln 2. So
+//   q may move by ln 2 / s min(1, d / |q'|).
+// - R jumps where a portal, or its mask, ends: q may move as far as that.
 //
-// Where detail is painted, s is greater by the inverse of the point's share.
+// Where detail is painted, s is divided by the point's share.
 typedef struct {
-  real most;     // as far as the iterates before the last say
-  real per_way;  // times the way of the last iterate's point: how far the start may move
+  real most;     // how far the start may move by the iterates before the last
+  real per_way;  // how far the start may move for each unit that the last iterate's point may
 } reach;
 
 static inline reach whole_reach(void) {
@@ -64,7 +66,7 @@ static inline reach whole_reach(void) {
   return r;
 }
 
-// After one iterate more, of which reach_of_iterate says so.
+// The reach after one more iterate, of which reach_of_iterate gives `per_image` and `most`.
 static inline reach reach_on(reach before, real per_image, real most) {
   reach r = {fmin(before.most, before.per_way * most),
              fmin(before.per_way * per_image, (real)1e15f)};
@@ -75,8 +77,8 @@ static inline real way_of(reach before, real last) {
   return fmin(before.most, before.per_way * last);
 }
 
-// What an iterate of F = f at one point says: how far this may move if orbits end with it, else by
-// what factor of the way of its image, and how far at most.
+// What an iterate with F = f at a point says about how far the point may move. `last`: if orbits
+// end with this iterate. Else `per_image` times as far as its image may, and at most `most`.
 typedef struct {
   lane last, per_image, most;
 } iterate_reach;
@@ -159,8 +161,8 @@ static inline bool ends(const marching* with, real f, int done) {
   return done >= with->march.iterations || f <= with->below || f >= with->above;
 }
 
-// Takes what the orbit at probe_of(r) tells, which ended with F = f and reaches so far; true when
-// the hit is known.
+// Takes the result of the orbit at probe_of(r): it ended with F = f, and its start may move by
+// `away` (see `reach`). True when the hit is known.
 static inline bool is_found(const marching* with, marched_ray* r, real f, real away) {
   bool inside = f < with->level;
   real probe = probe_of(r), loose_way = 0;
@@ -203,9 +205,9 @@ static inline real one_of(lane v) {
 #define MANY_VERSORS ((5 * QJ_WIDTH + 7) / 8)
 
 // Depths along rays of a view. rays: three arrays of march.stride reals, the pixel coordinates x
-// and y of each ray and a hint: a depth close before its hit, or 0. grid, safe: of `safe_steps`.
-// nodes, node_field, node_versors, trusted: a lattice of images. loose_grid ... finer_bits: what
-// rays pass through (loose_places.clh).
+// and y of each ray and a hint: a depth close before its hit, or 0. grid, safe: as in `safe_steps`.
+// nodes, node_field, node_versors, trusted: a lattice of images. loose_grid ... finer_bits: the
+// places that rays pass through (loose_places.clh).
 //
 // A work-item has the rays item * march.share ... of march.count. Its lanes go each its own way: on
 // by what grid and lattice tell, until an orbit needs F, or a versor, of a point; a turn of the

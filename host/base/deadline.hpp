@@ -10,10 +10,11 @@
 
 namespace qjulia::base {
 
-/// While it lives, its token is requested to stop when another one is, or when time is up.
+/// Requests its token to stop when another token is requested to, or when time is up, as long as it
+/// lives.
 class Deadline {
  public:
-  /// @param seconds from now on; infinite: time is never up.
+  /// @param seconds from now on; if infinite, time is never up.
   Deadline(const std::stop_token& stop, double seconds)
       : forward_(stop, [this] { stop_.request_stop(); }) {
     constexpr double kNever = 1e9;

@@ -10,12 +10,12 @@ namespace qjulia::base {
 namespace {
 
 constexpr std::string_view kWhitespace = " \t\r\n\f";
-/// What ends the names of elements, and unquoted values but for the slash.
+/// Characters that end the name of an element. All but the slash also end an unquoted value.
 constexpr std::string_view kNameEnds = " \t\r\n\f/>";
 
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
-/// Elements whose text holds no others.
+/// Elements that hold text and no other elements.
 bool holds_text_alone(std::string_view element) {
   constexpr std::array<std::string_view, 8> kElements{"script", "style",  "title",   "textarea",
                                                       "xmp",    "iframe", "noembed", "noframes"};
@@ -27,13 +27,14 @@ struct Tag {
   std::optional<std::string_view> id;
 };
 
-/// Cuts tags, comments and texts off the front of a page, as the HTML standard's tokenizer does
+/// Takes tags, comments and texts off the front of a page, as the HTML standard's tokenizer does
 /// (https://html.spec.whatwg.org/multipage/parsing.html#tokenization).
 class Scanner {
  public:
   explicit Scanner(std::string_view page) : rest_(page) {}
 
-  /// The next start tag; none at the end. Comments, end tags and text before it are passed over.
+  /// The next start tag; nothing at the page's end. Comments, end tags and text before the tag are
+  /// passed over.
   std::optional<Tag> next_start() {
     for (;;) {
       skip(std::min(rest_.find('<'), rest_.size()));
@@ -54,7 +55,7 @@ class Scanner {
     }
   }
 
-  /// The text up to the end tag of an element that holds text alone, or the page's end.
+  /// The text up to the end tag of an element that holds only text, or up to the page's end.
   std::string_view take_text(std::string_view element) {
     for (auto end = rest_.find("</"); end != std::string_view::npos;
          end = rest_.find("</", end + 2)) {
@@ -83,13 +84,13 @@ class Scanner {
     skip(at == std::string_view::npos ? rest_.size() : at + end.size());
   }
 
-  /// "<!-->" and "<!--->" are whole comments.
+  /// "<!-->" and "<!--->" are complete comments.
   void skip_comment() {
     const auto usual = rest_.find("-->", 2), odd = rest_.find("--!>", 4);
     skip_past(">", std::min({usual, odd, rest_.size()}));
   }
 
-  /// From a tag's name on, through its '>'; none where the page ends before.
+  /// Reads from a tag's name through its '>'; nothing if the page ends before that.
   std::optional<Tag> take_tag() {
     Tag tag{lower_case(std::string(take_until(kNameEnds))), std::nullopt};
     for (;;) {

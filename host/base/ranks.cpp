@@ -14,7 +14,7 @@ std::string Ranks::bytes_of(const Numbers& numbers) {
   bytes.reserve(numbers.size());
   for (const double number : numbers) {
     if (!(number >= Limits::min() && number <= Limits::max())) {
-      throw InputError(fmt::format("a rank has sent {} for a byte", number));
+      throw InputError(fmt::format("a rank has sent {} where a byte was expected", number));
     }
     bytes += static_cast<char>(number);
   }

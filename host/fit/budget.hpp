@@ -9,11 +9,13 @@
 
 namespace qjulia::fitting {
 
-/// The largest number of triangles that a fit measures; it measures a coarser mesh in place of one
-/// with more. Measuring takes 4 to 20 µs a triangle on two cores, so at most a fifth of the limit.
-/// @param time_limit of the fit, seconds; infinite: any number of triangles.
+/// The largest number of triangles that a fit measures; a mesh with more is replaced by a coarser
+/// one. Measuring takes 4 to 20 µs a triangle on two cores, so with a limit of a second or more it
+/// takes at most a fifth of the limit.
+/// @param time_limit of the fit, seconds; if infinite, there may be any number of triangles.
 double most_triangles(double time_limit);
-/// Whole seconds of time limit that suffice to measure so many triangles and to read them before.
+/// A time limit, in whole seconds, that suffices to read and measure so many triangles; 0 if any
+/// limit does.
 double least_limit(double triangles);
 
 /// How long a fit has taken, and whether it is asked to stop.
@@ -22,10 +24,10 @@ struct Moment {
   bool stop_requested = false;
 };
 
-/// Tells the present moment.
+/// Returns the present moment.
 using Clock = std::function<Moment()>;
 
-/// Starts now.
+/// A clock that starts now and reports when `stop` is requested.
 Clock start_clock(std::stop_token stop);
 
 /// Evaluations, time and stop requests: the latter two as they were at the last `update`.

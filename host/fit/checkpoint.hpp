@@ -34,7 +34,7 @@ struct FitState {
   std::vector<StageReport> reports;
   std::vector<CurvatureSource> curvature;  ///< of the earlier stages in the curvature sum
   std::vector<Evaluation> evaluated;       ///< of the stage that was under way, in their order
-  /// The mesh is measured by no more triangles, by which the samples go.
+  /// The mesh was measured with at most so many triangles. The samples depend on it.
   double most_triangles = std::numeric_limits<double>::infinity();
 };
 
@@ -49,10 +49,11 @@ class Checkpoint {
   /// @param interval seconds between saves within a stage.
   Checkpoint(std::filesystem::path path, std::string key, double interval = 10);
 
-  /// What the file holds, as it was written for this fit; empty: there is none. @throws InputError
-  /// naming the file when it belongs to another fit or is damaged.
+  /// What the file holds; empty if there is none. @throws InputError naming the file when it
+  /// belongs to another fit or is damaged.
   std::string read() const;
-  /// The state that `read` has found, if any, here or in another process. @throws InputError
+  /// The state in what `read` returned here or in another process, if there is any.
+  /// @throws InputError
   std::optional<FitState> state_in(const std::string& content) const;
 
   /// At the end of a stage. One that cannot be written does not end the fit: `problem` says why.

@@ -55,7 +55,7 @@ class Preconditioner {
 
 /// Σ γ^age H over the Gauss-Newton matrices of the stages so far, so that steps rest on more
 /// samples than one stage draws. A factor that is moved elsewhere starts its rows and columns anew.
-/// Where an evaluator keeps the matrix elsewhere, the weights alone are here.
+/// If an evaluator keeps the matrix elsewhere, only the weights are here.
 struct CurvatureSum {
   /// γ: a matrix's weight relative to that of the next stage's.
   static constexpr double kKept = 0.85;

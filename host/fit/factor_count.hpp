@@ -13,9 +13,10 @@ constexpr int kLeastFactors = 8;
 /// Evaluations that a fit makes unless time ends it.
 int planned_evaluations(const FitOptions& options, const Schedule& schedule);
 
-/// The caller's number; or, with a time limit, the largest for which the schedule's number of
-/// stages fits into the time that is left, by timing the parts of a stage with few factors by the
-/// budget's clock; or the schedule's own, fewer where few evaluations are asked for.
+/// The caller's number. If there is none and there is a time limit, it is the largest number for
+/// which the schedule's number of stages fits into the time that is left; to find it, the parts of
+/// a stage with few factors are timed by the budget's clock. Without a time limit it is the
+/// schedule's own number, or fewer where few evaluations are asked for.
 int chosen_factors(const FitOptions& options, const Schedule& schedule,
                    const EvaluatorFactory& make_evaluator, const SamplePool& pool, Budget& budget);
 

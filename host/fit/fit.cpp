@@ -70,20 +70,20 @@ std::string other_detail(const RationalMap& map, double wanted) {
       *map.detail, wanted);
 }
 
-/// The map as a user gets it.
+/// The map with all that a user gets with it: tufts, and which axis is up.
 RationalMap dressed(RationalMap map, const FitOptions& options, const TriangleMesh& mesh) {
   map.tufts = options.tufts;
   map.up = options.up ? options.up : guess_up(mesh);
   return map;
 }
 
-/// A mesh that is measured by as many triangles as there is time for.
+/// A shape measured with as many triangles as there is time for.
 struct MeasuredShape {
   Shape shape;
   std::vector<std::string> warnings;  ///< about what was left out, a sentence each
 };
 
-/// @param most of its triangles; where it has more, a coarser mesh is measured. @throws InputError
+/// @param most triangles; if the mesh has more, a coarser one is measured. @throws InputError
 MeasuredShape measured_shape(const Device& device, const TriangleMesh& mesh, double most,
                              const std::stop_token& stop) {
   const auto triangles = static_cast<double>(mesh.triangles.size());
@@ -104,7 +104,7 @@ MeasuredShape measured_shape(const Device& device, const TriangleMesh& mesh, dou
     measured.shape.box = box;
     measured.warnings.push_back(fmt::format(
         "the fit started with too short a time limit to measure all {} triangles of the mesh: it "
-        "used a coarser mesh of {}, which lacks details smaller than {:.2g} % of the longest side; "
+        "used a coarser mesh of {}, without details smaller than {:.2g} % of the longest side; "
         "to fit the whole mesh, start with a limit of {:.0f} s or more",
         mesh.triangles.size(), coarse.triangles.size(), 100 * cell / box.size().maxCoeff(),
         least_limit(triangles)));
@@ -116,14 +116,14 @@ MeasuredShape measured_shape(const Device& device, const TriangleMesh& mesh, dou
   return measured;
 }
 
-/// Work that is a stage of the monitor's trace.
+/// Does work as a named stage of the monitor's trace.
 template <class Work>
 auto in_stage(const ProgressMonitor& monitor, const char* name, const Work& work) {
   const TraceStage stage(monitor.trace, name);
   return work();
 }
 
-/// The map of a fit that begins.
+/// The map that a fit starts from.
 RationalMap placed(const Problem& problem, const SamplePool& pool, FitPlan& plan) {
   const FitOptions& options = plan.options;
   const EvaluatorFactory make_evaluator = [&](const Samples& samples, const EnergyOptions& energy) {
@@ -139,7 +139,7 @@ RationalMap placed(const Problem& problem, const SamplePool& pool, FitPlan& plan
   });
 }
 
-/// What a fit of the mesh has ended with.
+/// The result of a fit of the mesh that has ended.
 FitResult result_of(Stages& stages, StopReason stopped, const MeshProblem& problem,
                     const FitOptions& options, const TriangleMesh& mesh,
                     const ProgressMonitor& monitor) {
@@ -194,7 +194,7 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
                             monitor.stop);
   });
   team.adopt(pool);
-  // Ranks that wait for one another do not leave a draw.
+  // A rank that left a draw would keep the others waiting, so several ranks do not stop a draw.
   const std::stop_token draw_stop = team.size() > 1 ? std::stop_token() : monitor.stop;
   const MeshProblem own = in_stage(monitor, "overlap points", [&] {
     return MeshProblem(device,

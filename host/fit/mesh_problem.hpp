@@ -15,13 +15,13 @@ struct MeasuredMesh {
   Shape shape;
   SignedDistance distance;  ///< to `shape.mesh`
   SamplePool pool;
-  double detail = 0;  ///< δ that the finished map is to have, a fraction of the box's diagonal
+  double detail = 0;  ///< δ wanted of the finished map, a fraction of the box's diagonal
   std::vector<std::string> warnings{};  ///< about how it was measured, a sentence each
 };
 
 class MeshProblem final : public Problem {
  public:
-  /// @param precision of energies and gradients. @param stop ends this and the drawing of samples:
+  /// @param precision of energies and gradients. @param stop makes this and `draw` throw
   ///   Interrupted.
   MeshProblem(const Device& device, MeasuredMesh mesh, Precision precision,
               std::stop_token stop = {});
@@ -34,7 +34,8 @@ class MeshProblem final : public Problem {
   FinishedMap finished(const RationalMap& map, double iou) const override;
 
   const MeasuredMesh& mesh() const { return mesh_; }
-  /// Of a finished map's surface from the mesh, to first order, over the diagonal of its box.
+  /// Mean distance of a finished map's surface from the mesh, to first order, as a fraction of the
+  /// box's diagonal.
   double mean_distance(const RationalMap& map) const;
 
  private:

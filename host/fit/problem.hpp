@@ -1,5 +1,5 @@
 #pragma once
-/// What a fit asks about the shape that its map is to have.
+/// What a fit needs to know about the shape that it fits a map to.
 
 #include <memory>
 #include <string>
@@ -22,19 +22,19 @@ class Problem {
  public:
   virtual ~Problem() = default;
 
-  /// A stage's samples. @throws Interrupted
+  /// Draws a stage's samples. @throws Interrupted
   virtual Samples draw(const Level& level, base::Random& random) const = 0;
-  /// What sums the energy over these samples.
+  /// An evaluator of the energy over these samples.
   virtual std::unique_ptr<Evaluator> evaluator(const Samples& samples,
                                                const EnergyOptions& options) const = 0;
   /// Signed distances of points to the surface.
   virtual std::vector<double> distances(const std::vector<Eigen::Vector3d>& points) const = 0;
   /// IoU, 0 … 1, of {F_n < map.surface_level} and the inside of the shape, on a coarse grid.
   virtual double overlap(const RationalMap& map, int iterations) const = 0;
-  /// The map in distance units, or polished since, given the wanted detail.
-  /// @param iou what its last stage reached.
+  /// Gives the wanted detail to a map that is in distance units or has been polished.
+  /// @param iou that its last stage reached.
   virtual FinishedMap finished(const RationalMap& map, double iou) const = 0;
-  /// The map that a stage starts from: one for all where several processes fit together.
+  /// The map that a stage starts from; if several processes fit together, the same one for all.
   virtual RationalMap agreed(RationalMap map) const { return map; }
 
  protected:

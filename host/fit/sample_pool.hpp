@@ -35,9 +35,9 @@ struct SamplePool {
   Samples draw(const Level& level, base::Random& random) const;
 };
 
-/// Distances are taken on the device, once for a fit. The same for the same seed, numbers of
-/// `evaluations` that the fit may make (a short one draws few samples, and needs a small pool) and
-/// of `samples` that its largest stage draws.
+/// Distances are taken on the device, once for a fit. The pool is the same for the same seed,
+/// numbers of `evaluations` that the fit may make (a short one draws few samples, and needs a small
+/// pool) and of `samples` that its largest stage draws.
 /// @param stop ends the work: Interrupted.
 SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance, std::uint64_t seed,
                             int evaluations, int samples, const std::stop_token& stop = {});

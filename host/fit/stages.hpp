@@ -23,11 +23,11 @@ struct FitPlan {
   Budget budget;
   Checkpoint checkpoint;
   ProgressMonitor monitor{};
-  /// The mesh is measured by no more triangles.
+  /// The mesh is measured with at most so many triangles.
   double most_triangles = std::numeric_limits<double>::infinity();
 };
 
-/// A fit that takes steps, each a stage.
+/// A fit that is taken step by step. Each step is a stage.
 class Stages {
  public:
   Stages(const Problem& problem, RationalMap start, FitPlan plan);
@@ -36,12 +36,12 @@ class Stages {
   void resume(FitState state);
 
   /// Runs a stage, unless the budget is spent.
-  /// @return why the fit has ended, once it has: then there are no further stages.
+  /// @return why the fit has ended; nothing while there are further stages.
   std::optional<StopReason> step();
   /// Takes steps until the fit has ended.
   StopReason run();
 
-  /// With the wanted detail, and all warnings there have been.
+  /// The map with the wanted detail, and all warnings so far.
   FinishedMap finished() const;
   const std::vector<StageReport>& reports() const { return reports_; }
   Budget& budget() { return budget_; }
@@ -51,7 +51,7 @@ class Stages {
   std::optional<StopReason> run_stage();
   /// IoU of the last stage.
   double last_iou() const { return reports_.empty() ? 0 : reports_.back().iou; }
-  /// Gives a map that the second iterate's stages begin with the wanted detail.
+  /// Gives the map the wanted detail, before the stages of the second iterate begin.
   void finish();
   /// The state at the start of a stage.
   FitState next_state() const;

@@ -70,7 +70,7 @@ class Team {
   void adopt(Samples& samples);
   void adopt(SamplePool& pool);
 
-  /// Tells rank 0's moment on every rank.
+  /// A clock that returns rank 0's moment on every rank.
   Clock shared(Clock own);
 
  private:
@@ -91,8 +91,8 @@ class Team {
 /// the same number of parts gives the same bits, however many ranks there are.
 EvaluatorFactory distributed(Team& team, EvaluatorFactory local, int parts);
 
-/// A problem that ranks work on together: its evaluators are divided, and all else is rank 0's, but
-/// for the finished map, which each rank makes of its own.
+/// A problem that ranks work on together. Its evaluators are divided over the ranks. Each rank
+/// finishes the map itself, and all other answers are rank 0's.
 class DividedProblem final : public Problem {
  public:
   /// @param parts of the samples, as for `distributed`.

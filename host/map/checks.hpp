@@ -47,8 +47,9 @@ inline void expect_box(const std::optional<Box>& box, const char* field = "box")
   throw OptionError(field, "give x0 y0 z0 x1 y1 z1 with x0 < x1, y0 < y1, z0 < z1");
 }
 
-/// @throws OptionError unless orbits that come to rest below `level` stay within the radius, map
-/// units, and single precision bears it.
+/// @param escape radius, map units.
+/// @throws OptionError unless orbits that come to rest below `level` stay within the radius, and it
+/// is small enough for single precision.
 inline void expect_escape(double escape, double level) {
   if (!(escape > std::exp(level))) {
     throw OptionError("escape", fmt::format("{} is too small: orbits that come to rest reach "

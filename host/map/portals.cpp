@@ -26,9 +26,9 @@ const char* to_string(PortalMask mask) {
 namespace map {
 namespace {
 
-/// How far from the origin a portal's ball may reach, map units: ten times the longest side of a
-/// shape, which would be smaller than a cell or a pixel beside a copy that stands much farther
-/// away.
+/// How far from the origin a portal's ball may reach, map units. This is ten times the longest side
+/// of a shape. Beside a copy that stood much farther away, the shape would be smaller than a cell
+/// or a pixel.
 constexpr double kFarthest = 30;
 
 void check_portal(const Portal& portal, const std::string& name) {
@@ -81,7 +81,7 @@ void check_portals(const std::vector<Portal>& portals) {
     if (farthest > kFarthest) {
       throw InputError(fmt::format(
           "the map's portals[{}] reaches {:.6g} from the origin, and the shape would be too small "
-          "to be seen beside its copy: it may reach {}, map units; make its radius smaller, or "
+          "to be seen beside its copy: it may reach {} map units; make its radius smaller, or "
           "move its center",
           i, farthest, kFarthest));
     }

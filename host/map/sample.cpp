@@ -31,7 +31,7 @@ Box default_box(const Device& device, const RationalMap& map, const std::stop_to
   return {map.shape_to_map.to_shape(-reach), map.shape_to_map.to_shape(reach)};
 }
 
-/// No orbit returns from it, so that the set is that of surfaces and pictures.
+/// No orbit returns from beyond this radius, so the set is the same as in surfaces and pictures.
 double default_escape(const Device& device, const RationalMap& map, const std::stop_token& stop) {
   return std::max(kUsualEscape, find_stop_radii(device, map, {}, stop).escape);
 }

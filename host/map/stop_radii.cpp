@@ -19,7 +19,7 @@ using namespace map;
 namespace {
 
 constexpr double kRadiusMargin = 0.02;  // of radii, and of F against ln r
-/// By so much ln r_in stays below L and ln r_out above, which single precision then tells apart.
+/// How far ln r_in stays below L, and ln r_out above it, so that they differ in single precision.
 constexpr double kLevelMargin = 1e-5;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -223,7 +223,8 @@ StopRadii find_stop_radii(const Device& device, const RationalMap& map,
                           std::optional<double> escape, const std::stop_token& stop) {
   map.validate();
   if (escape) expect_escape(*escape, map.surface_level);
-  // An orbit that has stopped is on the side of L where the iterates lie that it would still have.
+  // With r_in below e^L and r_out above it, all later iterates of an orbit that stops would be on
+  // the side of L on which it stops.
   const double inside_level = std::exp(map.surface_level - kLevelMargin);
   const double outside_level = std::exp(map.surface_level + kLevelMargin);
   if (!(outside_level < kLargestEscape)) {

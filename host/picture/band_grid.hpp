@@ -63,9 +63,9 @@ class BandGrid {
   std::vector<double> safe_steps(const surface::Grid& grid,
                                  std::vector<std::int32_t> numbers) const;
   surface::LevelSet level_set() const;
-  /// Nearer than this to the band, rays ask for orbits.
+  /// Rays ask for orbits where they are nearer than this to the band, map units.
   double near() const;
-  /// Whether points are inside, asked for while this lives.
+  /// Tells whether points are inside; valid as long as this lives.
   surface::Insides insides(const std::stop_token& stop) const;
   /// F_n − L at the grid's points, as far as it matters.
   const std::vector<float>& values();

@@ -25,7 +25,7 @@ class DepthSource {
   /// From now on this ends what `depths` and `traits` do.
   virtual void stop_with(const std::stop_token& /*stop*/) {}
 
-  /// Computes what rays of a perspective view need.
+  /// Computes what the rays of a perspective view need, before the first of them.
   virtual void prepare(const View& /*view*/) {}
 
   /// What colours the points given, 0 … 1 each; empty where nothing does.

@@ -32,10 +32,10 @@ constexpr double kDisplacement = 0.125;
 /// For memory's sake: one for the lights, one for the camera.
 constexpr std::size_t kMostLattices = 2;
 
-/// A step of the places that rays pass through is at least so many pixels wide, and at most so many
-/// times as fine as that of the places found for all views.
+/// In a close-up, the places that rays pass through are at least so many pixels wide, and at most
+/// so many times as fine as those found for all views.
 constexpr double kPixelsAPlace = 1.5, kFinest = 16;
-/// What lies so many cells behind the surface that the band's grid shows is out of sight.
+/// Points that lie more than so many cells behind the surface in the band's grid are out of sight.
 constexpr double kHiddenCells = 4;
 
 /// Rays that each lane takes in turn, so that lanes whose rays end early are not idle.
@@ -78,10 +78,10 @@ Box box_in_sight(const View& view, const Box& bounds) {
   return {sight.min().cwiseMax(bounds.low), sight.max().cwiseMin(bounds.high)};
 }
 
-/// Whether something at most so far from a point can be seen in a perspective view.
+/// Whether anything within `reach` of a point can be seen in a perspective view.
 class InSight {
  public:
-  /// @param coarse has few pixels. @param depths of it, to about `error`.
+  /// @param coarse a view with few pixels. @param depths of its pixels, right to about `error`.
   InSight(const View& coarse, std::vector<float> depths, double error)
       : view_(coarse),
         depths_(std::move(depths)),
@@ -194,10 +194,10 @@ class MarchSource : public DepthSource {
     grid_.leave_out(loose_);
     if (loose_.bits.empty()) whole_.reset();
   }
-  /// The grid over all of the set.
+  /// The grid over the whole set.
   BandGrid& whole_grid() { return whole_ ? *whole_ : grid_; }
 
-  /// Looks at loose pieces in sight as finely as pixels show them.
+  /// Looks again at the loose pieces in sight, at about the resolution of the pixels.
   void look_finer(const View& view) {
     if (loose_.bits.empty()) return;
     const double samples = loose_.grid.step / view.footprint;
@@ -216,7 +216,7 @@ class MarchSource : public DepthSource {
     finer_bits_ = uploaded(loose_.finer_bits);
   }
 
-  /// A kernel's buffer has a size.
+  /// A kernel's buffer must not be empty.
   device::Buffer<std::uint32_t> uploaded(const std::vector<std::uint32_t>& words) const {
     return map_.context().upload<std::uint32_t>(words.empty() ? std::vector{0U} : words);
   }

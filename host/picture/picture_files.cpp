@@ -173,7 +173,7 @@ std::vector<std::filesystem::path> write_layers(const PictureLayers& layers, int
   if (wide == 0 || layers.depth.size() % wide != 0 ||
       layers.normal.size() != 3 * layers.depth.size() ||
       layers.position.size() != 3 * layers.depth.size()) {
-    throw InputError(fmt::format("the layers are not of a picture {} pixels wide", width));
+    throw InputError(fmt::format("the layers do not fit a picture {} pixels wide", width));
   }
   const std::size_t deep = layers.depth.size() / wide;
   const std::array<std::size_t, 3> shape{deep, wide, 3};

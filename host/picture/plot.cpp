@@ -29,7 +29,8 @@ constexpr std::array<std::array<double, 3>, 6> kColors{{{0.00, 0.45, 0.70},
                                                         {0.34, 0.71, 0.91},
                                                         {0.90, 0.62, 0.00}}};
 
-/// Numbers farther from 0, or nearer to it on a logarithmic axis, are not drawn.
+/// Larger numbers are not drawn; nor, on a logarithmic axis, are those nearer to 0 than the
+/// inverse.
 constexpr double kMostShown = 1e100;
 
 bool shown(const PlotAxis& axis, double value) {

@@ -127,7 +127,7 @@ RationalMap ball() {
 }
 
 /// A mesh of the ball.
-/// @param tries of places for each vertex: without any, where its field is interpolated.
+/// @param tries to place each vertex; with 0, vertices are where the field is interpolated.
 TriangleMesh surface_of_ball(const Device& device, Precision precision, int tries, bool dense) {
   SurfaceOptions options;
   options.resolution = kBallCells;
@@ -147,7 +147,7 @@ double cells_off_ball(const TriangleMesh& mesh) {
   return worst;
 }
 
-/// Interpolated orbits make the mesh of those that are run.
+/// Interpolated orbits give the same mesh as orbits that are run.
 double interpolated_surface(const Device& device, Precision precision) {
   const TriangleMesh found = surface_of_ball(device, precision, 0, false);
   const TriangleMesh dense = surface_of_ball(device, precision, 0, true);
@@ -155,7 +155,7 @@ double interpolated_surface(const Device& device, Precision precision) {
   return cells_off_ball(found);
 }
 
-/// Vertices that are placed by halving edges lie on the ball.
+/// Vertices that are placed by tries on their edges lie on the ball.
 double placed_vertices(const Device& device, Precision precision) {
   constexpr int kTries = 12;
   return cells_off_ball(surface_of_ball(device, precision, kTries, false));

@@ -16,7 +16,8 @@ namespace {
 /// Cells along an axis; the numbers of three fit in 63 bits.
 constexpr double kMostCells = 1 << 21;
 
-/// The number of each vertex's cell, in the order in which the cells are met.
+/// The number of each vertex's cell. Cells are numbered in the order of their first vertices.
+/// @param means gets the mean of each cell's vertices.
 std::vector<std::uint32_t> cells_of(const TriangleMesh& mesh, double cell,
                                     std::vector<Eigen::Vector3d>& means) {
   const Eigen::Vector3d low = mesh.box().low;

@@ -10,13 +10,13 @@ namespace qjulia::shape {
 
 struct CoarseMesh {
   TriangleMesh mesh;
-  double cell = 0;  ///< what is smaller is lost; the mesh's units
+  double cell = 0;  ///< side of a cell, the mesh's units; details smaller than this are lost
 };
 
-/// Puts the mean of all vertices in a cubic cell in place of each of them (Rossignac and Borrel
-/// 1993). A triangle between three cells cancels its mirror image, so that a closed mesh stays
-/// closed; where more than one is left, they lie upon each other. Cells are as small as leaves
-/// `most` triangles or fewer, to a factor of two.
+/// Replaces all vertices in a cubic cell by their mean (Rossignac and Borrel 1993). Triangles
+/// between the same three cells cancel in pairs of opposite windings, so that a closed mesh stays
+/// closed; if more than one is left, they coincide. Cells are about as small as they can be with
+/// `most` triangles or fewer: the mesh usually has at least half of `most`.
 /// @throws Interrupted; InputError when the mesh has no area.
 CoarseMesh coarse_mesh(const TriangleMesh& mesh, std::size_t most,
                        const std::stop_token& stop = {});

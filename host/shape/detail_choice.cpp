@@ -14,7 +14,7 @@
 namespace qjulia {
 namespace {
 
-constexpr double kWantedCells = 256;  // along the longest side, where roughness is wanted
+constexpr double kWantedCells = 256;  // along the longest side of the grid that roughness is for
 constexpr double kThickest = 0.03;
 /// A triangle is halved until its sides are at most this share of its distance from the origin.
 constexpr double kLongestSide = 0.25;
@@ -23,7 +23,7 @@ constexpr int kMostHalvings = 16;
 /// Part of a surface as seen from the origin.
 struct Patch {
   double log_radius;
-  double share;  ///< of the sphere, negative where the surface faces the origin
+  double share;  ///< of the sphere that it covers, negative where its outer side faces the origin
 };
 
 /// Solid angle over 4π (van Oosterom & Strackee 1983).
@@ -45,7 +45,7 @@ void add_patches(Eigen::Vector3d a, Eigen::Vector3d b, Eigen::Vector3d c, int ha
     patches.push_back({std::log(middle.norm()), share_of_sphere(a, b, c)});
     return;
   }
-  // The longest side becomes that from a to b.
+  // Renames the corners so that the longest side is from a to b.
   for (; ab < longest; ab = (b - a).squaredNorm()) {
     const Eigen::Vector3d first = a;
     a = b, b = c, c = first;

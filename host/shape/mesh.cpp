@@ -94,7 +94,7 @@ void TriangleMesh::validate() const {
   if (normals.empty()) return;
   if (normals.size() != vertices.size()) {
     throw InputError(
-        fmt::format("the mesh has {} normals and {} vertices: give one a vertex, or none",
+        fmt::format("the mesh has {} normals and {} vertices: give one for each vertex, or none",
                     normals.size(), vertices.size()));
   }
   const auto wrong = std::ranges::find_if(normals, [](const auto& n) { return !n.allFinite(); });

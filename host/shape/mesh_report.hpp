@@ -1,5 +1,5 @@
 #pragma once
-/// What is found out about a mesh.
+/// Checks of a mesh, and what they find.
 
 #include <span>
 #include <stop_token>
@@ -9,7 +9,7 @@
 
 namespace qjulia::shape {
 
-/// Fills in what `qjulia::inspect` tells; what reading the file has found stays.
+/// Fills in what `qjulia::inspect` reports, and keeps what reading the file has found.
 /// @throws Interrupted.
 void inspect(const TriangleMesh& mesh, MeshReport& report, const std::stop_token& stop);
 

@@ -1,8 +1,9 @@
-/// Which parts of a mesh are wound inside out: by their signed volumes, and by what lies in what.
+/// Which parts of a mesh are wound inside out. This follows from their signed volumes, and from
+/// which parts lie in which.
 ///
-/// A part lies in another when rays from most of its area end inside that one. The winding number
-/// of a body about a ray's origin is the sum, over the body's triangles that the ray leads through,
-/// of +1 where it comes out and −1 where it goes in.
+/// A part lies in another one when most of the rays that begin on it begin inside the other. The
+/// winding number of a body about the point where a ray begins is a sum over the body's triangles
+/// that the ray crosses: +1 where it comes out and −1 where it goes in.
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -22,7 +23,7 @@ namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-/// Rays of each body: fewer where there are many bodies.
+/// Rays from each body. There are fewer if there are many bodies.
 constexpr std::size_t kMostRays = 64, kFewestRays = 8, kRaysInAll = std::size_t{1} << 17;
 constexpr std::size_t kRaysAtOnce = std::size_t{1} << 17;
 constexpr std::uint64_t kRaySeed = 1;
@@ -33,12 +34,12 @@ struct Solid {
   double volume;  ///< signed
 };
 
-/// A body may have holes: its normals then sum to no more than this share of its area.
+/// A body may have holes, as long as its area vectors sum to no more than this share of its area.
 constexpr double kMostOpen = 0.25;
-/// Less is rounding error, in areas times the longest side.
+/// Volumes below this share of the area times the mesh's longest side are rounding errors.
 constexpr double kLeastEnclosed = 1e-10;
 
-/// The largest first.
+/// The parts that enclose a volume, the largest first.
 std::vector<Solid> bodies_of(const TriangleMesh& mesh, const Parts& parts) {
   const double side = mesh.box().size().maxCoeff();
   std::vector<Solid> bodies;
@@ -53,15 +54,15 @@ std::vector<Solid> bodies_of(const TriangleMesh& mesh, const Parts& parts) {
   return bodies;
 }
 
-/// Leads from a point of a body's surface along a coordinate axis, upwards.
+/// A ray from a point of a body's surface in the positive direction of a coordinate axis.
 struct Ray {
   Eigen::Vector3d from;
   std::uint32_t body;
   std::uint32_t axis;
 };
 
-/// `count` rays from each body, evenly by area; each third one is along the same axis.
-/// @param body_of parts
+/// `count` rays from each body, spread evenly by area and taking the three axes in turn.
+/// @param body_of the number of each part's body, or kNone.
 std::vector<Ray> rays_from(const TriangleMesh& mesh, const Parts& parts,
                            const std::vector<std::uint32_t>& body_of, std::size_t bodies,
                            std::size_t count) {
@@ -113,9 +114,9 @@ class RayGrid {
     for (const std::uint32_t ray : numbers) sorted_[next[cell_of(ray)]++] = ray;
   }
 
-  /// Calls `use` with the number of each ray that leads through the triangle, and the sign of the
-  /// crossing. What closed surfaces add up to does not depend on rounding: the side on which a ray
-  /// passes an edge is the same for both of its triangles.
+  /// Calls `use` with the number of each ray that crosses the triangle, and the sign of the
+  /// crossing. The sum over a closed surface does not depend on rounding, because a ray passes an
+  /// edge on the same side for both triangles of the edge.
   template <class Use>
   void for_crossings(const std::array<Eigen::Vector3d, 3>& corners, const Use& use) const {
     const std::array<Eigen::Vector2d, 3> p{flat(corners[0]), flat(corners[1]), flat(corners[2])};
@@ -147,8 +148,8 @@ class RayGrid {
     return static_cast<std::size_t>(std::clamp(place, 0.0, cells - 1));
   }
 
-  /// Of the triangle about a point: 1 where it is counter-clockwise, −1 where it is clockwise, 0
-  /// beside it.
+  /// The winding number of a triangle about a point: 1 if the triangle is counter-clockwise, −1 if
+  /// it is clockwise, 0 if the point is outside.
   static int winding(const std::array<Eigen::Vector2d, 3>& p, const Eigen::Vector2d& at) {
     int sum = 0;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -171,10 +172,10 @@ class RayGrid {
   std::vector<std::uint32_t> sorted_;  ///< numbers of rays
 };
 
-/// For each body the larger ones that it lies in, the largest first.
+/// For each body, the larger bodies that it lies in, the largest first.
 using Holders = std::vector<std::vector<std::uint32_t>>;
 
-/// Calls `use` with the bodies of each ray that begins in another body: the ray's own, the other.
+/// For each ray that begins inside another body, calls `use` with the ray's own body and the other.
 template <class Use>
 void for_rays_in_bodies(const TriangleMesh& mesh, const Parts& parts,
                         const std::vector<std::uint32_t>& body_of, std::span<const Ray> rays,
@@ -238,8 +239,9 @@ Holders find_holders(const TriangleMesh& mesh, const Parts& parts,
   return holders;
 }
 
-/// Bodies come after those that hold them: whatever turns a body turns what lies in it, and a body
-/// that still is inside out is a cavity where there is material about it.
+/// Which bodies are turned. Bodies come after those that hold them. When a body is turned, the
+/// bodies in it are turned with it; one that is then still inside out is a cavity if there is
+/// material around it, and else is turned itself.
 std::vector<bool> turned_by(const std::vector<Solid>& bodies, const Holders& holders) {
   std::vector<bool> turned(bodies.size());
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -266,7 +268,7 @@ std::vector<bool> parts_inside_out(const TriangleMesh& mesh, const Parts& parts,
       std::ranges::all_of(bodies, is_negative) || std::ranges::none_of(bodies, is_negative);
   std::vector<std::uint32_t> body_of(parts.size(), kNone);
   for (std::uint32_t i = 0; i < bodies.size(); ++i) body_of[bodies[i].part] = i;
-  // Where all bodies are wound alike, it does not matter what lies in what.
+  // If all bodies are wound alike, it does not matter which lie in which.
   const Holders holders =
       all_alike ? Holders(bodies.size()) : find_holders(mesh, parts, body_of, bodies.size(), stop);
   const std::vector<bool> turned = turned_by(bodies, holders);

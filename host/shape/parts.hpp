@@ -13,10 +13,10 @@ namespace qjulia::shape {
 
 constexpr std::size_t kTrianglesPolled = std::size_t{1} << 16;  ///< between two polls
 
-/// Triangles that share vertices are of one part.
+/// Triangles that share vertices belong to the same part.
 struct Parts {
-  std::vector<std::uint32_t> of_triangle;  ///< the number of its part
-  std::vector<ConeSum> sums;               ///< of parts; the apex is the middle of the mesh's box
+  std::vector<std::uint32_t> of_triangle;  ///< the number of each triangle's part
+  std::vector<ConeSum> sums;               ///< by part; the apex is the middle of the mesh's box
 
   std::size_t size() const { return sums.size(); }
   /// As `qjulia::signed_volume`.

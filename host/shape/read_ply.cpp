@@ -202,8 +202,7 @@ bool is_color(const Property& property) {
   return property.name == "red" || property.name == "green" || property.name == "blue";
 }
 
-/// The vertices' shares of the detail: one property, or where none is named, the mean of three
-/// colors.
+/// The vertices' shares of the detail: one property or, if none is named, the mean of three colors.
 class Shares {
  public:
   Shares(const MeshFile& file, const Element& vertices, const std::string& name)
@@ -218,12 +217,13 @@ class Shares {
                              : fmt::format("its vertices have no property '{}'", name));
   }
 
-  /// Whether the vertices' property of that place makes shares.
+  /// Whether the vertices' property number `place` makes shares.
   bool uses(std::size_t place) const { return is_used_[place]; }
 
-  /// What a vertex' value of such a property adds to its share.
+  /// What the value of such a property adds to a vertex's share.
   double part(std::size_t vertex, const Property& property, double value) {
-    // Text holds what bytes cannot. Computed numbers may be a rounding off.
+    // A text file may give a byte a value that bytes cannot have. Computed numbers may be off by a
+    // rounding error.
     constexpr double kRounding = 1e-6;
     const bool is_byte = property.type == kType<std::uint8_t>;
     const bool is_share = is_byte ? value >= 0 && value <= kMostByte && value == std::floor(value)
@@ -234,16 +234,16 @@ class Shares {
     return value / ((is_byte ? kMostByte : 1) * parts());
   }
 
-  /// To be called after the last vertex.
+  /// Call this after the last vertex. @throws InputError if a value was out of range.
   void check_range() const {
     if (!first_wrong_) return;
     const bool is_axis = name_ == "x" || name_ == "y" || name_ == "z";
-    file_.refuse(
-        fmt::format("its property '{}' goes from {} to {}, and a share is a number of 0 to 1, or a "
-                    "byte of 0 to 255 (vertex {} is the first without one): scale it and export "
-                    "the mesh again{}",
-                    name_, least_, most_, *first_wrong_,
-                    is_axis ? "; for shares along an axis use a ramp, which needs no mesh" : ""));
+    file_.refuse(fmt::format(
+        "its property '{}' goes from {} to {}, and a share is a number from 0 to 1, or a "
+        "byte from 0 to 255 (vertex {} is the first out of range): scale it and export "
+        "the mesh again{}",
+        name_, least_, most_, *first_wrong_,
+        is_axis ? "; for shares along an axis use a ramp, which needs no mesh" : ""));
   }
 
  private:
@@ -251,7 +251,8 @@ class Shares {
 
   int parts() const { return name_.empty() ? 3 : 1; }
 
-  /// A property is refused with its range, when that is known.
+  /// A value of a named property is only noted, because the refusal gives the property's whole
+  /// range.
   void refuse_or_note(std::size_t vertex, const Property& property, double value) {
     if (std::isnan(value)) {
       file_.refuse(fmt::format("vertex {} has no number for its '{}'; export it again", vertex,
@@ -259,8 +260,8 @@ class Shares {
     }
     if (name_.empty()) {
       file_.refuse(fmt::format(
-          "vertex {} has a {} of {}; give colors as whole numbers of 0 to 255 in a property of "
-          "type uchar, or as numbers of 0 to 1 in one of type float",
+          "vertex {} has a {} of {}; give colors as whole numbers from 0 to 255 in a property of "
+          "type uchar, or as numbers from 0 to 1 in one of type float",
           vertex, property.name, value));
     }
     if (!first_wrong_) first_wrong_ = vertex;
@@ -274,7 +275,7 @@ class Shares {
   double most_ = -std::numeric_limits<double>::infinity();
 };
 
-/// @param shares null: not asked for.
+/// @param shares null if they are not asked for.
 void read_vertices(Body& body, const Element& element, Shares* shares, FaceList& mesh) {
   for (std::size_t i = 0; i < element.count; ++i) {
     Eigen::Vector3f x = Eigen::Vector3f::Zero();

@@ -11,7 +11,7 @@
 namespace qjulia {
 namespace {
 
-/// Along the normal of a triangle, outward; twice as long as the triangle's area.
+/// The outward normal of a triangle, with twice the triangle's area as its length.
 Eigen::Vector3d area_vector(const TriangleMesh& mesh, const Triangle& triangle) {
   const auto& x = mesh.vertices;
   const auto& [a, b, c] = triangle;

@@ -14,13 +14,13 @@ namespace qjulia::shape {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Rays that pass a triangle by less than this share of its size meet it, so that none slips
-/// between two neighbours.
+/// A ray that misses a triangle by less than this share of its size counts as meeting it, so that
+/// none slips between two neighbours.
 constexpr double kEdgeMargin = 1e-9;
 
 Eigen::Vector3d vector_at(const double* reals) { return {reals[0], reals[1], reals[2]}; }
 
-/// Of the segment from the origin to `edge`, where `inverse` = 1 / |edge|².
+/// The point nearest to v on the segment from the origin to `edge`, where `inverse` = 1 / |edge|².
 Eigen::Vector3d nearest_on_segment(const Eigen::Vector3d& v, const Eigen::Vector3d& edge,
                                    double inverse) {
   return std::clamp(v.dot(edge) * inverse, 0.0, 1.0) * edge;
@@ -50,7 +50,7 @@ struct HalfLine {
   Eigen::Vector3d origin, direction;
 };
 
-/// Where the ray enters a box, at least 0; infinite where it passes it.
+/// How far the ray goes before it enters a box, at least 0; infinite if it misses the box.
 double box_entry(const HalfLine& ray, const double* node) {
   double enter = 0, leave = kInfinity;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -68,7 +68,8 @@ double box_entry(const HalfLine& ray, const double* node) {
   return enter <= leave * (1 + kEdgeMargin) ? enter : kInfinity;
 }
 
-/// Where the ray meets a triangle (Möller and Trumbore 1997); infinite where it does not.
+/// How far the ray goes before it meets a triangle (Möller and Trumbore 1997); infinite if it does
+/// not.
 double triangle_hit(const HalfLine& ray, const double* triangle) {
   const Eigen::Vector3d ab = vector_at(triangle + QJ_TRIANGLE_AB);
   const Eigen::Vector3d ac = vector_at(triangle + QJ_TRIANGLE_AC);
@@ -83,8 +84,8 @@ double triangle_hit(const HalfLine& ray, const double* triangle) {
   return is_met ? ac.dot(turned) / determinant : kInfinity;
 }
 
-/// Visits the leaves whose bound, `bound_of(node)`, is below `best`, which `visit(triangle)` may
-/// lower; of two children the one with the lower bound first.
+/// Visits the triangles of leaves whose bound, `bound_of(node)`, is below `best`. `visit(triangle)`
+/// may lower `best`. Of two children, the one with the lower bound comes first.
 template <class BoundOf, class Visit>
 void visit_leaves(const Bvh& bvh, const double& best, const BoundOf& bound_of, const Visit& visit) {
   if (bvh.triangles.empty()) return;
@@ -122,7 +123,7 @@ std::size_t TriangleTree::set_slabs(std::size_t node, std::size_t first,
   const auto below = static_cast<std::size_t>(link[QJ_NODE_FIRST]);
   std::size_t last = first + static_cast<std::size_t>(link[QJ_NODE_COUNT]);
   if (last == first) last = set_slabs(below + 1, set_slabs(below, first, stop), stop);
-  // Larger parts are not flat, and have few nodes.
+  // Larger parts are not flat, and there are few of them.
   constexpr std::size_t kMostTriangles = std::size_t{1} << 16;
   Slab& slab = slabs_[node];
   slab = {Eigen::Vector3d::Zero(), 0, 0};

@@ -9,14 +9,14 @@
 
 namespace qjulia::surface {
 
-/// Vertices keep this far from grid points, in steps: no two of them coincide.
+/// Vertices stay at least so many steps away from grid points, so that no two of them coincide.
 constexpr float kVertexMargin = 0.01F;
 
-/// How differences F_n − L are made ready for interpolation.
+/// How differences F_n − L are scaled before they are interpolated.
 struct DifferenceScale {
-  /// They are clamped to ± this: for fields that jump.
+  /// Differences are clamped to ± this, for fields that jump.
   double reach = std::numeric_limits<double>::infinity();
-  /// Of the field above the level; divided by it, it interpolates as well as below.
+  /// Differences above the level are divided by this, because the field is so much steeper there.
   double steepness = 1;
 };
 
@@ -25,10 +25,10 @@ struct EdgeVertex {
   Eigen::Vector3i point = Eigen::Vector3i::Zero();
   int axis = 0;
   float at = 0;  ///< 0 at `point`, 1 at the edge's other end
-  /// F_n − L by its scale at `point` and at the other end: the one that is inside is below 0.
+  /// Scaled F_n − L at `point` and at the other end. It is below 0 at the end that is inside.
   float at_start = 0, at_end = 0;
 
-  /// Moves it there, or as near as its margin allows; near `point` when that is not a number.
+  /// Moves the vertex to `place`, or as near as kVertexMargin allows. NaN counts as 0.
   void put(float place) {
     at = place >= kVertexMargin ? std::min(place, 1 - kVertexMargin) : kVertexMargin;
   }

@@ -220,7 +220,7 @@ class ConnectedParts {
 BoxDimension box_dimension(std::span<const Eigen::Vector3f> points, double finest) {
   Eigen::AlignedBox3f box;
   for (const Eigen::Vector3f& p : points) {
-    if (!p.allFinite()) throw InputError("a point whose boxes are to be counted is not finite");
+    if (!p.allFinite()) throw InputError("a point for the box-counting dimension is not finite");
     box.extend(p);
   }
   return dimension_of(box, finest, [&](const auto& use) { std::ranges::for_each(points, use); });

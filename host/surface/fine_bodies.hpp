@@ -1,5 +1,5 @@
 #pragma once
-/// Bodies of a set, followed over a fine grid without asking for all of its points.
+/// Follows the bodies of a set over a fine grid without asking for all of its points.
 
 #include <cstddef>
 #include <cstdint>
@@ -12,16 +12,16 @@
 
 namespace qjulia::surface {
 
-/// Whether each of these points of the set's space, map coordinates, is inside.
+/// Returns for each of these points, in map coordinates, whether it is inside the set.
 using Insides = std::function<std::vector<bool>(const std::vector<Eigen::Vector3d>&)>;
 
-/// Which inside points hang together: those at both ends of an edge of the grid, or also those
-/// across a diagonal of a square or a cell, as where a sheet is thinner than a step.
+/// Which inside points hang together: only those at both ends of an edge of the grid, or also those
+/// across a diagonal of a square or a cell, as in a sheet that is thinner than a step.
 enum class Links { edges, diagonals };
 
-/// Points of the fine grid are known in blocks: a block
-/// is a cell of a coarse grid, with the fine points from its lower corner on, `divisions` along
-/// each side. A place is where a point stands in the order of what is known.
+/// Points of the fine grid are known in blocks. A block is a cell of a coarse grid, with the fine
+/// points from its lower corner on, `divisions` along each side. A point's place is its number in
+/// the order in which points became known.
 class FineBodies {
  public:
   /// @param is_kept which points of the coarse grid are in bodies that are kept.
@@ -35,34 +35,35 @@ class FineBodies {
   const std::vector<std::size_t>& blocks() const { return blocks_; }
   std::size_t points_a_block() const { return block_.size(); }
   std::size_t size() const { return inside_.size(); }
-  /// Where a fine point stands; `kNowhere` where its block is not known.
+  /// The place of a fine point; `kNowhere` if its block is not known.
   std::size_t place(const Eigen::Vector3i& at) const;
-  /// The fine point that stands there.
+  /// The fine point of a place.
   Eigen::Vector3i at(std::size_t place) const {
     return block_.count.x() * index_of(blocks_[place / block_.size()], coarse_points_) +
            index_of(place % block_.size(), block_.count);
   }
 
-  /// The blocks of all fine points at most `reach` from `middle` are to be known.
+  /// Wants the blocks of all fine points at most `reach` steps from `middle` along each axis.
   void want(const Eigen::Vector3i& middle, int reach);
   std::size_t wanted_blocks() const { return wanted_.size(); }
 
-  /// Asks for the points of the blocks that are wanted, then for those in which bodies may go on
-  /// that hang on nothing kept yet, and so on, `rounds` times at most.
+  /// Asks for the points of the blocks that are wanted. Then asks for the blocks in which bodies
+  /// may go on that are not yet attached to anything kept, and so on, at most `rounds` times.
   void follow(int rounds);
-  /// Asks for all points at most `reach` from those of loose bodies.
+  /// Asks for all points at most `reach` steps from those of loose bodies.
   void look_around_loose(int reach);
 
-  /// From now on bodies of fewer points are loose: those that hang on nothing kept, and go on in
-  /// no block that is not known.
+  /// Calls those bodies loose from now on that have fewer points, are attached to nothing kept, and
+  /// do not reach a block that is not known.
   void find_loose(double points);
   bool is_inside(std::size_t place) const { return inside_[place]; }
   bool is_loose(std::size_t place) const { return loose_[place]; }
-  /// Points of each loose body, by place.
+  /// The places of each loose body's points.
   std::vector<std::vector<std::size_t>> loose_bodies();
 
-  /// Calls `mark(at, is_loose)` for the points at most `margin` from loose ones, then for those
-  /// next to other inside points, unless they are loose themselves: what is kept keeps its surface.
+  /// Calls `mark(at, true)` for the points at most `margin` steps from loose ones. Then calls
+  /// `mark(at, false)` for those that are next to other inside points and not loose themselves, so
+  /// that what is kept keeps its surface.
   template <class Mark>
   void mark(int margin, const Mark& mark) const {
     for_inside(0, [&](std::size_t place, const Eigen::Vector3i& at) {
@@ -81,7 +82,8 @@ class FineBodies {
 
  private:
   static constexpr std::int32_t kUnknown = -1, kWanted = -2;
-  /// What hangs on a body that is kept is one with this element; place p is element p + 1.
+  /// Everything attached to a body that is kept is united with this element; place p is element
+  /// p + 1.
   static constexpr std::uint32_t kKept = 0;
 
   bool is_on_grid(const Eigen::Vector3i& at) const {
@@ -93,7 +95,7 @@ class FineBodies {
   bool look();
   void unite_from(std::size_t first_block);
 
-  /// Calls `visit(place, at)` for inside points of known blocks from one on.
+  /// Calls `visit(place, at)` for the inside points of known blocks, from `first_block` on.
   template <class Visit>
   void for_inside(std::size_t first_block, const Visit& visit) const {
     std::size_t place = first_block * block_.size();
@@ -105,7 +107,8 @@ class FineBodies {
       });
     }
   }
-  /// Calls `visit(next)` for the points on the grid that may hang together with one.
+  /// Calls `visit(next)` for the points of the grid that hang together with `at` if both are
+  /// inside.
   template <class Visit>
   void for_next(const Eigen::Vector3i& at, const Visit& visit) const {
     if (links_ == Links::diagonals) {

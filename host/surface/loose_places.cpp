@@ -14,12 +14,13 @@ namespace {
 
 /// Of the largest body's volume, as in `drop_loose_pieces`.
 constexpr double kLeast = 0.01;
-/// A piece that has not come to an end after so many cells is kept.
+/// A piece that has not ended after so many cells is kept.
 constexpr int kMostRounds = 6;
-/// Points of the fine grid by which a loose piece's place is wider than its inside points: its
-/// surface, and crumbs of it, lie between points.
+/// The places of a loose piece go so many points of the fine grid beyond its inside points, because
+/// its surface, and crumbs of it, lie between points.
 constexpr int kMargin = 2;
-/// To look at about pieces in sight: about a second of two CPU cores.
+/// The most points of a finer look at the pieces in sight. They take about a second of two CPU
+/// cores.
 constexpr std::size_t kMostFinerPoints = std::size_t{1} << 22;
 
 using Index = Eigen::Vector3i;
@@ -82,7 +83,7 @@ std::vector<std::size_t> cells_beside(const Grid& grid, const CoarseBodies& coar
   return cells;
 }
 
-/// Bits as `LoosePlaces` has them.
+/// Sets or reads a bit in the order of `LoosePlaces::bits`.
 void put(std::vector<std::uint32_t>& bits, std::size_t number, bool value) {
   const std::uint32_t bit = 1U << (number % 32);
   value ? bits[number / 32] |= bit : bits[number / 32] &= ~bit;
@@ -91,7 +92,7 @@ bool has(const std::vector<std::uint32_t>& bits, std::size_t number) {
   return ((bits[number / 32] >> (number % 32)) & 1U) != 0;
 }
 
-/// The point of a grid that lies nearest.
+/// The grid's point that is nearest to `p`; nothing if `p` lies beyond the grid.
 std::optional<Index> nearest_point(const Grid& grid, const Eigen::Vector3d& p) {
   const Eigen::Array3d at = ((p - grid.origin) / grid.step).array().round();
   if (!(at >= 0).all() || !(at < grid.points.cast<double>().array()).all()) return std::nullopt;
@@ -102,7 +103,7 @@ Grid finer_grid(const Grid& grid, int finer) {
   return {grid.origin, grid.step / finer, finer * grid.points};
 }
 
-/// The number of a point's bit among those of finer cells.
+/// The number of a finer point's bit in `finer_bits`; nothing if its cell has none.
 std::optional<std::size_t> finer_number(const LoosePlaces& places, const Index& at) {
   const Index cell = at / places.finer;
   const std::size_t number = number_of(cell, places.grid.points), word = number / 32;
@@ -115,7 +116,7 @@ std::optional<std::size_t> finer_number(const LoosePlaces& places, const Index& 
          number_of(at - places.finer * cell, count);
 }
 
-/// Orders known blocks by their cells, and takes what is known of their points.
+/// Lists the known blocks as the cells that have finer points, and marks which points are loose.
 void take_finer(LoosePlaces& places, const FineBodies& fine, int finer) {
   const std::vector<std::size_t>& blocks = fine.blocks();
   places.finer = finer;
@@ -129,7 +130,7 @@ void take_finer(LoosePlaces& places, const FineBodies& fine, int finer) {
     before += static_cast<std::uint32_t>(std::popcount(places.finer_cells[2 * word]));
   }
   places.finer_bits.assign((fine.size() + 31) / 32, 0);
-  // What is near neither loose nor kept points is as it was.
+  // Points that are near neither loose nor kept points stay as the coarser look found them.
   const int half = finer / 2;
   for (std::size_t place = 0; place < fine.size(); ++place) {
     const Index at = fine.at(place);
@@ -143,7 +144,8 @@ void take_finer(LoosePlaces& places, const FineBodies& fine, int finer) {
   });
 }
 
-/// Looks `finer` times as finely about these points of loose pieces; false where that is too much.
+/// Looks `finer` times as finely around these points of loose pieces; false, without looking, if it
+/// would take too many points.
 bool look_finer(LoosePlaces& places, const std::vector<Index>& points, int finer,
                 const Insides& insides) {
   FineBodies fine(places.grid, places.is_kept, finer, Links::diagonals, insides);

@@ -36,9 +36,9 @@ class MarchingCubes {
   /// @throws Error beyond 2³² vertices.
   void add(std::span<const float> slice, const Slab& slab);
 
-  /// What was added since the last call.
+  /// Takes what was added since the last call.
   MeshPart take();
-  /// Vertices that were added since then.
+  /// How many vertices were added since the last `take`.
   std::size_t waiting() const { return part_.vertices.size(); }
 
  private:

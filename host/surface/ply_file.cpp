@@ -91,7 +91,7 @@ struct PlyFile::Impl {
   Impl(const std::filesystem::path& path_, const std::string& note_)
       : path(path_), note(note_), file(path_), vertices(path_), faces(path_) {}
 
-  /// Before any of it is used: all is gone once it has been committed.
+  /// @throws InputError if the file has been committed: then nothing is left to write to.
   void expect_open() const {
     if (faces) return;
     throw InputError(
@@ -101,7 +101,7 @@ struct PlyFile::Impl {
   void expect_complete() const {
     expect_open();
     if (face_count == 0 || last_vertex < vertex_count) return;
-    throw InputError(fmt::format("mesh '{}' has a triangle with vertex {}, and {} vertices came",
+    throw InputError(fmt::format("mesh '{}' has a triangle with vertex {} but only {} vertices",
                                  path.string(), last_vertex, vertex_count));
   }
 
@@ -132,7 +132,7 @@ void PlyFile::vertices(std::span<const Eigen::Vector3d> positions,
                        std::span<const Eigen::Vector3d> normals) {
   impl_->expect_open();
   if (normals.size() != positions.size()) {
-    throw InputError(fmt::format("{} vertices came with {} normals: give each vertex one",
+    throw InputError(fmt::format("{} vertices came with {} normals: give one for each vertex",
                                  positions.size(), normals.size()));
   }
   std::vector<VertexRecord> records(positions.size());

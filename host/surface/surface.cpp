@@ -33,10 +33,11 @@ namespace {
 
 constexpr int kMostSurfaceCells = 8192;
 constexpr int kMostTriesAnEdge = 20;
-/// Beyond n = 1, where F_n jumps. At 320 cells the area that faces an axis is 1.3 % of a skull's
-/// and 0.8 % of a bunny's; 12 and 23 % without, 1.1 and 0.9 % with six tries.
+/// Tries for each vertex where n > 1, so that F_n jumps. At 320 cells, 1.3 % of a skull's area and
+/// 0.8 % of a bunny's are within 3° of facing an axis; 12 and 23 % without tries, 1.1 and 0.9 %
+/// with six.
 constexpr int kTries = 2;
-/// Vertices to place in one launch, so that a GPU is busy.
+/// Vertices are placed when at least so many wait, so that a launch keeps a GPU busy.
 constexpr std::size_t kPlacedAtOnce = std::size_t{1} << 15;
 /// F_1 is smooth and is interpolated as it is. Further iterates jump where orbits part: there a
 /// difference from the level is as good as any larger one when orbits that far off have ended, at
@@ -99,8 +100,8 @@ std::vector<std::int32_t> unknown_points(const Grid& grid, const Slab& slab) {
 /// From slabs to triangles, on a thread of its own: one slab is meshed while the next is evaluated.
 class Mesher {
  public:
-  /// @param placer of vertices, on a device of its own; none leaves them where the field's
-  ///   interpolated difference vanishes.
+  /// @param placer of vertices, on a device of its own; without one (null) they stay where the
+  ///   field's interpolated difference vanishes.
   Mesher(const Grid& grid, const RationalMap& map, const DifferenceScale& scale,
          const VertexPlacer* placer, SurfaceSink& sink)
       : grid_(grid),
@@ -201,7 +202,7 @@ SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, double
   };
   bool on_second = false;
   for (int z = 0; z < slices;) {
-    // Blocks are bounded on the first queue: not beside a slab's evaluation.
+    // Blocks are bounded on the first queue, so no slab may be evaluated at the same time.
     while (!under_way.empty()) mesh_first();
     const std::vector<Slab> slabs = [&] {
       const TraceStage stage(monitor.trace, "bound blocks");

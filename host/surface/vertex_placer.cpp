@@ -15,15 +15,15 @@ namespace {
 constexpr std::size_t kEdgesALane = 32;
 /// What a try costs, in iterates.
 constexpr double kIteratesATry = 2;
-/// A point this near to the boundary ends the search, in the length that an edge has when each of
-/// its tries has halved it.
+/// A point this near to the boundary ends the search. The unit is the length of an edge that each
+/// of its tries has halved.
 constexpr double kClose = 0.8;
-/// An iterate stretches distances by this where the map does not say its detail. The places of
-/// vertices hardly depend on it: 6 and 20 give meshes as smooth.
+/// How much an iterate is taken to stretch distances if the map does not say its detail. The places
+/// of vertices hardly depend on it: 6 and 20 give meshes that are just as smooth.
 constexpr double kUsualStretch = 12;
 constexpr double kLeastStretch = 2;
 
-/// |∇F_1| about the surface, map units; 0 when the map does not say its detail.
+/// |∇F_1| about the surface, map units; 0 if the map does not say its detail.
 double slope_of(const RationalMap& map) {
   if (!map.detail || !map.box) return 0;
   return 1 / (*map.detail * map.box->diagonal() * map.shape_to_map.scale);

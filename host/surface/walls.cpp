@@ -2,11 +2,11 @@
 // nearest neighbors and the normal field"): a ball that touches the surface at p, with its centre
 // on the inner normal, shrinks until it also touches the surface where it overlapped it.
 //
-// Triangles that meet at small angles stand for a round surface. A ball that touches one of them
+// Triangles whose normals differ little stand for a round surface. A ball that touches one of them
 // near its edge would overlap the next one, however fine the mesh is. So a ball stops shrinking
-// when the point that it overlaps and p, seen from its centre, are less than an angle apart: both
-// belong to the same wall (Ma et al. call it the separation angle). The radius reported is the
-// distance from the centre to the mesh, so that the ball lies inside, to 0.2 %.
+// when the point that it overlaps is less than 40 degrees from p, as seen from the ball's centre:
+// both then belong to the same wall (Ma et al. call this the separation angle). The radius reported
+// is the distance from the centre to the mesh, so that the ball lies inside, to within 0.2 %.
 
 #include "surface/walls.hpp"
 
@@ -25,11 +25,12 @@
 namespace qjulia::surface {
 namespace {
 
-/// Triangles that turn by more at an edge meet in a crease; those that turn by less are round.
+/// Neighbouring triangles whose normals differ by more meet in a crease; others stand for a round
+/// surface.
 constexpr double kCrease = 40 * std::numbers::pi / 180;
 constexpr double kSlack = 1e-3;  ///< of a ball's radius
 constexpr int kMostSteps = 100;  ///< of shrinking; each squares the error, so a few will do
-/// A share of the box's diagonal: nearer hits of a ray are rounding.
+/// Hits nearer to a ray's origin than this share of the box's diagonal are rounding errors.
 constexpr double kNearestHit = 1e-9;
 
 using shape::TrianglePoint;
@@ -57,8 +58,8 @@ class RoundNormals {
     }
   }
 
-  /// The mean of the tangent planes at the corners (Boubekeur and Alexa 2008, "Phong
-  /// tessellation").
+  /// The mean of the normals at the corners, by barycentric weights (Boubekeur and Alexa 2008,
+  /// "Phong tessellation").
   Eigen::Vector3d at(const TrianglePoint& point) const {
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     for (std::size_t corner = 0; corner < 3; ++corner) {
@@ -71,8 +72,8 @@ class RoundNormals {
  private:
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-  /// The mean over the triangles around vertex `v` of triangle `t` by their angles there; those
-  /// beyond a crease are left out.
+  /// The mean normal of the triangles around vertex `v` of triangle `t`, weighted by their angles
+  /// there. Triangles beyond a crease are left out.
   Eigen::Vector3d at_corner(std::size_t t, std::uint32_t v) const {
     const Eigen::Vector3d own = normal_of(t);
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -102,7 +103,7 @@ class RoundNormals {
   std::vector<std::vector<std::size_t>> around_;  ///< triangles around the sampled ones' vertices
 };
 
-/// Of the ball in the wall at `p`, where `inward` is normal to the round surface.
+/// The radius of the ball in the wall at `p`, where `inward` is normal to the round surface.
 double ball_radius(const TriangleTree& tree, double diagonal, const Eigen::Vector3d& p,
                    const Eigen::Vector3d& inward) {
   // It cannot reach beyond the other side of the wall.

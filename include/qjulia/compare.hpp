@@ -26,9 +26,9 @@ struct CompareOptions {
   void validate() const;  ///< @throws InputError
 };
 
-/// Figures at one number of iterations. Distances are fractions of the mesh's box diagonal. What is
-/// undefined is not a number: IoU and energy where no cell's centre lies in the mesh, distances
-/// where the set has no surface on the grid, and the roughness where both hold.
+/// Figures at one number of iterations. Distances are fractions of the mesh's box diagonal. Figures
+/// that are undefined are NaN: IoU and energy if no cell's centre lies in the mesh, distances if
+/// the set has no surface on the grid, and the roughness if both hold.
 struct FitMetrics {
   int iterations = 1;
   double iou = 0;
@@ -53,10 +53,10 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
                                 const TriangleMesh& mesh, const CompareOptions& options,
                                 const ProgressMonitor& monitor = {});
 
-/// Why some of the figures are undefined, and what to do; empty where all are numbers.
+/// Why some of the figures are undefined, and what to do; empty if all are numbers.
 std::string why_undefined(const FitMetrics& metrics);
 
-/// What is undefined is null, and "undefined" says why.
+/// Undefined figures are null, and the member "undefined" says why.
 nlohmann::json to_json(const FitMetrics& metrics);
 
 }  // namespace qjulia

@@ -10,7 +10,8 @@
 
 namespace qjulia {
 
-/// Details that can be asked for. A word may stand for less, for a very thin shape.
+/// The range of details that can be asked for, fractions of the box's diagonal. For a very thin
+/// shape a word (`DetailWord`) may stand for less.
 constexpr double kLeastDetail = 0.0001, kMostDetail = 0.1;
 
 /// F_1 − L multiplied by t everywhere: a_k ← t a_k (of a distance modulus, δ ← δ / t),

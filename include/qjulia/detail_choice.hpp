@@ -9,15 +9,15 @@
 
 namespace qjulia {
 
-/// Relative to the detail with which a set is rough and still the shape.
+/// Details relative to `automatic`, which is chosen for each shape.
 enum class DetailWord {
-  automatic,  ///< fractal, and still the shape
-  smooth,     ///< an eighth of it: grooves too fine to see
+  automatic,  ///< the set is fractal, and still has the shape
+  smooth,     ///< an eighth of `automatic`: grooves too fine to see
   clear,      ///< half of it
   wild        ///< twice as much
 };
 
-/// δ as a fraction of the box's diagonal, or a word that is turned into it for a shape.
+/// δ as a fraction of the box's diagonal, or a word from which it is chosen for a shape.
 using DetailChoice = std::variant<DetailWord, double>;
 
 /// "auto", "smooth", "clear" or "wild", or a number in as many digits as it takes.
@@ -26,20 +26,21 @@ std::string to_string(const DetailChoice& detail);
 /// What the roughness of a shape's set depends on, besides δ.
 struct RadialSpread {
   /// ∫ A (1 − A) d ln r, with A(r) the share of the sphere of radius r about the origin that is
-  /// inside; half the mean difference of ln r between two random rays' ends. 0 for a ball about the
-  /// origin, 0.07 for a skull, 0.2 for a scorpion. A point with F_1 = ln r is taken to that sphere,
-  /// in any direction, so that A is its chance to stay inside: the shell that is neither solid nor
-  /// empty is about so many times 1 / |∇F_1| deep.
+  /// inside; in other words, half the mean difference of ln r between the points where two random
+  /// rays from the origin leave the shape. 0 for a ball about the origin, 0.07 for a skull, 0.2 for
+  /// a scorpion. A point with F_1 = ln r is taken to that sphere, in any direction, so that A is
+  /// its chance to stay inside. The shell that is neither solid nor empty is therefore about this
+  /// value times 1 / |∇F_1| deep.
   double of_log_radii = 0;
   double longest_side = 1;  ///< of the box, over its diagonal
 };
 
 /// @param mesh without hidden parts. @param origin inside, where the map takes 0; the mesh's units.
-/// @throws InputError when the mesh is not sound or not closed about the origin.
+/// @throws InputError when the mesh is not valid or not closed about the origin.
 RadialSpread radial_spread(const TriangleMesh& mesh, const Eigen::Vector3d& origin);
 
-/// How `automatic` follows from the spread, so that sets have a roughness of about 1.2 on 256 cells
-/// (docs/fitting.md). `cells`: the shell's depth, of those cells, for a spread of 1.
+/// How `automatic` follows from the spread, so that sets have a roughness of about 1.2 on a grid of
+/// 256 cells (docs/fitting.md). `cells` is the shell's depth in such cells for a spread of 1.
 struct DetailRule {
   double cells, power;
 };

@@ -97,7 +97,7 @@ class Device {
   Device with_tuning(Precision precision, const Tuning& tuning) const;
 
   /// The same device and settings with a queue and programs of its own, for another thread to use
-  /// at the same time. It is recorded as this one is, on that row.
+  /// at the same time. Its launches are recorded as this one's are, on the given row of the trace.
   Device sibling(Trace::Row row = Trace::Row::second_queue) const;
 
   const Tuning& tuning(Precision precision) const {

@@ -41,7 +41,8 @@ class Field {
   /// F_n with the escape radius alone. @param iterations n, 1 … 16. @throws OptionError
   std::vector<double> at(std::span<const Quaternion> points, int iterations = 1) const;
 
-  /// F_n where orbits also end at r_in and r_out: on the same side of every level between them.
+  /// F_n where orbits also end at r_in and r_out. It is on the same side as `at` of every level
+  /// between ln r_in and ln r_out.
   /// @throws OptionError as above.
   std::vector<double> decided_at(std::span<const Quaternion> points, int iterations) const;
 
@@ -68,12 +69,12 @@ double effective_radius(const Field& field, double level, double limit);
 RationalMap calibrated(const Device& device, const RationalMap& map);
 
 /// r_in: the largest r < e^L whose 4-D ball the map takes into itself. r_out: the smallest r > e^L
-/// beyond which F_1 > ln |q|; infinity unless Σ a_k > 1. So orbits that end at them are on the side
-/// of L where they would end later. Both are sampled, with a margin of 2 %, but no r_out is beyond
-/// the larger of e^L and the bound that holds for every direction. The escape radius is `escape`,
-/// where given, else 1.25 r_out or, without r_out, the larger of 20 and 1.25 e^L.
-/// @throws InputError when orbits of inner points would escape, `escape` not above e^L, or when it
-///   or e^L is above the largest; Interrupted
+/// beyond which F_1 > ln |q|; infinity unless Σ a_k > 1. So an orbit that is stopped at either is
+/// on the side of L on which it would have ended. Both are sampled, with a margin of 2 %, but r_out
+/// is never beyond the larger of e^L and the bound that holds for every direction. The escape
+/// radius is `escape` if given, else 1.25 r_out or, without r_out, the larger of 20 and 1.25 e^L.
+/// @throws InputError when `escape` is not above e^L, so that orbits of inside points would escape,
+///   or when `escape` or e^L is above kLargestEscape; Interrupted
 StopRadii find_stop_radii(const Device& device, const RationalMap& map,
                           std::optional<double> escape = {}, const std::stop_token& stop = {});
 

@@ -95,8 +95,9 @@ LoosePieces drop_loose_pieces(TriangleMesh& mesh);
 
 /// How thick the walls of a closed mesh are: diameters of the largest balls inside that touch the
 /// surface at sampled points, in the mesh's units, at most 0.2 % too large. What a ball meets less
-/// than 40° from its point, seen from its centre, is the same wall, as on a round surface of
-/// triangles: there a ball comes near its point and stays inside the mesh.
+/// than 40° from its point, as seen from its centre, counts as the same wall and does not make the
+/// ball smaller, because triangles may stand for a round surface. There the ball stays inside the
+/// mesh, and comes near its point without quite touching it.
 struct WallThickness {
   double thinnest = 0;  ///< a hundredth of the surface is thinner
   double tenth = 0;     ///< a tenth of the surface is thinner

@@ -19,13 +19,13 @@ using Triangle = std::array<std::uint32_t, 3>;
 struct TriangleMesh {
   std::vector<Eigen::Vector3d> vertices;
   std::vector<Triangle> triangles;  ///< counter-clockwise from outside
-  /// Of vertices, outward, of length 1; or none. Written to .ply, .obj and .glb, not read.
+  /// Outward normals of vertices, of length 1; or none. Written to .ply, .obj and .glb, never read.
   std::vector<Eigen::Vector3f> normals{};
 
   Box box() const;
-  /// Every function of this library that takes a mesh calls it.
-  /// @throws InputError naming the vertex or triangle: a number that is not finite, an index
-  ///   without a vertex, normals that are not one a vertex.
+  /// Every function of this library that takes a mesh calls this.
+  /// @throws InputError naming the vertex or triangle, when a number is not finite, an index has no
+  ///   vertex, or normals are not one for each vertex.
   void validate() const;
 };
 
@@ -42,8 +42,8 @@ struct MeshReport {
   std::size_t duplicate_triangles = 0;  ///< with the corners and winding of another, removed
   std::size_t two_sided_triangles = 0;  ///< pairs with the same corners and opposite windings
   bool is_two_sided = false;            ///< all were in such pairs; the first of each is left
-  bool is_inside_out = false;           ///< all its triangles are to be turned
-  std::size_t turned_parts = 0;         ///< components that are to be turned (`oriented_outward`)
+  bool is_inside_out = false;           ///< `oriented_outward` turns all its triangles
+  std::size_t turned_parts = 0;         ///< components that `oriented_outward` turns
   double rounding = 0;  ///< of coordinates in single precision, as mesh files are read and written,
                         ///< over the longest side
   bool closed() const { return open_edges == 0 && non_manifold_edges == 0; }
@@ -86,15 +86,14 @@ MeshReport inspect(const TriangleMesh& mesh);
 /// open one, the volume of the cones from its triangles to the centroid of its area.
 double signed_volume(const TriangleMesh& mesh);
 
-/// The mesh with its parts turned that are wound inside out: what is computed with the inside of a
-/// mesh is computed with that of this one. Triangles that share vertices are one part.
+/// The mesh with those of its parts turned that are wound inside out. Whatever needs the inside of
+/// a mesh uses that of this one. Triangles that share vertices belong to the same part.
 ///
-/// A part that encloses a volume, though it may have holes, lies in another one when most of its
-/// area does. It is turned when it is wound inside out and does not lie in the material of others,
-/// and then what lies in it is turned with it. Cavities therefore stay cavities, and so do
-/// inside-out parts that stick out of the body they are cut from. Parts that enclose nothing, such
-/// as sheets and the triangles of a soup, are turned together where the mesh would otherwise have a
-/// negative volume.
+/// A part that encloses a volume (it may have holes) lies in another one when most of its area
+/// does. It is turned when it is wound inside out and does not lie in the material of others, and
+/// then the parts in it are turned with it. Cavities therefore stay cavities, even those that stick
+/// out of the body they are cut from. Parts that enclose nothing, such as sheets and the triangles
+/// of a soup, are turned together if the mesh would otherwise have a negative volume.
 /// @throws Interrupted
 TriangleMesh oriented_outward(TriangleMesh mesh, const std::stop_token& stop = {});
 

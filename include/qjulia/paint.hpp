@@ -27,8 +27,8 @@ struct Paint {
   bool operator==(const Paint&) const = default;
 
   std::size_t size() const;  ///< number of cells
-  /// m at a place, map coordinates. @throws InputError when it is not finite, or the paint is not
-  /// whole.
+  /// m at a place, map coordinates. @throws InputError when the place is not finite or the paint is
+  /// not valid.
   double at(const Eigen::Vector3d& x) const;
   /// Where a cell's centre lies, map coordinates.
   Eigen::Vector3d center(int i, int j, int k) const;

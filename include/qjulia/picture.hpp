@@ -29,7 +29,7 @@ struct Image {
   std::size_t covered = 0;  ///< of a rendered set or mesh: the pixels that show any of it
   LoosePieces loose{};      ///< of a rendered set: what is left out, shape units
 
-  /// @throws InputError when there are no pixels, or not as many as width and height say.
+  /// @throws InputError when there are no pixels, or not width · height of them.
   void validate() const;
 };
 
@@ -199,8 +199,8 @@ enum class Packing {
 std::string png_bytes(const Image& image, const PictureText& text = {},
                       Packing packing = Packing::small);
 
-/// The bytes of an animated PNG file: images of one size, one after the other for so many seconds
-/// each, again and again. @throws InputError without any, or of several sizes;
+/// The bytes of an animated PNG file, which shows images of one size one after the other, `seconds`
+/// each, again and again. @throws InputError when there are no images or their sizes differ;
 /// OptionError when `seconds` is not 0.001 to 65.
 std::string animated_png_bytes(std::span<const Image> images, double seconds);
 

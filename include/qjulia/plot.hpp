@@ -38,11 +38,11 @@ struct Plot {
 
 /// Round places along an axis, few enough to be labelled: 1, 2 or 5 times a power of ten apart, or
 /// on a logarithmic axis powers of ten, and where these are fewer than three, 2 and 5 times them.
-/// None where there is no such axis: `low` is not below `high`, or one is not finite.
+/// Empty when there is no such axis, because `low` is not below `high` or one is not finite.
 std::vector<double> plot_ticks(double low, double high, bool logarithmic);
 
-/// The plot as pixels. Values that are not finite, or beyond ±1e100, break lines. @throws
-/// InputError
+/// The plot as pixels. Lines break at values that are not finite or beyond ±1e100.
+/// @throws InputError
 Image draw_plot(const Plot& plot);
 
 /// The plot as the text of an SVG file, to stand in a page. @throws InputError

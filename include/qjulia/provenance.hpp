@@ -14,7 +14,7 @@ class Provenance {
   Provenance(const nlohmann::json& value);  // NOLINT(google-explicit-constructor)
 
   const nlohmann::json& json() const { return *json_; }
-  /// Adds or replaces a member. @throws InputError when it is no object.
+  /// Adds or replaces a member. @throws InputError when the provenance is not an object.
   void set(const std::string& key, const nlohmann::json& value);
 
  private:

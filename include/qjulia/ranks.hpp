@@ -20,9 +20,9 @@ class Ranks {
   /// called it.
   virtual std::vector<Numbers> all_gather(const Numbers& mine) = 0;
 
-  /// Bytes as `all_gather` takes them, each a number.
+  /// Bytes in the form that `all_gather` takes: a number for each byte.
   static Numbers numbers_of(const std::string& bytes) { return {bytes.begin(), bytes.end()}; }
-  /// The bytes of `numbers_of`. @throws InputError where a number is no byte.
+  /// The bytes that `numbers_of` was given. @throws InputError when a number is not a byte.
   static std::string bytes_of(const Numbers& numbers);
 
  protected:

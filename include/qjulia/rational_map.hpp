@@ -81,8 +81,8 @@ struct RationalMap {
   void validate() const;
 };
 
-/// Of the shape as it was fitted, shape units. A turned map's box is longer: it holds the turned
-/// box.
+/// The longest side of the shape as it was fitted, shape units. A turned map's box may be longer,
+/// because it holds the turned box.
 /// @throws InputError where the map does not know its shape's box.
 double longest_side(const RationalMap& map);
 /// The same map with the shape in other units: its longest side is `length` of them.

@@ -19,8 +19,8 @@ namespace qjulia {
 struct SampleOptions {
   int resolution = 128;  ///< cells along the box's longest side, 1 … 8192
   int iterations = 6;    ///< n, 1 … 16
-  /// Radius, map units, below which iteration goes on; by default 20, or more where the set, or a
-  /// portal, reaches so far.
+  /// Iteration goes on below this radius, map units. By default it is 20, or more where the set or
+  /// a portal reaches farther.
   std::optional<double> escape;
   std::optional<Box>
       box;  ///< shape units; by default the shape's box plus 5 %, else all of the set
@@ -46,8 +46,8 @@ enum class CellOrder { z_fastest, x_fastest };
 
 /// F_n at all cell centres, with the escape radius alone (no r_in, no r_out), handed to `take` in
 /// pieces of up to a million, in `order`. Memory does not grow with the resolution.
-/// @throws InputError naming the option or what is wrong with the map or the grid; DeviceError,
-/// also where the device has no double precision and it is asked for.
+/// @throws InputError naming the option, or what is wrong with the map or the grid; DeviceError,
+/// also when double precision is asked for and the device has none.
 void sample_field(const Device& device, const RationalMap& map, const SampleOptions& options,
                   const CellGrid& grid, CellOrder order,
                   const std::function<void(std::span<const double>)>& take,

@@ -48,7 +48,7 @@ struct ScalingOptions {
 ScalingReport measure_scaling(const Device& device, const ScalingOptions& options,
                               const ProgressMonitor& monitor = {});
 
-/// The law of points of one number of iterations. @throws InputError unless there are three that
+/// The law that points of one number of iterations follow. @throws InputError unless three of them
 /// are not on one line.
 ScalingLaw fit_law(const std::vector<ScalingPoint>& points);
 

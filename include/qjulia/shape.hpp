@@ -53,13 +53,13 @@ std::vector<SurfacePoint> sample_surface(const TriangleMesh& mesh, std::size_t c
 struct OuterSurface {
   TriangleMesh mesh;
   SignedDistance distance;
-  bool leaves_out = false;  ///< parts of the mesh given; else it is that mesh, outward
+  bool leaves_out = false;  ///< parts of the mesh; else `mesh` is all of it, outward
 };
 
-/// Triangles with the inside on both sides, as where bodies overlap or lie in one another, are left
-/// out, and so are those of inside-out bodies with the outside on both sides; triangles that are so
-/// in part are cut. Parts that are inside out are turned first. A mesh less than 0.2 % of whose
-/// area is hidden so is its own outer surface.
+/// Parts that are inside out are turned first. Then triangles with the inside on both sides, as
+/// where bodies overlap or lie in one another, are left out, and so are those of inside-out bodies
+/// with the outside on both sides; triangles of which this holds in part are cut. If less than
+/// 0.2 % of a mesh's area is hidden in this way, the mesh is its own outer surface.
 /// @param stop ends the search. @throws InputError when the mesh has no extent.
 OuterSurface outer_surface(const Device& device, const TriangleMesh& mesh,
                            std::stop_token stop = {});

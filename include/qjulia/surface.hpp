@@ -19,8 +19,8 @@ struct SurfaceOptions {
   std::optional<Box> box{};  ///< shape units; by default the shape's box plus 5 %, grown until
                              ///< nothing touches its faces
   bool dense = false;        ///< iterate every point of the grid: the same mesh, slower
-  /// Places tried on each crossed edge to find where the set ends, 0 … 20; by default 2, or none at
-  /// n = 1, where F_n is smooth and interpolation finds it.
+  /// How many points are tried on each crossed edge to find where the set ends, 0 … 20. By default
+  /// 2, and 0 at n = 1, where F_n is smooth and interpolation is enough.
   std::optional<int> refine{};
   Precision precision = Precision::single;  ///< of the orbits; double where the device has it
   /// Radius beyond which orbits end, map units; by default where none returns from.
@@ -83,9 +83,9 @@ TriangleMesh extract_surface(const Device& device, const RationalMap& map,
                              const SurfaceOptions& options, const ProgressMonitor& monitor = {},
                              SurfaceReport* report = nullptr);
 
-/// Whether the set holds any of 65,536 random points of the box, or the origin of iteration where
-/// that lies in the box. If it does and its surface came out empty, it is too thin for the grid:
-/// more cells find it.
+/// Whether the set holds any of 65,536 random points of the box, or the origin of iteration if that
+/// lies in the box. If it does although `extract_surface` found no surface, the set is too thin for
+/// the grid and needs more cells.
 /// @throws as `extract_surface`
 bool has_points(const Device& device, const RationalMap& map, const SurfaceOptions& options,
                 const std::stop_token& stop = {});

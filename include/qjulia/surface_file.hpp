@@ -22,13 +22,13 @@ class PlyFile : public SurfaceSink {
   PlyFile(const PlyFile&) = delete;
   PlyFile& operator=(const PlyFile&) = delete;
 
-  /// @throws OutputError when the disk is full, InputError unless each vertex has a normal.
+  /// @throws OutputError when the disk is full; InputError unless each vertex has a normal.
   void vertices(std::span<const Eigen::Vector3d> positions,
                 std::span<const Eigen::Vector3d> normals) override;
   void triangles(std::span<const Triangle> triangles) override;
 
-  /// Joins, checks and renames; once. @throws OutputError when anything could not be written,
-  /// InputError when a triangle has a vertex that has not come.
+  /// Joins, checks and renames the file; may be called once. @throws OutputError when anything
+  /// could not be written; InputError when a triangle has a vertex that was never given.
   void commit();
   /// Writes only the vertices for whose numbers `keeps` holds, and their triangles. It must hold
   /// for all three of a triangle or for none. Takes 4 bytes of memory a vertex.

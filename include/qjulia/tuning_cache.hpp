@@ -21,7 +21,7 @@ struct CachedTuning {
 
 /// Looks for settings kept for the device. The environment's QJULIA_TUNING=off says not to look; a
 /// layout other than the device's own keeps its defaults.
-/// @throws InputError when QJULIA_TUNING is neither on, off nor empty.
+/// @throws InputError when QJULIA_TUNING is not "on", "off" or empty.
 CachedTuning with_cached_tuning(const Device& device);
 
 /// Keeps the device's settings of this precision, and those of the other as they were.

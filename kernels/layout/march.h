@@ -12,5 +12,5 @@ QJ_ARGUMENTS(qj_march) {
   int stride;     /* reals in an array of rays */
   int count;      /* rays */
   int share;      /* rays of a work-item */
-  int finer;      /* points a side of a cell that has finer places (loose_places.clh) */
+  int finer;      /* finer places along each side of a cell that has them (loose_places.clh) */
 };

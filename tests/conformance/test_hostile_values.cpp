@@ -1,6 +1,6 @@
-// Every public function with values that nobody should give: what comes out is an exception of
-// qjulia/error.hpp or a result, and never a crash. tests/lint/hostile.py checks that no function is
-// left out.
+// Calls every public function with values that nobody should give. The outcome must be a result or
+// an exception of qjulia/error.hpp, and never a crash. tests/lint/hostile.py checks that no
+// function is left out.
 
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
@@ -55,7 +55,7 @@ Portal scaled_portal(double scale) {
   return portal;
 }
 
-/// Checks that nothing comes out of `call` but a result or an exception of the library.
+/// Checks that `call` either returns or throws an exception of the library.
 template <class Call>
 void survives(const std::string& what, const Call& call) {
   INFO(what);
@@ -69,7 +69,7 @@ void survives(const std::string& what, const Call& call) {
   }
 }
 
-/// Checks that `call` throws an InputError that says something.
+/// Checks that `call` throws an InputError with a message.
 template <class Call>
 void refuses(const std::string& what, const Call& call) {
   INFO(what);
@@ -101,7 +101,7 @@ struct NamedMesh {
   TriangleMesh mesh;
 };
 
-/// Meshes that no function takes.
+/// Meshes that every function refuses.
 std::vector<NamedMesh> broken_meshes() {
   const auto with = [](const auto& change) {
     TriangleMesh mesh = shapes::sphere(1);
@@ -156,7 +156,7 @@ RationalMap good_map() {
   return map;
 }
 
-/// Maps that no function takes.
+/// Maps that every function refuses.
 std::vector<NamedMap> broken_maps() {
   const auto with = [](const auto& change) {
     RationalMap map = good_map();
@@ -205,7 +205,7 @@ std::vector<NamedMap> broken_maps() {
   return maps;
 }
 
-/// Maps that are whole, and of which nothing is to be expected.
+/// Maps that are valid but useless.
 std::vector<NamedMap> odd_maps() {
   const auto with = [](const auto& change) {
     RationalMap map = good_map();
@@ -423,7 +423,7 @@ TEST_CASE("maps that are broken are refused by all that take one") {
   CHECK(folder.names().empty());
 }
 
-TEST_CASE("maps of which nothing is to be expected do no harm") {
+TEST_CASE("maps that are valid but useless do no harm") {
   const test::TemporaryFolder folder;
   for (const NamedMap& odd : odd_maps()) {
     CAPTURE(odd.name);

@@ -1,5 +1,5 @@
-// A point is inside at n where F_n < L. Surfaces, samples, comparisons and pictures come to it by
-// ways of their own; over random maps with random knobs they must find the same points.
+// A point is inside at n where F_n < L. Surfaces, samples, comparisons and pictures each find such
+// points in their own way. For random maps with random knobs they must find the same ones.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -32,14 +32,15 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// A map as it is drawn: knobs turned, in map coordinates.
+/// A map with its knobs turned, in map coordinates.
 struct Turned {
   std::string name;
   RationalMap map;
   int iterations = 6;
 };
 
-/// Shape coordinates become map coordinates, so that grids of dyadic numbers are exact in both.
+/// Makes shape coordinates equal to map coordinates, so that grids of dyadic numbers are exact in
+/// both.
 RationalMap in_map_coordinates(RationalMap map) {
   map.shape_to_map = {};
   map.box.reset();
@@ -67,13 +68,13 @@ std::vector<Turned> swollen() {
           scaled("torus, detail .05, scale 1.6", exact(shapes::torus()), 0.05, 1.6)};
 }
 
-/// Draws what a map is made of.
+/// Draws the parts of a map at random.
 class Draw {
  public:
   explicit Draw(std::uint64_t seed) : bits_(seed) {}
 
   double between(double low, double high) { return test::uniform(bits_, low, high); }
-  /// Even in the logarithm.
+  /// Uniform in the logarithm.
   double ratio(double low, double high) { return std::exp(between(std::log(low), std::log(high))); }
   bool chance(double of) { return between(0, 1) < of; }
   int count(int low, int high) { return low + static_cast<int>(between(0, high - low + 1)); }
@@ -120,7 +121,7 @@ RationalMap fitted() {
   return map;
 }
 
-/// Every knob that the map bears, now and then.
+/// Turns each knob that the map has, or leaves it, at random.
 MapKnobs knobs_of(const RationalMap& map, Draw& draw) {
   constexpr double kUsual = 0.4;
   const bool is_exact = std::holds_alternative<DistanceModulus>(map.modulus);
@@ -139,7 +140,7 @@ MapKnobs knobs_of(const RationalMap& map, Draw& draw) {
   return knobs;
 }
 
-/// Some knobs lead the origin out of the shape, or make F too flat: others are drawn then.
+/// Draws knobs again if they take the origin out of the shape or make F too flat.
 RationalMap with_allowed_knobs(const RationalMap& map, Draw& draw) {
   for (;;) {
     try {
@@ -191,7 +192,8 @@ Turned random_turned(int number) {
   return turned;
 }
 
-/// Origin and step of few bits: points are exact wherever they are computed.
+/// A grid whose origin and step have few bits, so that its points are exact wherever they are
+/// computed.
 surface::Grid exact_grid(int number, double step = 0.15625) {
   constexpr double kReach = 1.75;
   surface::Grid grid;
@@ -215,7 +217,7 @@ std::vector<bool> insides(const std::vector<Real>& values, double level) {
   return inside;
 }
 
-/// By `sample_field`, with the escape radius that it has by default.
+/// The inside by `sample_field`, with its default escape radius.
 std::vector<bool> sampled(const Turned& turned, const surface::Grid& grid) {
   SampleOptions options;
   options.iterations = turned.iterations;
@@ -227,7 +229,7 @@ std::vector<bool> sampled(const Turned& turned, const surface::Grid& grid) {
   return insides(values, turned.map.surface_level);
 }
 
-/// As a surface finds them: by blocks, then by interpolation, then by orbits.
+/// The inside as a surface finds it: by blocks, then by interpolation, then by orbits.
 std::vector<bool> sparse(const surface::LevelSet& set, const surface::Grid& grid, double level) {
   std::vector<bool> inside(whole(grid).size());
   const std::size_t slice = slices(grid, 0, 1).size();
@@ -299,7 +301,7 @@ void check_comparison(const Turned& turned, const surface::Grid& grid) {
   CHECK(compare(test::shared_device(), turned.map, ball, options).back().iou == overlap.iou());
 }
 
-/// Checks that a mesh has the same vertices whether orbits are run everywhere or where they must.
+/// Checks that a mesh has the same vertices whether orbits are run everywhere or only where needed.
 void check_meshes(const Turned& turned, const surface::Grid& grid) {
   SurfaceOptions options;
   options.resolution = grid.points.x() - 1;

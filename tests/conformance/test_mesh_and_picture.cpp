@@ -1,4 +1,4 @@
-// A map's mesh against its picture, which shares no code with it beyond the iteration.
+// Compares a map's mesh with its picture, which shares no code with it beyond the iteration.
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -32,7 +32,8 @@ TriangleMesh mesh_of(const RationalMap& map, std::optional<int> refine) {
   return extract_surface(test::shared_device(), map, options);
 }
 
-/// The share of area whose normal is within 3 degrees of an axis; 0.4 % for even directions.
+/// The share of area whose normal is within 3 degrees of an axis; 0.4 % if normals are spread
+/// evenly.
 double share_facing_axes(const TriangleMesh& mesh) {
   const double near = std::cos(3 * std::numbers::pi / 180);
   double facing = 0, all = 0;
@@ -51,7 +52,7 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-/// At points of a picture with pixels about as large as cells: the mesh there.
+/// How a mesh differs from a picture whose pixels are about as large as cells.
 struct Apart {
   double distance;  ///< median, cells
   double degrees;   ///< between normals, median

@@ -43,7 +43,8 @@ RationalMap factors_with_portals(PortalMask mask) {
   return map;
 }
 
-/// The armed ball's distance, in a thin shell: what lies beyond the grid's domain is far in it.
+/// The armed ball's distance, with a thin shell: points beyond the grid's domain are many shells
+/// away.
 RationalMap armed_distance_map() {
   const auto distances = [](std::span<const Vector3d> points) {
     std::vector<double> found(points.size());
@@ -305,7 +306,7 @@ TEST_CASE("rays that begin far from the shape, beside its portals, find all of i
             : calibrated(test::shared_device(), steepened(test::armed_ball_map(60), 12));
   map.tufts = GENERATE(1.0, 2.0);
   if (!exact && map.tufts > 1) return;
-  // Copies on copies widen what rays go through, so that many begin far from the shape.
+  // Copies on copies widen the space that rays go through, so that many begin far from the shape.
   map.portals = {
       {{-1.9, 1.9, 1.3}, 1.4, 2, {}, {0, -1.3, -0.7}, PortalMask::outside},
       {{2.3, 0.6, -0.6}, 1.1, 2.5, {{0, 0, 1}, 90}, {0, -1.2, -0.6}, PortalMask::outside}};
@@ -323,7 +324,7 @@ TEST_CASE("a portal with a tiny copy changes no ray's steps but those about the 
   const auto mask = GENERATE(PortalMask::none, PortalMask::outside);
   const Device device = variant.of(test::shared_device());
   RationalMap map = test::distance_map(0.12);
-  // Where nothing but the copy is.
+  // A part of space that holds only the copy.
   map.portals = {{{0.5, 1.0, 0.3}, 0.3, Portal::kMostScale, {}, {0, 0, 0}, mask}};
   const picture::MarchedSet with{map, 5, {}, {}, Precision::single};
   const picture::MarchedSet without{without_portals(map), 5, {}, {}, Precision::single};

@@ -274,8 +274,8 @@ TEST_CASE("a part of the set has the loose pieces that the whole has") {
 
 namespace {
 
-/// Which points of a map's set hang on its core, where no orbit leaves. Points of a lattice through
-/// the origin are followed along its edges, by whole orbits.
+/// Which points of a map's set hang on its core, which no orbit leaves. Inside points of a lattice
+/// through the origin are followed along the lattice's edges; each is found by a whole orbit.
 class Hanging {
  public:
   Hanging(const Device& device, const RationalMap& map, int iterations, double step)
@@ -285,7 +285,8 @@ class Hanging {
         step_(step),
         core_(std::log(find_stop_radii(device, map).inner)) {}
 
-  /// Of the lattice's inside point nearest to p; nothing where none is next to it.
+  /// Whether the lattice's inside point nearest to p hangs on the core; nothing if none is next to
+  /// p.
   std::optional<bool> at(const Vector3d& p) {
     const Eigen::Array3i middle = (p / step_).array().round().cast<int>();
     std::optional<Node> nearest;
@@ -388,7 +389,7 @@ TEST_CASE("close views without loose pieces lose nothing of the body") {
   CHECK(of_pieces > 300);
   // Hairs thinner than a pixel.
   CHECK(of_body <= 10);
-  // What a ray meets does not depend on the strip it is asked for in.
+  // What a ray meets does not depend on the strip of the picture in which it is asked for.
   std::vector<float> strips = some->depths(view, 0, 50);
   const auto rest = some->depths(view, 50, view.rows - 50);
   strips.insert(strips.end(), rest.begin(), rest.end());

@@ -1,4 +1,4 @@
-// Vertices on crossed edges, against a plain double search.
+// Compares vertices on crossed edges with those of a plain search in double precision.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -24,7 +24,7 @@ const DifferenceScale kScale{0.5, 1.5};
 constexpr int kIterations = 5;
 constexpr double kDetail = 0.1;
 
-/// Its surface jumps where orbits part. With a detail, which says how steep F_1 is.
+/// A map whose surface jumps where orbits part. Its detail says how steep F_1 is.
 RationalMap jumpy_map() {
   RationalMap map = test::armed_ball_map(40);
   for (Factor& factor : map.factors) factor.exponent /= kDetail;
@@ -65,7 +65,8 @@ Decided decided(const RationalMap& map, const StopRadii& stops, const Eigen::Vec
 }
 
 /// The search that kernels/place_vertices.cl describes, for one edge.
-/// @param slope |∇F_1| a step, 0 where it is not known. @param stretch of distances by an iterate.
+/// @param slope |∇F_1| per step; 0 if it is not known. @param stretch factor by which an iterate
+///   stretches distances.
 double searched(const RationalMap& map, const StopRadii& stops, const surface::Grid& grid,
                 const EdgeVertex& edge, int tries, double slope, double stretch) {
   struct End {
@@ -140,7 +141,7 @@ std::vector<EdgeVertex> crossed_edges(const Device& device, const RationalMap& m
   return edges;
 }
 
-/// Where orbits in single precision and in double part, vertices come to lie elsewhere.
+/// Where orbits in single and in double precision part, vertices lie in different places.
 double share_apart(const std::vector<EdgeVertex>& found, const std::vector<double>& wanted,
                    double tolerance) {
   std::size_t apart = 0;
@@ -206,7 +207,7 @@ TEST_CASE("after many tries the set's side changes at every vertex") {
           edge.point.cast<double>() + at * Eigen::Vector3d::Unit(edge.axis);
       return decided(map, stops, grid.at(index)).field < map.surface_level;
     };
-    // The set may also end and begin anew within the reach.
+    // The set may also end and begin again within the reach.
     constexpr int kProbes = 8;
     bool changes = false;
     for (int i = 0; i < kProbes; ++i) {

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""Public functions are called with hostile values: the name of each function with parameters that a
-header of include/qjulia declares stands in tests/conformance/test_hostile_values.cpp.
+"""Checks that public functions are called with hostile values: each function with parameters that a
+header of include/qjulia declares must be named in tests/conformance/test_hostile_values.cpp.
 Usage: hostile.py REPOSITORY"""
 
 import pathlib
 import re
 import sys
 
-# Programs write the first; the library alone calls the templates after it; the rest take devices
-# and precisions, of which none is hostile.
+# Programs that use the library write the first. Only the library calls the two templates after it.
+# The rest take devices and precisions, which cannot be hostile.
 EXEMPT = {"all_gather", "members", "visit", "is_tuned", "save_tuning", "self_test", "with_layout"}
 
 

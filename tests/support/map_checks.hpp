@@ -40,8 +40,9 @@ struct MadeSurface {
 /// Checks that the sparse surface has the triangles of the dense one, thousands, and is closed.
 MadeSurface checked_surface(const Device& device, const RationalMap& map, SurfaceOptions options);
 
-/// Checks depths of rays to the box that is framed, map coordinates, against orbits of points along
-/// them, which end nowhere but beyond the escape radius.
+/// Checks depths of rays against orbits of points along them, which end only beyond the escape
+/// radius.
+/// @param framed the box that the camera frames, map coordinates.
 void check_rays(const Device& device, const RationalMap& map, const Box& framed, int iterations,
                 const Camera& camera = {});
 

@@ -15,7 +15,7 @@ inline fitting::Budget budget_of(int evaluations, FitOptions options = {},
   return {options, evaluations, 0, fitting::start_clock(std::move(stop))};
 }
 
-/// A plan of a fit that is kept nowhere.
+/// The plan of a fit without a checkpoint.
 inline fitting::FitPlan plan_of(const FitOptions& options, const fitting::Schedule& schedule,
                                 std::stop_token stop = {}) {
   return {options, schedule, budget_of(schedule.evaluations, options, std::move(stop)),

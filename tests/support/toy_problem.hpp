@@ -1,5 +1,5 @@
 #pragma once
-/// A problem whose answers a test gives.
+/// A problem whose answers come from a test.
 
 #include <functional>
 #include <utility>

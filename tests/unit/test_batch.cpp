@@ -393,7 +393,7 @@ TEST_CASE("each entry is done once by ranks that share a folder") {
   CHECK(workers == std::set<std::string>{"p\n", "q\n"});
 }
 
-TEST_CASE("a round's message arrives as it was sent, and what is none is refused") {
+TEST_CASE("a round's message arrives as it was sent, and other bytes are refused") {
   const std::size_t far = std::size_t{1} << 40;
   const batch::RoundMessage sent{
       300,

@@ -70,7 +70,7 @@ TEST_CASE("details that cannot be are refused, and the message says what can") {
   CHECK_THROWS_WITH(with_detail(unknown, 0.02), Catch::Contains("detail"));
 }
 
-/// ∫ A (1 − A) d ln r by random directions, for a shape whose rays leave it once.
+/// ∫ A (1 − A) d ln r by random directions, for a shape that every ray from the origin leaves once.
 template <class RadiusAlong>
 double spread_by_rays(const RadiusAlong& radius_along) {
   std::vector<double> log_radii;

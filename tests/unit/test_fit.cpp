@@ -79,7 +79,7 @@ TEST_CASE("fit options that make no sense are refused by name") {
   CHECK_NOTHROW(FitOptions{}.validate());
 }
 
-TEST_CASE("a mesh is measured by as many triangles as the time limit has room for") {
+TEST_CASE("a mesh is measured with as many triangles as the time limit has room for") {
   CHECK(fitting::most_triangles(1e-3) == fitting::most_triangles(1));
   CHECK(fitting::most_triangles(1) < 20'000);
   CHECK(fitting::most_triangles(std::numeric_limits<double>::infinity()) ==

@@ -58,7 +58,7 @@ LoosePlaces found_in(const Solid& solid, int cells = 40, int divisions = 3) {
   return find_loose_places(grid, is_inside, anywhere, divisions, insides_of(solid));
 }
 
-/// How many of these solid's points, on a lattice of step 0.004 over a box, the places hold.
+/// How many points of a lattice of step 0.004 over a box are in this solid and in the places.
 struct Held {
   int all = 0, held = 0;
 };
@@ -174,14 +174,14 @@ TEST_CASE("a sheet of the body beside a loose piece is whole when looked at more
   CHECK(of_sheet.held == 0);
   CHECK(of_flake.all > 5000);
   CHECK(of_flake.held == of_flake.all);
-  // Nothing more is known where nothing is in sight.
+  // If nothing is in sight, the finer look finds nothing.
   look_finer(
       places, 8, [](const Vector3d&, double) { return false; }, insides_of(all));
   CHECK(held_of(sheet, places, low, high).held > 500);
 }
 
 TEST_CASE("a piece on a thread is loose until it is looked at as finely as the thread is thick") {
-  // On a slant, so that no edge of the finer grid runs along it.
+  // The thread is slanted, so that no edge of the finer grid runs along it.
   const Solid thread = [](const Vector3d& p) {
     const double y = 0.045 + 0.05 * (p.x() - 0.7), z = 0.02;
     return p.x() > 0 && p.x() < 1.3 && std::hypot(p.y() - y, p.z() - z) < 0.006;
@@ -216,7 +216,7 @@ TEST_CASE("what a finer look says of a piece does not depend on how much of it i
   CHECK(differ == 0);
 }
 
-TEST_CASE("a finer look is as fine as its points are not too many") {
+TEST_CASE("a finer look is less fine where it would take too many points") {
   // Slabs of a loose lattice that fill much of the grid beside a large ball.
   std::vector<Solid> solids{solid_ball({-0.6, 0, 0}, 1.2)};
   for (int i = 0; i < 40; ++i) {

@@ -230,7 +230,7 @@ TEST_CASE("portals that no map can have are refused, and the key is named") {
   CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("may have 64"));
 }
 
-TEST_CASE("a portal's number that is none is refused at any place") {
+TEST_CASE("a portal with a number that is not finite is refused") {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   for (int axis = 0; axis < 3; ++axis) {
     const auto refused = [&](auto vector_of, const char* key) {

@@ -29,8 +29,8 @@ TriangleMesh ground() {
   return {{{-9, -9, -3}, {9, -9, -3}, {9, 9, -3}, {-9, 9, -3}}, {{0, 1, 2}, {0, 2, 3}}};
 }
 
-/// Checks that `given` is turned to `expected`, that this stays as it is, and that both facts are
-/// reported.
+/// Checks that `given` is turned to `expected`, that `expected` stays as it is, and that reports
+/// say so of both.
 void check_turned(const TriangleMesh& given, const TriangleMesh& expected) {
   CHECK(oriented_outward(given).triangles == expected.triangles);
   CHECK(oriented_outward(expected).triangles == expected.triangles);
@@ -130,7 +130,7 @@ TEST_CASE("bodies with holes and soups are turned too") {
   check_turned(shapes::joined(soup, shapes::inside_out(ball(0.2, {3, 0, 0}))), with_body);
 }
 
-TEST_CASE("what lies in what is found on grids, where rays meet edges and vertices") {
+TEST_CASE("parts that lie in others are found where rays meet edges and vertices of a grid") {
   // Cubes of a lattice, some of them touching, with a bubble in each and one that is inside out.
   TriangleMesh expected, given;
   for (int x = 0; x < 4; ++x) {
@@ -149,7 +149,7 @@ TEST_CASE("what lies in what is found on grids, where rays meet edges and vertic
   CHECK(inspect(given).turned_parts == 2 * 5);
 }
 
-TEST_CASE("a stop request ends the search for what lies in what") {
+TEST_CASE("a stop request ends the search for parts that lie in others") {
   std::stop_source source;
   source.request_stop();
   const TriangleMesh mesh = shapes::joined(ball(1), shapes::inside_out(ball(0.5, {3, 0, 0})));

@@ -75,7 +75,7 @@ TEST_CASE("a page that was saved with other beginnings is still a page") {
   }
 }
 
-TEST_CASE("a page that an editor or a browser wrote anew gives its map back") {
+TEST_CASE("a page that an editor or a browser has saved again gives its map back") {
   const RationalMap map = nasty_map();
   const std::string text = explore::shared_page(map, "ball.qjulia.json");
   const std::string begin = "<script type=\"application/json\" id=\"qjulia-map\">";

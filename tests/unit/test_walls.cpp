@@ -70,9 +70,9 @@ TriangleMesh prism(std::uint32_t sides, double radius, double height) {
   return mesh;
 }
 
-/// Of a convex polyhedron with planes in general position: a ball that touches the plane with
-/// normal n at p stays below that with normal m, at distance d of p, while its radius is at most
-/// d / (1 - n . m).
+/// Checks a convex polyhedron with planes in general position. A ball that touches the plane with
+/// normal n at p stays below the plane with normal m, whose distance from p is d, as long as its
+/// radius is at most d / (1 - n . m).
 auto in_planes_of(const TriangleMesh& mesh) {
   return [&mesh](const Eigen::Vector3d& p) {
     const auto& x = mesh.vertices;
@@ -184,7 +184,8 @@ TEST_CASE("walls of slabs, wedges and other convex polyhedra are right near edge
 
 TEST_CASE("a cylinder is as thick as the ball in it, although its sides are flat") {
   for (const std::uint32_t sides : {12U, 32U, 128U}) {
-    // Triangles as long as the cylinder; nearer to its ends than a radius, the ends count.
+    // Triangles are as long as the cylinder. Within a radius of its ends, balls also touch the
+    // ends.
     const double height = 8;
     const Errors errors = errors_of(prism(sides, 1, height), [&](const Eigen::Vector3d& p) {
       const double to_end = std::min(p.z(), height - p.z());

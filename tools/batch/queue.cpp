@@ -109,8 +109,8 @@ void Queue::run() {
   }
 }
 
-/// A runner that has its answer and has not yet woken asks for nothing: a second answer would lose
-/// the first.
+/// A runner that has an answer and has not woken up yet asks for nothing, because a second answer
+/// would replace the first.
 RoundMessage Queue::message() {
   std::unique_lock lock(mutex_);
   news_.wait_for(lock, kBetweenRounds, [&] { return has_news_; });

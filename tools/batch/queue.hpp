@@ -57,15 +57,15 @@ class Queue {
     std::optional<std::size_t> answer;
   };
 
-  /// What this rank has to tell, once there is something or others have waited long enough.
+  /// This rank's message for the next round. Waits until it has something to say, or others have
+  /// waited long enough.
   RoundMessage message();
-  /// What all ranks have told, by rank.
+  /// The messages of all ranks, by rank.
   std::vector<RoundMessage> exchange(const RoundMessage& mine);
   void replay(const std::vector<RoundMessage>& messages);
-  /// Notes where entries are after they were put back.
-  /// @return those that are settled.
+  /// Notes the places of entries that a rank has put back. @return those that are settled.
   std::vector<Settled> place_back(std::size_t rank, const RoundMessage& message);
-  /// Gives entries to a rank's runners that wait for one.
+  /// Gives entries to those of a rank's runners that wait for one.
   void hand_out(std::size_t rank, const RoundMessage& message);
   std::optional<std::size_t> choose(const std::set<std::size_t>& last_choice) const;
   std::optional<EntryStatus> settled_status(std::size_t index) const;

@@ -1,5 +1,5 @@
 #pragma once
-/// What the ranks of a batch tell each other in a round of its queue.
+/// The messages that the ranks of a batch exchange in a round of its queue.
 
 #include <cstddef>
 #include <set>
@@ -25,16 +25,16 @@ struct RoundMessage {
     bool operator==(const Request&) const = default;
   };
 
-  std::size_t runners = 0;  ///< of the rank, that have not left
+  std::size_t runners = 0;  ///< how many of the rank's runners have not left
   std::vector<PutBack> put_back;
   std::vector<Request> requests;
   bool operator==(const RoundMessage&) const = default;
 };
 
-/// The message as bytes: CBOR, each member by its name.
+/// The message as bytes, in CBOR with members by name.
 std::string packed(const RoundMessage& message);
 
-/// @throws Error when the bytes are no such message, as from another version of the program.
+/// @throws Error if the bytes are not such a message; another version of the program may send them.
 RoundMessage unpacked(const std::string& bytes);
 
 }  // namespace qjulia::batch

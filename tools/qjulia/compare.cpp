@@ -25,7 +25,7 @@ struct CompareArguments {
   CompareOptions options;
 };
 
-/// In so many columns and digits; "-" stands for what is undefined.
+/// The value in so many columns, with so many digits after the point; "-" if it is undefined.
 std::string figure(double value, int columns, int digits) {
   return std::isnan(value) ? fmt::format("{:>{}}", "-", columns)
                            : fmt::format("{:{}.{}f}", value, columns, digits);

@@ -122,7 +122,7 @@ std::string own_device(const LaunchedRanks& ranks, const std::string& wanted) {
   return fmt::format("{}:{}", info.platform, info.index);
 }
 
-/// A mesh that takes longer to read than the time limit is not fitted: there would be no time.
+/// @throws InputError if reading takes longer than the time limit, which leaves no time to fit.
 TriangleMesh read_in_time(const std::string& mesh, double time_limit, Session& session) {
   constexpr double kLate = 0.5;  // seconds; measuring the mesh coarsely takes about one more
   const base::Deadline deadline(session.interrupts.token(), time_limit + kLate - session.seconds());

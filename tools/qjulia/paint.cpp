@@ -118,19 +118,18 @@ void describe_paint(Command command, PaintArguments& a) {
     a.options.ramp = ramp_of(text);
     a.ramp = text;
   };
-  command.word(
-      "--ramp", "AXIS=LOW:HIGH", take_ramp,
-      "Shares that go evenly along an axis, from the shape's low end to its high one, such "
-      "as y=1:0.1");
+  command.word("--ramp", "AXIS=LOW:HIGH", take_ramp,
+               "Shares that change evenly along an axis, from the shape's low end to its high one, "
+               "such as y=1:0.1");
   command.file("--mesh", a.mesh, "MESH",
                "The mesh with vertex colors: white places have all of the detail, black ones none. "
                ".ply or .obj");
   const auto take_property = [&a](const std::string& name) {
-    if (name.empty()) throw InputError("the name is empty; give that of a number of the vertices");
+    if (name.empty()) throw InputError("the name is empty; name a property of the vertices");
     a.property = name;
   };
   command.word("--property", "NAME", take_property,
-               "With --mesh: the number of a .ply's vertices, 0 to 1, that is the share instead");
+               "With --mesh: take shares, 0 to 1, from this property of a .ply's vertices instead");
   command.add("--thickness", &a.options.thickness, "FRACTION",
               "Bounds the shell by this share of the shape's own thickness, 0.01 to 2: thin limbs "
               "then keep their shape, and thick parts all of the detail. 0.15 is a good value");

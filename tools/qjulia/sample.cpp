@@ -50,7 +50,7 @@ void describe_sample(Command command, SampleArguments& a) {
                  "Field to write: " + extension_list(FileContent::field, FileUse::write));
   command.add("--resolution", &a.options.resolution, "INT", "Cells along the box's longest side");
   add_map_options(command, a.map_options, "Default: the shape's box plus 5 %",
-                  "Default: 20, or more where the set or a portal reaches so far");
+                  "Default: 20, or more where the set or a portal reaches farther");
   add_device(command, a.device);
 }
 

@@ -179,9 +179,9 @@ void describe_surface(Command command, SurfaceArguments& a) {
                  "Mesh to write: " + extension_list(FileContent::mesh, FileUse::write));
   command.add("--resolution", &a.options.resolution, "INT", "Cells along the box's longest side");
   command.add("--refine", &a.options.refine, "INT",
-              "How many points to try on each crossed grid edge, 0 to 20, to put its vertex where "
-              "the set ends. Default: 2, and 0 with --iterations 1, whose field is smooth. 0 puts "
-              "vertices where the field is interpolated, which leaves terraces");
+              "How many points to try, 0 to 20, on each grid edge that the surface crosses, to put "
+              "its vertex where the set ends. Default: 2, or 0 with --iterations 1, whose field is "
+              "smooth. With 0 vertices are interpolated, which leaves terraces if the field jumps");
   const Option keep = command.flag("--keep-loose", a.keep_loose,
                                    "Keep all connected parts. Default: parts that enclose less "
                                    "than a hundredth of the largest one's volume are left out");
