@@ -123,7 +123,7 @@ std::vector<std::string> ProfileReport::disturbances() const {
   const double clock = limits.clock_fma_per_second;
   if (limits.fma_per_second < kUsualClock * clock) {
     signs.push_back(fmt::format(
-        "the limit is {:.0f} % of a multiply-add a lane and cycle at the {} MHz the device tells",
+        "the limit is {:.0f} % of a multiply-add a lane and cycle at the {} MHz the device reports",
         100 * limits.fma_per_second / clock, device.clock_mhz));
   }
   return signs;

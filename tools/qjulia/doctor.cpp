@@ -84,7 +84,7 @@ std::string verdict(const SelfTestReport& report) {
   return fmt::format(
       "{} of {} programs failed: results of this device cannot be trusted. Try a newer driver, "
       "another layout (--layout) or QJULIA_TUNING=off. When you report it, send all of the above, "
-      "the compiler's logs, and what 'clinfo' says; docs/devices.md tells what is known of "
+      "the compiler's logs, and what 'clinfo' says; docs/devices.md says what is known of "
       "drivers.",
       failed, report.checks.size());
 }

@@ -69,7 +69,7 @@ std::optional<Device> device_for(const InfoArguments& arguments, Answer& answer)
     return device;
   } catch (const NoDeviceError& error) {
     if (!arguments.device.empty() || arguments.check_precision) throw;
-    answer.add(fmt::format("note          not all is told here: {}", error.what()));
+    answer.add(fmt::format("note          some figures are missing: {}", error.what()));
     return {};
   }
 }

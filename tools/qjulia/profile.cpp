@@ -35,7 +35,7 @@ std::string optional_number(const std::optional<double>& value, double scale) {
 std::string in_cycles(const ProfileReport& report) {
   const double clock = report.limits.clock_fma_per_second;
   if (clock == 0) return {};
-  return fmt::format(" ({:.2f} a lane and cycle at the {} MHz that the device tells)",
+  return fmt::format(" ({:.2f} a lane and cycle at the {} MHz that the device reports)",
                      report.limits.fma_per_second / clock, report.device.clock_mhz);
 }
 
