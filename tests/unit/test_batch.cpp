@@ -151,6 +151,10 @@ TEST_CASE("resuming does what is not complete for the same inputs and options") 
     folder.file("a.status.json", status);
     CHECK(run(manifest, resumed) == std::vector<std::string>{"a"});
   }
+  SECTION("one whose status is not text") {
+    folder.file("a.status.json", "\xff\xfe{");
+    CHECK(run(manifest, resumed) == std::vector<std::string>{"a"});
+  }
   SECTION("all when not resuming") { CHECK(run(manifest, options_for(folder)).size() == 3); }
 }
 
@@ -485,6 +489,14 @@ TEST_CASE("who only looks whether a folder is locked keeps no batch out") {
     ::close(file);
   });
   CHECK_NOTHROW(batch::prepare_batch(manifest, options_for(folder)));
+}
+
+TEST_CASE("what a batch cannot remove is named") {
+  const TemporaryFolder folder;
+  const std::string name = GENERATE("a.status.json", "a.checkpoint");
+  std::filesystem::create_directories(folder / name / "full");
+  CHECK_THROWS_WITH(batch::prepare_batch(manifest_of({"a"}), options_for(folder)),
+                    Contains("cannot remove") && Contains(name) && Contains("check what it is"));
 }
 
 TEST_CASE("a batch that would overwrite an input is refused before anything is made") {

@@ -217,6 +217,19 @@ TEST_CASE("what is no manifest is refused") {
   CHECK_THROWS_AS(qjulia::batch::read_manifest(folder / "absent.toml", check_options), InputError);
 }
 
+TEST_CASE("text with NUL and a glob longer than a name are told by line") {
+  const TemporaryFolder folder;
+  folder.file("a.obj", "");
+  CHECK_THAT(problems(folder, "[[fit]]\nmesh = \"a.obj\\u0000x\"\n"),
+             Contains("m.toml:2: 'mesh' must be text, without NUL"));
+  CHECK_THAT(problems(folder, "[[fit]]\nmesh = \"a.obj\"\nname = \"a\\u0000b\"\n"),
+             Contains("m.toml:3: 'name' must be text, without NUL"));
+  CHECK_THAT(problems(folder, "[[fit]]\nmesh = \"a.obj\"\nschedule = \"\\u0000\"\n"),
+             Contains("m.toml:3: 'schedule' must be a number, a string without NUL"));
+  CHECK_THAT(problems(folder, "[[fit]]\nmesh = \"" + std::string(3000, '*') + ".obj\"\n"),
+             Contains("m.toml:1: no mesh matches"));
+}
+
 TEST_CASE("a resumed batch may have lost meshes") {
   const TemporaryFolder folder;
   const batch::Manifest manifest = read(folder, "[[fit]]\nmesh = \"gone.obj\"\n", true);

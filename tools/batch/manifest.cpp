@@ -26,9 +26,16 @@ struct Section {
   std::vector<ManifestOption> options;
 };
 
-/// A number, text or truth as the command line would have it.
+/// Text that names and options can be: none with NUL, which ends a name for the system.
+std::optional<std::string> plain_text(const toml::node& node) {
+  auto text = node.value<std::string>();
+  if (text && text->find('\0') != std::string::npos) return std::nullopt;
+  return text;
+}
+
+/// A number or text as the command line would have it.
 std::optional<std::string> as_text(const toml::node& node) {
-  if (const auto* text = node.as_string()) return text->get();
+  if (node.is_string()) return plain_text(node);
   if (const auto* whole = node.as_integer()) return fmt::format("{}", whole->get());
   if (const auto* real = node.as_floating_point()) return fmt::format("{}", real->get());
   return std::nullopt;
@@ -153,9 +160,9 @@ class Reader {
           complain(line, fmt::format("'{}' belongs in a [[fit]], not in [defaults]", name));
           continue;
         }
-        const auto text = node.value<std::string>();
+        const auto text = plain_text(node);
         if (!text || text->empty()) {
-          complain(line, fmt::format("'{}' must be text", name));
+          complain(line, fmt::format("'{}' must be text, without NUL", name));
           continue;
         }
         (name == "mesh" ? section.mesh : section.name) = *text;
@@ -240,7 +247,8 @@ class Reader {
       const bool is_file = name == "schedule" && text->ends_with(".toml");
       option.values.push_back(is_file ? (folder() / *text).string() : *text);
     } else {
-      complain(line, fmt::format("'{}' must be a number, a string, true or false", name));
+      complain(line,
+               fmt::format("'{}' must be a number, a string without NUL, true or false", name));
       return true;
     }
     try {
@@ -277,7 +285,8 @@ class Reader {
     }
     std::vector<std::filesystem::path> meshes{folder() / *section.mesh};
     const bool is_glob = section.mesh->find_first_of("*?[") != std::string::npos;
-    if (is_glob && !std::filesystem::exists(meshes.front())) {
+    std::error_code ignored;  // a glob may be longer than any name
+    if (is_glob && !std::filesystem::exists(meshes.front(), ignored)) {
       meshes = find_meshes(folder(), *section.mesh);
       if (meshes.empty() && !meshes_may_be_missing_) {
         complain(section.line, fmt::format("no mesh matches '{}'", *section.mesh));

@@ -212,6 +212,16 @@ void make_folder(const std::filesystem::path& folder) {
   }
 }
 
+/// Removes a file, if it is there.
+void remove_file(const std::filesystem::path& file) {
+  std::error_code error;
+  std::filesystem::remove(file, error);
+  if (error) {
+    throw OutputError(fmt::format("cannot remove '{}': {}; check what it is, and its folder",
+                                  file.string(), error.message()));
+  }
+}
+
 }  // namespace
 
 FolderLock prepare_batch(const Manifest& manifest, const BatchOptions& options) {
@@ -226,8 +236,8 @@ FolderLock prepare_batch(const Manifest& manifest, const BatchOptions& options) 
     const bool forget = options.resume
                             ? options.retry_failed && status && status->state == EntryState::failed
                             : !status || status->state != EntryState::done;
-    if (forget) std::filesystem::remove(status_path(folder, entry.name));
-    if (!options.resume) std::filesystem::remove(folder / (entry.name + ".checkpoint"));
+    if (forget) remove_file(status_path(folder, entry.name));
+    if (!options.resume) remove_file(folder / (entry.name + ".checkpoint"));
   }
   write_index(folder, manifest);
   return lock;

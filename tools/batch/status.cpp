@@ -58,10 +58,12 @@ std::optional<EntryStatus> read_status(const std::filesystem::path& folder,
   const auto path = status_path(folder, name);
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) return std::nullopt;
-  const std::string text = base::read_text_file(path, "status", kLargestFile);
-  if (base::is_json_too_deep(text)) return std::nullopt;
   try {
+    const std::string text = base::read_text_file(path, "status", kLargestFile);
+    if (base::is_json_too_deep(text)) return std::nullopt;
     return json::parse(text).get<EntryStatus>();
+  } catch (const InputError&) {
+    return std::nullopt;
   } catch (const json::exception&) {
     return std::nullopt;
   }
