@@ -217,7 +217,7 @@ TEST_CASE("what is no manifest is refused") {
   CHECK_THROWS_AS(qjulia::batch::read_manifest(folder / "absent.toml", check_options), InputError);
 }
 
-TEST_CASE("text with NUL and a glob longer than a name are told by line") {
+TEST_CASE("NUL in text and over-long globs in a manifest are reported by line") {
   const TemporaryFolder folder;
   folder.file("a.obj", "");
   CHECK_THAT(problems(folder, "[[fit]]\nmesh = \"a.obj\\u0000x\"\n"),
