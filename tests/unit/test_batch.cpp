@@ -494,7 +494,7 @@ TEST_CASE("who only looks whether a folder is locked keeps no batch out") {
 TEST_CASE("what a batch cannot remove is named") {
   const TemporaryFolder folder;
   const std::string name = GENERATE("a.status.json", "a.checkpoint");
-  std::filesystem::create_directories(folder / name / "full");
+  std::filesystem::create_directories(folder.path() / name / "full");
   CHECK_THROWS_WITH(batch::prepare_batch(manifest_of({"a"}), options_for(folder)),
                     Contains("cannot remove") && Contains(name) && Contains("check what it is"));
 }
