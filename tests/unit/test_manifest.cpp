@@ -226,7 +226,7 @@ TEST_CASE("NUL in text and over-long globs in a manifest are reported by line") 
              Contains("m.toml:3: 'name' must be text, without NUL"));
   CHECK_THAT(problems(folder, "[[fit]]\nmesh = \"a.obj\"\nschedule = \"\\u0000\"\n"),
              Contains("m.toml:3: 'schedule' must be a number, a string without NUL"));
-  CHECK_THAT(problems(folder, "[[fit]]\nmesh = \"" + std::string(3000, '*') + ".obj\"\n"),
+  CHECK_THAT(problems(folder, "[[fit]]\nmesh = \"z" + std::string(3000, '*') + ".obj\"\n"),
              Contains("m.toml:1: no mesh matches"));
 }
 
