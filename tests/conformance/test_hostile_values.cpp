@@ -237,7 +237,6 @@ PictureOptions small_picture() {
   options.width = options.height = 8;
   options.iterations = 2;
   options.samples_per_axis = 1;
-  options.draft = true;
   return options;
 }
 
@@ -530,7 +529,6 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
       options.width = options.height = 8;
       options.iterations = 2;
       options.samples_per_axis = 1;
-      options.draft = true;
       survives("render", [&] { render(on_device(), map, options); });
     }
     survives("render_mesh", [&] { render_mesh(on_device(), mesh, box, small_picture()); });
@@ -587,16 +585,16 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
     });
     survives("exact_map, versor", [&] {
       ExactMapOptions options = small_exact();
-      options.factors = {{{x, 0, 0, 0}, x}};
-      options.factors_frame = {x, v};
+      options.versor = FactorsOfMap{{{{x, 0, 0, 0}, x}}, {x, v}};
       options.phase = {x, 0, 0, 0};
       exact_map(on_device(), mesh, options);
     });
     survives("exact_map, noise", [&] {
       ExactMapOptions options = small_exact();
-      options.noise.emplace();
-      options.noise->scale = x;
-      options.noise->origin = v;
+      NoiseVersor noise;
+      noise.scale = x;
+      noise.origin = v;
+      options.versor = noise;
       exact_map(on_device(), mesh, options);
     });
     survives("chosen_detail", [&] { chosen_detail(DetailWord::wild, {x, x}, kFittedRule); });
@@ -683,12 +681,16 @@ TEST_CASE("hostile counts and sizes are refused or do no harm") {
     });
     survives("PortalOptions", [&] { PortalOptions{.count = n}.validate(); });
     survives("ExactMapOptions", [&] {
-      changed(small_exact(), [&](auto& o) { o.resolution = o.roots = n; }).validate();
+      changed(small_exact(), [&](auto& o) {
+        o.resolution = n;
+        o.versor = RandomRoots{.roots = n};
+      }).validate();
     });
     survives("ProfileOptions", [&] { ProfileOptions{.repeats = n, .lane_width = n}.validate(); });
     survives("FitOptions", [&] {
       FitOptions options;
-      options.factors = options.max_factors = options.max_evaluations = options.sample_parts = n;
+      options.max_factors = options.sample_parts = n;
+      options.factors = options.max_evaluations = n;
       options.validate();
     });
     survives("PictureOptions", [&] {
@@ -885,7 +887,7 @@ TEST_CASE("hostile wishes for devices are refused") {
   for (const char* wanted :
        {"no such device", "99:99", "-1:-1", ":", "\xff", "999999999999999:1"}) {
     CAPTURE(wanted);
-    CHECK_THROWS_AS(Device::choose(wanted), NoDeviceError);
+    CHECK_THROWS_AS(Device::choose({wanted}), NoDeviceError);
   }
   survives("tuning_file", [] { tuning_file({}); });
   survives("with_cached_tuning", [] { with_cached_tuning(on_device()); });

@@ -178,7 +178,7 @@ const std::map<std::string, Part, std::less<>>& parts() {
       {"material", option(&PictureOptions::material)},
       {"palette", option(&PictureOptions::palette)},
       {"lamp", option(&PictureOptions::lamp)},
-      {"draft", option(&PictureOptions::draft)},
+      {"draft", {Changes::studio, [](auto text, auto& view) { read(text, view.is_draft); }}},
       {"size", {Changes::size, read_size}},
       {"samples", {Changes::studio, read_samples}},
       {"shows", {Changes::studio, read_shows}},
@@ -240,7 +240,7 @@ ViewRequest read_view(const Query& query) {
     if (changes == Changes::size) size_text = text;
   }
   // Drafts of all sizes stand in the same light.
-  if (!view.picture.draft) view.studio_text += size_text;
+  if (!view.is_draft) view.studio_text += size_text;
   return view;
 }
 

@@ -20,7 +20,7 @@ struct CompareArguments {
   std::string map, mesh;
   std::string picture;  ///< empty: none
   PictureOptions view;
-  std::string device;
+  DeviceChoice device;
   MapOptions map_options;
   CompareOptions options;
 };

@@ -55,7 +55,8 @@ struct Answer {
 };
 
 struct InfoArguments {
-  std::string file, device;
+  std::string file;
+  DeviceChoice device;
   bool check_precision = false, printable = false;
   double nozzle = 0.4;
 };
@@ -68,7 +69,7 @@ std::optional<Device> device_for(const InfoArguments& arguments, Answer& answer)
     if (!warning.empty()) answer.add("note          " + warning);
     return device;
   } catch (const NoDeviceError& error) {
-    if (!arguments.device.empty() || arguments.check_precision) throw;
+    if (!arguments.device.name.empty() || arguments.check_precision) throw;
     answer.add(fmt::format("note          some figures are missing: {}", error.what()));
     return {};
   }
@@ -145,8 +146,7 @@ void describe_print(const TriangleMesh& mesh, const MeshReport& report, double n
 }
 
 Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
-  MeshReport report;
-  const TriangleMesh mesh = read_mesh(arguments.file, &report, stop);
+  const auto [mesh, report] = read_and_inspect_mesh(arguments.file, stop);
   const Box box = mesh.box();
   const SurfaceFigures figures = measure(oriented_outward(mesh, stop), stop);
   const UpAxis up = guess_up(mesh);

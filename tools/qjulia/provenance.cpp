@@ -93,24 +93,23 @@ std::string up_line(UpAxis up, const std::optional<UpAxis>& chosen) {
 }
 
 nlohmann::json to_json(const FitOptions& options) {
-  nlohmann::json json = {
-      {"factors", options.factors != 0 ? nlohmann::json(options.factors) : "auto"},
-      {"max_factors", options.max_factors},
-      {"detail", to_json(options.detail)},
-      {"tufts", options.tufts},
-      {"up", to_json(options.up)},
-      {"seed", options.seed},
-      {"time_limit", nullptr},
-      {"max_evaluations", options.max_evaluations},
-      {"target_iou", options.target_iou},
-      {"unknowns", options.unknowns == Unknowns::all ? "all" : "exponents"},
-      {"placement", options.placement == Placement::paper ? "paper" : "depth"},
-      {"precision", to_string(options.precision)},
-      {"sample_parts", options.sample_parts},
-      {"schedule", options.schedule},
-      // Its name may say something else another day.
-      {"schedule_fnv1a64", text_hash(schedule_text(options.schedule))},
-      {"polish", options.polish}};
+  nlohmann::json json = {{"factors", options.factors ? nlohmann::json(*options.factors) : "auto"},
+                         {"max_factors", options.max_factors},
+                         {"detail", to_json(options.detail)},
+                         {"tufts", options.tufts},
+                         {"up", to_json(options.up)},
+                         {"seed", options.seed},
+                         {"time_limit", nullptr},
+                         {"max_evaluations", options.max_evaluations.value_or(0)},
+                         {"target_iou", options.target_iou},
+                         {"unknowns", options.unknowns == Unknowns::all ? "all" : "exponents"},
+                         {"placement", options.placement == Placement::paper ? "paper" : "depth"},
+                         {"precision", to_string(options.precision)},
+                         {"sample_parts", options.sample_parts},
+                         {"schedule", options.schedule},
+                         // Its name may say something else another day.
+                         {"schedule_fnv1a64", text_hash(schedule_text(options.schedule))},
+                         {"polish", options.polish}};
   if (std::isfinite(options.time_limit)) json["time_limit"] = options.time_limit;
   return json;
 }

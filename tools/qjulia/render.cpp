@@ -25,7 +25,8 @@ namespace qjulia::tools {
 namespace {
 
 struct RenderArguments {
-  std::string input, output, device;
+  std::string input, output;
+  DeviceChoice device;
   std::optional<std::string> sweep;
   std::optional<int> turntable;
   std::string layers;  ///< prefix of their files; empty: none
@@ -399,10 +400,11 @@ int run_render(const RenderArguments& arguments, Session& session) {
   const Device device = session.open_device(arguments.device);
 
   if (arguments.preview) draw_preview(device, scene, arguments, options, session);
-  PictureLayers layers;
-  const Image image =
-      studio_of(device, scene, arguments.input, arguments.map_options, options, session)
-          .picture(options.camera, session.monitor(), arguments.layers.empty() ? nullptr : &layers);
+  Studio studio =
+      studio_of(device, scene, arguments.input, arguments.map_options, options, session);
+  const auto [image, layers] =
+      arguments.layers.empty() ? LayeredImage{studio.picture(options.camera, session.monitor()), {}}
+                               : studio.layered_picture(options.camera, session.monitor());
   warn_if_empty(image, arguments.input, options, session);
   nlohmann::json how = made_with(arguments.input, arguments.map_options, device.info());
   how["picture"] = to_json(options);

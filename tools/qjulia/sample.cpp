@@ -15,7 +15,8 @@ namespace qjulia::tools {
 namespace {
 
 struct SampleArguments {
-  std::string map, output, device;
+  std::string map, output;
+  DeviceChoice device;
   MapOptions map_options;
   SampleOptions options;
 };

@@ -19,7 +19,8 @@ namespace qjulia::tools {
 namespace {
 
 struct ShapeArguments {
-  std::string mesh, output, device;
+  std::string mesh, output;
+  DeviceChoice device;
   std::string versor = "random:60:1";
   ExactMapOptions options;
   PaintOptions paint;  ///< its thickness alone
@@ -60,11 +61,11 @@ NoiseVersor noise_of(const Words& words) {
   return noise;
 }
 
-/// Sets the versor that `--versor` asks for.
+/// Sets the versor that `--versor` asks for, and the phase of the map it is of.
 void choose_versor(const std::string& versor, ExactMapOptions& options) {
   const Words words = base::split(versor, ':');
   if (is_noise(words)) {
-    options.noise = noise_of(words);
+    options.versor = noise_of(words);
   } else if (is_random(words)) {
     const auto roots = base::number_in<int>(words[1]);
     const auto seed = base::number_in<std::uint64_t>(words.size() > 2 ? words[2] : "1");
@@ -73,20 +74,18 @@ void choose_versor(const std::string& versor, ExactMapOptions& options) {
           "--versor: '{}' is not random:K:SEED with two whole numbers, such as random:60:1",
           versor));
     }
-    if (*roots < 1 || *roots > ExactMapOptions::kMostRoots) {
+    if (*roots < 1 || *roots > RandomRoots::kMostRoots) {
       throw InputError(fmt::format("--versor: '{}' has {} roots; give 1 to {}", versor, *roots,
-                                   ExactMapOptions::kMostRoots));
+                                   RandomRoots::kMostRoots));
     }
-    options.roots = *roots;
-    options.seed = *seed;
+    options.versor = RandomRoots{*roots, *seed};
   } else {
     const RationalMap map = read_map(versor);
     if (!std::holds_alternative<FactorsVersor>(map.versor)) {
       throw InputError(fmt::format(
           "--versor: '{}' is a {} map; give one whose versor is of factors", versor, map.kind()));
     }
-    options.factors = map.factors;
-    options.factors_frame = map.shape_to_map;
+    options.versor = FactorsOfMap{map.factors, map.shape_to_map};
     options.phase = map.phase;
   }
 }
@@ -136,7 +135,7 @@ int run_shape(const ShapeArguments& arguments, Session& session) {
       fmt::format("{} x {} x {} cells, {}, {:.1f} s\n{}\nmap: {}\nnext: qjulia render {} -o "
                   "picture.png",
                   nx, ny, nz,
-                  options.noise ? "noise" : fmt::format("{} factors", map.factors.size()),
+                  map.factors.empty() ? "noise" : fmt::format("{} factors", map.factors.size()),
                   session.seconds(), up_line(*map.up, arguments.options.up), arguments.output,
                   shell_word(arguments.output)),
       {{"map", arguments.output},

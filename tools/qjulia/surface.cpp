@@ -19,7 +19,8 @@ namespace qjulia::tools {
 namespace {
 
 struct SurfaceArguments {
-  std::string map, output, device;
+  std::string map, output;
+  DeviceChoice device;
   MapOptions map_options;
   SurfaceOptions options;
   bool keep_loose = false, largest_component = false;
@@ -85,7 +86,9 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device,
                        const RationalMap& map, const SurfaceOptions& options,
                        const std::string& note, const ProgressMonitor& monitor) {
   WrittenSurface written;
-  TriangleMesh mesh = extract_surface(device, map, options, monitor, &written.report);
+  MeshSink sink;
+  written.report = extract_surface(device, map, options, sink, monitor);
+  TriangleMesh& mesh = sink.mesh;
   if (mesh.triangles.empty()) return written;
   const double least = arguments.largest_component ? 1 : arguments.min_component.value_or(0);
   const TraceStage stage(monitor.trace, "measure and write");
