@@ -18,6 +18,7 @@
 #include "qjulia/mesh.hpp"
 #include "qjulia/shape.hpp"
 #include "qjulia/tuning_cache.hpp"
+#include "setting_json.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -172,7 +173,7 @@ Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
                  {"turned_parts", report.turned_parts},
                  {"closed", report.closed()},
                  {"figures", to_json(figures)},
-                 {"box", to_json(box)},
+                 {"box", value_json(box)},
                  {"up", to_string(up)},
                  {"warnings", report.warnings()}};
   if (const auto device = device_for(arguments, answer)) {
@@ -279,7 +280,7 @@ void describe_shape(const RationalMap& map, Answer& answer) {
   if (const auto& r = map.inradius) {
     answer.add(fmt::format("inradius      {:.4g}, shape units", *r), "inradius", *r);
   }
-  if (map.box) answer.add(to_text(*map.box), "box", to_json(*map.box));
+  if (map.box) answer.add(to_text(*map.box), "box", value_json(*map.box));
   if (map.up) {
     answer.add(fmt::format("up            {}", to_string(*map.up)), "up", to_string(*map.up));
   }

@@ -10,6 +10,7 @@
 #include "map_options.hpp"
 #include "provenance.hpp"
 #include "qjulia/file_types.hpp"
+#include "setting_json.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -38,7 +39,7 @@ int run_sample(const SampleArguments& arguments, Session& session) {
                                       to_string(options.precision), seconds, arguments.output),
                           {{"field", arguments.output},
                            {"cells", grid.cells},
-                           {"box", to_json(grid.box)},
+                           {"box", value_json(grid.box)},
                            {"surface_level", map.surface_level},
                            {"made_with", how},
                            {"seconds", seconds}});

@@ -14,6 +14,7 @@
 #include "qjulia/map_file.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/painting.hpp"
+#include "setting_json.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -25,9 +26,6 @@ struct ShapeArguments {
   ExactMapOptions options;
   PaintOptions paint;  ///< its thickness alone
 };
-
-/// Of the shape, map units.
-constexpr double kLongestSide = 3;
 
 /// What `--versor` says: "noise", "noise4" or "random" and numbers, or else a map file.
 using Words = std::vector<std::string>;
@@ -45,12 +43,12 @@ NoiseVersor noise_of(const Words& words) {
     value = given.value_or(value);
     return given.has_value();
   };
-  double scale = kLongestSide * noise.scale;
+  double scale = kMapSide * noise.scale;
   const bool is_read =
       words.size() <= 4 && read(1, noise.octaves) && read(2, scale) && read(3, noise.seed);
-  noise.scale = scale / kLongestSide;
-  const double least = kLongestSide * NoiseVersor::kLeastScale;
-  const double most = kLongestSide * NoiseVersor::kMostScale;
+  noise.scale = scale / kMapSide;
+  const double least = kMapSide * NoiseVersor::kLeastScale;
+  const double most = kMapSide * NoiseVersor::kMostScale;
   if (!is_read || noise.octaves < 1 || noise.octaves > NoiseVersor::kMostOctaves ||
       !(scale >= least && scale <= most)) {
     throw InputError(fmt::format(
@@ -95,7 +93,7 @@ nlohmann::json options_json(const ShapeArguments& arguments) {
   nlohmann::json json = {{"resolution", arguments.options.resolution},
                          {"detail", to_string(arguments.options.detail)},
                          {"tufts", arguments.options.tufts},
-                         {"up", to_json(arguments.options.up)},
+                         {"up", value_json(arguments.options.up)},
                          {"versor", arguments.versor},
                          {"fourth", is_round ? "round" : "ignored"}};
   if (arguments.paint.thickness) json["thickness"] = *arguments.paint.thickness;
