@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "qjulia/error.hpp"
 
@@ -28,9 +29,15 @@ std::string Setting::option() const {
   return text;
 }
 
+std::string Setting::range_text() const {
+  if (std::isfinite(most)) return fmt::format("{} to {}", least, most);
+  if (!std::isfinite(least)) return "any number";
+  return least == 0 ? "0 or more" : "more than 0";
+}
+
 void Setting::expect_in_range(double value) const {
   if (value >= least && value <= most) return;
-  throw InputError(fmt::format("{} is out of range; give {} to {}{}{}", value, least, most,
+  throw InputError(fmt::format("{} is out of range; give {}{}{}", value, range_text(),
                                unit.empty() ? "" : " ", unit));
 }
 

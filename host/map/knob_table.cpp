@@ -72,7 +72,6 @@ double most_detail(const RationalMap& map) {
 }
 
 std::vector<Knob> made_table() {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   return {
       {{.name = "detail",
         .values = "WORD|FRACTION",
@@ -223,7 +222,6 @@ std::vector<Knob> made_table() {
         .values = "S",
         .unit = "",
         .least = std::numeric_limits<double>::min(),
-        .most = kInfinity,
         .help = "Above 1 the set swells, below 1 it wears away; 1 changes nothing",
         .more = "ln S is taken from the map's log scale: the set is that of a level ln S higher.",
         .interpolation = Interpolation::logarithmic,

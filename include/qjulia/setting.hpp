@@ -45,6 +45,8 @@ struct Setting {
 
   /// "order-seed".
   std::string option() const;
+  /// What commands and pages take, in words: "1 to 100", "more than 0".
+  std::string range_text() const;
   /// @throws InputError for a value out of range, saying which to give.
   void expect_in_range(double value) const;
 };
