@@ -68,7 +68,7 @@ std::string why_no_drift(const RationalMap& map) {
 /// bounded.
 double most_detail(const RationalMap& map) {
   constexpr double kMargin = 0.97;
-  return has_grid(map) ? 1 : kMargin * map.detail.value() * map.degree();
+  return has_grid(map) ? 1 : kMargin * map.detail.value_or(kMostDetail) * map.degree();
 }
 
 std::vector<Knob> made_table() {

@@ -19,14 +19,13 @@ std::vector<PictureSetting> made_settings() {
         .most = kMostIterations,
         .help =
             "Iterations n, 1 to 16: 1 is the fitted shape itself, 2 and 3 have fewer octaves of "
-            "detail, 6 is the set as it stays (8 where --detail is above 0.03)",
+            "detail, 6 is the set as it stays (8 where the detail is above 0.03)",
         .more = "",
         .interpolation = Interpolation::none,
         .group = "Fractal",
         .controls = {{.name = "iterations",
                       .label = "iterations",
-                      .help = "1 is the fitted shape itself, 2 and 3 have fewer octaves of detail, "
-                              "6 is the set as it stays (8 where detail is above 0.03)",
+                      .help = "",
                       .least = 1,
                       .most = kMostIterations,
                       .step = 1,

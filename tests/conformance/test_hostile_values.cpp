@@ -530,6 +530,10 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
       options.iterations = 2;
       options.samples_per_axis = 1;
       survives("render", [&] { render(on_device(), map, options); });
+      survives("layered_render", [&] { layered_render(on_device(), map, options); });
+      survives("of_drafts", [&] {
+        Studio::of_drafts(on_device(), map, options).layered_picture(options.camera);
+      });
     }
     survives("render_mesh", [&] { render_mesh(on_device(), mesh, box, small_picture()); });
     survives("painted", [&] {
@@ -599,6 +603,15 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
     });
     survives("chosen_detail", [&] { chosen_detail(DetailWord::wild, {x, x}, kFittedRule); });
     survives("radial_spread", [&] { radial_spread(mesh, v); });
+    for (const Knob& knob : knob_table()) {
+      survives("expect_in_range", [&] { knob.expect_in_range(x); });
+      survives("is_turned", [&] {
+        RationalMap odd = good_map();
+        odd.detail = odd.inradius = odd.tufts = x;
+        static_cast<void>(knob.is_turned(knobs_of(odd)));
+        static_cast<void>(knob.why_not(odd).size() + (knob.most_of(odd) > 0 ? 1 : 0));
+      });
+    }
     survives("to_string", [&] { to_string(DetailChoice(x)); });
     survives("quadratic_map", [&] { quadratic_map({x, x, x, x}).validate(); });
     survives("log", [&] {
@@ -821,6 +834,7 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
          {path, folder.path(), folder.path() / "missing", std::filesystem::path()}) {
       CAPTURE(file);
       refuses("read_mesh", [&] { read_mesh(file); });
+      refuses("read_and_inspect_mesh", [&] { read_and_inspect_mesh(file); });
       refuses("read_painted_mesh", [&] { read_painted_mesh(file, "a\xff"); });
       refuses("read_map", [&] { read_map(file); });
       refuses("read_original", [&] { read_original(file); });
@@ -841,6 +855,9 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
     refuses("sampled_distance_from_bytes", [&] { sampled_distance_from_bytes(text, "a text"); });
     refuses("portals_from_text", [&] { portals_from_text(text, "a text", {}); });
     refuses("schedule_text", [&] { schedule_text(text); });
+    refuses("knob_named", [&] { knob_named(text); });
+    refuses("picture_setting_named", [&] { picture_setting_named(text); });
+    survives("material_named", [&] { static_cast<void>(material_named(text)); });
     survives("names", [&] {
       static_cast<void>(color_named(text));
       static_cast<void>(palette_named(text));
