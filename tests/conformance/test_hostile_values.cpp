@@ -354,6 +354,7 @@ void for_map_functions(const RationalMap& map, const std::filesystem::path& fold
   });
   use("Studio", [&] { Studio(on_device(), map, small_picture()); });
   use("render", [&] { render(on_device(), map, small_picture()); });
+  use("layered_render", [&] { layered_render(on_device(), map, small_picture()); });
   use("comparison", [&] { comparison(on_device(), map, shapes::sphere(1), small_picture()); });
   use("has_points", [&] { has_points(on_device(), map, small_surface()); });
   use("compare", [&] {
@@ -529,8 +530,6 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
       options.width = options.height = 8;
       options.iterations = 2;
       options.samples_per_axis = 1;
-      survives("render", [&] { render(on_device(), map, options); });
-      survives("layered_render", [&] { layered_render(on_device(), map, options); });
       survives("of_drafts", [&] {
         Studio::of_drafts(on_device(), map, options).layered_picture(options.camera);
       });

@@ -63,7 +63,7 @@ int main() {
       "`include/qjulia/knob_table.hpp` and `picture_settings.hpp`, from which options, sweeps, "
       "provenance, and the controls of pages come as well. `cmake --build --preset release "
       "--target reference` makes it again.\n\n## Knobs of a map\n\nThey are turned in this order; "
-      "`--drift` and `--translate` are one move.\n\n");
+      "the two that move the origin of iteration are one move.\n\n");
   for (const Knob& knob : knob_table()) print_setting(knob);
   fmt::print("## Settings of a picture\n\n");
   for (const PictureSetting& setting : picture_settings()) print_setting(setting);
