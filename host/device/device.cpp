@@ -27,14 +27,21 @@ bool matches(const DeviceInfo& info, const std::string& wanted) {
   return base::lower_case(info.name).find(wanted) != std::string::npos;
 }
 
-/// The environment's QJULIA_LAYOUT; none where the device decides.
-std::optional<Layout> wanted_layout() {
-  const char* wanted = std::getenv("QJULIA_LAYOUT");
-  const std::string name = base::lower_case(wanted == nullptr ? "" : wanted);
+/// What the choice says, else the environment; empty where neither says anything.
+std::string chosen_or(const std::string& choice, const char* variable) {
+  if (!choice.empty()) return choice;
+  const char* value = std::getenv(variable);
+  return value == nullptr ? "" : value;
+}
+
+/// None where the device decides.
+std::optional<Layout> wanted_layout(const DeviceChoice& choice) {
+  const std::string name = base::lower_case(chosen_or(choice.layout, "QJULIA_LAYOUT"));
   if (name.empty() || name == "auto") return std::nullopt;
   if (name == "cpu") return Layout::cpu;
   if (name == "gpu") return Layout::gpu;
-  throw InputError(fmt::format("QJULIA_LAYOUT is '{}'; give cpu, gpu or auto", name));
+  throw InputError(fmt::format("{} is '{}'; give cpu, gpu or auto",
+                               choice.layout.empty() ? "QJULIA_LAYOUT" : "the layout", name));
 }
 
 constexpr const char* kInstallHint =
@@ -120,13 +127,10 @@ std::vector<DeviceInfo> list_devices() {
   return found;
 }
 
-Device Device::choose(const std::string& wanted) {
-  std::string name = wanted;
-  if (name.empty()) {
-    if (const char* environment = std::getenv("QJULIA_DEVICE")) name = environment;
-  }
-  const auto layout = wanted_layout();
-  const Device device(std::make_shared<device::Context>(find_device(name)));
+Device Device::choose(const DeviceChoice& choice) {
+  const auto layout = wanted_layout(choice);
+  const Device device(
+      std::make_shared<device::Context>(find_device(chosen_or(choice.name, "QJULIA_DEVICE"))));
   return layout ? device.with_layout(*layout) : device;
 }
 

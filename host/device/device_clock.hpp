@@ -14,7 +14,7 @@ struct DeviceTimes {
 };
 
 /// Of one in-order queue. A launch is queued while the host makes the call: that bounds the
-/// distance between the clocks from both sides, at every launch anew, so that it may drift.
+/// distance between the clocks from both sides, at every launch anew, so that it may change.
 class DeviceClock {
  public:
   /// When the launch began. `before`, `after`: of the call. Launches must come in their order.

@@ -53,11 +53,11 @@ std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const D
   schedule_hash.add(schedule_text(options.schedule));
   // Not the time limit: what is left of it differs from run to run.
   return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", version(), hash.text(),
-                     options.factors, options.max_factors, to_string(options.detail), options.seed,
-                     options.max_evaluations, static_cast<int>(options.unknowns),
-                     static_cast<int>(options.placement), static_cast<int>(options.precision),
-                     schedule_hash.text(), options.polish, options.sample_parts, device.info().name,
-                     device.info().driver_version,
+                     options.factors.value_or(0), options.max_factors, to_string(options.detail),
+                     options.seed, options.max_evaluations.value_or(0),
+                     static_cast<int>(options.unknowns), static_cast<int>(options.placement),
+                     static_cast<int>(options.precision), schedule_hash.text(), options.polish,
+                     options.sample_parts, device.info().name, device.info().driver_version,
                      to_json(device.tuning(options.precision)).dump());
 }
 

@@ -12,6 +12,7 @@
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/shape.hpp"
+#include "shape/make_shape.hpp"
 
 namespace qjulia {
 namespace {
@@ -20,13 +21,13 @@ constexpr int kFewestGridCells = 32, kMostGridCells = 384;
 
 /// Roots of whole powers 2 … 13 at random points of the inside.
 /// @param distances of points, map units.
-std::vector<Factor> random_roots(const fitting::Distances& distances, const Box& box, int count,
-                                 std::uint64_t seed) {
+std::vector<Factor> random_roots(const fitting::Distances& distances, const Box& box,
+                                 const RandomRoots& choice) {
   constexpr std::size_t kAtOnce = 4096;
   constexpr int kMostTries = 1000;
-  base::Random random(seed);
+  base::Random random(choice.seed);
   std::vector<Factor> roots;
-  const auto wanted = static_cast<std::size_t>(count);
+  const auto wanted = static_cast<std::size_t>(choice.roots);
   for (int tried = 0; tried < kMostTries && roots.size() < wanted; ++tried) {
     std::vector<Eigen::Vector3d> points;
     for (std::size_t i = 0; i < kAtOnce; ++i) {
@@ -79,8 +80,13 @@ void ExactMapOptions::validate() const {
     base::expect_between("detail", *number, kLeastDetail, kMostDetail, "of the box's diagonal");
   }
   base::expect_between("tufts", tufts, 1.0, kMostTufts);
-  base::expect_between("roots", roots, 1, kMostRoots);
-  if (noise) noise->validate();
+  if (const auto* random = std::get_if<RandomRoots>(&versor)) {
+    base::expect_between("roots", random->roots, 1, RandomRoots::kMostRoots);
+  } else if (const auto* noise = std::get_if<NoiseVersor>(&versor)) {
+    noise->validate();
+  } else if (std::get<FactorsOfMap>(versor).factors.empty()) {
+    throw OptionError("versor", "it has no factors; give at least one");
+  }
 }
 
 RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
@@ -93,13 +99,12 @@ RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
     monitor.report({what, step++ / kSteps, -1, ""});
   };
   report("preparing the mesh");
-  std::optional<SignedDistance> to_surface;
-  const Shape shape = make_shape(device, mesh, monitor.stop, &to_surface);
+  const auto [shape, to_surface] = shape::make_shape_with_distance(device, mesh, monitor.stop);
   const ShapeToMap& to_map = shape.shape_to_map;
   const fitting::Distances distances = [&](std::span<const Eigen::Vector3d> points) {
     std::vector<Eigen::Vector3d> own(points.size());
     for (std::size_t i = 0; i < own.size(); ++i) own[i] = to_map.to_shape(points[i]);
-    std::vector<double> found = to_surface->at(own, monitor.stop);
+    std::vector<double> found = to_surface.at(own, monitor.stop);
     for (double& d : found) d *= to_map.scale;
     return found;
   };
@@ -118,12 +123,13 @@ RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
   report("placing the versor");
   RationalMap map;
   map.modulus = modulus;
-  if (options.noise) {
-    map.versor = *options.noise;
-  } else if (options.factors.empty()) {
-    map.factors = random_roots(distances, box, options.roots, options.seed);
+  if (const auto* noise = std::get_if<NoiseVersor>(&options.versor)) {
+    map.versor = *noise;
+  } else if (const auto* random = std::get_if<RandomRoots>(&options.versor)) {
+    map.factors = random_roots(distances, box, *random);
   } else {
-    map.factors = moved(options.factors, options.factors_frame, to_map);
+    const auto& [factors, frame] = std::get<FactorsOfMap>(options.versor);
+    map.factors = moved(factors, frame, to_map);
   }
   map.phase = options.phase;
   map.shape_to_map = to_map;

@@ -79,15 +79,15 @@ bool follows_time(const FitOptions& options, const Schedule& schedule) {
 }  // namespace
 
 int planned_evaluations(const FitOptions& options, const Schedule& schedule) {
-  if (options.max_evaluations > 0) return options.max_evaluations;
-  const bool own = options.factors != 0 || follows_time(options, schedule);
+  if (options.max_evaluations) return *options.max_evaluations;
+  const bool own = options.factors || follows_time(options, schedule);
   return own || schedule.automatic.evaluations == 0 ? schedule.evaluations
                                                     : schedule.automatic.evaluations;
 }
 
 int chosen_factors(const FitOptions& options, const Schedule& schedule,
                    const EvaluatorFactory& make_evaluator, const SamplePool& pool, Budget& budget) {
-  if (options.factors != 0) return options.factors;
+  if (options.factors) return *options.factors;
   const AutomaticFactors& automatic = schedule.automatic;
   const int places = most_factors(pool);
   if (places < kLeastFactors) {

@@ -226,7 +226,7 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
 }  // namespace
 
 void FitOptions::validate() const {
-  if (factors != 0) base::expect_between("factors", factors, kLeastFactors, kMostFactors);
+  if (factors) base::expect_between("factors", *factors, kLeastFactors, kMostFactors);
   base::expect_between("max_factors", max_factors, kLeastFactors, kMostFactors);
   if (const auto* number = std::get_if<double>(&detail)) {
     base::expect_between("detail", *number, kLeastDetail, kMostDetail, "of the box's diagonal");
@@ -236,7 +236,9 @@ void FitOptions::validate() const {
     throw OptionError("time_limit",
                       fmt::format("{} is out of range; give more than 0 seconds", time_limit));
   }
-  base::expect_between("max_evaluations", max_evaluations, 0, std::numeric_limits<int>::max());
+  if (max_evaluations) {
+    base::expect_between("max_evaluations", *max_evaluations, 1, std::numeric_limits<int>::max());
+  }
   if (!(target_iou > 0 && target_iou <= 1)) {
     throw OptionError(
         "target_iou",

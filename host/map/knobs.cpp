@@ -1,7 +1,5 @@
 #include "qjulia/knobs.hpp"
 
-#include <fmt/format.h>
-
 #include <cmath>
 
 #include "base/random.hpp"
@@ -10,28 +8,17 @@
 #include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
+#include "qjulia/knob_table.hpp"
 
 namespace qjulia {
 namespace {
 
-/// @throws OptionError for knobs that turn factors alone, where the map has a kind of another.
-void expect_no_knobs_of_factors(const RationalMap& map, const MapKnobs& knobs) {
-  const auto refuse = [&](bool given, const char* field) {
-    if (!given) return;
-    throw OptionError(field, fmt::format("it changes factors, and a {} map has {}", map.kind(),
-                                         map.factors.empty() ? "none" : "more than these"));
-  };
-  // A grid has a shell of its own, and moves; its axes stay. So does a noise.
-  const bool has_grid = std::holds_alternative<DistanceModulus>(map.modulus);
-  const bool has_noise = std::holds_alternative<NoiseVersor>(map.versor);
-  const bool has_factors = std::holds_alternative<FactorsVersor>(map.versor);
-  const bool factors_are_modulus = has_noise && std::holds_alternative<FactorsModulus>(map.modulus);
-  const bool moves = factors_are_modulus || (has_grid && (has_factors || has_noise));
-  refuse(knobs.detail && !has_grid && !factors_are_modulus, "detail");
-  refuse(knobs.order_seed && !(has_grid && has_factors), "order_seed");
-  refuse(knobs.rotate.has_value(), "rotate");
-  refuse(knobs.drift && !moves, "drift");
-  refuse(knobs.translate && !moves, "translate");
+/// @throws OptionError for a knob that the map does not bear.
+void expect_borne(const RationalMap& map, const MapKnobs& knobs) {
+  for (const Knob& knob : knob_table()) {
+    if (!knob.is_turned(knobs)) continue;
+    if (const std::string why = knob.why_not(map); !why.empty()) throw OptionError(knob.name, why);
+  }
 }
 
 /// Fisher and Yates.
@@ -120,22 +107,14 @@ void MapKnobs::validate() const {
 RationalMap with_knobs(const Device& device, const RationalMap& map, const MapKnobs& knobs) {
   knobs.validate();
   map.validate();
-  if (map.paint && knobs.rotate) {
-    throw OptionError("rotate", "it turns factors, and the axes of the map's paint stay");
-  }
-  if (!map.is_rational()) expect_no_knobs_of_factors(map, knobs);
+  expect_borne(map, knobs);
   RationalMap result = knobs.detail ? with_detail(map, *knobs.detail) : map;
   if (knobs.order_seed) shuffle(result.factors, *knobs.order_seed);
   if (knobs.phase) result.phase = (1 / norm(*knobs.phase)) * *knobs.phase;
   if (knobs.slice) result.slice = *knobs.slice;
   if (knobs.rotate) result = rotated(std::move(result), *knobs.rotate);
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();
-  if (knobs.drift) {
-    if (!map.inradius) {
-      throw OptionError("drift", "the map does not say its \"inradius\"");
-    }
-    offset.z() += *knobs.drift * *map.inradius * map.shape_to_map.scale;
-  }
+  if (knobs.drift) offset.z() += *knobs.drift * map.inradius.value() * map.shape_to_map.scale;
   if (knobs.translate) offset += map.shape_to_map.scale * *knobs.translate;
   if (offset != Eigen::Vector3d::Zero()) result = calibrated_inside(device, moved(result, offset));
   if (knobs.scale) result.log_scale -= std::log(*knobs.scale);

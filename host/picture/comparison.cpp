@@ -139,11 +139,10 @@ Image comparison(const Device& device, const RationalMap& map, const TriangleMes
   if (!standing.camera.up) standing.camera.up = map.up.value_or(kDefaultUp);
   PictureOptions potential = standing;
   potential.iterations = 1;
-  PictureLayers seen;
   const Box frame = options.box.value_or(*map::box_with_copies(framed));
   const Image original = render_mesh(device, mesh, frame, standing, monitor);
   const Image fitted = render(device, framed, potential, monitor);
-  const Image set = render(device, framed, standing, monitor, &seen);
+  const auto [set, seen] = layered_render(device, framed, standing, monitor);
   const std::vector<double> distances =
       distances_of(outer_surface(device, mesh, monitor.stop).distance, seen, monitor.stop);
   const double diagonal = mesh.box().diagonal();

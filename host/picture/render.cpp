@@ -152,7 +152,6 @@ double cost(const View& view) {
 }
 
 double fineness_of(const PictureOptions& options) {
-  if (options.draft) return kLeastFineness;
   const double share = std::max(options.width / kFullWidth, options.height / kFullHeight);
   return std::clamp(share, kLeastFineness, 1.0);
 }
@@ -221,12 +220,17 @@ void PictureOptions::validate() const {
 }
 
 struct Studio::Impl {
+  static std::unique_ptr<Impl> of_map(const Device& device, const RationalMap& map,
+                                      const PictureOptions& options, bool is_draft,
+                                      const std::stop_token& stop);
+
   Device device;
   PictureOptions options;
   std::unique_ptr<DepthSource> source;
   Box framed;           ///< in the scene
   ShapeToMap to_scene;  ///< from the shape's coordinates to those of source and frame
   double fineness = 1;
+  bool is_draft = false;
   UpAxis known_up = kDefaultUp;  ///< where the camera does not say
   std::stop_token stop{};        ///< of pictures that have no other
   std::optional<UpAxis> up{};    ///< of the sky and the ground that are there
@@ -234,7 +238,8 @@ struct Studio::Impl {
   double ground = 0;  ///< height along up
   GroundLight ground_light{};
 
-  Image picture(const ProgressMonitor& monitor, PictureLayers* layers);
+  void turn(const Camera& camera);
+  LayeredImage picture(const ProgressMonitor& monitor, bool with_layers);
 
  private:
   Scene scene() const {
@@ -252,11 +257,12 @@ struct Studio::Impl {
   }
 };
 
-Studio::Studio(const Device& device, const RationalMap& map, const PictureOptions& options,
-               const std::stop_token& stop) {
+std::unique_ptr<Studio::Impl> Studio::Impl::of_map(const Device& device, const RationalMap& map,
+                                                   const PictureOptions& options, bool is_draft,
+                                                   const std::stop_token& stop) {
   options.validate();
   map.validate();
-  const double fineness = fineness_of(options);
+  const double fineness = is_draft ? kLeastFineness : fineness_of(options);
   MarchedSet set{.map = map,
                  .iterations = options.iterations,
                  .escape = options.escape,
@@ -264,14 +270,25 @@ Studio::Studio(const Device& device, const RationalMap& map, const PictureOption
                  .precision = options.precision,
                  .material = options.material,
                  .stop = stop,
-                 .foretells = !options.draft,
+                 .foretells = !is_draft,
                  .keeps_loose = options.keep_loose};
   set.cells = static_cast<int>(set.cells * std::sqrt(fineness));
-  if (options.draft) set.finest_cells = kDraftFinestCells;
+  if (is_draft) set.finest_cells = kDraftFinestCells;
   auto source = march_source(device, set);
   const Box framed = framed_box(map, options.box, *source);
-  impl_ = std::make_unique<Impl>(Impl{device, options, std::move(source), framed, map.shape_to_map,
-                                      fineness, map.up.value_or(kDefaultUp), stop});
+  return std::make_unique<Impl>(Impl{device, options, std::move(source), framed, map.shape_to_map,
+                                     fineness, is_draft, map.up.value_or(kDefaultUp), stop});
+}
+
+Studio::Studio(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+Studio::Studio(const Device& device, const RationalMap& map, const PictureOptions& options,
+               const std::stop_token& stop)
+    : Studio(Impl::of_map(device, map, options, /*is_draft=*/false, stop)) {}
+
+Studio Studio::of_drafts(const Device& device, const RationalMap& map,
+                         const PictureOptions& options, const std::stop_token& stop) {
+  return Studio(Impl::of_map(device, map, options, /*is_draft=*/true, stop));
 }
 
 Studio::Studio(const Device& device, const TriangleMesh& mesh, const Box& framed,
@@ -289,7 +306,7 @@ Studio::Studio(const Device& device, const TriangleMesh& mesh, const Box& framed
   const ShapeToMap to_scene{3 / side, -3 / side * framed.center()};
   impl_ = std::make_unique<Impl>(Impl{device, options, mesh_source(mesh, to_scene),
                                       to_scene.to_map(framed), to_scene, fineness_of(options),
-                                      guess_up(mesh)});
+                                      /*is_draft=*/false, guess_up(mesh)});
 }
 
 Studio::~Studio() = default;
@@ -301,14 +318,23 @@ void Studio::resize(int width, int height) {
   impl_->options.height = height;
 }
 
-Image Studio::picture(const Camera& camera, const ProgressMonitor& monitor, PictureLayers* layers) {
-  impl_->options.camera = camera;
-  impl_->options.camera.up = camera.up.value_or(impl_->known_up);
-  impl_->options.validate();
-  return impl_->picture(monitor, layers);
+void Studio::Impl::turn(const Camera& camera) {
+  options.camera = camera;
+  options.camera.up = camera.up.value_or(known_up);
+  options.validate();
 }
 
-Image Studio::Impl::picture(const ProgressMonitor& monitor, PictureLayers* layers) {
+Image Studio::picture(const Camera& camera, const ProgressMonitor& monitor) {
+  impl_->turn(camera);
+  return impl_->picture(monitor, /*with_layers=*/false).image;
+}
+
+LayeredImage Studio::layered_picture(const Camera& camera, const ProgressMonitor& monitor) {
+  impl_->turn(camera);
+  return impl_->picture(monitor, /*with_layers=*/true);
+}
+
+LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_layers) {
   const auto start = std::chrono::steady_clock::now();
   const Camera& camera = options.camera;
   source->stop_with(monitor.stop.stop_possible() ? monitor.stop : stop);
@@ -316,13 +342,13 @@ Image Studio::Impl::picture(const ProgressMonitor& monitor, PictureLayers* layer
   const View view =
       camera_view(in_scene(camera, to_scene), framed, options.width, options.height, samples);
   LampLights with =
-      lamps(camera, options.lamp, source->bounds(), fineness * (options.draft ? kDraftLamps : 1));
+      lamps(camera, options.lamp, source->bounds(), fineness * (is_draft ? kDraftLamps : 1));
   const bool is_first = up != camera.up;
   double all = cost(view) + cost(with.key.view) + cost(with.rim.view);
   if (is_first) {
     up.reset();  // a stop may come before all is there
-    sky = sky_lights(*camera.up, source->bounds(), fineness,
-                     options.draft ? kDraftSkyLights : kSkyLights);
+    sky =
+        sky_lights(*camera.up, source->bounds(), fineness, is_draft ? kDraftSkyLights : kSkyLights);
     all += kDepthGridCost;
     for (const Light& light : sky) all += cost(light.view);
   }
@@ -365,8 +391,8 @@ Image Studio::Impl::picture(const ProgressMonitor& monitor, PictureLayers* layer
   lights.push_back(with.rim);
   const Shading shading(device, scene(), ground_light, lights);
 
-  if (layers != nullptr) *layers = {};
-  Image image{options.width, options.height, {}};
+  LayeredImage picture{.image = {options.width, options.height, {}}, .layers = {}};
+  Image& image = picture.image;
   image.loose = source->loose_pieces();
   image.loose.volume /= std::pow(to_scene.scale, 3);
   image.pixels.reserve(3 * static_cast<std::size_t>(image.width) *
@@ -384,27 +410,31 @@ Image Studio::Impl::picture(const ProgressMonitor& monitor, PictureLayers* layer
     if (options.material != Material::clay) strip.traits = traits_of(view, strip, *source);
     throw_if_stopped(monitor.stop);
     const TraceStage stage(monitor.trace, "shade");
-    const Shaded shaded = shading.shade(view, strip, layers != nullptr);
+    const Shaded shaded = shading.shade(view, strip, with_layers);
     image.pixels.insert(image.pixels.end(), shaded.pixels.begin(), shaded.pixels.end());
     if (options.backdrop == Backdrop::transparent) {
       image.alpha.insert(image.alpha.end(), shaded.alpha.begin(), shaded.alpha.end());
     }
     image.covered += covered_pixels(view, strip);
-    if (layers != nullptr) add_layers(view, strip, shaded.normals, to_scene, *layers);
+    if (with_layers) add_layers(view, strip, shaded.normals, to_scene, picture.layers);
     report(cost(view) * strip.rows / options.height);
   }
-  return image;
+  return picture;
 }
 
 Image render(const Device& device, const RationalMap& map, const PictureOptions& options,
-             const ProgressMonitor& monitor, PictureLayers* layers) {
-  return Studio(device, map, options, monitor.stop).picture(options.camera, monitor, layers);
+             const ProgressMonitor& monitor) {
+  return Studio(device, map, options, monitor.stop).picture(options.camera, monitor);
+}
+
+LayeredImage layered_render(const Device& device, const RationalMap& map,
+                            const PictureOptions& options, const ProgressMonitor& monitor) {
+  return Studio(device, map, options, monitor.stop).layered_picture(options.camera, monitor);
 }
 
 Image render_mesh(const Device& device, const TriangleMesh& mesh, const Box& framed,
-                  const PictureOptions& options, const ProgressMonitor& monitor,
-                  PictureLayers* layers) {
-  return Studio(device, mesh, framed, options).picture(options.camera, monitor, layers);
+                  const PictureOptions& options, const ProgressMonitor& monitor) {
+  return Studio(device, mesh, framed, options).picture(options.camera, monitor);
 }
 
 }  // namespace qjulia

@@ -254,16 +254,16 @@ void ProfileOptions::validate() const {
   base::expect_between("samples", samples, 64, 100'000'000);
   base::expect_between("factors", factors, 8, 20'000);
   base::expect_between("repeats", repeats, 1, 1000);
-  if (lane_width != 0 && lane_width != 1 && lane_width != 8 && lane_width != 16) {
-    throw OptionError("lane_width", fmt::format("{} is out of range; give 1, 8 or 16", lane_width));
+  if (lane_width && *lane_width != 1 && *lane_width != 8 && *lane_width != 16) {
+    throw OptionError("lane_width",
+                      fmt::format("{} is out of range; give 1, 8 or 16", *lane_width));
   }
 }
 
 ProfileReport profile(const Device& chosen, const ProfileOptions& options,
                       const ProgressMonitor& monitor) {
   options.validate();
-  const Device device =
-      options.lane_width == 0 ? chosen : chosen.with_lane_width(options.lane_width);
+  const Device device = options.lane_width ? chosen.with_lane_width(*options.lane_width) : chosen;
   ProfileReport report;
   report.device = device.info();
   report.tuning = device.tuning(options.precision);

@@ -245,8 +245,7 @@ double shade(const Device& device, Precision precision) {
   options.height = 48;
   options.samples_per_axis = 1;
   options.precision = precision;
-  PictureLayers layers;
-  render(device, ball(), options, {}, &layers);
+  const PictureLayers layers = layered_render(device, ball(), options).layers;
   constexpr int kMargin = 3;
   const auto pixel = [&](int column, int row) {
     return picture::index(column, row, options.width);

@@ -1,10 +1,11 @@
+#include "shape/make_shape.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "qjulia/error.hpp"
 #include "qjulia/progress.hpp"
-#include "qjulia/shape.hpp"
 #include "shape/mesh_report.hpp"
 
 namespace qjulia {
@@ -87,8 +88,9 @@ DeepestPoint deepest_interior_point(const SignedDistance& distance, const Box& b
   return {best.position, best.depth};
 }
 
-Shape make_shape(const Device& device, const TriangleMesh& mesh, std::stop_token stop,
-                 std::optional<SignedDistance>* distance) {
+shape::ShapeWithDistance shape::make_shape_with_distance(const Device& device,
+                                                         const TriangleMesh& mesh,
+                                                         const std::stop_token& stop) {
   constexpr double kLeastVolume = 1e-7;  // over the longest side cubed
   mesh.validate();
   Shape result;
@@ -104,12 +106,15 @@ Shape make_shape(const Device& device, const TriangleMesh& mesh, std::stop_token
   result.mesh = std::move(outer.mesh);
   result.has_hidden_parts = outer.leaves_out;
   const DeepestPoint deepest = deepest_interior_point(outer.distance, result.box, stop);
-  if (distance != nullptr) *distance = outer.distance;
   const double scale = kMapSide / result.box.size().maxCoeff();
   result.shape_to_map = {scale, -scale * deepest.position};
   result.inradius = scale * deepest.inradius;
   for (auto& x : result.mesh.vertices) x = result.shape_to_map.to_map(x);
-  return result;
+  return {std::move(result), std::move(outer.distance)};
+}
+
+Shape make_shape(const Device& device, const TriangleMesh& mesh, const std::stop_token& stop) {
+  return shape::make_shape_with_distance(device, mesh, stop).shape;
 }
 
 }  // namespace qjulia

@@ -103,7 +103,8 @@ void TriangleMesh::validate() const {
       fmt::format("the mesh's normals[{}] is not finite", std::distance(normals.begin(), wrong)));
 }
 
-void shape::inspect(const TriangleMesh& mesh, MeshReport& report, const std::stop_token& stop) {
+MeshReport shape::inspect(const TriangleMesh& mesh, MeshReport report,
+                          const std::stop_token& stop) {
   report.vertices = mesh.vertices.size();
   report.triangles = mesh.triangles.size();
   const Parts parts = connected_parts(mesh, stop);
@@ -113,13 +114,12 @@ void shape::inspect(const TriangleMesh& mesh, MeshReport& report, const std::sto
   report.is_inside_out = report.turned_parts > 0 && report.turned_parts == parts.size();
   report.rounding = rounding_of(mesh);
   count_edges(mesh, report, stop);
+  return report;
 }
 
 MeshReport inspect(const TriangleMesh& mesh) {
   mesh.validate();
-  MeshReport report;
-  shape::inspect(mesh, report, {});
-  return report;
+  return shape::inspect(mesh, {}, {});
 }
 
 std::string shape::size_problem(const Box& box) {

@@ -9,9 +9,8 @@
 
 namespace qjulia::shape {
 
-/// Fills in what `qjulia::inspect` reports, and keeps what reading the file has found.
-/// @throws Interrupted.
-void inspect(const TriangleMesh& mesh, MeshReport& report, const std::stop_token& stop);
+/// What `qjulia::inspect` reports, added to what reading the file has found. @throws Interrupted
+MeshReport inspect(const TriangleMesh& mesh, MeshReport report, const std::stop_token& stop);
 
 /// @throws InputError naming the vertex that is not finite, or the triangle with an index that no
 /// vertex has.

@@ -171,10 +171,8 @@ void drop_duplicates(const MeshFile& file, TriangleMesh& mesh, MeshReport& repor
   mesh.triangles = std::move(rest);
 }
 
-}  // namespace
-
-TriangleMesh read_mesh(const std::filesystem::path& path, MeshReport* report,
-                       std::stop_token stop) {
+/// The mesh, and a report of what was left out on the way.
+InspectedMesh read(const std::filesystem::path& path, const std::stop_token& stop) {
   const std::string extension = expect_type(path, FileContent::mesh, FileUse::read);
   return within_memory(path, [&] {
     MeshReport found;
@@ -189,13 +187,21 @@ TriangleMesh read_mesh(const std::filesystem::path& path, MeshReport* report,
       file.refuse(problem);
     }
     drop_duplicates(file, mesh, found);
-    if (report != nullptr) {
-      found.dropped_triangles += faces.dropped_faces;
-      inspect(mesh, found, stop);
-      *report = found;
-    }
-    return mesh;
+    found.dropped_triangles += faces.dropped_faces;
+    return InspectedMesh{std::move(mesh), found};
   });
+}
+
+}  // namespace
+
+TriangleMesh read_mesh(const std::filesystem::path& path, std::stop_token stop) {
+  return read(path, stop).mesh;
+}
+
+InspectedMesh read_and_inspect_mesh(const std::filesystem::path& path, std::stop_token stop) {
+  InspectedMesh found = read(path, stop);
+  found.report = inspect(found.mesh, found.report, stop);
+  return found;
 }
 
 PaintedMesh read_painted_mesh(const std::filesystem::path& path, const std::string& property,

@@ -297,11 +297,9 @@ SurfaceReport extract_surface(const Device& device, const RationalMap& map,
 }
 
 TriangleMesh extract_surface(const Device& device, const RationalMap& map,
-                             const SurfaceOptions& options, const ProgressMonitor& monitor,
-                             SurfaceReport* report) {
+                             const SurfaceOptions& options, const ProgressMonitor& monitor) {
   MeshSink sink;
-  const SurfaceReport made = extract_surface(device, map, options, sink, monitor);
-  if (report != nullptr) *report = made;
+  extract_surface(device, map, options, sink, monitor);
   return std::move(sink.mesh);
 }
 

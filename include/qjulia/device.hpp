@@ -67,17 +67,23 @@ struct KernelTime {
   double seconds = 0;
 };
 
+/// A device and a layout, as a user asks for them.
+struct DeviceChoice {
+  /// `gpu`, `cpu`, `P:D` (platform and device number as `list_devices` gives them) or part of a
+  /// name, in any case. Empty: the environment's QJULIA_DEVICE, else the first GPU, else the first
+  /// device of any kind.
+  std::string name{};
+  /// `cpu`, `gpu` or `auto`, the one that suits the device. Empty: the environment's QJULIA_LAYOUT,
+  /// else `auto`.
+  std::string layout{};
+};
+
 /// One device, ready to run kernels; copies share it.
 class Device {
  public:
-  /// Chooses a device.
-  /// @param wanted `gpu`, `cpu`, `P:D` (platform and device number as `list_devices` gives them) or
-  ///   part of a name, in any case; empty: the environment's QJULIA_DEVICE, else the first GPU,
-  ///   else the first device of any kind. Its layout is the environment's QJULIA_LAYOUT (`cpu`,
-  ///   `gpu` or `auto`), else the one that suits it.
-  /// @throws NoDeviceError when nothing matches: there is never a silent fallback.
-  /// @throws InputError when QJULIA_LAYOUT is something else.
-  static Device choose(const std::string& wanted = {});
+  /// @throws NoDeviceError when no device matches: there is never a silent fallback.
+  /// @throws InputError when the layout, or that of QJULIA_LAYOUT, is none of those above.
+  static Device choose(const DeviceChoice& choice = {});
 
   const DeviceInfo& info() const;
 

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <variant>
 #include <vector>
 
 #include "qjulia/detail_choice.hpp"
@@ -14,9 +15,21 @@
 
 namespace qjulia {
 
-struct ExactMapOptions {
+/// A versor of roots at random places inside the shape, with whole powers 2 … 13 (as Schor and Kim
+/// 2023 draw them): more roots, finer grooves.
+struct RandomRoots {
   static constexpr int kMostRoots = 1000;
+  int roots = 60;  ///< 1 … 1000
+  std::uint64_t seed = 1;
+};
 
+/// A versor of another map's factors, which keep their places in the shape.
+struct FactorsOfMap {
+  std::vector<Factor> factors;
+  ShapeToMap shape_to_map;  ///< the other map's
+};
+
+struct ExactMapOptions {
   /// Cells of the distance's grid along its longest side, 32 … 384, rounded up to a multiple of 4.
   /// Higher where limbs are thinner than two cells.
   int resolution = 192;
@@ -25,15 +38,9 @@ struct ExactMapOptions {
   double tufts = 1;            ///< the map's RationalMap::tufts
   std::optional<UpAxis> up{};  ///< the map's RationalMap::up; by default what `guess_up` says
   FourthCoordinate fourth = FourthCoordinate::round;
-  /// Roots of the versor, placed inside the shape, 1 … 1000, with whole powers 2 … 13 (as Schor
-  /// and Kim 2023 draw them): more roots, finer grooves. Where `factors` are given, they are it.
-  int roots = 60;
-  std::uint64_t seed = 1;
-  /// The versor is this noise, where given, and not of factors; `scale` in cells a map unit, of
-  /// which the shape's longest side has 3.
-  std::optional<NoiseVersor> noise;
-  std::vector<Factor> factors;  ///< in map coordinates of `factors_frame`
-  ShapeToMap factors_frame;
+  /// What gives the grooves their pattern. The scale of a noise is in cells a map unit, of which
+  /// the shape's longest side has 3.
+  std::variant<RandomRoots, FactorsOfMap, NoiseVersor> versor;
   Quaternion phase{1, 0, 0, 0};  ///< p, in front of the versor
 
   void validate() const;  ///< @throws OptionError

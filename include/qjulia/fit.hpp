@@ -49,13 +49,14 @@ struct FitObserver {
 
 /// Every field has a value that suits most shapes; each says when another is better.
 struct FitOptions {
-  /// 8 … 20000, or 0: as many as pay. With a time limit that is the largest number that leaves time
+  /// 8 … 20000; none: as many as pay. With a time limit that is the largest number that leaves time
   /// for the stages the schedule asks for, on this device, as measured at the start; without one it
   /// is the schedule's own. More factors follow finer features; surfaces and pictures of the map
   /// take time in proportion to them. Above 2,560 the preconditioner is diagonal, and each
   /// evaluation gains less.
-  int factors = 0;
-  /// The largest number that `factors` 0 stands for. Lower it where maps are to stay small.
+  std::optional<int> factors;
+  /// The largest number that is chosen where `factors` gives none. Lower it where maps are to stay
+  /// small.
   int max_factors = 1000;
   /// δ, the thickness of the fractal shell as a fraction of the box's diagonal, 0.0001 … 0.1, or a
   /// word for one that suits the mesh: thin limbs bear less than a round body. Of a body, the set
@@ -70,9 +71,9 @@ struct FitOptions {
   /// than the result: the levels of the schedule then share the time, and results differ from run
   /// to run. For results that repeat, limit evaluations.
   double time_limit = std::numeric_limits<double>::infinity();
-  /// Of energy and gradient; 0: the schedule's own number. The levels share whatever it is, so that
-  /// a hundred give a rough map of the same kind.
-  int max_evaluations = 0;
+  /// Of energy and gradient; none: the schedule's own number. The levels share whatever it is, so
+  /// that a hundred give a rough map of the same kind.
+  std::optional<int> max_evaluations;
   /// Ends the fit after a stage whose IoU on a coarse grid is this or more, above 0 to 1; of a
   /// polished fit, after a stage of polishing. Set it where a rough map in a hurry is enough.
   double target_iou = 1;

@@ -55,12 +55,19 @@ struct MeshReport {
 /// are cut into triangles, equal vertices welded, and triangles without area, triangles that repeat
 /// another and vertices without triangles left out. Nothing else is lost: open, non-manifold and
 /// inside-out meshes and triangle soups come as they are.
-/// @param report what was found, unless null. @param stop ends reading.
+/// @param stop ends reading.
 /// @throws InputError naming the file: missing, empty, of another type, truncated, an index out of
 ///   range, a coordinate that is not finite or beyond ±1e12, no triangle with area, a longest side
 ///   below 1e-12.
-TriangleMesh read_mesh(const std::filesystem::path& path, MeshReport* report = nullptr,
-                       std::stop_token stop = {});
+TriangleMesh read_mesh(const std::filesystem::path& path, std::stop_token stop = {});
+
+/// A mesh, and what is wrong with the file it came from.
+struct InspectedMesh {
+  TriangleMesh mesh;
+  MeshReport report;
+};
+/// The same, with a report of what was found and left out.
+InspectedMesh read_and_inspect_mesh(const std::filesystem::path& path, std::stop_token stop = {});
 
 /// Writes by extension (.ply and .stl binary, .obj, .off), coordinates in single precision, under a
 /// temporary name that is renamed. Also .glb.

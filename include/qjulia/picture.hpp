@@ -98,9 +98,6 @@ struct PictureOptions {
   /// Of maps: pieces that hang on nothing, and are less than a hundredth as large as the largest
   /// body. Copies in portals are always kept.
   bool keep_loose = false;
-  /// Sooner and rougher, for pictures of some 160 x 120 pixels of which the next is soon to come:
-  /// light as coarse as it gets, whatever the size, and loose pieces found less surely.
-  bool draft = false;
   void validate() const;  ///< @throws InputError
 };
 
@@ -118,6 +115,11 @@ struct PictureLayers {
   std::vector<float> position;  ///< 3 a pixel; not a number where nothing is
 };
 
+struct LayeredImage {
+  Image image;
+  PictureLayers layers;
+};
+
 /// A map's set, or a mesh, to be drawn from several sides: what no camera changes is computed once.
 class Studio {
  public:
@@ -130,6 +132,10 @@ class Studio {
   /// coordinates, such as the map's box.
   Studio(const Device& device, const TriangleMesh& mesh, const Box& framed,
          const PictureOptions& options);
+  /// A studio of drafts, for pictures of some 160 x 120 pixels while something moves: light is as
+  /// coarse as it gets, whatever the size, and loose pieces are found less surely.
+  static Studio of_drafts(const Device& device, const RationalMap& map,
+                          const PictureOptions& options, const std::stop_token& stop = {});
   ~Studio();
   Studio(Studio&&) noexcept;
   Studio& operator=(Studio&&) noexcept;
@@ -137,27 +143,29 @@ class Studio {
   /// Pictures have this size from now on, and light as fine as before.
   void resize(int width, int height);
 
-  /// @param layers gets what the pixels show, unless it is null.
-  Image picture(const Camera& camera, const ProgressMonitor& monitor = {},
-                PictureLayers* layers = nullptr);
+  Image picture(const Camera& camera, const ProgressMonitor& monitor = {});
+  /// The same picture, with what its pixels show.
+  LayeredImage layered_picture(const Camera& camera, const ProgressMonitor& monitor = {});
 
  private:
   struct Impl;
+  explicit Studio(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
 
 /// A picture of {F_n < L}. Lights stay with the camera's azimuth; the ground lies under the set's
 /// lowest point. The same options, map and device give the same bytes.
-/// @param layers gets what the pixels show, unless it is null.
 /// @throws InputError naming the option or what is wrong with the map.
 Image render(const Device& device, const RationalMap& map, const PictureOptions& options,
-             const ProgressMonitor& monitor = {}, PictureLayers* layers = nullptr);
+             const ProgressMonitor& monitor = {});
+/// The same picture, with what its pixels show.
+LayeredImage layered_render(const Device& device, const RationalMap& map,
+                            const PictureOptions& options, const ProgressMonitor& monitor = {});
 
 /// The same view, light and material for a mesh, for comparison.
 /// @param framed what the camera frames, in the mesh's coordinates, such as the map's box.
 Image render_mesh(const Device& device, const TriangleMesh& mesh, const Box& framed,
-                  const PictureOptions& options, const ProgressMonitor& monitor = {},
-                  PictureLayers* layers = nullptr);
+                  const PictureOptions& options, const ProgressMonitor& monitor = {});
 
 /// The names of the files that `write_layers` writes.
 std::vector<std::filesystem::path> layer_files(const std::filesystem::path& prefix);

@@ -21,8 +21,8 @@ struct ProfileOptions {
   int repeats = 5;  ///< timed runs of each kernel, after one that is not
   std::uint64_t seed = 1;
   Precision precision = Precision::single;
-  int lane_width = 0;     ///< 1, 8 or 16; 0: the device's own
-  void validate() const;  ///< @throws InputError naming the option
+  std::optional<int> lane_width{};  ///< 1, 8 or 16; none: the device's own
+  void validate() const;            ///< @throws InputError naming the option
 };
 
 /// What the device can do at most, measured by kernels that do nothing else.

@@ -85,11 +85,9 @@ DeepestPoint deepest_interior_point(const SignedDistance& distance, const Box& b
                                     std::stop_token stop = {});
 
 /// Normalises a mesh: scale so that the longest side is 3, origin at the deepest interior point.
-/// @param stop ends the preparation. @param distance takes the one to the outer surface, in the
-/// given mesh's units, unless null.
+/// @param stop ends the preparation.
 /// @throws InputError when the mesh is flat, has no interior, or is too large or too small (as for
 ///   `read_mesh`).
-Shape make_shape(const Device& device, const TriangleMesh& mesh, std::stop_token stop = {},
-                 std::optional<SignedDistance>* distance = nullptr);
+Shape make_shape(const Device& device, const TriangleMesh& mesh, const std::stop_token& stop = {});
 
 }  // namespace qjulia

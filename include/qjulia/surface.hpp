@@ -78,10 +78,9 @@ SurfaceReport extract_surface(const Device& device, const RationalMap& map,
                               const SurfaceOptions& options, SurfaceSink& sink,
                               const ProgressMonitor& monitor = {});
 
-/// The same, in memory.
+/// The same, in memory; with a `MeshSink` instead, the report comes too.
 TriangleMesh extract_surface(const Device& device, const RationalMap& map,
-                             const SurfaceOptions& options, const ProgressMonitor& monitor = {},
-                             SurfaceReport* report = nullptr);
+                             const SurfaceOptions& options, const ProgressMonitor& monitor = {});
 
 /// Whether the set holds any of 65,536 random points of the box, or the origin of iteration if that
 /// lies in the box. If it does although `extract_surface` found no surface, the set is too thin for

@@ -175,7 +175,7 @@ TEST_CASE("an exact map has the mesh's shape") {
   ExactMapOptions options;
   options.resolution = 96;
   options.detail = 0.01;
-  options.roots = 8;
+  options.versor = RandomRoots{.roots = 8};
   const RationalMap map = exact_map(distance_device(), mesh, options);
   map.validate();
   CHECK(map.factors.size() == 8);
@@ -201,7 +201,7 @@ TEST_CASE("an exact map is the same every time, and another with another seed") 
   const auto again = exact_map(distance_device(), mesh, options);
   CHECK(first.modulus == again.modulus);
   CHECK(first.factors[5].center == again.factors[5].center);
-  options.seed = 2;
+  options.versor = RandomRoots{.seed = 2};
   CHECK(exact_map(distance_device(), mesh, options).factors[5].center != first.factors[5].center);
 }
 
@@ -221,8 +221,8 @@ TEST_CASE("factors of another map keep their places in the shape") {
   const TriangleMesh mesh = shapes::torus();
   ExactMapOptions options;
   options.resolution = 48;
-  options.factors = {{{0.4, 0.1, -0.2, 0.3}, 1.5}, {{0, 0.2, 0, 0}, -0.5}};
-  options.factors_frame = {0.5, {0.1, 0, 0}};
+  options.versor =
+      FactorsOfMap{{{{0.4, 0.1, -0.2, 0.3}, 1.5}, {{0, 0.2, 0, 0}, -0.5}}, {0.5, {0.1, 0, 0}}};
   const RationalMap map = exact_map(distance_device(), mesh, options);
   const Eigen::Vector3d expected = map.shape_to_map.to_map({0.6, 0.2, -0.4});
   CHECK(map.factors[0].center.x == Approx(expected.x()));
@@ -241,13 +241,14 @@ TEST_CASE("options of exact maps are checked") {
   refused([](ExactMapOptions& o) { o.resolution = 1000; }, "resolution");
   refused([](ExactMapOptions& o) { o.detail = 0.0; }, "detail");
   refused([](ExactMapOptions& o) { o.tufts = 0.5; }, "tufts");
-  refused([](ExactMapOptions& o) { o.roots = 0; }, "roots");
+  refused([](ExactMapOptions& o) { o.versor = RandomRoots{.roots = 0}; }, "roots");
+  refused([](ExactMapOptions& o) { o.versor = FactorsOfMap{}; }, "versor");
 }
 
 TEST_CASE("a picture of a ball by its distance is that of a ball by a root") {
   ExactMapOptions options;
   options.resolution = 64;
-  options.roots = 1;
+  options.versor = RandomRoots{.roots = 1};
   const RationalMap exact = exact_map(distance_device(), shapes::sphere(4), options);
   PictureOptions picture;
   picture.width = picture.height = 48;

@@ -237,7 +237,6 @@ PictureOptions small_picture() {
   options.width = options.height = 8;
   options.iterations = 2;
   options.samples_per_axis = 1;
-  options.draft = true;
   return options;
 }
 
@@ -355,6 +354,7 @@ void for_map_functions(const RationalMap& map, const std::filesystem::path& fold
   });
   use("Studio", [&] { Studio(on_device(), map, small_picture()); });
   use("render", [&] { render(on_device(), map, small_picture()); });
+  use("layered_render", [&] { layered_render(on_device(), map, small_picture()); });
   use("comparison", [&] { comparison(on_device(), map, shapes::sphere(1), small_picture()); });
   use("has_points", [&] { has_points(on_device(), map, small_surface()); });
   use("compare", [&] {
@@ -530,8 +530,9 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
       options.width = options.height = 8;
       options.iterations = 2;
       options.samples_per_axis = 1;
-      options.draft = true;
-      survives("render", [&] { render(on_device(), map, options); });
+      survives("of_drafts", [&] {
+        Studio::of_drafts(on_device(), map, options).layered_picture(options.camera);
+      });
     }
     survives("render_mesh", [&] { render_mesh(on_device(), mesh, box, small_picture()); });
     survives("painted", [&] {
@@ -587,20 +588,29 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
     });
     survives("exact_map, versor", [&] {
       ExactMapOptions options = small_exact();
-      options.factors = {{{x, 0, 0, 0}, x}};
-      options.factors_frame = {x, v};
+      options.versor = FactorsOfMap{{{{x, 0, 0, 0}, x}}, {x, v}};
       options.phase = {x, 0, 0, 0};
       exact_map(on_device(), mesh, options);
     });
     survives("exact_map, noise", [&] {
       ExactMapOptions options = small_exact();
-      options.noise.emplace();
-      options.noise->scale = x;
-      options.noise->origin = v;
+      NoiseVersor noise;
+      noise.scale = x;
+      noise.origin = v;
+      options.versor = noise;
       exact_map(on_device(), mesh, options);
     });
     survives("chosen_detail", [&] { chosen_detail(DetailWord::wild, {x, x}, kFittedRule); });
     survives("radial_spread", [&] { radial_spread(mesh, v); });
+    for (const Knob& knob : knob_table()) {
+      survives("expect_in_range", [&] { knob.expect_in_range(x); });
+      survives("is_turned", [&] {
+        RationalMap odd = good_map();
+        odd.detail = odd.inradius = odd.tufts = x;
+        static_cast<void>(knob.is_turned(knobs_of(odd)));
+        static_cast<void>(knob.why_not(odd).size() + (knob.most_of(odd) > 0 ? 1 : 0));
+      });
+    }
     survives("to_string", [&] { to_string(DetailChoice(x)); });
     survives("quadratic_map", [&] { quadratic_map({x, x, x, x}).validate(); });
     survives("log", [&] {
@@ -683,12 +693,16 @@ TEST_CASE("hostile counts and sizes are refused or do no harm") {
     });
     survives("PortalOptions", [&] { PortalOptions{.count = n}.validate(); });
     survives("ExactMapOptions", [&] {
-      changed(small_exact(), [&](auto& o) { o.resolution = o.roots = n; }).validate();
+      changed(small_exact(), [&](auto& o) {
+        o.resolution = n;
+        o.versor = RandomRoots{.roots = n};
+      }).validate();
     });
     survives("ProfileOptions", [&] { ProfileOptions{.repeats = n, .lane_width = n}.validate(); });
     survives("FitOptions", [&] {
       FitOptions options;
-      options.factors = options.max_factors = options.max_evaluations = options.sample_parts = n;
+      options.max_factors = options.sample_parts = n;
+      options.factors = options.max_evaluations = n;
       options.validate();
     });
     survives("PictureOptions", [&] {
@@ -819,6 +833,7 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
          {path, folder.path(), folder.path() / "missing", std::filesystem::path()}) {
       CAPTURE(file);
       refuses("read_mesh", [&] { read_mesh(file); });
+      refuses("read_and_inspect_mesh", [&] { read_and_inspect_mesh(file); });
       refuses("read_painted_mesh", [&] { read_painted_mesh(file, "a\xff"); });
       refuses("read_map", [&] { read_map(file); });
       refuses("read_original", [&] { read_original(file); });
@@ -839,6 +854,9 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
     refuses("sampled_distance_from_bytes", [&] { sampled_distance_from_bytes(text, "a text"); });
     refuses("portals_from_text", [&] { portals_from_text(text, "a text", {}); });
     refuses("schedule_text", [&] { schedule_text(text); });
+    refuses("knob_named", [&] { knob_named(text); });
+    refuses("picture_setting_named", [&] { picture_setting_named(text); });
+    survives("material_named", [&] { static_cast<void>(material_named(text)); });
     survives("names", [&] {
       static_cast<void>(color_named(text));
       static_cast<void>(palette_named(text));
@@ -885,7 +903,7 @@ TEST_CASE("hostile wishes for devices are refused") {
   for (const char* wanted :
        {"no such device", "99:99", "-1:-1", ":", "\xff", "999999999999999:1"}) {
     CAPTURE(wanted);
-    CHECK_THROWS_AS(Device::choose(wanted), NoDeviceError);
+    CHECK_THROWS_AS(Device::choose({wanted}), NoDeviceError);
   }
   survives("tuning_file", [] { tuning_file({}); });
   survives("with_cached_tuning", [] { with_cached_tuning(on_device()); });

@@ -5,12 +5,17 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "map/reference_iteration.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/exact_map.hpp"
 #include "qjulia/field.hpp"
+#include "qjulia/knob_table.hpp"
 #include "qjulia/knobs.hpp"
+#include "qjulia/picture_settings.hpp"
 #include "random_maps.hpp"
+#include "shapes.hpp"
 #include "test_device.hpp"
 
 using namespace qjulia;
@@ -192,4 +197,112 @@ TEST_CASE("knobs that make no sense are refused by name") {
   refused([&](MapKnobs& k) { k.tufts = nan; }, "tufts");
   refused([](MapKnobs& k) { k.tufts = 101; }, "tufts");
   refused([&](MapKnobs& k) { k.translate = Eigen::Vector3d(0, nan, 0); }, "translate");
+}
+
+namespace {
+
+/// Turned a little from how the map has it.
+void turn(const Knob& knob, const RationalMap& map, MapKnobs& knobs) {
+  const MapKnobs own = knobs_of(map);
+  if (knob.name == "detail") {
+    knobs.detail = 0.9 * own.detail.value_or(0.02);
+  } else if (knob.name == "order_seed") {
+    knobs.order_seed = 3;
+  } else if (knob.name == "phase") {
+    knobs.phase = Quaternion{0.8, 0.6, 0, 0};
+  } else if (knob.name == "slice") {
+    knobs.slice = 0.01;
+  } else if (knob.name == "rotate") {
+    knobs.rotate = Rotation{{1, 0, 0}, 10};
+  } else if (knob.name == "drift") {
+    knobs.drift = 0.1;
+  } else if (knob.name == "translate") {
+    knobs.translate = Eigen::Vector3d(0.01, 0, 0);
+  } else if (knob.name == "scale") {
+    knobs.scale = 1.1;
+  } else if (knob.name == "tufts") {
+    knobs.tufts = 2;
+  } else {
+    FAIL("a knob that this test does not know: " << knob.name);
+  }
+}
+
+RationalMap exact(bool of_noise) {
+  ExactMapOptions options;
+  options.resolution = 32;
+  if (of_noise) options.versor = NoiseVersor{};
+  return exact_map(test::shared_device(), shapes::torus(), options);
+}
+
+}  // namespace
+
+TEST_CASE("the table says which maps bear which knobs") {
+  RationalMap silent = some_map();
+  silent.detail.reset();
+  silent.inradius.reset();
+  RationalMap painted = exact(false);
+  painted.paint = Paint{};
+  std::size_t borne = 0, refused = 0;
+  for (const RationalMap& map : {calibrated(test::shared_device(), exact(false)), exact(true),
+                                 quadratic_map({-0.2, 0.1, 0, 0}), silent}) {
+    for (const Knob& knob : knob_table()) {
+      CAPTURE(map.kind(), knob.name);
+      MapKnobs knobs;
+      CHECK_FALSE(knob.is_turned(knobs));
+      turn(knob, map, knobs);
+      CHECK(knob.is_turned(knobs));
+      const std::string why = knob.why_not(map);
+      if (why.empty()) {
+        ++borne;
+        CHECK_NOTHROW(knob_named(knob.name));
+        if (map.kind() != silent.kind())
+          CHECK_NOTHROW(with_knobs(test::shared_device(), map, knobs));
+      } else {
+        ++refused;
+        CHECK_THROWS_WITH(with_knobs(test::shared_device(), map, knobs), Catch::Contains(why));
+      }
+    }
+  }
+  CHECK(borne > 20);
+  CHECK(refused > 8);
+  CHECK_FALSE(knob_named("rotate").why_not(painted).empty());
+}
+
+TEST_CASE("the knobs as a map has them leave it as it is") {
+  const RationalMap map = some_map();
+  MapKnobs knobs = knobs_of(map);
+  knobs.drift.reset();  // moving by nothing is no move, which would calibrate
+  check_potential(with_knobs(test::shared_device(), map, knobs), map, 1, 0);
+}
+
+TEST_CASE("names and controls of settings are their own, and sliders hold the usual values") {
+  std::set<std::string> options, controls;
+  PictureOptions usual;
+  const auto check = [&](const Setting& setting) {
+    CAPTURE(setting.name);
+    CHECK(options.insert(setting.option()).second);
+    CHECK_FALSE(setting.help.empty());
+    CHECK(setting.help.back() != '.');
+    for (const Control& control : setting.controls) {
+      CAPTURE(control.name);
+      CHECK(controls.insert(control.name).second);
+      if (control.words.empty()) CHECK(control.least < control.most);
+      if (control.is_logarithmic) CHECK(control.least > 0);
+    }
+  };
+  for (const Knob& knob : knob_table()) check(knob);
+  for (const PictureSetting& setting : picture_settings()) {
+    check(setting);
+    const auto* number = std::get_if<double& (*)(PictureOptions&)>(&setting.value);
+    if (number == nullptr || setting.controls.size() != 1) continue;
+    CHECK((*number)(usual) >= setting.controls[0].least);
+    CHECK((*number)(usual) <= setting.controls[0].most);
+  }
+  CHECK(knob_named("detail").option() == "detail");
+  CHECK(picture_setting_named("look_at").option() == "look-at");
+  CHECK_THROWS_AS(knob_named("look_at"), InputError);
+  CHECK_THROWS_AS(picture_setting_named("detail"), InputError);
+  CHECK_THROWS_WITH(knob_named("tufts").expect_in_range(0.5), Catch::Contains("give 1 to 100"));
+  CHECK(material_named("trap") == Material::trap);
+  CHECK_FALSE(material_named("glass"));
 }

@@ -98,8 +98,7 @@ TEST_CASE("meshes have the normals of pictures") {
   options.samples_per_axis = 1;
   options.keep_loose = true;
   options.ground = false;
-  PictureLayers layers;
-  render(test::shared_device(), map, options, {}, &layers);
+  const PictureLayers layers = layered_render(test::shared_device(), map, options).layers;
   const Apart plain = apart(mesh_of(map, 0), layers);
   const Apart found = apart(mesh_of(map, {}), layers);
   CAPTURE(plain.distance, plain.degrees, found.distance, found.degrees);

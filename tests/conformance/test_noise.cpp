@@ -120,7 +120,7 @@ TEST_CASE("the sparse surface of a noise is the dense one") {
 TEST_CASE("an exact map takes a noise, which moves with the shape") {
   ExactMapOptions options;
   options.resolution = 48;
-  options.noise = NoiseVersor{};
+  options.versor = NoiseVersor{};
   const RationalMap map = exact_map(test::shared_device(), shapes::torus(), options);
   CHECK(map.kind() == "distance/noise");
   CHECK(map.factors.empty());
@@ -142,6 +142,6 @@ TEST_CASE("an exact map takes a noise, which moves with the shape") {
   factors.detail = 0.02;
   const RationalMap thin = with_knobs(test::shared_device(), factors, knobs);
   CHECK(thin.factors[2].exponent == Approx(2 * factors.factors[2].exponent));
-  options.noise->octaves = 0;
+  options.versor = NoiseVersor{.octaves = 0};
   CHECK_THROWS_WITH(options.validate(), Catch::Contains("octaves"));
 }

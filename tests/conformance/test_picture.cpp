@@ -51,16 +51,15 @@ TEST_CASE("pictures without loose pieces hide nothing else") {
   const Device device = test::shared_device();
   PictureOptions options = test::picture_of(80, 60);
   options.samples_per_axis = 1;
-  PictureLayers without, with;
   const Image plain = render(device, test::square(), options);
   options.keep_loose = true;
   CHECK(render(device, test::square(), options).pixels == plain.pixels);
   CHECK(plain.loose.count == 0);
   // Wild enough to have flakes.
   const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 3));
-  const Image all = render(device, map, options, {}, &with);
+  const auto [all, with] = layered_render(device, map, options);
   options.keep_loose = false;
-  const Image some = render(device, map, options, {}, &without);
+  const auto [some, without] = layered_render(device, map, options);
   CHECK(all.loose.count == 0);
   CHECK(some.loose.count > 0);
   CHECK(some.loose.volume > 0);
@@ -79,10 +78,9 @@ TEST_CASE("cuts show the inside, and leave the rest where it is seen") {
   map.shape_to_map = {2, {0, 1, 0}};  // the ball has radius 0.5 about (0, -0.5, 0)
   map.box = Box{{-0.5, -1, -0.5}, {0.5, 0, 0.5}};
   PictureOptions options = test::picture_of(60, 45);
-  PictureLayers whole, cut;
-  render(device, map, options, {}, &whole);
+  const PictureLayers whole = layered_render(device, map, options).layers;
   options.cuts = {{'z', 0.1, false}, {'y', 1, false}};
-  const Image image = render(device, map, options, {}, &cut);
+  const auto [image, cut] = layered_render(device, map, options);
   int flat = 0, beyond = 0, elsewhere = 0;
   for (std::size_t i = 0; i < cut.depth.size(); ++i) {
     const float z = cut.position[3 * i + 2];
@@ -151,8 +149,7 @@ TEST_CASE("drafts of several sizes are drawn in one light, and look like the who
   const Device device = test::shared_device();
   const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 12));
   PictureOptions options = test::picture_of(96, 72);
-  options.draft = true;
-  Studio studio(device, map, options);
+  Studio studio = Studio::of_drafts(device, map, options);
   studio.picture(options.camera);
   studio.resize(160, 120);
   options = test::picture_of(160, 120);
@@ -205,8 +202,7 @@ TEST_CASE("layers hold what each pixel shows, in the shape's coordinates") {
       GENERATE(table<int, int, int>({{40, 30, 1}, {40, 30, 2}, {100, 80, 8}}));
   PictureOptions options = test::picture_of(width, height);
   options.samples_per_axis = samples;
-  PictureLayers layers;
-  const Image image = render(test::shared_device(), map, options, {}, &layers);
+  const auto [image, layers] = layered_render(test::shared_device(), map, options);
   if (samples < 8) CHECK(image.pixels == render(test::shared_device(), map, options).pixels);
   REQUIRE(layers.depth.size() ==
           static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
@@ -266,8 +262,7 @@ TEST_CASE("a comparison shows where the set is outside the mesh in red, and insi
 TEST_CASE("a picture's material changes the set's colours alone") {
   const Device device = test::shared_device();
   PictureOptions options = test::picture_of(40, 30);
-  PictureLayers layers;
-  const Image clay = render(device, test::square(), options, {}, &layers);
+  const auto [clay, layers] = layered_render(device, test::square(), options);
   options.material = Material::trap;
   const Image trap = render(device, test::square(), options);
   std::size_t same = 0, behind = 0;
@@ -362,8 +357,8 @@ TEST_CASE("an eye within a mesh sees all around it") {
   for (const double ahead : {-1.9865, -1.7}) {
     options.camera.look_at = Eigen::Vector3d(0, 0, ahead);
     options.camera.up = UpAxis::y;
-    PictureLayers layers;
-    render_mesh(device, box, box.box(), options, {}, &layers);
+    const PictureLayers layers =
+        Studio(device, box, box.box(), options).layered_picture(options.camera).layers;
     CHECK(std::ranges::all_of(layers.depth, [](float depth) { return std::isfinite(depth); }));
   }
 }
@@ -377,9 +372,9 @@ TEST_CASE("a sheet that no canvas holds is refused before anything is drawn") {
 TEST_CASE("shadows on the ground are soft, without hatching, and nowhere black") {
   const Device device = test::shared_device();
   const TriangleMesh sphere = shapes::sphere(4);
-  PictureLayers layers;
   const PictureOptions options = test::picture_of(320, 240);
-  const Image image = render_mesh(device, sphere, sphere.box(), options, {}, &layers);
+  const auto [image, layers] =
+      Studio(device, sphere, sphere.box(), options).layered_picture(options.camera);
   const auto brightness = [&](int column, int row) {
     const std::uint8_t* rgb = &image.pixels[3 * static_cast<std::size_t>(row * 320 + column)];
     return (rgb[0] + rgb[1] + rgb[2]) / 3.0;
@@ -518,10 +513,9 @@ TEST_CASE("a map says what is up in its pictures, unless the camera does") {
 
 TEST_CASE("a picture counts the pixels that show the set") {
   const Device device = test::shared_device();
-  PictureLayers layers;
   PictureOptions options = test::picture_of(40, 30);
   options.samples_per_axis = 1;
-  const Image image = render(device, test::square(), options, {}, &layers);
+  const auto [image, layers] = layered_render(device, test::square(), options);
   const auto seen = std::ranges::count_if(layers.depth, [](float d) { return std::isfinite(d); });
   CHECK(image.covered == static_cast<std::size_t>(seen));
   CHECK(image.covered > 100);

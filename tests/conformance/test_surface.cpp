@@ -109,8 +109,9 @@ TEST_CASE("a box that is too small grows until the set is clear of it") {
 
 TEST_CASE("a given box is kept, and cuts the set open") {
   SurfaceOptions options{32, 1, Box{{0, -1.2, -1.2}, {1.2, 1.2, 1.2}}};
-  SurfaceReport report;
-  const TriangleMesh mesh = extract_surface(test::shared_device(), square(), options, {}, &report);
+  MeshSink sink;
+  const SurfaceReport report = extract_surface(test::shared_device(), square(), options, sink);
+  const TriangleMesh& mesh = sink.mesh;
   const auto count = test::count_edges(mesh);
   CHECK(count.open > 0);
   CHECK(count.open == report.open_edges);
@@ -152,11 +153,11 @@ TEST_CASE("looking at the shell alone gives the mesh of looking everywhere") {
   map.log_scale /= detail;
   map.tufts = GENERATE(1.0, 2.0);
   SurfaceOptions options{resolution, iterations, {}};
-  SurfaceReport sparse;
-  const TriangleMesh mesh = extract_surface(device, map, options, {}, &sparse);
+  MeshSink sparse_sink, dense_sink;
+  const SurfaceReport sparse = extract_surface(device, map, options, sparse_sink);
   options.dense = true;
-  SurfaceReport dense;
-  const TriangleMesh same = extract_surface(device, map, options, {}, &dense);
+  const SurfaceReport dense = extract_surface(device, map, options, dense_sink);
+  const TriangleMesh &mesh = sparse_sink.mesh, &same = dense_sink.mesh;
   test::require_closed_manifold(mesh);
   CHECK(mesh.triangles == same.triangles);
   CHECK(mesh.vertices == same.vertices);

@@ -83,7 +83,9 @@ std::size_t wrongly_decided(const RationalMap& map, const StopRadii& stops,
 
 MadeSurface checked_surface(const Device& device, const RationalMap& map, SurfaceOptions options) {
   MadeSurface made;
-  made.mesh = extract_surface(device, map, options, {}, &made.report);
+  MeshSink sink;
+  made.report = extract_surface(device, map, options, sink);
+  made.mesh = std::move(sink.mesh);
   options.dense = true;
   REQUIRE(made.mesh.triangles.size() > 4000);
   CHECK(made.mesh.triangles == extract_surface(device, map, options).triangles);

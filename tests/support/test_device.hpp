@@ -30,7 +30,7 @@ inline std::optional<Device>& kept_device() {
 inline const Device& shared_device() {
   if (!kept_device()) {
     const char* const chosen = std::getenv("QJULIA_TEST_DEVICE");
-    kept_device() = Device::choose(chosen == nullptr ? "cpu" : chosen);
+    kept_device() = Device::choose({chosen == nullptr ? "cpu" : chosen});
   }
   return *kept_device();
 }

@@ -91,7 +91,7 @@ struct KeptSettings {
   TemporaryFolder folder;
   explicit KeptSettings(const Tuning& tuning) {
     ::setenv("XDG_CACHE_HOME", folder.path().c_str(), 1);
-    save_tuning(Device::choose("cpu").with_tuning(Precision::single, tuning), Precision::single);
+    save_tuning(Device::choose({"cpu"}).with_tuning(Precision::single, tuning), Precision::single);
   }
 };
 
@@ -137,7 +137,7 @@ TEST_CASE("groups that a device refuses get smaller, and the map stays the same"
 }
 
 TEST_CASE("groups whose sums exceed 32 KiB of local memory get smaller") {
-  Tuning tuning = Device::choose("cpu").with_layout(Layout::gpu).tuning(Precision::single);
+  Tuning tuning = Device::choose({"cpu"}).with_layout(Layout::gpu).tuning(Precision::single);
   tuning.orbit_group = 256;  // 41 KB
   const KeptSettings kept(tuning);
   const Environment faults{{"QJULIA_TEST_LOCAL_BYTES", "32768"}};

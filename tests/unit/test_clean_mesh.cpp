@@ -17,19 +17,16 @@ namespace {
 
 const test::TemporaryFolder cleaned_folder;
 
-TriangleMesh cleaned(const std::string& name, std::string_view bytes,
-                     MeshReport* report = nullptr) {
-  return read_mesh(cleaned_folder.file(name, bytes), report);
+InspectedMesh cleaned(const std::string& name, std::string_view bytes) {
+  return read_and_inspect_mesh(cleaned_folder.file(name, bytes));
 }
 
 }  // namespace
 
 TEST_CASE("nothing is lost where OpenMesh's own meshes would drop faces") {
   // Three triangles at one edge.
-  MeshReport report;
-  const TriangleMesh fan =
-      cleaned("fan.obj",
-              "v 0 0 0\nv 0 0 1\nv 1 0 0\nv 0 1 0\nv -1 0 0\nf 1 2 3\nf 1 2 4\nf 1 2 5\n", &report);
+  const auto [fan, report] = cleaned(
+      "fan.obj", "v 0 0 0\nv 0 0 1\nv 1 0 0\nv 0 1 0\nv -1 0 0\nf 1 2 3\nf 1 2 4\nf 1 2 5\n");
   CHECK(fan.triangles.size() == 3);
   CHECK(report.non_manifold_edges == 1);
   CHECK(report.open_edges == 6);
@@ -38,19 +35,17 @@ TEST_CASE("nothing is lost where OpenMesh's own meshes would drop faces") {
 
 TEST_CASE("equal vertices are welded and triangles without area dropped") {
   write_mesh(shapes::soup(shapes::box()), cleaned_folder.path() / "soup.obj");
-  MeshReport report;
-  const TriangleMesh mesh = read_mesh(cleaned_folder.path() / "soup.obj", &report);
+  const auto [mesh, report] = read_and_inspect_mesh(cleaned_folder.path() / "soup.obj");
   CHECK(mesh.vertices.size() == 8);
   CHECK(report.welded_vertices == 28);
   CHECK(report.closed());
   // A vertex that only a dropped triangle uses goes with it, and -0 equals 0.
-  const TriangleMesh left =
-      cleaned("clean.obj",
-              "v 0 0 0\nv 1 0 0\nv 0 1 0\nv -0 0 0\nv 9 9 9\nf 1 2 3\nf 4 1 2\nf 4 4 5\n", &report);
+  const auto [left, found] = cleaned(
+      "clean.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv -0 0 0\nv 9 9 9\nf 1 2 3\nf 4 1 2\nf 4 4 5\n");
   CHECK(left.vertices.size() == 3);
   CHECK(left.box().high == Eigen::Vector3d(1, 1, 0));
-  CHECK(report.dropped_triangles == 2);
-  CHECK(report.welded_vertices == 1);
+  CHECK(found.dropped_triangles == 2);
+  CHECK(found.welded_vertices == 1);
 }
 
 TEST_CASE("concave polygons keep their area") {
@@ -69,8 +64,7 @@ TEST_CASE("concave polygons keep their area") {
     top += fmt::format(" {}", i + 13);
     bottom += fmt::format(" {}", 12 - i);
   }
-  MeshReport report;
-  const TriangleMesh mesh = cleaned("plus.obj", text + top + "\n" + bottom + "\n", &report);
+  const auto [mesh, report] = cleaned("plus.obj", text + top + "\n" + bottom + "\n");
   CHECK(signed_volume(mesh) == Approx(5));
   CHECK(mesh.triangles.size() == 44);
   CHECK(report.closed());
@@ -81,9 +75,10 @@ TEST_CASE("concave polygons keep their area") {
     area += 0.5 * (x[b] - x[a]).cross(x[c] - x[a]).norm();
   }
   CHECK(area == Approx(22));
-  cleaned("bow.obj", "v 0 0 0\nv 2 2 0\nv 2 0 0\nv 0 1 0\nf 1 2 3 4\n", &report);
-  CHECK(report.bad_polygons == 1);
-  CHECK_THAT(report.warnings().at(1), Contains("1 polygons cross themselves"));
+  const MeshReport bow =
+      cleaned("bow.obj", "v 0 0 0\nv 2 2 0\nv 2 0 0\nv 0 1 0\nf 1 2 3 4\n").report;
+  CHECK(bow.bad_polygons == 1);
+  CHECK_THAT(bow.warnings().at(1), Contains("1 polygons cross themselves"));
 }
 
 TEST_CASE("repeated triangles are dropped and counted") {
@@ -98,34 +93,33 @@ TEST_CASE("repeated triangles are dropped and counted") {
     return result;
   };
   const TriangleMesh sphere = shapes::sphere(1);
-  const auto read_back = [&](const TriangleMesh& mesh, MeshReport& report) {
+  const auto read_back = [&](const TriangleMesh& mesh) {
     write_mesh(mesh, cleaned_folder.path() / "repeated.obj");
-    return read_mesh(cleaned_folder.path() / "repeated.obj", &report);
+    return read_and_inspect_mesh(cleaned_folder.path() / "repeated.obj");
   };
-  MeshReport once;
-  const TriangleMesh plain = read_back(sphere, once);
-  MeshReport report;
-  CHECK(read_back(repeated(sphere, 312), report).triangles == plain.triangles);
+  const TriangleMesh plain = read_back(sphere).mesh;
+  const auto [mesh, report] = read_back(repeated(sphere, 312));
+  CHECK(mesh.triangles == plain.triangles);
   CHECK(report.duplicate_triangles == 311 * sphere.triangles.size());
   CHECK(report.closed());
   CHECK_THAT(report.warnings().at(0), Contains("repeat others"));
 
   // Each triangle from both sides: of each pair the first is left.
-  CHECK(read_back(shapes::joined(sphere, shapes::inside_out(sphere)), report).triangles ==
-        plain.triangles);
-  CHECK(report.is_two_sided);
-  CHECK(report.two_sided_triangles == sphere.triangles.size());
-  CHECK_THAT(report.warnings().at(0), Contains("both windings"));
+  const auto [two_sided, found] = read_back(shapes::joined(sphere, shapes::inside_out(sphere)));
+  CHECK(two_sided.triangles == plain.triangles);
+  CHECK(found.is_two_sided);
+  CHECK(found.two_sided_triangles == sphere.triangles.size());
+  CHECK_THAT(found.warnings().at(0), Contains("both windings"));
 
   // A sheet beside a body: both its sides stay, so that they cancel out.
   TriangleMesh sheet;
   sheet.vertices = {{5, 0, 0}, {6, 0, 0}, {5, 1, 0}};
   sheet.triangles = {{0, 1, 2}, {0, 2, 1}, {1, 2, 0}};
-  const TriangleMesh both = read_back(shapes::joined(sphere, sheet), report);
+  const auto [both, beside] = read_back(shapes::joined(sphere, sheet));
   CHECK(both.triangles.size() == sphere.triangles.size() + 2);
-  CHECK(report.two_sided_triangles == 1);
-  CHECK(report.duplicate_triangles == 1);
-  CHECK_FALSE(report.is_two_sided);
+  CHECK(beside.two_sided_triangles == 1);
+  CHECK(beside.duplicate_triangles == 1);
+  CHECK_FALSE(beside.is_two_sided);
 }
 
 TEST_CASE("inspect counts components, edges and turned triangles") {

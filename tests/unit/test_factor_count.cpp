@@ -79,7 +79,7 @@ TEST_CASE("the number of factors is the caller's, or the schedule's, or follows 
   CHECK(chosen(options, 0, small) == 10);
   options.factors = 50;
   CHECK(chosen(options) == 50);
-  options.max_evaluations = 0;
+  options.max_evaluations.reset();
   CHECK(planned_evaluations(options, schedule()) == 6000);
 }
 

@@ -88,7 +88,7 @@ TEST_CASE("a stop request ends waiting for a pipe that nobody writes into") {
     source.request_stop();
   });
   const auto start = std::chrono::steady_clock::now();
-  CHECK_THROWS_AS(read_mesh(path, nullptr, source.get_token()), Interrupted);
+  CHECK_THROWS_AS(read_mesh(path, source.get_token()), Interrupted);
   CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(5));
   later.join();
 }

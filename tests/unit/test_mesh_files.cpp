@@ -31,8 +31,8 @@ void check_refused(const std::string& name, std::string_view bytes, const std::s
   CHECK_THROWS_WITH(read_mesh(path), Contains(name) && Contains(why));
 }
 
-TriangleMesh parsed(const std::string& name, std::string_view bytes, MeshReport* report = nullptr) {
-  return read_mesh(mesh_folder.file(name, bytes), report);
+TriangleMesh parsed(const std::string& name, std::string_view bytes) {
+  return read_mesh(mesh_folder.file(name, bytes));
 }
 
 }  // namespace
@@ -438,6 +438,6 @@ TEST_CASE("a stop request ends reading") {
   source.request_stop();
   for (const std::string name : {"stop.obj", "stop.off", "stop.ply", "stop.stl"}) {
     write_mesh(shapes::sphere(1), mesh_folder.path() / name);
-    CHECK_THROWS_AS(read_mesh(mesh_folder.path() / name, nullptr, source.get_token()), Interrupted);
+    CHECK_THROWS_AS(read_mesh(mesh_folder.path() / name, source.get_token()), Interrupted);
   }
 }

@@ -91,7 +91,7 @@ TEST_CASE("a fit that died and was resumed ends as one that did not") {
     return std::make_unique<MortalEvaluator>(fitting::make_reference_evaluator(samples, energy),
                                              left);
   };
-  const auto start = fitting::place_factors(mortal, pool, options.factors, 1);
+  const auto start = fitting::place_factors(mortal, pool, *options.factors, 1);
   ToyProblem problem = steepening(draw);
   problem.make_evaluator = mortal;
   const auto unknowns_of_a_run = [&](const fitting::Checkpoint& checkpoint, bool resume) {
@@ -147,7 +147,7 @@ TEST_CASE("an interrupted fit keeps every evaluation it made, and its plan") {
   options.factors = 8;
   const fitting::Schedule schedule{40, 1e-3, {small_level()}};
   const auto start =
-      fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1);
+      fitting::place_factors(fitting::make_reference_evaluator, pool, *options.factors, 1);
   for (const int until : {0, 5, 22}) {
     std::stop_source stop;
     if (until == 0) stop.request_stop();
@@ -181,7 +181,7 @@ TEST_CASE("stages fit a sphere with the reference evaluator alone") {
   int reports = 0;
   plan.monitor.on_progress = [&](const Progress&) { ++reports; };
   const auto start =
-      fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1);
+      fitting::place_factors(fitting::make_reference_evaluator, pool, *options.factors, 1);
   const ToyProblem problem(draw);
   fitting::Stages stages(problem, start, std::move(plan));
   CHECK(stages.run() == StopReason::schedule_done);
@@ -206,7 +206,7 @@ TEST_CASE("a fit can be taken step by step: each is a stage, and none follows th
   options.factors = 8;
   const fitting::Schedule schedule{40, 1e-3, {small_level()}};
   const auto start =
-      fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1);
+      fitting::place_factors(fitting::make_reference_evaluator, pool, *options.factors, 1);
   fitting::Stages whole(problem, start, plan_of(options, schedule));
   whole.run();
 
@@ -242,7 +242,7 @@ TEST_CASE("a stage asks at the centres of poles inside the shape, where they are
   fitting::Level level = small_level();
   level.relocated = 0;
   const fitting::Schedule schedule{10, 1e-3, {level}};
-  RationalMap start = fitting::place_factors(keeping, pool, options.factors, 1);
+  RationalMap start = fitting::place_factors(keeping, pool, *options.factors, 1);
   start.factors.push_back({{0.1, 0.2, 0, 0.01}, -0.3});
   asked.clear();
   ToyProblem problem(draw);
@@ -267,7 +267,7 @@ TEST_CASE("a body that a root outside makes is gone when a fit ends") {
   options.factors = 8;
   const fitting::Schedule schedule{1, 1e-3, {small_level()}};  // no time to step
   RationalMap start =
-      fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1);
+      fitting::place_factors(fitting::make_reference_evaluator, pool, *options.factors, 1);
   const Quaternion outside{0, 0, 1.8, 1e-3};
   start.factors.push_back({outside, 0.2});
   const auto field_outside = [&](const ToyProblem& problem) {
@@ -315,7 +315,7 @@ TEST_CASE(
     map.log_scale += 0.25;
     return map;
   };
-  const auto start = fitting::place_factors(keeping, pool, options.factors, 1);
+  const auto start = fitting::place_factors(keeping, pool, *options.factors, 1);
   asked.clear();
   fitting::Stages stages(problem, start, plan_of(options, schedule));
   CHECK(stages.run() == StopReason::schedule_done);
@@ -350,7 +350,7 @@ TEST_CASE("a fit ends after the stage that reaches the target IoU, of the last i
     return iterations > 1 ? 0.8 : is_polished ? 0.95 : reached += 0.1;
   };
   fitting::Stages stages(
-      problem, fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1),
+      problem, fitting::place_factors(fitting::make_reference_evaluator, pool, *options.factors, 1),
       plan_of(options, schedule));
   CHECK(stages.run() == StopReason::target_iou);
   CHECK(stages.reports().back().iterations == (is_polished ? 2 : 1));
@@ -381,7 +381,7 @@ TEST_CASE("no stage is begun that the time limit would end before its first step
       [](const fitting::Samples& samples, const fitting::EnergyOptions& energy) {
         return fitting::make_reference_evaluator(samples, energy);
       },
-      pool, options.factors, 1);
+      pool, *options.factors, 1);
   ToyProblem problem(draw);
   problem.make_evaluator = slow;
   fitting::FitPlan plan = plan_of(options, schedule);
@@ -412,7 +412,7 @@ TEST_CASE("a level on a grid ends when it has converged, and so does the fit at 
   };
   const ToyProblem problem(draw);
   fitting::Stages stages(
-      problem, fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1),
+      problem, fitting::place_factors(fitting::make_reference_evaluator, pool, *options.factors, 1),
       plan_of(options, schedule));
   CHECK(stages.run() == StopReason::converged);
   CHECK(stages.budget().fraction() < 0.5);
@@ -435,7 +435,7 @@ TEST_CASE("reweighting moves weight to what is badly captured and keeps its sums
     given.push_back(samples);
     return fitting::make_reference_evaluator(samples, energy);
   };
-  const auto start = fitting::place_factors(keeping, pool, options.factors, 1);
+  const auto start = fitting::place_factors(keeping, pool, *options.factors, 1);
   given.clear();
   const fitting::Schedule schedule{5, 1e-3, {level}};
   const auto draw = [&](const fitting::Level& l, base::Random& random) {
@@ -490,7 +490,7 @@ TEST_CASE("a fit that is stopped while it draws samples ends with the map that i
   const fitting::Schedule schedule{1000, 1e-3, {small_level()}};
   const ToyProblem problem(draw);
   fitting::Stages stages(
-      problem, fitting::place_factors(fitting::make_reference_evaluator, pool, options.factors, 1),
+      problem, fitting::place_factors(fitting::make_reference_evaluator, pool, *options.factors, 1),
       plan_of(options, schedule));
   CHECK(stages.run() == StopReason::interrupted);
   CHECK(stages.reports().size() == 1);

@@ -395,7 +395,7 @@ TEST_CASE("ranks whose devices round otherwise fit the first one's map together"
   const fitting::Schedule schedule{60, 1e-3, {level, polished}};
   FitOptions options;
   options.factors = 8;
-  RationalMap start = fitting::place_factors(kReference, pool, options.factors, 1);
+  RationalMap start = fitting::place_factors(kReference, pool, *options.factors, 1);
   start.factors.push_back({{0.1, 0.2, 0, 0.01}, -0.3});  // misplaced
   // Every answer except the evaluators' is off by this relative error.
   const auto fitted = [&](Team& team, double error) {

@@ -46,8 +46,7 @@ TEST_CASE("every format is written and read back") {
   const TriangleMesh mesh = shapes::torus(1, 0.35, 24, 12);
   const auto path = written_folder.path() / name;
   write_mesh(mesh, path);
-  MeshReport report;
-  const TriangleMesh read = read_mesh(path, &report);
+  const auto [read, report] = read_and_inspect_mesh(path);
   CAPTURE(name);
   CHECK(read.vertices.size() == mesh.vertices.size());
   REQUIRE(read.triangles.size() == mesh.triangles.size());

@@ -12,6 +12,7 @@
 #include "base/sha256.hpp"
 #include "base/text.hpp"
 #include "explore/embedded_page.hpp"
+#include "explore/page_settings.hpp"
 #include "qjulia/colors.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/version.hpp"
@@ -137,6 +138,7 @@ std::string page_of(const PageKind& kind, const RationalMap* map, const std::str
       {"style", style},
       {"shaders", kind.renderer == kByBrowser ? shaders_of_page(*map) : ""},
       {"palettes", palettes_json()},
+      {"settings", map == nullptr ? "" : page_settings(*map)},
       {"map", map == nullptr ? "" : json_of(*map)},
       {"script", script}};
   std::string page;

@@ -25,9 +25,12 @@ const RationalMap& Painter::turned(const ViewRequest& view) {
 Studio Painter::new_studio(const ViewRequest& view, const std::stop_token& stop) {
   PictureOptions options = view.picture;
   options.keep_loose = keep_loose_;
-  if (!view.shows_mesh) return {device_, turned(view), options, stop};
-  if (mesh_ == nullptr) throw InputError("there is no mesh here, but a map");
-  return {device_, *mesh_, mesh_->box(), options};
+  if (view.shows_mesh) {
+    if (mesh_ == nullptr) throw InputError("there is no mesh here, but a map");
+    return {device_, *mesh_, mesh_->box(), options};
+  }
+  if (view.is_draft) return Studio::of_drafts(device_, turned(view), options, stop);
+  return {device_, turned(view), options, stop};
 }
 
 Studio& Painter::studio(const ViewRequest& view, const std::stop_token& stop) {

@@ -12,8 +12,9 @@
 #include "base/range_check.hpp"
 #include "base/text.hpp"
 #include "qjulia/colors.hpp"
-#include "qjulia/detail.hpp"
 #include "qjulia/file_types.hpp"
+#include "qjulia/knob_table.hpp"
+#include "qjulia/picture_settings.hpp"
 
 namespace qjulia::explore {
 namespace {
@@ -72,13 +73,15 @@ void read(std::string_view text, Rotation& value) {
   value = Rotation{{v[0], v[1], v[2]}, v[3]};
 }
 
+void read(std::string_view text, Box& value) {
+  const std::vector<double> v = numbers(text, 6);
+  value = Box{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
+}
+
 void read(std::string_view text, Material& value) {
-  if (text != "clay" && text != "iterations" && text != "trap") {
-    throw InputError("give clay, iterations or trap");
-  }
-  value = text == "clay"         ? Material::clay
-          : text == "iterations" ? Material::iterations
-                                 : Material::trap;
+  const auto material = material_named(text);
+  if (!material) throw InputError("give clay, iterations or trap");
+  value = *material;
 }
 
 void read(std::string_view text, Palette& value) {
@@ -112,15 +115,6 @@ void read_size(std::string_view text, ViewRequest& view) {
   }
 }
 
-void read_detail(std::string_view text, ViewRequest& view) {
-  const auto detail = query_number<double>(text);
-  if (!(detail >= kLeastDetail && detail <= kMostDetail)) {
-    throw InputError(
-        fmt::format("{} is out of range; give {} to {}", detail, kLeastDetail, kMostDetail));
-  }
-  view.knobs.detail = detail;
-}
-
 void read_samples(std::string_view text, ViewRequest& view) {
   int& samples = view.picture.samples_per_axis;
   read(text, samples);
@@ -143,18 +137,36 @@ struct Part {
 using Changes = Part::Changes;
 
 template <class Value>
-Part knob(Value MapKnobs::*member) {
-  return {Changes::knobs, [member](auto text, auto& view) { read(text, view.knobs.*member); }};
+void expect_in_range(const Setting& setting, const Value& value) {
+  if constexpr (std::is_arithmetic_v<Value>) setting.expect_in_range(static_cast<double>(value));
 }
 
 template <class Value>
-Part option(Value PictureOptions::*member) {
-  return {Changes::studio, [member](auto text, auto& view) { read(text, view.picture.*member); }};
+void expect_in_range(const Setting& setting, const std::optional<Value>& value) {
+  expect_in_range(setting, value.value());
 }
 
-template <class Value>
-Part camera(Value Camera::*member, Changes changes = Changes::camera) {
-  return {changes, [member](auto text, auto& view) { read(text, view.picture.camera.*member); }};
+Part part_of(const Knob& knob) {
+  return {Changes::knobs, [&knob](std::string_view text, ViewRequest& view) {
+            std::visit(
+                [&](const auto member) {
+                  read(text, view.knobs.*member);
+                  expect_in_range(knob, view.knobs.*member);
+                },
+                knob.value);
+          }};
+}
+
+Part part_of(const PictureSetting& setting) {
+  return {setting.is_of_camera ? Changes::camera : Changes::studio,
+          [&setting](std::string_view text, ViewRequest& view) {
+            std::visit(
+                [&](const auto place) {
+                  read(text, place(view.picture));
+                  expect_in_range(setting, place(view.picture));
+                },
+                setting.value);
+          }};
 }
 
 /// Cuts away what lies beyond a per cent of the shape's box.
@@ -164,33 +176,24 @@ Part cut(char axis) {
           }};
 }
 
-const std::map<std::string, Part, std::less<>>& parts() {
-  static const std::map<std::string, Part, std::less<>> all{
-      {"detail", {Changes::knobs, read_detail}},
-      {"order-seed", knob(&MapKnobs::order_seed)},
-      {"phase", knob(&MapKnobs::phase)},
-      {"slice", knob(&MapKnobs::slice)},
-      {"rotate", knob(&MapKnobs::rotate)},
-      {"drift", knob(&MapKnobs::drift)},
-      {"scale", knob(&MapKnobs::scale)},
-      {"tufts", knob(&MapKnobs::tufts)},
-      {"iterations", option(&PictureOptions::iterations)},
-      {"material", option(&PictureOptions::material)},
-      {"palette", option(&PictureOptions::palette)},
-      {"lamp", option(&PictureOptions::lamp)},
-      {"draft", option(&PictureOptions::draft)},
-      {"size", {Changes::size, read_size}},
-      {"samples", {Changes::studio, read_samples}},
-      {"shows", {Changes::studio, read_shows}},
-      {"cut-x", cut('x')},
-      {"cut-y", cut('y')},
-      {"cut-z", cut('z')},
-      {"up", camera(&Camera::up, Changes::studio)},
-      {"azimuth", camera(&Camera::azimuth)},
-      {"elevation", camera(&Camera::elevation)},
-      {"zoom", camera(&Camera::zoom)},
-      {"look-at", camera(&Camera::look_at)},
-  };
+using Parts = std::map<std::string, Part, std::less<>>;
+
+const Parts& parts() {
+  static const Parts all = [] {
+    Parts made{
+        {"draft", {Changes::studio, [](auto text, auto& view) { read(text, view.is_draft); }}},
+        {"size", {Changes::size, read_size}},
+        {"samples", {Changes::studio, read_samples}},
+        {"shows", {Changes::studio, read_shows}},
+        {"cut-x", cut('x')},
+        {"cut-y", cut('y')},
+        {"cut-z", cut('z')}};
+    for (const Knob& knob : knob_table()) made.emplace(knob.option(), part_of(knob));
+    for (const PictureSetting& setting : picture_settings()) {
+      made.emplace(setting.option(), part_of(setting));
+    }
+    return made;
+  }();
   return all;
 }
 
@@ -240,7 +243,7 @@ ViewRequest read_view(const Query& query) {
     if (changes == Changes::size) size_text = text;
   }
   // Drafts of all sizes stand in the same light.
-  if (!view.picture.draft) view.studio_text += size_text;
+  if (!view.is_draft) view.studio_text += size_text;
   return view;
 }
 

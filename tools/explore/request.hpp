@@ -22,6 +22,7 @@ struct ViewRequest {
 
   MapKnobs knobs;
   PictureOptions picture;
+  bool is_draft = false;
   bool shows_mesh = false;  ///< that a map is being fitted to, in place of the map
   std::string knobs_text;   ///< the same for requests with the same knobs
   /// The same for requests that differ in the camera alone, or in size where they are drafts.

@@ -26,7 +26,8 @@ namespace qjulia::tools {
 namespace {
 
 struct BatchArguments {
-  std::string manifest, folder, status, device;
+  std::string manifest, folder, status;
+  DeviceChoice device;
   int jobs = 1;
   bool check = false, resume = false, retry_failed = false;
   std::vector<Option> all_but_status;  ///< of this command's own
@@ -70,8 +71,7 @@ class FitWorker {
     const FitOptions options = checked_options(entry.options);
     FitOrigin origin = origin_of(entry.mesh, options);
     origin.options = without_schedule_folder(std::move(origin.options));
-    MeshReport mesh_report;
-    const TriangleMesh mesh = read_mesh(entry.mesh, &mesh_report, monitor.stop);
+    const auto [mesh, mesh_report] = read_and_inspect_mesh(entry.mesh, monitor.stop);
     device_.reset_kernel_times();
     FitResult result = fit_resumable(mesh, options, folder / (entry.name + ".checkpoint"), monitor);
     if (result.stopped == StopReason::interrupted) throw Interrupted();
@@ -176,8 +176,10 @@ std::vector<batch::BatchDevice> batch_devices(const BatchArguments& arguments,
   for (const DeviceInfo& info : devices_of(ranks, arguments.device)) {
     const int queues = info.kind == DeviceKind::cpu ? arguments.jobs : 1;
     for (int i = 0; i < queues; ++i) {
-      devices.push_back({describe(info), [place = fmt::format("{}:{}", info.platform, info.index)] {
-                           return FitWorker(with_cached_tuning(Device::choose(place)));
+      const DeviceChoice choice{fmt::format("{}:{}", info.platform, info.index),
+                                arguments.device.layout};
+      devices.push_back({describe(info), [choice] {
+                           return FitWorker(with_cached_tuning(Device::choose(choice)));
                          }});
     }
   }

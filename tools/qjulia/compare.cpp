@@ -20,7 +20,7 @@ struct CompareArguments {
   std::string map, mesh;
   std::string picture;  ///< empty: none
   PictureOptions view;
-  std::string device;
+  DeviceChoice device;
   MapOptions map_options;
   CompareOptions options;
 };
@@ -106,7 +106,7 @@ void describe_compare(Command command, CompareArguments& a) {
                "Also count the mesh's limbs (arms, legs, ears; a tenth of its longest side and "
                "more), and those that the set keeps to the last quarter of their length");
   add_size(command, a.view).needs(picture);
-  for (const Option& option : add_camera(command, a.view.camera)) option.needs(picture);
+  for (const Option& option : add_camera(command, a.view)) option.needs(picture);
   add_map_options(command, a.map_options, "Only what lies in it is compared. Default: all");
   add_device(command, a.device);
 }

@@ -16,7 +16,8 @@ namespace qjulia::tools {
 namespace {
 
 struct ConvertArguments {
-  std::string input, output, device, portals;
+  std::string input, output, portals;
+  DeviceChoice device;
   MapOptions map_options;
   std::optional<UpAxis> up;
 };

@@ -29,7 +29,7 @@ std::string to_text(const DeviceInfo& d, bool chosen, bool verbose) {
   return text;
 }
 
-int run_devices(const std::string& wanted, Session& session) {
+int run_devices(const DeviceChoice& wanted, Session& session) {
   expect_descriptors();
   const DeviceInfo chosen = Device::choose(wanted).info();
   std::string text;

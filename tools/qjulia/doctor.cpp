@@ -89,7 +89,7 @@ std::string verdict(const SelfTestReport& report) {
       failed, report.checks.size());
 }
 
-int run_doctor(const std::string& wanted, Session& session) {
+int run_doctor(const DeviceChoice& wanted, Session& session) {
   session.check_outputs({}, {});  // there may be a trace
   const Device device = session.open_device(wanted);
   const SelfTestReport report = self_test(device, session.monitor());

@@ -31,7 +31,7 @@ namespace {
 struct ExploreArguments {
   std::string input;
   std::string output;  ///< of a fit; empty: none
-  std::string device;
+  DeviceChoice device;
   FitArguments fit;
   bool opens = false;
   explore::ServerOptions options;
@@ -84,7 +84,7 @@ void check_input(const ExploreArguments& arguments, Session& session) {
     check_map_name(arguments.output);
     return session.check_outputs({arguments.input}, {{"--output", arguments.output}});
   }
-  if (arguments.output.empty() && arguments.fit.options.factors == 0 && !arguments.fit.time_limit)
+  if (arguments.output.empty() && !arguments.fit.options.factors && !arguments.fit.time_limit)
     return;
   throw InputError(fmt::format(
       "--output, --factors and --time-limit belong to a fit, which needs a mesh, but '{}' is a map",

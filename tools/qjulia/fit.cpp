@@ -27,7 +27,8 @@ namespace qjulia::tools {
 namespace {
 
 struct FitCommandArguments {
-  std::string mesh, output, device;
+  std::string mesh, output;
+  DeviceChoice device;
   std::string report;  ///< folder; empty: none
   FitArguments fit;
   bool resume = false;
@@ -98,7 +99,7 @@ void make_report(const FitCommandArguments& arguments, const Device& device,
 }
 
 /// What --resume does with a finished map: its report, if it is asked for.
-int show_finished(const FitCommandArguments& arguments, const std::string& device_name,
+int show_finished(const FitCommandArguments& arguments, const DeviceChoice& device_choice,
                   Session& session) {
   nlohmann::json json = {{"map", arguments.output}, {"resumed", false}};
   std::string text =
@@ -106,7 +107,7 @@ int show_finished(const FitCommandArguments& arguments, const std::string& devic
   if (!arguments.report.empty()) {
     const FitResult result = finished_fit(read_map(arguments.output), arguments.output);
     const TriangleMesh mesh = session.read_mesh(arguments.mesh);
-    const Device device = session.open_device(device_name);
+    const Device device = session.open_device(device_choice);
     make_report(arguments, device, mesh, result, session);
     text += "\nreport: " + report_file(arguments).string();
     json["report"] = report_file(arguments).string();
@@ -115,11 +116,11 @@ int show_finished(const FitCommandArguments& arguments, const std::string& devic
   return kDone;
 }
 
-/// This rank's device, as `Device::choose` takes it.
-std::string own_device(const LaunchedRanks& ranks, const std::string& wanted) {
+/// This rank's device.
+DeviceChoice own_device(const LaunchedRanks& ranks, const DeviceChoice& wanted) {
   if (ranks.size() == 1) return wanted;
   const DeviceInfo info = devices_of(ranks, wanted).front();
-  return fmt::format("{}:{}", info.platform, info.index);
+  return {fmt::format("{}:{}", info.platform, info.index), wanted.layout};
 }
 
 /// @throws InputError if reading takes longer than the time limit, which leaves no time to fit.
@@ -149,7 +150,7 @@ struct FitStart {
 FitStart start(const FitCommandArguments& arguments, const FitOptions& options,
                LaunchedRanks& ranks, Session& session) {
   FitStart start;
-  const std::string device = own_device(ranks, arguments.device);
+  const DeviceChoice device = own_device(ranks, arguments.device);
   if (ranks.rank() == 0) {
     check_files(arguments, options, session);
     start.origin = origin_of(arguments.mesh, options);
@@ -158,7 +159,7 @@ FitStart start(const FitCommandArguments& arguments, const FitOptions& options,
     start.mesh = read_in_time(arguments.mesh, options.time_limit, session);
     start.device = session.open_device(device);
   } else {
-    start.mesh = qjulia::read_mesh(arguments.mesh, nullptr, session.monitor().stop);
+    start.mesh = qjulia::read_mesh(arguments.mesh, session.monitor().stop);
     auto [chosen, warning] = with_cached_tuning(Device::choose(device));
     if (!warning.empty()) session.console.warn(warning);
     start.device = std::move(chosen);

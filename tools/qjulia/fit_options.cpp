@@ -27,10 +27,8 @@ std::string option_names(const CommandLine& command) {
 
 void add_fit_size(Command command, FitArguments& a, const char* time_limit_help) {
   const auto read_factors = [&a](const std::string& text) {
-    a.options.factors = text == "auto" ? 0 : whole_number(text);
-    if (text != "auto" && a.options.factors == 0) {
-      throw InputError("0 is out of range; give auto, or a number from 8 to 20000");
-    }
+    a.options.factors.reset();
+    if (text != "auto") a.options.factors = whole_number(text);
   };
   command
       .word("--factors", "NUMBER|auto", read_factors,
@@ -53,7 +51,7 @@ void add_fit_options(Command command, FitArguments& a) {
   add_tufts_and_up(command, a.options.tufts, a.options.up);
   command.add("--target-iou", &a.options.target_iou, "NUMBER",
               "End once a stage reaches this IoU on a coarse grid, above 0 to 1. Default: do not");
-  command.add("--max-evaluations", &a.options.max_evaluations, "INT",
+  command.add("--max-evaluations", &a.max_evaluations, "INT",
               "Maximum number of evaluations of energy and gradient; 0: the schedule's default");
   command.add("--seed", &a.options.seed, "INT",
               "Seed of all random choices. The same seed, options and device give the same factors "
@@ -81,6 +79,7 @@ void add_fit_options(Command command, FitArguments& a) {
 
 FitOptions checked_options(const FitArguments& arguments) {
   FitOptions options = arguments.options;
+  if (arguments.max_evaluations != 0) options.max_evaluations = arguments.max_evaluations;
   if (arguments.max_factors) options.max_factors = *arguments.max_factors;
   if (arguments.sample_parts) options.sample_parts = *arguments.sample_parts;
   if (arguments.time_limit) options.time_limit = *arguments.time_limit;

@@ -18,6 +18,7 @@
 #include "qjulia/mesh.hpp"
 #include "qjulia/shape.hpp"
 #include "qjulia/tuning_cache.hpp"
+#include "setting_json.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -55,7 +56,8 @@ struct Answer {
 };
 
 struct InfoArguments {
-  std::string file, device;
+  std::string file;
+  DeviceChoice device;
   bool check_precision = false, printable = false;
   double nozzle = 0.4;
 };
@@ -68,7 +70,7 @@ std::optional<Device> device_for(const InfoArguments& arguments, Answer& answer)
     if (!warning.empty()) answer.add("note          " + warning);
     return device;
   } catch (const NoDeviceError& error) {
-    if (!arguments.device.empty() || arguments.check_precision) throw;
+    if (!arguments.device.name.empty() || arguments.check_precision) throw;
     answer.add(fmt::format("note          some figures are missing: {}", error.what()));
     return {};
   }
@@ -145,8 +147,7 @@ void describe_print(const TriangleMesh& mesh, const MeshReport& report, double n
 }
 
 Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
-  MeshReport report;
-  const TriangleMesh mesh = read_mesh(arguments.file, &report, stop);
+  const auto [mesh, report] = read_and_inspect_mesh(arguments.file, stop);
   const Box box = mesh.box();
   const SurfaceFigures figures = measure(oriented_outward(mesh, stop), stop);
   const UpAxis up = guess_up(mesh);
@@ -172,7 +173,7 @@ Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
                  {"turned_parts", report.turned_parts},
                  {"closed", report.closed()},
                  {"figures", to_json(figures)},
-                 {"box", to_json(box)},
+                 {"box", value_json(box)},
                  {"up", to_string(up)},
                  {"warnings", report.warnings()}};
   if (const auto device = device_for(arguments, answer)) {
@@ -279,7 +280,7 @@ void describe_shape(const RationalMap& map, Answer& answer) {
   if (const auto& r = map.inradius) {
     answer.add(fmt::format("inradius      {:.4g}, shape units", *r), "inradius", *r);
   }
-  if (map.box) answer.add(to_text(*map.box), "box", to_json(*map.box));
+  if (map.box) answer.add(to_text(*map.box), "box", value_json(*map.box));
   if (map.up) {
     answer.add(fmt::format("up            {}", to_string(*map.up)), "up", to_string(*map.up));
   }

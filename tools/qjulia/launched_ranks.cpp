@@ -150,12 +150,13 @@ std::vector<Ranks::Numbers> LaunchedRanks::all_gather(const Numbers& mine) {
   return by_rank;
 }
 
-std::vector<DeviceInfo> devices_of(const LaunchedRanks& ranks, const std::string& wanted) {
+std::vector<DeviceInfo> devices_of(const LaunchedRanks& ranks, const DeviceChoice& wanted) {
   expect_descriptors();
-  const DeviceInfo first = Device::choose(wanted == "all" ? "" : wanted).info();
+  const bool all = wanted.name == "all";
+  const DeviceInfo first = Device::choose({all ? "" : wanted.name, wanted.layout}).info();
   std::vector<DeviceInfo> shared{first};
-  const bool by_kind = wanted.empty() || wanted == "gpu" || wanted == "cpu";
-  if (wanted == "all") {
+  const bool by_kind = wanted.name.empty() || wanted.name == "gpu" || wanted.name == "cpu";
+  if (all) {
     shared = list_devices();
   } else if (by_kind && ranks.local_size() > 1 && std::getenv("QJULIA_DEVICE") == nullptr) {
     shared = list_devices();

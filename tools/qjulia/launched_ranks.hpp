@@ -40,6 +40,6 @@ int together(Ranks& ranks, const std::function<int()>& work);
 /// The devices that are this rank's part of those wanted, for a machine whose ranks share them: at
 /// least one. Alone, what is wanted: every device for "all", else one.
 /// @throws NoDeviceError
-std::vector<DeviceInfo> devices_of(const LaunchedRanks& ranks, const std::string& wanted);
+std::vector<DeviceInfo> devices_of(const LaunchedRanks& ranks, const DeviceChoice& wanted);
 
 }  // namespace qjulia::tools

@@ -9,16 +9,15 @@
 #include "provenance.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/knob_table.hpp"
+#include "qjulia/picture_settings.hpp"
 #include "qjulia/surface.hpp"
+#include "setting_json.hpp"
 
 namespace qjulia::tools {
 namespace {
 
 constexpr const char* kGroup = "Map options";
-
-constexpr const char* kTuftsText =
-    "How many times as steep the field is outside the shape, 1 to 100: above 1 tufts that stand "
-    "off the shape are shorter, and fewer pieces come loose. ";
 
 /// Longest side of the grid on which a map's own shape is measured, cells.
 constexpr int kShapeCells = 128;
@@ -56,7 +55,7 @@ Option add_detail(Command command, std::function<void(const DetailChoice&)> take
     } catch (const InputError& error) {
       throw InputError(fmt::format("{}; give one, or auto, smooth, clear or wild", error.what()));
     }
-    expect_detail(number);
+    knob_named("detail").expect_in_range(number);
     take(number);
   };
   return command.word(
@@ -69,13 +68,58 @@ Option add_detail(Command command, std::function<void(const DetailChoice&)> take
           description);
 }
 
-}  // namespace
+/// The option that turns a knob by numbers.
+class KnobOption {
+ public:
+  KnobOption(Command command, const Knob& knob, MapKnobs& knobs)
+      : command_(command), knob_(knob), knobs_(knobs) {}
 
-void expect_detail(double detail) {
-  if (detail >= kLeastDetail && detail <= kMostDetail) return;
-  throw InputError(fmt::format("{} is out of range; give {} to {} of the box's diagonal", detail,
-                               kLeastDetail, kMostDetail));
+  template <class Number>
+  Option operator()(std::optional<Number> MapKnobs::*member) const {
+    return command_.add(name(), &(knobs_.*member), knob_.values, help());
+  }
+  Option operator()(std::optional<Eigen::Vector3d> MapKnobs::*member) const {
+    return add_vector(command_, name(), knobs_.*member, help());
+  }
+  Option operator()(std::optional<Quaternion> MapKnobs::*member) const {
+    return numbers([&value = knobs_.*member](const std::vector<double>& v) {
+      value = Quaternion{v[0], v[1], v[2], v[3]};
+    });
+  }
+  Option operator()(std::optional<Rotation> MapKnobs::*member) const {
+    return numbers([&value = knobs_.*member](const std::vector<double>& v) {
+      value = Rotation{{v[0], v[1], v[2]}, v[3]};
+    });
+  }
+
+ private:
+  std::string name() const { return "--" + knob_.option(); }
+  std::string help() const {
+    return knob_.is_kept ? knob_.help + ". Default: the map's own" : knob_.help;
+  }
+  Option numbers(std::function<void(const std::vector<double>&)> take) const {
+    return command_.numbers(name(), knob_.values, std::move(take), help());
+  }
+
+  Command command_;
+  const Knob& knob_;
+  MapKnobs& knobs_;
+};
+
+Option add_knob(Command command, const Knob& knob, MapOptions& options) {
+  if (knob.name != "detail")
+    return std::visit(KnobOption(command, knob, options.knobs), knob.value);
+  const auto take = [&options](const DetailChoice& choice) {
+    if (const auto* word = std::get_if<DetailWord>(&choice)) {
+      options.detail_word = *word;
+    } else {
+      options.knobs.detail = std::get<double>(choice);
+    }
+  };
+  return add_detail(command, take, "Default: the map's own");
 }
+
+}  // namespace
 
 const char* const kMapOptionsHelp =
     "The map's options work together, in this order: --detail, --order-seed, --phase, --slice,\n"
@@ -103,57 +147,21 @@ void add_detail(Command command, DetailChoice& detail) {
 
 void add_tufts_and_up(Command command, double& tufts, std::optional<UpAxis>& up) {
   command.add("--tufts", &tufts, "NUMBER",
-              std::string(kTuftsText) + "'surface' and 'render' can change it later");
+              knob_named("tufts").help + ". 'surface' and 'render' can change it later");
   add_up(command, up,
          "The mesh's axis that points up in pictures, and in files that have an up of their own. "
          "auto: the mesh's flattest, widest end is down; where none is, y is up");
 }
 
 void add_knobs(Command command, MapOptions& options) {
-  MapKnobs& knobs = options.knobs;
-  const auto set_phase = [&knobs](const std::vector<double>& p) {
-    knobs.phase = Quaternion{p[0], p[1], p[2], p[3]};
-  };
-  const auto set_rotation = [&knobs](const std::vector<double>& r) {
-    knobs.rotate = Rotation{{r[0], r[1], r[2]}, r[3]};
-  };
-  options.keep({
-      add_detail(
-          command, [&options](const DetailChoice& detail) { options.detail = detail; },
-          "Default: the map's own"),
-      command.add("--order-seed", &knobs.order_seed, "N",
-                  "Shuffles the map's factors by this seed: another pattern of grooves on the same "
-                  "shape. Default: the map's own order"),
-      command.numbers("--phase", "X Y Z W", set_phase,
-                      "Unit quaternion in front of the map, X its real part, normalised for you: "
-                      "turns the pattern of grooves and keeps the shape; vary it little by little "
-                      "for animations. Default: the map's own"),
-      command.add(
-          "--slice", &knobs.slice, "W",
-          "Fourth coordinate of the slice that is looked at, map units (the shape's "
-          "longest side is 3): away from 0 thin parts vanish first. Default: the map's own"),
-      command.numbers("--rotate", "X Y Z DEGREES", set_rotation,
-                      "Turns the factors, and the shape with them, about this axis through the "
-                      "origin of iteration: about x, the real axis, the grooves turn along; about "
-                      "any other, they change"),
-      command.add("--drift", &knobs.drift, "F",
-                  "Moves the origin of iteration inside the shape, along z, in inradii: grooves "
-                  "deepen from 0.3 on, near 1 the set is a hollow crust, past 1.1 dust"),
-      add_vector(command, "--translate", knobs.translate,
-                 "Moves the factors by this vector, shape units, and the window with them: the "
-                 "shape stays where it is, and iteration turns about another point of it"),
-      command.add("--scale", &knobs.scale, "S",
-                  "Above 1 the set swells, below 1 it wears away; 1 changes nothing"),
-      command.add("--tufts", &knobs.tufts, "K", std::string(kTuftsText) + "Default: the map's own"),
-  });
+  for (const Knob& knob : knob_table()) options.keep({add_knob(command, knob, options)});
 }
 
 void add_map_options(Command command, MapOptions& options, const std::string& box,
                      const std::string& escape) {
-  options.keep({command.add(
-      "--iterations", &options.iterations, "INT",
-      "Iterations n, 1 to 16: 1 is the fitted shape itself, 2 and 3 have fewer octaves of detail, "
-      "6 is the set as it stays (8 where --detail is above 0.03)")});
+  const PictureSetting& iterations = picture_setting_named("iterations");
+  options.keep(
+      {command.add("--iterations", &options.iterations, iterations.values, iterations.help)});
   add_knobs(command, options);
   options.keep({
       add_box(command, "--box", options.box, "Part of space to look at, shape units. " + box),
@@ -170,13 +178,9 @@ RationalMap with_knobs(const Device& device, const RationalMap& map, const MapOp
                        const std::string& file) {
   try {
     MapKnobs knobs = options.knobs;
-    if (options.detail) {
-      if (const auto* word = std::get_if<DetailWord>(&*options.detail)) {
-        with_detail(map, 1e-4);  // throws where no detail can be had
-        knobs.detail = detail_of(*word, device, map);
-      } else {
-        knobs.detail = std::get<double>(*options.detail);
-      }
+    if (options.detail_word) {
+      with_detail(map, 1e-4);  // throws where no detail can be had
+      knobs.detail = detail_of(*options.detail_word, device, map);
     }
     return with_knobs(device, map, knobs);
   } catch (const OptionError& error) {
@@ -187,38 +191,16 @@ RationalMap with_knobs(const Device& device, const RationalMap& map, const MapOp
 }
 
 nlohmann::json to_json(const MapOptions& options) {
-  const MapKnobs& knobs = options.knobs;
-  nlohmann::json detail, phase, rotate, translate, box;
-  if (options.detail) detail = to_json(*options.detail);
-  if (const auto& p = knobs.phase) phase = {p->x, p->y, p->z, p->w};
-  if (const auto& r = knobs.rotate) {
-    rotate = {r->axis.x(), r->axis.y(), r->axis.z(), r->degrees};
+  nlohmann::json json = {{"iterations", options.iterations},
+                         {"precision", to_string(options.precision)},
+                         {"box", value_json(options.box)},
+                         {"escape", value_json(options.escape)}};
+  for (const Knob& knob : knob_table()) {
+    std::visit([&](const auto member) { json[knob.name] = value_json(options.knobs.*member); },
+               knob.value);
   }
-  if (const auto& t = knobs.translate) translate = {t->x(), t->y(), t->z()};
-  if (options.box) box = to_json(*options.box);
-  const auto or_null = [](const auto& value) {
-    return value ? nlohmann::json(*value) : nlohmann::json();
-  };
-  return {{"detail", detail},
-          {"order_seed", or_null(knobs.order_seed)},
-          {"phase", phase},
-          {"slice", or_null(knobs.slice)},
-          {"rotate", rotate},
-          {"drift", or_null(knobs.drift)},
-          {"translate", translate},
-          {"scale", or_null(knobs.scale)},
-          {"tufts", or_null(knobs.tufts)},
-          {"iterations", options.iterations},
-          {"precision", to_string(options.precision)},
-          {"box", box},
-          {"escape", or_null(options.escape)}};
-}
-
-nlohmann::json to_json(const Box& box) {
-  const auto corner = [](const Eigen::Vector3d& p) {
-    return nlohmann::json::array({p.x(), p.y(), p.z()});
-  };
-  return nlohmann::json::array({corner(box.low), corner(box.high)});
+  if (options.detail_word) json["detail"] = to_string(*options.detail_word);
+  return json;
 }
 
 }  // namespace qjulia::tools

@@ -14,8 +14,8 @@
 namespace qjulia::tools {
 
 struct MapOptions {
-  MapKnobs knobs;                      ///< without its detail
-  std::optional<DetailChoice> detail;  ///< instead of knobs.detail
+  MapKnobs knobs;
+  std::optional<DetailWord> detail_word;  ///< asks for a detail that the map decides
   int iterations = 6;
   std::optional<Box> box;        ///< shape units
   std::optional<double> escape;  ///< map units
@@ -44,9 +44,6 @@ void add_knobs(Command command, MapOptions& options);
 void add_map_options(Command command, MapOptions& options, const std::string& box,
                      const std::string& escape = "Default: farther than any orbit returns from");
 
-/// @throws InputError unless a map may be asked to have this detail.
-void expect_detail(double detail);
-
 /// A command's own options with what was given here. @throws InputError where either cannot be
 /// used.
 template <class Options>
@@ -69,8 +66,5 @@ RationalMap with_knobs(const Device& device, const RationalMap& map, const MapOp
 
 /// The options by name, null where not given.
 nlohmann::json to_json(const MapOptions& options);
-
-/// Low and high corner.
-nlohmann::json to_json(const Box& box);
 
 }  // namespace qjulia::tools

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
-
 #include "qjulia/error.hpp"
 
 namespace qjulia::tools {
@@ -54,18 +52,17 @@ Option add_vector(Command command, const std::string& name, std::optional<Eigen:
   return command.numbers(name, "X Y Z", take, description);
 }
 
-Option add_device(Command command, std::string& device) {
+Option add_device(Command command, DeviceChoice& device) {
   const Option option = command.add(
-      "--device", &device, "DEVICE",
+      "--device", &device.name, "DEVICE",
       "Where to compute: gpu, cpu, P:D (platform and device number of 'qjulia devices') or "
       "part of a name. Default: $QJULIA_DEVICE, else the first GPU, else the first device "
       "there is");
-  // By way of the environment, so that ranks and workers take it too.
-  const auto set_layout = [](const std::string& layout) {
+  const auto set_layout = [&device](const std::string& layout) {
     if (layout != "auto" && layout != "cpu" && layout != "gpu") {
       throw InputError(fmt::format("'{}' is no layout; give auto, cpu or gpu", layout));
     }
-    ::setenv("QJULIA_LAYOUT", layout.c_str(), 1);
+    device.layout = layout;
   };
   command.word("--layout", "LAYOUT", set_layout,
                "How kernels are cut into work-items: cpu (wide lanes), gpu (groups of work-items "

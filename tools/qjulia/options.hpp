@@ -31,7 +31,7 @@ Option add_vector(Command command, const std::string& name, std::optional<Eigen:
                   const std::string& description);
 
 /// --device.
-Option add_device(Command command, std::string& device);
+Option add_device(Command command, DeviceChoice& device);
 
 /// --trace.
 void add_trace(Command command, std::string& file);

@@ -16,7 +16,8 @@ namespace qjulia::tools {
 namespace {
 
 struct PaintArguments {
-  std::string map, output, device, mesh, property, ramp;
+  std::string map, output, mesh, property, ramp;
+  DeviceChoice device;
   bool clear = false;
   PaintOptions options;
 };

@@ -8,6 +8,7 @@
 #include "base/text.hpp"
 #include "options.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/picture_settings.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -64,6 +65,51 @@ Palette palette_of(const std::string& text, Material material) {
   return palette;
 }
 
+/// The option that gives a setting its value. That of a palette is `add_look`'s.
+class SettingOption {
+ public:
+  SettingOption(Command command, const PictureSetting& setting, PictureOptions& options)
+      : command_(command), setting_(setting), options_(options) {}
+
+  template <class Number>
+  requires std::is_arithmetic_v<Number> Option operator()(Number& (*value)(PictureOptions&)) const {
+    return command_.add(name(), &value(options_), setting_.values, setting_.help);
+  }
+  Option operator()(std::optional<Eigen::Vector3d>& (*value)(PictureOptions&)) const {
+    return add_vector(command_, name(), value(options_), with_default());
+  }
+  Option operator()(std::optional<Box>& (*value)(PictureOptions&)) const {
+    return add_box(command_, name(), value(options_), with_default());
+  }
+  Option operator()(std::optional<UpAxis>& (*value)(PictureOptions&)) const {
+    return add_up(command_, value(options_), setting_.help);
+  }
+  Option operator()(Material& (*value)(PictureOptions&)) const {
+    return command_.choice(name(), value(options_),
+                           {{to_string(Material::clay), Material::clay},
+                            {to_string(Material::iterations), Material::iterations},
+                            {to_string(Material::trap), Material::trap}},
+                           setting_.help);
+  }
+  Option operator()(Lamp& (*value)(PictureOptions&)) const {
+    Lamp& lamp = value(options_);
+    const auto take = [&lamp](const std::vector<double>& v) { lamp = {v[0], v[1], v[2]}; };
+    return command_.numbers(name(), setting_.values, take, setting_.help)
+        .default_text(fmt::format("{} {} {}", lamp.azimuth, lamp.elevation, lamp.strength));
+  }
+  Option operator()(Palette& (*)(PictureOptions&)) const {
+    throw Error("a palette is read together with the material");
+  }
+
+ private:
+  std::string name() const { return "--" + setting_.option(); }
+  std::string with_default() const { return setting_.help + ". " + setting_.more; }
+
+  Command command_;
+  const PictureSetting& setting_;
+  PictureOptions& options_;
+};
+
 }  // namespace
 
 Option add_size(Command command, PictureOptions& options) {
@@ -76,25 +122,19 @@ Option add_size(Command command, PictureOptions& options) {
       .default_text(fmt::format("{}x{}", options.width, options.height));
 }
 
-std::vector<Option> add_camera(Command command, Camera& camera) {
-  return {
-      command.add("--azimuth", &camera.azimuth, "NUMBER",
-                  "Degrees the camera is turned about the up axis"),
-      command.add("--elevation", &camera.elevation, "NUMBER",
-                  "Degrees of the camera above the horizon"),
-      command.add("--zoom", &camera.zoom, "NUMBER", "1 frames the whole shape, 2 half of it"),
-      add_vector(
-          command, "--look-at", camera.look_at,
-          "The point in the middle of the picture, shape units. Default: the middle of what is "
-          "framed"),
-      add_box(command, "--frame", camera.frame,
-              "What fills the picture at zoom 1, shape units, seen from as far as the whole shape "
-              "would be. Default: the whole shape"),
-      command.add("--field-of-view", &camera.field_of_view, "NUMBER", "Degrees, vertical"),
-      add_up(command, camera.up,
-             "The shape's axis that points up; auto is what the map says, or y where it says "
-             "nothing. Of a mesh it is a guess: its flattest, widest end is down"),
-  };
+std::vector<Option> add_camera(Command command, PictureOptions& options) {
+  std::vector<Option> added;
+  for (const char* name :
+       {"azimuth", "elevation", "zoom", "look_at", "frame", "field_of_view", "up"}) {
+    const PictureSetting& setting = picture_setting_named(name);
+    added.push_back(std::visit(SettingOption(command, setting, options), setting.value));
+  }
+  return added;
+}
+
+Option add_material(Command command, PictureOptions& options) {
+  const PictureSetting& setting = picture_setting_named("material");
+  return std::visit(SettingOption(command, setting, options), setting.value);
 }
 
 void add_look(Command command, LookOptions& look, PictureOptions& options) {
@@ -118,15 +158,8 @@ void add_look(Command command, LookOptions& look, PictureOptions& options) {
                        "commas between for other materials, from low to high",
                        fmt::join(palette_names(), ", "), Palette::kMostStops))
       .group(kLookGroup);
-  const auto set_lamp = [&options](const std::vector<double>& v) {
-    options.lamp = {v[0], v[1], v[2]};
-  };
-  command
-      .numbers("--lamp", "AZIMUTH ELEVATION STRENGTH", set_lamp,
-               "The brightest light: degrees from the camera to the right, degrees above the "
-               "horizon, and how strong it is, 0 to 10")
-      .group(kLookGroup)
-      .default_text("-61.7 41.4 1");
+  const PictureSetting& lamp = picture_setting_named("lamp");
+  std::visit(SettingOption(command, lamp, options), lamp.value).group(kLookGroup);
 }
 
 PictureOptions with_look(PictureOptions options, const LookOptions& look) {

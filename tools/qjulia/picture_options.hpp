@@ -13,7 +13,10 @@ namespace qjulia::tools {
 Option add_size(Command command, PictureOptions& options);
 
 /// --azimuth, --elevation, --zoom, --look-at, --frame, --field-of-view, --up.
-std::vector<Option> add_camera(Command command, Camera& camera);
+std::vector<Option> add_camera(Command command, PictureOptions& options);
+
+/// --material.
+Option add_material(Command command, PictureOptions& options);
 
 struct LookOptions {
   std::string background = "studio";

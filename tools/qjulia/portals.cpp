@@ -16,7 +16,8 @@ namespace qjulia::tools {
 namespace {
 
 struct PortalsArguments {
-  std::string map, output, device;
+  std::string map, output;
+  DeviceChoice device;
   PortalOptions options;
 };
 

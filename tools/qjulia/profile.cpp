@@ -21,7 +21,8 @@ namespace qjulia::tools {
 namespace {
 
 struct ProfileArguments {
-  std::string device, baseline, plot, csv;
+  DeviceChoice device;
+  std::string baseline, plot, csv;
   bool tune = false, scaling = false;
   double tolerance = 0.2;
   ProfileOptions options;

@@ -11,7 +11,9 @@
 
 #include "files.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/picture_settings.hpp"
 #include "qjulia/version.hpp"
+#include "setting_json.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -85,32 +87,29 @@ nlohmann::json to_json(const DetailChoice& detail) {
   return to_string(detail);
 }
 
-nlohmann::json to_json(const std::optional<UpAxis>& up) { return up ? to_string(*up) : "auto"; }
-
 std::string up_line(UpAxis up, const std::optional<UpAxis>& chosen) {
   return fmt::format("up: {}{}", to_string(up),
                      chosen ? "" : ", a guess from the mesh; --up sets it");
 }
 
 nlohmann::json to_json(const FitOptions& options) {
-  nlohmann::json json = {
-      {"factors", options.factors != 0 ? nlohmann::json(options.factors) : "auto"},
-      {"max_factors", options.max_factors},
-      {"detail", to_json(options.detail)},
-      {"tufts", options.tufts},
-      {"up", to_json(options.up)},
-      {"seed", options.seed},
-      {"time_limit", nullptr},
-      {"max_evaluations", options.max_evaluations},
-      {"target_iou", options.target_iou},
-      {"unknowns", options.unknowns == Unknowns::all ? "all" : "exponents"},
-      {"placement", options.placement == Placement::paper ? "paper" : "depth"},
-      {"precision", to_string(options.precision)},
-      {"sample_parts", options.sample_parts},
-      {"schedule", options.schedule},
-      // Its name may say something else another day.
-      {"schedule_fnv1a64", text_hash(schedule_text(options.schedule))},
-      {"polish", options.polish}};
+  nlohmann::json json = {{"factors", options.factors ? nlohmann::json(*options.factors) : "auto"},
+                         {"max_factors", options.max_factors},
+                         {"detail", to_json(options.detail)},
+                         {"tufts", options.tufts},
+                         {"up", value_json(options.up)},
+                         {"seed", options.seed},
+                         {"time_limit", nullptr},
+                         {"max_evaluations", options.max_evaluations.value_or(0)},
+                         {"target_iou", options.target_iou},
+                         {"unknowns", options.unknowns == Unknowns::all ? "all" : "exponents"},
+                         {"placement", options.placement == Placement::paper ? "paper" : "depth"},
+                         {"precision", to_string(options.precision)},
+                         {"sample_parts", options.sample_parts},
+                         {"schedule", options.schedule},
+                         // Its name may say something else another day.
+                         {"schedule_fnv1a64", text_hash(schedule_text(options.schedule))},
+                         {"polish", options.polish}};
   if (std::isfinite(options.time_limit)) json["time_limit"] = options.time_limit;
   return json;
 }
@@ -156,39 +155,31 @@ void write_picture(const Image& image, const std::filesystem::path& path,
 }
 
 nlohmann::json to_json(const PictureOptions& options) {
-  const Camera& camera = options.camera;
   nlohmann::json cuts = nlohmann::json::array();
   for (const Cut& cut : options.cuts) {
     cuts.push_back({{"axis", std::string(1, cut.axis)},
                     {"at", cut.at},
                     {"unit", cut.is_percent ? "percent" : "shape"}});
   }
-  nlohmann::json palette = nlohmann::json::array();
-  if (options.material == Material::clay) {
-    palette.push_back(color_name(options.palette.clay));
-  } else {
-    for (const Rgb& stop : options.palette.stops) palette.push_back(color_name(stop));
+  nlohmann::json json = {
+      {"width", options.width},
+      {"height", options.height},
+      {"samples", options.samples_per_axis},
+      {"cuts", cuts},
+      {"keep_loose", options.keep_loose},
+      {"background", options.backdrop == Backdrop::plain ? color_name(options.background)
+                                                         : to_string(options.backdrop)},
+      {"ground", options.ground}};
+  PictureOptions read = options;  // the table's places are those of options that may change
+  for (const PictureSetting& setting : picture_settings()) {
+    json[setting.name] =
+        std::visit([&](const auto place) { return value_json(place(read)); }, setting.value);
   }
-  nlohmann::json look_at, frame;
-  if (const auto& p = camera.look_at) look_at = {p->x(), p->y(), p->z()};
-  if (camera.frame) frame = to_json(*camera.frame);
-  return {{"width", options.width},
-          {"height", options.height},
-          {"samples", options.samples_per_axis},
-          {"azimuth", camera.azimuth},
-          {"elevation", camera.elevation},
-          {"zoom", camera.zoom},
-          {"look_at", look_at},
-          {"frame", frame},
-          {"cuts", cuts},
-          {"keep_loose", options.keep_loose},
-          {"field_of_view", camera.field_of_view},
-          {"material", to_string(options.material)},
-          {"palette", palette},
-          {"background", options.backdrop == Backdrop::plain ? color_name(options.background)
-                                                             : to_string(options.backdrop)},
-          {"ground", options.ground},
-          {"up", to_json(camera.up)}};
+  json.erase("iterations");  // the map's options have them
+  if (options.material == Material::clay) {
+    json["palette"] = nlohmann::json::array({color_name(options.palette.clay)});
+  }
+  return json;
 }
 
 FitResult finished_fit(RationalMap map, const std::filesystem::path& file) {

@@ -59,9 +59,6 @@ std::string one_line(const nlohmann::json& json);
 void write_picture(const Image& image, const std::filesystem::path& path,
                    const nlohmann::json& how);
 
-/// The axis, or "auto" where none was chosen.
-nlohmann::json to_json(const std::optional<UpAxis>& up);
-
 /// What a map says of how its shape stands, for people. @param chosen empty: it was guessed
 std::string up_line(UpAxis up, const std::optional<UpAxis>& chosen);
 

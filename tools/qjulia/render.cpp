@@ -19,13 +19,16 @@
 #include "picture_options.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/knob_table.hpp"
 #include "qjulia/picture.hpp"
+#include "qjulia/picture_settings.hpp"
 
 namespace qjulia::tools {
 namespace {
 
 struct RenderArguments {
-  std::string input, output, device;
+  std::string input, output;
+  DeviceChoice device;
   std::optional<std::string> sweep;
   std::optional<int> turntable;
   std::string layers;  ///< prefix of their files; empty: none
@@ -60,7 +63,8 @@ struct Sweep {
 };
 
 /// Sets the option. @throws InputError for a value that it cannot have.
-using Setter = void (*)(double, MapOptions&, PictureOptions&);
+using Setter = std::function<void(double, MapOptions&, PictureOptions&)>;
+using Setters = std::map<std::string, Setter>;
 
 /// cos A + u sin A, for a unit vector along `axis` (1: i, 2: j, 3: k) and A in degrees.
 Quaternion turned_phase(int axis, double degrees) {
@@ -70,47 +74,62 @@ Quaternion turned_phase(int axis, double degrees) {
   return phase;
 }
 
-int whole(const char* name, double value) {
-  if (value != std::round(value) || std::abs(value) > 1e9) {
-    throw InputError(fmt::format("--sweep {}: {} is not a whole number", name, value));
-  }
-  return static_cast<int>(value);
+double whole(double value) {
+  if (value == std::round(value) && std::abs(value) <= 1e9) return value;
+  throw InputError(fmt::format("{} is not a whole number", value));
 }
 
-const std::map<std::string, Setter>& setters() {
-  static const std::map<std::string, Setter> all = {
-      {"azimuth", [](double v, MapOptions&, PictureOptions& p) { p.camera.azimuth = v; }},
-      {"elevation", [](double v, MapOptions&, PictureOptions& p) { p.camera.elevation = v; }},
-      {"zoom", [](double v, MapOptions&, PictureOptions& p) { p.camera.zoom = v; }},
-      {"iterations",
-       [](double v, MapOptions& m, PictureOptions& p) {
-         m.iterations = p.iterations = whole("iterations", v);
-       }},
-      {"detail",
-       [](double v, MapOptions& m, PictureOptions&) {
-         try {
-           expect_detail(v);
-         } catch (const InputError& error) {
-           throw InputError(fmt::format("--sweep detail: {}", error.what()));
-         }
-         m.detail = v;
-       }},
-      {"drift", [](double v, MapOptions& m, PictureOptions&) { m.knobs.drift = v; }},
-      {"slice", [](double v, MapOptions& m, PictureOptions&) { m.knobs.slice = v; }},
-      {"scale", [](double v, MapOptions& m, PictureOptions&) { m.knobs.scale = v; }},
-      {"tufts", [](double v, MapOptions& m, PictureOptions&) { m.knobs.tufts = v; }},
-      {"order-seed",
-       [](double v, MapOptions& m, PictureOptions&) {
-         const int seed = whole("order-seed", v);
-         if (seed < 0) throw InputError(fmt::format("--sweep order-seed: {} is below 0", seed));
-         m.knobs.order_seed = static_cast<std::uint64_t>(seed);
-       }},
-      {"phase-i",
-       [](double v, MapOptions& m, PictureOptions&) { m.knobs.phase = turned_phase(1, v); }},
-      {"phase-j",
-       [](double v, MapOptions& m, PictureOptions&) { m.knobs.phase = turned_phase(2, v); }},
-      {"phase-k",
-       [](double v, MapOptions& m, PictureOptions&) { m.knobs.phase = turned_phase(3, v); }}};
+/// What of a knob can be swept: its number, or the angle of a turn about each axis.
+class KnobSetters {
+ public:
+  KnobSetters(const Knob& knob, Setters& setters) : knob_(knob), setters_(setters) {}
+
+  void operator()(std::optional<double> MapKnobs::*member) const {
+    setters_[knob_.option()] = [this_knob = &knob_, member](double v, MapOptions& m,
+                                                            PictureOptions&) {
+      this_knob->expect_in_range(v);
+      m.knobs.*member = v;
+    };
+  }
+  void operator()(std::optional<std::uint64_t> MapKnobs::*member) const {
+    setters_[knob_.option()] = [this_knob = &knob_, member](double v, MapOptions& m,
+                                                            PictureOptions&) {
+      this_knob->expect_in_range(whole(v));
+      m.knobs.*member = static_cast<std::uint64_t>(v);
+    };
+  }
+  void operator()(std::optional<Quaternion> MapKnobs::*member) const {
+    for (const int axis : {1, 2, 3}) {
+      setters_[fmt::format("{}-{}", knob_.option(), "-ijk"[axis])] =
+          [member, axis](double v, MapOptions& m, PictureOptions&) {
+            m.knobs.*member = turned_phase(axis, v);
+          };
+    }
+  }
+  void operator()(std::optional<Eigen::Vector3d> MapKnobs::*) const {}
+  void operator()(std::optional<Rotation> MapKnobs::*) const {}
+
+ private:
+  const Knob& knob_;
+  Setters& setters_;
+};
+
+const Setters& setters() {
+  static const Setters all = [] {
+    Setters made;
+    for (const Knob& knob : knob_table()) std::visit(KnobSetters(knob, made), knob.value);
+    for (const PictureSetting& setting : picture_settings()) {
+      if (const auto* place = std::get_if<double& (*)(PictureOptions&)>(&setting.value)) {
+        made[setting.option()] = [place = *place](double v, MapOptions&, PictureOptions& p) {
+          place(p) = v;
+        };
+      }
+    }
+    made["iterations"] = [](double v, MapOptions& m, PictureOptions& p) {
+      m.iterations = p.iterations = static_cast<int>(whole(v));
+    };
+    return made;
+  }();
   return all;
 }
 
@@ -130,9 +149,12 @@ std::vector<double> numbers(const std::string& list, char between, const std::st
 }
 
 /// What can be swept, for help and errors.
-constexpr const char* kSweepNames =
-    "detail, drift, slice, scale, tufts, order-seed, phase-i, phase-j, phase-k (the phase "
-    "cos A + i sin A, A in degrees), iterations, azimuth, elevation, zoom";
+std::string sweep_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, setter] : setters()) names.push_back(name);
+  return fmt::format("{}; phase-i is the phase cos A + i sin A, A in degrees",
+                     fmt::join(names, ", "));
+}
 
 /// "NAME=FROM:TO:COUNT", both ends included, or "NAME=A,B,C". @throws InputError
 Sweep parse_sweep(const std::string& text) {
@@ -141,7 +163,7 @@ Sweep parse_sweep(const std::string& text) {
   Sweep sweep{text.substr(0, equals), {}};
   if (!setters().contains(sweep.name)) {
     throw InputError(
-        fmt::format("--sweep: there is no '{}' to sweep; it can be {}", sweep.name, kSweepNames));
+        fmt::format("--sweep: there is no '{}' to sweep; it can be {}", sweep.name, sweep_names()));
   }
   const std::string list = text.substr(equals + 1);
   if (list.find(':') == std::string::npos) {
@@ -169,7 +191,9 @@ Sweep turntable(double first, int count) {
 
 /// Whether only the camera moves.
 bool is_of_camera(const Sweep& sweep) {
-  return sweep.name == "azimuth" || sweep.name == "elevation" || sweep.name == "zoom";
+  const auto found = std::ranges::find_if(
+      picture_settings(), [&](const auto& setting) { return setting.option() == sweep.name; });
+  return found != picture_settings().end() && found->is_of_camera;
 }
 
 PictureOptions checked_options(const RenderArguments& arguments) {
@@ -284,7 +308,11 @@ std::optional<Sweep> wanted_sweep(const RenderArguments& arguments, const Pictur
   for (const double value : sweep.values) {
     MapOptions map_options = arguments.map_options;
     PictureOptions changed = options;
-    setters().at(sweep.name)(value, map_options, changed);
+    try {
+      setters().at(sweep.name)(value, map_options, changed);
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("--sweep {}: {}", sweep.name, error.what()));
+    }
     map_options.knobs.validate();
     changed.validate();
   }
@@ -399,10 +427,11 @@ int run_render(const RenderArguments& arguments, Session& session) {
   const Device device = session.open_device(arguments.device);
 
   if (arguments.preview) draw_preview(device, scene, arguments, options, session);
-  PictureLayers layers;
-  const Image image =
-      studio_of(device, scene, arguments.input, arguments.map_options, options, session)
-          .picture(options.camera, session.monitor(), arguments.layers.empty() ? nullptr : &layers);
+  Studio studio =
+      studio_of(device, scene, arguments.input, arguments.map_options, options, session);
+  const auto [image, layers] =
+      arguments.layers.empty() ? LayeredImage{studio.picture(options.camera, session.monitor()), {}}
+                               : studio.layered_picture(options.camera, session.monitor());
   warn_if_empty(image, arguments.input, options, session);
   nlohmann::json how = made_with(arguments.input, arguments.map_options, device.info());
   how["picture"] = to_json(options);
@@ -443,7 +472,7 @@ void describe_render(Command command, RenderArguments& a) {
   add_size(command, a.options);
   command.add("--samples", &a.options.samples_per_axis, "INT",
               "Anti-aliasing: N x N rays per pixel");
-  a.camera = add_camera(command, a.options.camera);
+  a.camera = add_camera(command, a.options);
   command.word(
       "--cut", "AXIS=PLACE", [&a](const std::string& text) { a.options.cuts = parse_cuts(text); },
       "Cut away what lies beyond a place along an axis, and show the inside: a coordinate, shape "
@@ -452,18 +481,12 @@ void describe_render(Command command, RenderArguments& a) {
       "--sweep", "SWEEP", [&a](const std::string& text) { a.sweep = text; },
       std::string("Pictures for several values of one option, NAME=FROM:TO:COUNT or NAME=A,B,C: a "
                   "contact sheet in PICTURE, and each in PICTURE_001.png and on. NAME: ") +
-          kSweepNames);
+          sweep_names());
   command
       .add("--turntable", &a.turntable, "N",
            "The same for N azimuths once around, 2 to 10000: the shape turns under steady light")
       .range(2, 10000);
-  command.choice(
-      "--material", a.options.material,
-      {{to_string(Material::clay), Material::clay},
-       {to_string(Material::iterations), Material::iterations},
-       {to_string(Material::trap), Material::trap}},
-      "What colours the set: clay; iterations, how late the orbit of a point is decided; or trap, "
-      "how close two iterates come to the plane X = 0, seen from the origin");
+  add_material(command, a.options);
   command.file("--aov", a.layers, "PREFIX",
                "Also write what each pixel shows: PREFIX.depth.npy (along the ray from the camera, "
                "shape units, inf where nothing is), PREFIX.normal.npy and PREFIX.position.npy "

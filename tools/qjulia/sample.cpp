@@ -10,12 +10,14 @@
 #include "map_options.hpp"
 #include "provenance.hpp"
 #include "qjulia/file_types.hpp"
+#include "setting_json.hpp"
 
 namespace qjulia::tools {
 namespace {
 
 struct SampleArguments {
-  std::string map, output, device;
+  std::string map, output;
+  DeviceChoice device;
   MapOptions map_options;
   SampleOptions options;
 };
@@ -37,7 +39,7 @@ int run_sample(const SampleArguments& arguments, Session& session) {
                                       to_string(options.precision), seconds, arguments.output),
                           {{"field", arguments.output},
                            {"cells", grid.cells},
-                           {"box", to_json(grid.box)},
+                           {"box", value_json(grid.box)},
                            {"surface_level", map.surface_level},
                            {"made_with", how},
                            {"seconds", seconds}});

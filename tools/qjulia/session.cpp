@@ -88,15 +88,14 @@ RationalMap Session::read_map(const std::string& file) {
 
 TriangleMesh Session::read_mesh(const std::string& file, const std::stop_token& stop) {
   const TraceStage stage(trace_, "read the mesh");
-  MeshReport report;
-  TriangleMesh mesh = qjulia::read_mesh(file, &report, stop);
+  auto [mesh, report] = read_and_inspect_mesh(file, stop);
   for (const std::string& warning : report.warnings()) {
     console.warn(fmt::format("{}: {}", file, warning));
   }
   return mesh;
 }
 
-Device Session::open_device(const std::string& wanted) {
+Device Session::open_device(const DeviceChoice& wanted) {
   expect_descriptors();
   const auto [device, warning] = with_cached_tuning(Device::choose(wanted));
   if (!warning.empty()) console.warn(warning);

@@ -39,7 +39,7 @@ class Session {
   TriangleMesh read_mesh(const std::string& file) { return read_mesh(file, interrupts.token()); }
   TriangleMesh read_mesh(const std::string& file, const std::stop_token& stop);
   /// Chooses a device, with the settings kept for it, and says which. @throws NoDeviceError
-  Device open_device(const std::string& wanted);
+  Device open_device(const DeviceChoice& wanted);
   /// What is traced, if anything is.
   const std::shared_ptr<Trace>& trace() const { return trace_; }
   /// No trace is written after all: another process of this run does.

@@ -14,19 +14,18 @@
 #include "qjulia/map_file.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/painting.hpp"
+#include "setting_json.hpp"
 
 namespace qjulia::tools {
 namespace {
 
 struct ShapeArguments {
-  std::string mesh, output, device;
+  std::string mesh, output;
+  DeviceChoice device;
   std::string versor = "random:60:1";
   ExactMapOptions options;
   PaintOptions paint;  ///< its thickness alone
 };
-
-/// Of the shape, map units.
-constexpr double kLongestSide = 3;
 
 /// What `--versor` says: "noise", "noise4" or "random" and numbers, or else a map file.
 using Words = std::vector<std::string>;
@@ -44,12 +43,12 @@ NoiseVersor noise_of(const Words& words) {
     value = given.value_or(value);
     return given.has_value();
   };
-  double scale = kLongestSide * noise.scale;
+  double scale = kMapSide * noise.scale;
   const bool is_read =
       words.size() <= 4 && read(1, noise.octaves) && read(2, scale) && read(3, noise.seed);
-  noise.scale = scale / kLongestSide;
-  const double least = kLongestSide * NoiseVersor::kLeastScale;
-  const double most = kLongestSide * NoiseVersor::kMostScale;
+  noise.scale = scale / kMapSide;
+  const double least = kMapSide * NoiseVersor::kLeastScale;
+  const double most = kMapSide * NoiseVersor::kMostScale;
   if (!is_read || noise.octaves < 1 || noise.octaves > NoiseVersor::kMostOctaves ||
       !(scale >= least && scale <= most)) {
     throw InputError(fmt::format(
@@ -60,11 +59,11 @@ NoiseVersor noise_of(const Words& words) {
   return noise;
 }
 
-/// Sets the versor that `--versor` asks for.
+/// Sets the versor that `--versor` asks for, and the phase of the map it is of.
 void choose_versor(const std::string& versor, ExactMapOptions& options) {
   const Words words = base::split(versor, ':');
   if (is_noise(words)) {
-    options.noise = noise_of(words);
+    options.versor = noise_of(words);
   } else if (is_random(words)) {
     const auto roots = base::number_in<int>(words[1]);
     const auto seed = base::number_in<std::uint64_t>(words.size() > 2 ? words[2] : "1");
@@ -73,20 +72,18 @@ void choose_versor(const std::string& versor, ExactMapOptions& options) {
           "--versor: '{}' is not random:K:SEED with two whole numbers, such as random:60:1",
           versor));
     }
-    if (*roots < 1 || *roots > ExactMapOptions::kMostRoots) {
+    if (*roots < 1 || *roots > RandomRoots::kMostRoots) {
       throw InputError(fmt::format("--versor: '{}' has {} roots; give 1 to {}", versor, *roots,
-                                   ExactMapOptions::kMostRoots));
+                                   RandomRoots::kMostRoots));
     }
-    options.roots = *roots;
-    options.seed = *seed;
+    options.versor = RandomRoots{*roots, *seed};
   } else {
     const RationalMap map = read_map(versor);
     if (!std::holds_alternative<FactorsVersor>(map.versor)) {
       throw InputError(fmt::format(
           "--versor: '{}' is a {} map; give one whose versor is of factors", versor, map.kind()));
     }
-    options.factors = map.factors;
-    options.factors_frame = map.shape_to_map;
+    options.versor = FactorsOfMap{map.factors, map.shape_to_map};
     options.phase = map.phase;
   }
 }
@@ -96,7 +93,7 @@ nlohmann::json options_json(const ShapeArguments& arguments) {
   nlohmann::json json = {{"resolution", arguments.options.resolution},
                          {"detail", to_string(arguments.options.detail)},
                          {"tufts", arguments.options.tufts},
-                         {"up", to_json(arguments.options.up)},
+                         {"up", value_json(arguments.options.up)},
                          {"versor", arguments.versor},
                          {"fourth", is_round ? "round" : "ignored"}};
   if (arguments.paint.thickness) json["thickness"] = *arguments.paint.thickness;
@@ -136,7 +133,7 @@ int run_shape(const ShapeArguments& arguments, Session& session) {
       fmt::format("{} x {} x {} cells, {}, {:.1f} s\n{}\nmap: {}\nnext: qjulia render {} -o "
                   "picture.png",
                   nx, ny, nz,
-                  options.noise ? "noise" : fmt::format("{} factors", map.factors.size()),
+                  map.factors.empty() ? "noise" : fmt::format("{} factors", map.factors.size()),
                   session.seconds(), up_line(*map.up, arguments.options.up), arguments.output,
                   shell_word(arguments.output)),
       {{"map", arguments.output},

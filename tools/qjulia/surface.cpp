@@ -19,7 +19,8 @@ namespace qjulia::tools {
 namespace {
 
 struct SurfaceArguments {
-  std::string map, output, device;
+  std::string map, output;
+  DeviceChoice device;
   MapOptions map_options;
   SurfaceOptions options;
   bool keep_loose = false, largest_component = false;
@@ -85,7 +86,9 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device,
                        const RationalMap& map, const SurfaceOptions& options,
                        const std::string& note, const ProgressMonitor& monitor) {
   WrittenSurface written;
-  TriangleMesh mesh = extract_surface(device, map, options, monitor, &written.report);
+  MeshSink sink;
+  written.report = extract_surface(device, map, options, sink, monitor);
+  TriangleMesh& mesh = sink.mesh;
   if (mesh.triangles.empty()) return written;
   const double least = arguments.largest_component ? 1 : arguments.min_component.value_or(0);
   const TraceStage stage(monitor.trace, "measure and write");
@@ -217,7 +220,7 @@ void add_surface(CommandLine& program, ChosenCommand& chosen) {
   qjulia surface bunny.qjulia.json -o bunny.ply
   qjulia surface bunny.qjulia.json -o fine.stl --resolution 512 --detail 0.03
   qjulia surface bunny.qjulia.json -o print.stl --millimetres 80
-  qjulia surface bunny.qjulia.json -o crust.ply --drift 0.8 --phase 0.8 0.6 0 0
+  qjulia surface bunny.qjulia.json -o wild.ply --detail 0.03 --phase 0.8 0.6 0 0
 The mesh lies in the fitted shape's own coordinates; .glb and .stl stand upright. Only the
 undecided shell about the surface is iterated: time grows with its volume, memory with the
 mesh and one slab.

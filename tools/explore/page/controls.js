@@ -1,6 +1,7 @@
-// The panel: a slider and a number for each knob, menus, buttons. Its words are those of qjulia's help.
+// The panel: what sets each setting of the page, and buttons.
 import { byId, element, root } from "./dom.js";
-import { bears, map } from "./map.js";
+import { map } from "./map.js";
+import { bears, settings } from "./settings.js";
 import { canRedo, canUndo, change, onChange, ranges, redo, state, undo, usual, words } from "./state.js";
 
 const updates = [];  // what follows the state
@@ -15,7 +16,7 @@ export const select = (name, entries, onchange) =>
   element("select", { name, onchange }, ...entries.map(([value, text]) => element("option", { value }, text)));
 
 /** A slider with a number beside it. `isLog`: equal ways multiply the value by the same. */
-function slider(name, text, title, step, isLog = false) {
+function slider({ name, label: text, help: title, step, log: isLog = false, whole: isWhole = false }) {
   const [, least, most] = ranges[name];
   const toWay = (v) => isLog ? Math.log(v / least) / Math.log(most / least) : v;
   const toValue = (w) => isLog ? Number((least * (most / least) ** w).toPrecision(3)) : Number(w);
@@ -27,7 +28,7 @@ function slider(name, text, title, step, isLog = false) {
   range.addEventListener("change", () => change({}));
   number.addEventListener("change", () => {
     const value = Number(number.value);
-    if (number.value !== "" && Number.isFinite(value)) change({ [name]: step >= 1 ? Math.round(value) : value });
+    if (number.value !== "" && Number.isFinite(value)) change({ [name]: isWhole ? Math.round(value) : value });
     follow();
   });
   const follow = () => {
@@ -38,7 +39,7 @@ function slider(name, text, title, step, isLog = false) {
   return line(text, title, range, number);
 }
 
-function menu(name, text, title) {
+function menu({ name, label: text, help: title }) {
   const list = select(name, words[name].map((word) => [word, word]), () => change({ [name]: list.value }));
   updates.push(() => { list.value = state[name]; });
   return line(text, title, list);
@@ -55,10 +56,10 @@ const presets = {
   crust: { drift: 0.8, detail: Math.max(map.detail, 0.03) }, "cut open": { cutz: 50, azimuth: 20 },
   "short tufts": { tufts: 6, detail: map.detail * 1.5 }, "by iterations": { material: "iterations" }, "by trap": { material: "trap" },
 };
-const needs = { detail: bears.detail, drift: bears.drift, cutz: Boolean(map.box) };
+const isThere = (knob) => knob === "cutz" ? Boolean(map.box) : Object.hasOwn(usual, knob);
 
 function presetMenu() {
-  const names = Object.keys(presets).filter((name) => Object.keys(presets[name]).every((knob) => needs[knob] ?? true));
+  const names = Object.keys(presets).filter((name) => Object.keys(presets[name]).every(isThere));
   const list = select("preset", [["", "choose"], ["usual", "as the map is"], ...names.map((name) => [name, name])], () => {
     const camera = Object.fromEntries(["azimuth", "elevation", "zoom", "look", "up"].map((name) => [name, state[name]]));
     change({ ...usual, ...camera, ...presets[list.value] });
@@ -69,7 +70,7 @@ function presetMenu() {
 
 const someAngle = (most) => Math.round(Math.random() * most), someOrder = () => 1 + someAngle(999998);
 export function surprise() {
-  change({ phase1: someAngle(180), phase2: someAngle(180), phase3: someAngle(360) - 180, ...(bears.order ? { order: someOrder() } : {}) });
+  change({ phase1: someAngle(180), phase2: someAngle(180), phase3: someAngle(360) - 180, ...(bears("order-seed") ? { order: someOrder() } : {}) });
 }
 
 const undoButton = button("Undo", "Undo the last change (Ctrl+Z)", undo), redoButton = button("Redo", "Do it again (Ctrl+Shift+Z)", redo);
@@ -78,33 +79,19 @@ byId("actions").append(undoButton, redoButton,
   button("Reset", "All as the map is", () => change({ ...usual })));
 updates.push(() => { undoButton.disabled = !canUndo(); redoButton.disabled = !canRedo(); });
 
-group("Fractal", presetMenu(),
-  bears.detail && slider("detail", "detail", "Thickness of the fractal shell, as a fraction of the shape's box diagonal: thicker is wilder", 0, true),
-  slider("iterations", "iterations", "1 is the fitted shape itself, 2 and 3 have fewer octaves of detail, 6 is the set as it stays (8 where detail is above 0.03)", 1),
-  slider("tufts", "tufts", "How many times as steep the field is outside the shape: above 1, tufts that stand off the shape are shorter", 0, true));
-group("Pattern",
-  slider("phase1", "phase", "First angle of the unit quaternion in front of the map, degrees: turns the pattern of grooves and keeps the shape", 1),
-  slider("phase2", "phase, 2nd", "Second angle of the phase, degrees; it matters where the first is not 0", 1),
-  slider("phase3", "phase, 3rd", "Third angle of the phase, degrees; it matters where the first two are not 0", 1),
-  bears.order && slider("order", "order seed", "Shuffles the map's factors by this seed: another pattern of grooves on the same shape; 0 is the map's own order", 1),
-  bears.order && button("Shuffle", "Another order of the factors", () => change({ order: someOrder() })));
-group("Shape",
-  bears.drift && slider("drift", "drift", "Moves the origin of iteration inside the shape, along z, in inradii: grooves deepen, near 1 the set is a hollow crust", 0.01),
-  slider("slice", "slice", "Fourth coordinate of what is looked at, map units: away from 0 thin parts vanish first", 0.005),
-  slider("scale", "scale", "Above 1 the set swells, below 1 it wears away", 0, true),
-  bears.rotate && slider("rotate", "rotate", "Turns the factors, and the shape with them, about an axis through the origin of iteration, degrees", 1),
-  bears.rotate && menu("axis", "about", "The axis: about x, the real axis, the grooves turn along; about the others they change"));
+/** What sets the settings of a group. */
+const fields = (title) => [...settings.map, ...settings.picture].filter((setting) => setting.group === title)
+  .flatMap((setting) => setting.controls).map((control) => control.words ? menu(control) : slider(control));
+
+group("Fractal", presetMenu(), ...fields("Fractal"));
+group("Pattern", ...fields("Pattern"),
+  bears("order-seed") && button("Shuffle", "Another order of the factors", () => change({ order: someOrder() })));
+group("Shape", ...fields("Shape"));
 if (map.box) {
   group("Cut open", ...["x", "y", "z"].map((axis) =>
-    slider("cut" + axis, axis, `Cuts away what lies beyond this place along ${axis}, per cent of the shape's box`, 1)));
+    slider({ name: "cut" + axis, label: axis, help: `Cuts away what lies beyond this place along ${axis}, per cent of the shape's box`, step: 1 })));
 }
-group("Look",
-  menu("material", "material", "What colours the set: clay; how late the orbit of a point is decided; or how close two iterates come to the plane X = 0"),
-  menu("palette", "palette", "The set's colours: of clay, or those that the other materials go through from low to high"),
-  slider("light", "light", "Strength of the lamp", 0.05),
-  slider("lightaz", "from the side", "Where the lamp is, degrees from the camera to the right", 1),
-  slider("lightup", "from above", "How high the lamp is, degrees", 1),
-  menu("up", "up", "The shape's axis that points up"));
+group("Look", ...fields("Look"));
 
 byId("panel").addEventListener("submit", (event) => event.preventDefault());
 onChange(() => updates.forEach((update) => update()));

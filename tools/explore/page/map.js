@@ -2,12 +2,12 @@
 import { apply, boxAround, identity, imageOfBox, length, multiply, plus, times, transpose, turnAbout } from "./vectors.js";
 import { byId } from "./dom.js";
 import { shuffled } from "./random.js";
+import { bears } from "./settings.js";
 
 export const map = JSON.parse(byId("qjulia-map").textContent);
 
 const kinds = { rational: ["factors", "factors"], quadratic: ["quadratic", "quadratic"] }[map.kind] ?? map.kind.split("/");
 export const [modulusKind, versorKind] = kinds;
-const isRational = map.kind === "rational";
 const hasFactorsModulus = modulusKind === "factors", hasGrid = modulusKind === "distance";
 
 /** The bytes of a zlib stream that stands in a map file. */
@@ -17,33 +17,17 @@ export async function inflated(text) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/** Which knobs the map bears. */
-export const bears = {
-  detail: map.detail !== undefined && (hasGrid || (hasFactorsModulus && versorKind !== "quadratic")),
-  order: isRational || (hasGrid && versorKind === "factors"),
-  rotate: isRational && !map.paint,
-  drift: map.inradius !== undefined && (isRational || (hasFactorsModulus && versorKind === "noise") ||
-                                        (hasGrid && versorKind !== "quadratic")),
-};
-
 export const degree = hasFactorsModulus ? map.factors.reduce((sum, f) => sum + f.exponent, 0)
                                         : hasGrid ? Infinity : 2;
-/** The largest detail with which the set is bounded, and that the knob offers. */
-export const mostDetail = bears.detail ? Math.min(0.07, hasGrid ? 1 : 0.97 * map.detail * degree) : 1;
-
 export const toMap = (p, m = map) => plus(times(m.shape_to_map.scale, p), m.shape_to_map.translation);
 export const toShape = (p, m = map) =>
   times(1 / m.shape_to_map.scale, plus(p, m.shape_to_map.translation, -1));
 
-/** A unit quaternion by three angles, degrees, and back. */
+/** A unit quaternion by three angles, degrees. */
 export function phaseOf([a, b, c]) {
   const [r, s, t] = [a, b, c].map((degrees) => degrees * Math.PI / 180);
   return [Math.cos(r), Math.sin(r) * Math.cos(s), Math.sin(r) * Math.sin(s) * Math.cos(t),
           Math.sin(r) * Math.sin(s) * Math.sin(t)];
-}
-export function anglesOf([x, y, z, w]) {
-  const degrees = (r) => r * 180 / Math.PI;
-  return [degrees(Math.atan2(Math.hypot(y, z, w), x)), degrees(Math.atan2(Math.hypot(z, w), y)), degrees(Math.atan2(w, z))];
 }
 
 /** The map with these knobs turned, as with_knobs has it but for the calibration and what comes after.
@@ -52,21 +36,21 @@ export function anglesOf([x, y, z, w]) {
 export function turned(knobs) {
   const result = structuredClone({ ...map, distance: undefined });
   if (map.distance) result.distance = { ...map.distance };  // whose data is long, and stays
-  result.steep = bears.detail ? map.detail / knobs.detail : 1;
-  if (bears.detail && knobs.detail !== map.detail) {
+  result.steep = bears("detail") ? map.detail / knobs.detail : 1;
+  if (bears("detail") && knobs.detail !== map.detail) {
     if (hasGrid) result.distance.shell /= result.steep;
     else for (const factor of result.factors) factor.exponent *= result.steep;
     const level = map.surface_level ?? 0;
     result.log_scale = result.steep * (map.log_scale - level) + level;
     result.detail = knobs.detail;
   }
-  if (bears.order && knobs.order > 0) result.factors = shuffled(result.factors, knobs.order);
+  if (bears("order-seed") && knobs.order > 0) result.factors = shuffled(result.factors, knobs.order);
   result.phase = knobs.phase;
   result.slice = knobs.slice;
-  result.turn = bears.rotate ? turnAbout(knobs.axis, knobs.rotate) : identity;
+  result.turn = bears("rotate") ? turnAbout(knobs.axis, knobs.rotate) : identity;
   result.offset = [0, 0, 0];
-  if (bears.rotate && knobs.rotate !== 0) rotate(result);
-  if (bears.drift && knobs.drift !== 0) move(result, [0, 0, knobs.drift * map.inradius * map.shape_to_map.scale]);
+  if (bears("rotate") && knobs.rotate !== 0) rotate(result);
+  if (bears("drift") && knobs.drift !== 0) move(result, [0, 0, knobs.drift * map.inradius * map.shape_to_map.scale]);
   result.tufts = knobs.tufts;
   return result;
 }

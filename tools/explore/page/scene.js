@@ -1,9 +1,10 @@
 // The map as its knobs stand, ready to be drawn: calibrated, with the radii, grid and slopes that the
 // march needs. Each is made again only where a knob changes it.
-import { bears, map, shapeBox, toMap, turned } from "./map.js";
+import { map, shapeBox, toMap, turned } from "./map.js";
 import { effectiveRadius, extremes, stopRadii, uniformsOf } from "./field.js";
 import { makeGrid, slopeAt } from "./grid.js";
 import { gl, uploadFactors } from "./gl.js";
+import { bears } from "./settings.js";
 import { knobsOf, written } from "./state.js";
 import { apply, plus, times, transpose } from "./vectors.js";
 
@@ -16,7 +17,7 @@ export const isCoarse = () => grid !== null && grid.cells < fineCells;
 /** The map with its knobs turned, calibrated. @throws where the origin leaves the shape. */
 function turnedMap(knobs) {
   const m = turned(knobs);
-  if (knobs.drift !== 0 && bears.drift) {
+  if (knobs.drift !== 0 && bears("drift")) {
     const key = [knobs.drift, knobs.rotate, knobs.axis].join();
     if (calibration?.key !== key) {
       uploadFactors(m.factors);

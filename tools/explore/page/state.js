@@ -1,47 +1,55 @@
 // What the controls say: one flat object, which the address holds too. A link is a shape.
-import { anglesOf, bears, map, mostDetail, phaseOf } from "./map.js";
+import { map, phaseOf } from "./map.js";
 import { byId } from "./dom.js";
+import { settings } from "./settings.js";
 import { axisOf } from "./vectors.js";
 
 /** Colours by the palettes' names, the default's first. */
 export const palettes = JSON.parse(byId("palettes").textContent);
 
-const usualPhase = map.phase ?? [1, 0, 0, 0], usualAngles = anglesOf(usualPhase);
+const all = [...settings.map, ...settings.picture], controls = all.flatMap((setting) => setting.controls);
+const cuts = ["cutx", "cuty", "cutz"];  // per cent of the box
 
 /** Every number: [usual, least, most]. */
-export const ranges = {
-  azimuth: [30, -180, 180], elevation: [15, -90, 90], zoom: [1, 0.1, 500],
-  detail: [map.detail ?? 1, bears.detail ? Math.min(0.001, map.detail) : 1, bears.detail ? Math.max(mostDetail, map.detail) : 1],
-  iterations: [6, 1, 16],
-  phase1: [usualAngles[0], 0, 180], phase2: [usualAngles[1], 0, 180], phase3: [usualAngles[2], -180, 180],
-  drift: [0, 0, 1.1], slice: [map.slice, Math.min(-1.5, map.slice), Math.max(1.5, map.slice)], scale: [1, 0.3, 3],
-  rotate: [0, -180, 180], order: [0, 0, 999999], tufts: [map.tufts ?? 1, 1, 100],
-  cutx: [100, 1, 100], cuty: [100, 1, 100], cutz: [100, 1, 100],
-  lightaz: [-61.7, -180, 180], lightup: [41.4, -20, 90], light: [1, 0, 2],
-};
-const whole = ["iterations", "order"];
-
-const standing = ["x", "y", "z", "-x", "-y", "-z"], ownUp = map.up ?? "y";
-/** Every word: the usual first. */
-export const words = { axis: ["x", "y", "z"], up: [ownUp, ...standing.filter((up) => up !== ownUp)], material: ["clay", "iterations", "trap"],
-                       palette: Object.keys(palettes) };
-
-export const usual = Object.fromEntries([
-  ...Object.entries(ranges).map(([name, range]) => [name, range[0]]),
-  ...Object.entries(words).map(([name, list]) => [name, list[0]]),
-  ["look", null],  // the point in the middle, shape units
+export const ranges = Object.fromEntries([
+  ...controls.filter((control) => control.least !== undefined).map(({ name, usual, least, most }) => [name, [usual, least, most]]),
+  ...cuts.map((name) => [name, [100, 1, 100]]),
 ]);
+const whole = controls.filter((control) => control.whole).map((control) => control.name);
+
+/** Every word: the usual first. */
+export const words = Object.fromEntries(controls.filter((control) => control.words).map(({ name, words: list }) => [name, list]));
+
+/** What every control says where nothing is changed; a point in the picture's middle is null. */
+export const usual = Object.fromEntries([...controls.map((control) => [control.name, control.usual]), ...cuts.map((name) => [name, 100])]);
 
 /** The state now. Change it through `change`. */
 export const state = { ...usual };
 export const differs = (...names) => names.some((name) => state[name] !== usual[name]);
 
-/** The knobs that the state stands for. */
+/** The names of a setting's controls. */
+const namesOf = (setting) => setting.controls.map((control) => control.name);
+
+const valueMakers = {
+  phase: phaseOf,
+  rotation: ([degrees, axis]) => [...axisOf(axis), degrees],
+  point: ([point]) => point,
+};
+
+/** The numbers or words that a setting stands at, as an option takes them. */
+const valuesOf = (setting) => (valueMakers[setting.type] ?? ((values) => values))(namesOf(setting).map((name) => state[name]));
+
+/** Options that differ from the usual, of "map" or "picture": [option, values]. */
+export const changed = (part) => settings[part].filter((setting) => differs(...namesOf(setting)))
+  .map((setting) => [setting.option, valuesOf(setting).map(short)]);
+
+/** The knobs that the state stands for, as `turned` takes them. */
 export function knobsOf() {
+  const hasOwnPhase = !differs("phase1", "phase2", "phase3");
   return {
     detail: state.detail, order: state.order, slice: state.slice, drift: state.drift, rotate: state.rotate,
-    phase: differs("phase1", "phase2", "phase3") ? phaseOf([state.phase1, state.phase2, state.phase3]) : usualPhase,
-    axis: axisOf(state.axis), scale: state.scale, tufts: state.tufts,
+    phase: hasOwnPhase ? map.phase ?? [1, 0, 0, 0] : phaseOf([state.phase1, state.phase2, state.phase3]),
+    axis: axisOf(state.axis ?? "x"), scale: state.scale, tufts: state.tufts,
   };
 }
 

@@ -1,0 +1,44 @@
+#pragma once
+/// Every knob, described: options of commands, sweeps, requests, pages, provenance and the
+/// reference come from this table.
+
+#include <functional>
+#include <span>
+#include <string>
+#include <variant>
+
+#include "qjulia/knobs.hpp"
+#include "qjulia/setting.hpp"
+
+namespace qjulia {
+
+struct Knob : Setting {
+  /// Where its value stands; the type is the value's.
+  std::variant<std::optional<double> MapKnobs::*, std::optional<std::uint64_t> MapKnobs::*,
+               std::optional<Eigen::Vector3d> MapKnobs::*, std::optional<Quaternion> MapKnobs::*,
+               std::optional<Rotation> MapKnobs::*>
+      value;
+  /// Whether maps keep a value of this knob, which holds where the knob is left alone.
+  bool is_kept = false;
+  /// Why the map does not bear the knob; empty where it does.
+  std::function<std::string(const RationalMap&)> why_not = [](const RationalMap&) {
+    return std::string();
+  };
+  /// The largest value that this map bears.
+  std::function<double(const RationalMap&)> most_of = [](const RationalMap&) {
+    return std::numeric_limits<double>::infinity();
+  };
+
+  bool is_turned(const MapKnobs& knobs) const;
+};
+
+/// In the order in which `with_knobs` turns them.
+std::span<const Knob> knob_table();
+
+/// By the name of the struct's member. @throws InputError where there is none.
+const Knob& knob_named(const std::string& name);
+
+/// The knobs as the map has them: turned so, they change nothing. Without `order_seed`.
+MapKnobs knobs_of(const RationalMap& map);
+
+}  // namespace qjulia

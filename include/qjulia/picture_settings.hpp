@@ -1,0 +1,34 @@
+#pragma once
+/// The settings of a picture that a user turns while looking at it, described: options of commands,
+/// sweeps, requests, pages, provenance and the reference come from this table.
+
+#include <span>
+#include <string>
+#include <variant>
+
+#include "qjulia/picture.hpp"
+#include "qjulia/setting.hpp"
+
+namespace qjulia {
+
+struct PictureSetting : Setting {
+  /// Where its value stands; the type is the value's.
+  std::variant<double& (*)(PictureOptions&), int& (*)(PictureOptions&),
+               std::optional<Eigen::Vector3d>& (*)(PictureOptions&),
+               std::optional<Box>& (*)(PictureOptions&), Material& (*)(PictureOptions&),
+               Palette& (*)(PictureOptions&), Lamp& (*)(PictureOptions&),
+               std::optional<UpAxis>& (*)(PictureOptions&)>
+      value;
+  /// Whether it moves the camera and nothing else, so that a `Studio` stays as it is.
+  bool is_of_camera = false;
+};
+
+std::span<const PictureSetting> picture_settings();
+
+/// By the name of the struct's member. @throws InputError where there is none.
+const PictureSetting& picture_setting_named(const std::string& name);
+
+/// "clay", "iterations" or "trap", else none.
+std::optional<Material> material_named(std::string_view name);
+
+}  // namespace qjulia

@@ -1,0 +1,15 @@
+#pragma once
+/// What a page may set of a map and its picture.
+
+#include <string>
+
+#include "qjulia/rational_map.hpp"
+
+namespace qjulia::explore {
+
+/// JSON: under "map" the iterations and the knobs that the map bears, under "picture" the settings
+/// of pictures, each with its controls and their usual values. Settings without controls are left
+/// out. State in a page's address, commands it gives and requests it makes follow from these alone.
+std::string page_settings(const RationalMap& map);
+
+}  // namespace qjulia::explore
