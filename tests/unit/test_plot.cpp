@@ -190,11 +190,17 @@ TEST_CASE("no number that a plot may get does harm") {
       CHECK(plot_ticks(1, x, logarithmic).size() < 40);
       CHECK(plot_ticks(x, x * (1 + 1e-15), logarithmic).size() < 40);
       Plot plot;
-      plot.title = "a\xff title";
       plot.series = {{"a", {x, 1, 2}, {x, x, 1}}};
       plot.x.logarithmic = plot.y.logarithmic = logarithmic;
       CHECK_NOTHROW(draw_plot(plot));
       CHECK_NOTHROW(plot_svg(plot));
     }
   }
+}
+
+TEST_CASE("a text that is no UTF-8 is refused") {
+  Plot plot = one_point(10, 10);
+  plot.title = "a\xff title";
+  CHECK_THROWS_AS(draw_plot(plot), Error);
+  CHECK_THROWS_AS(plot_svg(plot), Error);
 }
