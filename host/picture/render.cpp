@@ -163,30 +163,6 @@ void expect_color(const char* field, const Rgb& color) {
 
 }  // namespace
 
-const char* to_string(Material material) {
-  switch (material) {
-    case Material::clay:
-      return "clay";
-    case Material::iterations:
-      return "iterations";
-    case Material::trap:
-      return "trap";
-  }
-  return "";
-}
-
-const char* to_string(Backdrop backdrop) {
-  switch (backdrop) {
-    case Backdrop::studio:
-      return "studio";
-    case Backdrop::plain:
-      return "plain";
-    case Backdrop::transparent:
-      return "transparent";
-  }
-  return "";
-}
-
 void PictureOptions::validate() const {
   base::expect_between("width", width, 1, 16384, "pixels");
   base::expect_between("height", height, 1, 16384, "pixels");
