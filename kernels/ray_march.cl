@@ -34,8 +34,14 @@ kernel void safe_steps(global const real* grid, global const int* numbers, int f
 
 // What all rays of a launch have in common.
 typedef struct {
+  global const real* map;
+  int factors;
+  image_lattice lattice;
   qj_march march;
   global const real* view;
+  global const real* rays;
+  int last_ray;  // after the work-item's own
+  global real* depth;
   global const real* grid;
   global const real* safe;
   loose_places loose;
@@ -204,6 +210,140 @@ static inline real one_of(lane v) {
 // A versor costs as much as five F. So lanes wait for one until so many do.
 #define MANY_VERSORS ((5 * QJ_WIDTH + 7) / 8)
 
+// The lanes of a work-item. Each has a ray, and the orbit at probe_of(ray).
+typedef struct {
+  marched_ray ray[QJ_WIDTH];
+  int waits[QJ_WIDTH];
+  int done[QJ_WIDTH];                                       // iterates of the orbit
+  real x[QJ_WIDTH], y[QJ_WIDTH], z[QJ_WIDTH], w[QJ_WIDTH];  // the last iterate
+  real f[QJ_WIDTH];                                         // F of the iterate before it, or of it
+  reach so_far[QJ_WIDTH];
+} marched_lanes;
+
+static inline qlane last_iterates(const marched_lanes* lanes) {
+  return q_make(lane_load(lanes->x, 0), lane_load(lanes->y, 0), lane_load(lanes->z, 0),
+                lane_load(lanes->w, 0));
+}
+
+static inline void begin_orbit(const marching* with, marched_lanes* lanes, int i) {
+  const marched_ray* r = &lanes->ray[i];
+  real3 p = view_point(with->view, r->x, r->y, probe_of(r), 0);
+  lanes->x[i] = p.x, lanes->y[i] = p.y, lanes->z[i] = p.z, lanes->w[i] = with->map[QJ_MAP_SLICE];
+  lanes->done[i] = 0;
+  lanes->so_far[i] = whole_reach();
+  lanes->waits[i] = WAITS_FOR_F;
+}
+
+// The orbit ended with F = f; its start may move by `away`.
+static inline void end_orbit(const marching* with, marched_lanes* lanes, int i, real f, real away) {
+  marched_ray* r = &lanes->ray[i];
+  bool found = is_found(with, r, f, away);
+  if (found) with->depth[r->id] = (real)0.5 * (r->outside + r->t);
+  lanes->waits[i] = found ? WAITS_FOR_RAY : WAITS_FOR_ORBIT;
+}
+
+// Goes on from an image of the lattice, of norm `growth` when its versor has norm 1.
+static inline void take_image(marched_lanes* lanes, int i, real4 u, real growth) {
+  u *= growth * rsqrt(dot(u, u));
+  lanes->x[i] = u.x, lanes->y[i] = u.y, lanes->z[i] = u.z, lanes->w[i] = u.w;
+}
+
+#ifdef QJ_MODULUS_IS_CHEAP
+
+// F is computed, and the lattice gives the versor alone.
+static inline void predict_first_iterate(const marching* with, marched_lanes* lanes, int i) {}
+
+static inline void predict_first_versor(const marching* with, marched_lanes* lanes, int i) {
+  predicted_image image;
+  if (lanes->waits[i] != WAITS_FOR_VERSOR || lanes->done[i] != 1) return;
+  if (!lattice_image(with->lattice, (real3)(lanes->x[i], lanes->y[i], lanes->z[i]), &image)) return;
+  take_image(lanes, i, image.u,
+             one_of(lane_exp(lane_min(lane_of(lanes->f[i]), lane_of((real)40)))));
+  lanes->waits[i] = WAITS_FOR_F;
+}
+
+#else
+
+// Where the lattice tells the first iterate, the orbit ends there or goes on from its image.
+static inline void predict_first_iterate(const marching* with, marched_lanes* lanes, int i) {
+  real3 p = (real3)(lanes->x[i], lanes->y[i], lanes->z[i]);
+  predicted_image image;
+  if (!lattice_image(with->lattice, p, &image)) return;
+  qlane start = q_make(lane_of(p.x), lane_of(p.y), lane_of(p.z), lane_of(lanes->w[i]));
+  real first = one_of(map_bent(lane_of(image.f), start, with->map));
+  lanes->done[i] = 1;
+  iterate_reach of_first = reach_of_iterate(start, lane_of(first), lane_of(0), lane_of((real)1e15f),
+                                            with->map, with->far_level, with->march.steepest);
+  if (ends(with, first, 1)) {
+    end_orbit(with, lanes, i, first, one_of(of_first.last));
+    return;
+  }
+  lanes->so_far[i] = reach_on(lanes->so_far[i], one_of(of_first.per_image), one_of(of_first.most));
+  take_image(lanes, i, image.u, one_of(lane_exp(lane_of(first))));
+}
+
+static inline void predict_first_versor(const marching* with, marched_lanes* lanes, int i) {}
+
+#endif
+
+// Takes a lane on by what grid and lattice tell, until it waits for F or a versor. It has none to
+// wait for when there are no more rays.
+static inline void go_on(const marching* with, marched_lanes* lanes, int i, int* next_ray) {
+  marched_ray* r = &lanes->ray[i];
+  while (lanes->waits[i] <= WAITS_FOR_ORBIT) {
+    if (lanes->waits[i] == WAITS_FOR_RAY) {
+      if (*next_ray >= with->last_ray) return;
+      *r = new_ray(with, with->rays, (*next_ray)++);
+    }
+    if (!r->hit && !reaches_band(with, r)) {
+      with->depth[r->id] = QJ_NO_HIT;
+      lanes->waits[i] = WAITS_FOR_RAY;
+      continue;
+    }
+    begin_orbit(with, lanes, i);
+    predict_first_iterate(with, lanes, i);
+  }
+}
+
+// The images of all lanes that wait for their versor; they wait for F then.
+static inline void compute_images(const marching* with, marched_lanes* lanes) {
+  QJ_INT flags[QJ_WIDTH];
+  for (int i = 0; i < QJ_WIDTH; ++i) {
+    flags[i] = -(QJ_INT)(lanes->waits[i] == WAITS_FOR_VERSOR);
+    if (lanes->waits[i] == WAITS_FOR_VERSOR) lanes->waits[i] = WAITS_FOR_F;
+  }
+  qlane q = last_iterates(lanes);
+  q = q_where((ilane)(lane_load(flags, 0)),
+              map_image(q, lane_load(lanes->f, 0), with->map, with->factors), q);
+  lane_store(q.x, lanes->x, 0), lane_store(q.y, lanes->y, 0);
+  lane_store(q.z, lanes->z, 0), lane_store(q.w, lanes->w, 0);
+}
+
+// F of all lanes that wait for it, which end their orbits or wait for the versor then.
+static inline void compute_fields(const marching* with, marched_lanes* lanes) {
+  real next[QJ_WIDTH], last[QJ_WIDTH], per_image[QJ_WIDTH], most[QJ_WIDTH];
+  lane enlarged, jump;
+  qlane q = last_iterates(lanes);
+  lane value =
+      map_modulus_and_jumps(q, with->map, with->factors, with->march.steepest, &enlarged, &jump);
+  iterate_reach step =
+      reach_of_iterate(q, value, enlarged, jump, with->map, with->far_level, with->march.steepest);
+  lane_store(value, next, 0), lane_store(step.last, last, 0);
+  lane_store(step.per_image, per_image, 0), lane_store(step.most, most, 0);
+  for (int i = 0; i < QJ_WIDTH; ++i) {
+    if (lanes->waits[i] != WAITS_FOR_F) continue;
+    lanes->f[i] = next[i];
+    ++lanes->done[i];
+    if (ends(with, next[i], lanes->done[i])) {
+      end_orbit(with, lanes, i, next[i], way_of(lanes->so_far[i], last[i]));
+    } else {
+      lanes->waits[i] = WAITS_FOR_VERSOR;
+      lanes->so_far[i] = reach_on(lanes->so_far[i], per_image[i], most[i]);
+      predict_first_versor(with, lanes, i);
+    }
+  }
+}
+
 // Depths along rays of a view. rays: three arrays of march.stride reals, the pixel coordinates x
 // and y of each ray and a hint: a depth close before its hit, or 0. grid, safe: as in `safe_steps`.
 // nodes, node_field, node_versors, trusted: a lattice of images. loose_grid ... finer_bits: the
@@ -222,11 +362,16 @@ kernel void march_depth(global const real* map, int factors, qj_march march,
                         global const uint* finer_bits, global real* depth) {
   int next_ray = (int)get_global_id(0) * march.share;
   if (next_ray >= march.count) return;
-  int last_ray = min(next_ray + march.share, march.count);
   image_lattice lattice = {nodes, node_field, node_versors, trusted};
   marching with;
+  with.map = map;
+  with.factors = factors;
+  with.lattice = lattice;
   with.march = march;
   with.view = view;
+  with.rays = rays;
+  with.last_ray = min(next_ray + march.share, march.count);
+  with.depth = depth;
   with.grid = grid;
   with.safe = safe;
   with.loose.grid = loose_grid;
@@ -241,98 +386,24 @@ kernel void march_depth(global const real* map, int factors, qj_march march,
   with.far_level = march.iterations == 1 ? with.level : with.above;
   with.near = (real)0.25 * grid[QJ_GRID_STEP];
 
-  marched_ray ray[QJ_WIDTH];
-  int waits[QJ_WIDTH], done[QJ_WIDTH];  // iterates of the orbit
-  real x[QJ_WIDTH], y[QJ_WIDTH], z[QJ_WIDTH], w[QJ_WIDTH], f[QJ_WIDTH];
-  reach so_far[QJ_WIDTH];
-  QJ_INT flags[QJ_WIDTH];
+  marched_lanes lanes;
   for (int i = 0; i < QJ_WIDTH; ++i) {
-    waits[i] = WAITS_FOR_RAY;
-    x[i] = y[i] = z[i] = w[i] = f[i] = 0;
-    so_far[i] = whole_reach();
+    lanes.waits[i] = WAITS_FOR_RAY;
+    lanes.x[i] = lanes.y[i] = lanes.z[i] = lanes.w[i] = lanes.f[i] = 0;
+    lanes.so_far[i] = whole_reach();
   }
   for (;;) {
     int fields = 0, versors = 0;
     for (int i = 0; i < QJ_WIDTH; ++i) {
-      marched_ray* r = &ray[i];
-      while (waits[i] <= WAITS_FOR_ORBIT) {
-        if (waits[i] == WAITS_FOR_RAY) {
-          if (next_ray >= last_ray) break;
-          *r = new_ray(&with, rays, next_ray++);
-        }
-        if (!r->hit && !reaches_band(&with, r)) {
-          depth[r->id] = QJ_NO_HIT;
-          waits[i] = WAITS_FOR_RAY;
-          continue;
-        }
-        real3 p = view_point(view, r->x, r->y, probe_of(r), 0);
-        x[i] = p.x, y[i] = p.y, z[i] = p.z, w[i] = map[QJ_MAP_SLICE];
-        done[i] = 0;
-        so_far[i] = whole_reach();
-        waits[i] = WAITS_FOR_F;
-#ifndef QJ_MODULUS_IS_CHEAP
-        predicted_image image;
-        if (!lattice_image(lattice, p, &image)) continue;
-        qlane start = q_make(lane_of(p.x), lane_of(p.y), lane_of(p.z), lane_of(w[i]));
-        real first = one_of(map_bent(lane_of(image.f), start, map));
-        done[i] = 1;
-        iterate_reach of_first =
-            reach_of_iterate(start, lane_of(first), lane_of(0), lane_of((real)1e15f), map,
-                             with.far_level, march.steepest);
-        if (ends(&with, first, 1)) {
-          bool found = is_found(&with, r, first, one_of(of_first.last));
-          if (found) depth[r->id] = (real)0.5 * (r->outside + r->t);
-          waits[i] = found ? WAITS_FOR_RAY : WAITS_FOR_ORBIT;
-          continue;
-        }
-        so_far[i] = reach_on(so_far[i], one_of(of_first.per_image), one_of(of_first.most));
-        image.u *= one_of(lane_exp(lane_of(first))) * rsqrt(dot(image.u, image.u));
-        x[i] = image.u.x, y[i] = image.u.y, z[i] = image.u.z, w[i] = image.u.w;
-#endif
-      }
-      fields += waits[i] == WAITS_FOR_F;
-      versors += waits[i] == WAITS_FOR_VERSOR;
+      go_on(&with, &lanes, i, &next_ray);
+      fields += lanes.waits[i] == WAITS_FOR_F;
+      versors += lanes.waits[i] == WAITS_FOR_VERSOR;
     }
     if (fields + versors == 0) return;
-    qlane q = q_make(lane_load(x, 0), lane_load(y, 0), lane_load(z, 0), lane_load(w, 0));
     if (fields == 0 || versors >= MANY_VERSORS) {
-      for (int i = 0; i < QJ_WIDTH; ++i) {
-        flags[i] = -(QJ_INT)(waits[i] == WAITS_FOR_VERSOR);
-        if (waits[i] == WAITS_FOR_VERSOR) waits[i] = WAITS_FOR_F;
-      }
-      q = q_where((ilane)(lane_load(flags, 0)), map_image(q, lane_load(f, 0), map, factors), q);
-      lane_store(q.x, x, 0), lane_store(q.y, y, 0), lane_store(q.z, z, 0), lane_store(q.w, w, 0);
-      continue;
-    }
-    real next[QJ_WIDTH], last[QJ_WIDTH], per_image[QJ_WIDTH], most[QJ_WIDTH];
-    lane enlarged, jump;
-    lane value = map_modulus_and_jumps(q, map, factors, march.steepest, &enlarged, &jump);
-    iterate_reach step =
-        reach_of_iterate(q, value, enlarged, jump, map, with.far_level, march.steepest);
-    lane_store(value, next, 0), lane_store(step.last, last, 0);
-    lane_store(step.per_image, per_image, 0), lane_store(step.most, most, 0);
-    for (int i = 0; i < QJ_WIDTH; ++i) {
-      if (waits[i] != WAITS_FOR_F) continue;
-      f[i] = next[i];
-      ++done[i];
-      waits[i] = WAITS_FOR_VERSOR;
-      if (ends(&with, f[i], done[i])) {
-        bool found = is_found(&with, &ray[i], f[i], way_of(so_far[i], last[i]));
-        if (found) depth[ray[i].id] = (real)0.5 * (ray[i].outside + ray[i].t);
-        waits[i] = found ? WAITS_FOR_RAY : WAITS_FOR_ORBIT;
-      } else {
-        so_far[i] = reach_on(so_far[i], per_image[i], most[i]);
-      }
-#ifdef QJ_MODULUS_IS_CHEAP
-      predicted_image image;
-      if (waits[i] == WAITS_FOR_VERSOR && done[i] == 1 &&
-          lattice_image(lattice, (real3)(x[i], y[i], z[i]), &image)) {
-        image.u *= one_of(lane_exp(lane_min(lane_of(f[i]), lane_of((real)40)))) *
-                   rsqrt(dot(image.u, image.u));
-        x[i] = image.u.x, y[i] = image.u.y, z[i] = image.u.z, w[i] = image.u.w;
-        waits[i] = WAITS_FOR_F;
-      }
-#endif
+      compute_images(&with, &lanes);
+    } else {
+      compute_fields(&with, &lanes);
     }
   }
 }

@@ -267,7 +267,7 @@ kernel void key_light(qj_light_arguments with, global const real* restrict recei
 typedef struct {
   real3 sky, open_sky;  // irradiance from all but the key light; the same with nothing in the way
   real3 key, open_key;
-  real highlight;  // of the key light, 0 ... 1
+  real highlight;  // the key light's, 0 ... 1
 } irradiance;
 
 static inline irradiance received_by(real3 n, real3 view_direction,

@@ -102,7 +102,7 @@ struct Context::Impl {
     std::shared_ptr<Kernel::Handle> kernel;
     double work;
     cl::Event event;
-    Trace::Clock::time_point before, after;  ///< of the call that launched it
+    Trace::Clock::time_point before, after;  ///< around the call that launched it
   };
   std::vector<Pending> pending;
   std::map<std::string, KernelTime> times;

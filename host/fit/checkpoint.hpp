@@ -27,13 +27,13 @@ struct CurvatureSource {
 struct FitState {
   RationalMap map;
   std::string random;   ///< the generator's state, as its standard text
-  int level = 0;        ///< of the schedule, that the next stage belongs to
+  int level = 0;        ///< the schedule's, to which the next stage belongs
   int planned = 0;      ///< evaluations, by which the pool and the levels go
   int evaluations = 0;  ///< made before the stage
   double seconds = 0;   ///< spent so far, in all processes
   std::vector<StageReport> reports;
-  std::vector<CurvatureSource> curvature;  ///< of the earlier stages in the curvature sum
-  std::vector<Evaluation> evaluated;       ///< of the stage that was under way, in their order
+  std::vector<CurvatureSource> curvature;  ///< the earlier stages' parts of the curvature sum
+  std::vector<Evaluation> evaluated;       ///< what the unfinished stage has evaluated, in order
   /// The mesh was measured with at most so many triangles. The samples depend on it.
   double most_triangles = std::numeric_limits<double>::infinity();
 };

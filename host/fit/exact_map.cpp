@@ -79,7 +79,7 @@ void ExactMapOptions::validate() const {
   if (const auto* number = std::get_if<double>(&detail)) {
     base::expect_between("detail", *number, kLeastDetail, kMostDetail, "of the box's diagonal");
   }
-  base::expect_between("tufts", tufts, 1.0, kMostTufts);
+  base::expect_between("steepness", steepness, 1.0, kMostSteepness);
   if (const auto* random = std::get_if<RandomRoots>(&versor)) {
     base::expect_between("roots", random->roots, 1, RandomRoots::kMostRoots);
   } else if (const auto* noise = std::get_if<NoiseVersor>(&versor)) {
@@ -134,7 +134,7 @@ RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
   map.phase = options.phase;
   map.shape_to_map = to_map;
   map.detail = detail;
-  map.tufts = options.tufts;
+  map.steepness = options.steepness;
   map.up = options.up ? options.up : guess_up(mesh);
   map.inradius = shape.inradius / to_map.scale;
   map.box = shape.box;

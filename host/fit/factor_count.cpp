@@ -12,7 +12,7 @@
 namespace qjulia::fitting {
 namespace {
 
-constexpr int kFewest = 64;       // of an automatic number
+constexpr int kFewest = 64;       // factors, where their number is chosen here
 constexpr int kGrain = 16;        // its steps: maps are padded to as many
 constexpr int kProbe = 320;       // factors that stages are timed with, where they find room
 constexpr int kTimes = 3;         // that each of a stage's parts is timed

@@ -20,8 +20,8 @@ namespace qjulia::fitting {
 RationalMap finish_map(const Device& device, RationalMap map, double iou, const Shape& shape,
                        const SamplePool& pool, double detail, std::vector<std::string>& warnings);
 
-/// Of a finished map's surface (tufts 1) from the pool's surface points, to first order, over the
-/// diagonal of the shape's box.
+/// Of a finished map's surface (steepness 1) from the pool's surface points, to first order, over
+/// the diagonal of the shape's box.
 double mean_distance(const Device& device, const RationalMap& map, const SamplePool& pool);
 
 }  // namespace qjulia::fitting

@@ -70,9 +70,9 @@ std::string other_detail(const RationalMap& map, double wanted) {
       *map.detail, wanted);
 }
 
-/// The map with all that a user gets with it: tufts, and which axis is up.
+/// The map with all that a user gets with it: its steepness, and which axis is up.
 RationalMap dressed(RationalMap map, const FitOptions& options, const TriangleMesh& mesh) {
-  map.tufts = options.tufts;
+  map.steepness = options.steepness;
   map.up = options.up ? options.up : guess_up(mesh);
   return map;
 }
@@ -231,7 +231,7 @@ void FitOptions::validate() const {
   if (const auto* number = std::get_if<double>(&detail)) {
     base::expect_between("detail", *number, kLeastDetail, kMostDetail, "of the box's diagonal");
   }
-  base::expect_between("tufts", tufts, 1.0, kMostTufts);
+  base::expect_between("steepness", steepness, 1.0, kMostSteepness);
   if (!(time_limit > 0)) {
     throw OptionError("time_limit",
                       fmt::format("{} is out of range; give more than 0 seconds", time_limit));

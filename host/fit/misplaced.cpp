@@ -28,7 +28,7 @@ std::vector<Eigen::Vector3d> points_at_centers(const RationalMap& map) {
 
 MisplacedFactors misplaced_factors(const RationalMap& map, const std::vector<double>& distances,
                                    const Level& level) {
-  constexpr double kWeight = 10.0 / kPerFactor;  // of a sample on the surface
+  constexpr double kWeight = 10.0 / kPerFactor;  // a surface sample's
   const auto points = points_at_centers(map);
   const auto is_misplaced = [&](std::size_t point) {
     const double d = distances[point];
@@ -52,7 +52,8 @@ std::optional<RationalMap> lifted(const RationalMap& map, const MisplacedFactors
   // Map units. A factor that had to go farther is too weak to make the hole: another one does.
   constexpr double kFarthest = 0.5;
   const auto& [samples, factors] = misplaced;
-  std::vector<double> square(map.factors.size(), 0);  // of the wanted distance from the slice
+  std::vector<double> square(map.factors.size(),
+                             0);  // squares of the wanted distances from the slice
   for (std::size_t i = 0; i < factors.size(); ++i) {
     if (samples.side[i] * field[i] >= 0) continue;
     const auto& [c, exponent] = map.factors[factors[i]];

@@ -20,7 +20,7 @@ constexpr std::size_t kMonopoleCandidates = 2000;
 constexpr std::size_t kCandidatesPerFactor = 3;
 constexpr double kDepth = 0.08;  // map units: sources nearer to the surface need more points there
 constexpr double kProbeReach = 1.0;  // map units: probes are no farther out
-constexpr double kRidge = 1e-8;      // of the normal matrix, relative to its trace's mean
+constexpr double kRidge = 1e-8;      // added to the normal matrix, relative to its trace's mean
 
 /// Up to `count` of the pool's points whose distance lies in (low, high), evenly over its order.
 Points3 between(const SamplePool& pool, double low, double high, std::size_t count) {

@@ -27,7 +27,7 @@ class PanelProducts {
 
   device::Context& context_;
   std::size_t width_;
-  std::size_t side_;  ///< of the square of work-items that share panels; 1: none do
+  std::size_t side_;  ///< side × side work-items share panels; 1: none do
   Precision precision_;
 };
 

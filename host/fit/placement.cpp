@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kCell = 4.0 / 97;  // map units
 constexpr double kInsideShare = 0.6;
-constexpr std::size_t kPlacementCandidates = 15'000;  // of either side
+constexpr std::size_t kPlacementCandidates = 15'000;  // candidates on each side
 constexpr double kOutsideReach = 6 * kCell;
 constexpr double kOutsideSpacing = 1.5;  // against the inside's at the same distance
 

@@ -13,7 +13,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kRelocationCandidates = 600;
-constexpr double kDamping = 1e-3;  // of the normal matrices, relative to their diagonals
+constexpr double kDamping = 1e-3;  // added to normal matrices, relative to their diagonals
 
 using Indices = std::vector<Index>;  // numbers of rows and columns of the products
 

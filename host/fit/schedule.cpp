@@ -184,7 +184,7 @@ Schedule read_schedule(const std::string& text, const std::string& file) {
 
 Schedule with_polish(Schedule schedule, double detail) {
   constexpr double kBefore = 0.6;
-  constexpr double kDiagonal = 4;  // of boxes whose longest side is 3: from 3 to 5.2
+  constexpr double kDiagonal = 4;  // boxes whose longest side is 3 have 3 to 5.2
   schedule.evaluations = static_cast<int>(schedule.evaluations / kBefore);
   schedule.automatic.evaluations = static_cast<int>(schedule.automatic.evaluations / kBefore);
   schedule.automatic.stages = static_cast<int>(schedule.automatic.stages / kBefore);

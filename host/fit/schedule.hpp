@@ -17,7 +17,8 @@ enum class Points {
 /// What a level moves, from coarse to fine. An exponents-only fit leaves centres out of all.
 enum class Space {
   scalars,    ///< the log scale, one factor on all roots' exponents and one on all poles'
-  clusters,   ///< of neighbouring factors: their exponents by one factor, their centres together
+  clusters,   ///< neighbouring factors change together: exponents by one ratio, centres by one
+              ///< vector
   exponents,  ///< the log scale and every exponent
   all         ///< the log scale, every exponent and every centre
 };
@@ -31,13 +32,14 @@ struct Level {
   int iterations = 1;   ///< n; above 1 the map has the wanted detail, below it is in distance units
   int samples = 20000;  ///< a stage's number of samples, or of cells along a grid's side
   Loss loss = Loss::distance;
-  double alpha = 10;            ///< sharpness of the tanh loss
-  double band = 0.04;           ///< b: samples with |d| < b aim at d, those farther at "beyond ±b"
-  double band_weight = 1;       ///< of a sample in the band; one on the surface or farther has 1
-  double off_slice_weight = 0;  ///< of a sample off the slice; 0: none. In a file 0.5 if not given
+  double alpha = 10;       ///< sharpness of the tanh loss
+  double band = 0.04;      ///< b: samples with |d| < b aim at d, those farther at "beyond ±b"
+  double band_weight = 1;  ///< a sample's in the band; on the surface and farther out it is 1
+  double off_slice_weight =
+      0;                ///< a sample's off the slice; 0: there are none. In a file 0.5 if not given
   double reweight = 0;  ///< r: weights times 1 + r e / mean e, e the error at the stage's start
   Space space = Space::all;
-  int clusters = 40;  ///< of roots and poles together
+  int clusters = 40;  ///< roots and poles together
   int steps = 60;     ///< L-BFGS steps of a stage
   int relocated = 0;  ///< factors moved to where the residual is, before each stage
 };
@@ -45,12 +47,12 @@ struct Level {
 /// How many factors a fit has when its caller does not say.
 struct AutomaticFactors {
   int factors = 331;    ///< without a time limit
-  int evaluations = 0;  ///< of such a fit; 0: the schedule's
+  int evaluations = 0;  ///< such a fit's; 0: the schedule's
   int stages = 0;       ///< that a time limit must leave room for; 0: it changes nothing
 };
 
 struct Schedule {
-  int evaluations = 0;    ///< of a whole fit, unless the caller sets another number
+  int evaluations = 0;    ///< a whole fit's, unless the caller sets another number
   double damping = 1e-3;  ///< λ of the preconditioner
   std::vector<Level> levels;
   AutomaticFactors automatic{};

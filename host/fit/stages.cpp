@@ -179,7 +179,7 @@ RationalMap Stages::relocated(Evaluator& evaluator, const Samples& samples, int 
 
 void Stages::lift_misplaced() {
   constexpr int kMostTries = 3;        // a lift changes F at the others' samples
-  constexpr double kMostLost = 0.001;  // of the IoU
+  constexpr double kMostLost = 0.001;  // IoU
   if (reports_.empty() || reports_.back().iterations > 1) return;
   if (options_.unknowns != Unknowns::all) return;
   const auto first_iterate = [](const Level& level) { return level.iterations == 1; };

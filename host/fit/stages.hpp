@@ -80,9 +80,9 @@ class Stages {
   double most_triangles_;
   base::Random random_;
   std::vector<StageReport> reports_;
-  std::vector<std::string> warnings_;  ///< of maps that were finished to be polished
+  std::vector<std::string> warnings_;  ///< about maps that were finished to be polished
   std::optional<StopReason> stopped_;
-  std::vector<CurvatureSource> sources_;  ///< of `curvature_`
+  std::vector<CurvatureSource> sources_;  ///< what `curvature_` sums
   CurvatureSum curvature_;
   double preparation_ = 0;           ///< seconds of the last stage before its first step
   int level_ = 0;                    ///< no stage belongs to an earlier one any more

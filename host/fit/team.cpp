@@ -176,7 +176,7 @@ class DistributedEvaluator final : public Evaluator {
   Team& team_;
   std::size_t samples_;
   std::size_t parts_ = 1;
-  std::vector<std::unique_ptr<Evaluator>> mine_;  ///< of this rank's parts, ascending
+  std::vector<std::unique_ptr<Evaluator>> mine_;  ///< one for each of this rank's parts, ascending
   std::unique_ptr<Evaluator> of_all_;             ///< on rank 0, where there are several parts
 };
 

@@ -124,7 +124,7 @@ std::vector<Real> packed(const RationalMap& map, const StopRadii& stops) {
   set(QJ_MAP_LOG_INNER, log_or(stops.inner, -kNone));
   set(QJ_MAP_LOG_OUTER, log_or(stops.outer, kNone));
   set(QJ_MAP_SURFACE_LEVEL, map.surface_level);
-  set(QJ_MAP_STEEPER, map.tufts - 1);
+  set(QJ_MAP_STEEPER, map.steepness - 1);
   for (std::size_t k = 0; k < factors; ++k) {
     const auto& [center, exponent] = map.factors[k];
     set(QJ_MAP_HEADER + QJ_MAP_EXPONENT * stride + k, exponent);

@@ -55,7 +55,7 @@ std::vector<float> halved(const std::vector<float>& from, Cells& cells, std::siz
 /// A bound of the gradient in one cell of a spline: it is a mean of 27 vectors, its control points
 /// as a Bézier polynomial of degree 2 along each axis. @param at the middle coefficient of 27.
 double close_slope_in_cell(const float* at, const Strides& strides) {
-  using Weights = std::array<std::array<double, 3>, 3>;  // of coefficients, for each control point
+  using Weights = std::array<std::array<double, 3>, 3>;  // a coefficient's, for each control point
   constexpr Weights kValue{{{0.5, 0.5, 0}, {0, 1, 0}, {0, 0.5, 0.5}}};
   constexpr Weights kSlope{{{-1, 1, 0}, {-0.5, 0, 0.5}, {0, -1, 1}}};
   const float* const first = at - strides[0] - strides[1] - strides[2];

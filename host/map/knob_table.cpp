@@ -234,24 +234,24 @@ std::vector<Knob> made_table() {
                       .step = 0,
                       .is_logarithmic = true}}},
        &MapKnobs::scale},
-      {{.name = "tufts",
+      {{.name = "steepness",
         .values = "K",
         .unit = "",
         .least = 1,
-        .most = kMostTufts,
+        .most = kMostSteepness,
         .help = "How many times as steep the field is outside the shape, 1 to 100: above 1 tufts "
                 "that stand off the shape are shorter, and fewer pieces come loose",
         .more = "Where F exceeds the level L, it is L + K (F - L) instead.",
         .interpolation = Interpolation::logarithmic,
         .group = "Fractal",
-        .controls = {{.name = "tufts",
-                      .label = "tufts",
+        .controls = {{.name = "steepness",
+                      .label = "steepness",
                       .help = "",
                       .least = 1,
-                      .most = kMostTufts,
+                      .most = kMostSteepness,
                       .step = 0,
                       .is_logarithmic = true}}},
-       &MapKnobs::tufts,
+       &MapKnobs::steepness,
        true},
   };
 }
@@ -282,7 +282,7 @@ MapKnobs knobs_of(const RationalMap& map) {
           .drift = 0,
           .translate = Eigen::Vector3d::Zero(),
           .scale = 1,
-          .tufts = map.tufts};
+          .steepness = map.steepness};
 }
 
 }  // namespace qjulia

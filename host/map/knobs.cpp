@@ -101,7 +101,7 @@ void MapKnobs::validate() const {
     throw OptionError("translate", "give three numbers");
   }
   if (scale) base::expect_positive("scale", *scale);
-  if (tufts) base::expect_between("tufts", *tufts, 1.0, kMostTufts);
+  if (steepness) base::expect_between("steepness", *steepness, 1.0, kMostSteepness);
 }
 
 RationalMap with_knobs(const Device& device, const RationalMap& map, const MapKnobs& knobs) {
@@ -118,7 +118,7 @@ RationalMap with_knobs(const Device& device, const RationalMap& map, const MapKn
   if (knobs.translate) offset += map.shape_to_map.scale * *knobs.translate;
   if (offset != Eigen::Vector3d::Zero()) result = calibrated_inside(device, moved(result, offset));
   if (knobs.scale) result.log_scale -= std::log(*knobs.scale);
-  if (knobs.tufts) result.tufts = *knobs.tufts;
+  if (knobs.steepness) result.steepness = *knobs.steepness;
   result.validate();
   return result;
 }

@@ -44,7 +44,7 @@ void check_header(const Object& top) {
 
 int file_version(const RationalMap& map) {
   const auto version_of = [](const auto& kind) { return kind.kFileVersion; };
-  return std::max({map.tufts == 1 && map.portals.empty() && !map.paint && !map.up ? 1 : 2,
+  return std::max({map.steepness == 1 && map.portals.empty() && !map.paint && !map.up ? 1 : 2,
                    std::visit(version_of, map.modulus), std::visit(version_of, map.versor)});
 }
 
@@ -76,8 +76,8 @@ void read_kinds(const Object& top, RationalMap& map) {
 
 /// The keys of a map of these kinds, in the order in which they are written.
 std::vector<std::string_view> keys_of(const RationalMap& map) {
-  std::vector<std::string_view> keys{"format",        "version", "kind",  "slice",   "log_scale",
-                                     "surface_level", "tufts",   "phase", "portals", "paint"};
+  std::vector<std::string_view> keys{"format",        "version",   "kind",  "slice",   "log_scale",
+                                     "surface_level", "steepness", "phase", "portals", "paint"};
   map::visit_map_members(map, [&](const char* name, const auto&) {
     if (std::ranges::find(keys, std::string_view(name)) == keys.end()) keys.emplace_back(name);
   });
@@ -87,8 +87,12 @@ std::vector<std::string_view> keys_of(const RationalMap& map) {
   return keys;
 }
 
+/// What files called "steepness" at first.
+constexpr const char* kFormerSteepness = "tufts";
+
 bool needs_version_2(std::string_view key) {
-  return key == "tufts" || key == "portals" || key == "paint" || key == "up";
+  return key == "steepness" || key == kFormerSteepness || key == "portals" || key == "paint" ||
+         key == "up";
 }
 
 UpAxis read_up(const Object& top) {
@@ -145,7 +149,7 @@ json to_json(const RationalMap& map) {
       factors.push_back({{"center", map::json_of(center)}, {"exponent", exponent}});
     }
   }
-  if (map.tufts != 1) result["tufts"] = map.tufts;
+  if (map.steepness != 1) result["steepness"] = map.steepness;
   if (!map.portals.empty()) result["portals"] = map::json_of(map.portals);
   if (map.paint) result["paint"] = map::json_of(*map.paint);
   if (map.detail) result["detail"] = *map.detail;
@@ -163,12 +167,15 @@ RationalMap map_from_json(const json& value, const std::string& source) {
   RationalMap map;
   read_kinds(top, map);
   std::vector<std::string_view> keys = keys_of(map);
+  if (!top.has("steepness")) keys.emplace_back(kFormerSteepness);
   if (top.at("version") == 1) std::erase_if(keys, needs_version_2);
   top.expect_only(keys);
   map.slice = top.number("slice");
   map.log_scale = top.number("log_scale");
   if (top.has("surface_level")) map.surface_level = top.number("surface_level");
-  if (top.has("tufts")) map.tufts = top.number("tufts");
+  for (const char* key : {"steepness", kFormerSteepness}) {
+    if (top.has(key)) map.steepness = top.number(key);
+  }
   if (top.has("portals")) map::read(top, "portals", map.portals);
   if (top.has("paint")) map::read(top, "paint", map.paint.emplace());
   if (top.has("phase")) map.phase = top.quaternion("phase");
@@ -207,7 +214,7 @@ RationalMap read_map(const std::filesystem::path& path, std::stop_token stop) {
   if (base::is_json_too_deep(text)) fail(source, "it is nested too deeply to be a map file");
   // Refuses what the parser lets pass: keys that stand twice in an object, of which it would take
   // the last.
-  std::vector<std::set<std::string>> keys;  // of the objects around
+  std::vector<std::set<std::string>> keys;  // keys of the enclosing objects
   const auto is_strict = [&](int, json::parse_event_t event, const json& parsed) {
     if (event == json::parse_event_t::object_start) keys.emplace_back();
     if (event == json::parse_event_t::object_end) keys.pop_back();

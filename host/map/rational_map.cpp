@@ -100,7 +100,7 @@ void RationalMap::validate() const {
   check_number(slice, "slice", kLargestCoordinate);
   check_number(log_scale, "log_scale");
   check_number(surface_level, "surface_level");
-  map::check_within("tufts", tufts, 1, kMostTufts);
+  map::check_within("steepness", steepness, 1, kMostSteepness);
   map::check_portals(portals);
   if (paint) paint->validate();
   check_quaternion(phase, "phase");

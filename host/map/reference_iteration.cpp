@@ -277,7 +277,7 @@ StepOf<T> plain_step_of(const MapOf<T>& map, const QuaternionOf<T>& q) {
                              }},
              plain.versor);
   const double level = plain.surface_level;
-  if (value_of(f) > level) f = level + plain.tufts * (f - level);
+  if (value_of(f) > level) f = level + plain.steepness * (f - level);
   if (plain.paint) f = level + (f - level) / share_at(*plain.paint, q);
   return {f, u};
 }

@@ -18,7 +18,7 @@ using namespace map;
 
 namespace {
 
-constexpr double kRadiusMargin = 0.02;  // of radii, and of F against ln r
+constexpr double kRadiusMargin = 0.02;  // subtracted from radii, and asked of F against ln r
 /// How far ln r_in stays below L, and ln r_out above it, so that they differ in single precision.
 constexpr double kLevelMargin = 1e-5;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -132,7 +132,7 @@ class SphereSearch {
   base::Random random_{1};
 };
 
-constexpr int kSpheres = 8;  ///< of a launch
+constexpr int kSpheres = 8;  ///< a launch
 
 /// Comes down from the certain bound until a sphere has a point that might return, then searches
 /// about the worst directions of that sphere and goes up again as far as any is left.

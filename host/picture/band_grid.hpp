@@ -21,7 +21,7 @@ std::vector<double> grid_layout(const surface::Grid& grid, const Box& seen = {})
 /// What rays need to know of the band of undecided points.
 struct Band {
   StopRadii stops;
-  double radius = 0;    ///< of a ball about the origin that holds the set
+  double radius = 0;    ///< a ball about the origin of this radius holds the set
   double level = 0;     ///< F₁ at the band's outer surface
   double steepest = 0;  ///< ‖∇F₁‖ about it
 };

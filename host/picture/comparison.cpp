@@ -4,15 +4,15 @@
 #include <array>
 #include <cmath>
 
+#include "canvas/cairo_canvas.hpp"
 #include "map/portals.hpp"
-#include "picture/cairo_canvas.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/shape.hpp"
 
 namespace qjulia {
 
-using namespace picture;
+using namespace canvas;
 namespace {
 
 /// The share of seen points whose distance the scale holds.
@@ -127,7 +127,7 @@ Image comparison(const Device& device, const RationalMap& map, const TriangleMes
   options.validate();
   map.validate();
   mesh.validate();
-  constexpr int kWidest = 32'767;  // of Cairo's canvases, pixels
+  constexpr int kWidest = 32'767;  // Cairo's largest canvas, pixels
   if (2 * options.width + kGap > kWidest) {
     throw OptionError("width", fmt::format("{} is too large for a sheet of two pictures side by "
                                            "side; give at most {}",

@@ -1,12 +1,12 @@
 #include <algorithm>
 
-#include "picture/cairo_canvas.hpp"
+#include "canvas/cairo_canvas.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/picture.hpp"
 
 namespace qjulia {
 
-using namespace picture;
+using namespace canvas;
 namespace {
 
 /// The image before white.

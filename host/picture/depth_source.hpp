@@ -42,12 +42,12 @@ class DepthSource {
 struct MarchedSet {
   RationalMap map;
   int iterations = 6;
-  std::optional<double> escape;             ///< of orbits, map units; by default beyond any return
-  std::optional<Box> part;                  ///< map units: what lies outside it is cut away
-  Precision precision = Precision::single;  ///< of rays and orbits
+  std::optional<double> escape;  ///< the orbits', map units; by default none returns from it
+  std::optional<Box> part;       ///< map units: what lies outside it is cut away
+  Precision precision = Precision::single;  ///< arithmetic of rays and orbits
   Material material = Material::clay;       ///< what `traits` are of
   std::stop_token stop{};                   ///< ends the making of a source, and its work
-  bool foretells = true;                    ///< first iterates are interpolated where that will do
+  bool interpolates_images = true;          ///< first iterates are interpolated where that will do
   int cells = 144;                          ///< along the band, for safe steps and coarse depths
   bool keeps_loose = true;                  ///< pieces that hang on nothing
   /// Cells along the longest side of the finer grid that shows what pieces hang on: about as many

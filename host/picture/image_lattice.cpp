@@ -21,7 +21,7 @@ constexpr double kMostNodes = 4e6;
 
 /// The numbers of the cells that rays run orbits in.
 std::vector<std::int32_t> cells_of(const surface::Grid& grid, const BandGrid& band) {
-  const double reach = std::sqrt(0.75) * grid.step;  // of a cell's corners from its middle
+  const double reach = std::sqrt(0.75) * grid.step;  // from a cell's middle to its corners
   std::vector<std::int32_t> cells;
   surface::for_points(grid.points.array() - 3, [&](std::size_t, const Eigen::Vector3i& inner) {
     const Eigen::Vector3i cell = inner.array() + 1;

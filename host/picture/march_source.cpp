@@ -22,8 +22,8 @@ namespace {
 /// What a ray costs, in iterates.
 constexpr double kIteratesARay = 30;
 
-/// Maps whose iterate costs less, in factors' logarithms, are not worth foretelling.
-constexpr double kWorthForetelling = 150;
+/// Maps whose iterate costs less, in factors' logarithms, are not worth interpolating.
+constexpr double kWorthInterpolating = 150;
 /// A lattice for the part of the band in sight is made where that is less than this share of it.
 constexpr double kPart = 0.5;
 
@@ -225,8 +225,9 @@ class MarchSource : public DepthSource {
   const ImageLattice& lattice_for(const View& view) {
     const double displacement = kDisplacement * view.footprint * view.samples;
     Box box = box_in_sight(view, grid_.bounds());
-    if (!set_.foretells || !map_.interpolates() || map_.step_cost() < kWorthForetelling ||
-        set_.iterations == 1 || (box.size().array() <= 0).any()) {
+    if (!set_.interpolates_images || !map_.interpolates() ||
+        map_.step_cost() < kWorthInterpolating || set_.iterations == 1 ||
+        (box.size().array() <= 0).any()) {
       if (lattices_.empty()) lattices_.emplace_back(map_);
       return lattices_.front();
     }

@@ -164,6 +164,30 @@ std::vector<PictureSetting> made_settings() {
 
 }  // namespace
 
+const char* to_string(Material material) {
+  switch (material) {
+    case Material::clay:
+      return "clay";
+    case Material::iterations:
+      return "iterations";
+    case Material::trap:
+      return "trap";
+  }
+  return "";
+}
+
+const char* to_string(Backdrop backdrop) {
+  switch (backdrop) {
+    case Backdrop::studio:
+      return "studio";
+    case Backdrop::plain:
+      return "plain";
+    case Backdrop::transparent:
+      return "transparent";
+  }
+  return "";
+}
+
 std::span<const PictureSetting> picture_settings() {
   static const std::vector<PictureSetting> all = made_settings();
   return all;

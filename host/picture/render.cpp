@@ -163,30 +163,6 @@ void expect_color(const char* field, const Rgb& color) {
 
 }  // namespace
 
-const char* to_string(Material material) {
-  switch (material) {
-    case Material::clay:
-      return "clay";
-    case Material::iterations:
-      return "iterations";
-    case Material::trap:
-      return "trap";
-  }
-  return "";
-}
-
-const char* to_string(Backdrop backdrop) {
-  switch (backdrop) {
-    case Backdrop::studio:
-      return "studio";
-    case Backdrop::plain:
-      return "plain";
-    case Backdrop::transparent:
-      return "transparent";
-  }
-  return "";
-}
-
 void PictureOptions::validate() const {
   base::expect_between("width", width, 1, 16384, "pixels");
   base::expect_between("height", height, 1, 16384, "pixels");
@@ -232,8 +208,8 @@ struct Studio::Impl {
   double fineness = 1;
   bool is_draft = false;
   UpAxis known_up = kDefaultUp;  ///< where the camera does not say
-  std::stop_token stop{};        ///< of pictures that have no other
-  std::optional<UpAxis> up{};    ///< of the sky and the ground that are there
+  std::stop_token stop{};        ///< ends pictures that have no other
+  std::optional<UpAxis> up{};    ///< for which sky and ground were made
   std::vector<Light> sky{};
   double ground = 0;  ///< height along up
   GroundLight ground_light{};
@@ -270,7 +246,7 @@ std::unique_ptr<Studio::Impl> Studio::Impl::of_map(const Device& device, const R
                  .precision = options.precision,
                  .material = options.material,
                  .stop = stop,
-                 .foretells = !is_draft,
+                 .interpolates_images = !is_draft,
                  .keeps_loose = options.keep_loose};
   set.cells = static_cast<int>(set.cells * std::sqrt(fineness));
   if (is_draft) set.finest_cells = kDraftFinestCells;

@@ -19,7 +19,7 @@ struct Scene {
   double radius = 1;
   bool has_ground = true;
   Backdrop backdrop = Backdrop::studio;
-  Rgb color = Rgb::Zero();  ///< of a plain backdrop
+  Rgb color = Rgb::Zero();  ///< a plain backdrop's
   Palette palette{};
 };
 
@@ -46,14 +46,14 @@ struct Strip {
   int rows = 0;
   int samples = 1;
   int halo = 0;                 ///< rows of samples that `depths` holds above first_row
-  std::vector<float> traits{};  ///< of the samples whose depths are, 0 … 1; empty: all are clay
+  std::vector<float> traits{};  ///< one for each depth, 0 … 1; empty: all are clay
   std::vector<float> depths{};  ///< whole rows of samples, from first_row · samples − halo on
 };
 
 /// What a strip shows.
 struct Shaded {
   std::vector<std::uint8_t> pixels;  ///< sRGB bytes
-  std::vector<std::uint8_t> alpha;   ///< of each pixel
+  std::vector<std::uint8_t> alpha;   ///< one for each pixel
   std::vector<float> normals;        ///< 3 a sample, of all rows of samples that came
 };
 

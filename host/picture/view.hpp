@@ -20,7 +20,7 @@ struct View {
   Eigen::Vector3d eye{0, 0, 0}, eye_dx{0, 0, 0}, eye_dy{0, 0, 0};
   Eigen::Vector3d dir{0, 0, 0}, dir_dx{0, 0, 0}, dir_dy{0, 0, 0};
   double footprint = 0;         ///< width of a pixel at the middle of the scene
-  double tolerance = 0;         ///< of depths
+  double tolerance = 0;         ///< in depths
   int samples = 1;              ///< pixels on each side of a square that belong together
   bool coarse_will_do = false;  ///< depths may come from a grid that smooths fine detail
 

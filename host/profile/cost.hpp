@@ -12,7 +12,7 @@ constexpr double kLog2 = 8;
 constexpr double kTerm = 1;          // a ln N, added up
 constexpr double kRoot = 6;          // one reciprocal root; 1/ρ, ρ and the tangent from it
 constexpr double kAngle = 9;         // one odd polynomial
-constexpr double kSineCosine = 14;   // of a θ: reduction and two polynomials
+constexpr double kSineCosine = 14;   // for each θ: reduction and two polynomials
 constexpr double kProduct = 16 + 4;  // Hamilton's product, and the versor from sine and cosine
 
 /// F alone: kernels/energy.cl at its last iterate.
@@ -36,8 +36,9 @@ constexpr double gradient(int n) {
 // What kernels read and write of device memory at least, in reals: each its inputs and outputs
 // once, sums that stay within a work-item not counted.
 
-constexpr double kEnergyReals = QJ_SAMPLE_ARRAYS + 2;  // of a sample: its arrays; field, cotangent
-constexpr double kPotentialGradientReals = 4 + 1;      // of a sample: position, cotangent
+constexpr double kEnergyReals =
+    QJ_SAMPLE_ARRAYS + 2;                          // for each sample: its arrays; field, cotangent
+constexpr double kPotentialGradientReals = 4 + 1;  // for each sample: position, cotangent
 /// Of a grid point: F, and for each further iterate point and F in and out.
 constexpr double level_set_reals(int n) { return 1 + (n - 1) * 10.0; }
 /// H from panels written and read once, H itself once for each block of `panel` samples.

@@ -7,7 +7,7 @@ namespace qjulia::profiling {
 struct LoopCounts {
   int fma;      ///< multiply-adds, products and sums
   int special;  ///< reciprocals, roots
-  int loads;    ///< of memory, most of them one for a whole wave
+  int loads;    ///< from memory, most of them one for a whole wave
   int other;    ///< comparisons, selections, integers, addresses
 };
 

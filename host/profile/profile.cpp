@@ -100,8 +100,8 @@ double median(std::vector<double> values) {
 
 /// What a job asks for, where that is known.
 struct Cost {
-  double slots = 0;  ///< of one factor at one sample (cost.hpp)
-  double reals = 0;  ///< of the whole job
+  double slots = 0;  ///< for one factor at one sample (cost.hpp)
+  double reals = 0;  ///< in the whole job
 };
 
 /// Collects figures, one job after the other.

@@ -190,7 +190,7 @@ class Builder {
   std::stop_token stop_;
   Bvh& bvh_;
   std::vector<std::uint32_t> order_;  ///< triangles, as the leaves will have them
-  std::vector<Bounds> boxes_;         ///< of each triangle
+  std::vector<Bounds> boxes_;         ///< one for each triangle
 };
 
 }  // namespace

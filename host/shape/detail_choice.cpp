@@ -23,7 +23,8 @@ constexpr int kMostHalvings = 16;
 /// Part of a surface as seen from the origin.
 struct Patch {
   double log_radius;
-  double share;  ///< of the sphere that it covers, negative where its outer side faces the origin
+  double share;  ///< of the sphere, as far as it covers that; negative where its outer side faces
+                 ///< the origin
 };
 
 /// Solid angle over 4π (van Oosterom & Strackee 1983).

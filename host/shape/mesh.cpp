@@ -31,7 +31,7 @@ void count_edges(const TriangleMesh& mesh, MeshReport& report, const std::stop_t
       }
     }
   };
-  std::vector<std::size_t> end(mesh.vertices.size() + 1);  // of the edges of each lower vertex
+  std::vector<std::size_t> end(mesh.vertices.size() + 1);  // end of the edges of each lower vertex
   for_edges([&](std::uint32_t low, const Edge&) { ++end[low + 1]; });
   std::partial_sum(end.begin(), end.end(), end.begin());
   std::vector<Edge> edges(3 * mesh.triangles.size());

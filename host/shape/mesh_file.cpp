@@ -42,7 +42,7 @@ bool looks_like_obj(std::string_view head) {
 
 struct DetectedType {
   std::string_view name;
-  std::string_view extension;  ///< of a mesh file, and empty for anything else
+  std::string_view extension;  ///< a mesh file's; empty for anything else
 };
 
 /// What the beginning of a file tells of its type, such as "a PNG picture". All is empty when

@@ -57,7 +57,7 @@ class FaceList {
     std::size_t count;
   };
   std::vector<Polygon> polygons;
-  std::vector<float> shares;      ///< of vertices, where they are asked for
+  std::vector<float> shares;      ///< one for each vertex, where they are asked for
   std::size_t dropped_faces = 0;  ///< with fewer than three different vertices
   bool is_soup = false;           ///< each triangle has vertices of its own
 
@@ -87,7 +87,7 @@ class Lines {
   explicit Lines(std::string_view text, char comment = '#');
   /// The next line that is not empty; none at the end.
   std::optional<std::string_view> next();
-  std::size_t number() const { return number_; }   ///< of the last line, from 1
+  std::size_t number() const { return number_; }   ///< the last line's, from 1
   std::string_view rest() const { return rest_; }  ///< what follows that line
 
  private:

@@ -67,7 +67,7 @@ std::vector<Ray> rays_from(const TriangleMesh& mesh, const Parts& parts,
                            const std::vector<std::uint32_t>& body_of, std::size_t bodies,
                            std::size_t count) {
   struct Walk {
-    double area = 0;  // of the triangles so far
+    double area = 0;  // area of the triangles so far
     std::uint32_t rays = 0;
   };
   std::vector<Walk> walks(bodies);

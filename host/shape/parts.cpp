@@ -21,7 +21,7 @@ Parts connected_parts(const TriangleMesh& mesh, const std::stop_token& stop) {
   Parts parts;
   parts.of_triangle.reserve(mesh.triangles.size());
   const Eigen::Vector3d apex = mesh.box().center();
-  std::vector<std::uint32_t> number(x.size(), kUnnumbered);  // of the part of each root
+  std::vector<std::uint32_t> number(x.size(), kUnnumbered);  // each root's part
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (t % kTrianglesPolled == 0) throw_if_stopped(stop);
     const auto& [a, b, c] = mesh.triangles[t];

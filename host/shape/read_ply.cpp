@@ -32,9 +32,9 @@ constexpr Type kType{sizeof(Number), [](const char* bytes) {
 
 struct Property {
   std::string name;
-  Type type = kType<float>;  ///< of the value, or of a list's values
+  Type type = kType<float>;  ///< the value's, or that of a list's values
   bool is_list = false;
-  Type count_type = kType<std::uint8_t>;  ///< of a list's length
+  Type count_type = kType<std::uint8_t>;  ///< a list's length has this type
 };
 
 struct Element {

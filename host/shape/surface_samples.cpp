@@ -22,7 +22,7 @@ Eigen::Vector3d area_vector(const TriangleMesh& mesh, const Triangle& triangle) 
 
 std::vector<shape::TrianglePoint> shape::sample_triangles(const TriangleMesh& mesh,
                                                           std::size_t count, std::uint64_t seed) {
-  std::vector<double> area_up_to;  // of the triangles before and including each
+  std::vector<double> area_up_to;  // of all triangles up to each, itself included
   area_up_to.reserve(mesh.triangles.size());
   double area = 0;
   for (const Triangle& triangle : mesh.triangles) {

@@ -46,7 +46,7 @@ class TriangleTree {
   double squared_bound(const Eigen::Vector3d& p, std::size_t node) const;
 
   Bvh bvh_;
-  std::vector<Slab> slabs_;  ///< of the nodes
+  std::vector<Slab> slabs_;  ///< one for each node
 };
 
 }  // namespace qjulia::shape

@@ -27,12 +27,12 @@ constexpr std::uint64_t kSeed = 1;
 constexpr double kCubeSide = 1.15;  // in longest sides of the mesh's box
 constexpr double kSharpness = 10;   // α
 constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
-constexpr double kShortestLimb = 0.1;  // of the mesh's longest side
+constexpr double kShortestLimb = 0.1;  // times the mesh's longest side
 
 /// Cell centres of a cube about a mesh, and the mesh's signed distance there.
 struct CubeSamples {
   Grid grid;                     ///< the centres, map units
-  std::vector<double> distance;  ///< of the mesh, negative inside, its own units; x fastest
+  std::vector<double> distance;  ///< from the mesh, negative inside, in its own units; x fastest
   double cell = 0;               ///< side of a cell, the mesh's units
 };
 
@@ -147,7 +147,7 @@ DistanceSummary distance_between(const std::vector<Eigen::Vector3d>& points,
 struct SampledMesh {
   SignedDistance distance;
   std::vector<Eigen::Vector3d> points;
-  double area;  ///< of all, times the share of points that lie in the part
+  double area;  ///< the whole area times the share of points that lie in the part
 
   SampledMesh(const TriangleMesh& mesh, const SignedDistance& to_mesh,
               const std::optional<Box>& part)
@@ -184,7 +184,7 @@ void compare_surfaces(const Device& device, const TriangleMesh& set, const Sampl
 
 /// Coefficient of variation of ‖∇F_1‖ over points of the shape, in its own coordinates.
 double slope_variation(const Device& device, RationalMap map, std::vector<Eigen::Vector3d> points) {
-  map.tufts = 1;  // the points lie on both sides of where F gets steeper
+  map.steepness = 1;  // the points lie on both sides of where F gets steeper
   map.portals.clear();
   map.paint.reset();
   for (auto& x : points) x = map.shape_to_map.to_map(x);

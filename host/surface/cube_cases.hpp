@@ -19,7 +19,7 @@ const std::array<CubeEdge, 12>& cube_edges();
 /// One closed loop of crossed edges, counter-clockwise from outside, cut into triangles.
 struct CubeLoop {
   std::vector<std::uint8_t> edges;
-  std::vector<std::uint8_t> triangles;  ///< of the edges, three a triangle
+  std::vector<std::uint8_t> triangles;  ///< numbers of edges, three a triangle
 };
 
 /// Loops by case: bit c is set when corner c is inside.

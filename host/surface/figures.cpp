@@ -209,7 +209,7 @@ class ConnectedParts {
   }
 
  private:
-  std::vector<std::uint32_t> labels_;  ///< of vertices
+  std::vector<std::uint32_t> labels_;  ///< one for each vertex
   base::UnionFind united_;             ///< labels
   std::vector<PartSums> sums_;         ///< by label, at the roots
   std::vector<bool> dropped_;          ///< by label; empty: none
@@ -305,7 +305,7 @@ void FigureSink::triangles(std::span<const Triangle> triangles) {
 
 LoosePieces FigureSink::drop_loose_pieces() {
   impl_->expect_nothing_dropped();
-  constexpr double kLeast = 0.01;  // of the largest part's volume
+  constexpr double kLeast = 0.01;  // times the largest part's volume
   double largest = 0;
   double all = 0;
   for (const PartSums& part : impl_->parts.sums()) {

@@ -131,7 +131,7 @@ class FineBodies {
   Links links_;
   const Insides& insides_;
   Grid fine_;
-  std::vector<std::int32_t> slots_;  ///< of coarse cells: number of a known block
+  std::vector<std::int32_t> slots_;  ///< for each coarse cell the number of a known block
   std::vector<std::size_t> blocks_, wanted_;
   std::vector<bool> inside_, loose_;
   base::UnionFind bodies_{1};

@@ -169,7 +169,7 @@ class InterpolatedOrbits {
   /// each axis.
   std::vector<std::int32_t> near_factors(std::span<const std::int32_t> numbers, int spacing) const {
     const double reach = kClearance * spacing;  // grid steps
-    std::vector<bool> marks;                    // of the block's points
+    std::vector<bool> marks;                    // one for each point of the block
     for (const Quaternion& c : map_.centers()) {
       if (std::abs(c.w - map_.slice()) > reach * grid_.step) continue;
       const Eigen::Array3d center = (Eigen::Vector3d(c.x, c.y, c.z) - grid_.origin) / grid_.step -

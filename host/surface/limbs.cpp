@@ -12,7 +12,7 @@
 namespace qjulia::surface {
 namespace {
 
-constexpr double kTip = 0.25;  ///< of a limb's length
+constexpr double kTip = 0.25;  ///< times a limb's length
 /// A limb's tip is so many times as far from the origin as the nearest point outside.
 constexpr double kFarthestBody = 1.5;
 constexpr double kUnreached = std::numeric_limits<double>::infinity();

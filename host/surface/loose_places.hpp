@@ -25,7 +25,7 @@ struct LoosePlaces {
   /// Two words for each word of `bits`: which of its points are the lower corners of such cells,
   /// and how many such cells come before these.
   std::vector<std::uint32_t> finer_cells;
-  std::vector<std::uint32_t> finer_bits;  ///< of the finer points, cell by cell
+  std::vector<std::uint32_t> finer_bits;  ///< a bit for each finer point, cell by cell
 
   // What `look_finer` starts from.
   std::vector<bool> is_kept;                        ///< points inside that are not loose

@@ -22,7 +22,7 @@ struct PointRun {
 struct Slab {
   int slices = 0;
   int block = 0;                            ///< points along a block's side
-  std::vector<std::vector<PointRun>> rows;  ///< of row y / block, covering it
+  std::vector<std::vector<PointRun>> rows;  ///< runs that cover row y / block
 
   const std::vector<PointRun>& row(int y) const {
     return rows[static_cast<std::size_t>(y / block)];

@@ -27,7 +27,7 @@ Marks meetings_at(const GridBlock& block, const NodeLattice& lattice,
                   std::span<const std::int32_t> asking) {
   Marks marks(lattice.meetings());
   const std::int32_t row_points = block.count[0];
-  std::int32_t end = 0;  // of the points between the same two nodes
+  std::int32_t end = 0;  // end of the points between the same two nodes
   for (const std::int32_t number : asking) {
     if (number < end) continue;
     const std::int32_t row = number / row_points;

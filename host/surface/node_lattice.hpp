@@ -15,7 +15,7 @@ namespace qjulia::surface {
 struct NodeLattice {
   int spacing = 1;
   GridBlock nodes;  ///< grid point of the first node; nodes along x and y, slices
-  int rows = 0;     ///< of the block, a slice
+  int rows = 0;     ///< of the block in a slice
 
   /// Numbers of nodes that are needed, x fastest, then y, rising.
   std::vector<std::int32_t> needed_nodes;

@@ -96,8 +96,8 @@ std::vector<double> spread(const Paint& paint, const std::vector<Gathered>& gath
 }
 
 /// Shares of a mesh's vertices, at points of its triangles nearer to each other than cells.
-std::vector<double> of_mesh(const Paint& paint, const PaintedMesh& mesh, const ShapeToMap& to_map,
-                            const ProgressMonitor& monitor) {
+std::vector<double> paint_by_mesh(const Paint& paint, const PaintedMesh& mesh,
+                                  const ShapeToMap& to_map, const ProgressMonitor& monitor) {
   std::vector<Gathered> gathered(paint.size());
   constexpr int kMostParts = 512;  // a triangle's side is cut into
   std::size_t number = 0;
@@ -325,7 +325,7 @@ Paint painted(const Device& device, const RationalMap& map, const PaintOptions& 
     });
   }
   if (options.mesh) {
-    const auto by = of_mesh(paint, *options.mesh, to_map, monitor);
+    const auto by = paint_by_mesh(paint, *options.mesh, to_map, monitor);
     std::ranges::transform(shares, by, shares.begin(), std::multiplies<>());
   }
   for_cells(paint, [&](std::size_t number, const Vector3d& x) {

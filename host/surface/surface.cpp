@@ -52,11 +52,11 @@ double farthest_inside(const StopRadii& stops) {
   return std::isfinite(stops.outer) && stops.outer > 0 ? stops.outer : stops.escape;
 }
 
-/// Differences from the level are clamped to it, those above it after division by the tufts.
-double reach_about(double level, double tufts, const StopRadii& stops, int iterations) {
+/// Differences from the level are clamped to it, those above it after division by the steepness.
+double reach_about(double level, double steepness, const StopRadii& stops, int iterations) {
   if (iterations == 1) return std::numeric_limits<double>::infinity();
   const double nearer =
-      std::min(level - std::log(stops.inner), (std::log(stops.outer) - level) / tufts);
+      std::min(level - std::log(stops.inner), (std::log(stops.outer) - level) / steepness);
   return std::clamp(nearer, kLeastReach, kMostReach);
 }
 
@@ -244,8 +244,8 @@ SurfaceReport surface::level_set_surface(const Device& device, const RationalMap
     return box_to_mesh(set, map, stops, options, monitor);
   }();
   const Grid grid = grid_over(box, options.resolution);
-  const DifferenceScale scale{reach_about(map.surface_level, map.tufts, stops, options.iterations),
-                              map.tufts};
+  const DifferenceScale scale{
+      reach_about(map.surface_level, map.steepness, stops, options.iterations), map.steepness};
   const Device sibling = device.sibling();
   const LevelSet second(sibling, map, stops, options.iterations, options.precision);
   const int tries = options.refine.value_or(options.iterations > 1 ? kTries : 0);

@@ -28,8 +28,8 @@ namespace {
 /// Neighbouring triangles whose normals differ by more meet in a crease; others stand for a round
 /// surface.
 constexpr double kCrease = 40 * std::numbers::pi / 180;
-constexpr double kSlack = 1e-3;  ///< of a ball's radius
-constexpr int kMostSteps = 100;  ///< of shrinking; each squares the error, so a few will do
+constexpr double kSlack = 1e-3;  ///< times a ball's radius
+constexpr int kMostSteps = 100;  ///< that shrink a ball; each squares the error, so a few will do
 /// Hits nearer to a ray's origin than this share of the box's diagonal are rounding errors.
 constexpr double kNearestHit = 1e-9;
 

@@ -17,7 +17,8 @@ struct CompareOptions {
   int iterations = 6;
   /// Shape units: only what lies in it is compared; by default, a cube about the mesh.
   std::optional<Box> box = std::nullopt;
-  Precision precision = Precision::single;  ///< of the orbits; double where the device has it
+  Precision precision =
+      Precision::single;  ///< arithmetic of the orbits; double where the device has it
   /// Radius beyond which orbits end, map units; by default where none returns from.
   std::optional<double> escape = std::nullopt;
   /// Also count limbs: where the mesh reaches farther from the map's origin, through its inside,
@@ -34,7 +35,7 @@ struct FitMetrics {
   double iou = 0;
   double mean_distance = 0;       ///< between the surfaces, mean of both directions
   double distance_95 = 0;         ///< that 95 % of the samples of either surface stay within
-  double hausdorff_distance = 0;  ///< of the surface samples
+  double hausdorff_distance = 0;  ///< largest distance of a surface sample
   /// −Σ w s tanh(α (F_n − L)) over the cells: −1 is perfect. α = 10, w ∝ 1 / max(distance, half a
   /// cell), weights inside and outside of sum ½ each (Kim 2015, Eq. 10, normalised).
   double energy = 0;
@@ -42,7 +43,7 @@ struct FitMetrics {
   /// Coefficient of variation of ‖∇F_1‖ (3-D) over the mesh's surface, the same for every n: how
   /// uneven the shell's thickness is.
   double slope_variation = 0;
-  int limbs = -1;       ///< of the mesh; −1: not counted
+  int limbs = -1;       ///< that the mesh has; −1: not counted
   int limbs_kept = -1;  ///< those that reach into the last quarter of their length in the set
 };
 

@@ -32,7 +32,7 @@ struct RadialSpread {
   /// its chance to stay inside. The shell that is neither solid nor empty is therefore about this
   /// value times 1 / |∇F_1| deep.
   double of_log_radii = 0;
-  double longest_side = 1;  ///< of the box, over its diagonal
+  double longest_side = 1;  ///< the box's, over its diagonal
 };
 
 /// @param mesh without hidden parts. @param origin inside, where the map takes 0; the mesh's units.

@@ -35,7 +35,7 @@ struct ExactMapOptions {
   int resolution = 192;
   /// δ: a thicker shell is a wilder fractal. A number is 0.0001 … 0.1 of the box's diagonal.
   DetailChoice detail = DetailWord::automatic;
-  double tufts = 1;            ///< the map's RationalMap::tufts
+  double steepness = 1;        ///< the map's RationalMap::steepness
   std::optional<UpAxis> up{};  ///< the map's RationalMap::up; by default what `guess_up` says
   FourthCoordinate fourth = FourthCoordinate::round;
   /// What gives the grooves their pattern. The scale of a noise is in cells a map unit, of which

@@ -25,7 +25,7 @@ BoxDimension box_dimension(std::span<const Eigen::Vector3f> points, double fines
 /// Units of the mesh.
 struct SurfaceFigures {
   std::size_t components = 0;
-  std::size_t vertices = 0;  ///< of triangles
+  std::size_t vertices = 0;  ///< that triangles use
   std::size_t triangles = 0;
   double area = 0;
   double volume = 0;  ///< enclosed, by the divergence theorem
@@ -41,7 +41,7 @@ nlohmann::json to_json(const SurfaceFigures& figures);
 struct LoosePieces {
   std::size_t count = 0;
   double volume = 0;  ///< sum of sizes, the mesh's units
-  double share = 0;   ///< of the volume of all parts
+  double share = 0;   ///< volume, over that of all parts
 };
 
 /// Measures a mesh as it passes by, and finds its connected parts. Boxes are counted down to four

@@ -34,7 +34,7 @@ struct StageReport {
   double energy_before = 0;
   double energy_after = 0;
   double seconds = 0;
-  double iou = 0;      ///< of the set and the shape, on a coarse grid
+  double iou = 0;      ///< intersection over union of set and shape, on a coarse grid
   int iterations = 1;  ///< n of energies and IoU
 };
 
@@ -100,9 +100,9 @@ struct FitOptions {
   /// A file to keep the fit in while it is under way, rewritten at each stage's end and every 10 s:
   /// the caller removes it once the result is safe. Set it for fits that take minutes. Empty: none.
   std::filesystem::path checkpoint;
-  /// The map's RationalMap::tufts, which the fit itself does not need. Raise it where many pieces
-  /// come loose, or for grooves without tufts that stand off the shape.
-  double tufts = 1;
+  /// The map's RationalMap::steepness, which the fit itself does not need. Raise it where many
+  /// pieces come loose, or for grooves without tufts that stand off the shape.
+  double steepness = 1;
   /// The map's RationalMap::up; by default what `guess_up` says. Set it where that is wrong: maps
   /// are drawn and exported standing so.
   std::optional<UpAxis> up;
@@ -133,8 +133,9 @@ std::string to_string(StopReason reason);
 struct FitResult {
   RationalMap map;  ///< calibrated, in the shape's own coordinates by its shape_to_map
   StopReason stopped = StopReason::schedule_done;
-  int evaluations = 0;  ///< of energy and gradient, a resumed fit's earlier ones included
-  double seconds = 0;   ///< the same for wall time
+  int evaluations =
+      0;  ///< evaluations of energy and gradient, a resumed fit's earlier ones included
+  double seconds = 0;  ///< the same for wall time
   /// Of the fitted surface (n = 1) from the mesh, to first order, over the diagonal of its box.
   double mean_distance = 0;
   std::vector<StageReport> stages;

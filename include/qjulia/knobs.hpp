@@ -31,9 +31,9 @@ struct MapKnobs {
   std::optional<Eigen::Vector3d> translate;
   /// S ← S − ln s: above 1 the set grows, below it shrinks.
   std::optional<double> scale;
-  /// How many times as steep F is outside the shape, 1 … kMostTufts: what stands off the shape gets
-  /// so much shorter, and few tufts come loose.
-  std::optional<double> tufts;
+  /// How many times as steep F is outside the shape, 1 … kMostSteepness: what stands off the shape
+  /// gets so much shorter, and few tufts come loose.
+  std::optional<double> steepness;
 
   /// @throws InputError naming the option: a number that is not finite, a phase or an axis of zero,
   ///   a scale that is not positive.

@@ -28,7 +28,7 @@ struct OuterBound {
 struct FactorsModulus {
   static constexpr const char* kName = "factors";
   static constexpr bool kTakesFactors = true;
-  static constexpr int kFileVersion = 1;  ///< of map files that can hold it
+  static constexpr int kFileVersion = 1;  ///< the first version of map files that can hold it
 
   bool operator==(const FactorsModulus&) const = default;
 
@@ -77,7 +77,7 @@ struct DistanceModulus {
   static constexpr int kFileVersion = 2;
 
   std::shared_ptr<const DistanceGrid> grid;          ///< none: no valid map
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< of the grid, map units
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< the grid's, map units
   double step = 0;                                   ///< of the grid, map units a cell
   double shell = 0;                                  ///< δ, map units
   double inradius = 0;                               ///< r_in, map units

@@ -28,8 +28,8 @@ RationalMap polynomial_from_bytes(std::string_view bytes, const std::string& sou
 /// Distances at the centres of the cells of a regular grid, negative inside.
 struct SampledDistance {
   std::array<int, 3> samples{};
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();   ///< of the grid's box
-  Eigen::Vector3d lengths = Eigen::Vector3d::Zero();  ///< of its sides
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();   ///< the grid's box has this centre
+  Eigen::Vector3d lengths = Eigen::Vector3d::Zero();  ///< and sides of these lengths
   std::vector<double> values;                         ///< x fastest
 };
 

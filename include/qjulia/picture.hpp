@@ -26,8 +26,8 @@ struct Image {
   std::vector<std::uint8_t> pixels;  ///< 3 · width · height
   /// width · height: 0 lets through what is behind, 255 hides it. Empty: nothing is transparent.
   std::vector<std::uint8_t> alpha{};
-  std::size_t covered = 0;  ///< of a rendered set or mesh: the pixels that show any of it
-  LoosePieces loose{};      ///< of a rendered set: what is left out, shape units
+  std::size_t covered = 0;  ///< pixels that show any of a rendered set or mesh
+  LoosePieces loose{};      ///< what is left out of a rendered set, shape units
 
   /// @throws InputError when there are no pixels, or not width · height of them.
   void validate() const;
@@ -83,17 +83,18 @@ struct PictureOptions {
   int iterations = 6;
   /// Radius beyond which orbits end, map units; by default where none returns from.
   std::optional<double> escape = std::nullopt;
-  int samples_per_axis = 2;                 ///< anti-aliasing: its square rays a pixel
-  Precision precision = Precision::single;  ///< of rays and orbits; double where the device has it
+  int samples_per_axis = 2;  ///< anti-aliasing: its square rays a pixel
+  Precision precision =
+      Precision::single;  ///< arithmetic of rays and orbits; double where the device has it
   /// Shape units: only this part of the set is drawn, cut open, and framed. By default all of it.
   std::optional<Box> box;
-  std::vector<Cut> cuts;  ///< of maps; what is framed stays
+  std::vector<Cut> cuts;  ///< for maps; what is framed stays
   Camera camera;
   Lamp lamp;
-  Material material = Material::clay;  ///< of maps; meshes are of clay
+  Material material = Material::clay;  ///< for maps; meshes are always of clay
   Palette palette;
   Backdrop backdrop = Backdrop::studio;
-  Rgb background = Rgb::Ones();  ///< of a plain backdrop
+  Rgb background = Rgb::Ones();  ///< a plain backdrop's
   bool ground = true;            ///< under the set, with its shadow
   /// Of maps: pieces that hang on nothing, and are less than a hundredth as large as the largest
   /// body. Copies in portals are always kept.

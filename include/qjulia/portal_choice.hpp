@@ -11,7 +11,7 @@ namespace qjulia {
 
 struct PortalOptions {
   int count = 3;      ///< copies on the shape itself, 1 … 16
-  double size = 0.3;  ///< of a copy, the shape's being 1; 0.02 … 0.6
+  double size = 0.3;  ///< a copy's, where the shape's is 1; 0.02 … 0.6
   PortalMask mask = PortalMask::outside;
 
   void validate() const;  ///< @throws OptionError

@@ -32,7 +32,7 @@ struct DeviceLimits {
   /// tells; 0 where lanes are not known, as on GPUs. Cores with two units reach twice as much.
   double clock_fma_per_second = 0;
   double bytes_per_second = 0;  ///< read and written by a copy much larger than any cache
-  double launch_seconds = 0;    ///< of a kernel without work, from the call to its end
+  double launch_seconds = 0;    ///< a kernel without work takes, from the call to its end
 };
 
 /// One kernel, or the few kernels that do one job.

@@ -23,7 +23,6 @@
 #include "qjulia/painting.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/picture_settings.hpp"
-#include "qjulia/plot.hpp"
 #include "qjulia/portal.hpp"
 #include "qjulia/portal_choice.hpp"
 #include "qjulia/ranks.hpp"

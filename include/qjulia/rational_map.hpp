@@ -36,8 +36,8 @@ struct ShapeToMap {
   Eigen::Vector3d to_shape(const Eigen::Vector3d& x) const { return (x - translation) / scale; }
 };
 
-/// The largest RationalMap::tufts.
-constexpr double kMostTufts = 100;
+/// The largest RationalMap::steepness.
+constexpr double kMostSteepness = 100;
 
 /// Longest side of a fitted shape's box in map coordinates.
 constexpr double kMapSide = 3;
@@ -47,7 +47,7 @@ struct RationalMap {
   double slice = 0;          ///< W of the points that 3-D coordinates stand for
   double log_scale = 0;      ///< S, added to every kind of F
   double surface_level = 0;  ///< L: a point is inside at n when F_n < L
-  double tufts = 1;          ///< k: where F > L, it is L + k (F − L) instead; 1 … kMostTufts
+  double steepness = 1;  ///< k: where F > L, it is L + k (F − L) instead; 1 … kMostSteepness
   Quaternion phase{1, 0, 0, 0};  ///< p, in front of every kind of U
   Modulus modulus;
   Versor versor;
@@ -59,8 +59,8 @@ struct RationalMap {
   std::optional<Paint> paint;  ///< which share of the detail places have; none: all of it
   ShapeToMap shape_to_map;
   std::optional<double> detail;    ///< δ as a fraction of the box's diagonal
-  std::optional<double> inradius;  ///< of the shape, shape units
-  std::optional<Box> box;          ///< of the shape, shape units
+  std::optional<double> inradius;  ///< the shape's, shape units
+  std::optional<Box> box;          ///< the shape's, shape units
   std::optional<UpAxis> up;        ///< how the shape stands
   Provenance provenance;
 
@@ -75,9 +75,9 @@ struct RationalMap {
   /// @throws InputError naming what is wrong: no factors where they are needed, or some where they
   ///   are not; a number that is not finite or beyond ±1e15, in map coordinates ±1e9 (single
   ///   precision squares the one and takes fourth powers of the other), a phase that is not a unit
-  ///   quaternion, a scale that is not positive, tufts out of range, different numbers of one name
-  ///   in the modulus and the versor, portals that overlap or hold the origin, a paint that is not
-  ///   whole.
+  ///   quaternion, a scale that is not positive, a steepness out of range, different numbers of one
+  ///   name in the modulus and the versor, portals that overlap or hold the origin, a paint that is
+  ///   not whole.
   void validate() const;
 };
 

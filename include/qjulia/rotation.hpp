@@ -7,7 +7,7 @@ namespace qjulia {
 
 /// A turn about an axis through the origin.
 struct Rotation {
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< of any length but 0
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< its length may be any but 0
   double degrees = 0;
 
   bool operator==(const Rotation&) const = default;

@@ -23,7 +23,7 @@ struct ScalingLaw {
   int iterations = 1;
   double samples_exponent = 0;
   double factors_exponent = 0;
-  double worst_ratio = 1;  ///< of a point's time to the law's, or the other way round
+  double worst_ratio = 1;  ///< between a point's time and the law's, 1 or more
 };
 
 struct ScalingReport {

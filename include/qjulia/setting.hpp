@@ -23,15 +23,16 @@ struct Control {
   std::string label;  ///< beside it
   std::string help;   ///< a tooltip
   double least = 0, most = 1;
-  double step = 0.01;                ///< of the slider
+  double step = 0.01;                ///< the slider's
   bool is_logarithmic = false;       ///< equal ways multiply the value by the same
-  bool is_whole = false;             ///< of whole numbers
-  std::vector<std::string> words{};  ///< of a menu; empty: it is a slider
+  bool is_whole = false;             ///< it takes whole numbers alone
+  std::vector<std::string> words{};  ///< a menu's entries; empty: it is a slider
 };
 
 /// What all settings have.
 struct Setting {
-  std::string name;    ///< of the struct's member, such as "order_seed"; "order-seed" is the option
+  std::string
+      name;  ///< that of the struct's member, such as "order_seed"; "order-seed" is the option
   std::string values;  ///< what to give, such as "X Y Z"
   std::string unit;    ///< empty: it has none, or `help` says it
   /// What commands and pages take.
@@ -40,7 +41,7 @@ struct Setting {
   std::string help;  ///< a sentence, without its full stop
   std::string more;  ///< a paragraph for those who want to know what to expect; may be empty
   Interpolation interpolation = Interpolation::linear;
-  std::string group{};  ///< of the page's controls; empty: pages do not offer it
+  std::string group{};  ///< where pages show its controls; empty: pages do not offer it
   std::vector<Control> controls{};
 
   /// "order-seed".

@@ -69,7 +69,7 @@ struct Shape {
   TriangleMesh mesh;              ///< its outer surface, map coordinates
   bool has_hidden_parts = false;  ///< that the outer surface leaves out
   ShapeToMap shape_to_map;
-  Box box;              ///< of the given mesh, its own units
+  Box box;              ///< the given mesh's, in its own units
   double inradius = 0;  ///< distance of the origin to the surface, map units
 };
 

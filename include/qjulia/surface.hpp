@@ -22,7 +22,8 @@ struct SurfaceOptions {
   /// How many points are tried on each crossed edge to find where the set ends, 0 … 20. By default
   /// 2, and 0 at n = 1, where F_n is smooth and interpolation is enough.
   std::optional<int> refine{};
-  Precision precision = Precision::single;  ///< of the orbits; double where the device has it
+  Precision precision =
+      Precision::single;  ///< arithmetic of the orbits; double where the device has it
   /// Radius beyond which orbits end, map units; by default where none returns from.
   std::optional<double> escape = std::nullopt;
   void validate() const;  ///< @throws InputError
@@ -33,7 +34,7 @@ struct SurfaceReport {
   std::size_t vertices = 0;
   std::size_t triangles = 0;
   std::size_t open_edges = 0;        ///< where the box cuts the set; two triangles share any other
-  std::uint64_t grid_points = 0;     ///< of the grid
+  std::uint64_t grid_points = 0;     ///< points that the grid has
   std::uint64_t potentials = 0;      ///< points where F_1 was evaluated, not interpolated
   std::uint64_t settled = 0;         ///< points settled by interpolated F_1 and images
   std::uint64_t nodes = 0;           ///< points from which these were interpolated

@@ -14,7 +14,7 @@ struct Tuning {
   int orbit_items = 1;     ///< most groups of work-items of the gradient at n > 1
   int orbit_group = 1;     ///< work-items of such a group: they sum in local memory; 1: privately
   int panel_samples = 1;   ///< samples whose Jacobian is held at a time for the Gauss-Newton matrix
-  int panel_block = 1;     ///< of these, samples a work-item computes
+  int panel_block = 1;     ///< how many of these samples a work-item computes
   int product_side = 1;    ///< 16: 16 × 16 work-items share tiles of that matrix; 1: none do
 
   bool operator==(const Tuning&) const = default;

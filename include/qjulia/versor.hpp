@@ -17,7 +17,7 @@ namespace qjulia {
 struct FactorsVersor {
   static constexpr const char* kName = "factors";
   static constexpr bool kTakesFactors = true;
-  static constexpr int kFileVersion = 1;  ///< of map files that can hold it
+  static constexpr int kFileVersion = 1;  ///< the first version of map files that can hold it
 
   bool operator==(const FactorsVersor&) const = default;
 
@@ -44,7 +44,7 @@ struct QuadraticVersor {
 /// Which quaternions a noise gives.
 enum class NoiseValues {
   vectors,      ///< W = 0: with the phase 1, images stay in the slice W = 0
-  quaternions,  ///< of all four components
+  quaternions,  ///< noise in all four components
 };
 
 /// U = p · n/|n|, n gradient noise at (X, Y, Z) (Perlin 2002): the sum of octaves, each of twice

@@ -240,7 +240,7 @@ TEST_CASE("options of exact maps are checked") {
   refused([](ExactMapOptions& o) { o.resolution = 8; }, "resolution");
   refused([](ExactMapOptions& o) { o.resolution = 1000; }, "resolution");
   refused([](ExactMapOptions& o) { o.detail = 0.0; }, "detail");
-  refused([](ExactMapOptions& o) { o.tufts = 0.5; }, "tufts");
+  refused([](ExactMapOptions& o) { o.steepness = 0.5; }, "steepness");
   refused([](ExactMapOptions& o) { o.versor = RandomRoots{.roots = 0}; }, "roots");
   refused([](ExactMapOptions& o) { o.versor = FactorsOfMap{}; }, "versor");
 }

@@ -67,7 +67,7 @@ TEST_CASE("above the level F is steeper, and one time as steep is the same field
   RationalMap map = general_map();
   const auto points = points_in(1.5, 1001);
   map.surface_level = 0.2;
-  map.tufts = 2.5;
+  map.steepness = 2.5;
   const Field field(device, map, precision);
   for (const int n : {1, 2, 3}) {
     const auto error = test::sorted_errors(field, map, points, n);
@@ -77,7 +77,7 @@ TEST_CASE("above the level F is steeper, and one time as steep is the same field
   }
   const auto steep = field.at(points);
   const auto slopes = field.gradient_at(points);
-  map.tufts = 1;
+  map.steepness = 1;
   const auto plain = Field(device, map, precision).at(points);
   const auto plain_slopes = Field(device, map, precision).gradient_at(points);
   map.surface_level = 0;

@@ -171,7 +171,7 @@ std::vector<NamedMap> broken_maps() {
       {"log scale", with([](auto& m) { m.log_scale = -kInfinity; })},
       {"level", with([](auto& m) { m.surface_level = kNan; })},
       {"slice", with([](auto& m) { m.slice = kHuge; })},
-      {"tufts", with([](auto& m) { m.tufts = 0; })},
+      {"steepness", with([](auto& m) { m.steepness = 0; })},
       {"phase", with([](auto& m) { m.phase = {}; })},
       {"scale", with([](auto& m) { m.shape_to_map.scale = 0; })},
       {"translation", with([](auto& m) { m.shape_to_map.translation = kNowhere; })},
@@ -333,7 +333,7 @@ void for_map_functions(const RationalMap& map, const std::filesystem::path& fold
   use("with_detail", [&] { with_detail(map, 0.01); });
   use("with_measured_detail", [&] { with_measured_detail(on_device(), map, surface); });
   use("with_knobs",
-      [&] { with_knobs(on_device(), map, changed(MapKnobs{}, [](auto& k) { k.tufts = 2; })); });
+      [&] { with_knobs(on_device(), map, changed(MapKnobs{}, [](auto& k) { k.steepness = 2; })); });
   use("with_longest_side", [&] { with_longest_side(map, 10); });
   use("longest_side", [&] { longest_side(map); });
   use("compare_precisions", [&] { compare_precisions(on_device(), map, 2); });
@@ -490,7 +490,7 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
     knobs[4].drift = x;
     knobs[5].translate = v;
     knobs[6].scale = x;
-    knobs[7].tufts = x;
+    knobs[7].steepness = x;
     for (const MapKnobs& knob : knobs) {
       survives("with_knobs", [&] { with_knobs(on_device(), map, knob).validate(); });
     }
@@ -572,7 +572,7 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
     survives("fit", [&] {
       FitOptions options = fitted;
       options.detail = x;
-      options.tufts = x;
+      options.steepness = x;
       fit(on_device(), mesh, options);
     });
     survives("fit, limits", [&] {
@@ -583,7 +583,7 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
     survives("exact_map", [&] {
       ExactMapOptions options = small_exact();
       options.detail = x;
-      options.tufts = x;
+      options.steepness = x;
       exact_map(on_device(), mesh, options);
     });
     survives("exact_map, versor", [&] {
@@ -606,7 +606,7 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
       survives("expect_in_range", [&] { knob.expect_in_range(x); });
       survives("is_turned", [&] {
         RationalMap odd = good_map();
-        odd.detail = odd.inradius = odd.tufts = x;
+        odd.detail = odd.inradius = odd.steepness = x;
         static_cast<void>(knob.is_turned(knobs_of(odd)));
         static_cast<void>(knob.why_not(odd).size() + (knob.most_of(odd) > 0 ? 1 : 0));
       });
@@ -626,20 +626,6 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
       const std::vector<Eigen::Vector3f> points{{0, 0, 0}, {0, 1, 1}};
       box_dimension(points, x);
     });
-    survives("plot_ticks", [&] { plot_ticks(x, 1, false), plot_ticks(0, x, false); });
-    survives("plot_ticks", [&] { plot_ticks(x, 1, true), plot_ticks(1, x, true); });
-    survives("plot_ticks", [&] { plot_ticks(x, x * (1 + 1e-15), false); });
-    Plot plot;
-    plot.title = "a\xff title";
-    plot.series = {{"a", {x, 1, 2}, {x, x, 1}}};
-    for (const bool logarithmic : {false, true}) {
-      plot.x.logarithmic = plot.y.logarithmic = logarithmic;
-      survives("draw_plot", [&] { draw_plot(plot); });
-      survives("plot_svg", [&] { plot_svg(plot); });
-    }
-    plot.x.range = {x, 1};
-    plot.y.range = {1, x};
-    survives("draw_plot, range", [&] { draw_plot(plot); });
     survives("color_name", [&] { color_name(Rgb::Constant(x)); });
     survives("animated_png_bytes", [&] {
       const std::vector<Image> images{{.width = 1, .height = 1, .pixels = {1, 2, 3}}};
@@ -736,9 +722,6 @@ TEST_CASE("hostile counts and sizes are refused or do no harm") {
                         static_cast<double>(grid.coefficients().size() + grid.data().size()));
     });
     survives("mesh_of", [&] { mesh_of({.samples = {n, n, n}, .values = {1, 2, 3}}); });
-    survives("Plot", [&] {
-      draw_plot(changed(Plot{}, [&](auto& plot) { plot.width = plot.height = n; }));
-    });
   }
   refuses("profile", [&] { profile(on_device(), {.samples = 0}); });
   refuses("tune", [&] { tune(on_device(), {.factors = ~std::size_t{0}}); });

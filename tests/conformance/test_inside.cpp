@@ -130,7 +130,7 @@ MapKnobs knobs_of(const RationalMap& map, Draw& draw) {
   if (draw.chance(0.7)) knobs.scale = draw.ratio(0.5, 3);
   if (draw.chance(kUsual)) knobs.phase = draw.quaternion();
   if (draw.chance(kUsual)) knobs.slice = draw.between(-0.3, 0.3);
-  if (draw.chance(kUsual)) knobs.tufts = draw.ratio(1, kMostTufts);
+  if (draw.chance(kUsual)) knobs.steepness = draw.ratio(1, kMostSteepness);
   if (map.is_rational() && draw.chance(kUsual)) {
     knobs.rotate = Rotation{draw.direction(), draw.between(0, 360)};
   }

@@ -140,7 +140,7 @@ TEST_CASE("points are settled on their side where the field is steeper outside")
   const surface::Grid grid = fine_grid();
   RationalMap map = map_with_lines(grid);
   map.surface_level = kLevel;
-  map.tufts = 2.5;
+  map.steepness = 2.5;
   const Settled settled = check_settled(device, grid, map, kBounds);
   const std::size_t all = points_of(grid, 0).size();
   CHECK(settled.by_point > all / 20);
@@ -154,7 +154,7 @@ TEST_CASE("with a distance for a modulus they are too, across its creases") {
   grid.origin = {-0.9, -0.6, 0.3};  // across the crease between the balls
   RationalMap map = test::distance_map(0.15, 4);
   map.surface_level = kLevel;
-  map.tufts = GENERATE(1.0, 2.5);
+  map.steepness = GENERATE(1.0, 2.5);
   const Settled settled = check_settled(device, grid, map, kBounds);
   const std::size_t all = points_of(grid, 0).size();
   CHECK(settled.by_point > all / 20);

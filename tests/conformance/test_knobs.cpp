@@ -96,13 +96,13 @@ TEST_CASE("scale shifts the potential and detail stretches it about the level") 
   check_potential(with_knobs(test::shared_device(), map, detail), map, 2, 0);
 }
 
-TEST_CASE("tufts stretch the potential about the level, outside alone") {
+TEST_CASE("steepness stretches the potential about the level, outside alone") {
   RationalMap map = some_map();
   map.surface_level = 0.1;
   MapKnobs knobs;
-  knobs.tufts = 3;
+  knobs.steepness = 3;
   const RationalMap steep = with_knobs(test::shared_device(), map, knobs);
-  CHECK(steep.tufts == 3);
+  CHECK(steep.steepness == 3);
   const auto plain = above_level(map);
   const auto found = above_level(steep);
   for (std::size_t i = 0; i < plain.size(); ++i) {
@@ -193,9 +193,9 @@ TEST_CASE("knobs that make no sense are refused by name") {
   refused([&](MapKnobs& k) { k.slice = nan; }, "slice");
   refused([](MapKnobs& k) { k.drift = 0.5; }, "drift");  // nor the inradius
   refused([](MapKnobs& k) { k.scale = 0; }, "scale");
-  refused([](MapKnobs& k) { k.tufts = 0.9; }, "tufts");
-  refused([&](MapKnobs& k) { k.tufts = nan; }, "tufts");
-  refused([](MapKnobs& k) { k.tufts = 101; }, "tufts");
+  refused([](MapKnobs& k) { k.steepness = 0.9; }, "steepness");
+  refused([&](MapKnobs& k) { k.steepness = nan; }, "steepness");
+  refused([](MapKnobs& k) { k.steepness = 101; }, "steepness");
   refused([&](MapKnobs& k) { k.translate = Eigen::Vector3d(0, nan, 0); }, "translate");
 }
 
@@ -220,8 +220,8 @@ void turn(const Knob& knob, const RationalMap& map, MapKnobs& knobs) {
     knobs.translate = Eigen::Vector3d(0.01, 0, 0);
   } else if (knob.name == "scale") {
     knobs.scale = 1.1;
-  } else if (knob.name == "tufts") {
-    knobs.tufts = 2;
+  } else if (knob.name == "steepness") {
+    knobs.steepness = 2;
   } else {
     FAIL("a knob that this test does not know: " << knob.name);
   }
@@ -302,7 +302,7 @@ TEST_CASE("names and controls of settings are their own, and sliders hold the us
   CHECK(picture_setting_named("look_at").option() == "look-at");
   CHECK_THROWS_AS(knob_named("look_at"), InputError);
   CHECK_THROWS_AS(picture_setting_named("detail"), InputError);
-  CHECK_THROWS_WITH(knob_named("tufts").expect_in_range(0.5), Catch::Contains("give 1 to 100"));
+  CHECK_THROWS_WITH(knob_named("steepness").expect_in_range(0.5), Catch::Contains("give 1 to 100"));
   CHECK(material_named("trap") == Material::trap);
   CHECK_FALSE(material_named("glass"));
 }

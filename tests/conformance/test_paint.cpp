@@ -48,7 +48,7 @@ RationalMap painted_map(const Paint& paint = patchy_paint()) {
 RationalMap painted_factors() {
   RationalMap map = test::random_map(9, 0.2, 0.9, 3);
   map.surface_level = -0.2;
-  map.tufts = 1.5;
+  map.steepness = 1.5;
   map.paint = patchy_paint();
   return map;
 }

@@ -16,7 +16,7 @@ TEST_CASE("polishing brings the iterated set closer to the shape at the same det
   FitOptions options;
   options.factors = 48;
   options.detail = 0.02;
-  options.tufts = 1;
+  options.steepness = 1;
   options.schedule = "fast";
   options.max_evaluations = 300;
   const FitResult plain = fit(device, mesh, options);

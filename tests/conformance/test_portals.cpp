@@ -304,14 +304,14 @@ TEST_CASE("rays that begin far from the shape, beside its portals, find all of i
   RationalMap map =
       exact ? armed_distance_map()
             : calibrated(test::shared_device(), steepened(test::armed_ball_map(60), 12));
-  map.tufts = GENERATE(1.0, 2.0);
-  if (!exact && map.tufts > 1) return;
+  map.steepness = GENERATE(1.0, 2.0);
+  if (!exact && map.steepness > 1) return;
   // Copies on copies widen the space that rays go through, so that many begin far from the shape.
   map.portals = {
       {{-1.9, 1.9, 1.3}, 1.4, 2, {}, {0, -1.3, -0.7}, PortalMask::outside},
       {{2.3, 0.6, -0.6}, 1.1, 2.5, {{0, 0, 1}, 90}, {0, -1.2, -0.6}, PortalMask::outside}};
   for (const double azimuth : {35.0, 150.0, 290.0}) {
-    CAPTURE(variant, exact, map.tufts, azimuth);
+    CAPTURE(variant, exact, map.steepness, azimuth);
     Camera camera;
     camera.azimuth = azimuth;
     camera.zoom = 2.5;

@@ -13,7 +13,7 @@
 #include "report/roofline.hpp"
 
 using namespace qjulia;
-using qjulia::report::roofline;
+using namespace qjulia::report;
 
 namespace {
 

@@ -425,7 +425,7 @@ TEST_CASE("interpolated images give the picture that computed ones give") {
           {}, {map.shape_to_map.to_map(map.box->low), map.shape_to_map.to_map(map.box->high)}, 120,
           90, 1);
       const auto found = picture::march_source(device, set)->depths(view, 0, view.rows);
-      set.foretells = false;
+      set.interpolates_images = false;
       const auto expected = picture::march_source(device, set)->depths(view, 0, view.rows);
       CHECK(found != expected);
       const auto seen = [&](int column, int row) {
@@ -450,7 +450,7 @@ TEST_CASE("interpolated images give the picture that computed ones give") {
   }
 }
 
-TEST_CASE("a lattice trusts cells where it foretells images, and no others") {
+TEST_CASE("a lattice trusts cells where it interpolates_images images, and no others") {
   const Device any = test::shared_device();
   const RationalMap map = calibrated(any, steepened(test::armed_ball_map(60), 12));
   for (const int width : test::lane_widths()) {

@@ -73,7 +73,7 @@ TEST_CASE("a field that is steeper outside has the same surface at n = 1") {
   RationalMap map = lump();
   map.box = Box{{-2, -2, -2}, {2, 2, 2}};  // or else found by the field
   const TriangleMesh mesh = extract_surface(test::shared_device(), map, {48, 1, {}});
-  map.tufts = 4;
+  map.steepness = 4;
   const TriangleMesh same = extract_surface(test::shared_device(), map, {48, 1, {}});
   REQUIRE(same.triangles == mesh.triangles);
   double farthest = 0;
@@ -82,8 +82,8 @@ TEST_CASE("a field that is steeper outside has the same surface at n = 1") {
   }
   CHECK(farthest < 1e-4);
   // Iterated sets differ: images that land outside land farther out.
-  const auto volume = [&](double tufts) {
-    map.tufts = tufts;
+  const auto volume = [&](double steepness) {
+    map.steepness = steepness;
     return test::enclosed_volume(extract_surface(test::shared_device(), map, {48, 6, {}}));
   };
   CHECK(std::abs(volume(4) - volume(1)) > 0.005);
@@ -151,7 +151,7 @@ TEST_CASE("looking at the shell alone gives the mesh of looking everywhere") {
   RationalMap map = test::armed_ball_map(60);
   for (Factor& factor : map.factors) factor.exponent /= detail;
   map.log_scale /= detail;
-  map.tufts = GENERATE(1.0, 2.0);
+  map.steepness = GENERATE(1.0, 2.0);
   SurfaceOptions options{resolution, iterations, {}};
   MeshSink sparse_sink, dense_sink;
   const SurfaceReport sparse = extract_surface(device, map, options, sparse_sink);

@@ -36,7 +36,7 @@ def check_refusals(server):
         check(server.status(path) in (403, 404), f"no file is given out: {path}")
     for query in ("detail=nan", "detail=-1", "detail=1", "size=99999x99999", "size=8", "size=8x8x8", "samples=9", "iterations=99",
                   "phase=1,2,3", "phase=0,0,0,0", "up=w", "cut-z=x", "size=8x8&size=9x9", "file=/etc/passwd", "zoom=1e999",
-                  "order-seed=-1", "material=%00", "look-at=1,2,3,4", "tufts=1e9"):
+                  "order-seed=-1", "material=%00", "look-at=1,2,3,4", "steepness=1e9"):
         status, _, body = server.get(f"/frame?{query}")
         check(status == 400 or body.startswith(b"!"), f"a bad request is told so: {query}: {body[:60]}")
     for query in ("", "make=png", "make=/../x.ply", "make=ply&resolution=99999", "make=stl&millimetres=-1",

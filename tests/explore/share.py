@@ -187,16 +187,16 @@ def check_phone(address):
 
 
 def check_saved_map(tab, address):
-    tab.open(f"{address}?size=16x16&samples=0#drift=0.5&order=3&scale=1.1&tufts=3&rotate=30")
+    tab.open(f"{address}?size=16x16&samples=0#drift=0.5&order=3&scale=1.1&steepness=3&rotate=30")
     tab.wait(200)
     (folder / "saved.qjulia.json").write_text(tab.run("qjulia.mapFile()"))
     run("convert", "ball.qjulia.json", "turned.qjulia.json", "--drift", 0.5, "--order-seed", 3, "--scale", 1.1,
-        "--tufts", 3, "--rotate", 1, 0, 0, 30, "--device", "cpu", "--quiet")
+        "--steepness", 3, "--rotate", 1, 0, 0, 30, "--device", "cpu", "--quiet")
     saved, turned = (json.loads((folder / f"{name}.qjulia.json").read_text()) for name in ("saved", "turned"))
     off = max(abs(a - b) for s, t in zip(saved["factors"], turned["factors"]) for a, b in zip(s["center"], t["center"]))
     level = abs(saved["surface_level"] - turned["surface_level"]) + abs(saved["log_scale"] - turned["log_scale"])
     shell = abs(saved["detail"] / turned["detail"] - 1)
-    check(off < 1e-9 and level < 1e-3 and shell < 1e-9 and saved["tufts"] == 3 and saved.keys() == turned.keys(),
+    check(off < 1e-9 and level < 1e-3 and shell < 1e-9 and saved["steepness"] == 3 and saved.keys() == turned.keys(),
           f"a saved map is what 'convert' makes: centres off by {off:.1e}, scale and level by {level:.1e}")
     run("info", "saved.qjulia.json", "--device", "cpu")
 
@@ -237,14 +237,14 @@ def check_kinds(tab):
                  noise={"octaves": 2, "scale": 3, "seed": 7, "values": "vectors", "origin": [0, 0, 0]})
     (folder / "noise.qjulia.json").write_text(json.dumps(noise))
     compare_field(tab, "noise.qjulia.json", False)
-    compare_shared(tab, "noise.qjulia.json", "tufts=4", "120x90")
+    compare_shared(tab, "noise.qjulia.json", "steepness=4", "120x90")
     for name in ("ball", "distance"):
         painted = f"painted_{name}.qjulia.json"
         run("paint", f"{name}.qjulia.json", "-o", painted, "--ramp", "x=0.1:1", "--ball", 0, 0.5, 0, 0.4, 0, "--device", "cpu",
             "--quiet")
         compare_field(tab, painted, False)
         compare_shared(tab, painted, "detail=0.03&azimuth=60", "120x90")
-        compare_shared(tab, painted, "drift=0.3&tufts=3", "120x90")
+        compare_shared(tab, painted, "drift=0.3&steepness=3", "120x90")
     run("portals", "ball.qjulia.json", "-o", "portals.qjulia.json", "--count", 2, "--device", "cpu", "--quiet")
     compare_field(tab, "portals.qjulia.json", False)
     compare_shared(tab, "portals.qjulia.json", "iterations=8", "120x90")
@@ -304,14 +304,14 @@ def main():
             size = os.path.getsize(folder / (name + ".html"))
             check(size <= 150 * 1024, f"the page has {size} bytes")
             for settings in ("", "iterations=1&material=trap", "phase1=60&phase2=40&phase3=20&azimuth=120", "drift=0.6&order=5",
-                             "slice=0.2&tufts=4&elevation=40&cutz=60", "rotate=40&axis=y&scale=1.1&detail=0.01"):
+                             "slice=0.2&steepness=4&elevation=40&cutz=60", "rotate=40&axis=y&scale=1.1&detail=0.01"):
                 compare(tab, address, name, settings, sys.argv[5])
         else:
             fit_ball()
             address = share("ball.qjulia.json")
             compare_field(tab, "ball.qjulia.json", True)
             for settings in ("", "detail=0.03&iterations=8&rotate=40&axis=y&up=-z", "phase1=60&phase2=40&phase3=20&azimuth=120&order=5",
-                             "drift=0.5&zoom=1.4&look=0.2,0.1,0", "slice=0.2&tufts=4&scale=1.1&elevation=40&cutz=60"):
+                             "drift=0.5&zoom=1.4&look=0.2,0.1,0", "slice=0.2&steepness=4&scale=1.1&elevation=40&cutz=60"):
                 compare(tab, address, "ball.qjulia.json", settings, "120x90")
             check_kinds(tab)
             check_controls(tab, address)

@@ -133,10 +133,10 @@ TEST_CASE("words for the detail suit the map's own shape, and tufts make a map o
   CHECK(detail("auto") == Approx(automatic / 2).epsilon(0.03));
   qjulia::write_map(small_map(), map.file);
   CHECK(converted({})["version"] == 1);
-  const json steep = converted({"--tufts", "2.5"});
+  const json steep = converted({"--steepness", "2.5"});
   CHECK(steep["version"] == 2);
-  CHECK(steep["tufts"] == 2.5);
-  CHECK(steep["provenance"]["turned"]["map_options"]["tufts"] == 2.5);
+  CHECK(steep["steepness"] == 2.5);
+  CHECK(steep["provenance"]["turned"]["map_options"]["steepness"] == 2.5);
   const auto refused =
       run_command({"surface", map.file, "-o", map.folder / "out.ply", "--detail", "rough"});
   CHECK(refused.exit_code == 2);

@@ -67,8 +67,8 @@ TEST_CASE("fit options that make no sense are refused by name") {
   refused([](FitOptions& o) { o.detail = -1.0; }, "detail");
   refused([](FitOptions& o) { o.detail = 0.11; }, "detail");
   refused([](FitOptions& o) { o.detail = 0.00009; }, "detail");
-  refused([](FitOptions& o) { o.tufts = 0.99; }, "tufts");
-  refused([&](FitOptions& o) { o.tufts = nan; }, "tufts");
+  refused([](FitOptions& o) { o.steepness = 0.99; }, "steepness");
+  refused([&](FitOptions& o) { o.steepness = nan; }, "steepness");
   refused([](FitOptions& o) { o.time_limit = -5; }, "time_limit");
   refused([&](FitOptions& o) { o.time_limit = nan; }, "time_limit");
   refused([](FitOptions& o) { o.max_evaluations = -1; }, "max_evaluations");

@@ -121,25 +121,30 @@ TEST_CASE("level, phase, detail, inradius, box and provenance may be left out") 
   CHECK(map.provenance.json() == json::object());
 }
 
-TEST_CASE("tufts need version 2, and no map without them does") {
+TEST_CASE("a steepness needs version 2, and no map without one does") {
   const Folder folder;
   RationalMap map = full_map();
   CHECK(to_json(map)["version"] == 1);
-  CHECK_FALSE(to_json(map).contains("tufts"));
-  map.tufts = 2;
+  CHECK_FALSE(to_json(map).contains("steepness"));
+  map.steepness = 2;
   CHECK(to_json(map)["version"] == 2);
   write_map(map, folder / "a.json");
-  CHECK(read_map(folder / "a.json").tufts == 2);
+  CHECK(read_map(folder / "a.json").steepness == 2);
   json text = to_json(map);
   text["version"] = 1;
+  CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("unknown key \"steepness\""));
+  text["version"] = 2;
+  text["tufts"] = text["steepness"];
   CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("unknown key \"tufts\""));
+  text.erase("steepness");  // as files called it at first
+  CHECK(map_from_json(text, "text").steepness == 2);
   for (const double wrong : {0.5, -2.0, 101.0}) {
     text = to_json(map);
-    text["tufts"] = wrong;
-    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("tufts"));
+    text["steepness"] = wrong;
+    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("steepness"));
   }
-  text["tufts"] = "2";
-  CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("tufts"));
+  text["steepness"] = "2";
+  CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("steepness"));
 }
 
 TEST_CASE("a map keeps how its shape stands, in version 2") {

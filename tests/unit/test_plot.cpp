@@ -9,11 +9,12 @@
 #include <limits>
 #include <regex>
 
-#include "picture/plot_labels.hpp"
 #include "qjulia/error.hpp"
-#include "qjulia/plot.hpp"
+#include "report/plot.hpp"
+#include "report/plot_labels.hpp"
 
 using namespace qjulia;
+using namespace qjulia::report;
 
 namespace {
 
@@ -136,27 +137,27 @@ TEST_CASE("plots that make no sense are refused") {
 }
 
 TEST_CASE("names stand within the frame, clear of points, lines and each other") {
-  const picture::LabelBox frame{0, 0, 400, 300};
-  picture::PlotLabels labels(frame);
+  const LabelBox frame{0, 0, 400, 300};
+  PlotLabels labels(frame);
   for (int x = 0; x < 400; x += 3) labels.keep_clear(x, 100);
   for (int i = 0; i < 8; ++i) labels.keep_clear(200 + i, 110);
-  std::vector<picture::LabelBox> boxes;
+  std::vector<LabelBox> boxes;
   for (int i = 0; i < 8; ++i) boxes.push_back(labels.place(200 + i, 110, 90, 13));
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    const picture::LabelBox& a = boxes[i];
+    const LabelBox& a = boxes[i];
     CHECK(a.left >= 0);
     CHECK(a.right() <= 400);
     CHECK(a.bottom() <= 300);
     CHECK((a.bottom() < 100 || a.top > 100));
     CHECK_FALSE((a.left < 200 && a.right() > 200 && a.top < 110 && a.bottom() > 110));
     for (std::size_t j = 0; j < i; ++j) {
-      const picture::LabelBox& b = boxes[j];
+      const LabelBox& b = boxes[j];
       CHECK((a.right() <= b.left || b.right() <= a.left || a.bottom() <= b.top ||
              b.bottom() <= a.top));
     }
   }
   // At the right edge a name stands to the left.
-  CHECK(picture::PlotLabels(frame).place(395, 200, 50, 13).right() <= 395);
+  CHECK(PlotLabels(frame).place(395, 200, 50, 13).right() <= 395);
 }
 
 TEST_CASE("a named point has its name beside it") {
@@ -177,4 +178,29 @@ TEST_CASE("a named point has its name beside it") {
   }
   CHECK(changed > 20);
   CHECK(far_off == 0);
+}
+
+TEST_CASE("no number that a plot may get does harm") {
+  for (const double x :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300,
+        -1e300, -1.0, 0.0, 1e-300}) {
+    CAPTURE(x);
+    for (const bool logarithmic : {false, true}) {
+      CHECK(plot_ticks(x, 1, logarithmic).size() < 40);
+      CHECK(plot_ticks(1, x, logarithmic).size() < 40);
+      CHECK(plot_ticks(x, x * (1 + 1e-15), logarithmic).size() < 40);
+      Plot plot;
+      plot.series = {{"a", {x, 1, 2}, {x, x, 1}}};
+      plot.x.logarithmic = plot.y.logarithmic = logarithmic;
+      CHECK_NOTHROW(draw_plot(plot));
+      CHECK_NOTHROW(plot_svg(plot));
+    }
+  }
+}
+
+TEST_CASE("a text that is no UTF-8 is refused") {
+  Plot plot = one_point(10, 10);
+  plot.title = "a\xff title";
+  CHECK_THROWS_AS(draw_plot(plot), Error);
+  CHECK_THROWS_AS(plot_svg(plot), Error);
 }

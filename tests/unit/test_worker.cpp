@@ -55,7 +55,7 @@ TEST_CASE("what goes wrong is told, and the worker goes on") {
 TEST_CASE("pictures are drawn while long work is done, and do not end it") {
   Worker worker;
   std::promise<void> asked, drawn;
-  const auto mesh = worker.ask("one", Length::many_pictures, [&](Job& job) {
+  const auto mesh = worker.ask("one", Length::long_job, [&](Job& job) {
     job.report({"", 0.5, -1, "half"});
     asked.get_future().wait();
     worker.draw_waiting();
@@ -64,7 +64,7 @@ TEST_CASE("pictures are drawn while long work is done, and do not end it") {
   });
   const auto own = worker.ask("one", Length::picture, giving("own"));
   const auto other = worker.ask("two", Length::picture, giving("other"));
-  const auto later = worker.ask("two", Length::many_pictures, giving("later"));
+  const auto later = worker.ask("two", Length::long_job, giving("later"));
   CHECK(own->wait(20ms) == Job::End::waits);
   asked.set_value();
   drawn.get_future().wait();
@@ -77,9 +77,9 @@ TEST_CASE("pictures are drawn while long work is done, and do not end it") {
 
 TEST_CASE("a client's next long work ends the one before, in which a picture waits") {
   Worker worker;
-  const auto first = worker.ask("one", Length::many_pictures, until_stopped);
+  const auto first = worker.ask("one", Length::long_job, until_stopped);
   const auto picture = worker.ask("one", Length::picture, giving("picture"));
-  const auto second = worker.ask("one", Length::many_pictures, giving("second"));
+  const auto second = worker.ask("one", Length::long_job, giving("second"));
   CHECK(first->wait(10s) == Job::End::stale);
   CHECK(picture->wait(10s) == Job::End::done);
   CHECK(second->wait(10s) == Job::End::done);

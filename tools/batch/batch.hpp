@@ -20,7 +20,7 @@ namespace qjulia::batch {
 struct ManifestOption {
   std::string name;                 ///< as on the command line, without the leading dashes
   std::vector<std::string> values;  ///< one; none for a flag
-  std::size_t line = 0;             ///< of the manifest
+  std::size_t line = 0;             ///< in the manifest
 };
 
 /// What is written of a fit beside its map.
@@ -40,7 +40,7 @@ struct BatchEntry {
   std::filesystem::path mesh;
   std::vector<ManifestOption> options;  ///< the entry's own, then defaults it does not override
   BatchOutputs outputs;
-  std::size_t line = 0;  ///< of its [[fit]]
+  std::size_t line = 0;  ///< where its [[fit]] begins
 };
 
 struct Manifest {

@@ -330,7 +330,7 @@ class Reader {
   Manifest manifest_;
   std::stop_token stop_;
   std::multimap<std::size_t, std::string> problems_;  ///< by line
-  std::map<std::string, std::size_t> lines_;          ///< of the entries met, by name
+  std::map<std::string, std::size_t> lines_;          ///< where entries were met, by name
 };
 
 }  // namespace

@@ -170,7 +170,7 @@ void Queue::hand_out(std::size_t rank, const RoundMessage& message) {
     const auto request = requests_.find(runner);
     if (request != requests_.end()) {
       request->second.answer = index;
-    } else {  // it has been told to stop meanwhile
+    } else {  // a stop was asked of it meanwhile
       put_back_.push_back({*index, EntryState::waiting});
       tell();
     }

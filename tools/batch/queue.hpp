@@ -17,7 +17,7 @@ namespace qjulia::batch {
 
 /// An entry that is done or has failed.
 struct Settled {
-  EntryStatus status;  ///< of another rank's: name and state alone
+  EntryStatus status;  ///< another rank's has its name and state alone
   enum class By { earlier_run, this_rank, other_rank } by;
 };
 
@@ -26,7 +26,8 @@ struct Settled {
 class Queue {
  public:
   /// @param runners threads of this rank that take entries.
-  /// @param observe_settled told of every entry that is settled, in the same order on all ranks.
+  /// @param observe_settled is called with every entry that is settled, in the same order on all
+  /// ranks.
   Queue(const Manifest& manifest, const BatchOptions& options, Ranks* ranks, std::size_t runners,
         std::function<void(const Settled&)> observe_settled);
 

@@ -23,7 +23,7 @@ namespace {
 using Kind = BatchEvent::Kind;
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t kMostTries = 3;        ///< of an entry, when devices fail
+constexpr std::size_t kMostTries = 3;        ///< that an entry has when devices fail
 constexpr std::size_t kEntriesToRetire = 3;  ///< that a device fails in a row
 constexpr std::chrono::seconds kBetweenStatuses{2};
 

@@ -18,7 +18,7 @@
 namespace qjulia::explore {
 namespace {
 
-constexpr double kTurnSeconds = 4;  ///< of a turntable, once around
+constexpr double kTurnSeconds = 4;  ///< a turntable takes once around
 
 /// A folder of this process, gone with what is in it.
 class TemporaryFolder {

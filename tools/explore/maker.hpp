@@ -16,7 +16,7 @@ namespace qjulia::explore {
 TriangleMesh cut_away(const TriangleMesh& mesh, int axis, double most);
 
 /// The bytes of the file, as `qjulia surface` or `render --turntable` would make it.
-/// @param monitor is told, at last, what the file holds. @throws InputError, Error where the set is
+/// @param monitor gets, at last, what the file holds. @throws InputError, Error where the set is
 ///   empty, Interrupted
 std::string made_file(const Device& device, const RationalMap& map, const MakeRequest& request,
                       const ProgressMonitor& monitor);

@@ -116,7 +116,7 @@ struct PageKind {
   std::string markup;
   std::string entry;             ///< the module that imports the others
   std::string_view renderer;     ///< what the root element says of it
-  std::string_view connections;  ///< of the policy
+  std::string_view connections;  ///< what the policy lets it connect to
 };
 
 /// @param map none where the page has none; its shaders go into a page that draws by itself.

@@ -35,7 +35,7 @@ class Painter {
   /// A draft's and a whole picture's, of two pages.
   static constexpr std::size_t kMostStudios = 4;
   struct Kept {
-    std::string text;  ///< of the requests that it serves
+    std::string text;  ///< what the requests that it serves have in common
     bool is_of_mesh;
     Studio studio;
   };

@@ -35,11 +35,11 @@ ViewRequest read_view(const Query& query);
 
 struct MakeRequest {
   static constexpr int kMostCells = 1024, kMostFrames = 120;
-  static constexpr int kMostPixels = 1 << 28;  ///< of all frames
+  static constexpr int kMostPixels = 1 << 28;  ///< in all frames together
 
   ViewRequest view;
   bool is_turntable = false;
-  std::string extension;  ///< of a mesh's file
+  std::string extension;  ///< that a mesh's file has
   SurfaceOptions surface;
   std::optional<double> millimetres;  ///< the mesh's longest side; by default shape units
   int frames = 36;

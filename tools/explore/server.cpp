@@ -38,14 +38,14 @@ constexpr std::chrono::milliseconds kLastAnswers(1000);  ///< when the server en
 constexpr int kKeptAlive = 1;  ///< seconds that a connection waits for its next request
 constexpr std::chrono::minutes kPictureLimit(5), kLongLimit(60);
 constexpr std::size_t kLongestBody = 4096;  ///< no request has one
-constexpr std::size_t kLongestName = 64;    ///< of a client
+constexpr std::size_t kLongestName = 64;    ///< a client's
 constexpr const char* kTokenHeader = "X-Qjulia-Token";
 constexpr const char* kStop = "/stop";  ///< what ends a fit
 constexpr const char* kOwn = "";        ///< the client that no page can be
 
 /// 32 hexadecimal digits that nobody can guess.
 std::string random_token() {
-  std::random_device bits;  // of the system
+  std::random_device bits;  // from the system
   std::string token;
   for (int i = 0; i < 4; ++i) token += fmt::format("{:08x}", bits());
   return token;
@@ -151,7 +151,7 @@ struct Server::Impl {
 
   void begin_fit() {
     page = fitting_page(file);
-    fit_job = worker.ask(kOwn, Job::Length::many_pictures, [this](Job& /*job*/) {
+    fit_job = worker.ask(kOwn, Job::Length::long_job, [this](Job& /*job*/) {
       try {
         run_fit();
       } catch (...) {
@@ -334,7 +334,7 @@ struct Server::Impl {
       });
     });
     http.Get("/make", [this](const auto& request, auto& response) {
-      answer(request, response, Job::Length::many_pictures, [this](const Query& query) -> Work {
+      answer(request, response, Job::Length::long_job, [this](const Query& query) -> Work {
         return [this, wanted = read_make(query)](Job& job) {
           const RationalMap map = painter.turned(wanted.view);
           ProgressMonitor monitor;
@@ -358,20 +358,20 @@ struct Server::Impl {
   }
 
   std::string host;
-  std::string name;  // of the host in addresses
+  std::string name;  // the host's, in addresses
   std::string file;
   int port = 0;
   std::string token = random_token();
   std::optional<FitTask> task;
   std::stop_source fit_stop;  // keeps what was reached
   std::shared_ptr<Job> fit_job;
-  std::mutex mutex;  // of what follows
+  std::mutex mutex;  // guards the members below
   std::string page;
   std::exception_ptr failed;  // the fit
   bool is_fitted = false;
   Progress fit_progress;
   nlohmann::json stages = nlohmann::json::array();
-  std::vector<std::vector<double>> energies{{}};  // of each stage
+  std::vector<std::vector<double>> energies{{}};  // one list for each stage
   std::condition_variable_any changed;
   Painter painter;  // the worker's
   Worker worker;

@@ -21,7 +21,7 @@ class Job {
  public:
   enum class End { waits, done, stale, failed };
   /// How long it takes: a picture, or a fit, a mesh, a turntable, in which pictures come between.
-  enum class Length { picture, many_pictures };
+  enum class Length { picture, long_job };
   /// Returns the bytes; throws Interrupted soon after its token asks it to stop.
   using Work = std::function<std::string(Job&)>;
 

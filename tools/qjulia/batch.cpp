@@ -30,7 +30,7 @@ struct BatchArguments {
   DeviceChoice device;
   int jobs = 1;
   bool check = false, resume = false, retry_failed = false;
-  std::vector<Option> all_but_status;  ///< of this command's own
+  std::vector<Option> all_but_status;  ///< all of this command's options but --status
 };
 
 /// A fit's options, the same from wherever the batch is started: a schedule's hash says enough.

@@ -329,7 +329,7 @@ void Command::on_chosen(std::function<void()> call) const { app_->callback(std::
 
 CommandLine::CommandLine(const std::string& description, const std::string& name)
     : app_(std::make_unique<CLI::App>(description, name)) {
-  app_->formatter(std::make_shared<HelpFormat>());  // of subcommands too
+  app_->formatter(std::make_shared<HelpFormat>());  // subcommands inherit it
   app_->require_subcommand(0, 1);
   if (name.empty()) app_->set_help_flag();  // no program, no help
 }

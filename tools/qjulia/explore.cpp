@@ -30,7 +30,7 @@ namespace {
 
 struct ExploreArguments {
   std::string input;
-  std::string output;  ///< of a fit; empty: none
+  std::string output;  ///< where a fit's map goes; empty: nowhere
   DeviceChoice device;
   FitArguments fit;
   bool opens = false;

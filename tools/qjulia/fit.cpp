@@ -141,7 +141,7 @@ TriangleMesh read_in_time(const std::string& mesh, double time_limit, Session& s
 /// What a rank has before the fit begins.
 struct FitStart {
   bool is_done = false;  ///< there is nothing to fit
-  FitOrigin origin;      ///< of rank 0
+  FitOrigin origin;      ///< rank 0 alone has one
   TriangleMesh mesh;
   std::optional<Device> device;
 };
@@ -177,7 +177,7 @@ int save(const FitCommandArguments& arguments, const FitStart& start, FitResult 
   }
   bool interrupted = result.stopped == StopReason::interrupted;
   if (!interrupted) {
-    std::error_code ignored;  // of the same fit, it does no harm
+    std::error_code ignored;  // a checkpoint of the same fit does no harm
     std::filesystem::remove(checkpoint_file(arguments), ignored);
   }
   for (const std::string& warning : result.warnings) session.console.warn(warning);

@@ -48,7 +48,7 @@ void add_fit_options(Command command, FitArguments& a) {
            "The largest number that 'auto' stands for, 8 to 20000")
       .default_text(fmt::format("{}", a.options.max_factors));
   add_detail(command, a.options.detail);
-  add_tufts_and_up(command, a.options.tufts, a.options.up);
+  add_steepness_and_up(command, a.options.steepness, a.options.up);
   command.add("--target-iou", &a.options.target_iou, "NUMBER",
               "End once a stage reaches this IoU on a coarse grid, above 0 to 1. Default: do not");
   command.add("--max-evaluations", &a.max_evaluations, "INT",

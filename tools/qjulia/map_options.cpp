@@ -124,7 +124,7 @@ Option add_knob(Command command, const Knob& knob, MapOptions& options) {
 const char* const kMapOptionsHelp =
     "The map's options work together, in this order: --detail, --order-seed, --phase, --slice,\n"
     "--rotate, then --drift and --translate as one move, after which the map is calibrated again,\n"
-    "and --scale and --tufts last.";
+    "and --scale and --steepness last.";
 
 void MapOptions::keep(std::initializer_list<Option> added) {
   for (const Option& option : added) options.push_back(option.group(kGroup));
@@ -145,9 +145,9 @@ void add_detail(Command command, DetailChoice& detail) {
       .default_text(to_string(detail));
 }
 
-void add_tufts_and_up(Command command, double& tufts, std::optional<UpAxis>& up) {
-  command.add("--tufts", &tufts, "NUMBER",
-              knob_named("tufts").help + ". 'surface' and 'render' can change it later");
+void add_steepness_and_up(Command command, double& steepness, std::optional<UpAxis>& up) {
+  command.add("--steepness", &steepness, "NUMBER",
+              knob_named("steepness").help + ". 'surface' and 'render' can change it later");
   add_up(command, up,
          "The mesh's axis that points up in pictures, and in files that have an up of their own. "
          "auto: the mesh's flattest, widest end is down; where none is, y is up");

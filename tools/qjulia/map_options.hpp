@@ -32,8 +32,8 @@ struct MapOptions {
 /// --detail, for commands that make a map from a mesh.
 void add_detail(Command command, DetailChoice& detail);
 
-/// --tufts and --up of such a map.
-void add_tufts_and_up(Command command, double& tufts, std::optional<UpAxis>& up);
+/// --steepness and --up of such a map.
+void add_steepness_and_up(Command command, double& steepness, std::optional<UpAxis>& up);
 
 /// The knobs alone. `options` must stay where it is.
 void add_knobs(Command command, MapOptions& options);

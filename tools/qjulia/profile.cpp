@@ -147,7 +147,8 @@ int run_profile(const ProfileArguments& arguments, Session& session) {
   const Device device = session.open_device(arguments.device);
   const ProfileReport report = profile(device, arguments.options, session.monitor());
   if (!arguments.plot.empty()) {
-    write_png(draw_plot(report::roofline(report)), arguments.plot, {{"qjulia", made_by(report)}});
+    write_png(report::draw_plot(report::roofline(report)), arguments.plot,
+              {{"qjulia", made_by(report)}});
   }
   if (!arguments.csv.empty()) base::write_file(arguments.csv, to_csv(report));
   session.console.result(table(report), to_json(report));

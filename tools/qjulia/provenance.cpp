@@ -96,7 +96,7 @@ nlohmann::json to_json(const FitOptions& options) {
   nlohmann::json json = {{"factors", options.factors ? nlohmann::json(*options.factors) : "auto"},
                          {"max_factors", options.max_factors},
                          {"detail", to_json(options.detail)},
-                         {"tufts", options.tufts},
+                         {"steepness", options.steepness},
                          {"up", value_json(options.up)},
                          {"seed", options.seed},
                          {"time_limit", nullptr},

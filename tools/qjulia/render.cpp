@@ -58,7 +58,7 @@ constexpr int kMostFrames = 10000;
 
 /// One option taken through a list of values: a picture for each.
 struct Sweep {
-  std::string name;  ///< of the option, without dashes
+  std::string name;  ///< the option's, without dashes
   std::vector<double> values;
 };
 

@@ -92,7 +92,7 @@ nlohmann::json options_json(const ShapeArguments& arguments) {
   const bool is_round = arguments.options.fourth == FourthCoordinate::round;
   nlohmann::json json = {{"resolution", arguments.options.resolution},
                          {"detail", to_string(arguments.options.detail)},
-                         {"tufts", arguments.options.tufts},
+                         {"steepness", arguments.options.steepness},
                          {"up", value_json(arguments.options.up)},
                          {"versor", arguments.versor},
                          {"fourth", is_round ? "round" : "ignored"}};
@@ -152,7 +152,7 @@ void describe_shape(Command command, ShapeArguments& a) {
       "--thickness", &a.paint.thickness, "FRACTION",
       "Paints the map: bounds the shell by this share of the shape's own thickness, 0.01 to 2, so "
       "that thin limbs keep their shape under a larger --detail. 0.15 is a good value");
-  add_tufts_and_up(command, a.options.tufts, a.options.up);
+  add_steepness_and_up(command, a.options.steepness, a.options.up);
   command.add("--versor", &a.versor, "random:K:SEED|noise:N:SCALE:SEED|MAP",
               "What gives the grooves their pattern: random:K:SEED for K roots placed at random in "
               "the shape; noise:OCTAVES:SCALE:SEED for gradient noise, SCALE its cells along the "

@@ -24,7 +24,7 @@ struct SurfaceArguments {
   MapOptions map_options;
   SurfaceOptions options;
   bool keep_loose = false, largest_component = false;
-  std::optional<double> min_component;  ///< of the largest one's area
+  std::optional<double> min_component;  ///< least area kept, over the largest one's
   std::optional<double> millimetres;    ///< instead of shape units
   std::optional<UpAxis> up;             ///< instead of the map's; of files that stand upright
 };

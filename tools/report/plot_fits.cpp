@@ -9,11 +9,12 @@
 
 #include "qjulia/error.hpp"
 #include "qjulia/file_types.hpp"
-#include "qjulia/plot.hpp"
+#include "qjulia/picture.hpp"
+#include "report/plot.hpp"
 
 namespace {
 
-using qjulia::PlotSeries;
+using qjulia::report::PlotSeries;
 
 PlotSeries curve(const std::filesystem::path& path) {
   std::ifstream file(path);
@@ -43,13 +44,13 @@ int main(int count, char** words) {
     if (qjulia::extension_of(words[1]) != ".png") {
       throw qjulia::InputError(fmt::format("'{}' must end in .png", words[1]));
     }
-    qjulia::Plot plot;
+    qjulia::report::Plot plot;
     plot.title = "What is missing of an IoU of 1, by the time of the fit";
     plot.x.label = "seconds";
     plot.y.label = "1 - IoU, n = 1";
     plot.y.logarithmic = true;
     for (int i = 2; i < count; ++i) plot.series.push_back(curve(words[i]));
-    qjulia::write_png(qjulia::draw_plot(plot), words[1]);
+    qjulia::write_png(qjulia::report::draw_plot(plot), words[1]);
     return 0;
   } catch (const std::exception& error) {
     fmt::print(stderr, "qjulia_plot_fits: {}\n", error.what());

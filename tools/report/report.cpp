@@ -8,13 +8,13 @@
 #include "base/base64.hpp"
 #include "base/output_file.hpp"
 #include "qjulia/error.hpp"
-#include "qjulia/plot.hpp"
 #include "report/html.hpp"
+#include "report/plot.hpp"
 
 namespace qjulia::report {
 namespace {
 
-constexpr int kIterations = 6;  ///< of the set's picture and figures
+constexpr int kIterations = 6;  ///< n of the set's picture and figures
 
 /// A figure of the stages against the evaluations or the seconds up to their ends.
 std::string curve(const std::vector<StageReport>& stages, const char* label, bool by_seconds,
@@ -95,7 +95,7 @@ FitReport make_report(const Device& device, const TriangleMesh& mesh, const FitR
   PictureOptions picture;
   picture.width = 480;
   picture.height = 360;
-  picture.camera.up = result.map.up.value_or(kDefaultUp);  // of the mesh too
+  picture.camera.up = result.map.up.value_or(kDefaultUp);  // the mesh stands so too
   const auto add = [&](const std::string& caption, Image image) {
     report.pictures.push_back({caption, std::move(image)});
   };

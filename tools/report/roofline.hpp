@@ -1,8 +1,8 @@
 #pragma once
 /// The roofline picture: kernels between what memory and what arithmetic allow.
 
-#include "qjulia/plot.hpp"
 #include "qjulia/profile.hpp"
+#include "report/plot.hpp"
 
 namespace qjulia::report {
 

@@ -54,7 +54,7 @@ const presets = {
   smooth: { detail: map.detail / 8 }, clear: { detail: map.detail / 2 }, wild: { detail: map.detail * 2, iterations: 8 },
   "the fitted shape": { iterations: 1 }, "few octaves": { iterations: 2 },
   crust: { drift: 0.8, detail: Math.max(map.detail, 0.03) }, "cut open": { cutz: 50, azimuth: 20 },
-  "short tufts": { tufts: 6, detail: map.detail * 1.5 }, "by iterations": { material: "iterations" }, "by trap": { material: "trap" },
+  "short tufts": { steepness: 6, detail: map.detail * 1.5 }, "by iterations": { material: "iterations" }, "by trap": { material: "trap" },
 };
 const isThere = (knob) => knob === "cutz" ? Boolean(map.box) : Object.hasOwn(usual, knob);
 

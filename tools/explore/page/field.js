@@ -14,7 +14,7 @@ export function uniformsOf(m, radii = { inner: 0, outer: Infinity, escape: Infin
   const ln = (x) => x === Infinity ? 1e30 : x > 0 ? Math.log(x) : -1e30;
   const values = {
     groups, map_log_scale: m.log_scale, map_slice: m.slice, map_phase: m.phase ?? [1, 0, 0, 0],
-    map_surface_level: m.surface_level ?? 0, map_steeper: (m.tufts ?? 1) - 1,
+    map_surface_level: m.surface_level ?? 0, map_steeper: (m.steepness ?? 1) - 1,
     map_log_inner: ln(radii.inner), map_log_outer: ln(radii.outer), map_log_escape: ln(radii.escape),
     modulus_c: m.c ?? [0, 0, 0, 0], versor_c: m.c ?? [0, 0, 0, 0],
   };

@@ -2,7 +2,7 @@
 // stage, and how energy and IoU go. When the fit is done it becomes the page of the map.
 import { drawCurve } from "./curves.js";
 import { byId, element, fail, followTheme } from "./dom.js";
-import { ask, told } from "./server.js";
+import { ask, asked_json } from "./server.js";
 
 const views = { mesh: { shows: "mesh" }, potential: { iterations: 1 }, set: { iterations: 6 } };
 const camera = { azimuth: 30, elevation: 15 };
@@ -64,7 +64,7 @@ function follow(fit) {
 
 async function watch() {
   while (!isOver) {
-    const fit = await told("fit");
+    const fit = await asked_json("fit");
     if (fit.state === "done") {
       isOver = true;
       return location.reload();
@@ -100,7 +100,7 @@ for (const name of Object.keys(views)) {
 byId("stop").addEventListener("click", async () => {
   byId("stop").disabled = true;
   byId("stop").textContent = "Stopping …";
-  await told("stop", "POST");
+  await asked_json("stop", "POST");
 });
 followTheme();
 watch().catch(lose);

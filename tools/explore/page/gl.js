@@ -156,7 +156,7 @@ export async function anyPassed(query) {
 
 // ---- the map's factors ----
 export const factorsAreIn = isBlock ? "block" : "texture";
-const factorRows = Math.ceil(5 * Math.max(groups, 1) / 256);  // of a texture; a block gets as much
+const factorRows = Math.ceil(5 * Math.max(groups, 1) / 256);  // rows of a texture; a block gets as much
 const factorsAt = isBlock ? gl.createBuffer() : texture(gl.RGBA32F, [256, factorRows]);
 const packed = new Float32Array(1024 * factorRows);
 

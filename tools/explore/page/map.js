@@ -51,7 +51,7 @@ export function turned(knobs) {
   result.offset = [0, 0, 0];
   if (bears("rotate") && knobs.rotate !== 0) rotate(result);
   if (bears("drift") && knobs.drift !== 0) move(result, [0, 0, knobs.drift * map.inradius * map.shape_to_map.scale]);
-  result.tufts = knobs.tufts;
+  result.steepness = knobs.steepness;
   return result;
 }
 

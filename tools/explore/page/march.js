@@ -5,11 +5,11 @@ import { asked, evaluate } from "./field.js";
 import { bindGrid } from "./grid.js";
 
 const march = program("march.glsl");
-const turns = 8;      // of a ray in a draw call
+const turns = 8;      // that a ray takes in a draw call
 const drawMs = 25;    // aimed at between two waits; a tile's draw takes it at most, as measured
 const batch = 6;      // tiles drawn together while nothing is known of them
 const anyDrawn = gl.createQuery();
-let turnMs = 0;       // of a pixel, at most
+let turnMs = 0;       // that a pixel takes, at most
 
 /** Times an image and two F of a point. */
 export function measure(uniforms) {
@@ -40,7 +40,7 @@ export async function marchView(scene, view, seen, name, jitter, coarse, isStale
   const pair = [0, 1].map((i) => keptTexture(`${name} ${i}`, gl.RGBA32F, columns, rows));
   const side = Math.max(8, Math.min(4096, Math.round(Math.sqrt(drawMs / turns / turnMs) / 8) * 8));
   const across = Math.ceil(columns / side), tiles = across * Math.ceil(rows / side);
-  const costs = new Float32Array(tiles).fill(drawMs / batch);  // of a tile's last draw, ms
+  const costs = new Float32Array(tiles).fill(drawMs / batch);  // that each tile's last draw took, ms
   const finished = new Uint8Array(tiles);
   for (let draw = 0, alive = true; alive; ++draw) {
     alive = false;

@@ -3,12 +3,12 @@
 
 #define FIELD 0     // F_n, and F_1 of the plain map
 #define VERSOR 1    // U
-#define GRADIENT 2  // of F_1 by X, Y, Z; and F_1
+#define GRADIENT 2  // derivatives of F_1 by X, Y, Z; and F_1
 #define CROSSING 3  // along a direction: the first radius at which F_1 crosses the level
 
 uniform highp sampler2D points;
 uniform int wanted, iterations;
-uniform float limit;  // of radii
+uniform float limit;  // the largest radius
 out vec4 result;
 
 // The first of 128 steps that leaves {F_1 < L}, halved: host/map/calibration.cpp.

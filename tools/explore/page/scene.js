@@ -36,7 +36,7 @@ export function mapFile() {
   const m = turnedMap(knobsOf());
   for (const key of ["steep", "turn", "offset"]) delete m[key];
   for (const portal of m.portals ?? []) delete portal.matrix;
-  if (m.tufts === 1) delete m.tufts;
+  if (m.steepness === 1) delete m.steepness;
   else m.version = 2;
   m.provenance = { ...m.provenance, turned: { page: written() } };
   return JSON.stringify(m, null, 1) + "\n";
@@ -52,10 +52,10 @@ export async function makeScene(knobs, iterations, isMoving) {
     uploadFactors(plain.factors);
     table = { drift: knobs.drift, rows: extremes(plain) };
   }
-  const steep = (f) => f > level ? level + m.tufts * (f - level) : f;
+  const steep = (f) => f > level ? level + m.steepness * (f - level) : f;
   const radii = stopRadii(table.rows, (g) => steep(m.steep * g + base), m);
   const radius = Math.min(radii.outer, radii.escape), far = iterations === 1 ? level : Math.log(radius);
-  // Without tufts, so that they ask for no grid of their own.
+  // Without steepness, so that it asks for no grid of its own.
   const needed = (Math.min(far, level + 6) - base) / m.steep;
   if (!grid || grid.slice !== knobs.slice || grid.most < needed || grid.cells < cells) {
     const next = await makeGrid(knobs.slice, Math.max(2.5, 1.3 * needed), cells);
@@ -63,8 +63,8 @@ export async function makeScene(knobs, iterations, isMoving) {
     grid = next;
   }
   uploadFactors(m.factors);
-  const bent = (level + (far - level) / m.tufts - base) / m.steep;
-  const steepest = Math.max(m.steep * m.tufts * slopeAt(grid, bent), 1e-3);
+  const bent = (level + (far - level) / m.steepness - base) / m.steep;
+  const steepest = Math.max(m.steep * m.steepness * slopeAt(grid, bent), 1e-3);
   return {
     map: m, grid, box: shapeBox(m),
     uniforms: { ...uniformsOf(m, radii), far_level: far, steepest, radius, iterations,

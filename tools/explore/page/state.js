@@ -49,7 +49,7 @@ export function knobsOf() {
   return {
     detail: state.detail, order: state.order, slice: state.slice, drift: state.drift, rotate: state.rotate,
     phase: hasOwnPhase ? map.phase ?? [1, 0, 0, 0] : phaseOf([state.phase1, state.phase2, state.phase3]),
-    axis: axisOf(state.axis ?? "x"), scale: state.scale, tufts: state.tufts,
+    axis: axisOf(state.axis ?? "x"), scale: state.scale, steepness: state.steepness,
   };
 }
 
@@ -59,7 +59,8 @@ const isIn = (name, value) => Number.isFinite(value) && value >= ranges[name][1]
 /** The states that a text such as "detail=0.03&material=trap" names; what it makes no sense of stays usual. */
 function read(text) {
   const result = { ...usual };
-  for (const [name, value] of new URLSearchParams(text)) {
+  for (const [given, value] of new URLSearchParams(text)) {
+    const name = given === "tufts" ? "steepness" : given;  // its name in older links
     if (Object.hasOwn(ranges, name) && value !== "" && isIn(name, Number(value))) result[name] = Number(value);
     if (Object.hasOwn(words, name) && words[name].includes(value)) result[name] = value;
     if (name === "look") {

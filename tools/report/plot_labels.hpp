@@ -3,7 +3,7 @@
 
 #include <vector>
 
-namespace qjulia::picture {
+namespace qjulia::report {
 
 /// Pixels; y runs down.
 struct LabelBox {
@@ -37,4 +37,4 @@ class PlotLabels {
   std::vector<LabelBox> placed_;
 };
 
-}  // namespace qjulia::picture
+}  // namespace qjulia::report

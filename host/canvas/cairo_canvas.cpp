@@ -1,4 +1,4 @@
-#include "picture/cairo_canvas.hpp"
+#include "canvas/cairo_canvas.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -6,7 +6,7 @@
 
 #include "qjulia/error.hpp"
 
-namespace qjulia::picture {
+namespace qjulia::canvas {
 
 // Pixels are 32-bit words with blue in the lowest byte.
 static_assert(std::endian::native == std::endian::little, "bytes are blue, green, red, none");
@@ -78,4 +78,4 @@ void draw_text(cairo_t* context, const std::string& text, double x, double y, do
   cairo_show_text(context, text.c_str());
 }
 
-}  // namespace qjulia::picture
+}  // namespace qjulia::canvas

@@ -1,4 +1,4 @@
-#include "qjulia/plot.hpp"
+#include "report/plot.hpp"
 
 #include <cairo-svg.h>
 #include <fmt/format.h>
@@ -9,13 +9,13 @@
 #include <numbers>
 #include <optional>
 
-#include "picture/cairo_canvas.hpp"
-#include "picture/plot_labels.hpp"
+#include "canvas/cairo_canvas.hpp"
 #include "qjulia/error.hpp"
+#include "report/plot_labels.hpp"
 
-namespace qjulia {
+namespace qjulia::report {
 
-using namespace picture;
+using namespace canvas;
 namespace {
 
 constexpr double kFont = 13, kLeft = 74, kRight = 18, kTop = 34, kBottom = 50;
@@ -285,4 +285,4 @@ std::string plot_svg(const Plot& plot) {
   return text;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::report

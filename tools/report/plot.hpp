@@ -8,7 +8,7 @@
 
 #include "qjulia/picture.hpp"
 
-namespace qjulia {
+namespace qjulia::report {
 
 struct PlotAxis {
   std::string label;
@@ -21,7 +21,7 @@ struct PlotSeries {
   std::vector<double> x, y;
   bool line = true;
   bool points = false;
-  std::vector<std::string> names{};  ///< of the points, in their order; none where there are fewer
+  std::vector<std::string> names{};  ///< the points', in their order; points without one have none
 };
 
 struct Plot {
@@ -48,4 +48,4 @@ Image draw_plot(const Plot& plot);
 /// The plot as the text of an SVG file, to stand in a page. @throws InputError
 std::string plot_svg(const Plot& plot);
 
-}  // namespace qjulia
+}  // namespace qjulia::report

@@ -8,7 +8,7 @@
 
 #include "qjulia/picture.hpp"
 
-namespace qjulia::picture {
+namespace qjulia::canvas {
 
 struct CairoDeleter {
   void operator()(cairo_t* context) const { cairo_destroy(context); }
@@ -47,4 +47,4 @@ void set_ink(cairo_t* context);
 void draw_text(cairo_t* context, const std::string& text, double x, double y, double size,
                Anchor anchor = Anchor::left);
 
-}  // namespace qjulia::picture
+}  // namespace qjulia::canvas

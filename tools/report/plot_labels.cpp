@@ -1,10 +1,10 @@
-#include "picture/plot_labels.hpp"
+#include "report/plot_labels.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-namespace qjulia::picture {
+namespace qjulia::report {
 
 bool PlotLabels::is_free(const LabelBox& box) const {
   constexpr double kRoom = 2;
@@ -50,4 +50,4 @@ LabelBox PlotLabels::place(double x, double y, double width, double height) {
   return found;
 }
 
-}  // namespace qjulia::picture
+}  // namespace qjulia::report
