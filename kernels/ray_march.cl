@@ -251,7 +251,9 @@ static inline void take_image(marched_lanes* lanes, int i, real4 u, real growth)
 #ifdef QJ_MODULUS_IS_CHEAP
 
 // F is computed, and the lattice gives the versor alone.
-static inline void predict_first_iterate(const marching* with, marched_lanes* lanes, int i) {}
+static inline void predict_first_iterate(const marching* with, marched_lanes* lanes, int i) {
+  (void)with, (void)lanes, (void)i;
+}
 
 static inline void predict_first_versor(const marching* with, marched_lanes* lanes, int i) {
   predicted_image image;
@@ -282,7 +284,9 @@ static inline void predict_first_iterate(const marching* with, marched_lanes* la
   take_image(lanes, i, image.u, one_of(lane_exp(lane_of(first))));
 }
 
-static inline void predict_first_versor(const marching* with, marched_lanes* lanes, int i) {}
+static inline void predict_first_versor(const marching* with, marched_lanes* lanes, int i) {
+  (void)with, (void)lanes, (void)i;
+}
 
 #endif
 
