@@ -10,26 +10,26 @@
 namespace qjulia {
 namespace {
 
-struct Setting {
+struct TuningSetting {
   const char* name;
   int Tuning::*value;
   int most;
 };
 
 /// Far above anything sensible, and low enough for memory and 32-bit counts.
-constexpr std::array<Setting, 8> kSettings{{{"lane_width", &Tuning::lane_width, 16},
-                                            {"energy_vectors", &Tuning::energy_vectors, 4096},
-                                            {"gradient_rows", &Tuning::gradient_rows, 65536},
-                                            {"orbit_items", &Tuning::orbit_items, 1 << 20},
-                                            {"orbit_group", &Tuning::orbit_group, 256},
-                                            {"panel_samples", &Tuning::panel_samples, 16384},
-                                            {"panel_block", &Tuning::panel_block, 16384},
-                                            {"product_side", &Tuning::product_side, 16}}};
+constexpr std::array<TuningSetting, 8> kSettings{{{"lane_width", &Tuning::lane_width, 16},
+                                                  {"energy_vectors", &Tuning::energy_vectors, 4096},
+                                                  {"gradient_rows", &Tuning::gradient_rows, 65536},
+                                                  {"orbit_items", &Tuning::orbit_items, 1 << 20},
+                                                  {"orbit_group", &Tuning::orbit_group, 256},
+                                                  {"panel_samples", &Tuning::panel_samples, 16384},
+                                                  {"panel_block", &Tuning::panel_block, 16384},
+                                                  {"product_side", &Tuning::product_side, 16}}};
 
 }  // namespace
 
 void Tuning::validate() const {
-  for (const Setting& s : kSettings) {
+  for (const TuningSetting& s : kSettings) {
     if (this->*s.value >= 1 && this->*s.value <= s.most) continue;
     throw InputError(fmt::format("{} is {}, but must be 1 to {}", s.name, this->*s.value, s.most));
   }
@@ -48,7 +48,7 @@ void Tuning::validate() const {
 
 nlohmann::json to_json(const Tuning& tuning) {
   nlohmann::json json = nlohmann::json::object();
-  for (const Setting& s : kSettings) json[s.name] = tuning.*s.value;
+  for (const TuningSetting& s : kSettings) json[s.name] = tuning.*s.value;
   return json;
 }
 
@@ -57,7 +57,7 @@ Tuning tuning_from(const nlohmann::json& json) {
     throw InputError("the settings are not those of this program");
   }
   Tuning tuning;
-  for (const Setting& s : kSettings) {
+  for (const TuningSetting& s : kSettings) {
     const auto found = json.find(s.name);
     if (found == json.end() || !found->is_number_integer()) {
       throw InputError(fmt::format("{} is missing, or no whole number", s.name));
