@@ -99,12 +99,13 @@ RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
     monitor.report({what, step++ / kSteps, -1, ""});
   };
   report("preparing the mesh");
-  const auto [shape, to_surface] = shape::make_shape_with_distance(device, mesh, monitor.stop);
+  const auto prepared = shape::make_shape_with_distance(device, mesh, monitor.stop);
+  const Shape& shape = prepared.shape;
   const ShapeToMap& to_map = shape.shape_to_map;
   const fitting::Distances distances = [&](std::span<const Eigen::Vector3d> points) {
     std::vector<Eigen::Vector3d> own(points.size());
     for (std::size_t i = 0; i < own.size(); ++i) own[i] = to_map.to_shape(points[i]);
-    std::vector<double> found = to_surface.at(own, monitor.stop);
+    std::vector<double> found = prepared.distance.at(own, monitor.stop);
     for (double& d : found) d *= to_map.scale;
     return found;
   };
