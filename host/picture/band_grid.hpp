@@ -9,7 +9,7 @@
 #include "picture/depth_source.hpp"
 #include "picture/view.hpp"
 #include "qjulia/field.hpp"
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 #include "surface/level_set.hpp"
 #include "surface/loose_places.hpp"
 

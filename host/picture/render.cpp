@@ -121,20 +121,20 @@ Camera in_scene(Camera camera, const ShapeToMap& to_scene) {
 
 /// What a map's pictures show: the part asked for (shape units), else the box of the shape and its
 /// copies, or where none is known, the source's bounds.
-Box framed_box(const RationalMap& map, const std::optional<Box>& part, const DepthSource& source) {
+Box framed_box(const Map& map, const std::optional<Box>& part, const DepthSource& source) {
   const std::optional<Box> box = part ? part : map::box_with_copies(map);
-  return box ? map.shape_to_map.to_map(*box) : source.bounds();
+  return box ? map.frame.shape_to_map.to_map(*box) : source.bounds();
 }
 
 /// The part of space that the options leave of the map's set, map coordinates. @throws OptionError
-std::optional<Box> part_left(const RationalMap& map, const PictureOptions& options) {
+std::optional<Box> part_left(const Map& map, const PictureOptions& options) {
   if (!options.box && options.cuts.empty()) return std::nullopt;
-  Box part = options.box.value_or(surface::cube(kEverywhere / map.shape_to_map.scale));
+  Box part = options.box.value_or(surface::cube(kEverywhere / map.frame.shape_to_map.scale));
   for (const Cut& cut : options.cuts) {
     const auto axis = static_cast<Eigen::Index>(cut.axis - 'x');
     double at = cut.at;
     if (cut.is_percent) {
-      const std::optional<Box>& whole = options.box ? options.box : map.box;
+      const std::optional<Box>& whole = options.box ? options.box : map.frame.box;
       if (!whole) {
         throw OptionError("cut", "the map keeps no box of its shape; give a coordinate");
       }
@@ -143,7 +143,7 @@ std::optional<Box> part_left(const RationalMap& map, const PictureOptions& optio
     part.high[axis] = std::min(part.high[axis], at);
   }
   if (!(part.size().array() > 0).all()) throw OptionError("cut", "nothing is left of the box");
-  return map.shape_to_map.to_map(part);
+  return map.frame.shape_to_map.to_map(part);
 }
 
 double cost(const View& view) {
@@ -196,7 +196,7 @@ void PictureOptions::validate() const {
 }
 
 struct Studio::Impl {
-  static std::unique_ptr<Impl> of_map(const Device& device, const RationalMap& map,
+  static std::unique_ptr<Impl> of_map(const Device& device, const Map& map,
                                       const PictureOptions& options, bool is_draft,
                                       const std::stop_token& stop);
 
@@ -233,7 +233,7 @@ struct Studio::Impl {
   }
 };
 
-std::unique_ptr<Studio::Impl> Studio::Impl::of_map(const Device& device, const RationalMap& map,
+std::unique_ptr<Studio::Impl> Studio::Impl::of_map(const Device& device, const Map& map,
                                                    const PictureOptions& options, bool is_draft,
                                                    const std::stop_token& stop) {
   options.validate();
@@ -252,18 +252,19 @@ std::unique_ptr<Studio::Impl> Studio::Impl::of_map(const Device& device, const R
   if (is_draft) set.finest_cells = kDraftFinestCells;
   auto source = march_source(device, set);
   const Box framed = framed_box(map, options.box, *source);
-  return std::make_unique<Impl>(Impl{device, options, std::move(source), framed, map.shape_to_map,
-                                     fineness, is_draft, map.up.value_or(kDefaultUp), stop});
+  return std::make_unique<Impl>(Impl{device, options, std::move(source), framed,
+                                     map.frame.shape_to_map, fineness, is_draft,
+                                     map.frame.up.value_or(kDefaultUp), stop});
 }
 
 Studio::Studio(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
-Studio::Studio(const Device& device, const RationalMap& map, const PictureOptions& options,
+Studio::Studio(const Device& device, const Map& map, const PictureOptions& options,
                const std::stop_token& stop)
     : Studio(Impl::of_map(device, map, options, /*is_draft=*/false, stop)) {}
 
-Studio Studio::of_drafts(const Device& device, const RationalMap& map,
-                         const PictureOptions& options, const std::stop_token& stop) {
+Studio Studio::of_drafts(const Device& device, const Map& map, const PictureOptions& options,
+                         const std::stop_token& stop) {
   return Studio(Impl::of_map(device, map, options, /*is_draft=*/true, stop));
 }
 
@@ -398,13 +399,13 @@ LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_lay
   return picture;
 }
 
-Image render(const Device& device, const RationalMap& map, const PictureOptions& options,
+Image render(const Device& device, const Map& map, const PictureOptions& options,
              const ProgressMonitor& monitor) {
   return Studio(device, map, options, monitor.stop).picture(options.camera, monitor);
 }
 
-LayeredImage layered_render(const Device& device, const RationalMap& map,
-                            const PictureOptions& options, const ProgressMonitor& monitor) {
+LayeredImage layered_render(const Device& device, const Map& map, const PictureOptions& options,
+                            const ProgressMonitor& monitor) {
   return Studio(device, map, options, monitor.stop).layered_picture(options.camera, monitor);
 }
 

@@ -82,10 +82,10 @@ json setting_json(const Setting& setting, const Form& form, double most) {
 
 }  // namespace
 
-std::string page_settings(const RationalMap& map) {
+std::string page_settings(const Map& map) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   PictureOptions usual;
-  usual.camera.up = map.up.value_or(kDefaultUp);
+  usual.camera.up = map.frame.up.value_or(kDefaultUp);
   const MapKnobs knobs = knobs_of(map);
   json of_map = json::array(), of_picture = json::array();
   for (const PictureSetting& setting : picture_settings()) {

@@ -143,7 +143,7 @@ struct Server::Impl {
   }
 
   /// From now on the page is the map's.
-  void show(const RationalMap& map) {
+  void show(const Map& map) {
     painter.show(map);
     const std::lock_guard lock(mutex);
     page = served_page(map, file);
@@ -182,7 +182,7 @@ struct Server::Impl {
     options.observer.on_evaluation = [&](double energy) {
       keep([&] { energies.back().push_back(energy); });
     };
-    options.observer.on_stage = [&](const StageReport& stage, const RationalMap& map) {
+    options.observer.on_stage = [&](const StageReport& stage, const Map& map) {
       painter.show(map);
       keep([&] {
         stages.push_back({{"name", stage.name}, {"iou", stage.iou}});
@@ -336,7 +336,7 @@ struct Server::Impl {
     http.Get("/make", [this](const auto& request, auto& response) {
       answer(request, response, Job::Length::long_job, [this](const Query& query) -> Work {
         return [this, wanted = read_make(query)](Job& job) {
-          const RationalMap map = painter.turned(wanted.view);
+          const Map map = painter.turned(wanted.view);
           ProgressMonitor monitor;
           monitor.stop = job.stop();
           monitor.on_progress = [&](const Progress& progress) {
@@ -378,7 +378,7 @@ struct Server::Impl {
   httplib::Server http;
 };
 
-Server::Server(const Device& device, const RationalMap& map, const std::string& file,
+Server::Server(const Device& device, const Map& map, const std::string& file,
                const ServerOptions& options) {
   options.validate();
   impl_ = std::make_unique<Impl>(device, std::nullopt, file, options);

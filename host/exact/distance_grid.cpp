@@ -1,4 +1,4 @@
-#include "fit/distance_grid.hpp"
+#include "exact/distance_grid.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 #include "qjulia/distance_grid.hpp"
 #include "qjulia/progress.hpp"
 
-namespace qjulia::fitting {
+namespace qjulia::exact {
 namespace {
 
 constexpr int kCoarse = DistanceGridData::kCoarse;
@@ -256,4 +256,4 @@ DistanceModulus sampled_distance(const Distances& distances, const Box& box, int
   return sampled;
 }
 
-}  // namespace qjulia::fitting
+}  // namespace qjulia::exact

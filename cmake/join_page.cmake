@@ -1,0 +1,62 @@
+# cmake -DROOT=… -DENTRIES=a.js;b.js -DOUTPUT=FOLDER -P join_page.cmake: makes of a page's files those
+# that pages hold. Each entry becomes one script with the modules it imports, which needs no server;
+# indents and comments go from scripts, shaders and style. NAME.sha256 is the hash of a script or of
+# the style, in hexadecimals, for the page's policy.
+cmake_minimum_required(VERSION 3.25)
+
+# Lines without indents, empty lines and comments. Only whole lines are taken for comments.
+function(stripped text result)
+  string(REGEX REPLACE "\n *" "\n" text "\n${text}")
+  string(REGEX REPLACE "\n(//|/\\*\\*|\\* )[^\n]*" "" text "${text}")
+  string(REGEX REPLACE "\n+" "\n" text "${text}")
+  string(REGEX REPLACE "^\n" "" text "${text}")
+  set(${result} "${text}" PARENT_SCOPE)
+endfunction()
+
+# Appends a module to `script`, after all that it imports, each once. Imports, a line each, stand at
+# the top of modules; names there differ.
+set(import "import [^\n]*from \"\\./([a-z_]+\\.js)\";\n")
+set(added "")
+set(script "")
+macro(add_module name)
+  if(NOT "${name}" IN_LIST added)
+    list(APPEND added ${name})
+    file(READ ${ROOT}/${name} text)
+    stripped("${text}" text_of_${name})
+    while("${text_of_${name}}" MATCHES "^${import}")
+      string(LENGTH "${CMAKE_MATCH_0}" length)
+      string(SUBSTRING "${text_of_${name}}" ${length} -1 text_of_${name})
+      add_module(${CMAKE_MATCH_1})
+    endwhile()
+    string(REGEX REPLACE "(^|\n)export " "\\1" text "${text_of_${name}}")
+    string(APPEND script "${text}")
+  endif()
+endmacro()
+
+function(write name text is_hashed)
+  file(WRITE ${OUTPUT}/${name} "${text}")
+  if(is_hashed)
+    string(SHA256 hash "${text}")
+    file(WRITE ${OUTPUT}/${name}.sha256 "${hash}")
+  endif()
+endfunction()
+
+foreach(entry IN LISTS ENTRIES)
+  set(added "")
+  set(script "")
+  add_module(${entry})
+  write(${entry} "${script}" TRUE)
+endforeach()
+file(READ ${ROOT}/style.css text)
+string(REGEX REPLACE "\n *" "" text "${text}")
+write(style.css "${text}" TRUE)
+file(GLOB shaders RELATIVE ${ROOT} ${ROOT}/*.glsl)
+foreach(shader IN LISTS shaders)
+  file(READ ${ROOT}/${shader} text)
+  stripped("${text}" text)
+  write(${shader} "${text}" FALSE)
+endforeach()
+file(GLOB markup RELATIVE ${ROOT} ${ROOT}/*.html)
+foreach(file IN LISTS markup)
+  file(COPY_FILE ${ROOT}/${file} ${OUTPUT}/${file})
+endforeach()
