@@ -220,8 +220,8 @@ double depths(const Device& device, Precision precision) {
   return hits > 0 ? worst / view.tolerance : kInfinite;
 }
 
-/// Of points just inside the unit sphere at an angle t to the real axis, whose iterates lie at 2t
-/// and 4t and are still undecided.
+/// Compares traits of points just inside the unit sphere. A point at an angle t to the real axis
+/// has iterates at 2t and 4t, which are still undecided.
 double orbit_trait(const Device& device, Precision precision) {
   const auto source =
       picture::march_source(device, {unit_ball(), 6, {}, {}, precision, Material::trap});
@@ -343,8 +343,8 @@ double cholesky(const Device& device, Precision /*precision*/) {
   return worst;
 }
 
-/// Wrong cells, of cells where the F and U of every other are told wrongly. They are linear, which
-/// interpolation leaves as it is.
+/// How many cells are trusted or distrusted wrongly. F and U are linear, which interpolation leaves
+/// as it is; at the middle of every other cell one of them is given wrongly.
 double image_lattice(const Device& device, Precision precision) {
   const surface::Grid grid{Vector3d(-1, 0.5, 2), 0.25, {6, 7, 8}};
   std::vector<double> field, versors, middle_field, middle_versors;

@@ -125,7 +125,7 @@ std::vector<double> paint_by_mesh(const Paint& paint, const PaintedMesh& mesh,
   return spread(paint, gathered);
 }
 
-/// Radii that are told apart, each so many times the one before.
+/// Radii are rounded to a geometric series with this ratio.
 constexpr double kRatio = 1.15;
 /// A ball holds places this share of its radius beyond it: corners, and bumps of its own size.
 constexpr double kBeyondBall = 0.1;
@@ -192,8 +192,8 @@ struct ThicknessAt {
   double radius = 0;
 };
 
-/// Of the map's own shape (n = 1, without portals), at those points of the grid that are inside and
-/// have a neighbour outside. Radii above `most` are `most`.
+/// The thickness of the map's own shape (n = 1, without portals) at those points of the grid that
+/// are inside and have a neighbour outside. Radii above `most` are `most`.
 std::vector<ThicknessAt> local_thickness(const Device& device, const Map& map,
                                          const surface::Grid& grid, double most,
                                          const ProgressMonitor& monitor) {

@@ -30,10 +30,10 @@ constexpr double kTipReach = 0.4;
 constexpr double kSunk = 0.06;
 /// What the set reaches beyond the shape, of its radius.
 constexpr double kBeyond = 1.06;
-/// The smallest copy that is told of, of the shape's size.
+/// The smallest copy that is reported, as a share of the shape's size.
 constexpr double kSmallestSeen = 0.01;
 
-/// Distances along a surface's edges from points that are added.
+/// Distances along a surface's edges from points that are added one by one.
 class EdgeDistances {
  public:
   explicit EdgeDistances(const TriangleMesh& mesh)

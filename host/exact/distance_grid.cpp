@@ -12,8 +12,8 @@ namespace qjulia::exact {
 namespace {
 
 constexpr int kCoarse = DistanceGridData::kCoarse;
-/// Of the box's longest side, on each side of the box: F is then decided at the grid's end, unless
-/// the shell is very thick.
+/// The margin on each side of the box, as a share of its longest side. F is then decided at the
+/// grid's end, unless the shell is very thick.
 constexpr double kMargin = 0.08;
 /// Corrections are whole within the first of the surface, and end at the second; cells. The coarse
 /// spline alone serves beyond.

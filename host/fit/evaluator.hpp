@@ -10,15 +10,16 @@
 #include "fit/curvature.hpp"
 #include "fit/samples.hpp"
 #include "qjulia/device.hpp"
+#include "qjulia/field.hpp"
 #include "qjulia/map.hpp"
 
 namespace qjulia::fitting {
 
 struct EnergyOptions {
   Loss loss = Loss::distance;
-  int iterations = 1;  ///< n, 1 … 16
-  double alpha = 1;    ///< sharpness of the tanh
-  double escape = 20;  ///< escape radius, map units
+  int iterations = 1;            ///< n, 1 … 16
+  double alpha = 1;              ///< sharpness of the tanh
+  double escape = kUsualEscape;  ///< escape radius, map units
 };
 
 /// Unknowns of a map in one vector: S, then five arrays over the K factors: exponents, centres' X,
@@ -68,9 +69,9 @@ class Evaluator {
 /// Plain double loops with automatic differentiation: slow, and the standard of what is right.
 std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples, const EnergyOptions& options);
 
-/// Of more samples than this, a device takes an evenly spaced part of at most so many for H of that
-/// order; in single precision, at most half as many where H is added to others. With fewer, steps
-/// follow the part rather than the whole (docs/fitting.md).
+/// The most samples that a device sums H of this order over. Where there are more, it takes an
+/// evenly spaced part of them; in single precision, a part of at most half as many where H is added
+/// to others. With fewer, steps follow the part rather than the whole (docs/fitting.md).
 constexpr std::size_t curvature_samples(std::size_t order) {
   constexpr std::size_t kLeast = 10'240;
   return std::max(kLeast, 2 * order);

@@ -20,8 +20,8 @@ namespace qjulia::fitting {
 Map finish_map(const Device& device, Map map, double iou, const Shape& shape,
                const SamplePool& pool, double detail, std::vector<std::string>& warnings);
 
-/// Of a finished map's surface (steepness 1) from the pool's surface points, to first order, over
-/// the diagonal of the shape's box.
+/// The mean distance of a finished map's surface (steepness 1) from the pool's surface points, to
+/// first order, over the diagonal of the shape's box.
 double mean_distance(const Device& device, const Map& map, const SamplePool& pool);
 
 }  // namespace qjulia::fitting

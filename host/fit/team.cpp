@@ -138,7 +138,7 @@ class DistributedEvaluator final : public Evaluator {
   std::size_t size() const { return static_cast<std::size_t>(team_.size()); }
   std::size_t begin_of(std::size_t part) const { return part * samples_ / parts_; }
 
-  /// By rank, what its parts answer, one after the other.
+  /// The answers of each rank's parts, one after the other; the result is indexed by rank.
   std::vector<Numbers> ask(const Question& question) {
     return team_.all_gather([&] {
       Numbers answers;

@@ -68,8 +68,8 @@ double effective_radius(const Field& field, double level, double limit) {
 
 Map calibrated(const Device& device, const Map& map) {
   map.validate();
-  // Map coordinates are such that the shape's longest side is 3: nothing lies beyond its diagonal.
-  const double limit = 3 * std::sqrt(3.0);
+  // Nothing of a shape lies beyond the diagonal of a cube of its longest side.
+  const double limit = kMapSide * std::sqrt(3.0);
   const double radius =
       effective_radius(Field(device, without_portals(map)), map.dynamics.surface_level, limit);
   if (!(radius > 1e-6 * limit)) {

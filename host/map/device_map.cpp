@@ -111,7 +111,7 @@ void append(std::vector<Real>& reals, const Paint& paint) {
   reals.push_back(Real{0});
 }
 
-/// As layout/map_layout.h says.
+/// The buffer that layout/map_layout.h describes.
 template <class Real>
 std::vector<Real> packed(const Map& map, const StopRadii& stops) {
   const std::size_t factors = map.dynamics.factors.size();

@@ -10,7 +10,7 @@
 
 namespace qjulia::map {
 
-/// One visitor of several functions.
+/// A visitor made of several functions.
 template <class... Functions>
 struct Overloaded : Functions... {
   using Functions::operator()...;

@@ -13,7 +13,8 @@ namespace qjulia::picture {
 namespace {
 
 constexpr int kFirstCells = 64;  ///< along the ball, to find the band's box
-/// Of a step taken from a coarser grid this share is safe: F₁ bends between its points.
+/// The share of a step that is safe when the step comes from a coarser grid: F₁ bends between its
+/// points.
 constexpr double kCoarseShare = 0.75;
 constexpr double kNone = 1e30;
 /// Rays end before they are this many shells deep in the band.

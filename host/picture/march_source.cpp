@@ -27,7 +27,7 @@ constexpr double kWorthInterpolating = 150;
 /// A lattice for the part of the band in sight is made where that is less than this share of it.
 constexpr double kPart = 0.5;
 
-/// Of what is seen, at most, in pixels.
+/// The most that interpolated images may displace what is seen, pixels.
 constexpr double kDisplacement = 0.125;
 /// For memory's sake: one for the lights, one for the camera.
 constexpr std::size_t kMostLattices = 2;

@@ -20,7 +20,7 @@ nlohmann::json accessor(int view, int type, std::size_t count, const char* shape
   return {{"bufferView", view}, {"componentType", type}, {"count", count}, {"type", shape}};
 }
 
-/// As nodes have it: x, y, z, w.
+/// A node's rotation: x, y, z, w.
 nlohmann::json rotation(UpAxis up) {
   const Eigen::Quaterniond q(quarter_turns(up, UpAxis::y));
   return {q.x(), q.y(), q.z(), q.w()};

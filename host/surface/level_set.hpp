@@ -13,7 +13,7 @@
 
 namespace qjulia::surface {
 
-/// Of a launch.
+/// A launch's arguments.
 using Arguments = std::vector<device::Argument>;
 
 /// Least and greatest F_1, or where that decides nothing F_2, for each of several cubes.

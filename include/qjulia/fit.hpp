@@ -71,8 +71,8 @@ struct FitOptions {
   /// than the result: the levels of the schedule then share the time, and results differ from run
   /// to run. For results that repeat, limit evaluations.
   double time_limit = std::numeric_limits<double>::infinity();
-  /// Of energy and gradient; none: the schedule's own number. The levels share whatever it is, so
-  /// that a hundred give a rough map of the same kind.
+  /// The most evaluations of energy and gradient; by default the schedule's own number. The levels
+  /// share them, so that a hundred give a rough map of the same kind.
   std::optional<int> max_evaluations;
   /// Ends the fit after a stage whose IoU on a coarse grid is this or more, above 0 to 1; of a
   /// polished fit, after a stage of polishing. Set it where a rough map in a hurry is enough.
@@ -136,7 +136,8 @@ struct FitResult {
   int evaluations =
       0;  ///< evaluations of energy and gradient, a resumed fit's earlier ones included
   double seconds = 0;  ///< the same for wall time
-  /// Of the fitted surface (n = 1) from the mesh, to first order, over the diagonal of its box.
+  /// The mean distance of the fitted surface (n = 1) from the mesh, to first order, over the
+  /// diagonal of the mesh's box.
   double mean_distance = 0;
   std::vector<StageReport> stages;
   std::vector<std::string> warnings;  ///< what a user should know about the map, a sentence each

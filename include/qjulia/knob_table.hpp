@@ -33,7 +33,7 @@ struct Knob : Setting {
 /// In the order in which `with_knobs` turns them.
 std::span<const Knob> knob_table();
 
-/// By the name of the struct's member. @throws InputError where there is none.
+/// The knob whose member of the struct has this name. @throws InputError where there is none.
 const Knob& knob_named(const std::string& name);
 
 /// The knobs as the map has them: turned so, they change nothing. Without `order_seed`.

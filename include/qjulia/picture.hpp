@@ -96,8 +96,8 @@ struct PictureOptions {
   Backdrop backdrop = Backdrop::studio;
   Rgb background = Rgb::Ones();  ///< a plain backdrop's
   bool ground = true;            ///< under the set, with its shadow
-  /// Of maps: pieces that hang on nothing, and are less than a hundredth as large as the largest
-  /// body. Copies in portals are always kept.
+  /// Draws pieces of a map's set that hang on nothing and are less than a hundredth as large as the
+  /// largest body. Copies in portals are always drawn.
   bool keep_loose = false;
   void validate() const;  ///< @throws InputError
 };

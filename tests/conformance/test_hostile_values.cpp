@@ -283,6 +283,7 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   });
   use("kept_of", [&] { FigureSink().kept_of(mesh); });
   use("large_components", [&] { large_components(mesh, 0.5); });
+  use("decimated", [&] { decimated(mesh, 3); });
   use("drop_loose_pieces", [&] {
     TriangleMesh copy = mesh;
     drop_loose_pieces(copy);
@@ -416,8 +417,9 @@ TEST_CASE("maps that are broken are refused by all that take one") {
     });
     survives("without", [&] { without_paint(without_portals(broken.map)); });
     survives("outer_bound", [&] {
-      std::visit([&](const auto& modulus) { static_cast<void>(modulus.outer_bound(broken.map)); },
-                 broken.map.dynamics.modulus);
+      std::visit(
+          [&](const auto& modulus) { static_cast<void>(modulus.outer_bound(broken.map.dynamics)); },
+          broken.map.dynamics.modulus);
     });
     survives("visible_depth", [&] { visible_depth(broken.map.layers.portals); });
   }

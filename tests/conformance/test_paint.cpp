@@ -273,7 +273,7 @@ TEST_CASE("balls, blocks, a ramp and what is elsewhere are painted in their orde
   options = {};
   options.ramp = PaintRamp{1, 1, 0.2};
   const Paint ramp = painted(test::shared_device(), map, options);
-  const double low = map.frame.box->low.y(), high = map.box->high.y();
+  const double low = map.frame.box->low.y(), high = map.frame.box->high.y();
   CHECK(at(ramp, {0, low - 1, 0}) == Approx(1).margin(0.01));
   CHECK(at(ramp, {0.3, 0.5 * (low + high), 0.2}) == Approx(0.6).margin(0.01));
   CHECK(at(ramp, {0, high + 1, 0}) == Approx(0.2).margin(0.01));

@@ -15,8 +15,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kUsualEscape = 20;
-
 double finite_or_large(double error) { return std::isfinite(error) ? error : 1e9; }
 
 }  // namespace

@@ -23,11 +23,11 @@ namespace {
 /// Two roots and a pole: small, and not symmetric.
 qjulia::Map small_map() {
   qjulia::Map map;
-  map.factors = {
+  map.dynamics.factors = {
       {{0.3, 0.1, 0, 0.1}, 2.5}, {{-0.4, 0, 0.2, 0.1}, 2}, {{0.9, 0.8, -0.3, 0.2}, -0.7}};
-  map.detail = 0.02;
-  map.inradius = 0.5;
-  map.box = qjulia::Box{{-1, -1, -1}, {1, 1, 1}};
+  map.frame.detail = 0.02;
+  map.frame.inradius = 0.5;
+  map.frame.box = qjulia::Box{{-1, -1, -1}, {1, 1, 1}};
   return map;
 }
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "qjulia/field.hpp"
 #include "qjulia/knob_table.hpp"
 #include "qjulia/picture_settings.hpp"
 
@@ -101,7 +102,7 @@ std::string page_settings(const Map& map) {
         std::visit([&](const auto member) { return form_of(knobs.*member); }, knob.value);
     of_map.push_back(setting_json(knob, form, knob.most_of(map)));
   }
-  return json{{"map", of_map}, {"picture", of_picture}}.dump();
+  return json{{"map", of_map}, {"picture", of_picture}, {"escape", kUsualEscape}}.dump();
 }
 
 }  // namespace qjulia::explore

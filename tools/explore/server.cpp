@@ -247,7 +247,7 @@ struct Server::Impl {
     if (request.method != (is_posted ? "POST" : "GET")) {
       return refused(405, is_posted ? "use POST" : "use GET");
     }
-    // Of which a request may name a thousand, each answered with the whole page.
+    // A request may name a thousand ranges, and each would be answered with the whole page.
     if (!request.ranges.empty()) return refused(416, "answers are whole; ask without a range");
     const std::string given = request.path == "/" ? request.get_param_value("token")
                                                   : request.get_header_value(kTokenHeader);
@@ -281,13 +281,13 @@ struct Server::Impl {
     response.set_chunked_content_provider(
         "application/octet-stream",
         [job, until](std::size_t /*offset*/, httplib::DataSink& sink) {
-          std::string told;
+          std::string sent;
           // Looks now and then whether anybody still listens.
           Job::End end = job->wait(100ms);
           for (; end == Job::End::waits; end = job->wait(100ms)) {
-            if (const std::string progress = job->progress(); progress != told) {
-              told = progress;
-              if (!sink.write(told.data(), told.size())) job->cancel();
+            if (const std::string progress = job->progress(); progress != sent) {
+              sent = progress;
+              if (!sink.write(sent.data(), sent.size())) job->cancel();
             }
             if (!sink.is_writable() || std::chrono::steady_clock::now() > until) {
               job->cancel();

@@ -40,7 +40,7 @@ nlohmann::json without_schedule_folder(nlohmann::json options) {
   return options;
 }
 
-/// Of fits that leave a CPU's cores idle a sixth of the time, two leave little of it.
+/// One fit leaves a CPU's cores idle a sixth of the time; two at once leave little of it.
 constexpr int kBusyJobs = 2;
 
 int jobs_in(const std::string& text) {

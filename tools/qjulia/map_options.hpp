@@ -21,7 +21,7 @@ struct MapOptions {
   std::optional<double> escape;  ///< map units
   Precision precision = Precision::single;
 
-  /// Those on the command line, by name: "--detail".
+  /// The names of the options on the command line, such as "--detail".
   std::vector<std::string> given() const;
 
   /// Puts the parser's options into one group, and remembers them.

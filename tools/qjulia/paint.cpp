@@ -22,7 +22,7 @@ struct PaintArguments {
   PaintOptions options;
 };
 
-/// Of "y=1:0.1".
+/// The ramp that a text such as "y=1:0.1" stands for.
 PaintRamp ramp_of(const std::string& text) {
   const auto words = base::split(text, ':');
   const std::string& first = words.front();

@@ -33,7 +33,8 @@ using Words = std::vector<std::string>;
 bool is_noise(const Words& words) { return words[0] == "noise" || words[0] == "noise4"; }
 bool is_random(const Words& words) { return words[0] == "random" && words.size() > 1; }
 
-/// Of "noise[:OCTAVES[:SCALE[:SEED]]]", scale in cells along the shape's longest side.
+/// The noise that "noise[:OCTAVES[:SCALE[:SEED]]]" stands for, its scale in cells along the shape's
+/// longest side.
 NoiseVersor noise_of(const Words& words) {
   NoiseVersor noise;
   if (words[0] == "noise4") noise.values = NoiseValues::quaternions;
