@@ -114,7 +114,7 @@ namespace {
 constexpr std::string_view kTag = ".qjulia-";
 constexpr std::string_view kEnding = ".tmp";
 constexpr std::size_t kDigits = 16;
-/// Of a temporary file's name that are its target's: names have at most 255 bytes.
+/// Bytes of the target's name in that of its temporary file: a name has at most 255.
 constexpr std::size_t kMostOfName = 200;
 
 std::filesystem::path folder_of(const std::filesystem::path& path) {

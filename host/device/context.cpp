@@ -61,7 +61,7 @@ class QueueNumber {
 
 }  // namespace
 
-/// Of a context's buffers, bytes. It outlives the context where a buffer does.
+/// How many bytes a context's buffers take. It outlives the context where a buffer does.
 struct AllocatedBytes {
   std::size_t now = 0, peak = 0;
 };
@@ -93,8 +93,8 @@ struct Context::Impl {
   cl::Context context;
   cl::CommandQueue queue;
   std::shared_ptr<AllocatedBytes> allocated = std::make_shared<AllocatedBytes>();
-  /// By files and options. The device and its driver are fixed here; they enter the drivers' own
-  /// on-disk caches.
+  /// Keyed by files and options. The device and its driver need no key here, since a context has
+  /// one device; the driver's own cache on disk has them in its keys.
   std::map<std::string, cl::Program> programs;
   std::map<std::string, Kernel> kernels;
 

@@ -13,8 +13,9 @@ struct DeviceTimes {
   std::chrono::nanoseconds queued, start, end;
 };
 
-/// Of one in-order queue. A launch is queued while the host makes the call: that bounds the
-/// distance between the clocks from both sides, at every launch anew, so that it may change.
+/// The clock of one in-order queue's device, beside the host's. A launch is queued while the host
+/// makes the call: that bounds the distance between the clocks from both sides, at every launch
+/// anew, so that it may change.
 class DeviceClock {
  public:
   /// When the launch began. `before`, `after`: of the call. Launches must come in their order.

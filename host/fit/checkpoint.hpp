@@ -16,7 +16,7 @@ namespace qjulia::fitting {
 
 /// What a stage's Gauss-Newton matrix was computed from.
 struct CurvatureSource {
-  RationalMap map;
+  Map map;
   std::string random;              ///< the generator's state before the stage's samples
   int level = 0;                   ///< whose samples they are
   std::vector<std::size_t> moved;  ///< factors moved elsewhere since the last stage
@@ -25,7 +25,7 @@ struct CurvatureSource {
 /// Where a fit stands at the start of a stage. From it the stage goes the same way again, bit for
 /// bit; `evaluated` spares it the evaluations it has made already.
 struct FitState {
-  RationalMap map;
+  Map map;
   std::string random;   ///< the generator's state, as its standard text
   int level = 0;        ///< the schedule's, to which the next stage belongs
   int planned = 0;      ///< evaluations, by which the pool and the levels go

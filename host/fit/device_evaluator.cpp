@@ -86,7 +86,7 @@ class DeviceEvaluator final : public Evaluator {
     energies_ = context.allocate_real(division_.energy_items(), precision_);
   }
 
-  Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
+  Evaluation evaluate(const Map& map, bool with_gradient) override {
     Evaluation result;
     if (with_gradient && options_.iterations > 1) {
       result.gradient = orbit_gradient(map);
@@ -99,7 +99,7 @@ class DeviceEvaluator final : public Evaluator {
     return result;
   }
 
-  std::vector<double> field(const RationalMap& map) override {
+  std::vector<double> field(const Map& map) override {
     run_energy(map);
     std::vector<double> values(division_.stride);
     device_.context().read(field_, values);
@@ -107,7 +107,7 @@ class DeviceEvaluator final : public Evaluator {
     return values;
   }
 
-  Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
+  Eigen::MatrixXd gauss_newton(const Map& map) override {
     run_energy(map);
     const std::size_t order = QJ_PANEL_ORDER(factors_);
     const RealBuffer rows = device_.context().allocate_real(order * order, precision_);
@@ -116,7 +116,7 @@ class DeviceEvaluator final : public Evaluator {
     return static_cast<double>(step) * to_symmetric(rows, order, places_of(factors_));
   }
 
-  void add_curvature(const RationalMap& map, const std::vector<std::size_t>& moved,
+  void add_curvature(const Map& map, const std::vector<std::size_t>& moved,
                      CurvatureSum& sum) override {
     if (precision_ != Precision::single) {
       Evaluator::add_curvature(map, moved, sum);
@@ -125,7 +125,7 @@ class DeviceEvaluator final : public Evaluator {
     run_energy(map);
     Context& context = device_.context();
     const std::size_t order = QJ_PANEL_ORDER(factors_);
-    const Eigen::VectorXd kept = sum.faded(map.factors.size(), moved);
+    const Eigen::VectorXd kept = sum.faded(map.dynamics.factors.size(), moved);
     const bool is_first = kept.size() == 0;
     const std::size_t step = step_of(curvature_samples(order) / (is_first ? 1 : 2));
     auto update = PanelProducts::Update::add;
@@ -161,7 +161,7 @@ class DeviceEvaluator final : public Evaluator {
         scale.asDiagonal() * to_symmetric(sum.rows, order, place) * scale.asDiagonal(), damping);
   }
 
-  Eigen::MatrixXd pursuit_products(const RationalMap& map,
+  Eigen::MatrixXd pursuit_products(const Map& map,
                                    const std::vector<Quaternion>& centers) override {
     run_energy(map);
     const std::size_t count = centers.size();
@@ -179,7 +179,8 @@ class DeviceEvaluator final : public Evaluator {
     add_products(order, step, PanelProducts::Update::set, rows, [&](std::size_t first) {
       device_.context().launch(
           pursuit, {{stride / division_.width, division_.panel_samples / division_.panel_block, 1}},
-          {panel_arguments(map.slice, count, step, first), samples_, sent, field_, panels_});
+          {panel_arguments(map.dynamics.slice, count, step, first), samples_, sent, field_,
+           panels_});
     });
     std::vector<std::int32_t> place{QJ_PURSUIT_ONES(narrow(count)),
                                     QJ_PURSUIT_RESIDUALS(narrow(count))};
@@ -187,7 +188,7 @@ class DeviceEvaluator final : public Evaluator {
     return static_cast<double>(step) * to_symmetric(rows, order, place);
   }
 
-  Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
+  Eigen::VectorXd gauss_newton_diagonal(const Map& map) override {
     run_energy(map);
     const std::size_t rows = division_.gradient_chunks();
     const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
@@ -238,14 +239,15 @@ class DeviceEvaluator final : public Evaluator {
   std::size_t step_of(std::size_t most) const { return divide_up(division_.stride, most); }
 
   /// JᵀWJ over every step-th sample, with the field that run_energy left.
-  void add_jacobian_products(const RationalMap& map, std::size_t step, PanelProducts::Update update,
+  void add_jacobian_products(const Map& map, std::size_t step, PanelProducts::Update update,
                              const RealBuffer& matrix) {
     const auto jacobian = kernel("gauss_newton.cl", "jacobian_panels");
     const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
     const auto fill = [&](std::size_t first) {
-      device_.context().launch(
-          jacobian, {{vectors, division_.panel_samples / division_.panel_block, 1}},
-          {panel_arguments(map.slice, factors_, step, first), samples_, map_, field_, panels_});
+      device_.context().launch(jacobian,
+                               {{vectors, division_.panel_samples / division_.panel_block, 1}},
+                               {panel_arguments(map.dynamics.slice, factors_, step, first),
+                                samples_, map_, field_, panels_});
     };
     add_products(QJ_PANEL_ORDER(factors_), step, update, matrix, fill);
   }
@@ -314,12 +316,12 @@ class DeviceEvaluator final : public Evaluator {
         file, name, {static_cast<int>(division_.width), precision_, std::move(defines)});
   }
 
-  void upload(const RationalMap& map) {
-    if (map.factors.size() != factors_) prepare(map.factors.size());
+  void upload(const Map& map) {
+    if (map.dynamics.factors.size() != factors_) prepare(map.dynamics.factors.size());
     device_.context().write(map_, map::pack_map(map, {0, 0, options_.escape}));
   }
 
-  void run_energy(const RationalMap& map) {
+  void run_energy(const Map& map) {
     upload(map);
     const auto items = division_.energy_items();
     device_.context().launch(kernel("energy.cl", "energy_terms"), {{items, 1, 1}},
@@ -391,7 +393,7 @@ class DeviceEvaluator final : public Evaluator {
   }
 
   /// Runs orbits forward and back: leaves the energies too.
-  std::vector<double> orbit_gradient(const RationalMap& map) {
+  std::vector<double> orbit_gradient(const Map& map) {
     upload(map);
     const std::size_t rows = division_.orbit_groups();
     const std::size_t group = division_.orbit_group;

@@ -20,7 +20,7 @@ class ReferenceEvaluator final : public Evaluator {
   ReferenceEvaluator(Samples samples, const EnergyOptions& options)
       : samples_(std::move(samples)), options_(options) {}
 
-  Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
+  Evaluation evaluate(const Map& map, bool with_gradient) override {
     const std::vector<Quaternion> starts = points(map);
     const auto f = reference::field(map, starts, options_.iterations, options_.escape);
     Eigen::VectorXd slopes(static_cast<Eigen::Index>(f.size()));
@@ -39,11 +39,11 @@ class ReferenceEvaluator final : public Evaluator {
     return result;
   }
 
-  std::vector<double> field(const RationalMap& map) override {
+  std::vector<double> field(const Map& map) override {
     return reference::field(map, points(map), options_.iterations, options_.escape);
   }
 
-  Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
+  Eigen::MatrixXd gauss_newton(const Map& map) override {
     const std::vector<Quaternion> starts = points(map);
     const auto f = field(map);
     Eigen::VectorXd curvatures(static_cast<Eigen::Index>(f.size()));
@@ -54,11 +54,11 @@ class ReferenceEvaluator final : public Evaluator {
     return jacobian.transpose() * curvatures.asDiagonal() * jacobian;
   }
 
-  Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
+  Eigen::VectorXd gauss_newton_diagonal(const Map& map) override {
     return gauss_newton(map).diagonal();
   }
 
-  Eigen::MatrixXd pursuit_products(const RationalMap& map,
+  Eigen::MatrixXd pursuit_products(const Map& map,
                                    const std::vector<Quaternion>& centers) override {
     const std::vector<Quaternion> starts = points(map);
     const auto f = field(map);
@@ -77,11 +77,11 @@ class ReferenceEvaluator final : public Evaluator {
   }
 
  private:
-  std::vector<Quaternion> points(const RationalMap& map) const {
+  std::vector<Quaternion> points(const Map& map) const {
     std::vector<Quaternion> starts;
     for (std::size_t i = 0; i < samples_.size(); ++i) {
       const Eigen::Vector3d& x = samples_.position[i];
-      starts.push_back({x.x(), x.y(), x.z(), map.slice + samples_.off_slice[i]});
+      starts.push_back({x.x(), x.y(), x.z(), map.dynamics.slice + samples_.off_slice[i]});
     }
     return starts;
   }
@@ -105,12 +105,12 @@ class ReferenceEvaluator final : public Evaluator {
 
 }  // namespace
 
-std::vector<double> to_unknowns(const RationalMap& map) {
-  const std::size_t k = map.factors.size();
+std::vector<double> to_unknowns(const Map& map) {
+  const std::size_t k = map.dynamics.factors.size();
   std::vector<double> v(1 + 5 * k);
-  v[0] = map.log_scale;
+  v[0] = map.dynamics.log_scale;
   for (std::size_t i = 0; i < k; ++i) {
-    const auto& [center, exponent] = map.factors[i];
+    const auto& [center, exponent] = map.dynamics.factors[i];
     v[1 + i] = exponent;
     v[1 + k + i] = center.x;
     v[1 + 2 * k + i] = center.y;
@@ -120,20 +120,20 @@ std::vector<double> to_unknowns(const RationalMap& map) {
   return v;
 }
 
-RationalMap with_unknowns(RationalMap map, const std::vector<double>& v) {
-  const std::size_t k = map.factors.size();
+Map with_unknowns(Map map, const std::vector<double>& v) {
+  const std::size_t k = map.dynamics.factors.size();
   if (v.size() != 1 + 5 * k) throw std::logic_error("unknowns do not match the map's factors");
-  map.log_scale = v[0];
+  map.dynamics.log_scale = v[0];
   for (std::size_t i = 0; i < k; ++i) {
-    map.factors[i] = {{v[1 + k + i], v[1 + 2 * k + i], v[1 + 3 * k + i], v[1 + 4 * k + i]},
-                      v[1 + i]};
+    map.dynamics.factors[i] = {{v[1 + k + i], v[1 + 2 * k + i], v[1 + 3 * k + i], v[1 + 4 * k + i]},
+                               v[1 + i]};
   }
   return map;
 }
 
-void Evaluator::add_curvature(const RationalMap& map, const std::vector<std::size_t>& moved,
+void Evaluator::add_curvature(const Map& map, const std::vector<std::size_t>& moved,
                               CurvatureSum& sum) {
-  const Eigen::VectorXd kept = sum.faded(map.factors.size(), moved);
+  const Eigen::VectorXd kept = sum.faded(map.dynamics.factors.size(), moved);
   if (kept.size() == 0) {
     sum.matrix = gauss_newton(map);
   } else {

@@ -48,7 +48,7 @@ double samples_of(double factors) {
 /// With so many factors; kernels are built before anything is timed.
 StageTime timed(const EvaluatorFactory& make_evaluator, const SamplePool& pool, const Level& level,
                 int factors, std::uint64_t seed, Budget& budget) {
-  const RationalMap map = place_factors(make_evaluator, pool, factors, seed);
+  const Map map = place_factors(make_evaluator, pool, factors, seed);
   base::Random random(seed);
   const auto evaluator = make_evaluator(pool.draw(level, random), {});
   constexpr double kDamping = 0.1;

@@ -26,23 +26,23 @@ std::vector<Eigen::Vector3d> positions(const std::vector<SurfacePoint>& points) 
 
 /// About how far the map's own surface is from each point, over the diagonal of the shape's box:
 /// |F₁ - L| over the mean slope.
-std::vector<double> distances(const Device& device, const RationalMap& map,
+std::vector<double> distances(const Device& device, const Map& map,
                               const std::vector<Eigen::Vector3d>& surface) {
   const Field field(device, map);
-  const double diagonal = map.shape_to_map.scale * map.box->diagonal();
-  const double unit = shell_thickness(field, surface, map.slice) / diagonal;
-  std::vector<double> found = field.at(on_slice(surface, map.slice));
-  for (double& f : found) f = unit * std::abs(f - map.surface_level);
+  const double diagonal = map.frame.shape_to_map.scale * map.frame.box->diagonal();
+  const double unit = shell_thickness(field, surface, map.dynamics.slice) / diagonal;
+  std::vector<double> found = field.at(on_slice(surface, map.dynamics.slice));
+  for (double& f : found) f = unit * std::abs(f - map.dynamics.surface_level);
   return found;
 }
 
 /// How poor the fit is and where the surface is missed most.
-std::string poor_fit(const Device& device, const RationalMap& map, double iou,
+std::string poor_fit(const Device& device, const Map& map, double iou,
                      const std::vector<Eigen::Vector3d>& surface) {
   const auto off = distances(device, map, surface);
   const auto worst = std::ranges::max_element(off);
   const Eigen::Vector3d where =
-      map.shape_to_map.to_shape(surface[static_cast<std::size_t>(worst - off.begin())]);
+      map.frame.shape_to_map.to_shape(surface[static_cast<std::size_t>(worst - off.begin())]);
   return fmt::format(
       "the fit reaches an IoU of {:.2f} only; it is farthest off the surface, by about {:.2g} % of "
       "the diagonal, near ({:.4g}, {:.4g}, {:.4g}). More factors or more time follow the shape "
@@ -52,31 +52,31 @@ std::string poor_fit(const Device& device, const RationalMap& map, double iou,
 
 /// The map with the wanted shell, or the thickest that bounds its set well; a map that no shell
 /// bounds keeps its slope.
-RationalMap with_shell(const Device& device, const RationalMap& map,
-                       const std::vector<Eigen::Vector3d>& surface, double detail) {
+Map with_shell(const Device& device, const Map& map, const std::vector<Eigen::Vector3d>& surface,
+               double detail) {
   constexpr double kLeastDegree = 1.1;  // at 1 the set is unbounded
-  RationalMap measured = with_measured_detail(device, map, surface);
-  if (measured.degree() <= 0) return measured;
-  const double thickest = *measured.detail * measured.degree();
+  Map measured = with_measured_detail(device, map, surface);
+  if (measured.dynamics.degree() <= 0) return measured;
+  const double thickest = *measured.frame.detail * measured.dynamics.degree();
   return with_detail(measured, detail < 0.999 * thickest ? detail : thickest / kLeastDegree);
 }
 
 }  // namespace
 
-RationalMap finish_map(const Device& device, RationalMap map, double iou, const Shape& shape,
-                       const SamplePool& pool, double detail, std::vector<std::string>& warnings) {
+Map finish_map(const Device& device, Map map, double iou, const Shape& shape,
+               const SamplePool& pool, double detail, std::vector<std::string>& warnings) {
   const auto surface = positions(pool.surface);
-  if (map.detail) return with_shell(device, map, surface, detail);
-  map.shape_to_map = shape.shape_to_map;
-  map.box = shape.box;
-  map.inradius = shape.inradius / shape.shape_to_map.scale;
-  map.log_scale -= median_level(Field(device, map), surface, map.slice);
+  if (map.frame.detail) return with_shell(device, map, surface, detail);
+  map.frame.shape_to_map = shape.shape_to_map;
+  map.frame.box = shape.box;
+  map.frame.inradius = shape.inradius / shape.shape_to_map.scale;
+  map.dynamics.log_scale -= median_level(Field(device, map), surface, map.dynamics.slice);
   if (iou < kGoodFit) warnings.push_back(poor_fit(device, map, iou, surface));
   map = with_shell(device, map, surface, detail);
 
-  const std::vector<Quaternion> origin{{0, 0, 0, map.slice}};
+  const std::vector<Quaternion> origin{{0, 0, 0, map.dynamics.slice}};
   const auto at_origin = [&] { return Field(device, map).at(origin).front(); };
-  if (const double above = at_origin(); above >= map.surface_level) {
+  if (const double above = at_origin(); above >= map.dynamics.surface_level) {
     warnings.push_back(
         fmt::format("the field at the origin is {:.2f}, above the surface's: the fit does not hold "
                     "the shape's deepest point inside, and iteration will not keep the shape; use "
@@ -94,7 +94,7 @@ RationalMap finish_map(const Device& device, RationalMap map, double iou, const 
   return map;
 }
 
-double mean_distance(const Device& device, const RationalMap& map, const SamplePool& pool) {
+double mean_distance(const Device& device, const Map& map, const SamplePool& pool) {
   const auto all = distances(device, map, positions(pool.surface));
   return std::accumulate(all.begin(), all.end(), 0.0) / static_cast<double>(all.size());
 }

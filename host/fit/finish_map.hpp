@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "fit/sample_pool.hpp"
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 #include "qjulia/shape.hpp"
 
 namespace qjulia::fitting {
@@ -17,11 +17,11 @@ namespace qjulia::fitting {
 /// it is what the fit left.
 /// @param iou what the last stage reached, n = 1; below 0.9 a warning says where the error sits.
 /// @param detail δ, fraction of the box's diagonal.
-RationalMap finish_map(const Device& device, RationalMap map, double iou, const Shape& shape,
-                       const SamplePool& pool, double detail, std::vector<std::string>& warnings);
+Map finish_map(const Device& device, Map map, double iou, const Shape& shape,
+               const SamplePool& pool, double detail, std::vector<std::string>& warnings);
 
-/// Of a finished map's surface (steepness 1) from the pool's surface points, to first order, over
-/// the diagonal of the shape's box.
-double mean_distance(const Device& device, const RationalMap& map, const SamplePool& pool);
+/// The mean distance of a finished map's surface (steepness 1) from the pool's surface points, to
+/// first order, over the diagonal of the shape's box.
+double mean_distance(const Device& device, const Map& map, const SamplePool& pool);
 
 }  // namespace qjulia::fitting

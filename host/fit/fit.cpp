@@ -51,29 +51,29 @@ std::string unsettled(const FitResult& result, int planned) {
   return fmt::format(
       "the time limit ended the fit after {} of {} evaluations, before it could "
       "settle; {} factors need about {:.0f} s here, and fewer settle sooner",
-      result.evaluations, planned, result.map.factors.size(),
+      result.evaluations, planned, result.map.dynamics.factors.size(),
       result.seconds * planned / kSettlingShare / result.evaluations);
 }
 
 /// A warning about a map that cannot have the wanted detail; empty when it has.
-std::string other_detail(const RationalMap& map, double wanted) {
-  if (map.degree() <= 1) {
+std::string other_detail(const Map& map, double wanted) {
+  if (map.dynamics.degree() <= 1) {
     return fmt::format(
         "the map's exponents sum to {:.3g}, and its set is bounded only where they exceed 1: "
         "use 1 iteration, or fit it again with more factors or more time",
-        map.degree());
+        map.dynamics.degree());
   }
-  if (*map.detail >= wanted) return {};
+  if (*map.frame.detail >= wanted) return {};
   return fmt::format(
       "the map has a detail of {:.3g} and not {:.3g}, with which its set would not be bounded; "
       "more factors or more time allow a larger one",
-      *map.detail, wanted);
+      *map.frame.detail, wanted);
 }
 
 /// The map with all that a user gets with it: its steepness, and which axis is up.
-RationalMap dressed(RationalMap map, const FitOptions& options, const TriangleMesh& mesh) {
-  map.steepness = options.steepness;
-  map.up = options.up ? options.up : guess_up(mesh);
+Map dressed(Map map, const FitOptions& options, const TriangleMesh& mesh) {
+  map.layers.steepness = options.steepness;
+  map.frame.up = options.up ? options.up : guess_up(mesh);
   return map;
 }
 
@@ -124,7 +124,7 @@ auto in_stage(const ProgressMonitor& monitor, const char* name, const Work& work
 }
 
 /// The map that a fit starts from.
-RationalMap placed(const Problem& problem, const SamplePool& pool, FitPlan& plan) {
+Map placed(const Problem& problem, const SamplePool& pool, FitPlan& plan) {
   const FitOptions& options = plan.options;
   const EvaluatorFactory make_evaluator = [&](const Samples& samples, const EnergyOptions& energy) {
     return problem.evaluator(samples, energy);
@@ -208,11 +208,11 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
                most};
   FitObserver& observer = plan.options.observer;
   if (options.observer.on_stage) {
-    observer.on_stage = [&](const StageReport& stage, const RationalMap& map) {
+    observer.on_stage = [&](const StageReport& stage, const Map& map) {
       options.observer.on_stage(stage, dressed(map, options, mesh));
     };
   }
-  RationalMap start = kept ? kept->map : placed(problem, own.mesh().pool, plan);
+  Map start = kept ? kept->map : placed(problem, own.mesh().pool, plan);
   if (!kept && observer.on_stage) {
     const double iou = own.overlap(start, 1);
     observer.on_stage({"placement", 0, 0, 0, 0, iou}, own.finished(start, iou).map);
@@ -275,7 +275,7 @@ std::string brief_summary(const FitResult& result) {
         last.iterations, 100 * result.mean_distance);
   }
   return text + fmt::format("{} factors, {} evaluations in {:.1f} s; ended: {}",
-                            result.map.factors.size(), result.evaluations, result.seconds,
+                            result.map.dynamics.factors.size(), result.evaluations, result.seconds,
                             to_string(result.stopped));
 }
 

@@ -48,23 +48,23 @@ std::vector<double> MeshProblem::distances(const std::vector<Eigen::Vector3d>& p
   return mesh_.distance.at(points);
 }
 
-double MeshProblem::overlap(const RationalMap& map, int iterations) const {
+double MeshProblem::overlap(const Map& map, int iterations) const {
   const auto field = Field(device_, map).at(cells_, iterations);
   shape::Overlap overlap;
   for (std::size_t i = 0; i < field.size(); ++i) {
-    overlap.add(field[i] < map.surface_level, inside_[i]);
+    overlap.add(field[i] < map.dynamics.surface_level, inside_[i]);
   }
   return overlap.iou();
 }
 
-FinishedMap MeshProblem::finished(const RationalMap& map, double iou) const {
+FinishedMap MeshProblem::finished(const Map& map, double iou) const {
   FinishedMap result;
   result.map =
       finish_map(device_, map, iou, mesh_.shape, mesh_.pool, mesh_.detail, result.warnings);
   return result;
 }
 
-double MeshProblem::mean_distance(const RationalMap& map) const {
+double MeshProblem::mean_distance(const Map& map) const {
   return fitting::mean_distance(device_, map, mesh_.pool);
 }
 

@@ -30,13 +30,13 @@ class MeshProblem final : public Problem {
   std::unique_ptr<Evaluator> evaluator(const Samples& samples,
                                        const EnergyOptions& options) const override;
   std::vector<double> distances(const std::vector<Eigen::Vector3d>& points) const override;
-  double overlap(const RationalMap& map, int iterations) const override;
-  FinishedMap finished(const RationalMap& map, double iou) const override;
+  double overlap(const Map& map, int iterations) const override;
+  FinishedMap finished(const Map& map, double iou) const override;
 
   const MeasuredMesh& mesh() const { return mesh_; }
   /// Mean distance of a finished map's surface from the mesh, to first order, as a fraction of the
   /// box's diagonal.
-  double mean_distance(const RationalMap& map) const;
+  double mean_distance(const Map& map) const;
 
  private:
   Device device_;

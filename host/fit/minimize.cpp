@@ -18,7 +18,7 @@ struct Ended {
 /// gradient, is Newton's: with c = 1 / |g|² the energy is cE and u is √c times longer.
 class ScaledEnergy {
  public:
-  ScaledEnergy(const Evaluate& evaluate, const RationalMap& start, const Subspace& subspace,
+  ScaledEnergy(const Evaluate& evaluate, const Map& start, const Subspace& subspace,
                const Preconditioner& scaling, int most_evaluations, Budget& budget)
       : evaluate_(evaluate),
         start_(start),
@@ -40,7 +40,7 @@ class ScaledEnergy {
     for (std::size_t i = 0; i < unknowns.size(); ++i) {
       unknowns[i] += move[static_cast<Eigen::Index>(i)];
     }
-    const RationalMap map = with_unknowns(start_, unknowns);
+    const Map map = with_unknowns(start_, unknowns);
     const Evaluation evaluation = evaluate_(map);
     budget_.count_evaluation();
     if (evaluation.energy < best_energy_) {
@@ -65,7 +65,7 @@ class ScaledEnergy {
 
  private:
   const Evaluate& evaluate_;
-  const RationalMap& start_;
+  const Map& start_;
   std::vector<double> origin_;
   const Subspace& subspace_;
   const Preconditioner& scaling_;
@@ -75,14 +75,13 @@ class ScaledEnergy {
   double stretch_ = 1;
   double energy_before_ = 0;
   double best_energy_ = std::numeric_limits<double>::infinity();
-  RationalMap best_;
+  Map best_;
 };
 
 }  // namespace
 
-MinimizeResult minimize(const Evaluate& evaluate, const RationalMap& start,
-                        const Subspace& subspace, const Preconditioner& scaling, int iterations,
-                        Budget& budget) {
+MinimizeResult minimize(const Evaluate& evaluate, const Map& start, const Subspace& subspace,
+                        const Preconditioner& scaling, int iterations, Budget& budget) {
   LBFGSpp::LBFGSParam<double> parameters;
   parameters.m = 20;
   // Moves are rounded to single precision: a gradient that has shrunk this much is noise.

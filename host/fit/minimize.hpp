@@ -11,10 +11,10 @@
 namespace qjulia::fitting {
 
 /// Energy and gradient of a map.
-using Evaluate = std::function<Evaluation(const RationalMap&)>;
+using Evaluate = std::function<Evaluation(const Map&)>;
 
 struct MinimizeResult {
-  RationalMap map;  ///< the best met
+  Map map;  ///< the best met
   double energy_before = 0;
   double energy_after = 0;
   std::optional<StopReason> stopped;  ///< set when the budget ended it
@@ -22,8 +22,7 @@ struct MinimizeResult {
 
 /// Minimises the energy over the subspace's variables, scaled by the preconditioner, for at most
 /// `iterations` steps.
-MinimizeResult minimize(const Evaluate& evaluate, const RationalMap& start,
-                        const Subspace& subspace, const Preconditioner& scaling, int iterations,
-                        Budget& budget);
+MinimizeResult minimize(const Evaluate& evaluate, const Map& start, const Subspace& subspace,
+                        const Preconditioner& scaling, int iterations, Budget& budget);
 
 }  // namespace qjulia::fitting

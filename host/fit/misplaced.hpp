@@ -6,13 +6,13 @@
 
 #include "fit/samples.hpp"
 #include "fit/schedule.hpp"
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 
 namespace qjulia::fitting {
 
 /// The centre of each factor, projected onto the slice, and six points |W| away from it along the
 /// axes: seven a factor.
-std::vector<Eigen::Vector3d> points_at_centers(const RationalMap& map);
+std::vector<Eigen::Vector3d> points_at_centers(const Map& map);
 
 /// One-sided samples for poles inside the shape and roots outside, beyond the band: at their
 /// centres and beside them.
@@ -22,14 +22,14 @@ struct MisplacedFactors {
 };
 
 /// @param distances signed, of `points_at_centers`
-MisplacedFactors misplaced_factors(const RationalMap& map, const std::vector<double>& distances,
+MisplacedFactors misplaced_factors(const Map& map, const std::vector<double>& distances,
                                    const Level& level);
 
 /// The map with each factor that does make a hole or a body (F at one of its samples has the wrong
 /// sign) moved so far off the slice that F there reaches the sample's target. Nothing if there is
 /// no such factor. Each is moved as if it were alone.
 /// @param field F at the samples
-std::optional<RationalMap> lifted(const RationalMap& map, const MisplacedFactors& misplaced,
-                                  const std::vector<double>& field);
+std::optional<Map> lifted(const Map& map, const MisplacedFactors& misplaced,
+                          const std::vector<double>& field);
 
 }  // namespace qjulia::fitting

@@ -104,9 +104,9 @@ Charges pursue(const Eigen::MatrixXf& fields, const Eigen::VectorXf& wanted, Ind
 }
 
 /// Σ a_k ln |x − c_k|.
-double log_potential(const RationalMap& map, const Eigen::Vector3d& x) {
+double log_potential(const Map& map, const Eigen::Vector3d& x) {
   double sum = 0;
-  for (const auto& [c, exponent] : map.factors) {
+  for (const auto& [c, exponent] : map.dynamics.factors) {
     const double n = (x - Eigen::Vector3d(c.x, c.y, c.z)).squaredNorm();
     sum += 0.5 * exponent * std::log(std::max(n, 1e-12));
   }
@@ -114,7 +114,7 @@ double log_potential(const RationalMap& map, const Eigen::Vector3d& x) {
 }
 
 /// Sets the log scale, and multiplies exponents by t, so that t Σ a ln r + S is nearest to d.
-void regress_to_distance(RationalMap& map, const SamplePool& pool) {
+void regress_to_distance(Map& map, const SamplePool& pool) {
   constexpr std::size_t kPoints = 4000;
   const std::size_t count = std::min(kPoints, pool.near.size());
   Eigen::MatrixX2d columns(static_cast<Index>(count), 2);
@@ -126,13 +126,13 @@ void regress_to_distance(RationalMap& map, const SamplePool& pool) {
   }
   const Eigen::Matrix2d normal = columns.transpose() * columns;
   const Eigen::Vector2d found = normal.ldlt().solve(columns.transpose() * distance);
-  map.log_scale = found[0];
-  for (auto& factor : map.factors) factor.exponent *= found[1];
+  map.dynamics.log_scale = found[0];
+  for (auto& factor : map.dynamics.factors) factor.exponent *= found[1];
 }
 
 }  // namespace
 
-RationalMap place_monopoles(const SamplePool& pool, int factors, std::uint64_t seed) {
+Map place_monopoles(const SamplePool& pool, int factors, std::uint64_t seed) {
   base::Random random(seed);
   Points3 sources = between(pool, -1e9, -kDepth, kSources);
   // Thin shapes have nothing that deep.
@@ -150,13 +150,13 @@ RationalMap place_monopoles(const SamplePool& pool, int factors, std::uint64_t s
   const Points3 candidates = on_surface(pool, many, random);
   const Charges charges =
       pursue(monopole_fields(probes, candidates), potential(sources, surface, probes), factors);
-  RationalMap map;
+  Map map;
   for (const double sign : {1.0, -1.0}) {
     for (std::size_t k = 0; k < charges.at.size(); ++k) {
       const double charge = charges.charge[static_cast<Index>(k)];
       if (charge * sign <= 0) continue;
       const Eigen::Vector3d& x = candidates[static_cast<std::size_t>(charges.at[k])];
-      map.factors.push_back({{x.x(), x.y(), x.z(), 0}, charge});
+      map.dynamics.factors.push_back({{x.x(), x.y(), x.z(), 0}, charge});
     }
   }
   regress_to_distance(map, pool);

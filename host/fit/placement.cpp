@@ -58,8 +58,8 @@ std::vector<DistancePoint> spread(const std::vector<DistancePoint>& from, std::s
 using Objective = std::function<double(const Eigen::VectorXd&, Eigen::VectorXd&)>;
 
 /// ½ Σ w (F_1 − d)² by the log scale and the exponents: a quadratic, in small maps by its matrix.
-Objective distance_energy(Evaluator& evaluator, const RationalMap& map, bool by_matrix) {
-  const auto n = static_cast<Eigen::Index>(1 + map.factors.size());
+Objective distance_energy(Evaluator& evaluator, const Map& map, bool by_matrix) {
+  const auto n = static_cast<Eigen::Index>(1 + map.dynamics.factors.size());
   Objective by_evaluation = [&evaluator, map, n](const Eigen::VectorXd& x,
                                                  Eigen::VectorXd& gradient) {
     auto unknowns = to_unknowns(map);
@@ -70,7 +70,7 @@ Objective distance_energy(Evaluator& evaluator, const RationalMap& map, bool by_
   };
   if (!by_matrix) return by_evaluation;
   std::vector<Quaternion> centers;
-  for (const auto& factor : map.factors) centers.push_back(factor.center);
+  for (const auto& factor : map.dynamics.factors) centers.push_back(factor.center);
   Eigen::MatrixXd products;
   try {
     products = evaluator.pursuit_products(map, centers);
@@ -79,7 +79,7 @@ Objective distance_energy(Evaluator& evaluator, const RationalMap& map, bool by_
     return by_evaluation;
   }
   constexpr Eigen::Index kResidual = 1;  // its row and column; the others are the unknowns'
-  std::vector<Eigen::Index> own(1 + map.factors.size());
+  std::vector<Eigen::Index> own(1 + map.dynamics.factors.size());
   std::iota(own.begin() + 1, own.end(), kResidual + 1);
   const Eigen::MatrixXd hessian = products(own, own);
   const Eigen::VectorXd slope = products(own, kResidual);  // at zero scale and exponents
@@ -91,10 +91,10 @@ Objective distance_energy(Evaluator& evaluator, const RationalMap& map, bool by_
 
 /// Exponents and log scale that minimise ½ Σ w (F_1 − d)²; each exponent keeps the sign of its
 /// side. The map comes with exponents and log scale 0.
-void fit_exponents(Evaluator& evaluator, RationalMap& map, std::size_t inside) {
-  const bool by_matrix = map.factors.size() <= kMostByMatrix;
+void fit_exponents(Evaluator& evaluator, Map& map, std::size_t inside) {
+  const bool by_matrix = map.dynamics.factors.size() <= kMostByMatrix;
   const Objective energy = distance_energy(evaluator, map, by_matrix);
-  const auto n = static_cast<Eigen::Index>(1 + map.factors.size());
+  const auto n = static_cast<Eigen::Index>(1 + map.dynamics.factors.size());
   const Eigen::VectorXd scale =
       (evaluator.gauss_newton_diagonal(map).head(n).array() + 1e-12).sqrt().inverse();
 
@@ -123,8 +123,9 @@ void fit_exponents(Evaluator& evaluator, RationalMap& map, std::size_t inside) {
   double value = 0;
   run_lbfgs(scaled, [&](auto& objective) { solver.minimize(objective, x, value, low, high); });
   x = scale.cwiseProduct(x);
-  map.log_scale = x[0];
-  for (Eigen::Index i = 1; i < n; ++i) map.factors[static_cast<std::size_t>(i - 1)].exponent = x[i];
+  map.dynamics.log_scale = x[0];
+  for (Eigen::Index i = 1; i < n; ++i)
+    map.dynamics.factors[static_cast<std::size_t>(i - 1)].exponent = x[i];
 }
 
 }  // namespace
@@ -135,11 +136,11 @@ int most_factors(const SamplePool& pool) {
   return static_cast<int>(std::min(inside / kInsideShare, outside / (1 - kInsideShare)));
 }
 
-RationalMap place_factors(const EvaluatorFactory& make_evaluator, const SamplePool& pool,
-                          int factors, std::uint64_t seed) {
+Map place_factors(const EvaluatorFactory& make_evaluator, const SamplePool& pool, int factors,
+                  std::uint64_t seed) {
   const auto inside = static_cast<std::size_t>(std::lround(kInsideShare * factors));
   const auto outside = static_cast<std::size_t>(factors) - inside;
-  RationalMap map;
+  Map map;
   const auto add = [&](double side, std::size_t count, double spacing) {
     auto found = candidates(pool, side, 0.8 * kCell);
     // A plate thinner than two cells has nothing that deep: any inner point will do.
@@ -153,7 +154,7 @@ RationalMap place_factors(const EvaluatorFactory& make_evaluator, const SamplePo
     double turn = 1;  // centres lie on the slice's two sides by turns
     for (const DistancePoint& p : spread(found, count, spacing)) {
       const double w = turn * (0.02 + 0.5 * std::abs(p.distance));
-      map.factors.push_back({{p.position.x(), p.position.y(), p.position.z(), w}, 0});
+      map.dynamics.factors.push_back({{p.position.x(), p.position.y(), p.position.z(), w}, 0});
       turn = -turn;
     }
   };

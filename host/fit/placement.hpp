@@ -3,7 +3,7 @@
 
 #include "fit/evaluator.hpp"
 #include "fit/sample_pool.hpp"
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 
 namespace qjulia::fitting {
 
@@ -11,8 +11,8 @@ namespace qjulia::fitting {
 /// in proportion to their distance to the surface, W = 0.02 + ½ distance. Exponents by least
 /// squares of F_1 against signed distance, each kept to its sign.
 /// @throws InputError when the mesh has too little inside or around to place factors in.
-RationalMap place_factors(const EvaluatorFactory& make_evaluator, const SamplePool& pool,
-                          int factors, std::uint64_t seed);
+Map place_factors(const EvaluatorFactory& make_evaluator, const SamplePool& pool, int factors,
+                  std::uint64_t seed);
 
 /// The start of Kim 2015: point charges on the surface that make the shape's electrostatic field.
 /// Centres on the surface, chosen one by one: of candidates there, the one whose field 1 / r
@@ -22,7 +22,7 @@ RationalMap place_factors(const EvaluatorFactory& make_evaluator, const SamplePo
 /// of fundamental solutions, with sources inside the shape. Log scale and a common factor on the
 /// exponents are regressed to signed distance.
 /// @throws InputError when the pool has too few points inside or outside.
-RationalMap place_monopoles(const SamplePool& pool, int factors, std::uint64_t seed);
+Map place_monopoles(const SamplePool& pool, int factors, std::uint64_t seed);
 
 /// The largest number of factors that there is room for, by the pool's points.
 int most_factors(const SamplePool& pool);

@@ -13,7 +13,7 @@ namespace qjulia::fitting {
 
 /// A map with the wanted detail.
 struct FinishedMap {
-  RationalMap map;
+  Map map;
   std::vector<std::string> warnings;  ///< what a user should know about it, a sentence each
 };
 
@@ -30,12 +30,12 @@ class Problem {
   /// Signed distances of points to the surface.
   virtual std::vector<double> distances(const std::vector<Eigen::Vector3d>& points) const = 0;
   /// IoU, 0 … 1, of {F_n < map.surface_level} and the inside of the shape, on a coarse grid.
-  virtual double overlap(const RationalMap& map, int iterations) const = 0;
+  virtual double overlap(const Map& map, int iterations) const = 0;
   /// Gives the wanted detail to a map that is in distance units or has been polished.
   /// @param iou that its last stage reached.
-  virtual FinishedMap finished(const RationalMap& map, double iou) const = 0;
+  virtual FinishedMap finished(const Map& map, double iou) const = 0;
   /// The map that a stage starts from; if several processes fit together, the same one for all.
-  virtual RationalMap agreed(RationalMap map) const { return map; }
+  virtual Map agreed(Map map) const { return map; }
 
  protected:
   Problem() = default;

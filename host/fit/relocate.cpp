@@ -26,14 +26,14 @@ MatrixXd damped(const MatrixXd& normal) {
 
 /// Indices of the `count` factors that are missed least, ascending; those that have drifted away
 /// from the shape go before them. The first column of the matrix is the log scale's.
-std::vector<std::size_t> least_missed(const RationalMap& map, const MatrixXd& inverse, int count) {
-  std::vector<std::size_t> order(map.factors.size());
+std::vector<std::size_t> least_missed(const Map& map, const MatrixXd& inverse, int count) {
+  std::vector<std::size_t> order(map.dynamics.factors.size());
   std::iota(order.begin(), order.end(), 0U);
   constexpr double kFarthest = 6;  // map units: no shape reaches so far from its deepest point
   const auto cost = [&](std::size_t k) {
-    if (norm(map.factors[k].center) > kFarthest) return -1.0;
+    if (norm(map.dynamics.factors[k].center) > kFarthest) return -1.0;
     const auto i = static_cast<Index>(k + 1);
-    return map.factors[k].exponent * map.factors[k].exponent / inverse(i, i);
+    return map.dynamics.factors[k].exponent * map.dynamics.factors[k].exponent / inverse(i, i);
   };
   std::ranges::stable_sort(order, {}, cost);
   order.resize(static_cast<std::size_t>(count));
@@ -41,9 +41,9 @@ std::vector<std::size_t> least_missed(const RationalMap& map, const MatrixXd& in
   return order;
 }
 
-double distance_to_nearest(const RationalMap& map, const Eigen::Vector3d& x) {
+double distance_to_nearest(const Map& map, const Eigen::Vector3d& x) {
   double nearest = 1e300;
-  for (const auto& [c, exponent] : map.factors) {
+  for (const auto& [c, exponent] : map.dynamics.factors) {
     nearest = std::min(nearest, (Eigen::Vector3d(c.x, c.y, c.z) - x).norm());
   }
   return nearest;
@@ -51,7 +51,7 @@ double distance_to_nearest(const RationalMap& map, const Eigen::Vector3d& x) {
 
 /// Centres near samples drawn in proportion to |residual|^1.5, as wide as the space between the
 /// factors there.
-std::vector<Quaternion> draw_candidates(const RationalMap& map, const Samples& samples,
+std::vector<Quaternion> draw_candidates(const Map& map, const Samples& samples,
                                         const std::vector<double>& field, base::Random& random) {
   std::vector<double> cumulative;
   double total = 0;
@@ -100,17 +100,17 @@ std::vector<std::size_t> pick_apart(const std::vector<Quaternion>& centers, cons
 
 }  // namespace
 
-RationalMap relocate_factors(Evaluator& evaluator, const Samples& samples, const RationalMap& map,
-                             int count, base::Random& random) {
-  const auto factors = static_cast<Index>(map.factors.size());
+Map relocate_factors(Evaluator& evaluator, const Samples& samples, const Map& map, int count,
+                     base::Random& random) {
+  const auto factors = static_cast<Index>(map.dynamics.factors.size());
   const auto candidates = draw_candidates(map, samples, evaluator.field(map), random);
   std::vector<Quaternion> centers;
-  for (const auto& factor : map.factors) centers.push_back(factor.center);
+  for (const auto& factor : map.dynamics.factors) centers.push_back(factor.center);
   centers.insert(centers.end(), candidates.begin(), candidates.end());
   // Scalar products of all columns: 0 the log scale's, 1 the residual, then factors, candidates.
   const MatrixXd products = evaluator.pursuit_products(map, centers);
   constexpr Index kResidual = 1;
-  Indices own(1 + map.factors.size()), trial(candidates.size());
+  Indices own(1 + map.dynamics.factors.size()), trial(candidates.size());
   std::iota(own.begin() + 1, own.end(), kResidual + 1);
   std::iota(trial.begin(), trial.end(), own.back() + 1);
 
@@ -121,7 +121,7 @@ RationalMap relocate_factors(Evaluator& evaluator, const Samples& samples, const
   Indices gone;
   VectorXd exponents(static_cast<Index>(removed.size()));
   for (const std::size_t k : removed) {
-    exponents[static_cast<Index>(gone.size())] = map.factors[k].exponent;
+    exponents[static_cast<Index>(gone.size())] = map.dynamics.factors[k].exponent;
     gone.push_back(static_cast<Index>(k) + 1);
   }
   VectorXd move = -inverse(Eigen::all, gone) * MatrixXd(inverse(gone, gone)).llt().solve(exponents);
@@ -144,20 +144,20 @@ RationalMap relocate_factors(Evaluator& evaluator, const Samples& samples, const
   const VectorXd gain = slope.array().square() / left.array();
 
   // The new ones take the places of those removed, and all exponents are refitted.
-  RationalMap result = map;
-  for (const std::size_t k : removed) result.factors[k].exponent = 0;
+  Map result = map;
+  for (const std::size_t k : removed) result.dynamics.factors[k].exponent = 0;
   Indices now = own;
   const auto picked = pick_apart(candidates, gain, removed.size());
   for (std::size_t j = 0; j < picked.size(); ++j) {
-    result.factors[removed[j]].center = candidates[picked[j]];
+    result.dynamics.factors[removed[j]].center = candidates[picked[j]];
     now[removed[j] + 1] = trial[picked[j]];
   }
   const VectorXd refit = damped(products(now, now)).llt().solve(-with_residual(now));
   for (const Index i : gone) move[i] = 0;
   move += refit;
-  result.log_scale += move[0];
+  result.dynamics.log_scale += move[0];
   for (Index k = 0; k < factors; ++k) {
-    result.factors[static_cast<std::size_t>(k)].exponent += move[1 + k];
+    result.dynamics.factors[static_cast<std::size_t>(k)].exponent += move[1 + k];
   }
   return result;
 }

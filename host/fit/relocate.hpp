@@ -12,7 +12,7 @@ namespace qjulia::fitting {
 /// (orthogonal matching pursuit). F_1 is linear in the exponents, which are refitted after each
 /// half. New factors take the places of those removed; the rest keep theirs.
 /// @param samples those of `evaluator`, for the distance loss.
-RationalMap relocate_factors(Evaluator& evaluator, const Samples& samples, const RationalMap& map,
-                             int count, base::Random& random);
+Map relocate_factors(Evaluator& evaluator, const Samples& samples, const Map& map, int count,
+                     base::Random& random);
 
 }  // namespace qjulia::fitting

@@ -67,10 +67,11 @@ bool regresses(const Level& level) {
 bool adds_up(const Level& level) { return regresses(level) && level.reweight == 0; }
 
 /// The numbers of the factors whose centres differ.
-std::vector<std::size_t> moved_between(const RationalMap& before, const RationalMap& after) {
+std::vector<std::size_t> moved_between(const Map& before, const Map& after) {
   std::vector<std::size_t> moved;
-  for (std::size_t k = 0; k < before.factors.size(); ++k) {
-    if (norm(after.factors[k].center - before.factors[k].center) > 0) moved.push_back(k);
+  for (std::size_t k = 0; k < before.dynamics.factors.size(); ++k) {
+    if (norm(after.dynamics.factors[k].center - before.dynamics.factors[k].center) > 0)
+      moved.push_back(k);
   }
   return moved;
 }
@@ -79,7 +80,7 @@ std::vector<std::size_t> moved_between(const RationalMap& before, const Rational
 /// saves the state whenever that is due.
 Evaluate recorded(Evaluator& evaluator, const FitObserver& observer, FitState& state,
                   Checkpoint& checkpoint) {
-  return [&, given = std::size_t{0}](const RationalMap& map) mutable {
+  return [&, given = std::size_t{0}](const Map& map) mutable {
     if (given < state.evaluated.size()) return state.evaluated[given++];
     Evaluation evaluation = evaluator.evaluate(map, true);
     if (observer.on_evaluation) observer.on_evaluation(evaluation.energy);
@@ -92,7 +93,7 @@ Evaluate recorded(Evaluator& evaluator, const FitObserver& observer, FitState& s
 
 }  // namespace
 
-Stages::Stages(const Problem& problem, RationalMap start, FitPlan plan)
+Stages::Stages(const Problem& problem, Map start, FitPlan plan)
     : problem_(problem),
       map_(std::move(start)),
       options_(std::move(plan.options)),
@@ -168,7 +169,7 @@ MisplacedFactors Stages::misplaced(const Level& level) {
   return misplaced_factors(map_, problem_.distances(points_at_centers(map_)), level);
 }
 
-RationalMap Stages::relocated(Evaluator& evaluator, const Samples& samples, int count) {
+Map Stages::relocated(Evaluator& evaluator, const Samples& samples, int count) {
   try {
     return relocate_factors(evaluator, samples, map_, count, random_);
   } catch (const DeviceError& error) {
@@ -232,7 +233,7 @@ Preconditioner Stages::preconditioner(Evaluator& evaluator, const Subspace& subs
       subspace.is_whole() && adds_up(schedule_.levels.at(static_cast<std::size_t>(source.level)));
   if (!adds || sources_.size() == kMostSummed) forget_curvature();
   const double damping = schedule_.damping;
-  if (map_.factors.size() <= kMostByMatrix) {
+  if (map_.dynamics.factors.size() <= kMostByMatrix) {
     try {
       if (!subspace.is_whole()) {
         return Preconditioner(
@@ -274,16 +275,16 @@ std::optional<StopReason> Stages::run_stage() {
   source.random = random_.state();
   source.level = before.level;
   Samples samples = part("draw samples", [&] { return problem_.draw(level, random_); });
-  if (level.loss == Loss::tanh) std::ranges::fill(samples.target, map_.surface_level);
+  if (level.loss == Loss::tanh) std::ranges::fill(samples.target, map_.dynamics.surface_level);
   auto evaluator = part("send samples", [&] { return evaluator_of(samples, level); });
   if (level.reweight > 0) {
     reweight(samples, evaluator->field(map_), level);
     evaluator = evaluator_of(samples, level);
   }
-  RationalMap start = map_;
+  Map start = map_;
   if (level.relocated > 0 && !reports_.empty() && options_.unknowns == Unknowns::all &&
-      map_.factors.size() <= kMostByMatrix) {
-    const auto most = static_cast<int>(map_.factors.size() / 4);
+      map_.dynamics.factors.size() <= kMostByMatrix) {
+    const auto most = static_cast<int>(map_.dynamics.factors.size() / 4);
     start = part("relocate",
                  [&] { return relocated(*evaluator, samples, std::min(level.relocated, most)); });
     source.moved = moved_between(map_, start);

@@ -30,7 +30,7 @@ struct FitPlan {
 /// A fit that is taken step by step. Each step is a stage.
 class Stages {
  public:
-  Stages(const Problem& problem, RationalMap start, FitPlan plan);
+  Stages(const Problem& problem, Map start, FitPlan plan);
 
   /// Goes on where an earlier process stood.
   void resume(FitState state);
@@ -59,7 +59,7 @@ class Stages {
   MisplacedFactors misplaced(const Level& level);
   /// The map with `count` factors moved, as `relocate_factors` does; as it is if memory does not
   /// suffice.
-  RationalMap relocated(Evaluator& evaluator, const Samples& samples, int count);
+  Map relocated(Evaluator& evaluator, const Samples& samples, int count);
   /// Lifts misplaced factors off the slice where the stages of the first iterate end: the last of
   /// them may have moved a factor to where it makes a hole or a body.
   void lift_misplaced();
@@ -71,7 +71,7 @@ class Stages {
                                 const CurvatureSource& source);
 
   const Problem& problem_;
-  RationalMap map_;
+  Map map_;
   FitOptions options_;
   Schedule schedule_;
   Budget budget_;

@@ -14,22 +14,22 @@ using Eigen::Index;
 using Group = std::vector<std::size_t>;
 
 /// The numbers of the roots (a > 0), or of the poles.
-Group of_sign(const RationalMap& map, bool roots) {
+Group of_sign(const Map& map, bool roots) {
   Group group;
-  for (std::size_t k = 0; k < map.factors.size(); ++k) {
-    if ((map.factors[k].exponent > 0) == roots) group.push_back(k);
+  for (std::size_t k = 0; k < map.dynamics.factors.size(); ++k) {
+    if ((map.dynamics.factors[k].exponent > 0) == roots) group.push_back(k);
   }
   return group;
 }
 
-double squared_gap(const RationalMap& map, std::size_t j, std::size_t k) {
-  const Quaternion d = map.factors[j].center - map.factors[k].center;
+double squared_gap(const Map& map, std::size_t j, std::size_t k) {
+  const Quaternion d = map.dynamics.factors[j].center - map.dynamics.factors[k].center;
   return d.x * d.x + d.y * d.y + d.z * d.z;
 }
 
 /// Cuts a group into `count` by the nearest of as many seeds, each seed the member farthest from
 /// those before it.
-std::vector<Group> clusters(const RationalMap& map, const Group& group, std::size_t count) {
+std::vector<Group> clusters(const Map& map, const Group& group, std::size_t count) {
   std::vector<Group> cut(std::min(count, group.size()));
   const auto seeds = farthest_points(
       group.size(), cut.size(), 0,
@@ -42,8 +42,8 @@ std::vector<Group> clusters(const RationalMap& map, const Group& group, std::siz
 
 }  // namespace
 
-Subspace::Subspace(const RationalMap& map, const Level& level, Unknowns allowed) {
-  const std::size_t count = map.factors.size();
+Subspace::Subspace(const Map& map, const Level& level, Unknowns allowed) {
+  const std::size_t count = map.dynamics.factors.size();
   const auto factors = static_cast<Index>(count);
   const bool centers = allowed == Unknowns::all;
   const Group roots = of_sign(map, true);
@@ -58,7 +58,7 @@ Subspace::Subspace(const RationalMap& map, const Level& level, Unknowns allowed)
     ++columns;
   };
   const auto one = [](std::size_t) { return 1.0; };
-  const auto exponent = [&](std::size_t k) { return map.factors[k].exponent; };
+  const auto exponent = [&](std::size_t k) { return map.dynamics.factors[k].exponent; };
   switch (level.space) {
     case Space::scalars:
       if (!roots.empty()) add_column(0, roots, exponent);

@@ -6,7 +6,7 @@
 
 #include "fit/schedule.hpp"
 #include "qjulia/fit.hpp"
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 
 namespace qjulia::fitting {
 
@@ -15,7 +15,7 @@ namespace qjulia::fitting {
 class Subspace {
  public:
   /// @param allowed `exponents` takes the centres' moves out of every space.
-  Subspace(const RationalMap& map, const Level& level, Unknowns allowed);
+  Subspace(const Map& map, const Level& level, Unknowns allowed);
 
   /// Whether P is the identity.
   bool is_whole() const { return whole_; }

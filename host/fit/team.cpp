@@ -70,16 +70,17 @@ class DistributedEvaluator final : public Evaluator {
     });
   }
 
-  Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
-    const auto sum = summed(with_gradient ? 2 + 5 * map.factors.size() : 1, [&](Evaluator& part) {
-      Evaluation e = part.evaluate(map, with_gradient);
-      e.gradient.insert(e.gradient.begin(), e.energy);
-      return e.gradient;
-    });
+  Evaluation evaluate(const Map& map, bool with_gradient) override {
+    const auto sum =
+        summed(with_gradient ? 2 + 5 * map.dynamics.factors.size() : 1, [&](Evaluator& part) {
+          Evaluation e = part.evaluate(map, with_gradient);
+          e.gradient.insert(e.gradient.begin(), e.energy);
+          return e.gradient;
+        });
     return {sum.front(), {sum.begin() + 1, sum.end()}};
   }
 
-  std::vector<double> field(const RationalMap& map) override {
+  std::vector<double> field(const Map& map) override {
     const auto said = ask([&](Evaluator& part) { return part.field(map); });
     std::vector<double> values;
     values.reserve(samples_);
@@ -92,13 +93,13 @@ class DistributedEvaluator final : public Evaluator {
     return values;
   }
 
-  Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
-    return first_matrix(1 + 5 * map.factors.size(),
+  Eigen::MatrixXd gauss_newton(const Map& map) override {
+    return first_matrix(1 + 5 * map.dynamics.factors.size(),
                         [&] { return of_matrices().gauss_newton(map); });
   }
 
-  Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
-    const auto sum = summed(1 + 5 * map.factors.size(), [&](Evaluator& part) {
+  Eigen::VectorXd gauss_newton_diagonal(const Map& map) override {
+    const auto sum = summed(1 + 5 * map.dynamics.factors.size(), [&](Evaluator& part) {
       const Eigen::VectorXd d = part.gauss_newton_diagonal(map);
       return Numbers(d.begin(), d.end());
     });
@@ -106,13 +107,13 @@ class DistributedEvaluator final : public Evaluator {
   }
 
   /// The other ranks keep the sum's weights alone.
-  void add_curvature(const RationalMap& map, const std::vector<std::size_t>& moved,
+  void add_curvature(const Map& map, const std::vector<std::size_t>& moved,
                      CurvatureSum& sum) override {
     team_.first([&] {
       of_matrices().add_curvature(map, moved, sum);
       return Numbers();
     });
-    if (team_.rank() > 0) sum.faded(map.factors.size(), moved);
+    if (team_.rank() > 0) sum.faded(map.dynamics.factors.size(), moved);
   }
 
   CurvatureFactor factor(const CurvatureSum& sum, double damping) override {
@@ -125,7 +126,7 @@ class DistributedEvaluator final : public Evaluator {
     return factor;
   }
 
-  Eigen::MatrixXd pursuit_products(const RationalMap& map,
+  Eigen::MatrixXd pursuit_products(const Map& map,
                                    const std::vector<Quaternion>& centers) override {
     return first_matrix(2 + centers.size(),
                         [&] { return of_matrices().pursuit_products(map, centers); });
@@ -137,7 +138,7 @@ class DistributedEvaluator final : public Evaluator {
   std::size_t size() const { return static_cast<std::size_t>(team_.size()); }
   std::size_t begin_of(std::size_t part) const { return part * samples_ / parts_; }
 
-  /// By rank, what its parts answer, one after the other.
+  /// The answers of each rank's parts, one after the other; the result is indexed by rank.
   std::vector<Numbers> ask(const Question& question) {
     return team_.all_gather([&] {
       Numbers answers;
@@ -229,7 +230,7 @@ std::string Team::broadcast_text(const std::string& text) {
   return ranks_ ? Ranks::bytes_of(broadcast(Ranks::numbers_of(text))) : text;
 }
 
-void Team::adopt(RationalMap& map) {
+void Team::adopt(Map& map) {
   if (!ranks_) return;
   const Numbers unknowns = broadcast(to_unknowns(map));
   map = with_unknowns(std::move(map), unknowns);
@@ -294,11 +295,11 @@ std::vector<double> DividedProblem::distances(const std::vector<Eigen::Vector3d>
   return found;
 }
 
-double DividedProblem::overlap(const RationalMap& map, int iterations) const {
+double DividedProblem::overlap(const Map& map, int iterations) const {
   return team_.broadcast({own_.overlap(map, iterations)}).front();
 }
 
-RationalMap DividedProblem::agreed(RationalMap map) const {
+Map DividedProblem::agreed(Map map) const {
   team_.adopt(map);
   return map;
 }

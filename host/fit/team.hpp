@@ -66,7 +66,7 @@ class Team {
     values.resize(theirs.size() / kNumbers);
     std::ranges::copy(theirs, reinterpret_cast<double*>(values.data()));
   }
-  void adopt(RationalMap& map);  ///< its unknowns
+  void adopt(Map& map);  ///< its unknowns
   void adopt(Samples& samples);
   void adopt(SamplePool& pool);
 
@@ -104,11 +104,11 @@ class DividedProblem final : public Problem {
     return make_evaluator_(samples, options);
   }
   std::vector<double> distances(const std::vector<Eigen::Vector3d>& points) const override;
-  double overlap(const RationalMap& map, int iterations) const override;
-  FinishedMap finished(const RationalMap& map, double iou) const override {
+  double overlap(const Map& map, int iterations) const override;
+  FinishedMap finished(const Map& map, double iou) const override {
     return own_.finished(map, iou);
   }
-  RationalMap agreed(RationalMap map) const override;
+  Map agreed(Map map) const override;
 
  private:
   Team& team_;

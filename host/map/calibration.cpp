@@ -66,18 +66,18 @@ double effective_radius(const Field& field, double level, double limit) {
   return 0.5 * (*half + *std::max_element(radii.begin(), half));
 }
 
-RationalMap calibrated(const Device& device, const RationalMap& map) {
+Map calibrated(const Device& device, const Map& map) {
   map.validate();
-  // Map coordinates are such that the shape's longest side is 3: nothing lies beyond its diagonal.
-  const double limit = 3 * std::sqrt(3.0);
+  // Nothing of a shape lies beyond the diagonal of a cube of its longest side.
+  const double limit = kMapSide * std::sqrt(3.0);
   const double radius =
-      effective_radius(Field(device, without_portals(map)), map.surface_level, limit);
+      effective_radius(Field(device, without_portals(map)), map.dynamics.surface_level, limit);
   if (!(radius > 1e-6 * limit)) {
     throw InputError("the map cannot be calibrated: its origin is not inside the fitted shape");
   }
-  RationalMap result = map;
-  result.log_scale += std::log(radius) - map.surface_level;
-  result.surface_level = std::log(radius);
+  Map result = map;
+  result.dynamics.log_scale += std::log(radius) - map.dynamics.surface_level;
+  result.dynamics.surface_level = std::log(radius);
   return result;
 }
 

@@ -16,46 +16,49 @@ void expect_points(std::span<const Eigen::Vector3d> surface) {
 
 }  // namespace
 
-RationalMap steepened(const RationalMap& map, double t) {
+Map steepened(const Map& map, double t) {
   map.validate();
   if (!(t > 0 && std::isfinite(t))) {
     throw InputError(
         fmt::format("a map cannot be made {} times as steep: give a positive number", t));
   }
-  RationalMap result = map;
-  if (auto* distance = std::get_if<DistanceModulus>(&result.modulus)) {
+  Map result = map;
+  if (auto* distance = std::get_if<DistanceModulus>(&result.dynamics.modulus)) {
     distance->shell /= t;
   } else {
-    for (Factor& factor : result.factors) factor.exponent *= t;
+    for (Factor& factor : result.dynamics.factors) factor.exponent *= t;
   }
-  result.log_scale = t * (map.log_scale - map.surface_level) + map.surface_level;
-  if (result.detail) *result.detail /= t;
+  result.dynamics.log_scale =
+      t * (map.dynamics.log_scale - map.dynamics.surface_level) + map.dynamics.surface_level;
+  if (result.frame.detail) *result.frame.detail /= t;
   return result;
 }
 
-RationalMap with_detail(const RationalMap& map, double detail) {
+Map with_detail(const Map& map, double detail) {
   map.validate();
   if (!(std::isfinite(detail) && detail > 0)) {
     throw OptionError("detail", fmt::format("{} is out of range; give a positive fraction of the "
                                             "box's diagonal, such as 0.02",
                                             detail));
   }
-  if (!map.detail) {
+  if (!map.frame.detail) {
     throw OptionError("detail",
                       "the map does not say its own \"detail\"; fit it again, or add that key to "
                       "the file");
   }
-  RationalMap result = steepened(map, *map.detail / detail);
-  result.detail = detail;
-  if (result.degree() > 1) return result;
-  if (map.degree() <= 0) {
-    throw InputError(fmt::format(
-        "the map's exponents sum to {}: no detail bounds its set; fit it again", map.degree()));
+  Map result = steepened(map, *map.frame.detail / detail);
+  result.frame.detail = detail;
+  if (result.dynamics.degree() > 1) return result;
+  if (map.dynamics.degree() <= 0) {
+    throw InputError(
+        fmt::format("the map's exponents sum to {}: no detail bounds its set; fit it again",
+                    map.dynamics.degree()));
   }
   throw OptionError(
-      "detail", fmt::format("{} is too large for this map: its exponents would sum to {}, and they "
-                            "must exceed 1; use less than {}",
-                            detail, result.degree(), *map.detail * map.degree()));
+      "detail",
+      fmt::format("{} is too large for this map: its exponents would sum to {}, and they "
+                  "must exceed 1; use less than {}",
+                  detail, result.dynamics.degree(), *map.frame.detail * map.dynamics.degree()));
 }
 
 double shell_thickness(const Field& field, std::span<const Eigen::Vector3d> surface, double slice) {
@@ -75,11 +78,10 @@ double median_level(const Field& field, std::span<const Eigen::Vector3d> surface
   return *middle;
 }
 
-RationalMap with_measured_detail(const Device& device, RationalMap map,
-                                 std::span<const Eigen::Vector3d> surface) {
-  if (!map.box) throw InputError("the map does not say the shape's \"box\": fit it again");
-  const double diagonal = map.shape_to_map.scale * map.box->diagonal();
-  map.detail = shell_thickness(Field(device, map), surface, map.slice) / diagonal;
+Map with_measured_detail(const Device& device, Map map, std::span<const Eigen::Vector3d> surface) {
+  if (!map.frame.box) throw InputError("the map does not say the shape's \"box\": fit it again");
+  const double diagonal = map.frame.shape_to_map.scale * map.frame.box->diagonal();
+  map.frame.detail = shell_thickness(Field(device, map), surface, map.dynamics.slice) / diagonal;
   return map;
 }
 

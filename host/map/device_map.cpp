@@ -24,10 +24,11 @@ constexpr double kDistanceGridCost = 40;
 constexpr double kOctaveCost = 20;
 constexpr double kNone = 1e30;  // stands for a logarithm without bound, in any precision
 
-double versor_cost(const RationalMap& map) {
-  const auto* noise = std::get_if<NoiseVersor>(&map.versor);
-  return noise != nullptr ? kOctaveCost * noise->octaves
-                          : 4 * static_cast<double>(std::max<std::size_t>(1, map.factors.size()));
+double versor_cost(const Map& map) {
+  const auto* noise = std::get_if<NoiseVersor>(&map.dynamics.versor);
+  return noise != nullptr
+             ? kOctaveCost * noise->octaves
+             : 4 * static_cast<double>(std::max<std::size_t>(1, map.dynamics.factors.size()));
 }
 
 double log_or(double radius, double otherwise) {
@@ -110,23 +111,23 @@ void append(std::vector<Real>& reals, const Paint& paint) {
   reals.push_back(Real{0});
 }
 
-/// As layout/map_layout.h says.
+/// The buffer that layout/map_layout.h describes.
 template <class Real>
-std::vector<Real> packed(const RationalMap& map, const StopRadii& stops) {
-  const std::size_t factors = map.factors.size();
+std::vector<Real> packed(const Map& map, const StopRadii& stops) {
+  const std::size_t factors = map.dynamics.factors.size();
   const std::size_t stride = QJ_MAP_STRIDE(factors);
   std::vector<Real> reals(QJ_MAP_SIZE(factors), Real{0});
   const auto set = [&](std::size_t at, double value) { reals[at] = static_cast<Real>(value); };
-  set(QJ_MAP_LOG_SCALE, map.log_scale);
-  set(QJ_MAP_SLICE, map.slice);
-  std::ranges::copy(coordinates(map.phase), reals.begin() + QJ_MAP_PHASE);
+  set(QJ_MAP_LOG_SCALE, map.dynamics.log_scale);
+  set(QJ_MAP_SLICE, map.dynamics.slice);
+  std::ranges::copy(coordinates(map.dynamics.phase), reals.begin() + QJ_MAP_PHASE);
   set(QJ_MAP_LOG_ESCAPE, log_or(stops.escape, kNone));
   set(QJ_MAP_LOG_INNER, log_or(stops.inner, -kNone));
   set(QJ_MAP_LOG_OUTER, log_or(stops.outer, kNone));
-  set(QJ_MAP_SURFACE_LEVEL, map.surface_level);
-  set(QJ_MAP_STEEPER, map.steepness - 1);
+  set(QJ_MAP_SURFACE_LEVEL, map.dynamics.surface_level);
+  set(QJ_MAP_STEEPER, map.layers.steepness - 1);
   for (std::size_t k = 0; k < factors; ++k) {
-    const auto& [center, exponent] = map.factors[k];
+    const auto& [center, exponent] = map.dynamics.factors[k];
     set(QJ_MAP_HEADER + QJ_MAP_EXPONENT * stride + k, exponent);
     for (std::size_t c = 0; c < 4; ++c) {
       set(QJ_MAP_HEADER + (QJ_MAP_CENTER_X + c) * stride + k, coordinates(center)[c]);
@@ -135,44 +136,46 @@ std::vector<Real> packed(const RationalMap& map, const StopRadii& stops) {
   // The modulus comes last: it may be large, and reals hold its place exactly all the same.
   const auto add = [&](const char* /*name*/, const auto& member) { append(reals, member); };
   set(QJ_MAP_VERSOR, static_cast<double>(reals.size()));
-  visit_members(map.versor, add);
+  visit_members(map.dynamics.versor, add);
   set(QJ_MAP_PORTALS, static_cast<double>(reals.size()));
-  set(QJ_MAP_PORTAL_COUNT, static_cast<double>(map.portals.size()));
-  for (const Portal& portal : map.portals) append(reals, portal);
+  set(QJ_MAP_PORTAL_COUNT, static_cast<double>(map.layers.portals.size()));
+  for (const Portal& portal : map.layers.portals) append(reals, portal);
   set(QJ_MAP_PAINT, static_cast<double>(reals.size()));
-  if (map.paint) append(reals, *map.paint);
+  if (map.layers.paint) append(reals, *map.layers.paint);
   set(QJ_MAP_MODULUS, static_cast<double>(reals.size()));
-  visit_members(map.modulus, add);
+  visit_members(map.dynamics.modulus, add);
   return reals;
 }
 
 }  // namespace
 
-std::vector<double> pack_map(const RationalMap& map, const StopRadii& stops) {
+std::vector<double> pack_map(const Map& map, const StopRadii& stops) {
   return packed<double>(map, stops);
 }
 
-DeviceMap::DeviceMap(const Device& device, const RationalMap& map, const StopRadii& stops,
+DeviceMap::DeviceMap(const Device& device, const Map& map, const StopRadii& stops,
                      Precision precision)
     : device_(device),
-      factors_(static_cast<int>(map.factors.size())),
+      factors_(static_cast<int>(map.dynamics.factors.size())),
       precision_(precision),
-      kinds_{{"QJ_MODULUS", name_of(map.modulus) + "_modulus.clh"},
-             {"QJ_VERSOR", name_of(map.versor) + "_versor.clh"}},
-      modulus_cost_(std::holds_alternative<DistanceModulus>(map.modulus) ? kDistanceGridCost
-                                                                         : std::max(1, factors_)),
+      kinds_{{"QJ_MODULUS", name_of(map.dynamics.modulus) + "_modulus.clh"},
+             {"QJ_VERSOR", name_of(map.dynamics.versor) + "_versor.clh"}},
+      modulus_cost_(std::holds_alternative<DistanceModulus>(map.dynamics.modulus)
+                        ? kDistanceGridCost
+                        : std::max(1, factors_)),
       step_cost_(modulus_cost_ + versor_cost(map)),
-      slice_(map.slice),
+      slice_(map.dynamics.slice),
       log_inner_(log_or(stops.inner, -kNone)),
       log_outer_(std::min(log_or(stops.escape, kNone), log_or(stops.outer, kNone))) {
-  interpolates_ = map.portals.empty() && !std::holds_alternative<NoiseVersor>(map.versor);
-  if (map.paint) {
+  interpolates_ =
+      map.layers.portals.empty() && !std::holds_alternative<NoiseVersor>(map.dynamics.versor);
+  if (map.layers.paint) {
     kinds_.emplace("QJ_PAINT", "painted.clh");
     modulus_cost_ += kDistanceGridCost;
     step_cost_ += kDistanceGridCost;
   }
-  if (!map.portals.empty()) kinds_.emplace("QJ_PORTALS", "portals.clh");
-  for (const Factor& factor : map.factors) centers_.push_back(factor.center);
+  if (!map.layers.portals.empty()) kinds_.emplace("QJ_PORTALS", "portals.clh");
+  for (const Factor& factor : map.dynamics.factors) centers_.push_back(factor.center);
   buffer_ =
       precision == Precision::dbl
           ? context().upload_real(std::span<const double>(packed<double>(map, stops)), precision)

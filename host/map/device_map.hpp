@@ -8,17 +8,16 @@
 
 #include "device/context.hpp"
 #include "qjulia/field.hpp"
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 
 namespace qjulia::map {
 
 /// The map in a device buffer, as layout/map_layout.h says.
-std::vector<double> pack_map(const RationalMap& map, const StopRadii& stops);
+std::vector<double> pack_map(const Map& map, const StopRadii& stops);
 
 class DeviceMap {
  public:
-  DeviceMap(const Device& device, const RationalMap& map, const StopRadii& stops,
-            Precision precision);
+  DeviceMap(const Device& device, const Map& map, const StopRadii& stops, Precision precision);
 
   const Device& device() const { return device_; }
   device::Context& context() const { return device_.context(); }

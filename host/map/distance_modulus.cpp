@@ -2,7 +2,7 @@
 #include <limits>
 
 #include "map/checks.hpp"
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 
 namespace qjulia {
 
@@ -22,7 +22,7 @@ void DistanceModulus::validate() const {
 }
 
 /// Far out F grows as ‖q‖.
-double DistanceModulus::degree(const RationalMap& /*map*/) const {
+double DistanceModulus::degree(const Dynamics& /*map*/) const {
   return std::numeric_limits<double>::infinity();
 }
 
@@ -30,7 +30,7 @@ double DistanceModulus::degree(const RationalMap& /*map*/) const {
 /// the segment from x away from the origin, or towards it, has a point of the surface no farther
 /// off; and so d₄(q) ≥ ‖q‖ − R. The radius where (r − R)/δ + S = ln r is found by bisection. A cell
 /// is added for what the spline differs from the distance.
-OuterBound DistanceModulus::outer_bound(const RationalMap& map) const {
+OuterBound DistanceModulus::outer_bound(const Dynamics& map) const {
   validate();
   if (fourth == FourthCoordinate::ignored) return {std::numeric_limits<double>::infinity(), true};
   const Eigen::Vector3d center = -origin / step;

@@ -2,11 +2,11 @@
 #include <cmath>
 #include <numeric>
 
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 
 namespace qjulia {
 
-double FactorsModulus::degree(const RationalMap& map) {
+double FactorsModulus::degree(const Dynamics& map) {
   return std::accumulate(map.factors.begin(), map.factors.end(), 0.0,
                          [](double sum, const Factor& factor) { return sum + factor.exponent; });
 }
@@ -14,7 +14,7 @@ double FactorsModulus::degree(const RationalMap& map) {
 /// With |q| = R > |c_k|, a root has ln |q − c| ≥ ln(R − |c|) and a pole ln |q − c| ≤ ln(R + |c|);
 /// the sum of these bounds less ln R grows with R when Σ a_k > 1, so its zero is found by bisection
 /// in ln R.
-OuterBound FactorsModulus::outer_bound(const RationalMap& map) {
+OuterBound FactorsModulus::outer_bound(const Dynamics& map) {
   double reach = 0;
   for (const Factor& factor : map.factors) reach = std::max(reach, norm(factor.center));
   const auto excess = [&](double log_radius) {

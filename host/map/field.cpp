@@ -17,7 +17,7 @@ using device::PointBatch;
 
 namespace {
 
-const RationalMap& valid(const RationalMap& map) {
+const Map& valid(const Map& map) {
   map.validate();
   return map;
 }
@@ -57,8 +57,8 @@ struct Field::Impl {
   }
 };
 
-Field::Field(const Device& device, const RationalMap& map, Precision precision,
-             const StopRadii& stops, std::stop_token stop)
+Field::Field(const Device& device, const Map& map, Precision precision, const StopRadii& stops,
+             std::stop_token stop)
     : impl_(std::make_shared<Impl>(Impl{{device, valid(map), stops, precision}, std::move(stop)})) {
 }
 

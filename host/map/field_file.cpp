@@ -54,7 +54,7 @@ void put(std::ostream& stream, std::span<const double> values) {
 
 }  // namespace
 
-CellGrid write_field(const Device& device, const RationalMap& map, const SampleOptions& options,
+CellGrid write_field(const Device& device, const Map& map, const SampleOptions& options,
                      const std::filesystem::path& path, const std::string& comment,
                      const ProgressMonitor& monitor) {
   const bool npy = expect_type(path, FileContent::field, FileUse::write) == ".npy";

@@ -6,11 +6,11 @@
 #include <string_view>
 #include <variant>
 
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 
 namespace qjulia::map {
 
-/// One visitor of several functions.
+/// A visitor made of several functions.
 template <class... Functions>
 struct Overloaded : Functions... {
   using Functions::operator()...;
@@ -25,9 +25,9 @@ std::string name_of(const Kinds& kinds) {
 }
 
 /// Whether the modulus or the versor is made of the map's factors.
-inline bool takes_factors(const RationalMap& map) {
+inline bool takes_factors(const Map& map) {
   const auto takes = [](const auto& kind) { return kind.kTakesFactors; };
-  return std::visit(takes, map.modulus) || std::visit(takes, map.versor);
+  return std::visit(takes, map.dynamics.modulus) || std::visit(takes, map.dynamics.versor);
 }
 
 /// The kind of that name; none where there is no such kind.
@@ -48,10 +48,10 @@ void visit_members(Kinds& kinds, const Visit& visit) {
 }
 
 /// The same for both of a map.
-template <class Map, class Visit>
-void visit_map_members(Map& map, const Visit& visit) {
-  visit_members(map.modulus, visit);
-  visit_members(map.versor, visit);
+template <class AnyMap, class Visit>
+void visit_map_members(AnyMap& map, const Visit& visit) {
+  visit_members(map.dynamics.modulus, visit);
+  visit_members(map.dynamics.versor, visit);
 }
 
 }  // namespace qjulia::map

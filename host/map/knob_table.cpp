@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 
 #include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
@@ -11,67 +12,68 @@
 namespace qjulia {
 namespace {
 
-bool has_grid(const RationalMap& map) {
-  return std::holds_alternative<DistanceModulus>(map.modulus);
+bool has_grid(const Map& map) {
+  return std::holds_alternative<DistanceModulus>(map.dynamics.modulus);
 }
 
-bool has_noise(const RationalMap& map) { return std::holds_alternative<NoiseVersor>(map.versor); }
+bool has_noise(const Map& map) { return std::holds_alternative<NoiseVersor>(map.dynamics.versor); }
 
-bool has_factors_versor(const RationalMap& map) {
-  return std::holds_alternative<FactorsVersor>(map.versor);
+bool has_factors_versor(const Map& map) {
+  return std::holds_alternative<FactorsVersor>(map.dynamics.versor);
 }
 
 /// Whether its modulus is of factors, and its versor a noise.
-bool is_factors_with_noise(const RationalMap& map) {
-  return has_noise(map) && std::holds_alternative<FactorsModulus>(map.modulus);
+bool is_factors_with_noise(const Map& map) {
+  return has_noise(map) && std::holds_alternative<FactorsModulus>(map.dynamics.modulus);
 }
 
 /// Whether the origin of iteration can move: quadratic parts stay about it.
-bool can_move(const RationalMap& map) {
-  return map.is_rational() || is_factors_with_noise(map) ||
+bool can_move(const Map& map) {
+  return map.dynamics.is_rational() || is_factors_with_noise(map) ||
          (has_grid(map) && (has_factors_versor(map) || has_noise(map)));
 }
 
-std::string changes_factors(const RationalMap& map) {
-  return fmt::format("it changes factors, and a {} map has {}", map.kind(),
-                     map.factors.empty() ? "none" : "more than these");
+std::string changes_factors(const Map& map) {
+  return fmt::format("it changes factors, and a {} map has {}", map.dynamics.kind(),
+                     map.dynamics.factors.empty() ? "none" : "more than these");
 }
 
-std::string why_no_detail(const RationalMap& map) {
-  if (!map.is_rational() && !has_grid(map) && !is_factors_with_noise(map)) {
+std::string why_no_detail(const Map& map) {
+  if (!map.dynamics.is_rational() && !has_grid(map) && !is_factors_with_noise(map)) {
     return changes_factors(map);
   }
-  if (map.detail) return {};
+  if (map.frame.detail) return {};
   return "the map does not say its own \"detail\"; fit it again, or add that key to the file";
 }
 
-std::string why_no_order(const RationalMap& map) {
-  return map.is_rational() || (has_grid(map) && has_factors_versor(map)) ? ""
-                                                                         : changes_factors(map);
+std::string why_no_order(const Map& map) {
+  return map.dynamics.is_rational() || (has_grid(map) && has_factors_versor(map))
+             ? ""
+             : changes_factors(map);
 }
 
-std::string why_no_turn(const RationalMap& map) {
-  if (map.paint) return "it turns factors, and the axes of the map's paint stay";
-  return map.is_rational() ? "" : changes_factors(map);
+std::string why_no_turn(const Map& map) {
+  if (map.layers.paint) return "it turns factors, and the axes of the map's paint stay";
+  return map.dynamics.is_rational() ? "" : changes_factors(map);
 }
 
-std::string why_no_move(const RationalMap& map) {
-  return can_move(map) ? "" : changes_factors(map);
-}
+std::string why_no_move(const Map& map) { return can_move(map) ? "" : changes_factors(map); }
 
-std::string why_no_drift(const RationalMap& map) {
+std::string why_no_drift(const Map& map) {
   if (!can_move(map)) return changes_factors(map);
-  return map.inradius ? "" : "the map does not say its \"inradius\"";
+  return map.frame.inradius ? "" : "the map does not say its \"inradius\"";
 }
 
 /// The largest detail that leaves the sum of the exponents well above 1, so that the set is
 /// bounded.
-double most_detail(const RationalMap& map) {
+double most_detail(const Map& map) {
   constexpr double kMargin = 0.97;
-  return has_grid(map) ? 1 : kMargin * map.detail.value_or(kMostDetail) * map.degree();
+  return has_grid(map) ? 1
+                       : kMargin * map.frame.detail.value_or(kMostDetail) * map.dynamics.degree();
 }
 
-std::vector<Knob> made_table() {
+/// Detail and the order of factors.
+std::vector<Knob> knobs_of_factors() {
   return {
       {{.name = "detail",
         .values = "WORD|FRACTION",
@@ -119,6 +121,12 @@ std::vector<Knob> made_table() {
        &MapKnobs::order_seed,
        true,
        why_no_order},
+  };
+}
+
+/// Phase and slice.
+std::vector<Knob> knobs_of_images() {
+  return {
       {{.name = "phase",
         .values = "X Y Z W",
         .unit = "",
@@ -168,6 +176,12 @@ std::vector<Knob> made_table() {
                       .step = 0.005}}},
        &MapKnobs::slice,
        true},
+  };
+}
+
+/// What turns and moves the shape about the origin of iteration.
+std::vector<Knob> knobs_of_origin() {
+  return {
       {{.name = "rotate",
         .values = "X Y Z DEGREES",
         .unit = "degrees",
@@ -218,6 +232,12 @@ std::vector<Knob> made_table() {
        &MapKnobs::translate,
        false,
        why_no_move},
+  };
+}
+
+/// What moves the level, and the slope above it.
+std::vector<Knob> knobs_of_level() {
+  return {
       {{.name = "scale",
         .values = "S",
         .unit = "",
@@ -256,6 +276,14 @@ std::vector<Knob> made_table() {
   };
 }
 
+std::vector<Knob> made_table() {
+  std::vector<Knob> all;
+  for (const auto part : {knobs_of_factors, knobs_of_images, knobs_of_origin, knobs_of_level}) {
+    std::ranges::move(part(), std::back_inserter(all));
+  }
+  return all;
+}
+
 }  // namespace
 
 bool Knob::is_turned(const MapKnobs& knobs) const {
@@ -273,16 +301,16 @@ const Knob& knob_named(const std::string& name) {
   return *found;
 }
 
-MapKnobs knobs_of(const RationalMap& map) {
-  return {.detail = map.detail,
+MapKnobs knobs_of(const Map& map) {
+  return {.detail = map.frame.detail,
           .order_seed = {},
-          .phase = map.phase,
-          .slice = map.slice,
+          .phase = map.dynamics.phase,
+          .slice = map.dynamics.slice,
           .rotate = Rotation{},
           .drift = 0,
           .translate = Eigen::Vector3d::Zero(),
           .scale = 1,
-          .steepness = map.steepness};
+          .steepness = map.layers.steepness};
 }
 
 }  // namespace qjulia

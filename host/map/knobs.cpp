@@ -14,7 +14,7 @@ namespace qjulia {
 namespace {
 
 /// @throws OptionError for a knob that the map does not bear.
-void expect_borne(const RationalMap& map, const MapKnobs& knobs) {
+void expect_borne(const Map& map, const MapKnobs& knobs) {
   for (const Knob& knob : knob_table()) {
     if (!knob.is_turned(knobs)) continue;
     if (const std::string why = knob.why_not(map); !why.empty()) throw OptionError(knob.name, why);
@@ -30,8 +30,8 @@ void shuffle(std::vector<Factor>& factors, std::uint64_t seed) {
 }
 
 /// @throws InputError naming the options that moved the origin out of the shape.
-RationalMap calibrated_inside(const Device& device, const RationalMap& map) {
-  if (map::holds_origin(map.portals)) {
+Map calibrated_inside(const Device& device, const Map& map) {
+  if (map::holds_origin(map.layers.portals)) {
     throw InputError(
         "drift and translate move the origin of iteration into a portal, and no orbit would come "
         "to rest; use less");
@@ -46,41 +46,42 @@ RationalMap calibrated_inside(const Device& device, const RationalMap& map) {
 }
 
 /// All centres, and portals, turned about the origin.
-RationalMap rotated(RationalMap map, const Rotation& rotation) {
+Map rotated(Map map, const Rotation& rotation) {
   const Eigen::Matrix3d turn = rotation.matrix();
-  for (Factor& factor : map.factors) {
+  for (Factor& factor : map.dynamics.factors) {
     const Eigen::Vector3d c =
         turn * Eigen::Vector3d(factor.center.x, factor.center.y, factor.center.z);
     factor.center = {c.x(), c.y(), c.z(), factor.center.w};
   }
-  for (Portal& portal : map.portals) {
+  for (Portal& portal : map.layers.portals) {
     portal.center = turn * portal.center;
     portal.destination = turn * portal.destination;
     portal.rotation = Rotation::of(turn * portal.rotation.matrix() * turn.transpose());
   }
-  const Eigen::Vector3d origin = map.shape_to_map.to_shape(Eigen::Vector3d::Zero());
-  if (!map.box) return map;
-  const double diagonal = map.box->diagonal();
-  map.box = map::image_of(*map.box, turn, origin, origin);
+  const Eigen::Vector3d origin = map.frame.shape_to_map.to_shape(Eigen::Vector3d::Zero());
+  if (!map.frame.box) return map;
+  const double diagonal = map.frame.box->diagonal();
+  map.frame.box = map::image_of(*map.frame.box, turn, origin, origin);
   // The shell stays as thick, as a fraction of a larger box.
-  if (map.detail) *map.detail *= diagonal / map.box->diagonal();
+  if (map.frame.detail) *map.frame.detail *= diagonal / map.frame.box->diagonal();
   return map;
 }
 
 /// All centres, a grid, portals, paint, and the window they are seen through moved together: the
 /// shape stays in its own coordinates, the origin of iteration moves by −offset (map units).
-RationalMap moved(RationalMap map, const Eigen::Vector3d& offset) {
-  for (Factor& factor : map.factors) {
+Map moved(Map map, const Eigen::Vector3d& offset) {
+  for (Factor& factor : map.dynamics.factors) {
     factor.center = factor.center + Quaternion{offset.x(), offset.y(), offset.z(), 0};
   }
-  if (auto* distance = std::get_if<DistanceModulus>(&map.modulus)) distance->origin += offset;
-  if (auto* noise = std::get_if<NoiseVersor>(&map.versor)) noise->origin += offset;
-  if (map.paint) map.paint->origin += offset;
-  for (Portal& portal : map.portals) {
+  if (auto* distance = std::get_if<DistanceModulus>(&map.dynamics.modulus))
+    distance->origin += offset;
+  if (auto* noise = std::get_if<NoiseVersor>(&map.dynamics.versor)) noise->origin += offset;
+  if (map.layers.paint) map.layers.paint->origin += offset;
+  for (Portal& portal : map.layers.portals) {
     portal.center += offset;
     portal.destination += offset;
   }
-  map.shape_to_map.translation += offset;
+  map.frame.shape_to_map.translation += offset;
   return map;
 }
 
@@ -104,21 +105,22 @@ void MapKnobs::validate() const {
   if (steepness) base::expect_between("steepness", *steepness, 1.0, kMostSteepness);
 }
 
-RationalMap with_knobs(const Device& device, const RationalMap& map, const MapKnobs& knobs) {
+Map with_knobs(const Device& device, const Map& map, const MapKnobs& knobs) {
   knobs.validate();
   map.validate();
   expect_borne(map, knobs);
-  RationalMap result = knobs.detail ? with_detail(map, *knobs.detail) : map;
-  if (knobs.order_seed) shuffle(result.factors, *knobs.order_seed);
-  if (knobs.phase) result.phase = (1 / norm(*knobs.phase)) * *knobs.phase;
-  if (knobs.slice) result.slice = *knobs.slice;
+  Map result = knobs.detail ? with_detail(map, *knobs.detail) : map;
+  if (knobs.order_seed) shuffle(result.dynamics.factors, *knobs.order_seed);
+  if (knobs.phase) result.dynamics.phase = (1 / norm(*knobs.phase)) * *knobs.phase;
+  if (knobs.slice) result.dynamics.slice = *knobs.slice;
   if (knobs.rotate) result = rotated(std::move(result), *knobs.rotate);
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();
-  if (knobs.drift) offset.z() += *knobs.drift * map.inradius.value() * map.shape_to_map.scale;
-  if (knobs.translate) offset += map.shape_to_map.scale * *knobs.translate;
+  if (knobs.drift)
+    offset.z() += *knobs.drift * map.frame.inradius.value() * map.frame.shape_to_map.scale;
+  if (knobs.translate) offset += map.frame.shape_to_map.scale * *knobs.translate;
   if (offset != Eigen::Vector3d::Zero()) result = calibrated_inside(device, moved(result, offset));
-  if (knobs.scale) result.log_scale -= std::log(*knobs.scale);
-  if (knobs.steepness) result.steepness = *knobs.steepness;
+  if (knobs.scale) result.dynamics.log_scale -= std::log(*knobs.scale);
+  if (knobs.steepness) result.layers.steepness = *knobs.steepness;
   result.validate();
   return result;
 }

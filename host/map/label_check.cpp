@@ -15,8 +15,7 @@ constexpr std::size_t kCheckedPoints = 20000;
 
 /// Where |F_1 − L| < 1: random points of the box, led to the surface by Newton's steps along the
 /// gradient, each to a value of its own.
-std::vector<Quaternion> points_near_surface(const Field& field, const RationalMap& map,
-                                            const Box& box) {
+std::vector<Quaternion> points_near_surface(const Field& field, const Map& map, const Box& box) {
   base::Random random(1);
   const auto uniform = [&](double low, double high) {
     return std::lerp(low, high, random.uniform());
@@ -25,8 +24,8 @@ std::vector<Quaternion> points_near_surface(const Field& field, const RationalMa
   std::vector<double> wanted(kCheckedPoints);
   for (std::size_t i = 0; i < kCheckedPoints; ++i) {
     points[i] = {uniform(box.low.x(), box.high.x()), uniform(box.low.y(), box.high.y()),
-                 uniform(box.low.z(), box.high.z()), map.slice};
-    wanted[i] = map.surface_level + uniform(-1, 1);
+                 uniform(box.low.z(), box.high.z()), map.dynamics.slice};
+    wanted[i] = map.dynamics.surface_level + uniform(-1, 1);
   }
   constexpr int kSteps = 12;
   constexpr double kLongest = 0.3;  // map units
@@ -45,19 +44,19 @@ std::vector<Quaternion> points_near_surface(const Field& field, const RationalMa
   const auto values = field.at(points);
   std::vector<Quaternion> near;
   for (std::size_t i = 0; i < kCheckedPoints; ++i) {
-    if (std::abs(values[i] - map.surface_level) < 1) near.push_back(points[i]);
+    if (std::abs(values[i] - map.dynamics.surface_level) < 1) near.push_back(points[i]);
   }
   return near;
 }
 
 }  // namespace
 
-LabelCheck compare_precisions(const Device& device, const RationalMap& map, int iterations,
+LabelCheck compare_precisions(const Device& device, const Map& map, int iterations,
                               const std::stop_token& stop) {
   const StopRadii stops = find_stop_radii(device, map, {}, stop);
   Box box;
-  if (map.box) {
-    box = map.shape_to_map.to_map(*map.box);
+  if (map.frame.box) {
+    box = map.frame.shape_to_map.to_map(*map.frame.box);
   } else {
     const double reach = std::min(stops.outer, stops.escape);
     box = {Eigen::Vector3d::Constant(-reach), Eigen::Vector3d::Constant(reach)};
@@ -70,7 +69,8 @@ LabelCheck compare_precisions(const Device& device, const RationalMap& map, int 
   const auto b = twice.decided_at(points, iterations);
   LabelCheck check{points.size(), 0, iterations};
   for (std::size_t i = 0; i < a.size(); ++i) {
-    if ((a[i] < map.surface_level) != (b[i] < map.surface_level)) ++check.different;
+    if ((a[i] < map.dynamics.surface_level) != (b[i] < map.dynamics.surface_level))
+      ++check.different;
   }
   return check;
 }

@@ -42,15 +42,18 @@ void check_header(const Object& top) {
   }
 }
 
-int file_version(const RationalMap& map) {
+int file_version(const Map& map) {
   const auto version_of = [](const auto& kind) { return kind.kFileVersion; };
-  return std::max({map.steepness == 1 && map.portals.empty() && !map.paint && !map.up ? 1 : 2,
-                   std::visit(version_of, map.modulus), std::visit(version_of, map.versor)});
+  return std::max(
+      {map.layers.steepness == 1 && map.layers.portals.empty() && !map.layers.paint && !map.frame.up
+           ? 1
+           : 2,
+       std::visit(version_of, map.dynamics.modulus), std::visit(version_of, map.dynamics.versor)});
 }
 
 /// Sets the map's modulus and versor to the kinds that the file's "kind" names.
 /// @throws InputError for kinds that are not known.
-void read_kinds(const Object& top, RationalMap& map) {
+void read_kinds(const Object& top, Map& map) {
   const std::string kind = top.text("kind");
   const std::string names = kind == "rational" ? "factors" : kind;
   const auto slash = names.find('/');
@@ -58,11 +61,11 @@ void read_kinds(const Object& top, RationalMap& map) {
   const auto versor =
       map::kind_named<Versor>(slash == std::string::npos ? names : names.substr(slash + 1));
   if (modulus && versor) {
-    map.modulus = *modulus;
-    map.versor = *versor;
+    map.dynamics.modulus = *modulus;
+    map.dynamics.versor = *versor;
   }
   // One kind of map has one name.
-  if (kind != map.kind()) {
+  if (kind != map.dynamics.kind()) {
     top.refuse(
         fmt::format("unknown \"kind\" {}: it must be \"rational\", \"quadratic\", or a "
                     "modulus and a versor such as \"distance/noise\"",
@@ -75,7 +78,7 @@ void read_kinds(const Object& top, RationalMap& map) {
 }
 
 /// The keys of a map of these kinds, in the order in which they are written.
-std::vector<std::string_view> keys_of(const RationalMap& map) {
+std::vector<std::string_view> keys_of(const Map& map) {
   std::vector<std::string_view> keys{"format",        "version",   "kind",  "slice",   "log_scale",
                                      "surface_level", "steepness", "phase", "portals", "paint"};
   map::visit_map_members(map, [&](const char* name, const auto&) {
@@ -128,73 +131,74 @@ std::string_view map_text(std::string_view text, const std::string& source) {
 
 }  // namespace
 
-json to_json(const RationalMap& map) {
+json to_json(const Map& map) {
   map.validate();
   json result = {{"format", kMapFormat},
                  {"version", file_version(map)},
-                 {"kind", map.kind()},
-                 {"slice", map.slice},
-                 {"log_scale", map.log_scale},
-                 {"surface_level", map.surface_level},
-                 {"phase", map::json_of(map.phase)},
+                 {"kind", map.dynamics.kind()},
+                 {"slice", map.dynamics.slice},
+                 {"log_scale", map.dynamics.log_scale},
+                 {"surface_level", map.dynamics.surface_level},
+                 {"phase", map::json_of(map.dynamics.phase)},
                  {"shape_to_map",
-                  {{"scale", map.shape_to_map.scale},
-                   {"translation", map::json_of(map.shape_to_map.translation)}}},
+                  {{"scale", map.frame.shape_to_map.scale},
+                   {"translation", map::json_of(map.frame.shape_to_map.translation)}}},
                  {"provenance", map.provenance.json()}};
   map::visit_map_members(
       map, [&](const char* name, const auto& member) { result[name] = map::json_of(member); });
   if (map::takes_factors(map)) {
     json& factors = result["factors"] = json::array();
-    for (const auto& [center, exponent] : map.factors) {
+    for (const auto& [center, exponent] : map.dynamics.factors) {
       factors.push_back({{"center", map::json_of(center)}, {"exponent", exponent}});
     }
   }
-  if (map.steepness != 1) result["steepness"] = map.steepness;
-  if (!map.portals.empty()) result["portals"] = map::json_of(map.portals);
-  if (map.paint) result["paint"] = map::json_of(*map.paint);
-  if (map.detail) result["detail"] = *map.detail;
-  if (map.inradius) result["inradius"] = *map.inradius;
-  if (map.box) {
-    result["box"] = json::array({map::json_of(map.box->low), map::json_of(map.box->high)});
+  if (map.layers.steepness != 1) result["steepness"] = map.layers.steepness;
+  if (!map.layers.portals.empty()) result["portals"] = map::json_of(map.layers.portals);
+  if (map.layers.paint) result["paint"] = map::json_of(*map.layers.paint);
+  if (map.frame.detail) result["detail"] = *map.frame.detail;
+  if (map.frame.inradius) result["inradius"] = *map.frame.inradius;
+  if (map.frame.box) {
+    result["box"] =
+        json::array({map::json_of(map.frame.box->low), map::json_of(map.frame.box->high)});
   }
-  if (map.up) result["up"] = to_string(*map.up);
+  if (map.frame.up) result["up"] = to_string(*map.frame.up);
   return result;
 }
 
-RationalMap map_from_json(const json& value, const std::string& source) {
+Map map_from_json(const json& value, const std::string& source) {
   const Object top(value, source, "");
   check_header(top);
-  RationalMap map;
+  Map map;
   read_kinds(top, map);
   std::vector<std::string_view> keys = keys_of(map);
   if (!top.has("steepness")) keys.emplace_back(kFormerSteepness);
   if (top.at("version") == 1) std::erase_if(keys, needs_version_2);
   top.expect_only(keys);
-  map.slice = top.number("slice");
-  map.log_scale = top.number("log_scale");
-  if (top.has("surface_level")) map.surface_level = top.number("surface_level");
+  map.dynamics.slice = top.number("slice");
+  map.dynamics.log_scale = top.number("log_scale");
+  if (top.has("surface_level")) map.dynamics.surface_level = top.number("surface_level");
   for (const char* key : {"steepness", kFormerSteepness}) {
-    if (top.has(key)) map.steepness = top.number(key);
+    if (top.has(key)) map.layers.steepness = top.number(key);
   }
-  if (top.has("portals")) map::read(top, "portals", map.portals);
-  if (top.has("paint")) map::read(top, "paint", map.paint.emplace());
-  if (top.has("phase")) map.phase = top.quaternion("phase");
+  if (top.has("portals")) map::read(top, "portals", map.layers.portals);
+  if (top.has("paint")) map::read(top, "paint", map.layers.paint.emplace());
+  if (top.has("phase")) map.dynamics.phase = top.quaternion("phase");
   map::visit_map_members(map,
                          [&](const char* name, auto& member) { map::read(top, name, member); });
   if (map::takes_factors(map)) {
-    map.factors.reserve(top.array("factors").size());
+    map.dynamics.factors.reserve(top.array("factors").size());
     top.for_each("factors", [&](const Object& factor) {
       factor.expect_only({"center", "exponent"});
-      map.factors.push_back({factor.quaternion("center"), factor.number("exponent")});
+      map.dynamics.factors.push_back({factor.quaternion("center"), factor.number("exponent")});
     });
   }
   const Object shape_to_map = top.object("shape_to_map");
   shape_to_map.expect_only({"scale", "translation"});
-  map.shape_to_map = {shape_to_map.number("scale"), shape_to_map.vector("translation")};
-  if (top.has("detail")) map.detail = top.number("detail");
-  if (top.has("inradius")) map.inradius = top.number("inradius");
-  if (top.has("box")) map.box = top.box("box");
-  if (top.has("up")) map.up = read_up(top);
+  map.frame.shape_to_map = {shape_to_map.number("scale"), shape_to_map.vector("translation")};
+  if (top.has("detail")) map.frame.detail = top.number("detail");
+  if (top.has("inradius")) map.frame.inradius = top.number("inradius");
+  if (top.has("box")) map.frame.box = top.box("box");
+  if (top.has("up")) map.frame.up = read_up(top);
   if (top.has("provenance")) {
     static_cast<void>(top.object("provenance"));
     map.provenance = top.at("provenance");
@@ -207,7 +211,7 @@ RationalMap map_from_json(const json& value, const std::string& source) {
   return map;
 }
 
-RationalMap read_map(const std::filesystem::path& path, std::stop_token stop) {
+Map read_map(const std::filesystem::path& path, std::stop_token stop) {
   const std::string source = path.string();
   const std::string file = base::read_text_file(path, "map", kLargestFile, std::move(stop));
   const std::string_view text = map_text(file, source);
@@ -238,7 +242,7 @@ RationalMap read_map(const std::filesystem::path& path, std::stop_token stop) {
   return map_from_json(value, source);
 }
 
-void write_map(const RationalMap& map, const std::filesystem::path& path) {
+void write_map(const Map& map, const std::filesystem::path& path) {
   const json value = to_json(map);
   std::string text;
   for (const std::string_view key : keys_of(map)) {

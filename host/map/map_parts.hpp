@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "qjulia/error.hpp"
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 
 namespace qjulia::map {
 

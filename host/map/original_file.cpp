@@ -125,7 +125,7 @@ void skip_field(Reader& file, const char* name) {
   file.skip(cells * sizeof(double), name);
 }
 
-RationalMap checked(RationalMap map, const Reader& file) {
+Map checked(Map map, const Reader& file) {
   try {
     map.validate();
   } catch (const InputError& error) {
@@ -143,7 +143,7 @@ std::string bytes_of(const std::filesystem::path& path, const char* what) {
 
 }  // namespace
 
-RationalMap original_from_bytes(std::string_view bytes, const std::string& source) {
+Map original_from_bytes(std::string_view bytes, const std::string& source) {
   Reader file(bytes, source);
   std::array<std::int32_t, 3> resolution{};
   for (std::int32_t& n : resolution) {
@@ -153,16 +153,16 @@ RationalMap original_from_bytes(std::string_view bytes, const std::string& sourc
   const auto center = file.vector("centre");
   const auto lengths = file.vector("lengths");
 
-  RationalMap map;
-  map.factors = read_polynomial(file);
+  Map map;
+  map.dynamics.factors = read_polynomial(file);
   std::vector<Factor> bottom = read_polynomial(file);
   std::ranges::reverse(bottom);
   for (Factor& factor : bottom) factor.exponent = -factor.exponent;
-  map.factors.insert(map.factors.end(), bottom.begin(), bottom.end());
+  map.dynamics.factors.insert(map.dynamics.factors.end(), bottom.begin(), bottom.end());
 
   const double scaling = file.number("scaling");
   if (!(scaling > 0)) file.fail(fmt::format("has the scaling {}: it must be positive", scaling));
-  map.log_scale = std::log(scaling);
+  map.dynamics.log_scale = std::log(scaling);
   const std::int32_t history = file.integer("history");
   if (history < 0) file.fail(fmt::format("has a history of {} entries", history));
   // How entries of a history lie is not known; all that makes the map has been read.
@@ -177,10 +177,10 @@ RationalMap original_from_bytes(std::string_view bytes, const std::string& sourc
   return checked(std::move(map), file);
 }
 
-RationalMap polynomial_from_bytes(std::string_view bytes, const std::string& source) {
+Map polynomial_from_bytes(std::string_view bytes, const std::string& source) {
   Reader file(bytes, source);
-  RationalMap map;
-  map.factors = read_polynomial(file);
+  Map map;
+  map.dynamics.factors = read_polynomial(file);
   file.expect_end();
   return checked(std::move(map), file);
 }
@@ -213,7 +213,7 @@ SampledDistance sampled_distance_from_bytes(std::string_view bytes, const std::s
   return field;
 }
 
-RationalMap read_original(const std::filesystem::path& path) {
+Map read_original(const std::filesystem::path& path) {
   const std::string bytes = bytes_of(path, "original map");
   return extension_of(path) == ".poly4d" ? polynomial_from_bytes(bytes, path.string())
                                          : original_from_bytes(bytes, path.string());

@@ -10,7 +10,8 @@
 namespace qjulia {
 namespace {
 
-/// Of the coefficients before, at and after the cell of a point t cells after its middle.
+/// Weights of the coefficients before, at and after a point's cell. The point lies t cells after
+/// the cell's middle.
 std::array<double, 3> spline_weights(double t) {
   return {0.5 * (0.5 - t) * (0.5 - t), 0.75 - t * t, 0.5 * (0.5 + t) * (0.5 + t)};
 }

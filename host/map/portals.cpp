@@ -114,16 +114,16 @@ Box image_of(const Box& box, const Eigen::Matrix3d& matrix, const Eigen::Vector3
   return {center - half, center + half};
 }
 
-std::optional<Box> box_with_copies(const RationalMap& map) {
-  if (!map.box || map.portals.empty()) return map.box;
-  const ShapeToMap& to_map = map.shape_to_map;
-  const Box shape = to_map.to_map(*map.box);
+std::optional<Box> box_with_copies(const Map& map) {
+  if (!map.frame.box || map.layers.portals.empty()) return map.frame.box;
+  const ShapeToMap& to_map = map.frame.shape_to_map;
+  const Box shape = to_map.to_map(*map.frame.box);
   // Copies stand on copies, each so much smaller that few of them widen the box.
   constexpr int kDepth = 4;
   Box all = shape;
   for (int depth = 0; depth < kDepth; ++depth) {
     const Box before = all;
-    for (const Portal& portal : map.portals) {
+    for (const Portal& portal : map.layers.portals) {
       const Box copy = preimage(portal, before);
       if ((copy.size().array() < 0).any()) continue;
       all = {all.low.cwiseMin(copy.low), all.high.cwiseMax(copy.high)};

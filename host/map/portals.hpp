@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 
 namespace qjulia::map {
 
@@ -23,6 +23,6 @@ Box image_of(const Box& box, const Eigen::Matrix3d& matrix, const Eigen::Vector3
              const Eigen::Vector3d& to);
 
 /// The map's box and those of its copies in portals, shape units; none where the map has no box.
-std::optional<Box> box_with_copies(const RationalMap& map);
+std::optional<Box> box_with_copies(const Map& map);
 
 }  // namespace qjulia::map

@@ -33,7 +33,7 @@ struct FactorOf {
 
 template <class T>
 struct MapOf {
-  const RationalMap& plain;  ///< holds everything that is not differentiated
+  const Map& plain;  ///< holds everything that is not differentiated
   T log_scale;
   std::vector<FactorOf<T>> factors;
 };
@@ -50,9 +50,9 @@ QuaternionOf<T> convert(const Quaternion& q) {
 }
 
 template <class T>
-MapOf<T> convert(const RationalMap& map) {
-  MapOf<T> result{map, T(map.log_scale), {}};
-  for (const auto& [center, exponent] : map.factors) {
+MapOf<T> convert(const Map& map) {
+  MapOf<T> result{map, T(map.dynamics.log_scale), {}};
+  for (const auto& [center, exponent] : map.dynamics.factors) {
     result.factors.push_back({convert<T>(center), T(exponent)});
   }
   return result;
@@ -252,11 +252,11 @@ T share_at(const Paint& paint, const QuaternionOf<T>& q) {
 /// Without portals.
 template <class T>
 StepOf<T> plain_step_of(const MapOf<T>& map, const QuaternionOf<T>& q) {
-  const RationalMap& plain = map.plain;
+  const Map& plain = map.plain;
   T f = map.log_scale;
-  QuaternionOf<T> u = convert<T>(plain.phase);
-  const bool adds_factors = std::holds_alternative<FactorsModulus>(plain.modulus);
-  const bool turns_by_factors = std::holds_alternative<FactorsVersor>(plain.versor);
+  QuaternionOf<T> u = convert<T>(plain.dynamics.phase);
+  const bool adds_factors = std::holds_alternative<FactorsModulus>(plain.dynamics.modulus);
+  const bool turns_by_factors = std::holds_alternative<FactorsVersor>(plain.dynamics.versor);
   for (const auto& [c, a] : map.factors) {
     const StepOf<T> one = power<T>({q.x - c.x, q.y - c.y, q.z - c.z, q.w - c.w}, a);
     if (adds_factors) f += one.log_norm;
@@ -267,7 +267,7 @@ StepOf<T> plain_step_of(const MapOf<T>& map, const QuaternionOf<T>& q) {
                                f += quadratic(q, convert<T>(kind.c)).log_norm;
                              },
                              [&](const DistanceModulus& kind) { f += distance_field(kind, q); }},
-             plain.modulus);
+             plain.dynamics.modulus);
   std::visit(map::Overloaded{[](const FactorsVersor&) {},
                              [&](const QuadraticVersor& kind) {
                                u = product(u, quadratic(q, convert<T>(kind.c)).versor);
@@ -275,10 +275,10 @@ StepOf<T> plain_step_of(const MapOf<T>& map, const QuaternionOf<T>& q) {
                              [&](const NoiseVersor& kind) {
                                u = product(u, power<T>(noise_vector<T>(kind, q), T(1)).versor);
                              }},
-             plain.versor);
-  const double level = plain.surface_level;
-  if (value_of(f) > level) f = level + plain.steepness * (f - level);
-  if (plain.paint) f = level + (f - level) / share_at(*plain.paint, q);
+             plain.dynamics.versor);
+  const double level = plain.dynamics.surface_level;
+  if (value_of(f) > level) f = level + plain.layers.steepness * (f - level);
+  if (plain.layers.paint) f = level + (f - level) / share_at(*plain.layers.paint, q);
   return {f, u};
 }
 
@@ -323,13 +323,13 @@ bool takes(const Portal& portal, const MapOf<T>& map, const QuaternionOf<T>& q) 
   if (portal.mask == PortalMask::none) return true;
   const double f = value_of(last_field(
       q, 4, kLargestEscape, [&](const QuaternionOf<T>& at) { return plain_step_of(map, at); }));
-  return (f < map.plain.surface_level) == (portal.mask == PortalMask::inside);
+  return (f < map.plain.dynamics.surface_level) == (portal.mask == PortalMask::inside);
 }
 
 template <class T>
 StepOf<T> step_of(const MapOf<T>& map, const QuaternionOf<T>& q) {
   using std::log, std::sqrt;
-  for (const Portal& portal : map.plain.portals) {
+  for (const Portal& portal : map.plain.layers.portals) {
     if (!takes(portal, map, q)) continue;
     const auto x = turned<T>(
         portal.rotation,
@@ -362,13 +362,13 @@ std::vector<Dual*> unknowns_of(MapOf<Dual>& map) {
 
 }  // namespace
 
-Step step(const RationalMap& map, const Quaternion& q) {
+Step step(const Map& map, const Quaternion& q) {
   const auto [log_norm, u] = step_of(convert<double>(map), convert<double>(q));
   return {log_norm, {u.x, u.y, u.z, u.w}};
 }
 
-std::vector<double> field(const RationalMap& map, std::span<const Quaternion> starts,
-                          int iterations, double escape) {
+std::vector<double> field(const Map& map, std::span<const Quaternion> starts, int iterations,
+                          double escape) {
   const auto plain = convert<double>(map);
   std::vector<double> values;
   values.reserve(starts.size());
@@ -378,9 +378,9 @@ std::vector<double> field(const RationalMap& map, std::span<const Quaternion> st
   return values;
 }
 
-Eigen::MatrixXd field_gradients(const RationalMap& map, std::span<const Quaternion> starts,
-                                int iterations, double escape) {
-  const auto unknowns = static_cast<Eigen::Index>(1 + 5 * map.factors.size());
+Eigen::MatrixXd field_gradients(const Map& map, std::span<const Quaternion> starts, int iterations,
+                                double escape) {
+  const auto unknowns = static_cast<Eigen::Index>(1 + 5 * map.dynamics.factors.size());
   Eigen::MatrixXd gradients(static_cast<Eigen::Index>(starts.size()), unknowns);
   for (Eigen::Index first = 0; first < unknowns; first += kPass) {
     auto dual = convert<Dual>(map);

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 
 namespace qjulia::reference {
 
@@ -15,15 +15,15 @@ struct Step {
   double log_norm = 0;
   Quaternion versor;
 };
-Step step(const RationalMap& map, const Quaternion& q);
+Step step(const Map& map, const Quaternion& q);
 
 /// F_n at each start (4-D, map coordinates); ln |start| where it is not below `escape`.
-std::vector<double> field(const RationalMap& map, std::span<const Quaternion> starts,
-                          int iterations, double escape);
+std::vector<double> field(const Map& map, std::span<const Quaternion> starts, int iterations,
+                          double escape);
 
 /// ∂F_n by the unknowns, by forward-mode automatic differentiation. One row a start; columns as in
 /// `to_unknowns`: S, then exponents, centres' X, Y, Z, W.
-Eigen::MatrixXd field_gradients(const RationalMap& map, std::span<const Quaternion> starts,
-                                int iterations, double escape);
+Eigen::MatrixXd field_gradients(const Map& map, std::span<const Quaternion> starts, int iterations,
+                                double escape);
 
 }  // namespace qjulia::reference

@@ -21,18 +21,18 @@ constexpr int kMostSampleCells = 8192;
 constexpr double kBoxMargin = 0.05;  // about the box of shape and copies, of its longest side
 constexpr std::size_t kPiece = std::size_t{1} << 20U;
 
-Box default_box(const Device& device, const RationalMap& map, const std::stop_token& stop) {
+Box default_box(const Device& device, const Map& map, const std::stop_token& stop) {
   if (const std::optional<Box> box = box_with_copies(map)) {
     const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kBoxMargin * box->size().maxCoeff());
     return {box->low - margin, box->high + margin};
   }
   const StopRadii stops = find_stop_radii(device, map, {}, stop);
   const Eigen::Vector3d reach = Eigen::Vector3d::Constant(std::min(stops.outer, stops.escape));
-  return {map.shape_to_map.to_shape(-reach), map.shape_to_map.to_shape(reach)};
+  return {map.frame.shape_to_map.to_shape(-reach), map.frame.shape_to_map.to_shape(reach)};
 }
 
 /// No orbit returns from beyond this radius, so the set is the same as in surfaces and pictures.
-double default_escape(const Device& device, const RationalMap& map, const std::stop_token& stop) {
+double default_escape(const Device& device, const Map& map, const std::stop_token& stop) {
   return std::max(kUsualEscape, find_stop_radii(device, map, {}, stop).escape);
 }
 
@@ -82,7 +82,7 @@ std::size_t CellGrid::size() const {
   return Eigen::Vector3i(cells.data()).cast<std::size_t>().prod();
 }
 
-CellGrid sample_grid(const Device& device, const RationalMap& map, const SampleOptions& options,
+CellGrid sample_grid(const Device& device, const Map& map, const SampleOptions& options,
                      const std::stop_token& stop) {
   options.validate();
   map.validate();
@@ -96,14 +96,14 @@ CellGrid sample_grid(const Device& device, const RationalMap& map, const SampleO
   return grid;
 }
 
-void sample_field(const Device& device, const RationalMap& map, const SampleOptions& options,
+void sample_field(const Device& device, const Map& map, const SampleOptions& options,
                   const CellGrid& grid, CellOrder order,
                   const std::function<void(std::span<const double>)>& take,
                   const ProgressMonitor& monitor) {
   options.validate();
   map.validate();
   check_grid(grid);
-  if (options.escape) expect_escape(*options.escape, map.surface_level);
+  if (options.escape) expect_escape(*options.escape, map.dynamics.surface_level);
   const double escape =
       options.escape ? *options.escape : default_escape(device, map, monitor.stop);
   const Field field(device, map, options.precision, {.escape = escape});
@@ -114,9 +114,9 @@ void sample_field(const Device& device, const RationalMap& map, const SampleOpti
     throw_if_stopped(monitor.stop);
     points.resize(std::min(kPiece, all - first));
     for (std::size_t i = 0; i < points.size(); ++i) {
-      points[i] = map.shape_to_map.to_map(center_at(grid, order, first + i));
+      points[i] = map.frame.shape_to_map.to_map(center_at(grid, order, first + i));
     }
-    take(field.at(on_slice(points, map.slice), options.iterations));
+    take(field.at(on_slice(points, map.dynamics.slice), options.iterations));
     const double done = static_cast<double>(first + points.size()) / static_cast<double>(all);
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
     monitor.report({"sampling the field", done, taken.count() * (1 - done) / done, ""});

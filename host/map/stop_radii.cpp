@@ -26,7 +26,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Even directions over the 4-D sphere and over the slice's own sphere, and those of centres: the
 /// shape's tips are thin, and centres sit in them. Of very many centres an evenly spaced part
 /// stands for all, since each direction costs a sum over all factors.
-std::vector<Quaternion> probe_directions(const RationalMap& map) {
+std::vector<Quaternion> probe_directions(const Map& map) {
   std::vector<Quaternion> directions = sphere_directions(4096);
   for (std::size_t i = 0; i < 2048; ++i) {
     Quaternion u = directions[i];
@@ -34,9 +34,9 @@ std::vector<Quaternion> probe_directions(const RationalMap& map) {
     if (norm(u) > 0) directions.push_back((1 / norm(u)) * u);
   }
   constexpr std::size_t kMostCenters = 4096;
-  const std::size_t stride = (map.factors.size() + kMostCenters - 1) / kMostCenters;
-  for (std::size_t k = 0; k < map.factors.size(); k += stride) {
-    const Quaternion& center = map.factors[k].center;
+  const std::size_t stride = (map.dynamics.factors.size() + kMostCenters - 1) / kMostCenters;
+  for (std::size_t k = 0; k < map.dynamics.factors.size(); k += stride) {
+    const Quaternion& center = map.dynamics.factors[k].center;
     if (norm(center) > 0) directions.push_back((1 / norm(center)) * center);
   }
   return directions;
@@ -44,10 +44,11 @@ std::vector<Quaternion> probe_directions(const RationalMap& map) {
 
 /// Half of where r_in is looked for when nothing else says how far: the longest |c_k|, or r_in of
 /// the shape.
-double reach(const RationalMap& map) {
-  const auto* distance = std::get_if<DistanceModulus>(&map.modulus);
+double reach(const Map& map) {
+  const auto* distance = std::get_if<DistanceModulus>(&map.dynamics.modulus);
   double longest = distance == nullptr ? 0 : distance->inradius;
-  for (const Factor& factor : map.factors) longest = std::max(longest, norm(factor.center));
+  for (const Factor& factor : map.dynamics.factors)
+    longest = std::max(longest, norm(factor.center));
   return longest;
 }
 
@@ -136,10 +137,9 @@ constexpr int kSpheres = 8;  ///< a launch
 
 /// Comes down from the certain bound until a sphere has a point that might return, then searches
 /// about the worst directions of that sphere and goes up again as far as any is left.
-double outer_radius(const Field& field, const RationalMap& map,
-                    const std::vector<Quaternion>& directions) {
-  const auto [certain, is_sharp] =
-      std::visit([&](const auto& modulus) { return modulus.outer_bound(map); }, map.modulus);
+double outer_radius(const Field& field, const Map& map, const std::vector<Quaternion>& directions) {
+  const auto [certain, is_sharp] = std::visit(
+      [&](const auto& modulus) { return modulus.outer_bound(map.dynamics); }, map.dynamics.modulus);
   if (is_sharp) return certain;
   const double far = 2 * reach(map);
   const double least = 1e-3 * certain;
@@ -167,13 +167,13 @@ double outer_radius(const Field& field, const RationalMap& map,
 }
 
 /// The largest radius r ≤ limit such that F_1 ≤ ln((1 − margin) r) in the whole ball, or 0.
-double inner_radius(const Field& field, const RationalMap& map,
-                    const std::vector<Quaternion>& directions, double limit) {
+double inner_radius(const Field& field, const Map& map, const std::vector<Quaternion>& directions,
+                    double limit) {
   constexpr int kSteps = 96, kHalvings = 4;
   const auto allowed = [](double radius) { return std::log((1 - kRadiusMargin) * radius); };
   // Close to a pole F_1 is high in a neighbourhood that no direction need meet.
   std::vector<Quaternion> near_poles;
-  for (const auto& [center, exponent] : map.factors) {
+  for (const auto& [center, exponent] : map.dynamics.factors) {
     if (exponent < 0) near_poles.push_back(center + Quaternion{1e-3, 0, 0, 0});
   }
   const std::vector<double> pole_values = field.at(near_poles);
@@ -219,29 +219,30 @@ double inner_radius(const Field& field, const RationalMap& map,
 
 }  // namespace
 
-StopRadii find_stop_radii(const Device& device, const RationalMap& map,
-                          std::optional<double> escape, const std::stop_token& stop) {
+StopRadii find_stop_radii(const Device& device, const Map& map, std::optional<double> escape,
+                          const std::stop_token& stop) {
   map.validate();
-  if (escape) expect_escape(*escape, map.surface_level);
+  if (escape) expect_escape(*escape, map.dynamics.surface_level);
   // With r_in below e^L and r_out above it, all later iterates of an orbit that stops would be on
   // the side of L on which it stops.
-  const double inside_level = std::exp(map.surface_level - kLevelMargin);
-  const double outside_level = std::exp(map.surface_level + kLevelMargin);
+  const double inside_level = std::exp(map.dynamics.surface_level - kLevelMargin);
+  const double outside_level = std::exp(map.dynamics.surface_level + kLevelMargin);
   if (!(outside_level < kLargestEscape)) {
     throw InputError(fmt::format(
         "the map's surface_level is {}: the set may reach radius e^surface_level, which must be "
         "below {}, map units",
-        map.surface_level, kLargestEscape));
+        map.dynamics.surface_level, kLargestEscape));
   }
   // F_1 itself, however far out: no escape radius.
   const Field field(device, without_portals(map), Precision::single, {0, 0, kInfinity}, stop);
   const std::vector<Quaternion> directions = probe_directions(map);
   StopRadii stops;
-  stops.outer =
-      map.degree() > 1 ? std::max(outer_radius(field, map, directions), outside_level) : kInfinity;
+  stops.outer = map.dynamics.degree() > 1
+                    ? std::max(outer_radius(field, map, directions), outside_level)
+                    : kInfinity;
   const bool bounded = std::isfinite(stops.outer);
   // Portals lead back from anywhere in their balls: no orbit stops there.
-  const auto [nearest, farthest] = portal_reach(map.portals);
+  const auto [nearest, farthest] = portal_reach(map.layers.portals);
   stops.outer = std::max(stops.outer, farthest);
   stops.escape = std::min(
       kLargestEscape, bounded ? 1.25 * stops.outer : std::max(kUsualEscape, 1.25 * outside_level));

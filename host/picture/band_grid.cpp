@@ -13,7 +13,8 @@ namespace qjulia::picture {
 namespace {
 
 constexpr int kFirstCells = 64;  ///< along the ball, to find the band's box
-/// Of a step taken from a coarser grid this share is safe: F₁ bends between its points.
+/// The share of a step that is safe when the step comes from a coarser grid: F₁ bends between its
+/// points.
 constexpr double kCoarseShare = 0.75;
 constexpr double kNone = 1e30;
 /// Rays end before they are this many shells deep in the band.
@@ -95,18 +96,18 @@ std::vector<double> grid_layout(const surface::Grid& grid, const Box& seen) {
 }
 
 Band find_band(const Device& device, const MarchedSet& set, const Box& shape) {
-  const RationalMap& map = set.map;
+  const Map& map = set.map;
   Band band;
   band.stops = find_stop_radii(device, map, set.escape, set.stop);
   band.radius = 1.001 * std::min(band.stops.outer, band.stops.escape);
-  band.level = set.iterations == 1 ? map.surface_level
+  band.level = set.iterations == 1 ? map.dynamics.surface_level
                                    : std::log(std::min(band.stops.outer, band.stops.escape));
   const Box ball = surface::cube(band.radius);
   const Box within{shape.low.cwiseMax(ball.low), shape.high.cwiseMin(ball.high)};
   // Steps are those that are safe without paint (plain_safe_step in kernels/map.clh).
   const Field field(device, without_paint(without_portals(map)), Precision::single, band.stops);
-  std::optional<double> steepest = steepest_slope(field, map.slice, band.level, within);
-  if (!steepest) steepest = steepest_slope(field, map.slice, band.level, ball);
+  std::optional<double> steepest = steepest_slope(field, map.dynamics.slice, band.level, within);
+  if (!steepest) steepest = steepest_slope(field, map.dynamics.slice, band.level, ball);
   band.steepest = steepest.value_or(20 / ball.diagonal());
   return band;
 }
@@ -187,7 +188,7 @@ surface::LevelSet BandGrid::level_set() const {
 const std::vector<float>& BandGrid::values() {
   if (!values_.empty()) return values_;
   // Where F₁ alone tells the side, the safe step tells F₁.
-  const double outside = band_.level - set_.map.surface_level;
+  const double outside = band_.level - set_.map.dynamics.surface_level;
   values_.resize(steps_.size());
   std::vector<std::int32_t> undecided;
   for (std::size_t i = 0; i < steps_.size(); ++i) {
@@ -198,7 +199,7 @@ const std::vector<float>& BandGrid::values() {
   level_set().at(grid_, surface::whole(grid_), undecided, found);
   for (const std::int32_t i : undecided) {
     const auto number = static_cast<std::size_t>(i);
-    values_[number] = found[number] - static_cast<float>(set_.map.surface_level);
+    values_[number] = found[number] - static_cast<float>(set_.map.dynamics.surface_level);
   }
   // Far values say nothing about where between two points the surface lies.
   for (float& value : values_) value = std::clamp(value, -1.0F, 1.0F);
@@ -220,7 +221,7 @@ surface::Insides BandGrid::insides(const std::stop_token& stop) const {
     }
     const std::vector<float> values = set.at(asked);
     for (std::size_t i = 0; i < values.size(); ++i) {
-      found[numbers[i]] = double{values[i]} < set_.map.surface_level;
+      found[numbers[i]] = double{values[i]} < set_.map.dynamics.surface_level;
     }
     return found;
   };

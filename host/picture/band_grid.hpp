@@ -9,7 +9,7 @@
 #include "picture/depth_source.hpp"
 #include "picture/view.hpp"
 #include "qjulia/field.hpp"
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 #include "surface/level_set.hpp"
 #include "surface/loose_places.hpp"
 
@@ -34,7 +34,8 @@ class BandGrid {
  public:
   BandGrid(const Device& device, const MarchedSet& set, const Band& band);
 
-  /// As layout/picture_layout.h says, with the safe steps at its points (ray_march.cl).
+  /// The buffer that layout/picture_layout.h describes; `safe` holds the safe steps at its points
+  /// (ray_march.cl).
   const device::RealBuffer& layout() const { return layout_; }
   const device::RealBuffer& safe() const { return safe_; }
 

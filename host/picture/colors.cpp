@@ -48,7 +48,7 @@ std::optional<Rgb> color_named(std::string_view text) {
   std::uint32_t hex = 0;
   const auto [end, error] = std::from_chars(text.begin(), text.end(), hex, 16);
   if (error != std::errc() || end != text.end()) return std::nullopt;
-  // Of three digits each stands for two.
+  // Each of three digits stands for two.
   if (text.size() == 3) hex = 0x11 * ((hex & 0xF00U) << 8 | (hex & 0xF0U) << 4 | (hex & 0xFU));
   return of(hex);
 }

@@ -122,7 +122,7 @@ Image with_scale(const Image& sheet, double full, double diagonal) {
 
 }  // namespace
 
-Image comparison(const Device& device, const RationalMap& map, const TriangleMesh& mesh,
+Image comparison(const Device& device, const Map& map, const TriangleMesh& mesh,
                  const PictureOptions& options, const ProgressMonitor& monitor) {
   options.validate();
   map.validate();
@@ -133,10 +133,10 @@ Image comparison(const Device& device, const RationalMap& map, const TriangleMes
                                            "side; give at most {}",
                                            options.width, (kWidest - kGap) / 2));
   }
-  RationalMap framed = map;
-  if (!framed.box) framed.box = mesh.box();
+  Map framed = map;
+  if (!framed.frame.box) framed.frame.box = mesh.box();
   PictureOptions standing = options;
-  if (!standing.camera.up) standing.camera.up = map.up.value_or(kDefaultUp);
+  if (!standing.camera.up) standing.camera.up = map.frame.up.value_or(kDefaultUp);
   PictureOptions potential = standing;
   potential.iterations = 1;
   const Box frame = options.box.value_or(*map::box_with_copies(framed));

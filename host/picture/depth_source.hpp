@@ -9,8 +9,8 @@
 #include "picture/view.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/figures.hpp"
+#include "qjulia/map.hpp"
 #include "qjulia/mesh.hpp"
-#include "qjulia/rational_map.hpp"
 
 namespace qjulia::picture {
 
@@ -40,7 +40,7 @@ class DepthSource {
 
 /// A map's set, as far as it is seen.
 struct MarchedSet {
-  RationalMap map;
+  Map map;
   int iterations = 6;
   std::optional<double> escape;  ///< the orbits', map units; by default none returns from it
   std::optional<Box> part;       ///< map units: what lies outside it is cut away

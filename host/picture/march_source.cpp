@@ -27,7 +27,7 @@ constexpr double kWorthInterpolating = 150;
 /// A lattice for the part of the band in sight is made where that is less than this share of it.
 constexpr double kPart = 0.5;
 
-/// Of what is seen, at most, in pixels.
+/// The most that interpolated images may displace what is seen, pixels.
 constexpr double kDisplacement = 0.125;
 /// For memory's sake: one for the lights, one for the camera.
 constexpr std::size_t kMostLattices = 2;
@@ -118,8 +118,8 @@ class InSight {
 };
 
 /// A map's box in map coordinates, or where it knows none, one that holds most of its factors.
-Box shape_box(const RationalMap& map) {
-  return map.box ? map.shape_to_map.to_map(*map.box) : surface::cube(2);
+Box shape_box(const Map& map) {
+  return map.frame.box ? map.frame.shape_to_map.to_map(*map.frame.box) : surface::cube(2);
 }
 
 class MarchSource : public DepthSource {
@@ -130,7 +130,7 @@ class MarchSource : public DepthSource {
         grid_(device, set, band_),
         kernel_(map_.kernel("ray_march.cl", "march_depth")) {
     // Copies in portals may be smaller than what the grid shows of where they stand.
-    if (!set.keeps_loose && !grid_.is_empty() && set.map.portals.empty()) find_loose();
+    if (!set.keeps_loose && !grid_.is_empty() && set.map.layers.portals.empty()) find_loose();
     loose_layout_ = map_.context().upload_real(grid_layout(loose_.grid), set_.precision);
     loose_bits_ = uploaded(loose_.bits);
     send_finer();

@@ -121,20 +121,20 @@ Camera in_scene(Camera camera, const ShapeToMap& to_scene) {
 
 /// What a map's pictures show: the part asked for (shape units), else the box of the shape and its
 /// copies, or where none is known, the source's bounds.
-Box framed_box(const RationalMap& map, const std::optional<Box>& part, const DepthSource& source) {
+Box framed_box(const Map& map, const std::optional<Box>& part, const DepthSource& source) {
   const std::optional<Box> box = part ? part : map::box_with_copies(map);
-  return box ? map.shape_to_map.to_map(*box) : source.bounds();
+  return box ? map.frame.shape_to_map.to_map(*box) : source.bounds();
 }
 
 /// The part of space that the options leave of the map's set, map coordinates. @throws OptionError
-std::optional<Box> part_left(const RationalMap& map, const PictureOptions& options) {
+std::optional<Box> part_left(const Map& map, const PictureOptions& options) {
   if (!options.box && options.cuts.empty()) return std::nullopt;
-  Box part = options.box.value_or(surface::cube(kEverywhere / map.shape_to_map.scale));
+  Box part = options.box.value_or(surface::cube(kEverywhere / map.frame.shape_to_map.scale));
   for (const Cut& cut : options.cuts) {
     const auto axis = static_cast<Eigen::Index>(cut.axis - 'x');
     double at = cut.at;
     if (cut.is_percent) {
-      const std::optional<Box>& whole = options.box ? options.box : map.box;
+      const std::optional<Box>& whole = options.box ? options.box : map.frame.box;
       if (!whole) {
         throw OptionError("cut", "the map keeps no box of its shape; give a coordinate");
       }
@@ -143,7 +143,7 @@ std::optional<Box> part_left(const RationalMap& map, const PictureOptions& optio
     part.high[axis] = std::min(part.high[axis], at);
   }
   if (!(part.size().array() > 0).all()) throw OptionError("cut", "nothing is left of the box");
-  return map.shape_to_map.to_map(part);
+  return map.frame.shape_to_map.to_map(part);
 }
 
 double cost(const View& view) {
@@ -195,8 +195,25 @@ void PictureOptions::validate() const {
   }
 }
 
+/// How far a picture is, in the unit of `cost`.
+struct Work {
+  const ProgressMonitor& monitor;
+  double all;
+  double done = 0;
+  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+
+  /// Reports progress. @throws Interrupted
+  void did(double more) {
+    throw_if_stopped(monitor.stop);
+    done += more;
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    monitor.report(
+        {"rendering", done / all, taken.count() * (all - done) / std::max(done, 1.0), {}});
+  }
+};
+
 struct Studio::Impl {
-  static std::unique_ptr<Impl> of_map(const Device& device, const RationalMap& map,
+  static std::unique_ptr<Impl> of_map(const Device& device, const Map& map,
                                       const PictureOptions& options, bool is_draft,
                                       const std::stop_token& stop);
 
@@ -216,6 +233,11 @@ struct Studio::Impl {
 
   void turn(const Camera& camera);
   LayeredImage picture(const ProgressMonitor& monitor, bool with_layers);
+  /// Depths of the sky's lights, and what they light of the ground.
+  void light_sky(Work& work);
+  /// The pixels, strip by strip.
+  void draw(const View& view, const Shading& shading, bool with_layers, Work& work,
+            LayeredImage& picture) const;
 
  private:
   Scene scene() const {
@@ -233,7 +255,7 @@ struct Studio::Impl {
   }
 };
 
-std::unique_ptr<Studio::Impl> Studio::Impl::of_map(const Device& device, const RationalMap& map,
+std::unique_ptr<Studio::Impl> Studio::Impl::of_map(const Device& device, const Map& map,
                                                    const PictureOptions& options, bool is_draft,
                                                    const std::stop_token& stop) {
   options.validate();
@@ -252,18 +274,19 @@ std::unique_ptr<Studio::Impl> Studio::Impl::of_map(const Device& device, const R
   if (is_draft) set.finest_cells = kDraftFinestCells;
   auto source = march_source(device, set);
   const Box framed = framed_box(map, options.box, *source);
-  return std::make_unique<Impl>(Impl{device, options, std::move(source), framed, map.shape_to_map,
-                                     fineness, is_draft, map.up.value_or(kDefaultUp), stop});
+  return std::make_unique<Impl>(Impl{device, options, std::move(source), framed,
+                                     map.frame.shape_to_map, fineness, is_draft,
+                                     map.frame.up.value_or(kDefaultUp), stop});
 }
 
 Studio::Studio(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
-Studio::Studio(const Device& device, const RationalMap& map, const PictureOptions& options,
+Studio::Studio(const Device& device, const Map& map, const PictureOptions& options,
                const std::stop_token& stop)
     : Studio(Impl::of_map(device, map, options, /*is_draft=*/false, stop)) {}
 
-Studio Studio::of_drafts(const Device& device, const RationalMap& map,
-                         const PictureOptions& options, const std::stop_token& stop) {
+Studio Studio::of_drafts(const Device& device, const Map& map, const PictureOptions& options,
+                         const std::stop_token& stop) {
   return Studio(Impl::of_map(device, map, options, /*is_draft=*/true, stop));
 }
 
@@ -279,7 +302,7 @@ Studio::Studio(const Device& device, const TriangleMesh& mesh, const Box& framed
     throw InputError("the box to frame has no size; give the mesh's own box");
   }
   // As large as maps are, so that both are lit alike.
-  const ShapeToMap to_scene{3 / side, -3 / side * framed.center()};
+  const ShapeToMap to_scene{kMapSide / side, -kMapSide / side * framed.center()};
   impl_ = std::make_unique<Impl>(Impl{device, options, mesh_source(mesh, to_scene),
                                       to_scene.to_map(framed), to_scene, fineness_of(options),
                                       /*is_draft=*/false, guess_up(mesh)});
@@ -310,58 +333,78 @@ LayeredImage Studio::layered_picture(const Camera& camera, const ProgressMonitor
   return impl_->picture(monitor, /*with_layers=*/true);
 }
 
+void Studio::Impl::light_sky(Work& work) {
+  const TraceStage stage(work.monitor.trace, "sky");
+  for (Light& light : sky) {
+    take_depths(light);
+    work.did(cost(light.view));
+  }
+  ground = lowest(*source, direction(*options.camera.up), fineness);
+  ground_light =
+      options.ground ? picture::ground_light(device, scene(), sky, fineness) : GroundLight{};
+  up = options.camera.up;
+}
+
+void Studio::Impl::draw(const View& view, const Shading& shading, bool with_layers, Work& work,
+                        LayeredImage& picture) const {
+  Image& image = picture.image;
+  const int samples = options.samples_per_axis;
+  const int strip_rows = std::max(1, kStripSamples / (view.columns * samples));
+  for (int row = 0; row < options.height; row += strip_rows) {
+    const int rows = std::min(strip_rows, options.height - row);
+    const int from = std::max(0, row * samples - kHalo);
+    const int to = std::min(view.rows, (row + rows) * samples + kHalo);
+    Strip strip{.first_row = row, .rows = rows, .samples = samples, .halo = row * samples - from};
+    {
+      const TraceStage stage(work.monitor.trace, "rays");
+      strip.depths = source->depths(view, from, to - from);
+    }
+    if (options.material != Material::clay) strip.traits = traits_of(view, strip, *source);
+    throw_if_stopped(work.monitor.stop);
+    const TraceStage stage(work.monitor.trace, "shade");
+    const Shaded shaded = shading.shade(view, strip, with_layers);
+    image.pixels.insert(image.pixels.end(), shaded.pixels.begin(), shaded.pixels.end());
+    if (options.backdrop == Backdrop::transparent) {
+      image.alpha.insert(image.alpha.end(), shaded.alpha.begin(), shaded.alpha.end());
+    }
+    image.covered += covered_pixels(view, strip);
+    if (with_layers) add_layers(view, strip, shaded.normals, to_scene, picture.layers);
+    work.did(cost(view) * strip.rows / options.height);
+  }
+}
+
 LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_layers) {
-  const auto start = std::chrono::steady_clock::now();
   const Camera& camera = options.camera;
   source->stop_with(monitor.stop.stop_possible() ? monitor.stop : stop);
-  const int samples = options.samples_per_axis;
-  const View view =
-      camera_view(in_scene(camera, to_scene), framed, options.width, options.height, samples);
+  const View view = camera_view(in_scene(camera, to_scene), framed, options.width, options.height,
+                                options.samples_per_axis);
   LampLights with =
       lamps(camera, options.lamp, source->bounds(), fineness * (is_draft ? kDraftLamps : 1));
   const bool is_first = up != camera.up;
-  double all = cost(view) + cost(with.key.view) + cost(with.rim.view);
+  Work work{monitor, cost(view) + cost(with.key.view) + cost(with.rim.view)};
   if (is_first) {
     up.reset();  // a stop may come before all is there
     sky =
         sky_lights(*camera.up, source->bounds(), fineness, is_draft ? kDraftSkyLights : kSkyLights);
-    all += kDepthGridCost;
-    for (const Light& light : sky) all += cost(light.view);
+    work.all += kDepthGridCost;
+    for (const Light& light : sky) work.all += cost(light.view);
   }
-  double done = 0;
-  const auto report = [&](double more) {
-    throw_if_stopped(monitor.stop);
-    done += more;
-    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-    monitor.report(
-        {"rendering", done / all, taken.count() * (all - done) / std::max(done, 1.0), {}});
-  };
 
   // The finest view first: what is computed for it serves the others.
   {
     const TraceStage stage(monitor.trace, "lattice");
     source->prepare(view);
   }
-  if (is_first) report(kDepthGridCost);
-  {
-    const TraceStage stage(monitor.trace, "sky");
-    if (is_first) {
-      for (Light& light : sky) {
-        take_depths(light);
-        report(cost(light.view));
-      }
-      ground = lowest(*source, direction(*camera.up), fineness);
-      ground_light =
-          options.ground ? picture::ground_light(device, scene(), sky, fineness) : GroundLight{};
-      up = camera.up;
-    }
+  if (is_first) {
+    work.did(kDepthGridCost);
+    light_sky(work);
   }
   {
     const TraceStage stage(monitor.trace, "lamps");
     take_depths(with.key);
     take_depths(with.rim);
   }
-  report(cost(with.key.view) + cost(with.rim.view));
+  work.did(cost(with.key.view) + cost(with.rim.view));
   std::vector<Light> lights{with.key};
   lights.insert(lights.end(), sky.begin(), sky.end());
   lights.push_back(with.rim);
@@ -373,38 +416,17 @@ LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_lay
   image.loose.volume /= std::pow(to_scene.scale, 3);
   image.pixels.reserve(3 * static_cast<std::size_t>(image.width) *
                        static_cast<std::size_t>(image.height));
-  const int strip_rows = std::max(1, kStripSamples / (view.columns * samples));
-  for (int row = 0; row < options.height; row += strip_rows) {
-    const int rows = std::min(strip_rows, options.height - row);
-    const int from = std::max(0, row * samples - kHalo);
-    const int to = std::min(view.rows, (row + rows) * samples + kHalo);
-    Strip strip{.first_row = row, .rows = rows, .samples = samples, .halo = row * samples - from};
-    {
-      const TraceStage stage(monitor.trace, "rays");
-      strip.depths = source->depths(view, from, to - from);
-    }
-    if (options.material != Material::clay) strip.traits = traits_of(view, strip, *source);
-    throw_if_stopped(monitor.stop);
-    const TraceStage stage(monitor.trace, "shade");
-    const Shaded shaded = shading.shade(view, strip, with_layers);
-    image.pixels.insert(image.pixels.end(), shaded.pixels.begin(), shaded.pixels.end());
-    if (options.backdrop == Backdrop::transparent) {
-      image.alpha.insert(image.alpha.end(), shaded.alpha.begin(), shaded.alpha.end());
-    }
-    image.covered += covered_pixels(view, strip);
-    if (with_layers) add_layers(view, strip, shaded.normals, to_scene, picture.layers);
-    report(cost(view) * strip.rows / options.height);
-  }
+  draw(view, shading, with_layers, work, picture);
   return picture;
 }
 
-Image render(const Device& device, const RationalMap& map, const PictureOptions& options,
+Image render(const Device& device, const Map& map, const PictureOptions& options,
              const ProgressMonitor& monitor) {
   return Studio(device, map, options, monitor.stop).picture(options.camera, monitor);
 }
 
-LayeredImage layered_render(const Device& device, const RationalMap& map,
-                            const PictureOptions& options, const ProgressMonitor& monitor) {
+LayeredImage layered_render(const Device& device, const Map& map, const PictureOptions& options,
+                            const ProgressMonitor& monitor) {
   return Studio(device, map, options, monitor.stop).layered_picture(options.camera, monitor);
 }
 

@@ -33,7 +33,7 @@ struct View {
   /// The view whose pixels are this one's squares of `samples` × `samples`.
   View coarse() const;
 
-  /// As layout/picture_layout.h says.
+  /// The buffer that layout/picture_layout.h describes.
   std::vector<double> packed() const;
 };
 

@@ -39,7 +39,7 @@ constexpr double gradient(int n) {
 constexpr double kEnergyReals =
     QJ_SAMPLE_ARRAYS + 2;                          // for each sample: its arrays; field, cotangent
 constexpr double kPotentialGradientReals = 4 + 1;  // for each sample: position, cotangent
-/// Of a grid point: F, and for each further iterate point and F in and out.
+/// Reals that a grid point takes: F, and for each further iterate the point and F, in and out.
 constexpr double level_set_reals(int n) { return 1 + (n - 1) * 10.0; }
 /// H from panels written and read once, H itself once for each block of `panel` samples.
 constexpr double gauss_newton_reals(double samples, double order, double panel) {

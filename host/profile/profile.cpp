@@ -185,7 +185,7 @@ class Bench {
 /// Iterates that run of each sample's n, on average: all of them, unless an orbit escapes.
 double executed_iterates(const Device& device, const Workload& work, int n, Precision precision) {
   const Field field(device, work.map, precision, {0, 0, kNoEscape});
-  const auto points = on_slice(work.samples.position, work.map.slice);
+  const auto points = on_slice(work.samples.position, work.map.dynamics.slice);
   std::size_t executed = points.size();
   for (int m = 1; m < n; ++m) {
     executed += static_cast<std::size_t>(std::ranges::count_if(
@@ -211,12 +211,13 @@ void time_evaluator(Bench& bench, const Device& device, const Workload& work, in
 /// H = JᵀWJ, in multiply-adds of its upper triangle.
 void time_gauss_newton(Bench& bench, const Device& device, Workload work, Precision precision) {
   const std::size_t samples = std::min<std::size_t>(
-      work.samples.size(), fitting::curvature_samples(1 + 5 * work.map.factors.size()));
+      work.samples.size(), fitting::curvature_samples(1 + 5 * work.map.dynamics.factors.size()));
   fitting::Samples part;
   for (std::size_t i = 0; i < samples; ++i) part.add(work.samples, i);
   const auto evaluator = fitting::make_device_evaluator(device, part, {}, precision);
-  const double order = 1 + 5 * static_cast<double>(work.map.factors.size());
-  const double slots = 0.5 * order * (order + 1) / static_cast<double>(work.map.factors.size());
+  const double order = 1 + 5 * static_cast<double>(work.map.dynamics.factors.size());
+  const double slots =
+      0.5 * order * (order + 1) / static_cast<double>(work.map.dynamics.factors.size());
   const double reals = cost::gauss_newton_reals(static_cast<double>(samples), order,
                                                 device.tuning(precision).panel_samples);
   bench.time("gauss_newton", 1, samples, 1, {slots, reals},
@@ -237,8 +238,8 @@ void time_surface_and_picture(Bench& bench, const Device& device, const Workload
   });
 
   // A root at the origin makes the set bounded, and a ball in the main.
-  RationalMap ball = work.map;
-  ball.factors.front() = {{0, 0, 0, 0}, 4};
+  Map ball = work.map;
+  ball.dynamics.factors.front() = {{0, 0, 0, 0}, 4};
   PictureOptions picture;
   picture.width = 160;
   picture.height = 120;

@@ -23,9 +23,9 @@ std::optional<double> measured_over_predicted(const KernelFigures& f) {
 
 /// Runs of less are too short to judge by their spread.
 constexpr double kLongEnough = 1e-3;
-/// Of the runs of a kernel on an idle machine.
+/// How far the times of a kernel's runs spread on an idle machine.
 constexpr double kUsualSpread = 0.25;
-/// Of the limit, measured twice there.
+/// How far the limit drifts there between two measurements.
 constexpr double kUsualDrift = 0.05;
 /// Least share of a multiply-add a lane and cycle that an idle machine reaches.
 constexpr double kUsualClock = 0.75;

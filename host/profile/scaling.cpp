@@ -36,7 +36,7 @@ ScalingPoint measure(const Device& device, const Workload& work, int iterations,
     least = std::min(least, seconds);
     spent += seconds;
   }
-  return {iterations, work.samples.size(), work.map.factors.size(), least,
+  return {iterations, work.samples.size(), work.map.dynamics.factors.size(), least,
           device.context().peak_allocated_bytes()};
 }
 

@@ -34,12 +34,12 @@ Workload make_workload(const ProfileOptions& options) {
     work.samples.add(point(1.5), 1 / static_cast<double>(options.samples), 0, 0);
   }
   constexpr double kRoots = 0.57;
-  work.map.log_scale = -0.1;
+  work.map.dynamics.log_scale = -0.1;
   for (std::size_t k = 0; k < options.factors; ++k) {
     const Eigen::Vector3d c = point(1);
     const double size = random.uniform(0.01, 0.06);
     const bool root = static_cast<double>(k) < kRoots * static_cast<double>(options.factors);
-    work.map.factors.push_back({{c.x(), c.y(), c.z(), 0}, root ? size : -size});
+    work.map.dynamics.factors.push_back({{c.x(), c.y(), c.z(), 0}, root ? size : -size});
   }
   return work;
 }

@@ -9,9 +9,9 @@
 #include "fit/samples.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/field.hpp"
+#include "qjulia/map.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/profile.hpp"
-#include "qjulia/rational_map.hpp"
 
 namespace qjulia::profiling {
 
@@ -25,7 +25,7 @@ KernelSeconds timed(const Device& device, const std::function<void()>& work);
 
 struct Workload {
   fitting::Samples samples;
-  RationalMap map;
+  Map map;
 };
 Workload make_workload(const ProfileOptions& options);
 
@@ -57,7 +57,7 @@ class TuneBench {
 
  private:
   Device device_;
-  const RationalMap& map_;
+  const Map& map_;
   std::unique_ptr<fitting::Evaluator> potential_, orbit_;
 };
 

@@ -27,8 +27,8 @@ struct ConeSum {
   }
   /// Normals of a closed surface cancel, and its volume is the same for every apex.
   bool is_closed() const { return normals.norm() <= 1e-6 * area; }
-  /// Of cones whose apex is the surface's centroid: moving the apex by m changes their volume by
-  /// −m · sum of normals / 3.
+  /// The volume of the cones whose apex is the surface's centroid. Moving the apex by m changes it
+  /// by −m · sum of normals / 3.
   double volume_from_centroid() const {
     return area > 0 ? volume - normals.dot(centroids / area) / 3 : volume;
   }

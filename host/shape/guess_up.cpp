@@ -23,7 +23,7 @@ double turn(const Point& a, const Point& b, const Point& c) {
   return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
 }
 
-/// Of the points' convex hull, by Andrew's chains.
+/// The area of the points' convex hull, by Andrew's chains.
 double hull_area(std::vector<Point> points) {
   std::ranges::sort(points, [](const Point& a, const Point& b) {
     return std::pair(a.x(), a.y()) < std::pair(b.x(), b.y());

@@ -10,7 +10,7 @@ struct ShapeWithDistance {
   SignedDistance distance;  ///< to the outer surface, in the given mesh's units
 };
 
-/// As `qjulia::make_shape`.
+/// What `qjulia::make_shape` does.
 ShapeWithDistance make_shape_with_distance(const Device& device, const TriangleMesh& mesh,
                                            const std::stop_token& stop = {});
 

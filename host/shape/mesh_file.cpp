@@ -97,7 +97,7 @@ DetectedType detected_type(std::string_view head) {
   return {};
 }
 
-/// As `to_number`, in single precision, rounded once.
+/// What `to_number` does, in single precision, rounded once.
 std::optional<float> to_coordinate(std::string_view word) {
   float value{};
   const std::errc error = parse(word, value).ec;

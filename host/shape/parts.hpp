@@ -19,7 +19,7 @@ struct Parts {
   std::vector<ConeSum> sums;               ///< by part; the apex is the middle of the mesh's box
 
   std::size_t size() const { return sums.size(); }
-  /// As `qjulia::signed_volume`.
+  /// The volume that `qjulia::signed_volume` would give.
   double signed_volume() const;
 };
 

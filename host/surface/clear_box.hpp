@@ -4,8 +4,8 @@
 #include <functional>
 #include <vector>
 
+#include "qjulia/map.hpp"
 #include "qjulia/progress.hpp"
-#include "qjulia/rational_map.hpp"
 #include "surface/grid.hpp"
 
 namespace qjulia::surface {

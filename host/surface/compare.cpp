@@ -183,13 +183,13 @@ void compare_surfaces(const Device& device, const TriangleMesh& set, const Sampl
 }
 
 /// Coefficient of variation of ‖∇F_1‖ over points of the shape, in its own coordinates.
-double slope_variation(const Device& device, RationalMap map, std::vector<Eigen::Vector3d> points) {
-  map.steepness = 1;  // the points lie on both sides of where F gets steeper
-  map.portals.clear();
-  map.paint.reset();
-  for (auto& x : points) x = map.shape_to_map.to_map(x);
+double slope_variation(const Device& device, Map map, std::vector<Eigen::Vector3d> points) {
+  map.layers.steepness = 1;  // the points lie on both sides of where F gets steeper
+  map.layers.portals.clear();
+  map.layers.paint.reset();
+  for (auto& x : points) x = map.frame.shape_to_map.to_map(x);
   double sum = 0, squares = 0;
-  for (const Quaternion& g : Field(device, map).gradient_at(on_slice(points, map.slice))) {
+  for (const Quaternion& g : Field(device, map).gradient_at(on_slice(points, map.dynamics.slice))) {
     const double slope = std::hypot(g.x, g.y, g.z);
     sum += slope;
     squares += slope * slope;
@@ -210,9 +210,8 @@ void CompareOptions::validate() const {
     throw OptionError("limbs", "they are counted of all the mesh; leave the box out");
 }
 
-std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
-                                const TriangleMesh& mesh, const CompareOptions& options,
-                                const ProgressMonitor& monitor) {
+std::vector<FitMetrics> compare(const Device& device, const Map& map, const TriangleMesh& mesh,
+                                const CompareOptions& options, const ProgressMonitor& monitor) {
   options.validate();
   map.validate();
   mesh.validate();
@@ -224,7 +223,7 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
 
   report(0);
   const OuterSurface outer = outer_surface(device, mesh, monitor.stop);
-  const CubeSamples cube = sample_cube(outer.distance, mesh.box(), map.shape_to_map,
+  const CubeSamples cube = sample_cube(outer.distance, mesh.box(), map.frame.shape_to_map,
                                        options.resolution, options.box, monitor);
   const SampledMesh sampled(outer.mesh, outer.distance, options.box);
   if (sampled.points.empty()) {
@@ -232,7 +231,8 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
         "box", "it holds no part of the mesh's surface; give a box that the surface runs through");
   }
   std::vector<Limb> limbs;
-  if (options.limbs) limbs = limbs_of(cube, map.shape_to_map.scale * mesh.box().size().maxCoeff());
+  if (options.limbs)
+    limbs = limbs_of(cube, map.frame.shape_to_map.scale * mesh.box().size().maxCoeff());
   const double variation = slope_variation(device, map, sampled.points);
   const ProgressMonitor quiet{{}, monitor.stop};
   std::vector<FitMetrics> all;
@@ -243,7 +243,7 @@ std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
     metrics.slope_variation = variation;
     const LevelSet level_set(device, map, stops, n, options.precision);
     const std::vector<bool> in_set =
-        compare_volumes(level_set, map.surface_level, cube, monitor, metrics);
+        compare_volumes(level_set, map.dynamics.surface_level, cube, monitor, metrics);
     if (options.limbs) {
       metrics.limbs = static_cast<int>(limbs.size());
       metrics.limbs_kept = limbs_kept(limbs, cube.grid, in_set);

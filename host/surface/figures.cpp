@@ -78,8 +78,8 @@ void for_points(std::array<Eigen::Vector3d, 3> p, double spacing, const Use& use
   }
 }
 
-/// Of the points in `box` that `for_all` hands to its argument, by boxes of `finest` and wider; an
-/// empty box has none.
+/// The dimension of the points in `box` that `for_all` hands to its argument, by boxes of `finest`
+/// and wider. An empty box has none.
 template <class ForAll>
 BoxDimension dimension_of(const Eigen::AlignedBox3f& box, double finest, const ForAll& for_all) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -144,7 +144,7 @@ struct PartSums {
     return *this;
   }
   double area() const { return cones.area; }
-  /// That of a bubble is as large as that of the body that would fill it.
+  /// The volume enclosed. A bubble's is as large as that of the body that would fill it.
   double enclosed() const { return std::abs(cones.volume_from_centroid()); }
   bool is_open() const { return boundary != 0; }
 };
@@ -187,7 +187,7 @@ class ConnectedParts {
     sums_[part] += sums;
   }
 
-  /// By label; those united with another's have no triangles.
+  /// The sums of each label. A label that was united with another has no triangles.
   const std::vector<PartSums>& sums() const { return sums_; }
 
   /// Drops those parts for whose sums `is_dropped` holds.
@@ -232,7 +232,7 @@ struct FigureSink::Impl {
   std::vector<Eigen::Vector3f> positions;  ///< from there: far from the origin they would be coarse
   ConnectedParts parts;
   std::vector<Triangle> waiting;  ///< for their vertices
-  /// Those measured, while they are at most `most_kept`, and none of more: only the dimension of a
+  /// All triangles measured, or none once there are more than `most_kept`: only the dimension of a
   /// coarse mesh needs them.
   std::vector<Triangle> kept_triangles;
   std::size_t most_kept = std::size_t{1} << 20;

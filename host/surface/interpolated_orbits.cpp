@@ -165,8 +165,8 @@ class InterpolatedOrbits {
     return static_cast<int>(std::lround(std::min<double>(kWidestSpacing, steps)));
   }
 
-  /// Of these numbers those of points within kClearance node distances of a factor's centre, along
-  /// each axis.
+  /// Those of these numbers whose points lie within kClearance node distances of a factor's centre
+  /// along each axis.
   std::vector<std::int32_t> near_factors(std::span<const std::int32_t> numbers, int spacing) const {
     const double reach = kClearance * spacing;  // grid steps
     std::vector<bool> marks;                    // one for each point of the block

@@ -38,7 +38,8 @@ struct Unsettled {
 ///
 /// @param below, above where sides are certain, about `level`.
 /// @param numbers of some of the block's points, rising.
-/// @param values by number; takes F, short of what it may be off, of the points that are settled.
+/// @param values is indexed by number. A settled point's F goes there, less the most that it may be
+///   off.
 Unsettled settle_by_interpolation(const map::DeviceMap& map, const Grid& grid,
                                   const GridBlock& block, double below, double level, double above,
                                   std::span<const std::int32_t> numbers, std::span<float> values);

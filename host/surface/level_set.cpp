@@ -24,8 +24,8 @@ struct Orbits {
 
 }  // namespace
 
-LevelSet::LevelSet(const Device& device, const RationalMap& map, const StopRadii& stops,
-                   int iterations, Precision precision)
+LevelSet::LevelSet(const Device& device, const Map& map, const StopRadii& stops, int iterations,
+                   Precision precision)
     : map_(device, map, stops, precision),
       iterations_(iterations),
       below_(static_cast<float>(map_.log_inner())),

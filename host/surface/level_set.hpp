@@ -13,7 +13,7 @@
 
 namespace qjulia::surface {
 
-/// Of a launch.
+/// A launch's arguments.
 using Arguments = std::vector<device::Argument>;
 
 /// Least and greatest F_1, or where that decides nothing F_2, for each of several cubes.
@@ -34,7 +34,7 @@ struct ClampRange {
 /// no lane is idle. Points stay on the device; what passes to and fro are numbers and F.
 class LevelSet {
  public:
-  LevelSet(const Device& device, const RationalMap& map, const StopRadii& stops, int iterations,
+  LevelSet(const Device& device, const Map& map, const StopRadii& stops, int iterations,
            Precision precision = Precision::single);
 
   Precision precision() const { return map_.precision(); }
@@ -106,8 +106,8 @@ class LevelSet {
 };
 
 /// `extract_surface` for callers that know the stop radii. Map and options are valid.
-SurfaceReport level_set_surface(const Device& device, const RationalMap& map,
-                                const StopRadii& stops, const SurfaceOptions& options,
-                                SurfaceSink& sink, const ProgressMonitor& monitor);
+SurfaceReport level_set_surface(const Device& device, const Map& map, const StopRadii& stops,
+                                const SurfaceOptions& options, SurfaceSink& sink,
+                                const ProgressMonitor& monitor);
 
 }  // namespace qjulia::surface

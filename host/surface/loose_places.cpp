@@ -12,7 +12,7 @@
 namespace qjulia::surface {
 namespace {
 
-/// Of the largest body's volume, as in `drop_loose_pieces`.
+/// A share of the largest body's volume, as in `drop_loose_pieces`.
 constexpr double kLeast = 0.01;
 /// A piece that has not ended after so many cells is kept.
 constexpr int kMostRounds = 6;

@@ -2,60 +2,23 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <array>
-#include <bit>
-#include <cstring>
 #include <iostream>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "base/output_file.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/surface_file.hpp"
+#include "shape/ply_format.hpp"
 
 namespace qjulia {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "the header says so");
-
-/// Comments of short lines: readers have limits.
-std::string comments(const std::string& note) {
-  constexpr std::size_t kLine = 200;
-  std::string lines;
-  for (std::size_t at = 0; at < note.size(); at += kLine) {
-    lines += fmt::format("comment {}\n", note.substr(at, kLine));
-  }
-  return lines;
-}
-
-std::string header(std::size_t vertices, std::size_t triangles, const std::string& note) {
-  return fmt::format(
-      "ply\nformat binary_little_endian 1.0\ncomment made by qjulia\n{}"
-      "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
-      "property float nx\nproperty float ny\nproperty float nz\n"
-      "element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
-      comments(note), vertices, triangles);
-}
-
-/// Position and normal, as the file holds them.
-using VertexRecord = std::array<float, 6>;
-
-/// A triangle as the file holds it: a byte with the number of corners, then the corners.
-struct FaceRecord {
-  std::array<char, 1 + sizeof(Triangle)> bytes;
-
-  explicit FaceRecord(const Triangle& corners = {}) : bytes{3} {
-    std::memcpy(bytes.data() + 1, corners.data(), sizeof corners);
-  }
-  Triangle corners() const {
-    Triangle corners;
-    std::memcpy(corners.data(), bytes.data() + 1, sizeof corners);
-    return corners;
-  }
-};
-static_assert(sizeof(FaceRecord) == 13);
+using shape::PlyFace;
+using shape::PlyVertex;
 
 template <class Record>
 void write_records(std::ostream& stream, std::span<const Record> records) {
@@ -135,13 +98,13 @@ void PlyFile::vertices(std::span<const Eigen::Vector3d> positions,
     throw InputError(fmt::format("{} vertices came with {} normals: give one for each vertex",
                                  positions.size(), normals.size()));
   }
-  std::vector<VertexRecord> records(positions.size());
+  std::vector<PlyVertex> records(positions.size());
   for (std::size_t i = 0; i < positions.size(); ++i) {
     Eigen::Map<Eigen::Vector3f>(records[i].data()) = positions[i].cast<float>();
     Eigen::Map<Eigen::Vector3f>(records[i].data() + 3) = normals[i].cast<float>();
   }
   impl_->vertex_count += records.size();
-  write_records<VertexRecord>(impl_->vertices->stream(), records);
+  write_records<PlyVertex>(impl_->vertices->stream(), records);
   impl_->check(impl_->vertices->stream());
 }
 
@@ -150,18 +113,19 @@ void PlyFile::triangles(std::span<const Triangle> triangles) {
   for (const Triangle& triangle : triangles) {
     impl_->last_vertex = std::max(impl_->last_vertex, std::ranges::max(triangle));
   }
-  const std::vector<FaceRecord> records(triangles.begin(), triangles.end());
+  const std::vector<PlyFace> records(triangles.begin(), triangles.end());
   impl_->face_count += records.size();
-  write_records<FaceRecord>(impl_->faces->stream(), records);
+  write_records<PlyFace>(impl_->faces->stream(), records);
   impl_->check(impl_->faces->stream());
 }
 
 void PlyFile::commit() {
   impl_->expect_complete();
   const auto all = [](auto records) { return records.size(); };
-  impl_->file.stream() << header(impl_->vertex_count, impl_->face_count, impl_->note);
-  impl_->append<VertexRecord>(impl_->vertices, impl_->vertex_count, all);
-  impl_->append<FaceRecord>(impl_->faces, impl_->face_count, all);
+  impl_->file.stream() << shape::ply_header(impl_->vertex_count, impl_->face_count, true,
+                                            impl_->note);
+  impl_->append<PlyVertex>(impl_->vertices, impl_->vertex_count, all);
+  impl_->append<PlyFace>(impl_->faces, impl_->face_count, all);
   impl_->file.commit();
 }
 
@@ -173,30 +137,30 @@ void PlyFile::commit(const std::function<bool(std::uint32_t)>& keeps) {
   for (std::uint32_t v = 0; v < number.size(); ++v) {
     if (keeps(v)) number[v] = kept++;
   }
-  const auto is_dropped = [&](const FaceRecord& face) {
+  const auto is_dropped = [&](const PlyFace& face) {
     return number[face.corners()[0]] == kDropped;
   };
   std::size_t kept_faces = 0;
-  for_records<FaceRecord>(impl_->faces->stream(), impl_->face_count, [&](auto faces) {
+  for_records<PlyFace>(impl_->faces->stream(), impl_->face_count, [&](auto faces) {
     kept_faces += faces.size() - static_cast<std::size_t>(std::ranges::count_if(faces, is_dropped));
   });
   impl_->check(impl_->faces->stream());
-  impl_->file.stream() << header(kept, kept_faces, impl_->note);
+  impl_->file.stream() << shape::ply_header(kept, kept_faces, true, impl_->note);
   std::size_t v = 0;
-  impl_->append<VertexRecord>(impl_->vertices, impl_->vertex_count,
-                              [&](std::span<VertexRecord> vertices) {
-                                std::size_t count = 0;
-                                for (const VertexRecord& vertex : vertices) {
-                                  if (number[v++] != kDropped) vertices[count++] = vertex;
-                                }
-                                return count;
-                              });
-  impl_->append<FaceRecord>(impl_->faces, impl_->face_count, [&](std::span<FaceRecord> faces) {
+  impl_->append<PlyVertex>(impl_->vertices, impl_->vertex_count,
+                           [&](std::span<PlyVertex> vertices) {
+                             std::size_t count = 0;
+                             for (const PlyVertex& vertex : vertices) {
+                               if (number[v++] != kDropped) vertices[count++] = vertex;
+                             }
+                             return count;
+                           });
+  impl_->append<PlyFace>(impl_->faces, impl_->face_count, [&](std::span<PlyFace> faces) {
     std::size_t count = 0;
-    for (const FaceRecord& face : faces) {
+    for (const PlyFace& face : faces) {
       if (is_dropped(face)) continue;
       const auto [a, b, c] = face.corners();
-      faces[count++] = FaceRecord({number[a], number[b], number[c]});
+      faces[count++] = PlyFace({number[a], number[b], number[c]});
     }
     return count;
   });

@@ -65,20 +65,20 @@ GridField field_of(const LevelSet& set) {
 }
 
 /// A box that most of the set lies in; map units.
-Box box_about(const LevelSet& set, const RationalMap& map, const StopRadii& stops) {
-  const ShapeToMap& to_map = map.shape_to_map;
+Box box_about(const LevelSet& set, const Map& map, const StopRadii& stops) {
+  const ShapeToMap& to_map = map.frame.shape_to_map;
   if (const std::optional<Box> known = map::box_with_copies(map)) {
     const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kMargin * known->size().maxCoeff());
     return {to_map.to_map(known->low - margin), to_map.to_map(known->high + margin)};
   }
-  return shrunk_to_inside(field_of(set), map.surface_level, cube(farthest_inside(stops)));
+  return shrunk_to_inside(field_of(set), map.dynamics.surface_level, cube(farthest_inside(stops)));
 }
 
 /// The box asked for, or one that is clear of the set; map units.
-Box box_to_mesh(const LevelSet& set, const RationalMap& map, const StopRadii& stops,
+Box box_to_mesh(const LevelSet& set, const Map& map, const StopRadii& stops,
                 const SurfaceOptions& options, const ProgressMonitor& monitor) {
-  if (options.box) return map.shape_to_map.to_map(*options.box);
-  return enlarged_until_clear(field_of(set), map.surface_level, box_about(set, map, stops),
+  if (options.box) return map.frame.shape_to_map.to_map(*options.box);
+  return enlarged_until_clear(field_of(set), map.dynamics.surface_level, box_about(set, map, stops),
                               options.resolution, 2 * farthest_inside(stops), monitor);
 }
 
@@ -102,12 +102,12 @@ class Mesher {
  public:
   /// @param placer of vertices, on a device of its own; without one (null) they stay where the
   ///   field's interpolated difference vanishes.
-  Mesher(const Grid& grid, const RationalMap& map, const DifferenceScale& scale,
-         const VertexPlacer* placer, SurfaceSink& sink)
+  Mesher(const Grid& grid, const Map& map, const DifferenceScale& scale, const VertexPlacer* placer,
+         SurfaceSink& sink)
       : grid_(grid),
         placer_(placer),
-        cubes_(grid.points, map.surface_level, scale),
-        builder_(grid, map.shape_to_map, sink) {}
+        cubes_(grid.points, map.dynamics.surface_level, scale),
+        builder_(grid, map.frame.shape_to_map, sink) {}
 
   /// Meshes the next slab, after the one before is done; takes `values` and leaves a buffer of
   /// unspecified values. @throws what meshing the slab before threw.
@@ -235,7 +235,7 @@ void SurfaceOptions::validate() const {
   map::expect_box(box);
 }
 
-SurfaceReport surface::level_set_surface(const Device& device, const RationalMap& map,
+SurfaceReport surface::level_set_surface(const Device& device, const Map& map,
                                          const StopRadii& stops, const SurfaceOptions& options,
                                          SurfaceSink& sink, const ProgressMonitor& monitor) {
   LevelSet set(device, map, stops, options.iterations, options.precision);
@@ -245,7 +245,8 @@ SurfaceReport surface::level_set_surface(const Device& device, const RationalMap
   }();
   const Grid grid = grid_over(box, options.resolution);
   const DifferenceScale scale{
-      reach_about(map.surface_level, map.steepness, stops, options.iterations), map.steepness};
+      reach_about(map.dynamics.surface_level, map.layers.steepness, stops, options.iterations),
+      map.layers.steepness};
   const Device sibling = device.sibling();
   const LevelSet second(sibling, map, stops, options.iterations, options.precision);
   const int tries = options.refine.value_or(options.iterations > 1 ? kTries : 0);
@@ -258,8 +259,8 @@ SurfaceReport surface::level_set_surface(const Device& device, const RationalMap
   set.reset_counts();
   const TraceStage stage(monitor.trace, "extract the surface");
   Mesher mesher(grid, map, scale, placer ? &*placer : nullptr, sink);
-  SurfaceReport report =
-      mesh_level_set(set, second, map.surface_level, scale, grid, options.dense, mesher, monitor);
+  SurfaceReport report = mesh_level_set(set, second, map.dynamics.surface_level, scale, grid,
+                                        options.dense, mesher, monitor);
   sibling.record(nullptr);
   if (placing) placing->record(nullptr);
   report.grid_points = whole(grid).size();
@@ -284,9 +285,8 @@ void MeshSink::triangles(std::span<const Triangle> triangles) {
   mesh.triangles.insert(mesh.triangles.end(), triangles.begin(), triangles.end());
 }
 
-SurfaceReport extract_surface(const Device& device, const RationalMap& map,
-                              const SurfaceOptions& options, SurfaceSink& sink,
-                              const ProgressMonitor& monitor) {
+SurfaceReport extract_surface(const Device& device, const Map& map, const SurfaceOptions& options,
+                              SurfaceSink& sink, const ProgressMonitor& monitor) {
   options.validate();
   map.validate();
   const StopRadii stops = [&] {
@@ -296,14 +296,14 @@ SurfaceReport extract_surface(const Device& device, const RationalMap& map,
   return level_set_surface(device, map, stops, options, sink, monitor);
 }
 
-TriangleMesh extract_surface(const Device& device, const RationalMap& map,
-                             const SurfaceOptions& options, const ProgressMonitor& monitor) {
+TriangleMesh extract_surface(const Device& device, const Map& map, const SurfaceOptions& options,
+                             const ProgressMonitor& monitor) {
   MeshSink sink;
   extract_surface(device, map, options, sink, monitor);
   return std::move(sink.mesh);
 }
 
-bool has_points(const Device& device, const RationalMap& map, const SurfaceOptions& options,
+bool has_points(const Device& device, const Map& map, const SurfaceOptions& options,
                 const std::stop_token& stop) {
   options.validate();
   map.validate();
@@ -311,7 +311,8 @@ bool has_points(const Device& device, const RationalMap& map, const SurfaceOptio
   constexpr std::uint64_t kSeed = 1;
   const StopRadii stops = find_stop_radii(device, map, options.escape, stop);
   const LevelSet set(device, map, stops, options.iterations, options.precision);
-  const Box box = options.box ? map.shape_to_map.to_map(*options.box) : box_about(set, map, stops);
+  const Box box =
+      options.box ? map.frame.shape_to_map.to_map(*options.box) : box_about(set, map, stops);
   std::vector<Eigen::Vector3d> places;
   places.reserve(kPlaces + 1);
   if (Eigen::AlignedBox3d(box.low, box.high).contains(Eigen::Vector3d::Zero().eval())) {
@@ -323,7 +324,7 @@ bool has_points(const Device& device, const RationalMap& map, const SurfaceOptio
     for (int axis = 0; axis < 3; ++axis) x[axis] = random.uniform(box.low[axis], box.high[axis]);
     places.push_back(x);
   }
-  const auto level = static_cast<float>(map.surface_level);
+  const auto level = static_cast<float>(map.dynamics.surface_level);
   return std::ranges::any_of(set.at(places), [&](float value) { return value < level; });
 }
 

@@ -24,14 +24,14 @@ constexpr double kUsualStretch = 12;
 constexpr double kLeastStretch = 2;
 
 /// |∇F_1| about the surface, map units; 0 if the map does not say its detail.
-double slope_of(const RationalMap& map) {
-  if (!map.detail || !map.box) return 0;
-  return 1 / (*map.detail * map.box->diagonal() * map.shape_to_map.scale);
+double slope_of(const Map& map) {
+  if (!map.frame.detail || !map.frame.box) return 0;
+  return 1 / (*map.frame.detail * map.frame.box->diagonal() * map.frame.shape_to_map.scale);
 }
 
 }  // namespace
 
-VertexPlacer::VertexPlacer(const Device& device, const RationalMap& map, const StopRadii& stops,
+VertexPlacer::VertexPlacer(const Device& device, const Map& map, const StopRadii& stops,
                            int iterations, Precision precision, const DifferenceScale& scale,
                            int tries)
     : map_(device, map, stops, precision),
@@ -40,7 +40,7 @@ VertexPlacer::VertexPlacer(const Device& device, const RationalMap& map, const S
       tries_(tries),
       slope_(slope_of(map)),
       // Images of points at the surface have the length e^L.
-      stretch_(slope_ > 0 ? std::max(kLeastStretch, slope_ * std::exp(map.surface_level))
+      stretch_(slope_ > 0 ? std::max(kLeastStretch, slope_ * std::exp(map.dynamics.surface_level))
                           : kUsualStretch) {}
 
 void VertexPlacer::place(const Grid& grid, std::span<EdgeVertex> vertices) const {

@@ -12,7 +12,7 @@ namespace qjulia::surface {
 class VertexPlacer {
  public:
   /// @param iterations n. @param tries the most points tried on each edge, 1 or more.
-  VertexPlacer(const Device& device, const RationalMap& map, const StopRadii& stops, int iterations,
+  VertexPlacer(const Device& device, const Map& map, const StopRadii& stops, int iterations,
                Precision precision, const DifferenceScale& scale, int tries);
 
   /// Tries points on each vertex's edge. Each shows on which side of it the set ends, and about how

@@ -12,7 +12,8 @@ namespace qjulia {
 /// Linear red, green and blue, 0 … 1.
 using Rgb = Eigen::Vector3d;
 
-/// Of "#ff8000", "ff8000", "f80", "white" or "black", as sRGB. None for what is no colour.
+/// The sRGB colour that "#ff8000", "ff8000", "f80", "white" or "black" stands for; none where the
+/// text is no colour.
 std::optional<Rgb> color_named(std::string_view text);
 /// "#ff8000": the nearest sRGB colour of 8 bits.
 std::string color_name(const Rgb& color);

@@ -50,9 +50,8 @@ struct FitMetrics {
 /// Metrics at n = 1 and at `options.iterations`. The IoU is taken at cell centres of a cube centred
 /// on the mesh's box, side 1.15 × its longest side; or of `options.box`.
 /// @throws InputError naming the option or what is wrong with the map or mesh.
-std::vector<FitMetrics> compare(const Device& device, const RationalMap& map,
-                                const TriangleMesh& mesh, const CompareOptions& options,
-                                const ProgressMonitor& monitor = {});
+std::vector<FitMetrics> compare(const Device& device, const Map& map, const TriangleMesh& mesh,
+                                const CompareOptions& options, const ProgressMonitor& monitor = {});
 
 /// Why some of the figures are undefined, and what to do; empty if all are numbers.
 std::string why_undefined(const FitMetrics& metrics);

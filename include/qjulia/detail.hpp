@@ -6,7 +6,7 @@
 
 #include "qjulia/device.hpp"
 #include "qjulia/field.hpp"
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 
 namespace qjulia {
 
@@ -17,13 +17,13 @@ constexpr double kLeastDetail = 0.0001, kMostDetail = 0.1;
 /// F_1 − L multiplied by t everywhere: a_k ← t a_k (of a distance modulus, δ ← δ / t),
 /// S ← t (S − L) + L. The surface F_1 = L stays where it is and the shell gets t times thinner;
 /// `detail` is divided by t where it is known. @throws InputError unless t is positive.
-RationalMap steepened(const RationalMap& map, double t);
+Map steepened(const Map& map, double t);
 
 /// The same shape with another shell: `steepened` by (the map's own detail) / `detail`.
 /// @throws InputError when the map does not say its own detail, `detail` is not positive, or Σ a_k
 ///   would not exceed 1 (the set would not be bounded); the message says which details are
 ///   possible.
-RationalMap with_detail(const RationalMap& map, double detail);
+Map with_detail(const Map& map, double detail);
 
 /// δ = 1 / mean ‖∇F_1‖, the gradient in the three dimensions of the slice; map units.
 /// @param surface area-uniform points of the shape's surface, map coordinates.
@@ -36,7 +36,6 @@ double median_level(const Field& field, std::span<const Eigen::Vector3d> surface
 /// left (say F_1 ≈ signed distance).
 /// @param surface area-uniform points of the shape's surface, map coordinates.
 /// @throws InputError when the map has no `box`.
-RationalMap with_measured_detail(const Device& device, RationalMap map,
-                                 std::span<const Eigen::Vector3d> surface);
+Map with_measured_detail(const Device& device, Map map, std::span<const Eigen::Vector3d> surface);
 
 }  // namespace qjulia

@@ -9,9 +9,9 @@
 
 #include "qjulia/detail_choice.hpp"
 #include "qjulia/device.hpp"
+#include "qjulia/map.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/progress.hpp"
-#include "qjulia/rational_map.hpp"
 
 namespace qjulia {
 
@@ -35,8 +35,8 @@ struct ExactMapOptions {
   int resolution = 192;
   /// δ: a thicker shell is a wilder fractal. A number is 0.0001 … 0.1 of the box's diagonal.
   DetailChoice detail = DetailWord::automatic;
-  double steepness = 1;        ///< the map's RationalMap::steepness
-  std::optional<UpAxis> up{};  ///< the map's RationalMap::up; by default what `guess_up` says
+  double steepness = 1;        ///< the map's Layers::steepness
+  std::optional<UpAxis> up{};  ///< the map's Frame::up; by default what `guess_up` says
   FourthCoordinate fourth = FourthCoordinate::round;
   /// What gives the grooves their pattern. The scale of a noise is in cells a map unit, of which
   /// the shape's longest side has 3.
@@ -50,7 +50,7 @@ struct ExactMapOptions {
 /// same device.
 /// @throws InputError when the mesh has no inside, OptionError when that is thinner than a cell,
 ///   Interrupted.
-RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
-                      const ExactMapOptions& options, const ProgressMonitor& monitor = {});
+Map exact_map(const Device& device, const TriangleMesh& mesh, const ExactMapOptions& options,
+              const ProgressMonitor& monitor = {});
 
 }  // namespace qjulia

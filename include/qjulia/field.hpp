@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "qjulia/device.hpp"
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 
 namespace qjulia {
 
@@ -35,7 +35,7 @@ class Field {
  public:
   /// @param stop makes the functions below throw `Interrupted` soon.
   /// @throws InputError naming what is wrong with the map.
-  Field(const Device& device, const RationalMap& map, Precision precision = Precision::single,
+  Field(const Device& device, const Map& map, Precision precision = Precision::single,
         const StopRadii& stops = {}, std::stop_token stop = {});
 
   /// F_n with the escape radius alone. @param iterations n, 1 … 16. @throws OptionError
@@ -66,7 +66,7 @@ double effective_radius(const Field& field, double level, double limit);
 /// only the potential's, then lies on the shape. To be done after a fit (where L ≈ 0) and again
 /// whenever the origin has moved; a calibrated map stays as it is.
 /// @throws InputError when the origin is not inside the surface F_1 = L.
-RationalMap calibrated(const Device& device, const RationalMap& map);
+Map calibrated(const Device& device, const Map& map);
 
 /// r_in: the largest r < e^L whose 4-D ball the map takes into itself. r_out: the smallest r > e^L
 /// beyond which F_1 > ln |q|; infinity unless Σ a_k > 1. So an orbit that is stopped at either is
@@ -75,7 +75,7 @@ RationalMap calibrated(const Device& device, const RationalMap& map);
 /// radius is `escape` if given, else 1.25 r_out or, without r_out, the larger of 20 and 1.25 e^L.
 /// @throws InputError when `escape` is not above e^L, so that orbits of inside points would escape,
 ///   or when `escape` or e^L is above kLargestEscape; Interrupted
-StopRadii find_stop_radii(const Device& device, const RationalMap& map,
-                          std::optional<double> escape = {}, const std::stop_token& stop = {});
+StopRadii find_stop_radii(const Device& device, const Map& map, std::optional<double> escape = {},
+                          const std::stop_token& stop = {});
 
 }  // namespace qjulia

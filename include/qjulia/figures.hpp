@@ -52,7 +52,7 @@ class FigureSink : public SurfaceSink {
  public:
   /// @param next gets all that comes, unless it is null.
   explicit FigureSink(SurfaceSink* next = nullptr);
-  /// Of a whole mesh, and of all its triangles, however many.
+  /// Measures a whole mesh, with all its triangles, however many.
   /// @param stop ends the measuring: Interrupted.
   explicit FigureSink(const TriangleMesh& mesh, const std::stop_token& stop = {});
   ~FigureSink() override;
@@ -76,7 +76,7 @@ class FigureSink : public SurfaceSink {
   /// What was not dropped of the mesh that has come.
   TriangleMesh kept_of(const TriangleMesh& mesh) const;
 
-  /// Of all triangles that have come with their vertices and were not dropped.
+  /// The figures of all triangles that have come with their vertices and were not dropped.
   SurfaceFigures figures() const;
 
  private:

@@ -44,7 +44,7 @@ struct FitObserver {
   std::function<void(double)> on_evaluation;
   /// Called with a stage's report after each stage, and with one of the placement before the first.
   /// The map is what the fit would give if it ended there.
-  std::function<void(const StageReport&, const RationalMap&)> on_stage;
+  std::function<void(const StageReport&, const Map&)> on_stage;
 };
 
 /// Every field has a value that suits most shapes; each says when another is better.
@@ -71,8 +71,8 @@ struct FitOptions {
   /// than the result: the levels of the schedule then share the time, and results differ from run
   /// to run. For results that repeat, limit evaluations.
   double time_limit = std::numeric_limits<double>::infinity();
-  /// Of energy and gradient; none: the schedule's own number. The levels share whatever it is, so
-  /// that a hundred give a rough map of the same kind.
+  /// The most evaluations of energy and gradient; by default the schedule's own number. The levels
+  /// share them, so that a hundred give a rough map of the same kind.
   std::optional<int> max_evaluations;
   /// Ends the fit after a stage whose IoU on a coarse grid is this or more, above 0 to 1; of a
   /// polished fit, after a stage of polishing. Set it where a rough map in a hurry is enough.
@@ -100,10 +100,10 @@ struct FitOptions {
   /// A file to keep the fit in while it is under way, rewritten at each stage's end and every 10 s:
   /// the caller removes it once the result is safe. Set it for fits that take minutes. Empty: none.
   std::filesystem::path checkpoint;
-  /// The map's RationalMap::steepness, which the fit itself does not need. Raise it where many
+  /// The map's Layers::steepness, which the fit itself does not need. Raise it where many
   /// pieces come loose, or for grooves without tufts that stand off the shape.
   double steepness = 1;
-  /// The map's RationalMap::up; by default what `guess_up` says. Set it where that is wrong: maps
+  /// The map's Frame::up; by default what `guess_up` says. Set it where that is wrong: maps
   /// are drawn and exported standing so.
   std::optional<UpAxis> up;
   /// Goes on from the checkpoint, where there is one. The other options, the mesh and the device
@@ -131,12 +131,13 @@ enum class StopReason {
 std::string to_string(StopReason reason);
 
 struct FitResult {
-  RationalMap map;  ///< calibrated, in the shape's own coordinates by its shape_to_map
+  Map map;  ///< calibrated, in the shape's own coordinates by its shape_to_map
   StopReason stopped = StopReason::schedule_done;
   int evaluations =
       0;  ///< evaluations of energy and gradient, a resumed fit's earlier ones included
   double seconds = 0;  ///< the same for wall time
-  /// Of the fitted surface (n = 1) from the mesh, to first order, over the diagonal of its box.
+  /// The mean distance of the fitted surface (n = 1) from the mesh, to first order, over the
+  /// diagonal of the mesh's box.
   double mean_distance = 0;
   std::vector<StageReport> stages;
   std::vector<std::string> warnings;  ///< what a user should know about the map, a sentence each

@@ -21,11 +21,9 @@ struct Knob : Setting {
   /// Whether maps keep a value of this knob, which holds where the knob is left alone.
   bool is_kept = false;
   /// Why the map does not bear the knob; empty where it does.
-  std::function<std::string(const RationalMap&)> why_not = [](const RationalMap&) {
-    return std::string();
-  };
+  std::function<std::string(const Map&)> why_not = [](const Map&) { return std::string(); };
   /// The largest value that this map bears.
-  std::function<double(const RationalMap&)> most_of = [](const RationalMap&) {
+  std::function<double(const Map&)> most_of = [](const Map&) {
     return std::numeric_limits<double>::infinity();
   };
 
@@ -35,10 +33,10 @@ struct Knob : Setting {
 /// In the order in which `with_knobs` turns them.
 std::span<const Knob> knob_table();
 
-/// By the name of the struct's member. @throws InputError where there is none.
+/// The knob whose member of the struct has this name. @throws InputError where there is none.
 const Knob& knob_named(const std::string& name);
 
 /// The knobs as the map has them: turned so, they change nothing. Without `order_seed`.
-MapKnobs knobs_of(const RationalMap& map);
+MapKnobs knobs_of(const Map& map);
 
 }  // namespace qjulia

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "qjulia/device.hpp"
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 #include "qjulia/rotation.hpp"
 
 namespace qjulia {
@@ -43,6 +43,6 @@ struct MapKnobs {
 /// The map with the knobs turned. Where the origin moves, the map is calibrated again.
 /// @throws InputError when an option needs what the map does not say: `detail` its own detail,
 ///   `drift` the inradius.
-RationalMap with_knobs(const Device& device, const RationalMap& map, const MapKnobs& knobs);
+Map with_knobs(const Device& device, const Map& map, const MapKnobs& knobs);
 
 }  // namespace qjulia

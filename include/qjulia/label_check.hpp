@@ -5,7 +5,7 @@
 #include <stop_token>
 
 #include "qjulia/device.hpp"
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 
 namespace qjulia {
 
@@ -19,7 +19,7 @@ struct LabelCheck {
 /// Labels of fixed random points within one shell's thickness (1 / ‖∇F_1‖) of the surface F_1 = L,
 /// on the map's slice, with the stop radii that surfaces and pictures use.
 /// @throws KernelBuildError where the device has no double precision; Interrupted
-LabelCheck compare_precisions(const Device& device, const RationalMap& map, int iterations = 6,
+LabelCheck compare_precisions(const Device& device, const Map& map, int iterations = 6,
                               const std::stop_token& stop = {});
 
 }  // namespace qjulia

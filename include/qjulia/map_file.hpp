@@ -6,7 +6,7 @@
 #include <stop_token>
 #include <string>
 
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 
 namespace qjulia {
 
@@ -14,15 +14,15 @@ namespace qjulia {
 /// id="qjulia-map">.
 /// @throws InputError naming the file and the key that is missing, of the wrong type or not finite.
 /// @param stop ends waiting for a pipe: Interrupted.
-RationalMap read_map(const std::filesystem::path& path, std::stop_token stop = {});
+Map read_map(const std::filesystem::path& path, std::stop_token stop = {});
 
 /// Written under a temporary name and renamed, so that `path` never holds half a map.
 /// @throws OutputError
-void write_map(const RationalMap& map, const std::filesystem::path& path);
+void write_map(const Map& map, const std::filesystem::path& path);
 
 /// @throws InputError naming what is wrong with the map.
-nlohmann::json to_json(const RationalMap& map);
+nlohmann::json to_json(const Map& map);
 /// @param source what messages call the text, such as the file's name.
-RationalMap map_from_json(const nlohmann::json& json, const std::string& source);
+Map map_from_json(const nlohmann::json& json, const std::string& source);
 
 }  // namespace qjulia

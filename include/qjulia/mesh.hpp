@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 
 namespace qjulia {
 
@@ -69,13 +69,13 @@ struct InspectedMesh {
 /// The same, with a report of what was found and left out.
 InspectedMesh read_and_inspect_mesh(const std::filesystem::path& path, std::stop_token stop = {});
 
-/// Writes by extension (.ply and .stl binary, .obj, .off), coordinates in single precision, under a
-/// temporary name that is renamed. Also .glb.
+/// Writes by extension (.ply, .stl and .glb binary, .obj and .off text), coordinates in single
+/// precision, under a temporary name that is renamed.
 /// @param up how the mesh stands. A .glb then stands upright, with Y up as the format wants it, and
 ///   an .stl with Z up, as printers want it. Other formats keep the mesh's own coordinates, and so
 ///   does .stl where nothing is known; a .glb then has Z up.
-/// @param note a line of text, ASCII, that .obj holds as a comment and .glb under asset.extras;
-///   .stl and .off have no room for it.
+/// @param note a line of text, ASCII, that .ply and .obj hold as a comment and .glb under
+///   asset.extras; .stl and .off have no room for it.
 /// @throws OutputError, or InputError for another extension.
 void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
                 const std::string& note = {}, std::optional<UpAxis> up = {});

@@ -4,7 +4,7 @@
 ///
 /// A kind is a struct here with the members that a map file and a device hold; its longer functions
 /// are in host/map/NAME_modulus.cpp, its field on the device in kernels/NAME_modulus.clh. Functions
-/// defined here take the map as `auto`: it is declared later.
+/// defined here take the dynamics as `auto`: they are declared later.
 
 #include <Eigen/Core>
 #include <cmath>
@@ -16,7 +16,7 @@
 
 namespace qjulia {
 
-struct RationalMap;
+struct Dynamics;
 
 /// A radius beyond which F > ln |q| for certain, map units.
 struct OuterBound {
@@ -37,9 +37,9 @@ struct FactorsModulus {
   static void members(Self& /*self*/, const Visit& /*visit*/) {}
 
   /// What F grows with, far out: F ≈ degree · ln |q|.
-  static double degree(const RationalMap& map);
+  static double degree(const Dynamics& map);
   /// Asked for maps whose degree is above 1.
-  static OuterBound outer_bound(const RationalMap& map);
+  static OuterBound outer_bound(const Dynamics& map);
 };
 
 /// F = S + ln |q² + c|.
@@ -55,7 +55,7 @@ struct QuadraticModulus {
   static void members(Self& self, const Visit& visit) {
     visit("c", self.c);
   }
-  static double degree(const RationalMap& /*map*/) { return 2; }
+  static double degree(const Dynamics& /*map*/) { return 2; }
   /// The r of e^S (r² − |c|) = r.
   OuterBound outer_bound(const auto& map) const {
     const double scale = std::exp(map.log_scale);
@@ -91,8 +91,8 @@ struct DistanceModulus {
   }
   /// @throws InputError naming what is wrong.
   void validate() const;
-  double degree(const RationalMap& map) const;
-  OuterBound outer_bound(const RationalMap& map) const;
+  double degree(const Dynamics& map) const;
+  OuterBound outer_bound(const Dynamics& map) const;
 };
 
 using Modulus = std::variant<FactorsModulus, QuadraticModulus, DistanceModulus>;

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "qjulia/map.hpp"
 #include "qjulia/mesh.hpp"
-#include "qjulia/rational_map.hpp"
 
 namespace qjulia {
 
@@ -19,11 +19,11 @@ namespace qjulia {
 /// order with negative exponents; S = ln expScaling. Its coordinates are the file's own.
 /// @throws InputError naming the file and what is wrong: truncated, a count that the file is too
 ///   short for, numbers that are no map's. Nothing is allocated for a count before that.
-RationalMap read_original(const std::filesystem::path& path);
+Map read_original(const std::filesystem::path& path);
 
 /// The same, from a file's bytes. @param source what messages call it.
-RationalMap original_from_bytes(std::string_view bytes, const std::string& source);
-RationalMap polynomial_from_bytes(std::string_view bytes, const std::string& source);
+Map original_from_bytes(std::string_view bytes, const std::string& source);
+Map polynomial_from_bytes(std::string_view bytes, const std::string& source);
 
 /// Distances at the centres of the cells of a regular grid, negative inside.
 struct SampledDistance {

@@ -7,9 +7,9 @@
 
 #include "qjulia/box.hpp"
 #include "qjulia/device.hpp"
+#include "qjulia/map.hpp"
 #include "qjulia/painted_mesh.hpp"
 #include "qjulia/progress.hpp"
-#include "qjulia/rational_map.hpp"
 
 namespace qjulia {
 
@@ -51,7 +51,7 @@ struct PaintOptions {
 /// cells; of these there are at most 128 along the shape's box and 65,536 in all.
 /// @throws InputError when the map does not say its box, or its detail where the thickness is asked
 ///   for; OptionError, Interrupted.
-Paint painted(const Device& device, const RationalMap& map, const PaintOptions& options,
+Paint painted(const Device& device, const Map& map, const PaintOptions& options,
               const ProgressMonitor& monitor = {});
 
 }  // namespace qjulia

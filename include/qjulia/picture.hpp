@@ -96,8 +96,8 @@ struct PictureOptions {
   Backdrop backdrop = Backdrop::studio;
   Rgb background = Rgb::Ones();  ///< a plain backdrop's
   bool ground = true;            ///< under the set, with its shadow
-  /// Of maps: pieces that hang on nothing, and are less than a hundredth as large as the largest
-  /// body. Copies in portals are always kept.
+  /// Draws pieces of a map's set that hang on nothing and are less than a hundredth as large as the
+  /// largest body. Copies in portals are always drawn.
   bool keep_loose = false;
   void validate() const;  ///< @throws InputError
 };
@@ -127,7 +127,7 @@ class Studio {
   /// @param options hold for every picture; their camera is the first one's, and says what is up.
   /// @param stop ends the work, here and in pictures whose monitors have no other. @throws
   /// InputError naming the option or what is wrong with the map.
-  Studio(const Device& device, const RationalMap& map, const PictureOptions& options,
+  Studio(const Device& device, const Map& map, const PictureOptions& options,
          const std::stop_token& stop = {});
   /// @param framed what the camera frames, in the mesh's
   /// coordinates, such as the map's box.
@@ -135,8 +135,8 @@ class Studio {
          const PictureOptions& options);
   /// A studio of drafts, for pictures of some 160 x 120 pixels while something moves: light is as
   /// coarse as it gets, whatever the size, and loose pieces are found less surely.
-  static Studio of_drafts(const Device& device, const RationalMap& map,
-                          const PictureOptions& options, const std::stop_token& stop = {});
+  static Studio of_drafts(const Device& device, const Map& map, const PictureOptions& options,
+                          const std::stop_token& stop = {});
   ~Studio();
   Studio(Studio&&) noexcept;
   Studio& operator=(Studio&&) noexcept;
@@ -157,11 +157,11 @@ class Studio {
 /// A picture of {F_n < L}. Lights stay with the camera's azimuth; the ground lies under the set's
 /// lowest point. The same options, map and device give the same bytes.
 /// @throws InputError naming the option or what is wrong with the map.
-Image render(const Device& device, const RationalMap& map, const PictureOptions& options,
+Image render(const Device& device, const Map& map, const PictureOptions& options,
              const ProgressMonitor& monitor = {});
 /// The same picture, with what its pixels show.
-LayeredImage layered_render(const Device& device, const RationalMap& map,
-                            const PictureOptions& options, const ProgressMonitor& monitor = {});
+LayeredImage layered_render(const Device& device, const Map& map, const PictureOptions& options,
+                            const ProgressMonitor& monitor = {});
 
 /// The same view, light and material for a mesh, for comparison.
 /// @param framed what the camera frames, in the mesh's coordinates, such as the map's box.
@@ -181,7 +181,7 @@ std::vector<std::filesystem::path> write_layers(const PictureLayers& layers, int
 /// The mesh, the map's potential (n = 1) and its set in one view; and the distance of what is seen
 /// of the set from the mesh as colour, with a scale: percent of the mesh's box diagonal, and units
 /// of the mesh. Each is as large as the options say.
-Image comparison(const Device& device, const RationalMap& map, const TriangleMesh& mesh,
+Image comparison(const Device& device, const Map& map, const TriangleMesh& mesh,
                  const PictureOptions& options, const ProgressMonitor& monitor = {});
 
 /// Images side by side in rows of `columns`, `gap` white pixels between them; smaller images stand

@@ -25,7 +25,7 @@ struct PictureSetting : Setting {
 
 std::span<const PictureSetting> picture_settings();
 
-/// By the name of the struct's member. @throws InputError where there is none.
+/// The setting whose member of the struct has this name. @throws InputError where there is none.
 const PictureSetting& picture_setting_named(const std::string& name);
 
 /// "clay", "iterations" or "trap", else none.

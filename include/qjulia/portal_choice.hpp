@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "qjulia/device.hpp"
+#include "qjulia/map.hpp"
 #include "qjulia/progress.hpp"
-#include "qjulia/rational_map.hpp"
 
 namespace qjulia {
 
@@ -23,7 +23,7 @@ struct PortalOptions {
 /// copies too, where that leaves them apart.
 /// @throws InputError when the map's slice is not W = 0, OptionError when no copy of that size
 ///   fits, Interrupted.
-std::vector<Portal> proposed_portals(const Device& device, const RationalMap& map,
+std::vector<Portal> proposed_portals(const Device& device, const Map& map,
                                      const PortalOptions& options,
                                      const ProgressMonitor& monitor = {});
 

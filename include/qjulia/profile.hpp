@@ -54,7 +54,7 @@ struct KernelFigures {
   /// samples and factors.
   std::optional<double> slots;
   std::optional<double> memory_bytes;  ///< read and written at least
-  /// Of what the device can do at this work per byte, by the median second.
+  /// The share of what the device can do at this work per byte, by the median second.
   std::optional<double> share_of_limit;
   std::string limit;  ///< "fma" or "memory", whichever is lower there; empty where not known
   /// What the instructions of the compiled kernel and its memory traffic take at the device's

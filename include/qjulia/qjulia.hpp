@@ -3,6 +3,7 @@
 
 #include "qjulia/colors.hpp"
 #include "qjulia/compare.hpp"
+#include "qjulia/decimate.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/detail_choice.hpp"
 #include "qjulia/device.hpp"
@@ -15,6 +16,7 @@
 #include "qjulia/knob_table.hpp"
 #include "qjulia/knobs.hpp"
 #include "qjulia/label_check.hpp"
+#include "qjulia/map.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/original_file.hpp"
@@ -26,7 +28,6 @@
 #include "qjulia/portal.hpp"
 #include "qjulia/portal_choice.hpp"
 #include "qjulia/ranks.hpp"
-#include "qjulia/rational_map.hpp"
 #include "qjulia/rotation.hpp"
 #include "qjulia/sample.hpp"
 #include "qjulia/scaling.hpp"

@@ -39,7 +39,7 @@ struct CellGrid {
 };
 
 /// The cells that `options` ask for. @throws Interrupted
-CellGrid sample_grid(const Device& device, const RationalMap& map, const SampleOptions& options,
+CellGrid sample_grid(const Device& device, const Map& map, const SampleOptions& options,
                      const std::stop_token& stop = {});
 
 enum class CellOrder { z_fastest, x_fastest };
@@ -48,7 +48,7 @@ enum class CellOrder { z_fastest, x_fastest };
 /// pieces of up to a million, in `order`. Memory does not grow with the resolution.
 /// @throws InputError naming the option, or what is wrong with the map or the grid; DeviceError,
 /// also when double precision is asked for and the device has none.
-void sample_field(const Device& device, const RationalMap& map, const SampleOptions& options,
+void sample_field(const Device& device, const Map& map, const SampleOptions& options,
                   const CellGrid& grid, CellOrder order,
                   const std::function<void(std::span<const double>)>& take,
                   const ProgressMonitor& monitor = {});
@@ -57,7 +57,7 @@ void sample_field(const Device& device, const RationalMap& map, const SampleOpti
 /// [x][y][z] in C order, float32, or float64 with double precision. `.vti` (VTK, for ParaView):
 /// image data with one point at each cell centre, array `F`; `comment` is put in the file.
 /// @throws InputError for another extension; OutputError.
-CellGrid write_field(const Device& device, const RationalMap& map, const SampleOptions& options,
+CellGrid write_field(const Device& device, const Map& map, const SampleOptions& options,
                      const std::filesystem::path& path, const std::string& comment = {},
                      const ProgressMonitor& monitor = {});
 

@@ -75,19 +75,18 @@ class MeshSink : public SurfaceSink {
 /// few slabs.
 /// @throws InputError naming the option or what is wrong with the map; Error when no box is clear
 ///   of the set, or beyond 2³² vertices.
-SurfaceReport extract_surface(const Device& device, const RationalMap& map,
-                              const SurfaceOptions& options, SurfaceSink& sink,
-                              const ProgressMonitor& monitor = {});
+SurfaceReport extract_surface(const Device& device, const Map& map, const SurfaceOptions& options,
+                              SurfaceSink& sink, const ProgressMonitor& monitor = {});
 
 /// The same, in memory; with a `MeshSink` instead, the report comes too.
-TriangleMesh extract_surface(const Device& device, const RationalMap& map,
-                             const SurfaceOptions& options, const ProgressMonitor& monitor = {});
+TriangleMesh extract_surface(const Device& device, const Map& map, const SurfaceOptions& options,
+                             const ProgressMonitor& monitor = {});
 
 /// Whether the set holds any of 65,536 random points of the box, or the origin of iteration if that
 /// lies in the box. If it does although `extract_surface` found no surface, the set is too thin for
 /// the grid and needs more cells.
 /// @throws as `extract_surface`
-bool has_points(const Device& device, const RationalMap& map, const SurfaceOptions& options,
+bool has_points(const Device& device, const Map& map, const SurfaceOptions& options,
                 const std::stop_token& stop = {});
 
 }  // namespace qjulia

@@ -21,7 +21,8 @@ class Trace {
   using Clock = std::chrono::steady_clock;
   /// A device has further queues where several threads use it (`Device::sibling`).
   enum class Row : std::uint8_t { host, device, second_queue, third_queue };
-  /// Whose clock told the length: kernels of devices whose events carry no times have the wall's.
+  /// The clock that an event's length was taken from. Kernels have the wall's where the device's
+  /// events carry no times.
   enum class Timer : std::uint8_t { wall, device };
 
   struct Event {

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "base/larger_error.hpp"
 #include "distance_map.hpp"
 #include "map/reference_iteration.hpp"
 #include "map_checks.hpp"
@@ -15,7 +16,6 @@
 #include "shapes.hpp"
 #include "surface/level_set.hpp"
 #include "test_device.hpp"
-#include "worse.hpp"
 
 using namespace qjulia;
 
@@ -28,7 +28,7 @@ std::vector<Quaternion> points_about(double reach, std::size_t count) {
   return test::random_points(4, count, reach, 0.4);
 }
 
-DistanceModulus& modulus_of(RationalMap& map) { return std::get<DistanceModulus>(map.modulus); }
+DistanceModulus& modulus_of(Map& map) { return std::get<DistanceModulus>(map.dynamics.modulus); }
 
 }  // namespace
 
@@ -37,9 +37,9 @@ TEST_CASE("kernels iterate a map with a distance as the reference does") {
   const auto precision = GENERATE(Precision::single, Precision::dbl);
   if (!test::can_check(test::shared_device(), precision)) return;
   const auto device = variant.of(test::shared_device());
-  RationalMap map = test::distance_map();
+  Map map = test::distance_map();
   if (GENERATE(false, true)) modulus_of(map).fourth = FourthCoordinate::ignored;
-  map.phase = {0.8, 0, 0.6, 0};
+  map.dynamics.phase = {0.8, 0, 0.6, 0};
   const auto points = points_about(2, 1001);
   const Field field(device, map, precision);
   const bool twice = precision == Precision::dbl;
@@ -58,7 +58,7 @@ TEST_CASE("its gradient is that of the reference") {
   const auto variant = GENERATE(from_range(test::variants()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
   if (!test::can_check(test::shared_device(), precision)) return;
-  RationalMap map = test::distance_map();
+  Map map = test::distance_map();
   if (GENERATE(false, true)) modulus_of(map).fourth = FourthCoordinate::ignored;
   const auto points = points_about(2, 203);
   const Field field(variant.of(test::shared_device()), map, precision);
@@ -68,8 +68,8 @@ TEST_CASE("its gradient is that of the reference") {
 
 TEST_CASE("bounds over cubes hold F, within the domain and across its end") {
   const auto variant = GENERATE(from_range(test::variants()));
-  RationalMap map = test::distance_map();
-  map.slice = 0.1;
+  Map map = test::distance_map();
+  map.dynamics.slice = 0.1;
   const surface::LevelSet set(variant.of(test::shared_device()), map, {0.4, 1.9, 50}, 1);
   const double half_side = GENERATE(0.01, 0.1, 0.4);
   std::mt19937_64 bits(9);
@@ -86,7 +86,8 @@ TEST_CASE("bounds over cubes hold F, within the domain and across its end") {
       const auto offset = [&] { return half_side * test::uniform(bits, -1, 1); };
       const double x = centers[i].x() + offset();
       const double y = centers[i].y() + offset();
-      const double f = reference::step(map, {x, y, centers[i].z() + offset(), map.slice}).log_norm;
+      const double f =
+          reference::step(map, {x, y, centers[i].z() + offset(), map.dynamics.slice}).log_norm;
       if (f < static_cast<double>(bounds.low[i]) || f > static_cast<double>(bounds.high[i])) {
         ++wrong;
       }
@@ -99,7 +100,7 @@ TEST_CASE("bounds over cubes hold F, within the domain and across its end") {
 }
 
 TEST_CASE("its radii decide no orbit wrongly, and none returns from beyond r_out") {
-  RationalMap map = test::distance_map();
+  Map map = test::distance_map();
   const StopRadii stops = find_stop_radii(distance_device(), map);
   CHECK(stops.inner > 0.3);
   CHECK(stops.outer < 2.2);
@@ -122,7 +123,7 @@ TEST_CASE("its radii decide no orbit wrongly, and none returns from beyond r_out
 TEST_CASE("the sparse surface is the dense one") {
   const auto variant = GENERATE(from_range(test::variants()));
   const Device device = variant.of(distance_device());
-  RationalMap map = test::distance_map(0.08);
+  Map map = test::distance_map(0.08);
   if (GENERATE(false, true)) modulus_of(map).fourth = FourthCoordinate::ignored;
   SurfaceOptions options;
   options.resolution = 80;
@@ -131,38 +132,39 @@ TEST_CASE("the sparse surface is the dense one") {
 }
 
 TEST_CASE("at n = 1 the set is the shape") {
-  RationalMap map = test::distance_map();
+  Map map = test::distance_map();
   SurfaceOptions options;
   options.resolution = 64;
   options.iterations = 1;
   double worst = 0;
   for (const auto& x : extract_surface(distance_device(), map, options).vertices) {
-    worst = test::worse(worst, std::abs(test::two_balls(x)));
+    worst = base::larger_error(worst, std::abs(test::two_balls(x)));
   }
   CHECK(worst < 0.4 * modulus_of(map).step);
 }
 
 TEST_CASE("knobs turn the shell, the roots and the origin, and what cannot turn says so") {
-  RationalMap map = test::distance_map();
+  Map map = test::distance_map();
   const auto with = [&](auto change) {
     MapKnobs knobs;
     change(knobs);
     return with_knobs(distance_device(), map, knobs);
   };
-  RationalMap thick = with([&](MapKnobs& k) { k.detail = 2 * *map.detail; });
+  Map thick = with([&](MapKnobs& k) { k.detail = 2 * *map.frame.detail; });
   CHECK(modulus_of(thick).shell == Approx(2 * modulus_of(map).shell));
-  CHECK(thick.factors[0].exponent == map.factors[0].exponent);
-  CHECK(thick.surface_level == Approx(map.surface_level));
-  CHECK(with([](MapKnobs& k) { k.order_seed = 3; }).factors[0].center != map.factors[0].center);
-  RationalMap moved = with([](MapKnobs& k) { k.translate = Eigen::Vector3d(0.2, 0, 0); });
+  CHECK(thick.dynamics.factors[0].exponent == map.dynamics.factors[0].exponent);
+  CHECK(thick.dynamics.surface_level == Approx(map.dynamics.surface_level));
+  CHECK(with([](MapKnobs& k) { k.order_seed = 3; }).dynamics.factors[0].center !=
+        map.dynamics.factors[0].center);
+  Map moved = with([](MapKnobs& k) { k.translate = Eigen::Vector3d(0.2, 0, 0); });
   // The shape stays in its own coordinates.
   const Eigen::Vector3d x(0.55, 0.2, 0.3);
-  const auto f = [&](const RationalMap& m) {
-    const Eigen::Vector3d p = m.shape_to_map.to_map(x);
-    return reference::step(m, {p.x(), p.y(), p.z(), 0}).log_norm - m.surface_level;
+  const auto f = [&](const Map& m) {
+    const Eigen::Vector3d p = m.frame.shape_to_map.to_map(x);
+    return reference::step(m, {p.x(), p.y(), p.z(), 0}).log_norm - m.dynamics.surface_level;
   };
   CHECK(f(moved) == Approx(f(map)).margin(1e-6));
-  CHECK(moved.factors[0].center.x == Approx(map.factors[0].center.x + 0.2));
+  CHECK(moved.dynamics.factors[0].center.x == Approx(map.dynamics.factors[0].center.x + 0.2));
   CHECK_THROWS_WITH(with([](MapKnobs& k) {
                       k.rotate = Rotation{{0, 1, 0}, 90};
                     }),
@@ -176,14 +178,14 @@ TEST_CASE("an exact map has the mesh's shape") {
   options.resolution = 96;
   options.detail = 0.01;
   options.versor = RandomRoots{.roots = 8};
-  const RationalMap map = exact_map(distance_device(), mesh, options);
+  const Map map = exact_map(distance_device(), mesh, options);
   map.validate();
-  CHECK(map.factors.size() == 8);
-  for (const Factor& factor : map.factors) {
+  CHECK(map.dynamics.factors.size() == 8);
+  for (const Factor& factor : map.dynamics.factors) {
     CHECK(factor.exponent >= 2);
     CHECK(factor.exponent <= 13);
     CHECK(factor.exponent == std::round(factor.exponent));
-    CHECK(reference::step(map, factor.center).log_norm < map.surface_level);
+    CHECK(reference::step(map, factor.center).log_norm < map.dynamics.surface_level);
   }
   CompareOptions compared;
   compared.resolution = 64;
@@ -199,17 +201,18 @@ TEST_CASE("an exact map is the same every time, and another with another seed") 
   options.resolution = 48;
   const auto first = exact_map(distance_device(), mesh, options);
   const auto again = exact_map(distance_device(), mesh, options);
-  CHECK(first.modulus == again.modulus);
-  CHECK(first.factors[5].center == again.factors[5].center);
+  CHECK(first.dynamics.modulus == again.dynamics.modulus);
+  CHECK(first.dynamics.factors[5].center == again.dynamics.factors[5].center);
   options.versor = RandomRoots{.seed = 2};
-  CHECK(exact_map(distance_device(), mesh, options).factors[5].center != first.factors[5].center);
+  CHECK(exact_map(distance_device(), mesh, options).dynamics.factors[5].center !=
+        first.dynamics.factors[5].center);
 }
 
 TEST_CASE("the detail that suits a mesh is the same wherever the mesh lies, in any unit") {
   const auto detail_of = [](const TriangleMesh& mesh) {
     ExactMapOptions options;
     options.resolution = 48;
-    return exact_map(distance_device(), mesh, options).detail.value();
+    return exact_map(distance_device(), mesh, options).frame.detail.value();
   };
   const TriangleMesh mesh = shapes::box({-1, -0.7, -0.4}, {1, 0.7, 0.4});
   const double detail = detail_of(mesh);
@@ -223,12 +226,12 @@ TEST_CASE("factors of another map keep their places in the shape") {
   options.resolution = 48;
   options.versor =
       FactorsOfMap{{{{0.4, 0.1, -0.2, 0.3}, 1.5}, {{0, 0.2, 0, 0}, -0.5}}, {0.5, {0.1, 0, 0}}};
-  const RationalMap map = exact_map(distance_device(), mesh, options);
-  const Eigen::Vector3d expected = map.shape_to_map.to_map({0.6, 0.2, -0.4});
-  CHECK(map.factors[0].center.x == Approx(expected.x()));
-  CHECK(map.factors[0].center.z == Approx(expected.z()));
-  CHECK(map.factors[0].center.w == Approx(0.3 * map.shape_to_map.scale / 0.5));
-  CHECK(map.factors[1].exponent == -0.5);
+  const Map map = exact_map(distance_device(), mesh, options);
+  const Eigen::Vector3d expected = map.frame.shape_to_map.to_map({0.6, 0.2, -0.4});
+  CHECK(map.dynamics.factors[0].center.x == Approx(expected.x()));
+  CHECK(map.dynamics.factors[0].center.z == Approx(expected.z()));
+  CHECK(map.dynamics.factors[0].center.w == Approx(0.3 * map.frame.shape_to_map.scale / 0.5));
+  CHECK(map.dynamics.factors[1].exponent == -0.5);
 }
 
 TEST_CASE("options of exact maps are checked") {
@@ -249,17 +252,17 @@ TEST_CASE("a picture of a ball by its distance is that of a ball by a root") {
   ExactMapOptions options;
   options.resolution = 64;
   options.versor = RandomRoots{.roots = 1};
-  const RationalMap exact = exact_map(distance_device(), shapes::sphere(4), options);
+  const Map exact = exact_map(distance_device(), shapes::sphere(4), options);
   PictureOptions picture;
   picture.width = picture.height = 48;
   picture.samples_per_axis = 1;
   picture.iterations = 1;
   const Image image = render(distance_device(), exact, picture);
-  RationalMap root;
-  root.factors = {{{}, 2}};
-  root.shape_to_map = exact.shape_to_map;
-  root.box = exact.box;
-  root.log_scale = -2 * std::log(1.5);  // F_1 = 0 at radius 1.5, map units
+  Map root;
+  root.dynamics.factors = {{{}, 2}};
+  root.frame.shape_to_map = exact.frame.shape_to_map;
+  root.frame.box = exact.frame.box;
+  root.dynamics.log_scale = -2 * std::log(1.5);  // F_1 = 0 at radius 1.5, map units
   const Image expected = render(distance_device(), root, picture);
   REQUIRE(image.pixels.size() == expected.pixels.size());
   int different = 0;

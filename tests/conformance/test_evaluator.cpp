@@ -5,30 +5,30 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "base/larger_error.hpp"
 #include "fit/evaluator.hpp"
 #include "random_maps.hpp"
 #include "test_device.hpp"
-#include "worse.hpp"
 
 using namespace qjulia;
 
 namespace {
 
-RationalMap map_off_slice() {
-  RationalMap map = test::random_map(13, 0.1, 0.6, 61);
-  map.slice = 0.07;
-  map.phase = {0.5, 0.5, -0.5, 0.5};
-  map.factors[2].center = {0.5, 0, 0, 0.07};
+Map map_off_slice() {
+  Map map = test::random_map(13, 0.1, 0.6, 61);
+  map.dynamics.slice = 0.07;
+  map.dynamics.phase = {0.5, 0.5, -0.5, 0.5};
+  map.dynamics.factors[2].center = {0.5, 0, 0, 0.07};
   return map;
 }
 
 /// Random samples, every fourth off the slice, and some beside a factor and beside its branch cut.
-fitting::Samples hard_samples(const RationalMap& map) {
+fitting::Samples hard_samples(const Map& map) {
   fitting::Samples samples = test::random_samples(150, 62);
   for (std::size_t i = 0; i < samples.size(); i += 4) {
     samples.off_slice[i] = 0.01 * static_cast<double>(i) - 0.7;
   }
-  const Quaternion& c = map.factors[2].center;
+  const Quaternion& c = map.dynamics.factors[2].center;
   for (const double step : {1e-3, 1e-2}) {
     samples.add({c.x + step, c.y, c.z + step}, 0.01, 0.1, 0);  // near the factor
     samples.add({c.x - 0.7, c.y + step, c.z}, 0.01, -0.1, 1);  // near its cut
@@ -42,7 +42,7 @@ double relative_difference(const std::vector<double>& a, const std::vector<doubl
   double worst = 0;
   double largest = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
-    worst = test::worse(worst, std::abs(a[i] - b[i]));
+    worst = base::larger_error(worst, std::abs(a[i] - b[i]));
     largest = std::max(largest, std::abs(b[i]));
   }
   return worst / largest;
@@ -53,7 +53,7 @@ double relative_difference(const std::vector<double>& a, const std::vector<doubl
 TEST_CASE("energy, field and gradient on the device are the reference's") {
   const int iterations = GENERATE(1, 2, 3, 4);
   const auto [name, loss] = GENERATE(from_range(fitting::kLosses.begin(), fitting::kLosses.end()));
-  const RationalMap map = map_off_slice();
+  const Map map = map_off_slice();
   const fitting::Samples samples = hard_samples(map);
   const fitting::EnergyOptions options{loss, iterations, 1.3, 20};
   const auto reference = fitting::make_reference_evaluator(samples, options);
@@ -79,10 +79,10 @@ TEST_CASE("energy, field and gradient on the device are the reference's") {
 TEST_CASE("orbits that leap far out beside others that stay leave the gradient finite") {
   // F_1 = 60 ln |x|, nearly: about 0 on the unit sphere, 28 at radius 1.6, where the versors of
   // many factors must not spoil what nothing is asked of.
-  RationalMap map = test::random_map(200, 0.5, 1, 63);
-  map.log_scale = 0;
-  for (Factor& factor : map.factors) factor.center = 1e-3 * factor.center;
-  map.factors.push_back({{0, 0, 0, 1e-3}, 60 - map.degree()});
+  Map map = test::random_map(200, 0.5, 1, 63);
+  map.dynamics.log_scale = 0;
+  for (Factor& factor : map.dynamics.factors) factor.center = 1e-3 * factor.center;
+  map.dynamics.factors.push_back({{0, 0, 0, 1e-3}, 60 - map.dynamics.degree()});
   fitting::Samples samples;
   for (int i = 0; i < 64; ++i) {
     const double radius = i % 2 == 0 ? 0.995 : 1.6;
@@ -105,7 +105,7 @@ TEST_CASE("orbits that leap far out beside others that stay leave the gradient f
 TEST_CASE("the Gauss-Newton matrix on the device is the reference's") {
   const auto [name, loss] = GENERATE(from_range(fitting::kLosses.begin(), fitting::kLosses.end()));
   const int iterations = GENERATE(1, 2);
-  const RationalMap map = map_off_slice();
+  const Map map = map_off_slice();
   const fitting::Samples samples = hard_samples(map);
   const fitting::EnergyOptions options{loss, iterations, 1.3, 20};
   const auto expected = fitting::make_reference_evaluator(samples, options)->gauss_newton(map);
@@ -126,11 +126,11 @@ TEST_CASE("the Gauss-Newton matrix on the device is the reference's") {
 TEST_CASE("Gauss-Newton matrices add up on the device as the reference's do") {
   // As large as those that are factorised on the device, and small ones, which are not.
   const int factors = GENERATE(13, 80);
-  const RationalMap before = test::random_map(factors, 0.1, 0.6, 64);
-  RationalMap after = before;
-  for (Factor& factor : after.factors) factor.exponent *= 1.1;
+  const Map before = test::random_map(factors, 0.1, 0.6, 64);
+  Map after = before;
+  for (Factor& factor : after.dynamics.factors) factor.exponent *= 1.1;
   const std::vector<std::size_t> moved{2, 7};
-  for (const std::size_t k : moved) after.factors[k].center = {0.1, 0.2, 0.3, -0.4};
+  for (const std::size_t k : moved) after.dynamics.factors[k].center = {0.1, 0.2, 0.3, -0.4};
   const fitting::Samples samples = test::random_samples(3000, 65);
   const auto sum_of = [&](fitting::Evaluator& evaluator) {
     fitting::CurvatureSum sum;
@@ -167,7 +167,7 @@ TEST_CASE("Gauss-Newton matrices add up on the device as the reference's do") {
 TEST_CASE("the Gauss-Newton diagonal on the device is the reference's") {
   const auto [name, loss] = GENERATE(from_range(fitting::kLosses.begin(), fitting::kLosses.end()));
   const int iterations = GENERATE(1, 2);
-  const RationalMap map = map_off_slice();
+  const Map map = map_off_slice();
   const fitting::Samples samples = hard_samples(map);
   const fitting::EnergyOptions options{loss, iterations, 1.3, 20};
   const auto expected =
@@ -188,12 +188,12 @@ TEST_CASE("the Gauss-Newton diagonal on the device is the reference's") {
 }
 
 TEST_CASE("a sample on a factor's centre leaves the Gauss-Newton diagonal finite") {
-  RationalMap map = map_off_slice();
-  map.slice = 0;
+  Map map = map_off_slice();
+  map.dynamics.slice = 0;
   fitting::Samples samples = test::random_samples(300, 63);
   for (std::size_t k = 0; k < 5; ++k) {
     const Eigen::Vector3d& x = samples.position[7 * k];
-    map.factors[k].center = {x.x(), x.y(), x.z(), 0};
+    map.dynamics.factors[k].center = {x.x(), x.y(), x.z(), 0};
   }
   std::ranges::fill(samples.off_slice, 0);
   for (const test::Variant& variant : test::variants()) {
@@ -206,7 +206,7 @@ TEST_CASE("a sample on a factor's centre leaves the Gauss-Newton diagonal finite
 }
 
 TEST_CASE("an evaluator of iterates has room for the diagonal, of more rows than orbits have") {
-  const RationalMap map = map_off_slice();
+  const Map map = map_off_slice();
   const fitting::Samples samples = test::random_samples(20'000, 62);
   for (const test::Variant& variant : test::variants()) {
     const Device device = variant.of(test::shared_device());
@@ -226,7 +226,7 @@ TEST_CASE("an evaluator of iterates has room for the diagonal, of more rows than
 
 TEST_CASE("work-items that sum in local memory give the reference's sums, the same every time") {
   const int iterations = GENERATE(2, 4);
-  const RationalMap map = map_off_slice();
+  const Map map = map_off_slice();
   const fitting::Samples samples = hard_samples(map);
   const fitting::EnergyOptions options{fitting::Loss::tanh, iterations, 1.3, 20};
   const auto expected = fitting::make_reference_evaluator(samples, options)->evaluate(map, true);
@@ -265,11 +265,11 @@ TEST_CASE("work-items that sum in local memory give the reference's sums, the sa
 TEST_CASE("the products of matching pursuit on the device are the reference's") {
   const auto [name, loss] = GENERATE(from_range(fitting::kLosses.begin(), fitting::kLosses.end()));
   const int iterations = GENERATE(1, 2);
-  const RationalMap map = map_off_slice();
+  const Map map = map_off_slice();
   const fitting::Samples samples = hard_samples(map);
   const fitting::EnergyOptions options{loss, iterations, 1.3, 20};
   std::vector<Quaternion> centers;
-  for (const auto& factor : test::random_map(37, 0.1, 0.6, 9).factors) {
+  for (const auto& factor : test::random_map(37, 0.1, 0.6, 9).dynamics.factors) {
     centers.push_back(factor.center);
   }
   const auto expected =

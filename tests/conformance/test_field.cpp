@@ -15,12 +15,12 @@ namespace {
 
 constexpr double kEscape = 20;
 
-RationalMap general_map() {
-  RationalMap map = test::random_map(37, 0.05, 0.4, 51);
-  for (std::size_t k = 0; k < map.factors.size(); ++k) {
-    map.factors[k].center.w *= 5;  // well out of the slice
+Map general_map() {
+  Map map = test::random_map(37, 0.05, 0.4, 51);
+  for (std::size_t k = 0; k < map.dynamics.factors.size(); ++k) {
+    map.dynamics.factors[k].center.w *= 5;  // well out of the slice
   }
-  map.phase = {0.5, -0.5, 0.5, 0.5};
+  map.dynamics.phase = {0.5, -0.5, 0.5, 0.5};
   return map;
 }
 
@@ -33,7 +33,7 @@ std::vector<Quaternion> points_in(double reach, std::size_t count) {
 TEST_CASE("F_n in double is the reference's") {
   const int width = GENERATE(from_range(test::lane_widths()));
   if (!test::can_check(test::shared_device(), Precision::dbl)) return;
-  const RationalMap map = general_map();
+  const Map map = general_map();
   const Field field(test::shared_device().with_lane_width(width), map, Precision::dbl);
   // 1001 is no multiple of a width: the padding must not show.
   const auto points = points_in(1.5, 1001);
@@ -45,7 +45,7 @@ TEST_CASE("F_n in double is the reference's") {
 
 TEST_CASE("F_n in float is the reference's within rounding, which iteration amplifies") {
   const int width = GENERATE(from_range(test::lane_widths()));
-  const RationalMap map = general_map();
+  const Map map = general_map();
   const Field field(test::shared_device().with_lane_width(width), map, Precision::single);
   const auto points = points_in(1.5, 1001);
   for (const int n : {1, 2, 3, 4}) {
@@ -64,10 +64,10 @@ TEST_CASE("above the level F is steeper, and one time as steep is the same field
   const auto precision = GENERATE(Precision::single, Precision::dbl);
   if (!test::can_check(test::shared_device(), precision)) return;
   const Device device = test::shared_device().with_lane_width(width);
-  RationalMap map = general_map();
+  Map map = general_map();
   const auto points = points_in(1.5, 1001);
-  map.surface_level = 0.2;
-  map.steepness = 2.5;
+  map.dynamics.surface_level = 0.2;
+  map.layers.steepness = 2.5;
   const Field field(device, map, precision);
   for (const int n : {1, 2, 3}) {
     const auto error = test::sorted_errors(field, map, points, n);
@@ -77,10 +77,10 @@ TEST_CASE("above the level F is steeper, and one time as steep is the same field
   }
   const auto steep = field.at(points);
   const auto slopes = field.gradient_at(points);
-  map.steepness = 1;
+  map.layers.steepness = 1;
   const auto plain = Field(device, map, precision).at(points);
   const auto plain_slopes = Field(device, map, precision).gradient_at(points);
-  map.surface_level = 0;
+  map.dynamics.surface_level = 0;
   CHECK(Field(device, map, precision).at(points, 3) ==
         Field(device, general_map(), precision).at(points, 3));
   std::size_t above = 0;
@@ -98,14 +98,15 @@ TEST_CASE("far away F_1 is S + degree ln |q|, and starts beyond the escape radiu
   const int width = GENERATE(from_range(test::lane_widths()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
   if (!test::can_check(test::shared_device(), precision)) return;
-  const RationalMap map = general_map();
+  const Map map = general_map();
   const Field far(test::shared_device().with_lane_width(width), map, precision, {0, 0, 1e9});
   const Field near(test::shared_device().with_lane_width(width), map, precision);
   const std::vector<Quaternion> points{{1e6, 0, 0, 0}, {0, -1e6, 1e6, 0}, {0, 0, 0, 21}};
   const auto f = far.at(points, 1);
   const auto stopped = near.at(points, 4);
   for (std::size_t i = 0; i < 2; ++i) {
-    CHECK(f[i] == Approx(map.log_scale + map.degree() * std::log(norm(points[i]))).epsilon(1e-5));
+    CHECK(f[i] == Approx(map.dynamics.log_scale + map.dynamics.degree() * std::log(norm(points[i])))
+                      .epsilon(1e-5));
   }
   for (std::size_t i = 0; i < 3; ++i) {
     CHECK(stopped[i] == Approx(std::log(norm(points[i]))).epsilon(1e-6));
@@ -116,12 +117,13 @@ TEST_CASE("at a centre a root is far inside and a pole far outside, and nothing 
   const int width = GENERATE(from_range(test::lane_widths()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
   if (!test::can_check(test::shared_device(), precision)) return;
-  RationalMap map = general_map();
+  Map map = general_map();
   // Centres that float holds exactly.
-  map.factors[0] = {{0.25, -0.5, 0.125, 0}, 2};
-  map.factors[1] = {{-0.75, 0.5, 0.25, 0}, -2};
+  map.dynamics.factors[0] = {{0.25, -0.5, 0.125, 0}, 2};
+  map.dynamics.factors[1] = {{-0.75, 0.5, 0.25, 0}, -2};
   const Field field(test::shared_device().with_lane_width(width), map, precision);
-  const std::vector<Quaternion> points{map.factors[0].center, map.factors[1].center};
+  const std::vector<Quaternion> points{map.dynamics.factors[0].center,
+                                       map.dynamics.factors[1].center};
   for (const int n : {1, 2, 3, 4}) {
     CAPTURE(width, n);
     const auto f = field.at(points, n);
@@ -142,9 +144,9 @@ TEST_CASE("beside the branch cut both sides are the reference's; on it the direc
   if (!test::can_check(test::shared_device(), precision)) return;
   const auto device = test::shared_device().with_lane_width(width);
   // On the negative real axis of every centre; a t = 0.5 pi and 0.7 pi: nothing cancels there.
-  RationalMap map;
-  map.log_scale = -0.2;
-  map.factors = {{{0.5, 0, 0, 0}, 0.5}, {{0.75, 0, 0, 0}, 0.7}};
+  Map map;
+  map.dynamics.log_scale = -0.2;
+  map.dynamics.factors = {{{0.5, 0, 0, 0}, 0.5}, {{0.75, 0, 0, 0}, 0.7}};
   const Field field(device, map, precision);
   std::vector<Quaternion> points;
   for (const double side : {0.0, 1e-6, -1e-6, 1e-4, -1e-4}) {
@@ -163,7 +165,7 @@ TEST_CASE("the gradient by the point is the reference's central difference") {
   const int width = GENERATE(from_range(test::lane_widths()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
   if (!test::can_check(test::shared_device(), precision)) return;
-  const RationalMap map = general_map();
+  const Map map = general_map();
   const Field field(test::shared_device().with_lane_width(width), map, precision);
   const auto points = points_in(1.5, 77);
   const double worst = test::sorted_gradient_errors(field, map, points, 1e-6).back();

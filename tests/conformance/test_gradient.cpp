@@ -4,17 +4,17 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "base/larger_error.hpp"
 #include "fit/evaluator.hpp"
 #include "random_maps.hpp"
 #include "test_device.hpp"
-#include "worse.hpp"
 
 using namespace qjulia;
 
 namespace {
 
 /// Largest difference between the gradient and central differences, over the largest component.
-double gradient_error(fitting::Evaluator& evaluator, const RationalMap& map, double step) {
+double gradient_error(fitting::Evaluator& evaluator, const Map& map, double step) {
   const auto gradient = evaluator.evaluate(map, true).gradient;
   const auto at = fitting::to_unknowns(map);
   double worst = 0;
@@ -28,7 +28,7 @@ double gradient_error(fitting::Evaluator& evaluator, const RationalMap& map, dou
         (evaluator.evaluate(fitting::with_unknowns(map, up), false).energy -
          evaluator.evaluate(fitting::with_unknowns(map, down), false).energy) /
         (2 * step);
-    worst = test::worse(worst, std::abs(difference - gradient[i]));
+    worst = base::larger_error(worst, std::abs(difference - gradient[i]));
     largest = std::max(largest, std::abs(difference));
   }
   return worst / largest;
@@ -36,10 +36,10 @@ double gradient_error(fitting::Evaluator& evaluator, const RationalMap& map, dou
 
 /// Samples with some in hard places: 1e-3 from a factor's centre, and 1e-3 from the half-line
 /// behind a centre on the slice, where the angle nears pi and the versor has its branch cut.
-fitting::Samples hard_samples(const RationalMap& map, std::size_t count, std::uint64_t seed) {
+fitting::Samples hard_samples(const Map& map, std::size_t count, std::uint64_t seed) {
   fitting::Samples samples = test::random_samples(count, seed);
   for (std::size_t i = 0; i < 8; ++i) {
-    const Quaternion& c = map.factors[i].center;
+    const Quaternion& c = map.dynamics.factors[i].center;
     samples.position[2 * i] = {c.x + 6e-4, c.y - 6e-4, c.z + 5e-4};
     samples.position[2 * i + 1] = {c.x - 0.3, c.y + 8e-4, c.z - 6e-4};
   }
@@ -47,9 +47,9 @@ fitting::Samples hard_samples(const RationalMap& map, std::size_t count, std::ui
 }
 
 /// A random map, half of whose centres lie on the slice.
-RationalMap map_on_slice(std::size_t factors, std::uint64_t seed) {
-  RationalMap map = test::random_map(factors, 0.1, 0.6, seed);
-  for (std::size_t k = 0; k < factors; k += 2) map.factors[k].center.w = 0;
+Map map_on_slice(std::size_t factors, std::uint64_t seed) {
+  Map map = test::random_map(factors, 0.1, 0.6, seed);
+  for (std::size_t k = 0; k < factors; k += 2) map.dynamics.factors[k].center.w = 0;
   return map;
 }
 

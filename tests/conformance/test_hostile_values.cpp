@@ -143,64 +143,64 @@ std::vector<NamedMesh> odd_meshes() {
 
 struct NamedMap {
   std::string name;
-  RationalMap map;
+  Map map;
 };
 
-RationalMap good_map() {
-  RationalMap map = test::random_map(8, 0.5, 1.5, 3);
-  for (Factor& factor : map.factors) factor.exponent = std::abs(factor.exponent);
-  map.log_scale = -2;
-  map.box = Box{{-1, -1, -1}, {1, 1, 1}};
-  map.detail = 0.02;
-  map.inradius = 0.3;
+Map good_map() {
+  Map map = test::random_map(8, 0.5, 1.5, 3);
+  for (Factor& factor : map.dynamics.factors) factor.exponent = std::abs(factor.exponent);
+  map.dynamics.log_scale = -2;
+  map.frame.box = Box{{-1, -1, -1}, {1, 1, 1}};
+  map.frame.detail = 0.02;
+  map.frame.inradius = 0.3;
   return map;
 }
 
 /// Maps that every function refuses.
 std::vector<NamedMap> broken_maps() {
   const auto with = [](const auto& change) {
-    RationalMap map = good_map();
+    Map map = good_map();
     change(map);
     return map;
   };
   std::vector<NamedMap> maps{
       {"no factors", {}},
-      {"exponent", with([](auto& m) { m.factors[1].exponent = kNan; })},
-      {"center", with([](auto& m) { m.factors[0].center.w = kInfinity; })},
-      {"far center", with([](auto& m) { m.factors[0].center.x = kHuge; })},
-      {"log scale", with([](auto& m) { m.log_scale = -kInfinity; })},
-      {"level", with([](auto& m) { m.surface_level = kNan; })},
-      {"slice", with([](auto& m) { m.slice = kHuge; })},
-      {"steepness", with([](auto& m) { m.steepness = 0; })},
-      {"phase", with([](auto& m) { m.phase = {}; })},
-      {"scale", with([](auto& m) { m.shape_to_map.scale = 0; })},
-      {"translation", with([](auto& m) { m.shape_to_map.translation = kNowhere; })},
-      {"detail", with([](auto& m) { m.detail = -1; })},
-      {"inradius", with([](auto& m) { m.inradius = kNan; })},
+      {"exponent", with([](auto& m) { m.dynamics.factors[1].exponent = kNan; })},
+      {"center", with([](auto& m) { m.dynamics.factors[0].center.w = kInfinity; })},
+      {"far center", with([](auto& m) { m.dynamics.factors[0].center.x = kHuge; })},
+      {"log scale", with([](auto& m) { m.dynamics.log_scale = -kInfinity; })},
+      {"level", with([](auto& m) { m.dynamics.surface_level = kNan; })},
+      {"slice", with([](auto& m) { m.dynamics.slice = kHuge; })},
+      {"steepness", with([](auto& m) { m.layers.steepness = 0; })},
+      {"phase", with([](auto& m) { m.dynamics.phase = {}; })},
+      {"scale", with([](auto& m) { m.frame.shape_to_map.scale = 0; })},
+      {"translation", with([](auto& m) { m.frame.shape_to_map.translation = kNowhere; })},
+      {"detail", with([](auto& m) { m.frame.detail = -1; })},
+      {"inradius", with([](auto& m) { m.frame.inradius = kNan; })},
       {"box", with([](auto& m) {
-         m.box = Box{{1, 1, 1}, {-1, -1, -1}};
+         m.frame.box = Box{{1, 1, 1}, {-1, -1, -1}};
        })},
-      {"empty box", with([](auto& m) { m.box = Box{}; })},
-      {"no grid", with([](auto& m) { m.modulus = DistanceModulus{}; })},
+      {"empty box", with([](auto& m) { m.frame.box = Box{}; })},
+      {"no grid", with([](auto& m) { m.dynamics.modulus = DistanceModulus{}; })},
       {"noise", with([](auto& m) {
-         m.modulus = QuadraticModulus{};
-         m.versor = NoiseVersor{.octaves = -1};
-         m.factors.clear();
+         m.dynamics.modulus = QuadraticModulus{};
+         m.dynamics.versor = NoiseVersor{.octaves = -1};
+         m.dynamics.factors.clear();
        })},
-      {"paint", with([](auto& m) { m.paint.emplace(); })},
+      {"paint", with([](auto& m) { m.layers.paint.emplace(); })},
       {"paint's cells", with([](auto& m) {
-         m.paint = Paint{.cells = {64, 64, 64}, .step = 1, .shares = {1}};
+         m.layers.paint = Paint{.cells = {64, 64, 64}, .step = 1, .shares = {1}};
        })},
-      {"portal", with([](auto& m) { m.portals.emplace_back(); })},
+      {"portal", with([](auto& m) { m.layers.portals.emplace_back(); })},
       {"portals", with([](auto& m) {
-         m.portals.assign(100, portal_at({2, 0, 0}, 0.1));
+         m.layers.portals.assign(100, portal_at({2, 0, 0}, 0.1));
        })},
       {"portal's axis", with([](auto& m) {
-         m.portals = {portal_at({2, 0, 0}, 0.1)};
-         m.portals[0].rotation.axis = kNowhere;
+         m.layers.portals = {portal_at({2, 0, 0}, 0.1)};
+         m.layers.portals[0].rotation.axis = kNowhere;
        })}};
-  RationalMap without_shell = test::distance_map();
-  std::get<DistanceModulus>(without_shell.modulus).shell = 0;
+  Map without_shell = test::distance_map();
+  std::get<DistanceModulus>(without_shell.dynamics.modulus).shell = 0;
   maps.push_back({"no shell", without_shell});
   return maps;
 }
@@ -208,27 +208,27 @@ std::vector<NamedMap> broken_maps() {
 /// Maps that are valid but useless.
 std::vector<NamedMap> odd_maps() {
   const auto with = [](const auto& change) {
-    RationalMap map = good_map();
+    Map map = good_map();
     change(map);
     return map;
   };
   return {{"no exponents", with([](auto& m) {
-             for (auto& factor : m.factors) factor.exponent = 0;
+             for (auto& factor : m.dynamics.factors) factor.exponent = 0;
            })},
           {"poles", with([](auto& m) {
-             for (auto& factor : m.factors) factor.exponent = -1;
+             for (auto& factor : m.dynamics.factors) factor.exponent = -1;
            })},
           {"centers at the origin", with([](auto& m) {
-             for (auto& factor : m.factors) factor.center = {};
+             for (auto& factor : m.dynamics.factors) factor.center = {};
            })},
-          {"steep", with([](auto& m) { m.factors[0].exponent = 1e15; })},
-          {"all inside", with([](auto& m) { m.surface_level = 1e15; })},
-          {"all outside", with([](auto& m) { m.log_scale = 1e15; })},
+          {"steep", with([](auto& m) { m.dynamics.factors[0].exponent = 1e15; })},
+          {"all inside", with([](auto& m) { m.dynamics.surface_level = 1e15; })},
+          {"all outside", with([](auto& m) { m.dynamics.log_scale = 1e15; })},
           {"flat box", with([](auto& m) {
-             m.box = Box{{0, 0, 0}, {1, 0, 0}};
+             m.frame.box = Box{{0, 0, 0}, {1, 0, 0}};
            })},
-          {"far slice", with([](auto& m) { m.slice = 1e9; })},
-          {"a large shape", with([](auto& m) { m.shape_to_map.scale = 1e-15; })},
+          {"far slice", with([](auto& m) { m.dynamics.slice = 1e9; })},
+          {"a large shape", with([](auto& m) { m.frame.shape_to_map.scale = 1e-15; })},
           {"quadratic", quadratic_map({1e9, 0, 0, 0})}};
 }
 
@@ -283,6 +283,7 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   });
   use("kept_of", [&] { FigureSink().kept_of(mesh); });
   use("large_components", [&] { large_components(mesh, 0.5); });
+  use("decimated", [&] { decimated(mesh, 3); });
   use("drop_loose_pieces", [&] {
     TriangleMesh copy = mesh;
     drop_loose_pieces(copy);
@@ -298,7 +299,7 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   use("outer_surface", [&] { outer_surface(on_device(), mesh); });
   use("make_shape", [&] { make_shape(on_device(), mesh); });
   use("wall_thickness", [&] { wall_thickness(mesh); });
-  const RationalMap map = good_map();
+  const Map map = good_map();
   use("compare", [&] { compare(on_device(), map, mesh, small_compare()); });
   FitOptions fitted;
   fitted.factors = 8;
@@ -313,8 +314,7 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
 
 /// The same for those that take a map.
 template <class Use>
-void for_map_functions(const RationalMap& map, const std::filesystem::path& folder,
-                       const Use& use) {
+void for_map_functions(const Map& map, const std::filesystem::path& folder, const Use& use) {
   const std::vector<Eigen::Vector3d> surface{{0.5, 0, 0}};
   use("validate", [&] { map.validate(); });
   use("Field", [&] {
@@ -410,15 +410,18 @@ TEST_CASE("maps that are broken are refused by all that take one") {
     CAPTURE(broken.name);
     for_map_functions(broken.map, folder.path(),
                       [](const char* function, const auto& call) { refuses(function, call); });
-    survives("degree", [&] { static_cast<void>(broken.map.degree()); });
-    survives("kind",
-             [&] { static_cast<void>(broken.map.kind() + (broken.map.is_rational() ? "" : "!")); });
+    survives("degree", [&] { static_cast<void>(broken.map.dynamics.degree()); });
+    survives("kind", [&] {
+      static_cast<void>(broken.map.dynamics.kind() +
+                        (broken.map.dynamics.is_rational() ? "" : "!"));
+    });
     survives("without", [&] { without_paint(without_portals(broken.map)); });
     survives("outer_bound", [&] {
-      std::visit([&](const auto& modulus) { static_cast<void>(modulus.outer_bound(broken.map)); },
-                 broken.map.modulus);
+      std::visit(
+          [&](const auto& modulus) { static_cast<void>(modulus.outer_bound(broken.map.dynamics)); },
+          broken.map.dynamics.modulus);
     });
-    survives("visible_depth", [&] { visible_depth(broken.map.portals); });
+    survives("visible_depth", [&] { visible_depth(broken.map.layers.portals); });
   }
   CHECK(folder.names().empty());
 }
@@ -433,7 +436,7 @@ TEST_CASE("maps that are valid but useless do no harm") {
 }
 
 TEST_CASE("numbers of iterations out of range are refused by name") {
-  const RationalMap map = good_map();
+  const Map map = good_map();
   const Field field(on_device(), map);
   const std::vector<Quaternion> points{{}};
   const TriangleMesh mesh = shapes::sphere(1);
@@ -459,7 +462,7 @@ TEST_CASE("numbers of iterations out of range are refused by name") {
 }
 
 TEST_CASE("hostile numbers in options are refused or do no harm") {
-  const RationalMap map = good_map();
+  const Map map = good_map();
   const TriangleMesh mesh = shapes::sphere(1);
   const Field field(on_device(), map);
   const std::vector<Eigen::Vector3d> surface{{0.5, 0, 0}};
@@ -605,8 +608,8 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
     for (const Knob& knob : knob_table()) {
       survives("expect_in_range", [&] { knob.expect_in_range(x); });
       survives("is_turned", [&] {
-        RationalMap odd = good_map();
-        odd.detail = odd.inradius = odd.steepness = x;
+        Map odd = good_map();
+        odd.frame.detail = odd.frame.inradius = odd.layers.steepness = x;
         static_cast<void>(knob.is_turned(knobs_of(odd)));
         static_cast<void>(knob.why_not(odd).size() + (knob.most_of(odd) > 0 ? 1 : 0));
       });
@@ -659,7 +662,7 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
 }
 
 TEST_CASE("hostile counts and sizes are refused or do no harm") {
-  const RationalMap map = good_map();
+  const Map map = good_map();
   const TriangleMesh mesh = shapes::sphere(1);
   for (const int n : kHostileCounts) {
     CAPTURE(n);
@@ -740,7 +743,7 @@ TEST_CASE("hostile counts and sizes are refused or do no harm") {
 }
 
 TEST_CASE("spans without elements and pictures without pixels do no harm") {
-  const RationalMap map = good_map();
+  const Map map = good_map();
   const Field field(on_device(), map);
   CHECK(field.at({}).empty());
   CHECK(field.decided_at({}, 2).empty());
@@ -858,14 +861,14 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
     refuses("regressions", [&] { regressions({}, value, 0.1); });
   }
   survives("provenance", [&] {
-    RationalMap map = good_map();
+    Map map = good_map();
     map.provenance = json{{"name", "a\xff"}};
     map.provenance.set("\xff", "\xff");
     write_map(map, folder.path() / "map.qjulia.json");
     static_cast<void>(read_map(folder.path() / "map.qjulia.json"));
   });
   refuses("provenance", [&] {
-    RationalMap map = good_map();
+    Map map = good_map();
     map.provenance = json(7);
     map.provenance.set("key", 1);
     map.validate();

@@ -35,25 +35,25 @@ namespace {
 /// A map with its knobs turned, in map coordinates.
 struct Turned {
   std::string name;
-  RationalMap map;
+  Map map;
   int iterations = 6;
 };
 
 /// Makes shape coordinates equal to map coordinates, so that grids of dyadic numbers are exact in
 /// both.
-RationalMap in_map_coordinates(RationalMap map) {
-  map.shape_to_map = {};
-  map.box.reset();
+Map in_map_coordinates(Map map) {
+  map.frame.shape_to_map = {};
+  map.frame.box.reset();
   return map;
 }
 
-RationalMap exact(const TriangleMesh& mesh) {
+Map exact(const TriangleMesh& mesh) {
   ExactMapOptions options;
   options.resolution = 64;
   return exact_map(test::shared_device(), mesh, options);
 }
 
-Turned scaled(const std::string& name, const RationalMap& map, double detail, double scale) {
+Turned scaled(const std::string& name, const Map& map, double detail, double scale) {
   MapKnobs knobs;
   knobs.detail = detail;
   knobs.scale = scale;
@@ -62,7 +62,7 @@ Turned scaled(const std::string& name, const RationalMap& map, double detail, do
 
 /// Orbits of these come to rest between e^L and the largest ball that the map takes into itself.
 std::vector<Turned> swollen() {
-  const RationalMap ball = exact(shapes::sphere(4));
+  const Map ball = exact(shapes::sphere(4));
   return {scaled("ball, detail .02, scale 2", ball, 0.02, 2),
           scaled("ball, detail .1, scale 1.5", ball, 0.1, 1.5),
           scaled("torus, detail .05, scale 1.6", exact(shapes::torus()), 0.05, 1.6)};
@@ -112,8 +112,8 @@ class Draw {
   std::mt19937_64 bits_;
 };
 
-RationalMap fitted() {
-  static const RationalMap map =
+Map fitted() {
+  static const Map map =
       with_detail(calibrated(test::shared_device(),
                              with_measured_detail(test::shared_device(), test::armed_ball_map(60),
                                                   test::armed_ball_surface(1000))),
@@ -122,26 +122,26 @@ RationalMap fitted() {
 }
 
 /// Turns each knob that the map has, or leaves it, at random.
-MapKnobs knobs_of(const RationalMap& map, Draw& draw) {
+MapKnobs knobs_of(const Map& map, Draw& draw) {
   constexpr double kUsual = 0.4;
-  const bool is_exact = std::holds_alternative<DistanceModulus>(map.modulus);
+  const bool is_exact = std::holds_alternative<DistanceModulus>(map.dynamics.modulus);
   MapKnobs knobs;
-  if (map.detail) knobs.detail = draw.ratio(0.002, is_exact ? 0.1 : 0.04);
+  if (map.frame.detail) knobs.detail = draw.ratio(0.002, is_exact ? 0.1 : 0.04);
   if (draw.chance(0.7)) knobs.scale = draw.ratio(0.5, 3);
   if (draw.chance(kUsual)) knobs.phase = draw.quaternion();
   if (draw.chance(kUsual)) knobs.slice = draw.between(-0.3, 0.3);
   if (draw.chance(kUsual)) knobs.steepness = draw.ratio(1, kMostSteepness);
-  if (map.is_rational() && draw.chance(kUsual)) {
+  if (map.dynamics.is_rational() && draw.chance(kUsual)) {
     knobs.rotate = Rotation{draw.direction(), draw.between(0, 360)};
   }
-  if (!map.factors.empty() && draw.chance(kUsual)) knobs.order_seed = 7;
-  if (map.inradius && draw.chance(0.2)) knobs.drift = draw.between(0, 1.05);
-  if (map.inradius && draw.chance(0.2)) knobs.translate = 0.3 * draw.direction();
+  if (!map.dynamics.factors.empty() && draw.chance(kUsual)) knobs.order_seed = 7;
+  if (map.frame.inradius && draw.chance(0.2)) knobs.drift = draw.between(0, 1.05);
+  if (map.frame.inradius && draw.chance(0.2)) knobs.translate = 0.3 * draw.direction();
   return knobs;
 }
 
 /// Draws knobs again if they take the origin out of the shape or make F too flat.
-RationalMap with_allowed_knobs(const RationalMap& map, Draw& draw) {
+Map with_allowed_knobs(const Map& map, Draw& draw) {
   for (;;) {
     try {
       return with_knobs(test::shared_device(), map, knobs_of(map, draw));
@@ -153,7 +153,7 @@ RationalMap with_allowed_knobs(const RationalMap& map, Draw& draw) {
 
 Turned random_turned(int number) {
   Draw draw(static_cast<std::uint64_t>(number));
-  RationalMap map;
+  Map map;
   Turned turned;
   const int kind = number % 6;
   switch (kind) {
@@ -164,29 +164,29 @@ Turned random_turned(int number) {
     case 1:
       turned.name = "quadratic";
       map = quadratic_map(draw.quaternion());
-      map.surface_level = draw.between(-0.5, 0.7);
+      map.dynamics.surface_level = draw.between(-0.5, 0.7);
       break;
     case 2:
       turned.name = "exact, noise";
       map = test::distance_map();
-      map.factors.clear();
-      map.versor = draw.noise();
+      map.dynamics.factors.clear();
+      map.dynamics.versor = draw.noise();
       break;
     default:
       turned.name = kind == 3 ? "exact" : kind == 4 ? "exact, painted" : "exact, portals";
       map = test::distance_map(0.1, draw.count(3, 30));
-      for (Factor& factor : map.factors) factor.exponent = draw.count(2, 13);
+      for (Factor& factor : map.dynamics.factors) factor.exponent = draw.count(2, 13);
   }
   turned.name = "map " + std::to_string(number) + ", " + turned.name;
   turned.map = in_map_coordinates(with_allowed_knobs(map, draw));
   turned.iterations = draw.count(1, 9);
-  if (kind == 4) turned.map.paint = draw.paint();
-  while (kind == 5 && turned.map.portals.empty()) {
-    turned.map.portals.assign({draw.portal(), draw.portal()});
+  if (kind == 4) turned.map.layers.paint = draw.paint();
+  while (kind == 5 && turned.map.layers.portals.empty()) {
+    turned.map.layers.portals.assign({draw.portal(), draw.portal()});
     try {
       turned.map.validate();
     } catch (const InputError&) {
-      turned.map.portals.clear();
+      turned.map.layers.portals.clear();
     }
   }
   return turned;
@@ -226,7 +226,7 @@ std::vector<bool> sampled(const Turned& turned, const surface::Grid& grid) {
   sample_field(
       test::shared_device(), turned.map, options, cells, CellOrder::x_fastest,
       [&](std::span<const double> part) { values.insert(values.end(), part.begin(), part.end()); });
-  return insides(values, turned.map.surface_level);
+  return insides(values, turned.map.dynamics.surface_level);
 }
 
 /// The inside as a surface finds it: by blocks, then by interpolation, then by orbits.
@@ -266,8 +266,8 @@ std::size_t differing(const std::vector<bool>& a, const std::vector<bool>& b) {
 
 /// Checks all ways at the points of a grid. @return how many points are inside.
 std::size_t check_grids(const Turned& turned, const surface::Grid& grid) {
-  const RationalMap& map = turned.map;
-  const double level = map.surface_level;
+  const Map& map = turned.map;
+  const double level = map.dynamics.surface_level;
   const StopRadii stops = find_stop_radii(test::shared_device(), map);
   CAPTURE(turned.name, turned.iterations, level, stops.inner, stops.outer, stops.escape);
   CHECK(stops.inner < std::exp(level));
@@ -328,7 +328,7 @@ TEST_CASE("swollen maps have the same inside in samples, surfaces and comparison
 TEST_CASE("pictures of swollen maps show the inside that orbits have") {
   // The steps of rays allow for a versor that turns about as fast as F rises.
   for (Turned turned : swollen()) {
-    turned.map.factors = {{{0.1, 0.2, 0, 0}, 1}};
+    turned.map.dynamics.factors = {{{0.1, 0.2, 0, 0}, 1}};
     CAPTURE(turned.name);
     test::check_rays(test::shared_device(), turned.map, surface::cube(1.6), turned.iterations);
   }
@@ -357,7 +357,7 @@ TEST_CASE("random maps have the same inside in samples, surfaces, comparisons an
 
 TEST_CASE("samples follow orbits through portals that reach beyond the usual escape radius") {
   Turned turned{"far portal", in_map_coordinates(test::distance_map()), 4};
-  turned.map.portals = {{{25, 0, 0}, 3, 0.5, {}, {0, 0, 0}, PortalMask::none}};
+  turned.map.layers.portals = {{{25, 0, 0}, 3, 0.5, {}, {0, 0, 0}, PortalMask::none}};
   surface::Grid grid = exact_grid(1, 0.25);
   grid.origin += Vector3d(25, 0, 0);
   CHECK(check_grids(turned, grid) > 100);

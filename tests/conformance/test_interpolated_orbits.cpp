@@ -36,13 +36,13 @@ surface::Grid fine_grid() {
 
 /// Versors turn about the lines that lead from centres towards negative x. Of half the factors
 /// these lines lie in the slice, and 0.3 steps off the middle one of the grid's.
-RationalMap map_with_lines(const surface::Grid& grid) {
-  RationalMap map = test::random_map(14, 0.4, 1.4, 5);
-  map.slice = 0.0625;
-  map.log_scale = 0.3;
-  for (std::size_t i = 0; i < map.factors.size(); i += 2) {
-    map.factors[i].center.w = map.slice;
-    map.factors[i].center.z = grid.origin.z() + 1.3 * grid.step;
+Map map_with_lines(const surface::Grid& grid) {
+  Map map = test::random_map(14, 0.4, 1.4, 5);
+  map.dynamics.slice = 0.0625;
+  map.dynamics.log_scale = 0.3;
+  for (std::size_t i = 0; i < map.dynamics.factors.size(); i += 2) {
+    map.dynamics.factors[i].center.w = map.dynamics.slice;
+    map.dynamics.factors[i].center.z = grid.origin.z() + 1.3 * grid.step;
   }
   return map;
 }
@@ -68,9 +68,9 @@ struct Settled {
 
 /// Settles a grid's points, and checks that they are where their orbits have them.
 Settled check_settled(const Device& device, Precision precision, const surface::Grid& grid,
-                      const RationalMap& map, const Bounds& bounds) {
+                      const Map& map, const Bounds& bounds) {
   const surface::GridBlock block = surface::slices(grid, 0, grid.points[2]);
-  const auto points = points_of(grid, map.slice);
+  const auto points = points_of(grid, map.dynamics.slice);
   const auto first = reference::field(map, points, 1, kStops.escape);
   const auto second = reference::field(map, points, 2, kStops.escape);
 
@@ -110,7 +110,7 @@ Settled check_settled(const Device& device, Precision precision, const surface::
 }
 
 /// In both precisions, as far as the device has them.
-Settled check_settled(const Device& device, const surface::Grid& grid, const RationalMap& map,
+Settled check_settled(const Device& device, const surface::Grid& grid, const Map& map,
                       const Bounds& bounds) {
   if (test::can_check(device, Precision::dbl)) {
     check_settled(device, Precision::dbl, grid, map, bounds);
@@ -138,9 +138,9 @@ TEST_CASE("points are settled on their side where the field is steeper outside")
   const auto device =
       test::shared_device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   const surface::Grid grid = fine_grid();
-  RationalMap map = map_with_lines(grid);
-  map.surface_level = kLevel;
-  map.steepness = 2.5;
+  Map map = map_with_lines(grid);
+  map.dynamics.surface_level = kLevel;
+  map.layers.steepness = 2.5;
   const Settled settled = check_settled(device, grid, map, kBounds);
   const std::size_t all = points_of(grid, 0).size();
   CHECK(settled.by_point > all / 20);
@@ -152,9 +152,9 @@ TEST_CASE("with a distance for a modulus they are too, across its creases") {
       test::shared_device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   surface::Grid grid = fine_grid();
   grid.origin = {-0.9, -0.6, 0.3};  // across the crease between the balls
-  RationalMap map = test::distance_map(0.15, 4);
-  map.surface_level = kLevel;
-  map.steepness = GENERATE(1.0, 2.5);
+  Map map = test::distance_map(0.15, 4);
+  map.dynamics.surface_level = kLevel;
+  map.layers.steepness = GENERATE(1.0, 2.5);
   const Settled settled = check_settled(device, grid, map, kBounds);
   const std::size_t all = points_of(grid, 0).size();
   CHECK(settled.by_point > all / 20);
@@ -166,8 +166,8 @@ TEST_CASE("points of a tiny grid are settled too") {
   surface::Grid grid = fine_grid();
   grid.origin = {-0.6, 0.1, 0.15};
   grid.points = {37, 31, 1};
-  RationalMap map = map_with_lines(fine_grid());
-  map.factors.resize(8);
+  Map map = map_with_lines(fine_grid());
+  map.dynamics.factors.resize(8);
   const Settled settled =
       check_settled(test::shared_device(), Precision::single, grid, map, kBounds);
   CHECK(settled.by_image > 0);
@@ -179,10 +179,11 @@ TEST_CASE("a versor that jumps half way between nodes is not taken for a smooth 
   // Wherever nodes are, for some of these rows one factor's line is half way between two.
   std::size_t by_image = 0;
   for (int row = 50; row < 60; ++row) {
-    RationalMap map = map_with_lines(grid);
-    for (std::size_t i = 0; i < map.factors.size(); i += 2) map.factors[i].center.z += 0.4;
+    Map map = map_with_lines(grid);
+    for (std::size_t i = 0; i < map.dynamics.factors.size(); i += 2)
+      map.dynamics.factors[i].center.z += 0.4;
     const Eigen::Vector3d end = grid.at(Eigen::Vector3d(125, row, 1.3));
-    map.factors[0] = {{end.x(), end.y(), end.z(), map.slice}, -0.5};
+    map.dynamics.factors[0] = {{end.x(), end.y(), end.z(), map.dynamics.slice}, -0.5};
     by_image += check_settled(device, Precision::single, grid, map, kBounds).by_image;
   }
   CHECK(by_image > 10 * points_of(grid, 0).size() / 25);
@@ -191,7 +192,7 @@ TEST_CASE("a versor that jumps half way between nodes is not taken for a smooth 
 TEST_CASE("points beyond the escape radius, few points and steep maps are left alone") {
   const Device device = test::shared_device();
   const surface::Grid grid = fine_grid();
-  RationalMap map = map_with_lines(grid);
+  Map map = map_with_lines(grid);
   const auto settled = [&](const StopRadii& stops, std::size_t count) {
     const map::DeviceMap on_device(device, map, stops, Precision::single);
     std::vector<std::int32_t> numbers(count);
@@ -207,6 +208,6 @@ TEST_CASE("points beyond the escape radius, few points and steep maps are left a
   CHECK(settled(kStops, 100) == 0);
   // All points are farther out than this.
   CHECK(settled({0.04, 0.06, 0.05}, all) == 0);
-  for (Factor& factor : map.factors) factor.exponent *= 60;
+  for (Factor& factor : map.dynamics.factors) factor.exponent *= 60;
   CHECK(settled(kStops, all) == 0);
 }

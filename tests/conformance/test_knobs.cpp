@@ -22,33 +22,32 @@ using namespace qjulia;
 
 namespace {
 
-RationalMap some_map() {
-  RationalMap map = test::random_map(24, 0.1, 0.6, 4);
-  map.factors.push_back({{0, 0, 0, 0.1}, 3});
-  map.shape_to_map = {1.5, {0.1, -0.2, 0.3}};
-  map.detail = 0.02;
-  map.inradius = 0.4;
-  map.box = Box{{-1, -1, -1}, {1, 1, 1}};
+Map some_map() {
+  Map map = test::random_map(24, 0.1, 0.6, 4);
+  map.dynamics.factors.push_back({{0, 0, 0, 0.1}, 3});
+  map.frame.shape_to_map = {1.5, {0.1, -0.2, 0.3}};
+  map.frame.detail = 0.02;
+  map.frame.inradius = 0.4;
+  map.frame.box = Box{{-1, -1, -1}, {1, 1, 1}};
   return map;
 }
 
 /// F_1 − L at points of the shape's own coordinates.
-std::vector<double> above_level(const RationalMap& map) {
+std::vector<double> above_level(const Map& map) {
   std::mt19937_64 bits(6);
   std::vector<Quaternion> points;
   for (int i = 0; i < 50; ++i) {
-    const Eigen::Vector3d x = map.shape_to_map.to_map(
+    const Eigen::Vector3d x = map.frame.shape_to_map.to_map(
         {test::uniform(bits, -1, 1), test::uniform(bits, -1, 1), test::uniform(bits, -1, 1)});
-    points.push_back({x.x(), x.y(), x.z(), map.slice});
+    points.push_back({x.x(), x.y(), x.z(), map.dynamics.slice});
   }
   auto field = reference::field(map, points, 1, 1e6);
-  for (double& f : field) f -= map.surface_level;
+  for (double& f : field) f -= map.dynamics.surface_level;
   return field;
 }
 
 /// The potential of the turned map is `factor` times that of the other, plus `shift`.
-void check_potential(const RationalMap& turned, const RationalMap& map, double factor,
-                     double shift) {
+void check_potential(const Map& turned, const Map& map, double factor, double shift) {
   const auto a = above_level(turned);
   const auto b = above_level(map);
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -60,13 +59,14 @@ void check_potential(const RationalMap& turned, const RationalMap& map, double f
 
 TEST_CASE("knobs left alone change nothing") {
   const auto map = some_map();
-  CHECK(with_knobs(test::shared_device(), map, {}).factors.size() == map.factors.size());
+  CHECK(with_knobs(test::shared_device(), map, {}).dynamics.factors.size() ==
+        map.dynamics.factors.size());
   check_potential(with_knobs(test::shared_device(), map, {}), map, 1, 0);
   MapKnobs still;
   still.drift = 0;
   const auto same = with_knobs(test::shared_device(), map, still);
-  CHECK(same.log_scale == map.log_scale);
-  CHECK(same.shape_to_map.translation == map.shape_to_map.translation);
+  CHECK(same.dynamics.log_scale == map.dynamics.log_scale);
+  CHECK(same.frame.shape_to_map.translation == map.frame.shape_to_map.translation);
 }
 
 TEST_CASE("phase and order keep the potential and change the orbits") {
@@ -78,12 +78,12 @@ TEST_CASE("phase and order keep the potential and change the orbits") {
   for (const auto& knobs : {phase, order}) {
     const auto changed = with_knobs(test::shared_device(), map, knobs);
     check_potential(changed, map, 1, 0);
-    CHECK(norm(changed.phase) == Approx(1));
+    CHECK(norm(changed.dynamics.phase) == Approx(1));
     const std::vector<Quaternion> start{{0.4, 0.3, -0.2, 0}};
     CHECK(reference::field(changed, start, 2, 1e6) != reference::field(map, start, 2, 1e6));
   }
-  CHECK(with_knobs(test::shared_device(), map, order).factors[3].center ==
-        with_knobs(test::shared_device(), map, order).factors[3].center);
+  CHECK(with_knobs(test::shared_device(), map, order).dynamics.factors[3].center ==
+        with_knobs(test::shared_device(), map, order).dynamics.factors[3].center);
 }
 
 TEST_CASE("scale shifts the potential and detail stretches it about the level") {
@@ -97,12 +97,12 @@ TEST_CASE("scale shifts the potential and detail stretches it about the level") 
 }
 
 TEST_CASE("steepness stretches the potential about the level, outside alone") {
-  RationalMap map = some_map();
-  map.surface_level = 0.1;
+  Map map = some_map();
+  map.dynamics.surface_level = 0.1;
   MapKnobs knobs;
   knobs.steepness = 3;
-  const RationalMap steep = with_knobs(test::shared_device(), map, knobs);
-  CHECK(steep.steepness == 3);
+  const Map steep = with_knobs(test::shared_device(), map, knobs);
+  CHECK(steep.layers.steepness == 3);
   const auto plain = above_level(map);
   const auto found = above_level(steep);
   for (std::size_t i = 0; i < plain.size(); ++i) {
@@ -121,17 +121,17 @@ TEST_CASE("moving the origin keeps the shape and calibrates anew") {
   const auto drifted = with_knobs(test::shared_device(), map, drift);
   const auto translated = with_knobs(test::shared_device(), map, translate);
   check_potential(drifted, map, 1, 0);
-  CHECK(drifted.shape_to_map.translation.z() == Approx(0.3 + 0.5 * 0.4 * 1.5));
-  CHECK(translated.log_scale == Approx(drifted.log_scale));
-  CHECK(drifted.log_scale != map.log_scale);
+  CHECK(drifted.frame.shape_to_map.translation.z() == Approx(0.3 + 0.5 * 0.4 * 1.5));
+  CHECK(translated.dynamics.log_scale == Approx(drifted.dynamics.log_scale));
+  CHECK(drifted.dynamics.log_scale != map.dynamics.log_scale);
   const Field field(test::shared_device(), drifted);
-  CHECK(std::log(effective_radius(field, drifted.surface_level, 3 * std::sqrt(3.0))) ==
-        Approx(drifted.surface_level).margin(1e-3));
+  CHECK(std::log(effective_radius(field, drifted.dynamics.surface_level, 3 * std::sqrt(3.0))) ==
+        Approx(drifted.dynamics.surface_level).margin(1e-3));
 }
 
 TEST_CASE("a rotation turns the potential, and about the real axis the orbits too") {
-  RationalMap map = some_map();
-  map.shape_to_map = {1, {0, 0, 0}};
+  Map map = some_map();
+  map.frame.shape_to_map = {1, {0, 0, 0}};
   const Eigen::Vector3d axis(1, 2, -0.5);
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(std::numbers::pi * 40 / 180, axis.normalized()).toRotationMatrix();
@@ -142,7 +142,7 @@ TEST_CASE("a rotation turns the potential, and about the real axis the orbits to
   const auto rolled = with_knobs(test::shared_device(), map, knobs);
   const Eigen::Matrix3d roll =
       Eigen::AngleAxisd(std::numbers::pi * 40 / 180, Eigen::Vector3d::UnitX()).toRotationMatrix();
-  const auto at = [](const RationalMap& some, const Eigen::Vector3d& p, int n) {
+  const auto at = [](const Map& some, const Eigen::Vector3d& p, int n) {
     return reference::field(some, std::vector<Quaternion>{{p.x(), p.y(), p.z(), 0}}, n, 1e6)[0];
   };
   const Eigen::Vector3d p(0.4, 0.3, -0.2);
@@ -153,30 +153,31 @@ TEST_CASE("a rotation turns the potential, and about the real axis the orbits to
   // go along with it.
   for (const int n : {1, 2, 3}) {
     CAPTURE(n);
-    RationalMap flat = map, flat_rolled = rolled;
+    Map flat = map, flat_rolled = rolled;
     for (auto* some : {&flat, &flat_rolled}) {
-      for (Factor& factor : some->factors) factor.center.w = 0;
+      for (Factor& factor : some->dynamics.factors) factor.center.w = 0;
     }
     CHECK(at(flat_rolled, roll * p, n) == Approx(at(flat, p, n)));
   }
-  CHECK(rotated.box->size().minCoeff() > map.box->size().minCoeff());
+  CHECK(rotated.frame.box->size().minCoeff() > map.frame.box->size().minCoeff());
 }
 
 TEST_CASE("a turned map has a larger box, and a shape and a shell as large as before") {
-  const RationalMap map = some_map();
+  const Map map = some_map();
   MapKnobs knobs;
   knobs.rotate = Rotation{{1, 1, 1}, 60};
-  const RationalMap turned = with_knobs(test::shared_device(), map, knobs);
-  CHECK(turned.box->size().maxCoeff() > 3);
+  const Map turned = with_knobs(test::shared_device(), map, knobs);
+  CHECK(turned.frame.box->size().maxCoeff() > 3);
   CHECK(longest_side(turned) == Approx(longest_side(map)));
-  CHECK(with_longest_side(turned, 80).shape_to_map.scale == Approx(kMapSide / 80));
-  CHECK(*turned.detail * turned.box->diagonal() == Approx(*map.detail * map.box->diagonal()));
+  CHECK(with_longest_side(turned, 80).frame.shape_to_map.scale == Approx(kMapSide / 80));
+  CHECK(*turned.frame.detail * turned.frame.box->diagonal() ==
+        Approx(*map.frame.detail * map.frame.box->diagonal()));
 }
 
 TEST_CASE("the slice is the W that points are seen on") {
   MapKnobs slice;
   slice.slice = 0.25;
-  CHECK(with_knobs(test::shared_device(), some_map(), slice).slice == 0.25);
+  CHECK(with_knobs(test::shared_device(), some_map(), slice).dynamics.slice == 0.25);
 }
 
 TEST_CASE("knobs that make no sense are refused by name") {
@@ -202,7 +203,7 @@ TEST_CASE("knobs that make no sense are refused by name") {
 namespace {
 
 /// Turned a little from how the map has it.
-void turn(const Knob& knob, const RationalMap& map, MapKnobs& knobs) {
+void turn(const Knob& knob, const Map& map, MapKnobs& knobs) {
   const MapKnobs own = knobs_of(map);
   if (knob.name == "detail") {
     knobs.detail = 0.9 * own.detail.value_or(0.02);
@@ -227,7 +228,7 @@ void turn(const Knob& knob, const RationalMap& map, MapKnobs& knobs) {
   }
 }
 
-RationalMap exact(bool of_noise) {
+Map exact_torus(bool of_noise) {
   ExactMapOptions options;
   options.resolution = 32;
   if (of_noise) options.versor = NoiseVersor{};
@@ -237,16 +238,16 @@ RationalMap exact(bool of_noise) {
 }  // namespace
 
 TEST_CASE("the table says which maps bear which knobs") {
-  RationalMap silent = some_map();
-  silent.detail.reset();
-  silent.inradius.reset();
-  RationalMap painted = exact(false);
-  painted.paint = Paint{};
+  Map silent = some_map();
+  silent.frame.detail.reset();
+  silent.frame.inradius.reset();
+  Map painted = exact_torus(false);
+  painted.layers.paint = Paint{};
   std::size_t borne = 0, refused = 0;
-  for (const RationalMap& map : {calibrated(test::shared_device(), exact(false)), exact(true),
-                                 quadratic_map({-0.2, 0.1, 0, 0}), silent}) {
+  for (const Map& map : {calibrated(test::shared_device(), exact_torus(false)), exact_torus(true),
+                         quadratic_map({-0.2, 0.1, 0, 0}), silent}) {
     for (const Knob& knob : knob_table()) {
-      CAPTURE(map.kind(), knob.name);
+      CAPTURE(map.dynamics.kind(), knob.name);
       MapKnobs knobs;
       CHECK_FALSE(knob.is_turned(knobs));
       turn(knob, map, knobs);
@@ -255,7 +256,7 @@ TEST_CASE("the table says which maps bear which knobs") {
       if (why.empty()) {
         ++borne;
         CHECK_NOTHROW(knob_named(knob.name));
-        if (map.kind() != silent.kind())
+        if (map.dynamics.kind() != silent.dynamics.kind())
           CHECK_NOTHROW(with_knobs(test::shared_device(), map, knobs));
       } else {
         ++refused;
@@ -269,7 +270,7 @@ TEST_CASE("the table says which maps bear which knobs") {
 }
 
 TEST_CASE("the knobs as a map has them leave it as it is") {
-  const RationalMap map = some_map();
+  const Map map = some_map();
   MapKnobs knobs = knobs_of(map);
   knobs.drift.reset();  // moving by nothing is no move, which would calibrate
   check_potential(with_knobs(test::shared_device(), map, knobs), map, 1, 0);

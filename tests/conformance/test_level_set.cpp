@@ -5,10 +5,10 @@
 #include <random>
 #include <vector>
 
+#include "base/larger_error.hpp"
 #include "random_maps.hpp"
 #include "surface/level_set.hpp"
 #include "test_device.hpp"
-#include "worse.hpp"
 
 using namespace qjulia;
 
@@ -38,9 +38,9 @@ std::vector<Quaternion> points_of(const surface::Grid& grid, const surface::Grid
 }
 
 /// F_1 in double, by its definition.
-double potential(const RationalMap& map, const Quaternion& q) {
-  double sum = map.log_scale;
-  for (const Factor& factor : map.factors) {
+double potential(const Map& map, const Quaternion& q) {
+  double sum = map.dynamics.log_scale;
+  for (const Factor& factor : map.dynamics.factors) {
     sum += factor.exponent * std::log(norm(q - factor.center));
   }
   return sum;
@@ -48,10 +48,10 @@ double potential(const RationalMap& map, const Quaternion& q) {
 
 const StopRadii kLevelStops{0.4, 1.9, 2.4};
 
-RationalMap sliced_map() {
-  RationalMap map = test::random_map(9, 0.2, 0.6, 5);
-  map.slice = 0.0625;
-  map.log_scale = -0.4;
+Map sliced_map() {
+  Map map = test::random_map(9, 0.2, 0.6, 5);
+  map.dynamics.slice = 0.0625;
+  map.dynamics.log_scale = -0.4;
   return map;
 }
 
@@ -60,11 +60,11 @@ RationalMap sliced_map() {
 TEST_CASE("one iterate on a grid is the potential, and ln |q| beyond the escape radius") {
   const auto device =
       test::shared_device().with_lane_width(GENERATE(from_range(test::lane_widths())));
-  const RationalMap map = sliced_map();
+  const Map map = sliced_map();
   const surface::Grid grid = exact_grid();
   const surface::GridBlock block = surface::slices(grid, 0, 5);
   const auto values = surface::LevelSet(device, map, kLevelStops, 1).over(grid, block);
-  const auto points = points_of(grid, block, map.slice);
+  const auto points = points_of(grid, block, map.dynamics.slice);
   REQUIRE(values.size() == points.size());
   double worst = 0;
   std::size_t escaped = 0;
@@ -74,7 +74,7 @@ TEST_CASE("one iterate on a grid is the potential, and ln |q| beyond the escape 
     if (radius > kLevelStops.escape) ++escaped;
     const double expected =
         radius < kLevelStops.escape ? potential(map, points[i]) : std::log(radius);
-    worst = test::worse(worst, std::abs(values[i] - expected));
+    worst = base::larger_error(worst, std::abs(values[i] - expected));
   }
   CHECK(escaped > 0);
   CHECK(worst < 5e-6);
@@ -84,13 +84,13 @@ TEST_CASE("iterating only what is undecided gives the values of iterating everyt
   const auto device =
       test::shared_device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   const int iterations = GENERATE(2, 6);
-  const RationalMap map = sliced_map();
+  const Map map = sliced_map();
   const surface::Grid grid = exact_grid();
   // Neither the block's size nor the number of undecided points is a multiple of the lanes.
   const surface::GridBlock block{{3, 2, 1}, {41, 37, 45}};
   const auto values = surface::LevelSet(device, map, kLevelStops, iterations).over(grid, block);
   const Field field(device, map, Precision::single, kLevelStops);
-  const auto points = points_of(grid, block, map.slice);
+  const auto points = points_of(grid, block, map.dynamics.slice);
   const auto dense = field.decided_at(points, iterations);
   const auto first = field.decided_at(points, 1);
   REQUIRE(values.size() == dense.size());
@@ -111,10 +111,10 @@ TEST_CASE(
       test::shared_device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
   if (!test::can_check(device, precision)) return;
-  const RationalMap map = sliced_map();
+  const Map map = sliced_map();
   const surface::Grid grid = exact_grid();
   const surface::GridBlock block{{3, 2, 1}, {41, 37, 45}};
-  const auto points = points_of(grid, block, map.slice);
+  const auto points = points_of(grid, block, map.dynamics.slice);
   const int iterations = 6;
   const auto ends =
       Field(device, map, precision, {0, 0, kLevelStops.escape}).at(points, iterations);
@@ -141,12 +141,12 @@ TEST_CASE("in double precision the values are those of double orbits, rounded at
   const auto device =
       test::shared_device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   if (!test::can_check(device, Precision::dbl)) return;
-  const RationalMap map = sliced_map();
+  const Map map = sliced_map();
   const surface::Grid grid = exact_grid();
   const surface::GridBlock block{{3, 2, 1}, {41, 37, 45}};
   const surface::LevelSet set(device, map, kLevelStops, 4, Precision::dbl);
   const auto values = set.over(grid, block);
-  const auto points = points_of(grid, block, map.slice);
+  const auto points = points_of(grid, block, map.dynamics.slice);
   const auto expected = Field(device, map, Precision::dbl, kLevelStops).decided_at(points, 4);
   const auto single = surface::LevelSet(device, map, kLevelStops, 4).over(grid, block);
   std::size_t wrong = 0, finer = 0;
@@ -160,7 +160,7 @@ TEST_CASE("in double precision the values are those of double orbits, rounded at
 
 TEST_CASE("a block has the values that the whole grid has there") {
   const auto device = test::shared_device();
-  const RationalMap map = sliced_map();
+  const Map map = sliced_map();
   surface::Grid grid = exact_grid();
   grid.origin = {-1.4999, -0.6345, -0.67777};
   grid.step = 0.061;
@@ -180,12 +180,12 @@ TEST_CASE("a block has the values that the whole grid has there") {
 
 TEST_CASE("maps without stop radii are iterated to the end") {
   const auto device = test::shared_device();
-  const RationalMap map = sliced_map();
+  const Map map = sliced_map();
   const StopRadii none{0, std::numeric_limits<double>::infinity(), 20};
   const surface::Grid grid = exact_grid();
   const surface::GridBlock block = surface::slices(grid, 20, 3);
   const auto values = surface::LevelSet(device, map, none, 3).over(grid, block);
-  const auto expected = Field(device, map).at(points_of(grid, block, map.slice), 3);
+  const auto expected = Field(device, map).at(points_of(grid, block, map.dynamics.slice), 3);
   for (std::size_t i = 0; i < values.size(); ++i) {
     REQUIRE(static_cast<double>(values[i]) == expected[i]);
   }
@@ -196,9 +196,9 @@ TEST_CASE("bounds of F_1 over a cube hold at every point in it") {
       test::shared_device().with_lane_width(GENERATE(from_range(test::lane_widths())));
   // Centres near the slice and large exponents: cubes hold singularities, and slopes are steep.
   const double scale = GENERATE(1.0, 20.0);
-  RationalMap map = sliced_map();
-  for (Factor& factor : map.factors) factor.exponent *= scale;
-  map.factors[2].center.w = map.slice;
+  Map map = sliced_map();
+  for (Factor& factor : map.dynamics.factors) factor.exponent *= scale;
+  map.dynamics.factors[2].center.w = map.dynamics.slice;
   const surface::LevelSet set(device, map, kLevelStops, 1);
   std::mt19937_64 bits(4);
   for (const double half : {0.5, 0.1, 0.01, 0.001}) {

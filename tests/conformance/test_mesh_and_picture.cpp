@@ -21,11 +21,11 @@ namespace {
 constexpr int kCells = 160;
 
 /// A set with grooves and bumps that are larger than cells.
-RationalMap rough_map() {
+Map rough_map() {
   return calibrated(test::shared_device(), steepened(test::armed_ball_map(60), 6));
 }
 
-TriangleMesh mesh_of(const RationalMap& map, std::optional<int> refine) {
+TriangleMesh mesh_of(const Map& map, std::optional<int> refine) {
   SurfaceOptions options;
   options.resolution = kCells;
   options.refine = refine;
@@ -83,7 +83,7 @@ Apart apart(const TriangleMesh& mesh, const PictureLayers& layers) {
 }  // namespace
 
 TEST_CASE("meshes do not face the axes") {
-  const RationalMap map = rough_map();
+  const Map map = rough_map();
   const double plain = share_facing_axes(mesh_of(map, 0));
   const double found = share_facing_axes(mesh_of(map, {}));
   CAPTURE(plain, found);
@@ -92,7 +92,7 @@ TEST_CASE("meshes do not face the axes") {
 }
 
 TEST_CASE("meshes have the normals of pictures") {
-  const RationalMap map = rough_map();
+  const Map map = rough_map();
   PictureOptions options;
   options.width = options.height = 200;
   options.samples_per_axis = 1;

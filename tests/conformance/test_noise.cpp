@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "base/larger_error.hpp"
 #include "distance_map.hpp"
 #include "map/reference_iteration.hpp"
 #include "map_checks.hpp"
@@ -12,16 +13,15 @@
 #include "qjulia/surface.hpp"
 #include "shapes.hpp"
 #include "test_device.hpp"
-#include "worse.hpp"
 
 using namespace qjulia;
 
 namespace {
 
-RationalMap noise_map(NoiseValues values, int octaves = 3) {
-  RationalMap map = test::distance_map(0.1);
-  map.factors.clear();
-  map.versor = NoiseVersor{octaves, 4.3, 3000000019U, values, {0.1, -0.2, 0.05}};
+Map noise_map(NoiseValues values, int octaves = 3) {
+  Map map = test::distance_map(0.1);
+  map.dynamics.factors.clear();
+  map.dynamics.versor = NoiseVersor{octaves, 4.3, 3000000019U, values, {0.1, -0.2, 0.05}};
   return map;
 }
 
@@ -29,9 +29,7 @@ std::vector<Quaternion> points_within(double reach, std::size_t count) {
   return test::random_points(14, count, reach, 0.3);
 }
 
-Quaternion versor_at(const RationalMap& map, const Quaternion& q) {
-  return reference::step(map, q).versor;
-}
+Quaternion versor_at(const Map& map, const Quaternion& q) { return reference::step(map, q).versor; }
 
 }  // namespace
 
@@ -40,12 +38,12 @@ TEST_CASE("kernels iterate a map with a noise as the reference does") {
   const auto precision = GENERATE(Precision::single, Precision::dbl);
   if (!test::can_check(test::shared_device(), precision)) return;
   const auto values = GENERATE(NoiseValues::vectors, NoiseValues::quaternions);
-  RationalMap map = noise_map(values);
+  Map map = noise_map(values);
   if (GENERATE(false, true)) {
     // The modulus of factors, and a phase.
     map = test::random_map(7, 0.1, 0.6, 5);
-    map.versor = NoiseVersor{1, 2.5, 7, values, {0, 0, 0}};
-    map.phase = {0.8, 0, 0.6, 0};
+    map.dynamics.versor = NoiseVersor{1, 2.5, 7, values, {0, 0, 0}};
+    map.dynamics.phase = {0.8, 0, 0.6, 0};
   }
   const bool twice = precision == Precision::dbl;
   const auto points = points_within(1.4, 1001);
@@ -60,14 +58,14 @@ TEST_CASE("kernels iterate a map with a noise as the reference does") {
 
 TEST_CASE(
     "a noise's versors are smooth unit quaternions of every direction, other with each seed") {
-  RationalMap map = noise_map(NoiseValues::vectors, 1);
+  Map map = noise_map(NoiseValues::vectors, 1);
   const auto points = points_within(1.2, 4000);
   Quaternion mean;
   double out_of_slice = 0, worst = 0, turn = 0;
   for (const Quaternion& q : points) {
     const Quaternion u = versor_at(map, q);
-    worst = test::worse(worst, std::abs(norm(u) - 1));
-    out_of_slice = test::worse(out_of_slice, std::abs(u.w));
+    worst = base::larger_error(worst, std::abs(norm(u) - 1));
+    out_of_slice = base::larger_error(out_of_slice, std::abs(u.w));
     mean = mean + (1.0 / 4000) * u;
     turn += norm(versor_at(map, q + Quaternion{1e-4, 0, 0, 0}) - u) / 4000;
   }
@@ -75,7 +73,7 @@ TEST_CASE(
   CHECK(out_of_slice == 0);
   CHECK(norm(mean) < 0.25);
   CHECK(turn < 1e-4 * 60);
-  auto& noise = std::get<NoiseVersor>(map.versor);
+  auto& noise = std::get<NoiseVersor>(map.dynamics.versor);
   const Quaternion before = versor_at(map, points[0]);
   noise.seed += 1;
   CHECK(norm(versor_at(map, points[0]) - before) > 1e-3);
@@ -94,7 +92,7 @@ TEST_CASE(
 
 TEST_CASE(
     "with vectors, orbits that start in the slice W = 0 stay in it, and r_out and r_in hold") {
-  const RationalMap map = noise_map(NoiseValues::vectors);
+  const Map map = noise_map(NoiseValues::vectors);
   const StopRadii stops = find_stop_radii(test::shared_device(), map);
   CHECK(stops.inner > 0.3);
   auto points = points_within(1.3, 1500);
@@ -109,7 +107,7 @@ TEST_CASE(
 TEST_CASE("the sparse surface of a noise is the dense one") {
   const auto variant = GENERATE(from_range(test::variants()));
   const Device device = variant.of(test::shared_device());
-  const RationalMap map = noise_map(GENERATE(NoiseValues::vectors, NoiseValues::quaternions));
+  const Map map = noise_map(GENERATE(NoiseValues::vectors, NoiseValues::quaternions));
   SurfaceOptions options;
   options.resolution = 80;
   const SurfaceReport report = test::checked_surface(device, map, options).report;
@@ -121,13 +119,13 @@ TEST_CASE("an exact map takes a noise, which moves with the shape") {
   ExactMapOptions options;
   options.resolution = 48;
   options.versor = NoiseVersor{};
-  const RationalMap map = exact_map(test::shared_device(), shapes::torus(), options);
-  CHECK(map.kind() == "distance/noise");
-  CHECK(map.factors.empty());
+  const Map map = exact_map(test::shared_device(), shapes::torus(), options);
+  CHECK(map.dynamics.kind() == "distance/noise");
+  CHECK(map.dynamics.factors.empty());
   MapKnobs knobs;
   knobs.translate = Eigen::Vector3d(0.02, 0.01, 0);
-  const RationalMap moved = with_knobs(test::shared_device(), map, knobs);
-  const double scale = map.shape_to_map.scale;
+  const Map moved = with_knobs(test::shared_device(), map, knobs);
+  const double scale = map.frame.shape_to_map.scale;
   const Quaternion q{0.3, -0.2, 0.1, 0.05};
   const Quaternion there = q + Quaternion{0.02 * scale, 0.01 * scale, 0, 0};
   CHECK(norm(versor_at(moved, there) - versor_at(map, q)) < 1e-9);
@@ -136,12 +134,12 @@ TEST_CASE("an exact map takes a noise, which moves with the shape") {
   CHECK_THROWS_WITH(with_knobs(test::shared_device(), map, knobs), Catch::Contains("order_seed"));
   knobs = {};
   knobs.detail = 0.01;
-  RationalMap factors = test::random_map(7, 0.4, 0.9, 5);
-  for (Factor& factor : factors.factors) factor.exponent = std::abs(factor.exponent);
-  factors.versor = NoiseVersor{};
-  factors.detail = 0.02;
-  const RationalMap thin = with_knobs(test::shared_device(), factors, knobs);
-  CHECK(thin.factors[2].exponent == Approx(2 * factors.factors[2].exponent));
+  Map factors = test::random_map(7, 0.4, 0.9, 5);
+  for (Factor& factor : factors.dynamics.factors) factor.exponent = std::abs(factor.exponent);
+  factors.dynamics.versor = NoiseVersor{};
+  factors.frame.detail = 0.02;
+  const Map thin = with_knobs(test::shared_device(), factors, knobs);
+  CHECK(thin.dynamics.factors[2].exponent == Approx(2 * factors.dynamics.factors[2].exponent));
   options.versor = NoiseVersor{.octaves = 0};
   CHECK_THROWS_WITH(options.validate(), Catch::Contains("octaves"));
 }

@@ -143,7 +143,7 @@ TEST_CASE("odd shapes end with a finite map and an honest report") {
     FitResult result;
     REQUIRE_NOTHROW(result = fit(device, mesh, options));
     CHECK_NOTHROW(result.map.validate());
-    CHECK(result.map.factors.size() == 64);
+    CHECK(result.map.dynamics.factors.size() == 64);
     REQUIRE(!result.stages.empty());
     CHECK(std::isfinite(result.stages.back().energy_after));
     CompareOptions comparison;
@@ -169,7 +169,7 @@ TEST_CASE("a fit has the detail that suits the mesh, wherever the mesh lies") {
     FitOptions options;
     options.factors = 8;
     options.max_evaluations = 1;
-    return fit(test::shared_device(), mesh, options).map.detail.value();
+    return fit(test::shared_device(), mesh, options).map.frame.detail.value();
   };
   const TriangleMesh mesh = shapes::box({-1, -0.7, -0.4}, {1, 0.7, 0.4});
   CHECK(detail_of(shapes::moved(mesh, 1, {2, -1, 5})) == Approx(detail_of(mesh)).epsilon(1e-3));

@@ -15,8 +15,8 @@ using namespace qjulia;
 
 namespace {
 
-RationalMap fitted(double detail) {
-  static const RationalMap plain = test::armed_ball_map(160);
+Map fitted(double detail) {
+  static const Map plain = test::armed_ball_map(160);
   static const auto surface = test::armed_ball_surface(2000);
   return calibrated(
       test::shared_device(),
@@ -24,10 +24,10 @@ RationalMap fitted(double detail) {
 }
 
 /// A map whose F_1 is `exponent` ln |q − c| + S.
-RationalMap one_root(const Quaternion& center, double exponent, double log_scale) {
-  RationalMap map;
-  map.factors = {{center, exponent}};
-  map.log_scale = log_scale;
+Map one_root(const Quaternion& center, double exponent, double log_scale) {
+  Map map;
+  map.dynamics.factors = {{center, exponent}};
+  map.dynamics.log_scale = log_scale;
   return map;
 }
 
@@ -59,19 +59,18 @@ TEST_CASE("the effective radius of a round potential is where it crosses the lev
 }
 
 TEST_CASE("calibration shifts the scale and the level by ln r_eff, and only once") {
-  const RationalMap map =
-      with_detail(with_measured_detail(test::shared_device(), test::armed_ball_map(160),
-                                       test::armed_ball_surface(2000)),
-                  0.02);
+  const Map map = with_detail(with_measured_detail(test::shared_device(), test::armed_ball_map(160),
+                                                   test::armed_ball_surface(2000)),
+                              0.02);
   const double radius = effective_radius(Field(test::shared_device(), map), 0, 5);
-  const RationalMap once = calibrated(test::shared_device(), map);
-  CHECK(once.surface_level == Approx(std::log(radius)).epsilon(1e-4));
-  CHECK(once.log_scale - map.log_scale == Approx(std::log(radius)).epsilon(1e-4));
+  const Map once = calibrated(test::shared_device(), map);
+  CHECK(once.dynamics.surface_level == Approx(std::log(radius)).epsilon(1e-4));
+  CHECK(once.dynamics.log_scale - map.dynamics.log_scale == Approx(std::log(radius)).epsilon(1e-4));
   CHECK(radius > 0.7);
   CHECK(radius < 1.0);
-  const RationalMap twice = calibrated(test::shared_device(), once);
-  CHECK(twice.log_scale == Approx(once.log_scale).epsilon(1e-5));
-  CHECK(twice.surface_level == Approx(once.surface_level).epsilon(1e-4));
+  const Map twice = calibrated(test::shared_device(), once);
+  CHECK(twice.dynamics.log_scale == Approx(once.dynamics.log_scale).epsilon(1e-5));
+  CHECK(twice.dynamics.surface_level == Approx(once.dynamics.surface_level).epsilon(1e-4));
   // A root away from the origin: F_1(0) = 0 is above the level.
   CHECK_THROWS_AS(calibrated(test::shared_device(), one_root({1, 0, 0, 0}, 2, 0.5)), InputError);
 }
@@ -79,11 +78,11 @@ TEST_CASE("calibration shifts the scale and the level by ln r_eff, and only once
 TEST_CASE("the shell is as thick as asked") {
   const auto surface = test::armed_ball_surface(2000);
   for (const double detail : {0.005, 0.02, 0.04}) {
-    const RationalMap map = fitted(detail);
-    const double diagonal = map.box->diagonal();
+    const Map map = fitted(detail);
+    const double diagonal = map.frame.box->diagonal();
     CHECK(shell_thickness(Field(test::shared_device(), map), surface, 0) ==
           Approx(detail * diagonal).epsilon(1e-4));
-    CHECK(map.detail == detail);
+    CHECK(map.frame.detail == detail);
   }
   // |∇F_1| of 2 ln |q| on the unit sphere is 2.
   std::vector<Eigen::Vector3d> sphere;
@@ -116,9 +115,9 @@ TEST_CASE("r_in of a power is the radius that its margin leaves") {
 
 TEST_CASE("r_out is found where the certain bound lies far beyond the default escape radius") {
   // A dipole: ± 60 ln |q| all but cancel, which a bound that knows only |c_k| cannot see.
-  RationalMap map = one_root({}, 1.3, 0.1);
-  map.factors.push_back({{1, 0, 0, 0}, 60});
-  map.factors.push_back({{1, 0.01, 0, 0}, -60});
+  Map map = one_root({}, 1.3, 0.1);
+  map.dynamics.factors.push_back({{1, 0, 0, 0}, 60});
+  map.dynamics.factors.push_back({{1, 0.01, 0, 0}, -60});
   const StopRadii stops = find_stop_radii(test::shared_device(), map);
   CHECK(stops.outer < 4);
   for (const Quaternion& u : map::sphere_directions(500)) {
@@ -129,7 +128,7 @@ TEST_CASE("r_out is found where the certain bound lies far beyond the default es
 
 TEST_CASE("no orbit leaves r_in or returns from r_out") {
   const double detail = GENERATE(0.005, 0.02, 0.04);
-  const RationalMap map = fitted(detail);
+  const Map map = fitted(detail);
   const StopRadii stops = find_stop_radii(test::shared_device(), map);
   CAPTURE(detail, stops.inner, stops.outer);
   CHECK(stops.inner > 0.3);
@@ -170,7 +169,7 @@ TEST_CASE("no orbit leaves r_in or returns from r_out") {
 }
 
 TEST_CASE("stopping at the radii changes no side") {
-  const RationalMap map = fitted(0.03);
+  const Map map = fitted(0.03);
   const StopRadii stops = find_stop_radii(test::shared_device(), map);
   const Precision precision =
       test::can_check(test::shared_device(), Precision::dbl) ? Precision::dbl : Precision::single;
@@ -182,7 +181,9 @@ TEST_CASE("stopping at the radii changes no side") {
     const auto decided = field.decided_at(points, n);
     std::size_t differ = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
-      differ += (full[i] < map.surface_level) != (decided[i] < map.surface_level) ? 1U : 0U;
+      differ += (full[i] < map.dynamics.surface_level) != (decided[i] < map.dynamics.surface_level)
+                    ? 1U
+                    : 0U;
     }
     CAPTURE(n);
     CHECK(differ == 0);
@@ -193,29 +194,30 @@ TEST_CASE("a map that does not grow outwards has no r_out") {
   const StopRadii stops = find_stop_radii(test::shared_device(), one_root({}, 0.9, -1));
   CHECK(std::isinf(stops.outer));
   CHECK(stops.escape == 20);
-  RationalMap high = one_root({}, 0.9, -1);
-  high.surface_level = 4;
+  Map high = one_root({}, 0.9, -1);
+  high.dynamics.surface_level = 4;
   CHECK(find_stop_radii(test::shared_device(), high).escape == Approx(1.25 * std::exp(4)));
 }
 
 TEST_CASE("r_in is below e^L and r_out above it") {
   // The ball of radius 1 maps into itself, and beyond it orbits leave.
-  RationalMap map = one_root({}, 2, 0);
-  map.surface_level = std::log(0.5);
+  Map map = one_root({}, 2, 0);
+  map.dynamics.surface_level = std::log(0.5);
   CHECK(find_stop_radii(test::shared_device(), map).inner == Approx(0.5).epsilon(1e-4));
   CHECK(find_stop_radii(test::shared_device(), map).inner < 0.5);
-  map.surface_level = std::log(3);
+  map.dynamics.surface_level = std::log(3);
   CHECK(find_stop_radii(test::shared_device(), map).outer == Approx(3).epsilon(1e-4));
   CHECK(find_stop_radii(test::shared_device(), map).outer > 3);
 }
 
 TEST_CASE("factors in many equal parts have the radii of the whole ones") {
-  const RationalMap whole = fitted(0.02);
-  RationalMap parts = whole;
+  const Map whole = fitted(0.02);
+  Map parts = whole;
   constexpr int kParts = 40;  // 6,400 factors: more than have directions of their own
-  parts.factors.clear();
-  for (const Factor& factor : whole.factors) {
-    parts.factors.insert(parts.factors.end(), kParts, {factor.center, factor.exponent / kParts});
+  parts.dynamics.factors.clear();
+  for (const Factor& factor : whole.dynamics.factors) {
+    parts.dynamics.factors.insert(parts.dynamics.factors.end(), kParts,
+                                  {factor.center, factor.exponent / kParts});
   }
   const StopRadii expected = find_stop_radii(test::shared_device(), whole);
   const StopRadii found = find_stop_radii(test::shared_device(), parts);

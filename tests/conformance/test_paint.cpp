@@ -38,32 +38,32 @@ Paint even_paint(std::uint8_t share) {
   return paint;
 }
 
-RationalMap painted_map(const Paint& paint = patchy_paint()) {
-  RationalMap map = test::distance_map(0.12);
-  map.phase = {0.8, 0, 0.6, 0};
-  map.paint = paint;
+Map painted_map(const Paint& paint = patchy_paint()) {
+  Map map = test::distance_map(0.12);
+  map.dynamics.phase = {0.8, 0, 0.6, 0};
+  map.layers.paint = paint;
   return map;
 }
 
-RationalMap painted_factors() {
-  RationalMap map = test::random_map(9, 0.2, 0.9, 3);
-  map.surface_level = -0.2;
-  map.steepness = 1.5;
-  map.paint = patchy_paint();
+Map painted_factors() {
+  Map map = test::random_map(9, 0.2, 0.9, 3);
+  map.dynamics.surface_level = -0.2;
+  map.layers.steepness = 1.5;
+  map.layers.paint = patchy_paint();
   return map;
 }
 
-RationalMap painted_noise() {
-  RationalMap map = painted_map();
-  map.factors.clear();
-  map.versor = NoiseVersor{2, 4.3, 30, NoiseValues::quaternions, {0.1, -0.2, 0.05}};
+Map painted_noise() {
+  Map map = painted_map();
+  map.dynamics.factors.clear();
+  map.dynamics.versor = NoiseVersor{2, 4.3, 30, NoiseValues::quaternions, {0.1, -0.2, 0.05}};
   return map;
 }
 
-RationalMap painted_square() {
-  RationalMap map = quadratic_map({-0.2, 0.5, 0.1, 0});
-  map.surface_level = 0.4;
-  map.paint = patchy_paint();
+Map painted_square() {
+  Map map = quadratic_map({-0.2, 0.5, 0.1, 0});
+  map.dynamics.surface_level = 0.4;
+  map.layers.paint = patchy_paint();
   return map;
 }
 
@@ -77,14 +77,13 @@ TEST_CASE("kernels iterate a painted map as the reference does") {
   const auto variant = GENERATE(from_range(test::variants()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
   if (!test::can_check(test::shared_device(), precision)) return;
-  const RationalMap map =
-      GENERATE(painted_map(), painted_factors(), painted_noise(), painted_square());
+  const Map map = GENERATE(painted_map(), painted_factors(), painted_noise(), painted_square());
   const bool twice = precision == Precision::dbl;
   const auto points = painted_points(2.4, 1001);
   const Field field(variant.of(test::shared_device()), map, precision);
   for (const int n : {1, 2, 3}) {
     const auto errors = test::sorted_errors(field, map, points, n);
-    CAPTURE(variant, map.kind(), twice, n, errors.back());
+    CAPTURE(variant, map.dynamics.kind(), twice, n, errors.back());
     CHECK(errors[errors.size() / 2] < (twice ? 1e-9 : 1e-5));
     if (n == 1) CHECK(errors.back() < (twice ? 1e-8 : 2e-3));  // where the share is 1/256
     CHECK(errors[errors.size() * 95 / 100] < (twice ? 1e-6 : 1e-4) * std::pow(100, n - 1));
@@ -93,27 +92,27 @@ TEST_CASE("kernels iterate a painted map as the reference does") {
 
 TEST_CASE("a paint is the share of the detail") {
   const auto points = painted_points(1.4, 600);
-  const RationalMap plain = without_paint(painted_map());
+  const Map plain = without_paint(painted_map());
   // Everywhere the same: as a smaller detail.
-  const RationalMap quarter = painted_map(even_paint(63));
+  const Map quarter = painted_map(even_paint(63));
   MapKnobs knobs;
-  knobs.detail = *plain.detail / 4;
-  const RationalMap smaller = with_knobs(test::shared_device(), plain, knobs);
+  knobs.detail = *plain.frame.detail / 4;
+  const Map smaller = with_knobs(test::shared_device(), plain, knobs);
   const auto expected = reference::field(smaller, points, 1, 20);
   const auto found = reference::field(quarter, points, 1, 20);
   const Field field(test::shared_device(), painted_map());
   for (std::size_t i = 0; i < points.size(); ++i) {
     CHECK(found[i] == Approx(expected[i]).margin(1e-9));
     const Vector3d x(points[i].x, points[i].y, points[i].z);
-    CHECK(quarter.paint->at(x) == Approx(0.25).epsilon(1e-12));
+    CHECK(quarter.layers.paint->at(x) == Approx(0.25).epsilon(1e-12));
   }
   // F - L is divided by what the paint itself says.
-  const RationalMap patchy = painted_map();
+  const Map patchy = painted_map();
   const auto thin = reference::field(patchy, points, 1, 1e9);
   const auto thick = reference::field(plain, points, 1, 1e9);
-  const double level = plain.surface_level;
+  const double level = plain.dynamics.surface_level;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const double m = patchy.paint->at({points[i].x, points[i].y, points[i].z});
+    const double m = patchy.layers.paint->at({points[i].x, points[i].y, points[i].z});
     CHECK((thin[i] - level) * m == Approx(thick[i] - level).margin(1e-9));
     CHECK((m >= Paint::kLeastShare && m <= 1));
   }
@@ -124,9 +123,9 @@ TEST_CASE("a paint is the share of the detail") {
 
 TEST_CASE("a paint that leaves all places the whole detail changes no bit") {
   const auto variant = GENERATE(from_range(test::variants()));
-  const RationalMap map = GENERATE(painted_map(even_paint(255)), [] {
-    RationalMap factors = painted_factors();
-    factors.paint = even_paint(255);
+  const Map map = GENERATE(painted_map(even_paint(255)), [] {
+    Map factors = painted_factors();
+    factors.layers.paint = even_paint(255);
     return factors;
   }());
   const auto points = painted_points(1.6, 500);
@@ -138,7 +137,7 @@ TEST_CASE("a paint that leaves all places the whole detail changes no bit") {
 
 TEST_CASE("the gradient of a painted map is that of its F") {
   const auto variant = GENERATE(from_range(test::variants()));
-  const RationalMap map = GENERATE(painted_map(), painted_factors());
+  const Map map = GENERATE(painted_map(), painted_factors());
   const auto points = painted_points(1.9, 400);
   const Field field(variant.of(test::shared_device()), map, Precision::single);
   const auto errors = test::sorted_gradient_errors(field, map, points, 1e-6);
@@ -147,7 +146,7 @@ TEST_CASE("the gradient of a painted map is that of its F") {
 
 TEST_CASE("bounds of a painted map over cubes hold") {
   const auto variant = GENERATE(from_range(test::variants()));
-  const RationalMap map = GENERATE(painted_map(), painted_factors());
+  const Map map = GENERATE(painted_map(), painted_factors());
   const double half_side = GENERATE(0.005, 0.05, 0.3, 1.5);
   const surface::LevelSet set(variant.of(test::shared_device()), map, {}, 1);
   std::mt19937_64 bits(9);
@@ -165,7 +164,7 @@ TEST_CASE("bounds of a painted map over cubes hold") {
       const auto offset = [&] { return half_side * test::uniform(bits, -1, 1); };
       const double x = centers[i].x() + offset();
       const double y = centers[i].y() + offset();
-      points.push_back({x, y, centers[i].z() + offset(), map.slice});
+      points.push_back({x, y, centers[i].z() + offset(), map.dynamics.slice});
     }
     const auto low = static_cast<double>(bounds.low[i]), high = static_cast<double>(bounds.high[i]);
     for (const double f : reference::field(map, points, 1, 1e6)) {
@@ -175,8 +174,8 @@ TEST_CASE("bounds of a painted map over cubes hold") {
   CAPTURE(half_side);
   CHECK(wrong == 0);
   // Where paint is even they are as close as those of a smaller detail.
-  RationalMap even = map;
-  even.paint = even_paint(63);
+  Map even = map;
+  even.layers.paint = even_paint(63);
   const auto of_even =
       surface::LevelSet(test::shared_device(), even, {}, 1).bounds(centers, half_side);
   const auto plain = surface::LevelSet(test::shared_device(), without_paint(map), {}, 1)
@@ -189,7 +188,7 @@ TEST_CASE("bounds of a painted map over cubes hold") {
 TEST_CASE("the sparse surface of a painted map is the dense one") {
   const auto variant = GENERATE(from_range(test::variants()));
   const Device device = variant.of(test::shared_device());
-  const RationalMap map = GENERATE(painted_map(), painted_noise());
+  const Map map = GENERATE(painted_map(), painted_noise());
   SurfaceOptions options;
   options.resolution = 80;
   options.iterations = GENERATE(1, 6);
@@ -208,11 +207,11 @@ TEST_CASE("where the share is least the surface is the smooth shape") {
       }
     }
   }
-  RationalMap map = painted_map(paint);
+  Map map = painted_map(paint);
   SurfaceOptions options;
   options.resolution = 96;
   const TriangleMesh mesh = extract_surface(test::shared_device(), map, options);
-  map.paint.reset();
+  map.layers.paint.reset();
   const TriangleMesh wild = extract_surface(test::shared_device(), map, options);
   const auto off_by = [](const TriangleMesh& of, double from, double to) {
     double sum = 0;
@@ -231,18 +230,18 @@ TEST_CASE("where the share is least the surface is the smooth shape") {
 
 TEST_CASE("rays find the set that a painted map's orbits have") {
   const auto variant = GENERATE(from_range(test::variants()));
-  const RationalMap map = painted_map();
-  test::check_rays(variant.of(test::shared_device()), map, *map.box, GENERATE(1, 5));
+  const Map map = painted_map();
+  test::check_rays(variant.of(test::shared_device()), map, *map.frame.box, GENERATE(1, 5));
 }
 
 TEST_CASE("knobs move a paint with the shape, and cannot turn it") {
-  const RationalMap map = painted_map();
+  const Map map = painted_map();
   MapKnobs knobs;
   knobs.translate = Vector3d(0.05, -0.1, 0.02);
-  const RationalMap moved = with_knobs(test::shared_device(), map, knobs);
+  const Map moved = with_knobs(test::shared_device(), map, knobs);
   for (const Quaternion& q : painted_points(1.2, 50)) {
     const Vector3d x(q.x, q.y, q.z);
-    CHECK(moved.paint->at(x + *knobs.translate) == Approx(map.paint->at(x)));
+    CHECK(moved.layers.paint->at(x + *knobs.translate) == Approx(map.layers.paint->at(x)));
   }
   knobs = {};
   knobs.rotate = Rotation{{1, 0, 0}, 35};
@@ -251,12 +250,13 @@ TEST_CASE("knobs move a paint with the shape, and cannot turn it") {
 }
 
 TEST_CASE("balls, blocks, a ramp and what is elsewhere are painted in their order") {
-  RationalMap map = test::distance_map(0.05);
-  map.shape_to_map = {0.5, {0.1, 0, 0}};  // the shape's own box
-  const Box box = *map.box;
-  map.box = Box{map.shape_to_map.to_shape(box.low), map.shape_to_map.to_shape(box.high)};
+  Map map = test::distance_map(0.05);
+  map.frame.shape_to_map = {0.5, {0.1, 0, 0}};  // the shape's own box
+  const Box box = *map.frame.box;
+  map.frame.box =
+      Box{map.frame.shape_to_map.to_shape(box.low), map.frame.shape_to_map.to_shape(box.high)};
   const auto at = [&](const Paint& paint, const Vector3d& x) {
-    return paint.at(map.shape_to_map.to_map(x));
+    return paint.at(map.frame.shape_to_map.to_map(x));
   };
   PaintOptions options;
   options.elsewhere = 0.75;
@@ -273,7 +273,7 @@ TEST_CASE("balls, blocks, a ramp and what is elsewhere are painted in their orde
   options = {};
   options.ramp = PaintRamp{1, 1, 0.2};
   const Paint ramp = painted(test::shared_device(), map, options);
-  const double low = map.box->low.y(), high = map.box->high.y();
+  const double low = map.frame.box->low.y(), high = map.frame.box->high.y();
   CHECK(at(ramp, {0, low - 1, 0}) == Approx(1).margin(0.01));
   CHECK(at(ramp, {0.3, 0.5 * (low + high), 0.2}) == Approx(0.6).margin(0.01));
   CHECK(at(ramp, {0, high + 1, 0}) == Approx(0.2).margin(0.01));
@@ -289,12 +289,12 @@ TEST_CASE("balls, blocks, a ramp and what is elsewhere are painted in their orde
   refused([](PaintOptions& o) { o.blocks = {{{{0, 0, 0}, {1, 0, 1}}, 1}}; }, "blocks");
   refused([](PaintOptions& o) { o.ramp = PaintRamp{0, 0, NAN}; }, "ramp");
   refused([](PaintOptions& o) { o.thickness = 0; }, "thickness");
-  map.box.reset();
+  map.frame.box.reset();
   CHECK_THROWS_WITH(painted(test::shared_device(), map, {}), Catch::Contains("\"box\""));
 }
 
 TEST_CASE("a mesh's shares are where the mesh is, and go on from there") {
-  const RationalMap map = test::distance_map(0.05);
+  const Map map = test::distance_map(0.05);
   PaintOptions options;
   options.mesh = PaintedMesh{};
   const TriangleMesh ball = shapes::sphere(3, 0.7);
@@ -311,7 +311,7 @@ TEST_CASE("a mesh's shares are where the mesh is, and go on from there") {
 }
 
 TEST_CASE("thickness is the radius of the largest ball, and bounds the shell by it") {
-  RationalMap map = test::distance_map(0.1);
+  Map map = test::distance_map(0.1);
   PaintOptions options;
   options.thickness = 0.16;
   const Paint paint = painted(test::shared_device(), map, options);
@@ -327,6 +327,6 @@ TEST_CASE("thickness is the radius of the largest ball, and bounds the shell by 
   const Paint finer = painted(test::shared_device(), map, options);
   CHECK(finer.at({0.1, -0.7, 0}) == Approx(1).margin(0.01));
   CHECK(finer.at({0.8, 0, 0}) == Approx(0.3).margin(0.02));
-  map.detail.reset();
+  map.frame.detail.reset();
   CHECK_THROWS_WITH(painted(test::shared_device(), map, options), Catch::Contains("\"detail\""));
 }

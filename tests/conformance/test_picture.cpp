@@ -23,8 +23,8 @@ using Eigen::Vector3d;
 
 TEST_CASE("a ball's silhouette is the ellipse that perspective makes of it") {
   // The ball stands in a corner of what is framed, off the picture's middle.
-  RationalMap map = test::square();
-  map.box = Box{{-1, -1, -1}, {4, 2.5, 1.5}};
+  Map map = check::unit_ball();
+  map.frame.box = Box{{-1, -1, -1}, {4, 2.5, 1.5}};
   const auto [width, iterations] = GENERATE(table<int, int>({{1, 6}, {8, 6}, {16, 1}, {16, 6}}));
   if (std::ranges::count(test::lane_widths(), width) == 0) return;
   CAPTURE(width, iterations);
@@ -36,7 +36,7 @@ TEST_CASE("a ball's silhouette is the ellipse that perspective makes of it") {
   // The rays that meet the ball fill a cone of half angle α about the direction of its centre, at
   // an angle θ to the view's axis. A plane at distance 1 cuts the cone in an ellipse of half axes
   // sin α cos α / (cos²θ − sin²α) and sin α / √(cos²θ − sin²α).
-  const picture::View view = picture::camera_view(options.camera, *map.box, 320, 240, 1);
+  const picture::View view = picture::camera_view(options.camera, *map.frame.box, 320, 240, 1);
   const Vector3d axis = (view.dir + 160 * view.dir_dx + 120 * view.dir_dy).normalized();
   const double sine2 = 1 / view.eye.squaredNorm();
   const double cosine_to_axis = axis.dot(-view.eye.normalized());
@@ -51,12 +51,12 @@ TEST_CASE("pictures without loose pieces hide nothing else") {
   const Device device = test::shared_device();
   PictureOptions options = test::picture_of(80, 60);
   options.samples_per_axis = 1;
-  const Image plain = render(device, test::square(), options);
+  const Image plain = render(device, check::unit_ball(), options);
   options.keep_loose = true;
-  CHECK(render(device, test::square(), options).pixels == plain.pixels);
+  CHECK(render(device, check::unit_ball(), options).pixels == plain.pixels);
   CHECK(plain.loose.count == 0);
   // Wild enough to have flakes.
-  const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 3));
+  const Map map = calibrated(device, steepened(test::armed_ball_map(60), 3));
   const auto [all, with] = layered_render(device, map, options);
   options.keep_loose = false;
   const auto [some, without] = layered_render(device, map, options);
@@ -74,9 +74,9 @@ TEST_CASE("pictures without loose pieces hide nothing else") {
 
 TEST_CASE("cuts show the inside, and leave the rest where it is seen") {
   const Device device = test::shared_device();
-  RationalMap map = test::square();
-  map.shape_to_map = {2, {0, 1, 0}};  // the ball has radius 0.5 about (0, -0.5, 0)
-  map.box = Box{{-0.5, -1, -0.5}, {0.5, 0, 0.5}};
+  Map map = check::unit_ball();
+  map.frame.shape_to_map = {2, {0, 1, 0}};  // the ball has radius 0.5 about (0, -0.5, 0)
+  map.frame.box = Box{{-0.5, -1, -0.5}, {0.5, 0, 0.5}};
   PictureOptions options = test::picture_of(60, 45);
   const PictureLayers whole = layered_render(device, map, options).layers;
   options.cuts = {{'z', 0.1, false}, {'y', 1, false}};
@@ -97,17 +97,17 @@ TEST_CASE("cuts show the inside, and leave the rest where it is seen") {
   CHECK(render(device, map, options).pixels == image.pixels);
   options.cuts = {{'w', 60, true}};
   CHECK_THROWS_WITH(render(device, map, options), Catch::Contains("cut: 'w'"));
-  options.box = map.box;
+  options.box = map.frame.box;
   options.cuts = {{'x', 0, true}};
   CHECK_THROWS_WITH(render(device, map, options), Catch::Contains("cut: nothing is left"));
   options.box.reset();
-  map.box.reset();
+  map.frame.box.reset();
   CHECK_THROWS_WITH(render(device, map, options), Catch::Contains("give a coordinate"));
 }
 
 TEST_CASE("a studio's pictures are those drawn one by one, and tell when they will be done") {
   const Device device = test::shared_device();
-  const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 12));
+  const Map map = calibrated(device, steepened(test::armed_ball_map(60), 12));
   PictureOptions options = test::picture_of(48, 36);
   Studio studio(device, map, options);
   for (const double azimuth : {30.0, 150.0}) {
@@ -127,7 +127,7 @@ TEST_CASE("a studio's pictures are those drawn one by one, and tell when they wi
 
 TEST_CASE("a studio whose picture was stopped anywhere draws the next as it should") {
   const Device device = test::shared_device();
-  const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 12));
+  const Map map = calibrated(device, steepened(test::armed_ball_map(60), 12));
   const PictureOptions options = test::picture_of(48, 36);
   const auto whole = render(device, map, options).pixels;
   Studio studio(device, map, options);
@@ -147,7 +147,7 @@ TEST_CASE("a studio whose picture was stopped anywhere draws the next as it shou
 
 TEST_CASE("drafts of several sizes are drawn in one light, and look like the whole") {
   const Device device = test::shared_device();
-  const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 12));
+  const Map map = calibrated(device, steepened(test::armed_ball_map(60), 12));
   PictureOptions options = test::picture_of(96, 72);
   Studio studio = Studio::of_drafts(device, map, options);
   studio.picture(options.camera);
@@ -170,7 +170,7 @@ TEST_CASE("normals of depth point away from the ball's middle") {
   std::vector<float> depths;
   for (int row = 0; row < view.rows; ++row) {
     for (int column = 0; column < view.columns; ++column) {
-      depths.push_back(static_cast<float>(test::sphere_depth(view, column, row)));
+      depths.push_back(static_cast<float>(check::sphere_depth(view, column, row)));
     }
   }
   const auto normals = context.allocate<float>(3 * depths.size());
@@ -184,7 +184,8 @@ TEST_CASE("normals of depth point away from the ball's middle") {
   double least = 1;
   for (std::size_t i = 0; i < depths.size(); ++i) {
     if (depths[i] < 0) continue;
-    const Vector3d ray = test::direction(view, static_cast<int>(i % 80), static_cast<int>(i / 80));
+    const Vector3d ray =
+        check::ray_direction(view, static_cast<int>(i % 80), static_cast<int>(i / 80));
     const Vector3d expected = view.eye + depths[i] * ray;
     const Vector3d normal(found[3 * i], found[3 * i + 1], found[3 * i + 2]);
     CHECK(normal.norm() == Approx(1).margin(1e-4));
@@ -194,9 +195,9 @@ TEST_CASE("normals of depth point away from the ball's middle") {
 }
 
 TEST_CASE("layers hold what each pixel shows, in the shape's coordinates") {
-  RationalMap map = test::square();
-  map.shape_to_map = {2, {0, 1, 0}};  // the ball has radius 0.5 about (0, -0.5, 0)
-  map.box = Box{{-0.5, -1, -0.5}, {0.5, 0, 0.5}};
+  Map map = check::unit_ball();
+  map.frame.shape_to_map = {2, {0, 1, 0}};  // the ball has radius 0.5 about (0, -0.5, 0)
+  map.frame.box = Box{{-0.5, -1, -0.5}, {0.5, 0, 0.5}};
   // The last is made in two strips.
   const auto [width, height, samples] =
       GENERATE(table<int, int, int>({{40, 30, 1}, {40, 30, 2}, {100, 80, 8}}));
@@ -209,13 +210,13 @@ TEST_CASE("layers hold what each pixel shows, in the shape's coordinates") {
   REQUIRE(layers.normal.size() == 3 * layers.depth.size());
   REQUIRE(layers.position.size() == 3 * layers.depth.size());
   const picture::View view =
-      picture::camera_view(options.camera, *test::square().box, width, height, 1);
+      picture::camera_view(options.camera, *check::unit_ball().frame.box, width, height, 1);
   const Vector3d eye = (view.eye - Vector3d(0, 1, 0)) / 2;
   int hits = 0, wrong = 0;
   for (std::size_t i = 0; i < layers.depth.size(); ++i) {
     const int column = static_cast<int>(i) % width, row = static_cast<int>(i) / width;
     const bool seen = std::isfinite(layers.depth[i]);
-    if (seen != (test::sphere_depth(view, column, row) >= 0)) ++wrong;
+    if (seen != (check::sphere_depth(view, column, row) >= 0)) ++wrong;
     const float* n = &layers.normal[3 * i];
     const float* x = &layers.position[3 * i];
     const Vector3d normal(n[0], n[1], n[2]), position(x[0], x[1], x[2]);
@@ -228,7 +229,7 @@ TEST_CASE("layers hold what each pixel shows, in the shape's coordinates") {
     CHECK(from_center.norm() == Approx(0.5).margin(0.8 / (height * samples)));
     CHECK((position - eye).norm() == Approx(layers.depth[i]).margin(1e-3));
     // The pixel's middle, or the sample next to it.
-    CHECK((position - eye).normalized().dot(test::direction(view, column, row)) > 1 - 1e-4);
+    CHECK((position - eye).normalized().dot(check::ray_direction(view, column, row)) > 1 - 1e-4);
     CHECK(normal.norm() == Approx(1).margin(1e-4));
     if (-from_center.dot(position - eye) > 0.5 * 0.5 * layers.depth[i]) {
       CHECK(normal.dot(from_center) > 0.5 * 0.98);
@@ -244,7 +245,7 @@ TEST_CASE("a comparison shows where the set is outside the mesh in red, and insi
   for (const double radius : {0.9, 1.1}) {
     TriangleMesh mesh = shapes::sphere(3);
     for (auto& vertex : mesh.vertices) vertex *= radius;
-    const Image image = comparison(device, test::square(), mesh, options);
+    const Image image = comparison(device, check::unit_ball(), mesh, options);
     REQUIRE(image.width >= 120);
     REQUIRE(image.height > 80);
     // The middle of the fourth picture; under it the scale.
@@ -262,9 +263,9 @@ TEST_CASE("a comparison shows where the set is outside the mesh in red, and insi
 TEST_CASE("a picture's material changes the set's colours alone") {
   const Device device = test::shared_device();
   PictureOptions options = test::picture_of(40, 30);
-  const auto [clay, layers] = layered_render(device, test::square(), options);
+  const auto [clay, layers] = layered_render(device, check::unit_ball(), options);
   options.material = Material::trap;
-  const Image trap = render(device, test::square(), options);
+  const Image trap = render(device, check::unit_ball(), options);
   std::size_t same = 0, behind = 0;
   for (std::size_t i = 0; i < layers.depth.size(); ++i) {
     const bool empty = std::isinf(layers.depth[i]);
@@ -299,15 +300,15 @@ TEST_CASE("layers are written as arrays and to look at") {
 
 TEST_CASE("the same picture twice is the same bytes; tiny pictures work") {
   const Device device = test::shared_device();
-  const Image first = render(device, test::square(), test::picture_of(24, 17));
+  const Image first = render(device, check::unit_ball(), test::picture_of(24, 17));
   CHECK(first.pixels.size() == 3 * 24 * 17);
-  CHECK(render(device, test::square(), test::picture_of(24, 17)).pixels == first.pixels);
-  CHECK(render(device, test::square(), test::picture_of(1, 1)).pixels.size() == 3);
+  CHECK(render(device, check::unit_ball(), test::picture_of(24, 17)).pixels == first.pixels);
+  CHECK(render(device, check::unit_ball(), test::picture_of(1, 1)).pixels.size() == 3);
 }
 
 TEST_CASE("shading gives the stored pictures") {
   const Device device = test::shared_device();
-  const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 12));
+  const Map map = calibrated(device, steepened(test::armed_ball_map(60), 12));
   const auto check = [](const Image& image, const std::string& name) {
     const auto path =
         std::filesystem::path(QJULIA_TEST_DATA) / "pictures" / ("armed_ball_" + name + ".png");
@@ -328,7 +329,7 @@ TEST_CASE("shading gives the stored pictures") {
   CHECK(test::mean_difference(images[1], images[2]) > 5);
   options.material = Material::clay;
   const TriangleMesh mesh = extract_surface(device, map, {64, 1, {}});
-  check(render_mesh(device, mesh, *map.box, options), "mesh");
+  check(render_mesh(device, mesh, *map.frame.box, options), "mesh");
 }
 
 TEST_CASE("a shape stands on the ground whichever way is up") {
@@ -364,7 +365,7 @@ TEST_CASE("an eye within a mesh sees all around it") {
 }
 
 TEST_CASE("a sheet that no canvas holds is refused before anything is drawn") {
-  CHECK_THROWS_WITH(comparison(test::shared_device(), test::square(), shapes::sphere(2),
+  CHECK_THROWS_WITH(comparison(test::shared_device(), check::unit_ball(), shapes::sphere(2),
                                test::picture_of(16'384, 2)),
                     Catch::Contains("width") && Catch::Contains("16379"));
 }
@@ -441,17 +442,17 @@ TEST_CASE("the sky's shadow on the ground is as smooth and round as the ball tha
 TEST_CASE("what is behind the set is plain or transparent where asked for, and the set stays") {
   const Device device = test::shared_device();
   PictureOptions options = test::picture_of(64, 48);
-  const Image studio = render(device, test::square(), options);
+  const Image studio = render(device, check::unit_ball(), options);
   CHECK(studio.alpha.empty());
   options.backdrop = Backdrop::transparent;
-  const Image shadowed = render(device, test::square(), options);
+  const Image shadowed = render(device, check::unit_ball(), options);
   options.ground = false;
-  const Image clear = render(device, test::square(), options);
+  const Image clear = render(device, check::unit_ball(), options);
   options.backdrop = Backdrop::plain;
   options.background = color_named("1e90ff").value();
-  const Image plain = render(device, test::square(), options);
+  const Image plain = render(device, check::unit_ball(), options);
   options.ground = true;
-  const Image on_ground = render(device, test::square(), options);
+  const Image on_ground = render(device, check::unit_ball(), options);
   REQUIRE(clear.alpha.size() == 64 * 48);
   std::size_t empty = 0, full = 0, shaded = 0, darker = 0;
   for (std::size_t i = 0; i < clear.alpha.size(); ++i) {
@@ -484,7 +485,7 @@ TEST_CASE("a palette colours clay and materials") {
   PictureOptions options = test::picture_of(48, 36);
   options.palette.clay = Rgb(0, 0.8, 0);
   const auto middle = [&] {
-    const Image image = render(device, test::square(), options);
+    const Image image = render(device, check::unit_ball(), options);
     const std::uint8_t* rgb = &image.pixels[3 * (18 * 48 + 24)];
     return std::array{int{rgb[0]}, int{rgb[1]}, int{rgb[2]}};
   };
@@ -500,9 +501,9 @@ TEST_CASE("a palette colours clay and materials") {
 
 TEST_CASE("a map says what is up in its pictures, unless the camera does") {
   const Device device = test::shared_device();
-  const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 12));
-  RationalMap standing = map;
-  standing.up = UpAxis::minus_x;
+  const Map map = calibrated(device, steepened(test::armed_ball_map(60), 12));
+  Map standing = map;
+  standing.frame.up = UpAxis::minus_x;
   PictureOptions options = test::picture_of(32, 24);
   const Image by_map = render(device, standing, options);
   CHECK(by_map.covered > 50);
@@ -515,17 +516,17 @@ TEST_CASE("a picture counts the pixels that show the set") {
   const Device device = test::shared_device();
   PictureOptions options = test::picture_of(40, 30);
   options.samples_per_axis = 1;
-  const auto [image, layers] = layered_render(device, test::square(), options);
+  const auto [image, layers] = layered_render(device, check::unit_ball(), options);
   const auto seen = std::ranges::count_if(layers.depth, [](float d) { return std::isfinite(d); });
   CHECK(image.covered == static_cast<std::size_t>(seen));
   CHECK(image.covered > 100);
   options.samples_per_axis = 3;
-  CHECK(render(device, test::square(), options).covered > image.covered);
-  RationalMap map = test::square();
-  map.slice = 50;
+  CHECK(render(device, check::unit_ball(), options).covered > image.covered);
+  Map map = check::unit_ball();
+  map.dynamics.slice = 50;
   CHECK(render(device, map, options).covered == 0);
   options.box = Box{{3, 3, 3}, {4, 4, 4}};
-  CHECK(render(device, test::square(), options).covered == 0);
+  CHECK(render(device, check::unit_ball(), options).covered == 0);
   const TriangleMesh sphere = shapes::sphere(3);
   CHECK(render_mesh(device, sphere, sphere.box(), options).covered > 100);
 }
@@ -535,6 +536,7 @@ TEST_CASE("a stopped rendering gives no picture") {
   stop.request_stop();
   ProgressMonitor monitor;
   monitor.stop = stop.get_token();
-  CHECK_THROWS_AS(render(test::shared_device(), test::square(), test::picture_of(8, 8), monitor),
-                  Interrupted);
+  CHECK_THROWS_AS(
+      render(test::shared_device(), check::unit_ball(), test::picture_of(8, 8), monitor),
+      Interrupted);
 }

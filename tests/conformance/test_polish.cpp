@@ -30,8 +30,8 @@ TEST_CASE("polishing brings the iterated set closer to the shape at the same det
   const auto first = std::ranges::find(polished.stages, 2, &StageReport::iterations);
   CHECK(first->evaluations > 10);
   CHECK(first->energy_after < first->energy_before - 3e-4);
-  CHECK(*plain.map.detail == Approx(0.02));
-  CHECK(*polished.map.detail == Approx(0.02));
+  CHECK(*plain.map.frame.detail == Approx(0.02));
+  CHECK(*polished.map.frame.detail == Approx(0.02));
 
   CompareOptions comparing;
   comparing.resolution = 48;
@@ -40,7 +40,7 @@ TEST_CASE("polishing brings the iterated set closer to the shape at the same det
   };
   const FitMetrics before = of(plain);
   const FitMetrics after = of(polished);
-  CAPTURE(before.iou, after.iou, before.roughness, after.roughness, *polished.map.detail);
+  CAPTURE(before.iou, after.iou, before.roughness, after.roughness, *polished.map.frame.detail);
   CHECK(after.iou > before.iou + 0.015);  // reached: 0.020 to 0.033, by seed and device
   CHECK(after.roughness < before.roughness);
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "armed_ball.hpp"
+#include "base/larger_error.hpp"
 #include "distance_map.hpp"
 #include "map/portals.hpp"
 #include "map/reference_iteration.hpp"
@@ -17,7 +18,6 @@
 #include "qjulia/surface.hpp"
 #include "surface/level_set.hpp"
 #include "test_device.hpp"
-#include "worse.hpp"
 
 using namespace qjulia;
 using Eigen::Vector3d;
@@ -26,39 +26,40 @@ namespace {
 
 /// Two balls with a copy on either side, turned and led elsewhere than to the origin, and a third
 /// of which only the part inside the shape is left.
-RationalMap map_with_portals(PortalMask mask = PortalMask::none) {
-  RationalMap map = test::distance_map(0.12);
-  map.phase = {0.8, 0, 0.6, 0};
-  map.portals = {{{1.05, 0.1, 0}, 0.4, 4.5, {{0.2, 1, -0.4}, 70}, {-0.3, 0.1, 0}, mask},
-                 {{-1.5, 0.5, 0.1}, 0.35, 3.5, {{1, 0, 0}, 0}, {-0.3, 0.1, 0}, mask},
-                 {{-0.2, -0.75, 0}, 0.15, 6, {{0, 0, 1}, -40}, {-0.2, 0.1, 0}, PortalMask::inside}};
+Map map_with_portals(PortalMask mask = PortalMask::none) {
+  Map map = test::distance_map(0.12);
+  map.dynamics.phase = {0.8, 0, 0.6, 0};
+  map.layers.portals = {
+      {{1.05, 0.1, 0}, 0.4, 4.5, {{0.2, 1, -0.4}, 70}, {-0.3, 0.1, 0}, mask},
+      {{-1.5, 0.5, 0.1}, 0.35, 3.5, {{1, 0, 0}, 0}, {-0.3, 0.1, 0}, mask},
+      {{-0.2, -0.75, 0}, 0.15, 6, {{0, 0, 1}, -40}, {-0.2, 0.1, 0}, PortalMask::inside}};
   return map;
 }
 
-RationalMap factors_with_portals(PortalMask mask) {
-  RationalMap map = test::random_map(9, 0.2, 0.9, 3);
-  map.surface_level = -0.2;
-  map.portals = {{{0.9, 0.2, 0.1}, 0.5, 2.5, {{0, 1, 1}, 50}, {0.1, 0, 0}, mask},
-                 {{-0.8, -0.1, 0.4}, 0.45, 3, {}, {0, 0, 0}, mask}};
+Map factors_with_portals(PortalMask mask) {
+  Map map = test::random_map(9, 0.2, 0.9, 3);
+  map.dynamics.surface_level = -0.2;
+  map.layers.portals = {{{0.9, 0.2, 0.1}, 0.5, 2.5, {{0, 1, 1}, 50}, {0.1, 0, 0}, mask},
+                        {{-0.8, -0.1, 0.4}, 0.45, 3, {}, {0, 0, 0}, mask}};
   return map;
 }
 
 /// The armed ball's distance, with a thin shell: points beyond the grid's domain are many shells
 /// away.
-RationalMap armed_distance_map() {
+Map armed_distance_map() {
   const auto distances = [](std::span<const Vector3d> points) {
     std::vector<double> found(points.size());
     std::ranges::transform(points, found.begin(), test::armed_ball_distance);
     return found;
   };
-  RationalMap map = test::distance_map();
-  map.box = Box{{-1.2, -1.4, -0.9}, {1.5, 1.1, 0.75}};
-  DistanceModulus modulus = fitting::sampled_distance(distances, *map.box, 64, {});
+  Map map = test::distance_map();
+  map.frame.box = Box{{-1.2, -1.4, -0.9}, {1.5, 1.1, 0.75}};
+  DistanceModulus modulus = exact::sampled_distance(distances, *map.frame.box, 64, {});
   modulus.shell = 0.03;
   modulus.inradius = 0.75;
-  map.modulus = modulus;
-  map.detail = modulus.shell / map.box->diagonal();
-  map.inradius = modulus.inradius;
+  map.dynamics.modulus = modulus;
+  map.frame.detail = modulus.shell / map.frame.box->diagonal();
+  map.frame.inradius = modulus.inradius;
   return map;
 }
 
@@ -67,9 +68,9 @@ std::vector<Quaternion> points_about(const Vector3d& middle, double reach, std::
 }
 
 /// How near q is to a portal's rim.
-double to_rim(const RationalMap& map, const Quaternion& q) {
+double to_rim(const Map& map, const Quaternion& q) {
   double nearest = 1e9;
-  for (const Portal& portal : map.portals) {
+  for (const Portal& portal : map.layers.portals) {
     const Vector3d x = Vector3d(q.x, q.y, q.z) - portal.center;
     nearest = std::min(nearest, std::abs(std::hypot(x.norm(), q.w) - portal.radius));
   }
@@ -99,17 +100,17 @@ TEST_CASE("kernels iterate a map with portals as the reference does") {
   const auto precision = GENERATE(Precision::single, Precision::dbl);
   if (!test::can_check(test::shared_device(), precision)) return;
   const auto mask = GENERATE(PortalMask::none, PortalMask::outside, PortalMask::inside);
-  const RationalMap map = GENERATE_COPY(map_with_portals(mask), factors_with_portals(mask));
+  const Map map = GENERATE_COPY(map_with_portals(mask), factors_with_portals(mask));
   const bool twice = precision == Precision::dbl;
   auto points = points_about({0, 0, 0}, 1.7, 801);
-  for (const Portal& portal : map.portals) {
+  for (const Portal& portal : map.layers.portals) {
     const auto near = points_about(portal.center, 0.7 * portal.radius, 300);
     points.insert(points.end(), near.begin(), near.end());
   }
   const Field field(variant.of(test::shared_device()), map, precision);
   std::size_t in_portals = 0;
   for (const Quaternion& q : points) {
-    for (const Portal& p : map.portals) {
+    for (const Portal& p : map.layers.portals) {
       in_portals += std::hypot((Vector3d(q.x, q.y, q.z) - p.center).norm(), q.w) < p.radius ? 1 : 0;
     }
   }
@@ -126,9 +127,9 @@ TEST_CASE("kernels iterate a map with portals as the reference does") {
 
 TEST_CASE("in a portal the gradient is that of the image's radius") {
   const auto variant = GENERATE(from_range(test::variants()));
-  const RationalMap map = map_with_portals();
+  const Map map = map_with_portals();
   std::vector<Quaternion> points;
-  for (const Portal& portal : map.portals) {
+  for (const Portal& portal : map.layers.portals) {
     for (const Quaternion& q : points_about(portal.center, 0.7 * portal.radius, 60)) {
       if (to_rim(map, q) > 0.01) points.push_back(q);
     }
@@ -140,7 +141,8 @@ TEST_CASE("in a portal the gradient is that of the image's radius") {
     const Quaternion expected = test::reference_gradient(map, points[i]);
     // The third portal's mask jumps at the set's boundary.
     if (norm(expected) > 1e3) continue;
-    worst = test::worse(worst, norm(gradients[i] - expected) / std::max(1.0, norm(expected)));
+    worst =
+        base::larger_error(worst, norm(gradients[i] - expected) / std::max(1.0, norm(expected)));
   }
   CHECK(worst < 2e-3);
 }
@@ -149,11 +151,11 @@ TEST_CASE("bounds over cubes tell sides that orbits have") {
   const auto variant = GENERATE(from_range(test::variants()));
   const auto mask = GENERATE(PortalMask::none, PortalMask::outside);
   const int iterations = GENERATE(1, 5);
-  RationalMap map = map_with_portals(mask);
-  map.slice = 0.05;
+  Map map = map_with_portals(mask);
+  map.dynamics.slice = 0.05;
   const StopRadii stops = find_stop_radii(test::shared_device(), map);
   const surface::LevelSet set(variant.of(test::shared_device()), map, stops, iterations);
-  const double level = map.surface_level;
+  const double level = map.dynamics.surface_level;
   const double half_side = GENERATE(0.004, 0.02, 0.1);
   std::mt19937_64 bits(9);
   std::vector<Eigen::Vector3d> centers;
@@ -165,7 +167,7 @@ TEST_CASE("bounds over cubes tell sides that orbits have") {
       centers.emplace_back(x, y, z);
       continue;
     }
-    const Portal& portal = map.portals[i % 3 - 1];
+    const Portal& portal = map.layers.portals[i % 3 - 1];
     const Vector3d in_ball = portal.center + 0.5 * portal.radius * Vector3d(x, y, z);
     centers.push_back(in_ball);
   }
@@ -178,7 +180,7 @@ TEST_CASE("bounds over cubes tell sides that orbits have") {
     CHECK(low <= high);
     if (!inside && !outside) continue;
     const Vector3d& center = centers[i];
-    for (const Portal& portal : map.portals) {
+    for (const Portal& portal : map.layers.portals) {
       if ((center - portal.center).norm() + 0.05 < portal.radius) ++decided_in_portals;
     }
     std::vector<Quaternion> points;
@@ -186,7 +188,7 @@ TEST_CASE("bounds over cubes tell sides that orbits have") {
       const auto offset = [&] { return half_side * test::uniform(bits, -1, 1); };
       const double x = center.x() + offset();
       const double y = center.y() + offset();
-      points.push_back({x, y, center.z() + offset(), map.slice});
+      points.push_back({x, y, center.z() + offset(), map.dynamics.slice});
     }
     for (const double f : reference::field(map, points, iterations, stops.escape)) {
       if ((f < level) != inside) ++wrong;
@@ -199,10 +201,10 @@ TEST_CASE("bounds over cubes tell sides that orbits have") {
 }
 
 TEST_CASE("no portal reaches the ball that orbits stay in, or beyond which none returns") {
-  RationalMap map = map_with_portals();
+  Map map = map_with_portals();
   const StopRadii plain = find_stop_radii(test::shared_device(), without_portals(map));
   const StopRadii stops = find_stop_radii(test::shared_device(), map);
-  const auto [nearest, farthest] = map::portal_reach(map.portals);
+  const auto [nearest, farthest] = map::portal_reach(map.layers.portals);
   CHECK(stops.inner > 0);
   CHECK(stops.inner <= nearest);
   CHECK(stops.outer == std::max(plain.outer, farthest));
@@ -213,9 +215,9 @@ TEST_CASE("no portal reaches the ball that orbits stay in, or beyond which none 
 
 TEST_CASE("a portal of scale 1 to its own centre changes no orbit that does not enter it") {
   const auto variant = GENERATE(from_range(test::variants()));
-  RationalMap map = test::distance_map(0.12);
+  Map map = test::distance_map(0.12);
   const Portal still{{1.0, 0.2, 0}, 0.3, 1, {}, {1.0, 0.2, 0}, PortalMask::none};
-  map.portals = {still};
+  map.layers.portals = {still};
   const auto points = points_about({0, 0, 0}, 1.6, 1201);
   const Device device = variant.of(test::shared_device());
   for (const int n : {1, 3}) {
@@ -246,8 +248,8 @@ TEST_CASE("a portal of scale 1 to its own centre changes no orbit that does not 
 
 TEST_CASE("copies on copies are the set, three deep") {
   const auto variant = GENERATE(from_range(test::variants()));
-  const RationalMap map = map_with_portals();
-  const Portal& portal = map.portals[0];
+  const Map map = map_with_portals();
+  const Portal& portal = map.layers.portals[0];
   const Field field(variant.of(test::shared_device()), map, Precision::single);
   // About the tip that the portal itself stands on: the chain goes on into it.
   const auto points = points_about({0.75, 0.1, 0}, 0.35, 600);
@@ -267,7 +269,8 @@ TEST_CASE("copies on copies are the set, three deep") {
       }
       if (!stays) continue;
       ++compared;
-      if ((found[i] < map.surface_level) != (whole[i] < map.surface_level)) ++different;
+      if ((found[i] < map.dynamics.surface_level) != (whole[i] < map.dynamics.surface_level))
+        ++different;
     }
     CAPTURE(depth, compared);
     CHECK(compared > 200);
@@ -279,20 +282,20 @@ TEST_CASE("the sparse surface of a map with portals is the dense one, with its c
   const auto variant = GENERATE(from_range(test::variants()));
   const auto mask = GENERATE(PortalMask::none, PortalMask::outside);
   const Device device = variant.of(test::shared_device());
-  const RationalMap map = map_with_portals(mask);
+  const Map map = map_with_portals(mask);
   SurfaceOptions options;
   options.resolution = 96;
   options.iterations = GENERATE(1, 6);
   const auto [mesh, report] = test::checked_surface(device, map, options);
   CHECK(report.potentials < report.grid_points * 3 / 5);
   // Copies stand where the shape does not reach.
-  CHECK(mesh.box().high.x() > map.box->high.x() + 0.1);
+  CHECK(mesh.box().high.x() > map.frame.box->high.x() + 0.1);
 }
 
 TEST_CASE("rays find the set that orbits have") {
   const auto variant = GENERATE(from_range(test::variants()));
   const auto mask = GENERATE(PortalMask::none, PortalMask::outside);
-  const RationalMap map = map_with_portals(mask);
+  const Map map = map_with_portals(mask);
   test::check_rays(variant.of(test::shared_device()), map, *map::box_with_copies(map),
                    GENERATE(1, 5));
 }
@@ -301,17 +304,16 @@ TEST_CASE("rays that begin far from the shape, beside its portals, find all of i
   const auto variant = GENERATE(from_range(test::variants()));
   const Device device = variant.of(test::shared_device());
   const bool exact = GENERATE(true, false);
-  RationalMap map =
-      exact ? armed_distance_map()
-            : calibrated(test::shared_device(), steepened(test::armed_ball_map(60), 12));
-  map.steepness = GENERATE(1.0, 2.0);
-  if (!exact && map.steepness > 1) return;
+  Map map = exact ? armed_distance_map()
+                  : calibrated(test::shared_device(), steepened(test::armed_ball_map(60), 12));
+  map.layers.steepness = GENERATE(1.0, 2.0);
+  if (!exact && map.layers.steepness > 1) return;
   // Copies on copies widen the space that rays go through, so that many begin far from the shape.
-  map.portals = {
+  map.layers.portals = {
       {{-1.9, 1.9, 1.3}, 1.4, 2, {}, {0, -1.3, -0.7}, PortalMask::outside},
       {{2.3, 0.6, -0.6}, 1.1, 2.5, {{0, 0, 1}, 90}, {0, -1.2, -0.6}, PortalMask::outside}};
   for (const double azimuth : {35.0, 150.0, 290.0}) {
-    CAPTURE(variant, exact, map.steepness, azimuth);
+    CAPTURE(variant, exact, map.layers.steepness, azimuth);
     Camera camera;
     camera.azimuth = azimuth;
     camera.zoom = 2.5;
@@ -323,16 +325,16 @@ TEST_CASE("a portal with a tiny copy changes no ray's steps but those about the 
   const auto variant = GENERATE(from_range(test::variants()));
   const auto mask = GENERATE(PortalMask::none, PortalMask::outside);
   const Device device = variant.of(test::shared_device());
-  RationalMap map = test::distance_map(0.12);
+  Map map = test::distance_map(0.12);
   // A part of space that holds only the copy.
-  map.portals = {{{0.5, 1.0, 0.3}, 0.3, Portal::kMostScale, {}, {0, 0, 0}, mask}};
+  map.layers.portals = {{{0.5, 1.0, 0.3}, 0.3, Portal::kMostScale, {}, {0, 0, 0}, mask}};
   const picture::MarchedSet with{map, 5, {}, {}, Precision::single};
   const picture::MarchedSet without{without_portals(map), 5, {}, {}, Precision::single};
-  const picture::Band band = picture::find_band(device, with, *map.box);
-  const picture::Band plain = picture::find_band(device, without, *map.box);
+  const picture::Band band = picture::find_band(device, with, *map.frame.box);
+  const picture::Band plain = picture::find_band(device, without, *map.frame.box);
   REQUIRE(band.level == plain.level);
   CHECK(band.steepest == plain.steepest);
-  const picture::View view = picture::camera_view({}, *map.box, 96, 72, 1);
+  const picture::View view = picture::camera_view({}, *map.frame.box, 96, 72, 1);
   const auto found = picture::march_source(device, with)->depths(view, 0, view.rows);
   const auto expected = picture::march_source(device, without)->depths(view, 0, view.rows);
   std::size_t different = 0, hits = 0;
@@ -345,34 +347,34 @@ TEST_CASE("a portal with a tiny copy changes no ray's steps but those about the 
 }
 
 TEST_CASE("knobs move portals with the shape") {
-  RationalMap map = map_with_portals();
+  Map map = map_with_portals();
   MapKnobs knobs;
   knobs.translate = Vector3d(0.05, -0.1, 0.02);
-  const RationalMap moved = with_knobs(test::shared_device(), map, knobs);
-  const double shift = moved.surface_level - map.surface_level;  // calibration
+  const Map moved = with_knobs(test::shared_device(), map, knobs);
+  const double shift = moved.dynamics.surface_level - map.dynamics.surface_level;  // calibration
   std::size_t different = 0;
-  for (const Quaternion& q : points_about(map.portals[0].center, 0.3, 200)) {
+  for (const Quaternion& q : points_about(map.layers.portals[0].center, 0.3, 200)) {
     const Quaternion there = q + Quaternion{0.05, -0.1, 0.02, 0};
     const auto [f, u] = reference::step(map, q);
     const auto [g, v] = reference::step(moved, there);
     // Images in portals move along; others turn about the origin.
     const Quaternion a = std::exp(f) * u + Quaternion{0.05, -0.1, 0.02, 0}, b = std::exp(g) * v;
     const bool in_portal = to_rim(map, q) > 1e-6 &&
-                           (Vector3d(q.x, q.y, q.z) - map.portals[0].center).norm() < 0.28 &&
+                           (Vector3d(q.x, q.y, q.z) - map.layers.portals[0].center).norm() < 0.28 &&
                            std::abs(q.w) < 0.1;
     if (in_portal && norm(a - b) > 1e-9) ++different;
     if (!in_portal && to_rim(map, q) > 0.3 && std::abs(g - f - shift) > 1e-9) ++different;
   }
   CHECK(different == 0);
-  CHECK(moved.portals[1].radius == map.portals[1].radius);
+  CHECK(moved.layers.portals[1].radius == map.layers.portals[1].radius);
   // The origin must not get into one.
   knobs.translate = Vector3d(-0.9, 0, 0);
   CHECK_THROWS_WITH(with_knobs(test::shared_device(), map, knobs), Catch::Contains("portal"));
 
-  RationalMap factors = factors_with_portals(PortalMask::none);
+  Map factors = factors_with_portals(PortalMask::none);
   knobs = {};
   knobs.rotate = Rotation{{1, 0, 0}, 35};  // about the real axis: the map itself turns
-  const RationalMap turned = with_knobs(test::shared_device(), factors, knobs);
+  const Map turned = with_knobs(test::shared_device(), factors, knobs);
   const Eigen::Matrix3d turn = knobs.rotate->matrix();
   double worst = 0;
   for (const Quaternion& q : points_about({0, 0, 0}, 1.4, 300)) {
@@ -381,26 +383,26 @@ TEST_CASE("knobs move portals with the shape") {
       return Quaternion{x.x(), x.y(), x.z(), p.w};
     };
     if (to_rim(factors, q) < 1e-6) continue;
-    const bool within = std::ranges::any_of(factors.portals, [&](const Portal& p) {
+    const bool within = std::ranges::any_of(factors.layers.portals, [&](const Portal& p) {
       return std::hypot((Vector3d(q.x, q.y, q.z) - p.center).norm(), q.w) < p.radius;
     });
     if (!within) continue;
     const auto [f, u] = reference::step(factors, q);
     const auto [g, v] = reference::step(turned, turned_about(q));
-    worst = test::worse(worst, norm(turned_about(std::exp(f) * u) - std::exp(g) * v));
+    worst = base::larger_error(worst, norm(turned_about(std::exp(f) * u) - std::exp(g) * v));
   }
   CHECK(worst < 1e-9);
 }
 
 TEST_CASE("portals are proposed on tips, apart from each other and clear of the origin") {
-  const RationalMap map = test::distance_map(0.05);
+  const Map map = test::distance_map(0.05);
   PortalOptions options;
   options.count = 4;
   options.size = 0.25;
   const auto portals = proposed_portals(test::shared_device(), map, options);
   REQUIRE(portals.size() >= 2);
-  RationalMap with = map;
-  with.portals = portals;
+  Map with = map;
+  with.layers.portals = portals;
   CHECK_NOTHROW(with.validate());
   // The farthest tip along the surface is the small ball's far side.
   CHECK(portals[0].center.x() < -1.2);
@@ -409,7 +411,7 @@ TEST_CASE("portals are proposed on tips, apart from each other and clear of the 
   // What was inside is inside, and the copies are there besides.
   SurfaceOptions surface;
   surface.resolution = 64;
-  const auto volume = [&](const RationalMap& m) {
+  const auto volume = [&](const Map& m) {
     const TriangleMesh mesh = extract_surface(test::shared_device(), m, surface);
     double sum = 0;
     for (const auto& [a, b, c] : mesh.triangles) {

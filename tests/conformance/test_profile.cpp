@@ -42,9 +42,9 @@ const KernelFigures& figures(const std::string& kernel, int n) {
 TEST_CASE("the workload is the one described") {
   const profiling::Workload work = profiling::make_workload(small());
   REQUIRE(work.samples.size() == 3000);
-  REQUIRE(work.map.factors.size() == 40);
+  REQUIRE(work.map.dynamics.factors.size() == 40);
   std::size_t roots = 0;
-  for (const Factor& f : work.map.factors) {
+  for (const Factor& f : work.map.dynamics.factors) {
     roots += f.exponent > 0 ? 1 : 0;
     CHECK(std::abs(f.exponent) >= 0.01);
     CHECK(std::abs(f.exponent) <= 0.06);

@@ -18,11 +18,11 @@ using namespace qjulia;
 namespace {
 
 /// Not symmetric in any way.
-RationalMap some_map() {
-  RationalMap map = quadratic_map({0.285, 0.485, -0.1, 0.07});
-  map.log_scale = 0.1;
-  map.slice = 0.05;
-  map.phase = {0.8, 0, 0.6, 0};
+Map some_map() {
+  Map map = quadratic_map({0.285, 0.485, -0.1, 0.07});
+  map.dynamics.log_scale = 0.1;
+  map.dynamics.slice = 0.05;
+  map.dynamics.phase = {0.8, 0, 0.6, 0};
   return map;
 }
 
@@ -37,13 +37,13 @@ TEST_CASE("the reference iterates q² + c") {
   const Quaternion q{0.3, -0.4, 0.5, 0.2};
   const Quaternion once = q * q + c;
   const Quaternion twice = once * once + c;
-  const RationalMap map = quadratic_map(c);
+  const Map map = quadratic_map(c);
   CHECK(reference::field(map, std::vector{q}, 1, 20)[0] == Approx(std::log(norm(once))));
   CHECK(reference::field(map, std::vector{q}, 2, 20)[0] == Approx(std::log(norm(twice))));
   // e^S and the phase stand in front.
-  RationalMap turned = map;
-  turned.log_scale = std::log(0.5);
-  turned.phase = {0, 0, 1, 0};
+  Map turned = map;
+  turned.dynamics.log_scale = std::log(0.5);
+  turned.dynamics.phase = {0, 0, 1, 0};
   const Quaternion step = 0.5 * (Quaternion{0, 0, 1, 0} * once);
   const Quaternion next = 0.5 * (Quaternion{0, 0, 1, 0} * (step * step + c));
   CHECK(reference::field(turned, std::vector{q}, 2, 20)[0] == Approx(std::log(norm(next))));
@@ -52,7 +52,7 @@ TEST_CASE("the reference iterates q² + c") {
 TEST_CASE("kernels iterate it as the reference does") {
   const auto device =
       test::shared_device().with_lane_width(GENERATE(from_range(test::lane_widths())));
-  const RationalMap map = some_map();
+  const Map map = some_map();
   const auto points = some_points();
   const Field field(device, map);
   for (const int n : {1, 2, 4}) {
@@ -67,13 +67,13 @@ TEST_CASE("kernels iterate it as the reference does") {
 TEST_CASE("kernels iterate a modulus of one kind with a versor of another as the reference does") {
   const auto device =
       test::shared_device().with_lane_width(GENERATE(from_range(test::lane_widths())));
-  RationalMap map = test::random_map(20, 0.1, 0.6, 5);
-  map.phase = {0.8, 0, 0.6, 0};
+  Map map = test::random_map(20, 0.1, 0.6, 5);
+  map.dynamics.phase = {0.8, 0, 0.6, 0};
   const bool quadratic_modulus = GENERATE(false, true);
   if (quadratic_modulus) {
-    map.modulus = QuadraticModulus{{0.285, 0.485, -0.1, 0.07}};
+    map.dynamics.modulus = QuadraticModulus{{0.285, 0.485, -0.1, 0.07}};
   } else {
-    map.versor = QuadraticVersor{{0.285, 0.485, -0.1, 0.07}};
+    map.dynamics.versor = QuadraticVersor{{0.285, 0.485, -0.1, 0.07}};
   }
   const auto points = some_points();
   const Field field(device, map);
@@ -87,17 +87,18 @@ TEST_CASE("kernels iterate a modulus of one kind with a versor of another as the
 }
 
 TEST_CASE("its gradient is that of ln |q² + c|") {
-  const RationalMap map = some_map();
+  const Map map = some_map();
   const Field field(quadratic_device(), map);
   CHECK(test::sorted_gradient_errors(field, map, some_points()).back() < 1e-4);
 }
 
 TEST_CASE("its radii decide no orbit wrongly") {
-  const RationalMap map = some_map();
+  const Map map = some_map();
   const StopRadii stops = find_stop_radii(quadratic_device(), map);
   // e^S (r² − |c|) = r.
   const double r = stops.outer;
-  CHECK(std::exp(map.log_scale) * (r * r - norm(std::get<QuadraticModulus>(map.modulus).c)) ==
+  CHECK(std::exp(map.dynamics.log_scale) *
+            (r * r - norm(std::get<QuadraticModulus>(map.dynamics.modulus).c)) ==
         Approx(r));
   CHECK(stops.escape == Approx(1.25 * r));
   const auto points = some_points();
@@ -110,8 +111,8 @@ TEST_CASE("its radii decide no orbit wrongly") {
 }
 
 TEST_CASE("q² has the unit ball for its set, in surfaces and pictures") {
-  RationalMap map = quadratic_map({});
-  map.shape_to_map = {2, {0.5, 0, 0}};
+  Map map = quadratic_map({});
+  map.frame.shape_to_map = {2, {0.5, 0, 0}};
   SurfaceOptions options;
   options.resolution = 32;
   options.iterations = 8;
@@ -123,12 +124,12 @@ TEST_CASE("q² has the unit ball for its set, in surfaces and pictures") {
   PictureOptions picture;
   picture.width = picture.height = 32;
   picture.samples_per_axis = 1;
-  map.box = Box{{-0.75, -0.5, -0.5}, {0.25, 0.5, 0.5}};
+  map.frame.box = Box{{-0.75, -0.5, -0.5}, {0.25, 0.5, 0.5}};
   const Image ball = render(quadratic_device(), map, picture);
-  RationalMap same;
-  same.factors = {{{}, 2}};  // q² as a rational map
-  same.shape_to_map = map.shape_to_map;
-  same.box = map.box;
+  Map same;
+  same.dynamics.factors = {{{}, 2}};  // q² as a rational map
+  same.frame.shape_to_map = map.frame.shape_to_map;
+  same.frame.box = map.frame.box;
   const Image expected = render(quadratic_device(), same, picture);
   REQUIRE(ball.pixels.size() == expected.pixels.size());
   int different = 0;
@@ -139,7 +140,7 @@ TEST_CASE("q² has the unit ball for its set, in surfaces and pictures") {
 }
 
 TEST_CASE("knobs of factors are refused, the others turn it") {
-  const RationalMap map = some_map();
+  const Map map = some_map();
   const auto refused = [&](auto change, const std::string& option) {
     MapKnobs knobs;
     change(knobs);
@@ -152,7 +153,7 @@ TEST_CASE("knobs of factors are refused, the others turn it") {
   MapKnobs knobs;
   knobs.scale = 2;
   knobs.slice = 0.3;
-  const RationalMap other = with_knobs(quadratic_device(), map, knobs);
-  CHECK(other.log_scale == Approx(map.log_scale - std::log(2)));
-  CHECK(other.slice == 0.3);
+  const Map other = with_knobs(quadratic_device(), map, knobs);
+  CHECK(other.dynamics.log_scale == Approx(map.dynamics.log_scale - std::log(2)));
+  CHECK(other.dynamics.slice == 0.3);
 }

@@ -10,6 +10,7 @@
 
 #include "armed_ball.hpp"
 #include "ball_view.hpp"
+#include "base/larger_error.hpp"
 #include "device/context.hpp"
 #include "distance_map.hpp"
 #include "layout/picture_layout.h"
@@ -20,7 +21,6 @@
 #include "qjulia/field.hpp"
 #include "qjulia/surface.hpp"
 #include "random_maps.hpp"
-#include "worse.hpp"
 
 using namespace qjulia;
 using Eigen::Vector3d;
@@ -30,21 +30,21 @@ TEST_CASE("rays meet the ball where they must, at every lane width") {
     for (const int iterations : {1, 6}) {
       CAPTURE(width, iterations);
       const auto source = picture::march_source(
-          test::with_width(width), {test::square(), iterations, {}, {}, Precision::single});
+          test::with_width(width), {check::unit_ball(), iterations, {}, {}, Precision::single});
       const picture::View view = test::ball_view(101, 67, 1);
       const auto depths = source->depths(view, 0, view.rows);
       REQUIRE(depths.size() == 101 * 67);
       int hits = 0, wrong = 0;
       double worst = 0;
       test::for_pixels(view, depths, [&](int column, int row, double found) {
-        const double expected = test::sphere_depth(view, column, row);
+        const double expected = check::sphere_depth(view, column, row);
         if (found >= 0) ++hits;
         if ((found >= 0) != (expected >= 0)) {
           ++wrong;
         } else if (expected >= 0) {
-          const Vector3d ray = test::direction(view, column, row);
+          const Vector3d ray = check::ray_direction(view, column, row);
           const double slope = std::abs((view.eye + expected * ray).dot(ray));
-          worst = test::worse(worst, std::abs(found - expected) * slope);
+          worst = base::larger_error(worst, std::abs(found - expected) * slope);
         }
       });
       // Rays that graze the ball inside one step's reach may pass it by.
@@ -55,10 +55,10 @@ TEST_CASE("rays meet the ball where they must, at every lane width") {
 }
 
 TEST_CASE("a pixel's depth depends neither on the strip it is asked for in nor on lane width") {
-  const auto source =
-      picture::march_source(test::with_width(8), {test::square(), 6, {}, {}, Precision::single});
-  const auto other =
-      picture::march_source(test::with_width(16), {test::square(), 6, {}, {}, Precision::single});
+  const auto source = picture::march_source(test::with_width(8),
+                                            {check::unit_ball(), 6, {}, {}, Precision::single});
+  const auto other = picture::march_source(test::with_width(16),
+                                           {check::unit_ball(), 6, {}, {}, Precision::single});
   const picture::View view = test::ball_view(37, 29, 2);
   const auto whole = source->depths(view, 0, view.rows);
   std::vector<float> strips;
@@ -76,8 +76,8 @@ TEST_CASE("a pixel's depth depends neither on the strip it is asked for in nor o
 }
 
 TEST_CASE("refined samples lie on the ball") {
-  const auto source =
-      picture::march_source(test::with_width(16), {test::square(), 6, {}, {}, Precision::single});
+  const auto source = picture::march_source(test::with_width(16),
+                                            {check::unit_ball(), 6, {}, {}, Precision::single});
   const picture::View view = test::ball_view(80, 60, 2);
   const auto depths = source->depths(view, 0, view.rows);
   double worst = 0;
@@ -85,8 +85,8 @@ TEST_CASE("refined samples lie on the ball") {
   test::for_pixels(view, depths, [&](int column, int row, double t) {
     if (t < 0) return;
     ++hits;
-    worst = test::worse(worst,
-                        std::abs((view.eye + t * test::direction(view, column, row)).norm() - 1));
+    worst = base::larger_error(
+        worst, std::abs((view.eye + t * check::ray_direction(view, column, row)).norm() - 1));
   });
   CHECK(hits > 1000);
   CHECK(worst < 0.5 * view.footprint);
@@ -98,10 +98,11 @@ TEST_CASE("rays in double precision find the ball's depths as well") {
     const Device device = test::with_width(width);
     if (!test::can_check(device, Precision::dbl)) return;
     const picture::View view = test::ball_view(61, 47, 1);
-    const auto depths = picture::march_source(device, {test::square(), 6, {}, {}, Precision::dbl})
-                            ->depths(view, 0, view.rows);
+    const auto depths =
+        picture::march_source(device, {check::unit_ball(), 6, {}, {}, Precision::dbl})
+            ->depths(view, 0, view.rows);
     const auto single =
-        picture::march_source(device, {test::square(), 6, {}, {}, Precision::single})
+        picture::march_source(device, {check::unit_ball(), 6, {}, {}, Precision::single})
             ->depths(view, 0, view.rows);
     int wrong = 0;
     for (std::size_t i = 0; i < depths.size(); ++i) {
@@ -120,19 +121,20 @@ TEST_CASE("a part of the ball is cut open at the faces of its box") {
   for (const int width : test::lane_widths()) {
     CAPTURE(width);
     const auto source = picture::march_source(test::with_width(width),
-                                              {test::square(), 6, {}, part, Precision::single});
-    picture::View view = picture::parallel_view(Vector3d::UnitZ(), *test::square().box, 64);
+                                              {check::unit_ball(), 6, {}, part, Precision::single});
+    picture::View view =
+        picture::parallel_view(Vector3d::UnitZ(), *check::unit_ball().frame.box, 64);
     for (const bool coarse : {false, true}) {
       view.coarse_will_do = coarse;
       const auto depths = source->depths(view, 0, view.rows);
       int on_cut = 0, beyond = 0;
       double worst = 0;
       test::for_pixels(view, depths, [&](int column, int row, double depth) {
-        const Vector3d from = test::eye(view, column, row);
+        const Vector3d from = check::ray_start(view, column, row);
         if (std::hypot(from.x(), from.y()) > 0.9) return;
         const double z = from.z() - depth;
         if (depth >= 0 && z > -0.5) ++on_cut;
-        worst = test::worse(worst, std::abs(z - 0.25));
+        worst = base::larger_error(worst, std::abs(z - 0.25));
         if (z > 0.27) ++beyond;
       });
       CHECK(on_cut > 1500);
@@ -147,10 +149,10 @@ namespace {
 
 /// |q|³ |q − 2| in logarithms: about the origin a body, and about (2, 0, 0) a ball with 0.4 % of
 /// its volume.
-RationalMap body_and_flake() {
-  RationalMap map;
-  map.factors = {Factor{{0, 0, 0, 0}, 3}, Factor{{2, 0, 0, 0}, 1}};
-  map.box = Box{{-1, -1, -1}, {2.2, 1, 1}};
+Map body_and_flake() {
+  Map map;
+  map.dynamics.factors = {Factor{{0, 0, 0, 0}, 3}, Factor{{2, 0, 0, 0}, 1}};
+  map.frame.box = Box{{-1, -1, -1}, {2.2, 1, 1}};
   return map;
 }
 
@@ -179,11 +181,11 @@ struct FlakeView {
   std::vector<double> expected;
 
   FlakeView(const Vector3d& from, int side, bool keeps_loose)
-      : view(picture::parallel_view(from, *body_and_flake().box, side)) {
+      : view(picture::parallel_view(from, *body_and_flake().frame.box, side)) {
     for (int row = 0; row < view.rows; ++row) {
       for (int column = 0; column < view.columns; ++column) {
         expected.push_back(
-            entered(eye(column, row), test::direction(view, column, row), keeps_loose));
+            entered(eye(column, row), check::ray_direction(view, column, row), keeps_loose));
       }
     }
   }
@@ -208,12 +210,13 @@ void check_flake(const Device& device, const picture::MarchedSet& set, const Fla
         const double expected = reference.expected[ray];
         const double found = depths[ray];
         if (found >= 0) ++hits;
-        const Vector3d at = reference.eye(column, row) + found * test::direction(view, column, row);
+        const Vector3d at =
+            reference.eye(column, row) + found * check::ray_direction(view, column, row);
         if (found >= 0 && at.x() > 1.4) ++on_flake;
         if ((found >= 0) != (expected >= 0)) {
           ++wrong;
         } else if (found >= 0) {
-          worst = test::worse(worst, std::abs(found - expected));
+          worst = base::larger_error(worst, std::abs(found - expected));
         }
       }
     }
@@ -256,13 +259,13 @@ TEST_CASE("a few rays pass through a loose piece that a coarse grid shows") {
 }
 
 TEST_CASE("a part of the set has the loose pieces that the whole has") {
-  const RationalMap map = body_and_flake();
+  const Map map = body_and_flake();
   // The flake alone; and half of the body without the flake.
   for (const bool keeps : {false, true}) {
     picture::MarchedSet set{map, 1, {}, Box{{1.5, -1, -1}, {3, 1, 1}}, Precision::single};
     set.keeps_loose = keeps;
     const auto alone = picture::march_source(test::with_width(8), set);
-    const picture::View view = picture::parallel_view({1, 0, 0}, *map.box, 64);
+    const picture::View view = picture::parallel_view({1, 0, 0}, *map.frame.box, 64);
     const auto depths = alone->depths(view, 0, view.rows);
     CHECK((std::ranges::max(depths) >= 0) == keeps);
     set.part = Box{{-2, -2, -2}, {0, 2, 2}};
@@ -278,7 +281,7 @@ namespace {
 /// through the origin are followed along the lattice's edges; each is found by a whole orbit.
 class Hanging {
  public:
-  Hanging(const Device& device, const RationalMap& map, int iterations, double step)
+  Hanging(const Device& device, const Map& map, int iterations, double step)
       : field_(device, map, Precision::single),
         map_(map),
         iterations_(iterations),
@@ -310,12 +313,12 @@ class Hanging {
     std::vector<Quaternion> points;
     for (const Node& node : nodes) {
       const Vector3d p = point(node);
-      points.push_back({p.x(), p.y(), p.z(), map_.slice});
+      points.push_back({p.x(), p.y(), p.z(), map_.dynamics.slice});
     }
     const auto first = field_.at(points, 1), last = field_.decided_at(points, iterations_);
     std::vector<Kind> kinds;
     for (std::size_t i = 0; i < nodes.size(); ++i) {
-      const bool is_inside = last[i] < map_.surface_level;
+      const bool is_inside = last[i] < map_.dynamics.surface_level;
       kinds.push_back(!is_inside ? Kind::outside : first[i] < core_ ? Kind::core : Kind::inside);
     }
     return kinds;
@@ -350,7 +353,7 @@ class Hanging {
   }
 
   Field field_;
-  RationalMap map_;
+  Map map_;
   int iterations_;
   double step_, core_;
   std::map<Node, bool> known_;
@@ -361,7 +364,7 @@ class Hanging {
 TEST_CASE("close views without loose pieces lose nothing of the body") {
   const Device device = test::shared_device();
   // Wild enough to have flakes.
-  const RationalMap map = calibrated(device, steepened(test::armed_ball_map(60), 3));
+  const Map map = calibrated(device, steepened(test::armed_ball_map(60), 3));
   picture::MarchedSet set{map, 6, {}, {}, Precision::single};
   set.cells = 100;
   const auto all = picture::march_source(device, set);
@@ -371,7 +374,7 @@ TEST_CASE("close views without loose pieces lose nothing of the body") {
   camera.azimuth = 30;
   camera.zoom = 10;
   camera.up = UpAxis::y;
-  const picture::View view = picture::camera_view(camera, *map.box, 160, 120, 1);
+  const picture::View view = picture::camera_view(camera, *map.frame.box, 160, 120, 1);
   const auto kept = all->depths(view, 0, view.rows);
   some->prepare(view);
   const auto left = some->depths(view, 0, view.rows);
@@ -400,9 +403,9 @@ TEST_CASE("interpolated images give the picture that computed ones give") {
   // A distance's modulus is never interpolated, its versor is. Nor is paint.
   const auto [distance, painted] =
       GENERATE(table<bool, bool>({{false, false}, {true, false}, {false, true}}));
-  RationalMap map = distance ? test::distance_map(0.1, 60) : test::armed_ball_map(60);
+  Map map = distance ? test::distance_map(0.1, 60) : test::armed_ball_map(60);
   if (distance) {
-    for (Factor& factor : map.factors)
+    for (Factor& factor : map.dynamics.factors)
       factor.exponent *= 0.06;  // it turns about as fast as F rises
   } else {
     map = calibrated(test::shared_device(), steepened(map, 12));
@@ -413,7 +416,7 @@ TEST_CASE("interpolated images give the picture that computed ones give") {
     paint.origin = Vector3d::Constant(-2);
     paint.step = 0.45;
     for (int i = 0; i < 729; ++i) paint.shares.push_back(painted_share(0.2 + 0.1 * (i % 9)));
-    map.paint = paint;
+    map.layers.paint = paint;
   }
   for (const int width : test::lane_widths()) {
     const Device device = test::with_width(width);
@@ -421,9 +424,11 @@ TEST_CASE("interpolated images give the picture that computed ones give") {
       if (precision == Precision::dbl && (painted || !test::can_check(device, precision))) continue;
       CAPTURE(distance, painted, width, precision == Precision::dbl);
       picture::MarchedSet set{map, 6, {}, {}, precision};
-      const picture::View view = picture::camera_view(
-          {}, {map.shape_to_map.to_map(map.box->low), map.shape_to_map.to_map(map.box->high)}, 120,
-          90, 1);
+      const picture::View view =
+          picture::camera_view({},
+                               {map.frame.shape_to_map.to_map(map.frame.box->low),
+                                map.frame.shape_to_map.to_map(map.frame.box->high)},
+                               120, 90, 1);
       const auto found = picture::march_source(device, set)->depths(view, 0, view.rows);
       set.interpolates_images = false;
       const auto expected = picture::march_source(device, set)->depths(view, 0, view.rows);
@@ -452,12 +457,12 @@ TEST_CASE("interpolated images give the picture that computed ones give") {
 
 TEST_CASE("a lattice trusts cells where it interpolates_images images, and no others") {
   const Device any = test::shared_device();
-  const RationalMap map = calibrated(any, steepened(test::armed_ball_map(60), 12));
+  const Map map = calibrated(any, steepened(test::armed_ball_map(60), 12));
   for (const int width : test::lane_widths()) {
     CAPTURE(width);
     const Device device = test::with_width(width);
     const picture::MarchedSet set{map, 6, {}, {}, Precision::single};
-    const picture::Band band = picture::find_band(device, set, *map.box);
+    const picture::Band band = picture::find_band(device, set, *map.frame.box);
     const picture::BandGrid grid(device, set, band);
     const map::DeviceMap device_map(device, map, band.stops, Precision::single);
     const double allowed = 0.02;
@@ -505,7 +510,7 @@ TEST_CASE("a lattice trusts cells where it interpolates_images images, and no ot
       const auto place = [&](std::size_t axis) {
         return layout[QJ_GRID_ORIGIN + axis] + layout[QJ_GRID_STEP] * (at[axis] + way[axis]);
       };
-      const auto step = reference::step(map, {place(0), place(1), place(2), map.slice});
+      const auto step = reference::step(map, {place(0), place(1), place(2), map.dynamics.slice});
       const Eigen::Vector4d expected(step.versor.x, step.versor.y, step.versor.z, step.versor.w);
       ++checked;
       if (std::abs(f - step.log_norm) + (u - expected).norm() > 2 * allowed) ++wrong;
@@ -522,8 +527,8 @@ TEST_CASE("an escape radius cuts the set, and one that would empty it is refused
   // q² at the circle of radius 1: orbits from 0.9 stay, whatever the escape radius above 1.
   const picture::View view = test::ball_view(41, 31, 1);
   const auto depths = [&](std::optional<double> escape, double shift) {
-    RationalMap map = test::square();
-    map.log_scale = shift;  // the set's radius is e^-shift
+    Map map = check::unit_ball();
+    map.dynamics.log_scale = shift;  // the set's radius is e^-shift
     return picture::march_source(test::with_width(8), {map, 6, escape, {}, Precision::single})
         ->depths(view, 0, view.rows);
   };
@@ -541,8 +546,8 @@ TEST_CASE("safe steps never lead into the ball, and the grid's coarse depths lie
   for (const int width : test::lane_widths()) {
     CAPTURE(width);
     const Device device = test::with_width(width);
-    const picture::MarchedSet set{test::square(), 6, {}, {}, Precision::single};
-    const picture::Band band = picture::find_band(device, set, *test::square().box);
+    const picture::MarchedSet set{check::unit_ball(), 6, {}, {}, Precision::single};
+    const picture::Band band = picture::find_band(device, set, *check::unit_ball().frame.box);
     CHECK(band.radius >= 1);
     picture::BandGrid grid(device, set, band);
     for (const Vector3d& corner : {grid.bounds().low, grid.bounds().high}) {
@@ -569,7 +574,7 @@ TEST_CASE("safe steps never lead into the ball, and the grid's coarse depths lie
     const auto depths = grid.depths(view, 0, view.rows);
     int wrong = 0;
     test::for_pixels(view, depths, [&](int column, int row, double found) {
-      const Vector3d ray = test::direction(view, column, row);
+      const Vector3d ray = check::ray_direction(view, column, row);
       // Rays that pass close by the ball may go either way.
       const double passes = view.eye.cross(ray).norm();
       if (std::abs(passes - 1) < grid.step()) return;
@@ -582,13 +587,13 @@ TEST_CASE("safe steps never lead into the ball, and the grid's coarse depths lie
 
 TEST_CASE("at n = 1 the silhouette and the depths are those of the extracted mesh") {
   const Device device = test::shared_device();
-  const RationalMap map = steepened(test::armed_ball_map(60), 10);
+  const Map map = steepened(test::armed_ball_map(60), 10);
   const auto marched = picture::march_source(device, {map, 1, {}, {}, Precision::single});
   SurfaceOptions options;
   options.resolution = 160;
   options.iterations = 1;
   TriangleMesh mesh = extract_surface(device, map, options);
-  for (Vector3d& vertex : mesh.vertices) vertex = map.shape_to_map.to_map(vertex);
+  for (Vector3d& vertex : mesh.vertices) vertex = map.frame.shape_to_map.to_map(vertex);
   for (const double azimuth : {30.0, 140.0}) {
     Camera camera;
     camera.azimuth = azimuth;
@@ -610,9 +615,9 @@ TEST_CASE("at n = 1 the silhouette and the depths are those of the extracted mes
 }
 
 TEST_CASE("points are coloured by the orbits they have") {
-  RationalMap map = test::random_map(7, 0.3, 0.5, 3);
-  map.factors.push_back({{0, 0, 0, 0}, 3});
-  map.box = Box{{-1.5, -1.5, -1.5}, {1.5, 1.5, 1.5}};
+  Map map = test::random_map(7, 0.3, 0.5, 3);
+  map.dynamics.factors.push_back({{0, 0, 0, 0}, 3});
+  map.frame.box = Box{{-1.5, -1.5, -1.5}, {1.5, 1.5, 1.5}};
   const Material material = GENERATE(Material::iterations, Material::trap);
   const int n = 5;
   for (const int width : test::lane_widths()) {
@@ -631,7 +636,7 @@ TEST_CASE("points are coloured by the orbits they have") {
     int wrong = 0;
     std::set<float> seen;
     for (std::size_t i = 0; i < points.size(); ++i) {
-      Quaternion q{points[i].x(), points[i].y(), points[i].z(), map.slice};
+      Quaternion q{points[i].x(), points[i].y(), points[i].z(), map.dynamics.slice};
       int last = 0;
       double closest = 1;
       for (int m = 1; m <= n; ++m) {

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "base/larger_error.hpp"
 #include "map/reference_iteration.hpp"
 #include "original.hpp"
 #include "qjulia/error.hpp"
@@ -13,7 +14,6 @@
 #include "random_maps.hpp"
 #include "temporary_folder.hpp"
 #include "test_device.hpp"
-#include "worse.hpp"
 
 using namespace qjulia;
 
@@ -21,7 +21,7 @@ namespace {
 
 const Device& sampling_device() { return test::shared_device(); }
 
-std::vector<double> sampled(const RationalMap& map, const SampleOptions& options, CellOrder order) {
+std::vector<double> sampled(const Map& map, const SampleOptions& options, CellOrder order) {
   std::vector<double> values;
   sample_field(sampling_device(), map, options, sample_grid(sampling_device(), map, options), order,
                [&](std::span<const double> piece) {
@@ -31,11 +31,11 @@ std::vector<double> sampled(const RationalMap& map, const SampleOptions& options
 }
 
 /// Not symmetric in any way, and with a window of its own.
-RationalMap sampled_map() {
-  RationalMap map = test::random_map(9, 0.2, 0.9, 8);
-  map.slice = 0.05;
-  map.shape_to_map = {1.5, {0.2, -0.1, 0.3}};
-  map.box = Box{{-1, -0.8, -0.6}, {1, 0.7, 0.4}};
+Map sampled_map() {
+  Map map = test::random_map(9, 0.2, 0.9, 8);
+  map.dynamics.slice = 0.05;
+  map.frame.shape_to_map = {1.5, {0.2, -0.1, 0.3}};
+  map.frame.box = Box{{-1, -0.8, -0.6}, {1, 0.7, 0.4}};
   return map;
 }
 
@@ -50,10 +50,11 @@ SampleOptions small_options(Precision precision) {
 }
 
 /// F_2 at the cell with these numbers, by the reference.
-double expected_at(const RationalMap& map, int x, int y, int z) {
+double expected_at(const Map& map, int x, int y, int z) {
   const Eigen::Vector3d cell(-0.5 + 0.2 * (x + 0.5), -1 + 0.2 * (y + 0.5), 0.2 * (z + 0.5));
-  const Eigen::Vector3d p = map.shape_to_map.to_map(cell);
-  return reference::field(map, std::vector<Quaternion>{{p.x(), p.y(), p.z(), map.slice}}, 2, 7)[0];
+  const Eigen::Vector3d p = map.frame.shape_to_map.to_map(cell);
+  return reference::field(map, std::vector<Quaternion>{{p.x(), p.y(), p.z(), map.dynamics.slice}},
+                          2, 7)[0];
 }
 
 std::string bytes_of(const std::filesystem::path& path) {
@@ -95,7 +96,7 @@ TEST_CASE("the field is the original program's") {
       const double tolerance = rounding * std::pow(10, n);
       double worst = 0;
       for (std::size_t i = 0; i < values.size(); ++i) {
-        worst = test::worse(worst, std::abs(values[i] - expected[i]));
+        worst = base::larger_error(worst, std::abs(values[i] - expected[i]));
       }
       CHECK(worst < tolerance);
     }
@@ -113,16 +114,16 @@ TEST_CASE("cells are nearly cubes that fill the box") {
          Eigen::Vector3d(-1.1, -0.9, -0.7))
             .norm() < 1e-12);
   // Without a box in the map, all of the set.
-  RationalMap bare;
-  bare.factors = {{{}, 2}};
-  bare.shape_to_map = {2, {1, 0, 0}};
+  Map bare;
+  bare.dynamics.factors = {{{}, 2}};
+  bare.frame.shape_to_map = {2, {1, 0, 0}};
   const Box whole = sample_grid(sampling_device(), bare, options).box;
   CHECK(whole.low.x() < -1);
   CHECK(whole.high.x() > 0);
 }
 
 TEST_CASE("an .npy file holds [x][y][z]") {
-  const RationalMap map = sampled_map();
+  const Map map = sampled_map();
   const test::TemporaryFolder folder;
   const auto path = folder.path() / "field.npy";
   for (const Precision precision : {Precision::single, Precision::dbl}) {
@@ -151,7 +152,7 @@ TEST_CASE("an .npy file holds [x][y][z]") {
 }
 
 TEST_CASE("a .vti file holds x fastest, at the cells' centres") {
-  const RationalMap map = sampled_map();
+  const Map map = sampled_map();
   const test::TemporaryFolder folder;
   const auto path = folder.path() / "field.vti";
   write_field(sampling_device(), map, small_options(Precision::single), path, "a --comment-x");

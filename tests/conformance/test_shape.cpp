@@ -3,6 +3,7 @@
 #include <limits>
 #include <stop_token>
 
+#include "base/larger_error.hpp"
 #include "obj_text.hpp"
 #include "qjulia/detail_choice.hpp"
 #include "qjulia/error.hpp"
@@ -12,7 +13,6 @@
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 #include "test_device.hpp"
-#include "worse.hpp"
 
 using namespace qjulia;
 using Catch::Matchers::Contains;
@@ -34,7 +34,7 @@ TEST_CASE("signed distance of a fine sphere is the distance to the centre less t
   const auto distances = distance.at(points);
   double worst = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    worst = test::worse(worst, std::abs(distances[i] - (points[i].norm() - 2)));
+    worst = base::larger_error(worst, std::abs(distances[i] - (points[i].norm() - 2)));
   }
   CHECK(worst < 1e-3);
 }
@@ -193,13 +193,13 @@ TEST_CASE("the detail that suits a shape is measured from its deepest point, whe
   for (const auto& moved : {mesh, shapes::moved(mesh, 4000, {90, -5000, 20})}) {
     ExactMapOptions exact;
     exact.resolution = 64;
-    CHECK(exact_map(device, moved, exact).detail.value() ==
+    CHECK(exact_map(device, moved, exact).frame.detail.value() ==
           Approx(chosen_detail(DetailWord::automatic, spread, kExactRule)).epsilon(0.05));
     FitOptions options;
     options.factors = 24;
     options.schedule = "fast";
     options.max_evaluations = 60;
-    CHECK(fit(device, moved, options).map.detail.value() ==
+    CHECK(fit(device, moved, options).map.frame.detail.value() ==
           Approx(chosen_detail(DetailWord::automatic, spread, kFittedRule)).epsilon(0.05));
   }
 }

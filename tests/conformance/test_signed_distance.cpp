@@ -1,11 +1,11 @@
 #include <catch2/catch.hpp>
 #include <random>
 
+#include "base/larger_error.hpp"
 #include "distance_reference.hpp"
 #include "qjulia/shape.hpp"
 #include "shapes.hpp"
 #include "test_device.hpp"
-#include "worse.hpp"
 
 using namespace qjulia;
 
@@ -46,10 +46,11 @@ Worst compare_with_brute_force(const Device& device, const TriangleMesh& mesh,
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double distance = reference::distance(mesh, points[i]);
     const double winding = turn * reference::winding_number(mesh, points[i]);
-    worst.distance = test::worse(worst.distance, std::abs(std::abs(distances[i]) - distance));
+    worst.distance =
+        base::larger_error(worst.distance, std::abs(std::abs(distances[i]) - distance));
     // Across the surface the winding number jumps, and rounding may cross it.
     if (distance > 1e-6 * mesh.box().diagonal()) {
-      worst.winding = test::worse(worst.winding, std::abs(windings[i] - winding));
+      worst.winding = base::larger_error(worst.winding, std::abs(windings[i] - winding));
     }
     if (std::abs(winding - 0.5) > 0.1 && (winding > 0.5) != (distances[i] < 0)) ++worst.wrong_sides;
   }

@@ -21,21 +21,21 @@ using namespace qjulia;
 namespace {
 
 /// R(q) = q²: F_1 = 2 ln |q|, and the filled Julia set is the unit ball.
-RationalMap square() {
-  RationalMap map;
-  map.factors = {{{0, 0, 0, 0}, 2}};
+Map square() {
+  Map map;
+  map.dynamics.factors = {{{0, 0, 0, 0}, 2}};
   return map;
 }
 
 /// Four roots and a pole: a lump with a hollow.
-RationalMap lump() {
-  RationalMap map;
-  map.factors = {{{0.1, 0, 0, 0}, 1.2},
-                 {{0.8, 0.3, 0, 0.1}, 0.6},
-                 {{-0.5, 0.6, 0.4, 0}, 0.7},
-                 {{0, -0.7, 0.5, 0}, 0.8},
-                 {{0.2, 0.3, -1.0, 0.05}, -0.6}};
-  map.log_scale = 0.3;
+Map lump() {
+  Map map;
+  map.dynamics.factors = {{{0.1, 0, 0, 0}, 1.2},
+                          {{0.8, 0.3, 0, 0.1}, 0.6},
+                          {{-0.5, 0.6, 0.4, 0}, 0.7},
+                          {{0, -0.7, 0.5, 0}, 0.8},
+                          {{0.2, 0.3, -1.0, 0.05}, -0.6}};
+  map.dynamics.log_scale = 0.3;
   return map;
 }
 
@@ -70,10 +70,10 @@ TEST_CASE("the set of q² is the unit ball, found without a box") {
 }
 
 TEST_CASE("a field that is steeper outside has the same surface at n = 1") {
-  RationalMap map = lump();
-  map.box = Box{{-2, -2, -2}, {2, 2, 2}};  // or else found by the field
+  Map map = lump();
+  map.frame.box = Box{{-2, -2, -2}, {2, 2, 2}};  // or else found by the field
   const TriangleMesh mesh = extract_surface(test::shared_device(), map, {48, 1, {}});
-  map.steepness = 4;
+  map.layers.steepness = 4;
   const TriangleMesh same = extract_surface(test::shared_device(), map, {48, 1, {}});
   REQUIRE(same.triangles == mesh.triangles);
   double farthest = 0;
@@ -83,16 +83,16 @@ TEST_CASE("a field that is steeper outside has the same surface at n = 1") {
   CHECK(farthest < 1e-4);
   // Iterated sets differ: images that land outside land farther out.
   const auto volume = [&](double steepness) {
-    map.steepness = steepness;
+    map.layers.steepness = steepness;
     return test::enclosed_volume(extract_surface(test::shared_device(), map, {48, 6, {}}));
   };
   CHECK(std::abs(volume(4) - volume(1)) > 0.005);
 }
 
 TEST_CASE("surfaces come in the shape's own coordinates") {
-  RationalMap map = square();
-  map.shape_to_map = {2, {-0.5, 1, 3}};
-  map.box = Box{{-0.25, -1, -2}, {0.75, 0, -1}};
+  Map map = square();
+  map.frame.shape_to_map = {2, {-0.5, 1, 3}};
+  map.frame.box = Box{{-0.25, -1, -2}, {0.75, 0, -1}};
   const TriangleMesh mesh = extract_surface(test::shared_device(), map, {64, 1, {}});
   test::require_closed_manifold(mesh);
   const Eigen::Vector3d center(0.25, -0.5, -1.5);
@@ -100,8 +100,8 @@ TEST_CASE("surfaces come in the shape's own coordinates") {
 }
 
 TEST_CASE("a box that is too small grows until the set is clear of it") {
-  RationalMap map = square();
-  map.box = Box{{-0.2, -0.9, -0.5}, {0.7, 0.6, 0.8}};
+  Map map = square();
+  map.frame.box = Box{{-0.2, -0.9, -0.5}, {0.7, 0.6, 0.8}};
   const TriangleMesh mesh = extract_surface(test::shared_device(), map, {64, 1, {}});
   test::require_closed_manifold(mesh);
   CHECK(test::enclosed_volume(mesh) == Approx(kBallVolume).epsilon(0.01));
@@ -123,7 +123,7 @@ TEST_CASE("a given box is kept, and cuts the set open") {
 TEST_CASE("iterated sets are closed and manifold too, over several slabs") {
   const auto device = test::shared_device();
   const int iterations = GENERATE(1, 2, 5);
-  RationalMap map = lump();
+  Map map = lump();
   const TriangleMesh mesh = extract_surface(device, map, {128, iterations, {}});
   test::require_closed_manifold(mesh);
   // The volume that orbits at cell centres have.
@@ -136,9 +136,9 @@ TEST_CASE("iterated sets are closed and manifold too, over several slabs") {
     centers.emplace_back(
         box.low + box.size().cwiseProduct((index + Eigen::Vector3d::Constant(0.5)) / kCells));
   }
-  const auto values = field.decided_at(on_slice(centers, map.slice), iterations);
+  const auto values = field.decided_at(on_slice(centers, map.dynamics.slice), iterations);
   const auto inside =
-      std::ranges::count_if(values, [&](double f) { return f < map.surface_level; });
+      std::ranges::count_if(values, [&](double f) { return f < map.dynamics.surface_level; });
   CHECK(test::enclosed_volume(mesh) ==
         Approx(static_cast<double>(inside) * box.size().prod() / (kCells * kCells * kCells))
             .epsilon(0.01));
@@ -148,10 +148,10 @@ TEST_CASE("looking at the shell alone gives the mesh of looking everywhere") {
   const auto device = test::shared_device();
   const auto [resolution, iterations, detail] = GENERATE(table<int, int, double>(
       {{64, 1, 0.05}, {96, 6, 0.05}, {70, 6, 0.2}, {64, 2, 0.3}, {160, 4, 0.2}}));
-  RationalMap map = test::armed_ball_map(60);
-  for (Factor& factor : map.factors) factor.exponent /= detail;
-  map.log_scale /= detail;
-  map.steepness = GENERATE(1.0, 2.0);
+  Map map = test::armed_ball_map(60);
+  for (Factor& factor : map.dynamics.factors) factor.exponent /= detail;
+  map.dynamics.log_scale /= detail;
+  map.layers.steepness = GENERATE(1.0, 2.0);
   SurfaceOptions options{resolution, iterations, {}};
   MeshSink sparse_sink, dense_sink;
   const SurfaceReport sparse = extract_surface(device, map, options, sparse_sink);
@@ -177,9 +177,9 @@ TEST_CASE("looking at the shell alone gives the mesh of looking everywhere") {
 
 TEST_CASE("refined vertices lie where the set ends, closer with every halving") {
   const auto device = test::shared_device();
-  RationalMap map = test::armed_ball_map(60);
-  for (Factor& factor : map.factors) factor.exponent /= 0.05;
-  map.log_scale /= 0.05;
+  Map map = test::armed_ball_map(60);
+  for (Factor& factor : map.dynamics.factors) factor.exponent /= 0.05;
+  map.dynamics.log_scale /= 0.05;
   const Field field(device, map, Precision::single, find_stop_radii(device, map));
   // How often a point a fiftieth of a cell to either side of a vertex, along its normal, is on the
   // side it should be.
@@ -195,10 +195,10 @@ TEST_CASE("refined vertices lie where the set ends, closer with every halving") 
       points.emplace_back(mesh.vertices[i] - step * normal);
       points.emplace_back(mesh.vertices[i] + step * normal);
     }
-    const auto values = field.decided_at(on_slice(points, map.slice), 6);
+    const auto values = field.decided_at(on_slice(points, map.dynamics.slice), 6);
     double right = 0;
     for (std::size_t i = 0; i < values.size(); ++i) {
-      right += (values[i] < map.surface_level) == (i % 2 == 0) ? 1 : 0;
+      right += (values[i] < map.dynamics.surface_level) == (i % 2 == 0) ? 1 : 0;
     }
     return right / static_cast<double>(values.size());
   };
@@ -219,18 +219,18 @@ TEST_CASE("normals point outward, across the surface") {
 }
 
 TEST_CASE("a set that is empty in the box gives no triangles") {
-  RationalMap map = square();
-  map.surface_level = -100;
+  Map map = square();
+  map.dynamics.surface_level = -100;
   CHECK(extract_surface(test::shared_device(), map, {32, 1, {}}).triangles.empty());
 }
 
 TEST_CASE("a set may reach as far as its level says, and no farther than orbits are followed") {
-  RationalMap map = square();
-  map.surface_level = 5;  // F_1 = 2 ln |q|
+  Map map = square();
+  map.dynamics.surface_level = 5;  // F_1 = 2 ln |q|
   const TriangleMesh ball = extract_surface(test::shared_device(), map, {32, 1, {}});
   REQUIRE_FALSE(ball.vertices.empty());
   for (const auto& x : ball.vertices) CHECK(x.norm() == Approx(std::exp(2.5)).epsilon(0.01));
-  map.surface_level = 25;
+  map.dynamics.surface_level = 25;
   CHECK_THROWS_AS(extract_surface(test::shared_device(), map, {32, 1, {}}), InputError);
 }
 
@@ -297,8 +297,8 @@ TEST_CASE("the ball of q² compares with spheres as balls do") {
     CHECK(m.distance_95 < m.hausdorff_distance);
   }
   SECTION("nothing left of the set") {
-    RationalMap map = square();
-    map.surface_level = -100;
+    Map map = square();
+    map.dynamics.surface_level = -100;
     const FitMetrics m = compare(device, map, shapes::sphere(3), {32, 1}).at(0);
     CHECK(m.iou == 0);
     CHECK(std::isnan(m.mean_distance));
@@ -311,14 +311,14 @@ TEST_CASE("the ball of q² compares with spheres as balls do") {
 TEST_CASE("what a mesh too thin for its cells leaves undefined is null, with the reason") {
   TriangleMesh plate = shapes::box();
   for (auto& v : plate.vertices) v.z() *= 0.01;
-  RationalMap map = square();
+  Map map = square();
   const FitMetrics thin = compare(test::shared_device(), map, plate, {8, 1}).at(0);
   CHECK(std::isnan(thin.iou));
   CHECK(std::isnan(thin.energy));
   CHECK(std::isfinite(thin.mean_distance));
   CHECK(thin.roughness > 1);
   CHECK_THAT(why_undefined(thin), Catch::Contains("higher resolution"));
-  map.surface_level = -100;
+  map.dynamics.surface_level = -100;
   const FitMetrics nothing = compare(test::shared_device(), map, plate, {8, 1}).at(0);
   const auto json = to_json(nothing);
   for (const char* key : {"iou", "energy", "mean_distance", "distance_95", "roughness"}) {
@@ -332,9 +332,9 @@ TEST_CASE("what a mesh too thin for its cells leaves undefined is null, with the
 }
 
 TEST_CASE("a set that its grid misses has points, and one that is not there has none") {
-  RationalMap map = square();
-  map.box = Box{{-1, -1, -1}, {1, 1, 1}};
-  map.surface_level = -6;  // a ball of radius e⁻³ about the middle of a cell
+  Map map = square();
+  map.frame.box = Box{{-1, -1, -1}, {1, 1, 1}};
+  map.dynamics.surface_level = -6;  // a ball of radius e⁻³ about the middle of a cell
   SurfaceOptions options{.resolution = 3, .iterations = 1};
   CHECK(extract_surface(test::shared_device(), map, options).triangles.empty());
   CHECK(has_points(test::shared_device(), map, options));

@@ -25,14 +25,14 @@ constexpr int kIterations = 5;
 constexpr double kDetail = 0.1;
 
 /// A map whose surface jumps where orbits part. Its detail says how steep F_1 is.
-RationalMap jumpy_map() {
-  RationalMap map = test::armed_ball_map(40);
-  for (Factor& factor : map.factors) factor.exponent /= kDetail;
-  map.log_scale /= kDetail;
-  map.slice = 0.0625;
+Map jumpy_map() {
+  Map map = test::armed_ball_map(40);
+  for (Factor& factor : map.dynamics.factors) factor.exponent /= kDetail;
+  map.dynamics.log_scale /= kDetail;
+  map.dynamics.slice = 0.0625;
   map = calibrated(test::shared_device(), map);
-  map.detail = kDetail;
-  map.box = Box{{-0.3, -0.3, -0.3}, {0.3, 0.3, 0.4}};
+  map.frame.detail = kDetail;
+  map.frame.box = Box{{-0.3, -0.3, -0.3}, {0.3, 0.3, 0.4}};
   return map;
 }
 
@@ -50,10 +50,10 @@ struct Decided {
   int iterate;
 };
 
-Decided decided(const RationalMap& map, const StopRadii& stops, const Eigen::Vector3d& start) {
+Decided decided(const Map& map, const StopRadii& stops, const Eigen::Vector3d& start) {
   const double log_escape = std::log(stops.escape);
   const double above = std::log(std::min(stops.outer, stops.escape));
-  Quaternion q{start.x(), start.y(), start.z(), map.slice};
+  Quaternion q{start.x(), start.y(), start.z(), map.dynamics.slice};
   if (std::log(norm(q)) >= log_escape) return {std::log(norm(q)), 1};
   for (int m = 1;; ++m) {
     const reference::Step step = reference::step(map, q);
@@ -67,7 +67,7 @@ Decided decided(const RationalMap& map, const StopRadii& stops, const Eigen::Vec
 /// The search that kernels/place_vertices.cl describes, for one edge.
 /// @param slope |∇F_1| per step; 0 if it is not known. @param stretch factor by which an iterate
 ///   stretches distances.
-double searched(const RationalMap& map, const StopRadii& stops, const surface::Grid& grid,
+double searched(const Map& map, const StopRadii& stops, const surface::Grid& grid,
                 const EdgeVertex& edge, int tries, double slope, double stretch) {
   struct End {
     double at, difference;
@@ -92,7 +92,7 @@ double searched(const RationalMap& map, const StopRadii& stops, const surface::G
     const Eigen::Vector3d index =
         edge.point.cast<double>() + tried * Eigen::Vector3d::Unit(edge.axis);
     const Decided found = decided(map, stops, grid.at(index));
-    const double over = found.field - map.surface_level;
+    const double over = found.field - map.dynamics.surface_level;
     End& moved = (over < 0) == (edge.at_start < 0) ? start : end;
     moved = {tried, over < 0 ? over : over / kScale.steepness, found.iterate};
     if (slope == 0) continue;
@@ -112,14 +112,14 @@ double searched(const RationalMap& map, const StopRadii& stops, const surface::G
 }
 
 /// Edges of the grid that the set's surface crosses, drawn at random.
-std::vector<EdgeVertex> crossed_edges(const Device& device, const RationalMap& map,
-                                      const StopRadii& stops, const surface::Grid& grid) {
+std::vector<EdgeVertex> crossed_edges(const Device& device, const Map& map, const StopRadii& stops,
+                                      const surface::Grid& grid) {
   const auto values =
       surface::LevelSet(device, map, stops, kIterations, Precision::single).over(grid, whole(grid));
   const auto at = [&](const Eigen::Vector3i& p) {
     const auto number =
         static_cast<std::size_t>((p.z() * grid.points.y() + p.y()) * grid.points.x() + p.x());
-    const double over = double{values[number]} - map.surface_level;
+    const double over = double{values[number]} - map.dynamics.surface_level;
     return static_cast<float>(
         std::clamp(over > 0 ? over / kScale.steepness : over, -kScale.reach, kScale.reach));
   };
@@ -160,14 +160,15 @@ TEST_CASE("vertices come to lie where a plain search in double puts them") {
   const int tries = GENERATE(1, 2, 5);
   const Device device = variant.of(test::shared_device());
   if (!test::can_check(device, precision)) return;
-  RationalMap map = jumpy_map();
-  if (!has_detail) map.detail.reset();
+  Map map = jumpy_map();
+  if (!has_detail) map.frame.detail.reset();
   const StopRadii stops = find_stop_radii(device, map);
   const surface::Grid grid = grid_of_cells(24);
   std::vector<EdgeVertex> edges = crossed_edges(device, map, stops, grid);
   REQUIRE(edges.size() > 50);
-  const double slope = has_detail ? 1 / (kDetail * map.box->diagonal()) : 0;
-  const double stretch = has_detail ? std::max(2.0, slope * std::exp(map.surface_level)) : 12;
+  const double slope = has_detail ? 1 / (kDetail * map.frame.box->diagonal()) : 0;
+  const double stretch =
+      has_detail ? std::max(2.0, slope * std::exp(map.dynamics.surface_level)) : 12;
   std::vector<double> wanted;
   for (const EdgeVertex& edge : edges) {
     const double at = searched(map, stops, grid, edge, tries, slope * grid.step, stretch);
@@ -189,7 +190,7 @@ TEST_CASE("after many tries the set's side changes at every vertex") {
   const auto precision = GENERATE(Precision::single, Precision::dbl);
   const Device device = variant.of(test::shared_device());
   if (!test::can_check(device, precision)) return;
-  const RationalMap map = jumpy_map();
+  const Map map = jumpy_map();
   const StopRadii stops = find_stop_radii(device, map);
   const surface::Grid grid = grid_of_cells(24);
   std::vector<EdgeVertex> edges = crossed_edges(device, map, stops, grid);
@@ -205,7 +206,7 @@ TEST_CASE("after many tries the set's side changes at every vertex") {
     const auto is_inside = [&](double at) {
       const Eigen::Vector3d index =
           edge.point.cast<double>() + at * Eigen::Vector3d::Unit(edge.axis);
-      return decided(map, stops, grid.at(index)).field < map.surface_level;
+      return decided(map, stops, grid.at(index)).field < map.dynamics.surface_level;
     };
     // The set may also end and begin again within the reach.
     constexpr int kProbes = 8;
@@ -226,7 +227,7 @@ TEST_CASE("after many tries the set's side changes at every vertex") {
 TEST_CASE("where a vertex comes to lie does not depend on the others") {
   const auto variant = GENERATE(from_range(test::variants()));
   const Device device = variant.of(test::shared_device());
-  const RationalMap map = jumpy_map();
+  const Map map = jumpy_map();
   const StopRadii stops = find_stop_radii(device, map);
   const surface::Grid grid = grid_of_cells(16);
   const std::vector<EdgeVertex> edges = crossed_edges(device, map, stops, grid);

@@ -23,12 +23,12 @@ TEST_CASE("a fit tells its energies and its map at each stage, and goes the same
 
   std::size_t energies = 0;
   std::vector<StageReport> stages;
-  std::vector<RationalMap> maps;
+  std::vector<Map> maps;
   options.observer.on_evaluation = [&](double energy) {
     CHECK(std::isfinite(energy));
     ++energies;
   };
-  options.observer.on_stage = [&](const StageReport& stage, const RationalMap& map) {
+  options.observer.on_stage = [&](const StageReport& stage, const Map& map) {
     stages.push_back(stage);
     maps.push_back(map);
   };
@@ -40,7 +40,7 @@ TEST_CASE("a fit tells its energies and its map at each stage, and goes the same
   CHECK(stages.front().iou < stages.back().iou);
   // The last stage's map is the result.
   CHECK(to_json(maps.back()) == to_json(watched.map));
-  for (const RationalMap& map : maps) CHECK_NOTHROW(map.validate());
+  for (const Map& map : maps) CHECK_NOTHROW(map.validate());
 }
 
 TEST_CASE("a fit that its watcher stops ends with what it has reached") {
@@ -48,7 +48,7 @@ TEST_CASE("a fit that its watcher stops ends with what it has reached") {
   FitOptions options;
   options.factors = 24;
   int stages = 0;
-  options.observer.on_stage = [&](const StageReport&, const RationalMap&) {
+  options.observer.on_stage = [&](const StageReport&, const Map&) {
     if (++stages == 2) stop.request_stop();
   };
   ProgressMonitor monitor;
@@ -56,7 +56,7 @@ TEST_CASE("a fit that its watcher stops ends with what it has reached") {
   const FitResult result = fit(test::shared_device(), shapes::torus(1, 0.4), options, monitor);
   CHECK(result.stopped == StopReason::interrupted);
   CHECK(result.stages.size() == 1);
-  CHECK(result.map.detail.has_value());
+  CHECK(result.map.frame.detail.has_value());
 }
 
 TEST_CASE("a mesh too large for the time limit is fitted by a coarser one, which is said") {
@@ -74,6 +74,6 @@ TEST_CASE("a mesh too large for the time limit is fitted by a coarser one, which
   options.time_limit = 1e-3;
   const FitResult coarse = fit(test::shared_device(), mesh, options);
   CHECK(said(coarse));
-  CHECK(coarse.map.box->size().x() == Approx(whole.map.box->size().x()).epsilon(1e-12));
-  CHECK(*coarse.map.inradius == Approx(*whole.map.inradius).epsilon(0.03));
+  CHECK(coarse.map.frame.box->size().x() == Approx(whole.map.frame.box->size().x()).epsilon(1e-12));
+  CHECK(*coarse.map.frame.inradius == Approx(*whole.map.frame.inradius).epsilon(0.03));
 }

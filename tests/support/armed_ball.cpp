@@ -80,15 +80,15 @@ std::vector<Vector3d> armed_ball_surface(std::size_t count) {
   return points;
 }
 
-RationalMap armed_ball_map(int factors) {
+Map armed_ball_map(int factors) {
   const std::vector<Vector3d> surface = armed_ball_surface(3000);
   const double offset = 0.16 * std::sqrt(331.0 / factors);
-  RationalMap map;
-  map.factors.push_back({{0, 0, 0, 0}, 0});
+  Map map;
+  map.dynamics.factors.push_back({{0, 0, 0, 0}, 0});
   for (const Vector3d& x : farthest_points(surface, static_cast<std::size_t>(factors - 1))) {
-    const double side = map.factors.size() % 2 == 0 ? 1 : -1;
+    const double side = map.dynamics.factors.size() % 2 == 0 ? 1 : -1;
     const Vector3d c = x + side * offset * distance_gradient(x);
-    map.factors.push_back({{c.x(), c.y(), c.z(), 0}, 0});
+    map.dynamics.factors.push_back({{c.x(), c.y(), c.z(), 0}, 0});
   }
   // Columns 1, ln |x - c_k| against the distance, at points within 0.15 of the surface.
   const auto samples = static_cast<Eigen::Index>(surface.size());
@@ -100,24 +100,24 @@ RationalMap armed_ball_map(int factors) {
     distances[i] = armed_ball_distance(x);
     columns(i, 0) = 1;
     for (int k = 0; k < factors; ++k) {
-      const Quaternion& c = map.factors[static_cast<std::size_t>(k)].center;
+      const Quaternion& c = map.dynamics.factors[static_cast<std::size_t>(k)].center;
       columns(i, k + 1) = std::log((x - Vector3d(c.x, c.y, c.z)).norm());
     }
   }
   Eigen::MatrixXd normal = columns.transpose() * columns;
   normal.diagonal().array() += 1e-2;
   const Eigen::VectorXd solution = normal.ldlt().solve(columns.transpose() * distances);
-  map.log_scale = solution[0];
+  map.dynamics.log_scale = solution[0];
   for (int k = 0; k < factors; ++k) {
-    map.factors[static_cast<std::size_t>(k)].exponent = solution[k + 1];
+    map.dynamics.factors[static_cast<std::size_t>(k)].exponent = solution[k + 1];
   }
-  map.inradius = 0.75;
+  map.frame.inradius = 0.75;
   Box box{surface.front(), surface.front()};
   for (const Vector3d& x : surface) {
     box.low = box.low.cwiseMin(x);
     box.high = box.high.cwiseMax(x);
   }
-  map.box = box;
+  map.frame.box = box;
   return map;
 }
 

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 
 namespace qjulia::test {
 
@@ -15,6 +15,6 @@ std::vector<Eigen::Vector3d> armed_ball_surface(std::size_t count);
 
 /// F_1 fitted to `armed_ball_distance` near the surface by linear least squares over the exponents
 /// of `factors` factors set on both sides of it. Slope about 1, not calibrated.
-RationalMap armed_ball_map(int factors);
+Map armed_ball_map(int factors);
 
 }  // namespace qjulia::test

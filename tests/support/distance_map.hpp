@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "fit/distance_grid.hpp"
-#include "qjulia/rational_map.hpp"
+#include "exact/distance_grid.hpp"
+#include "qjulia/map.hpp"
 #include "random_maps.hpp"
 
 namespace qjulia::test {
@@ -27,25 +27,25 @@ inline DistanceModulus two_balls_grid(int resolution = 48) {
     return found;
   };
   const Box box{{-1.35, -0.7, -0.7}, {0.8, 0.75, 0.7}};
-  return fitting::sampled_distance(distances, box, resolution, {});
+  return exact::sampled_distance(distances, box, resolution, {});
 }
 
 /// Calibrated by hand: L = S = ln 0.75.
-inline RationalMap distance_map(double shell = 0.1, int roots = 6) {
+inline Map distance_map(double shell = 0.1, int roots = 6) {
   static const DistanceModulus placed = two_balls_grid();
-  RationalMap map = random_map(static_cast<std::size_t>(roots), 1, 4, 11);
-  for (Factor& factor : map.factors) {
+  Map map = random_map(static_cast<std::size_t>(roots), 1, 4, 11);
+  for (Factor& factor : map.dynamics.factors) {
     factor.center = {0.4 * factor.center.x, 0.4 * factor.center.y, 0.4 * factor.center.z, 0};
     factor.exponent = std::abs(factor.exponent);
   }
   DistanceModulus modulus = placed;
   modulus.shell = shell;
   modulus.inradius = kBallsInradius;
-  map.modulus = modulus;
-  map.log_scale = map.surface_level = std::log(0.75);
-  map.box = Box{{-1.35, -0.7, -0.7}, {0.8, 0.75, 0.7}};
-  map.detail = shell / map.box->diagonal();
-  map.inradius = kBallsInradius;
+  map.dynamics.modulus = modulus;
+  map.dynamics.log_scale = map.dynamics.surface_level = std::log(0.75);
+  map.frame.box = Box{{-1.35, -0.7, -0.7}, {0.8, 0.75, 0.7}};
+  map.frame.detail = shell / map.frame.box->diagonal();
+  map.frame.inradius = kBallsInradius;
   return map;
 }
 

@@ -13,22 +13,22 @@ namespace qjulia::test {
 class ForwardingEvaluator : public fitting::Evaluator {
  public:
   explicit ForwardingEvaluator(std::unique_ptr<fitting::Evaluator> to) : to_(std::move(to)) {}
-  fitting::Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
+  fitting::Evaluation evaluate(const Map& map, bool with_gradient) override {
     return to_->evaluate(map, with_gradient);
   }
-  std::vector<double> field(const RationalMap& map) override { return to_->field(map); }
-  Eigen::MatrixXd gauss_newton(const RationalMap& map) override { return to_->gauss_newton(map); }
-  Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
+  std::vector<double> field(const Map& map) override { return to_->field(map); }
+  Eigen::MatrixXd gauss_newton(const Map& map) override { return to_->gauss_newton(map); }
+  Eigen::VectorXd gauss_newton_diagonal(const Map& map) override {
     return to_->gauss_newton_diagonal(map);
   }
-  void add_curvature(const RationalMap& map, const std::vector<std::size_t>& moved,
+  void add_curvature(const Map& map, const std::vector<std::size_t>& moved,
                      fitting::CurvatureSum& sum) override {
     to_->add_curvature(map, moved, sum);
   }
   fitting::CurvatureFactor factor(const fitting::CurvatureSum& sum, double damping) override {
     return to_->factor(sum, damping);
   }
-  Eigen::MatrixXd pursuit_products(const RationalMap& map,
+  Eigen::MatrixXd pursuit_products(const Map& map,
                                    const std::vector<Quaternion>& centers) override {
     return to_->pursuit_products(map, centers);
   }

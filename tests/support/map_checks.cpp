@@ -15,8 +15,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kUsualEscape = 20;
-
 double finite_or_large(double error) { return std::isfinite(error) ? error : 1e9; }
 
 }  // namespace
@@ -34,7 +32,7 @@ std::vector<Quaternion> random_points(std::uint64_t seed, std::size_t count, dou
   return points;
 }
 
-std::vector<double> sorted_errors(const Field& field, const RationalMap& map,
+std::vector<double> sorted_errors(const Field& field, const Map& map,
                                   const std::vector<Quaternion>& points, int iterations) {
   const auto expected = reference::field(map, points, iterations, kUsualEscape);
   const auto found = field.at(points, iterations);
@@ -47,7 +45,7 @@ std::vector<double> sorted_errors(const Field& field, const RationalMap& map,
   return errors;
 }
 
-Quaternion reference_gradient(const RationalMap& map, const Quaternion& q, double step) {
+Quaternion reference_gradient(const Map& map, const Quaternion& q, double step) {
   const auto along = [&](const Quaternion& axis) {
     const auto f = reference::field(map, std::vector{q + step * axis, q - step * axis}, 1, 1e6);
     return (f[0] - f[1]) / (2 * step);
@@ -55,7 +53,7 @@ Quaternion reference_gradient(const RationalMap& map, const Quaternion& q, doubl
   return {along({1, 0, 0, 0}), along({0, 1, 0, 0}), along({0, 0, 1, 0}), along({0, 0, 0, 1})};
 }
 
-std::vector<double> sorted_gradient_errors(const Field& field, const RationalMap& map,
+std::vector<double> sorted_gradient_errors(const Field& field, const Map& map,
                                            const std::vector<Quaternion>& points, double step) {
   const auto gradients = field.gradient_at(points);
   std::vector<double> errors;
@@ -68,7 +66,7 @@ std::vector<double> sorted_gradient_errors(const Field& field, const RationalMap
   return errors;
 }
 
-std::size_t wrongly_decided(const RationalMap& map, const StopRadii& stops,
+std::size_t wrongly_decided(const Map& map, const StopRadii& stops,
                             const std::vector<Quaternion>& points) {
   constexpr int kIterations = 6;
   const auto whole = reference::field(map, points, kIterations, kUsualEscape);
@@ -76,12 +74,13 @@ std::size_t wrongly_decided(const RationalMap& map, const StopRadii& stops,
       Field(shared_device(), map, Precision::single, stops).decided_at(points, kIterations);
   std::size_t wrong = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if ((whole[i] < map.surface_level) != (decided[i] < map.surface_level)) ++wrong;
+    if ((whole[i] < map.dynamics.surface_level) != (decided[i] < map.dynamics.surface_level))
+      ++wrong;
   }
   return wrong;
 }
 
-MadeSurface checked_surface(const Device& device, const RationalMap& map, SurfaceOptions options) {
+MadeSurface checked_surface(const Device& device, const Map& map, SurfaceOptions options) {
   MadeSurface made;
   MeshSink sink;
   made.report = extract_surface(device, map, options, sink);
@@ -93,7 +92,7 @@ MadeSurface checked_surface(const Device& device, const RationalMap& map, Surfac
   return made;
 }
 
-void check_rays(const Device& device, const RationalMap& map, const Box& framed, int iterations,
+void check_rays(const Device& device, const Map& map, const Box& framed, int iterations,
                 const Camera& camera) {
   const auto source =
       picture::march_source(device, {map, iterations, {}, {}, Precision::single, Material::clay});
@@ -117,12 +116,12 @@ void check_rays(const Device& device, const RationalMap& map, const Box& framed,
       for (double depth_here = near; depth_here < far; depth_here += 0.0125) {
         where.push_back(depth_here);
         const Vector3d x = view.eye + where.back() * direction;
-        points.push_back({x.x(), x.y(), x.z(), map.slice});
+        points.push_back({x.x(), x.y(), x.z(), map.dynamics.slice});
       }
       const auto values = field.at(points, iterations);
       double first = -1;
       for (std::size_t k = 0; k < values.size() && first < 0; ++k) {
-        if (values[k] < map.surface_level) first = where[k];
+        if (values[k] < map.dynamics.surface_level) first = where[k];
       }
       hits += first >= 0 ? 1 : 0;
       if (first >= 0 && (depth < 0 || depth > first + 0.025)) ++through;

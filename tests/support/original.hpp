@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 
 namespace qjulia::test {
 
@@ -26,16 +26,17 @@ class OriginalFigures {
   const nlohmann::json& at(const std::string& key) const { return data_.at(key); }
 
   /// T · B⁻¹: top factors in order, then bottom factors in reverse order with negative exponents.
-  RationalMap map() const {
-    RationalMap map;
-    map.log_scale = number("logExpScaling");
+  Map map() const {
+    Map map;
+    map.dynamics.log_scale = number("logExpScaling");
     const auto top = numbers("topPowers");
     for (std::size_t k = 0; k < top.size(); ++k) {
-      map.factors.push_back({center("topRoots", k), number("topPowerScalar") * top[k]});
+      map.dynamics.factors.push_back({center("topRoots", k), number("topPowerScalar") * top[k]});
     }
     const auto bottom = numbers("bottomPowers");
     for (std::size_t k = bottom.size(); k-- > 0;) {
-      map.factors.push_back({center("bottomRoots", k), -number("bottomPowerScalar") * bottom[k]});
+      map.dynamics.factors.push_back(
+          {center("bottomRoots", k), -number("bottomPowerScalar") * bottom[k]});
     }
     return map;
   }

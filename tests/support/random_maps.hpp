@@ -4,7 +4,7 @@
 #include <random>
 
 #include "fit/samples.hpp"
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 
 namespace qjulia::test {
 
@@ -15,15 +15,15 @@ inline double uniform(std::mt19937_64& bits, double low, double high) {
 
 /// `count` factors with centres in [-1, 1]^3 x [-0.1, 0.1], |exponent| in [least, most), 57 %
 /// roots.
-inline RationalMap random_map(std::size_t count, double least, double most, std::uint64_t seed) {
+inline Map random_map(std::size_t count, double least, double most, std::uint64_t seed) {
   std::mt19937_64 bits(seed);
-  RationalMap map;
-  map.log_scale = 0.05;
+  Map map;
+  map.dynamics.log_scale = 0.05;
   for (std::size_t i = 0; i < count; ++i) {
     const double sign = i < count * 57 / 100 ? 1 : -1;
-    map.factors.push_back({{uniform(bits, -1, 1), uniform(bits, -1, 1), uniform(bits, -1, 1),
-                            uniform(bits, -0.1, 0.1)},
-                           sign * uniform(bits, least, most)});
+    map.dynamics.factors.push_back({{uniform(bits, -1, 1), uniform(bits, -1, 1),
+                                     uniform(bits, -1, 1), uniform(bits, -0.1, 0.1)},
+                                    sign * uniform(bits, least, most)});
   }
   return map;
 }

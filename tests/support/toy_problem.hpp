@@ -24,18 +24,18 @@ struct ToyProblem : fitting::Problem {
   std::vector<double> distances(const std::vector<Eigen::Vector3d>& points) const override {
     return on_distances ? on_distances(points) : std::vector<double>(points.size(), 0);
   }
-  double overlap(const RationalMap& map, int iterations) const override {
+  double overlap(const Map& map, int iterations) const override {
     return on_overlap ? on_overlap(map, iterations) : 0.5;
   }
-  fitting::FinishedMap finished(const RationalMap& map, double iou) const override {
+  fitting::FinishedMap finished(const Map& map, double iou) const override {
     return {on_finished ? on_finished(map, iou) : map, {}};
   }
 
   Draw on_draw;
   fitting::EvaluatorFactory make_evaluator = fitting::make_reference_evaluator;
   std::function<std::vector<double>(const std::vector<Eigen::Vector3d>&)> on_distances{};
-  std::function<double(const RationalMap&, int)> on_overlap{};
-  std::function<RationalMap(const RationalMap&, double)> on_finished{};
+  std::function<double(const Map&, int)> on_overlap{};
+  std::function<Map(const Map&, double)> on_finished{};
 };
 
 /// Signed distances from the unit sphere.

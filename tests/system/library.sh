@@ -17,6 +17,39 @@ cmake -S "$work/project" -B "$work/build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
   -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags"
 cmake --build "$work/build"
 
+# The field of a map alone, which needs neither OpenMesh nor PNG nor cairo.
+mkdir -p "$work/field"
+cat >"$work/field/main.cpp" <<END
+#include <cstdio>
+
+#include "qjulia/device.hpp"
+#include "qjulia/field.hpp"
+#include "qjulia/map_file.hpp"
+
+int main(int, char** argv) {
+  const qjulia::Map map = qjulia::read_map(argv[1]);
+  const qjulia::Field field(qjulia::Device::choose(), map);
+  std::printf("%.3f\n", field.at({{{0, 0, 0, 0}}}, 1).front());
+}
+END
+cat >"$work/field/CMakeLists.txt" <<END
+cmake_minimum_required(VERSION 3.25)
+project(field LANGUAGES CXX)
+find_package(qjulia REQUIRED COMPONENTS field)
+add_executable(field main.cpp)
+target_compile_features(field PRIVATE cxx_std_20)
+target_link_libraries(field PRIVATE qjulia::field)
+END
+cmake -S "$work/field" -B "$work/field_build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+  -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags"
+cmake --build "$work/field_build"
+"$work/field_build/field" "$repository/docs/maps/bunny.qjulia.json" | tee "$work/field_at_origin"
+grep -q '^-' "$work/field_at_origin"  # the origin is inside
+if ldd "$work/field_build/field" | grep -iE 'openmesh|cairo|png'; then
+  echo "^ the field of a map needs these"
+  exit 1
+fi
+
 # A wedge.
 cat >"$work/wedge.obj" <<END
 v 0 0 0

@@ -49,9 +49,9 @@ void check_nothing_left(Arguments arguments, const std::string& name, int kiloby
 TEST_CASE("a full disk leaves nothing half-written") {
   const TemporaryFolder folder;
   const std::string map = folder / "ball.qjulia.json";
-  qjulia::RationalMap ball;
-  ball.factors = {{{}, 3}};
-  ball.box = qjulia::Box{{-1, -1, -1}, {1, 1, 1}};
+  qjulia::Map ball;
+  ball.dynamics.factors = {{{}, 3}};
+  ball.frame.box = qjulia::Box{{-1, -1, -1}, {1, 1, 1}};
   qjulia::write_map(ball, map);
   const std::string mesh =
       folder.file("ball.obj", qjulia::test::obj_text(qjulia::shapes::sphere(2)));

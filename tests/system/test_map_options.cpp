@@ -21,20 +21,20 @@ using Arguments = std::vector<std::string>;
 namespace {
 
 /// Two roots and a pole: small, and not symmetric.
-qjulia::RationalMap small_map() {
-  qjulia::RationalMap map;
-  map.factors = {
+qjulia::Map small_map() {
+  qjulia::Map map;
+  map.dynamics.factors = {
       {{0.3, 0.1, 0, 0.1}, 2.5}, {{-0.4, 0, 0.2, 0.1}, 2}, {{0.9, 0.8, -0.3, 0.2}, -0.7}};
-  map.detail = 0.02;
-  map.inradius = 0.5;
-  map.box = qjulia::Box{{-1, -1, -1}, {1, 1, 1}};
+  map.frame.detail = 0.02;
+  map.frame.inradius = 0.5;
+  map.frame.box = qjulia::Box{{-1, -1, -1}, {1, 1, 1}};
   return map;
 }
 
-struct Map {
+struct MapFile {
   TemporaryFolder folder;
   std::string file = folder / "small.qjulia.json";
-  Map() { qjulia::write_map(small_map(), file); }
+  MapFile() { qjulia::write_map(small_map(), file); }
 
   /// The mesh, as text, made with these options: the file without the comment that tells them.
   std::string surface(const Arguments& more) const {
@@ -57,7 +57,7 @@ struct Map {
 }  // namespace
 
 TEST_CASE("a mesh file tells how it was made, where its format has room") {
-  const Map map;
+  const MapFile map;
   const auto check = [](const json& how) {
     CHECK(how["input"]["name"] == "small.qjulia.json");
     CHECK(how["map_options"]["drift"] == 0.25);
@@ -92,7 +92,7 @@ TEST_CASE("a mesh file tells how it was made, where its format has room") {
 }
 
 TEST_CASE("at n = 1, phase and order keep the surface and the other options change it") {
-  const Map map;
+  const MapFile map;
   const std::string plain = map.surface({});
   CHECK(map.surface({"--phase", "0", "-1", "0.5", "0"}) == plain);
   CHECK(map.surface({"--order-seed", "7"}) == plain);
@@ -105,7 +105,7 @@ TEST_CASE("at n = 1, phase and order keep the surface and the other options chan
 }
 
 TEST_CASE("words for the detail suit the map's own shape, and tufts make a map of version 2") {
-  const Map map;
+  const MapFile map;
   const auto converted = [&](const Arguments& options) {
     Arguments arguments = {"convert", map.file, map.folder / "out.qjulia.json"};
     arguments.insert(arguments.end(), options.begin(), options.end());
@@ -126,9 +126,9 @@ TEST_CASE("words for the detail suit the map's own shape, and tufts make a map o
   CHECK(detail("wild") == Approx(2 * automatic));
   CHECK(detail("0.013") == 0.013);
   // A turned map's box is larger than its shape; the shell is as thick as before.
-  qjulia::RationalMap roomy = small_map();
-  *roomy.detail /= 2;
-  roomy.box = qjulia::Box{{-2, -2, -2}, {2, 2, 2}};
+  qjulia::Map roomy = small_map();
+  *roomy.frame.detail /= 2;
+  roomy.frame.box = qjulia::Box{{-2, -2, -2}, {2, 2, 2}};
   qjulia::write_map(roomy, map.file);
   CHECK(detail("auto") == Approx(automatic / 2).epsilon(0.03));
   qjulia::write_map(small_map(), map.file);
@@ -144,7 +144,7 @@ TEST_CASE("words for the detail suit the map's own shape, and tufts make a map o
 }
 
 TEST_CASE("portals are put on a map, told by info, and moved by convert; wrong ones are refused") {
-  const Map map;
+  const MapFile map;
   const std::string with = map.folder / "with.qjulia.json";
   const auto made = run_command({"portals", map.file, "-o", with, "--count", "2", "--size", "0.2",
                                  "--device", "cpu", "--json"});
@@ -179,7 +179,7 @@ TEST_CASE("portals are put on a map, told by info, and moved by convert; wrong o
 }
 
 TEST_CASE("a paint is put on a map, told by info, and refused where it cannot be drawn") {
-  const Map map;
+  const MapFile map;
   const std::string with = map.folder / "painted.qjulia.json";
   const auto paint = [&](Arguments more) {
     Arguments words{"paint", map.file, "-o", with, "--device", "cpu", "--json"};
@@ -232,7 +232,7 @@ TEST_CASE("a paint is put on a map, told by info, and refused where it cannot be
 }
 
 TEST_CASE("a sampled field is shifted by --scale") {
-  const Map map;
+  const MapFile map;
   const auto values = [&](const Arguments& more) {
     const std::string field = map.folder / "out.npy";
     Arguments arguments = {"sample", map.file,       "-o",       field,         "--resolution",
@@ -259,7 +259,7 @@ TEST_CASE("a sampled field is shifted by --scale") {
 }
 
 TEST_CASE("convert reads the original's maps and turns maps") {
-  const Map map;
+  const MapFile map;
   const std::string original =
       map.folder.file("small.o3d", qjulia::test::original_bytes(qjulia::test::small_original()));
   const std::string converted = map.folder / "converted.qjulia.json";
@@ -268,13 +268,13 @@ TEST_CASE("convert reads the original's maps and turns maps") {
   REQUIRE(result.exit_code == 0);
   CHECK(json::parse(result.out)["factors"] == 5);
   const auto read = qjulia::read_map(converted);
-  CHECK(read.factors.size() == 5);
+  CHECK(read.dynamics.factors.size() == 5);
   CHECK(read.provenance.json()["converted"]["input"]["name"] == "small.o3d");
 
   // Turned once in the file, or each time on the way: the same.
   const Arguments knobs = {"--drift", "0.3", "--scale", "1.1", "--phase", "1", "1", "0", "0"};
   const std::string expected = map.surface(knobs);
-  Map other;
+  MapFile other;
   Arguments arguments = {"convert", map.file, other.file, "--device", "cpu"};
   arguments.insert(arguments.end(), knobs.begin(), knobs.end());
   REQUIRE(run_command(arguments).exit_code == 0);
@@ -283,7 +283,7 @@ TEST_CASE("convert reads the original's maps and turns maps") {
 }
 
 TEST_CASE("pictures say how they were made") {
-  const Map map;
+  const MapFile map;
   const std::string picture = map.folder / "out.png";
   const auto result = run_command({"render",
                                    map.file,

@@ -24,9 +24,9 @@ struct Ball {
   std::string mesh = folder.file("ball.obj", qjulia::test::obj_text(qjulia::shapes::sphere(3)));
 
   Ball() {
-    qjulia::RationalMap ball;
-    ball.factors = {{{}, 3}};
-    ball.box = qjulia::Box{{-1, -1, -1}, {1, 1, 1}};
+    qjulia::Map ball;
+    ball.dynamics.factors = {{{}, 3}};
+    ball.frame.box = qjulia::Box{{-1, -1, -1}, {1, 1, 1}};
     qjulia::write_map(ball, map);
   }
 };
@@ -127,9 +127,9 @@ TEST_CASE("loose pieces are left out of pictures and of surfaces, unless they ar
   const TemporaryFolder folder;
   // A body, and a ball beside it with 0.4 % of its volume.
   const std::string map = folder / "flake.qjulia.json";
-  qjulia::RationalMap two;
-  two.factors = {{{}, 3}, {{2, 0, 0, 0}, 1}};
-  two.box = qjulia::Box{{-1, -1, -1}, {2.2, 1, 1}};
+  qjulia::Map two;
+  two.dynamics.factors = {{{}, 3}, {{2, 0, 0, 0}, 1}};
+  two.frame.box = qjulia::Box{{-1, -1, -1}, {2.2, 1, 1}};
   qjulia::write_map(two, map);
   const auto made = [&](std::vector<std::string> words) {
     const std::vector<std::string> more{"--iterations", "1", "--device", "cpu", "--json"};

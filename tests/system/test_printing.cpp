@@ -20,11 +20,11 @@ namespace {
 
 /// A ball with arms and crumbs about it.
 std::string crumbly_map(const TemporaryFolder& folder) {
-  qjulia::RationalMap map = qjulia::test::armed_ball_map(60);
+  qjulia::Map map = qjulia::test::armed_ball_map(60);
   constexpr double kShell = 0.12;
-  for (auto& factor : map.factors) factor.exponent /= kShell;
-  map.log_scale /= kShell;
-  map.box = qjulia::Box{{-1.2, -1.2, -1.2}, {1.2, 1.2, 1.2}};
+  for (auto& factor : map.dynamics.factors) factor.exponent /= kShell;
+  map.dynamics.log_scale /= kShell;
+  map.frame.box = qjulia::Box{{-1.2, -1.2, -1.2}, {1.2, 1.2, 1.2}};
   const std::string file = folder / "crumbs.qjulia.json";
   qjulia::write_map(map, file);
   return file;

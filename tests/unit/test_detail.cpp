@@ -16,11 +16,11 @@ using namespace qjulia;
 
 namespace {
 
-RationalMap map_with_detail() {
-  RationalMap map = test::random_map(12, 0.5, 1.5, 41);
-  map.factors[0].exponent += 6;
-  map.surface_level = 0.37;
-  map.detail = 0.02;
+Map map_with_detail() {
+  Map map = test::random_map(12, 0.5, 1.5, 41);
+  map.dynamics.factors[0].exponent += 6;
+  map.dynamics.surface_level = 0.37;
+  map.frame.detail = 0.02;
   return map;
 }
 
@@ -35,38 +35,39 @@ std::vector<Quaternion> points() {
 }  // namespace
 
 TEST_CASE("another detail scales F_1 about the surface level, which stays") {
-  const RationalMap map = map_with_detail();
-  const RationalMap thin = with_detail(map, 0.005);
-  CHECK(thin.detail == 0.005);
-  CHECK(thin.surface_level == map.surface_level);
+  const Map map = map_with_detail();
+  const Map thin = with_detail(map, 0.005);
+  CHECK(thin.frame.detail == 0.005);
+  CHECK(thin.dynamics.surface_level == map.dynamics.surface_level);
   const auto before = reference::field(map, points(), 1, 1e9);
   const auto after = reference::field(thin, points(), 1, 1e9);
   for (std::size_t i = 0; i < before.size(); ++i) {
     // F − L is four times as large everywhere: zero, the surface, where it was zero.
     CHECK(after[i] - 0.37 == Approx(4 * (before[i] - 0.37)).margin(1e-11));
   }
-  const RationalMap back = with_detail(thin, 0.02);
-  CHECK(back.log_scale == Approx(map.log_scale));
-  CHECK(back.degree() == Approx(map.degree()));
+  const Map back = with_detail(thin, 0.02);
+  CHECK(back.dynamics.log_scale == Approx(map.dynamics.log_scale));
+  CHECK(back.dynamics.degree() == Approx(map.dynamics.degree()));
 }
 
 TEST_CASE("a phase changes the iterates and keeps F_1") {
-  const RationalMap map = map_with_detail();
-  RationalMap turned = map;
-  turned.phase = {0.6, 0, 0.8, 0};
+  const Map map = map_with_detail();
+  Map turned = map;
+  turned.dynamics.phase = {0.6, 0, 0.8, 0};
   CHECK(reference::field(map, points(), 1, 1e9) == reference::field(turned, points(), 1, 1e9));
   CHECK(reference::field(map, points(), 2, 1e9) != reference::field(turned, points(), 2, 1e9));
 }
 
 TEST_CASE("details that cannot be are refused, and the message says what can") {
-  const RationalMap map = map_with_detail();
-  CHECK_THROWS_WITH(with_detail(map, 0.02 * map.degree() * 1.01), Catch::Contains("use less than"));
-  CHECK_NOTHROW(with_detail(map, 0.02 * map.degree() * 0.99));
+  const Map map = map_with_detail();
+  CHECK_THROWS_WITH(with_detail(map, 0.02 * map.dynamics.degree() * 1.01),
+                    Catch::Contains("use less than"));
+  CHECK_NOTHROW(with_detail(map, 0.02 * map.dynamics.degree() * 0.99));
   CHECK_THROWS_AS(with_detail(map, 0), InputError);
   CHECK_THROWS_AS(with_detail(map, -1), InputError);
   CHECK_THROWS_AS(with_detail(map, std::nan("")), InputError);
-  RationalMap unknown = map;
-  unknown.detail.reset();
+  Map unknown = map;
+  unknown.frame.detail.reset();
   CHECK_THROWS_WITH(with_detail(unknown, 0.02), Catch::Contains("detail"));
 }
 

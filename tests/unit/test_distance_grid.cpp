@@ -17,14 +17,14 @@ using nlohmann::json;
 
 namespace {
 
-const DistanceModulus& modulus_of(const RationalMap& map) {
-  return std::get<DistanceModulus>(map.modulus);
+const DistanceModulus& modulus_of(const Map& map) {
+  return std::get<DistanceModulus>(map.dynamics.modulus);
 }
 
 /// d by the reference, at W = 0.
-double reference_distance(const RationalMap& map, const Eigen::Vector3d& x) {
+double reference_distance(const Map& map, const Eigen::Vector3d& x) {
   const double f = reference::step(map, {x.x(), x.y(), x.z(), 0}).log_norm;
-  return (f - map.log_scale) * modulus_of(map).shell;
+  return (f - map.dynamics.log_scale) * modulus_of(map).shell;
 }
 
 std::vector<Eigen::Vector3d> some_points(std::size_t count) {
@@ -72,7 +72,7 @@ std::string refusal(const json& text) {
 }  // namespace
 
 TEST_CASE("a grid gives back the distance it was sampled from, closest at the surface") {
-  const RationalMap map = test::distance_map();
+  const Map map = test::distance_map();
   const double step = modulus_of(map).step;
   double worst_near = 0, worst = 0;
   for (const auto& x : some_points(3000)) {
@@ -90,8 +90,8 @@ TEST_CASE("a grid gives back the distance it was sampled from, closest at the su
 
 TEST_CASE("a coarse grid, whose ends are near the surface, is right up to them") {
   const DistanceModulus placed = test::two_balls_grid(32);
-  RationalMap map = test::distance_map();
-  DistanceModulus& modulus = std::get<DistanceModulus>(map.modulus);
+  Map map = test::distance_map();
+  DistanceModulus& modulus = std::get<DistanceModulus>(map.dynamics.modulus);
   modulus.grid = placed.grid;
   modulus.origin = placed.origin;
   modulus.step = placed.step;
@@ -111,14 +111,14 @@ TEST_CASE("a coarse grid, whose ends are near the surface, is right up to them")
 }
 
 TEST_CASE("coefficients of all cells are both splines together") {
-  const RationalMap map = test::distance_map();
+  const Map map = test::distance_map();
   for (const auto& x : some_points(60)) {
     CHECK(expanded_distance(modulus_of(map), x) == Approx(reference_distance(map, x)).margin(1e-5));
   }
 }
 
 TEST_CASE("the slope of a grid is a bound, and not far above 1") {
-  const RationalMap map = test::distance_map();
+  const Map map = test::distance_map();
   const auto points = some_points(4000);
   double steepest = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -132,7 +132,7 @@ TEST_CASE("the slope of a grid is a bound, and not far above 1") {
 }
 
 TEST_CASE("the inside is within the radius that is told") {
-  const RationalMap map = test::distance_map();
+  const Map map = test::distance_map();
   const DistanceModulus& modulus = modulus_of(map);
   const Eigen::Vector3d center = -modulus.origin / modulus.step;
   const double radius =
@@ -143,10 +143,10 @@ TEST_CASE("the inside is within the radius that is told") {
 }
 
 TEST_CASE("beyond its outer radius every orbit of a map with a grid grows, however low its scale") {
-  RationalMap map = test::distance_map(0.05);
+  Map map = test::distance_map(0.05);
   for (const double log_scale : {0.0, -3.0, -1e3, -1e15}) {
-    map.log_scale = log_scale;
-    const double radius = modulus_of(map).outer_bound(map).radius;
+    map.dynamics.log_scale = log_scale;
+    const double radius = modulus_of(map).outer_bound(map.dynamics).radius;
     const double far = std::abs(log_scale) * modulus_of(map).shell;
     CHECK(radius > 0.99 * far);
     CHECK(radius < far + 20);
@@ -155,14 +155,14 @@ TEST_CASE("beyond its outer radius every orbit of a map with a grid grows, howev
 
 TEST_CASE("a map with a grid makes the way to a file of version 2 and back, bit for bit") {
   const test::TemporaryFolder folder;
-  RationalMap map = test::distance_map();
+  Map map = test::distance_map();
   if (GENERATE(false, true)) {
-    std::get<DistanceModulus>(map.modulus).fourth = FourthCoordinate::ignored;
+    std::get<DistanceModulus>(map.dynamics.modulus).fourth = FourthCoordinate::ignored;
   }
   write_map(map, folder / "a.json");
-  const RationalMap back = read_map(folder / "a.json");
-  CHECK(back.modulus == map.modulus);
-  CHECK(back.kind() == "distance/factors");
+  const Map back = read_map(folder / "a.json");
+  CHECK(back.dynamics.modulus == map.dynamics.modulus);
+  CHECK(back.dynamics.kind() == "distance/factors");
   CHECK(to_json(back) == to_json(map));
   CHECK(to_json(map)["version"] == 2);
   // What version 1 can hold is written as version 1.

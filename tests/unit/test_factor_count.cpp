@@ -19,20 +19,20 @@ class Slow final : public Evaluator {
  public:
   explicit Slow(double seconds) : pause_(seconds) {}
 
-  Evaluation evaluate(const RationalMap& map, bool /*with_gradient*/) override {
+  Evaluation evaluate(const Map& map, bool /*with_gradient*/) override {
     std::this_thread::sleep_for(pause_);
-    return {0, std::vector<double>(1 + 5 * map.factors.size())};
+    return {0, std::vector<double>(1 + 5 * map.dynamics.factors.size())};
   }
-  std::vector<double> field(const RationalMap& /*map*/) override { return {}; }
-  Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
-    const auto n = static_cast<Eigen::Index>(1 + 5 * map.factors.size());
+  std::vector<double> field(const Map& /*map*/) override { return {}; }
+  Eigen::MatrixXd gauss_newton(const Map& map) override {
+    const auto n = static_cast<Eigen::Index>(1 + 5 * map.dynamics.factors.size());
     return Eigen::MatrixXd::Identity(n, n);
   }
   CurvatureFactor factor(const CurvatureSum& /*sum*/, double /*damping*/) override { return {}; }
-  Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
-    return Eigen::VectorXd::Ones(static_cast<Eigen::Index>(1 + 5 * map.factors.size()));
+  Eigen::VectorXd gauss_newton_diagonal(const Map& map) override {
+    return Eigen::VectorXd::Ones(static_cast<Eigen::Index>(1 + 5 * map.dynamics.factors.size()));
   }
-  Eigen::MatrixXd pursuit_products(const RationalMap& /*map*/,
+  Eigen::MatrixXd pursuit_products(const Map& /*map*/,
                                    const std::vector<Quaternion>& centers) override {
     const auto n = static_cast<Eigen::Index>(2 + centers.size());
     return Eigen::MatrixXd::Identity(n, n);

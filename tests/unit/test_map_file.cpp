@@ -45,17 +45,17 @@ class Folder {
   fs::path path_;
 };
 
-RationalMap full_map() {
-  RationalMap map = test::random_map(40, 0.001, 0.6, 5);
-  map.slice = 0.1;
-  map.surface_level = -1.0 / 3;
-  map.phase = {0.5, -0.5, 0.5, 0.5};
-  map.factors[3].exponent = std::numeric_limits<double>::denorm_min();
-  map.factors[4].exponent = -0.0;
-  map.shape_to_map = {2.0 / 7, {0.1, 1e-17, -3}};
-  map.detail = 0.02;
-  map.inradius = 0.3;
-  map.box = Box{{-1, -2, -3}, {1, 2, 3.3}};
+Map full_map() {
+  Map map = test::random_map(40, 0.001, 0.6, 5);
+  map.dynamics.slice = 0.1;
+  map.dynamics.surface_level = -1.0 / 3;
+  map.dynamics.phase = {0.5, -0.5, 0.5, 0.5};
+  map.dynamics.factors[3].exponent = std::numeric_limits<double>::denorm_min();
+  map.dynamics.factors[4].exponent = -0.0;
+  map.frame.shape_to_map = {2.0 / 7, {0.1, 1e-17, -3}};
+  map.frame.detail = 0.02;
+  map.frame.inradius = 0.3;
+  map.frame.box = Box{{-1, -2, -3}, {1, 2, 3.3}};
   map.provenance = json{{"mesh", "b\xc3\xa4r.obj"}, {"seed", 7}};
   return map;
 }
@@ -78,24 +78,24 @@ bool same_bits(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; 
 
 TEST_CASE("a map file gives back every bit") {
   const Folder folder;
-  const RationalMap map = full_map();
+  const Map map = full_map();
   write_map(map, folder / "a.qjulia.json");
-  const RationalMap back = read_map(folder / "a.qjulia.json");
-  CHECK(same_bits(back.log_scale, map.log_scale));
-  CHECK(same_bits(back.surface_level, map.surface_level));
-  CHECK(same_bits(back.slice, map.slice));
-  CHECK(back.phase == map.phase);
-  REQUIRE(back.factors.size() == map.factors.size());
-  for (std::size_t k = 0; k < map.factors.size(); ++k) {
-    CHECK(back.factors[k].center == map.factors[k].center);
-    CHECK(same_bits(back.factors[k].exponent, map.factors[k].exponent));
+  const Map back = read_map(folder / "a.qjulia.json");
+  CHECK(same_bits(back.dynamics.log_scale, map.dynamics.log_scale));
+  CHECK(same_bits(back.dynamics.surface_level, map.dynamics.surface_level));
+  CHECK(same_bits(back.dynamics.slice, map.dynamics.slice));
+  CHECK(back.dynamics.phase == map.dynamics.phase);
+  REQUIRE(back.dynamics.factors.size() == map.dynamics.factors.size());
+  for (std::size_t k = 0; k < map.dynamics.factors.size(); ++k) {
+    CHECK(back.dynamics.factors[k].center == map.dynamics.factors[k].center);
+    CHECK(same_bits(back.dynamics.factors[k].exponent, map.dynamics.factors[k].exponent));
   }
-  CHECK(same_bits(back.shape_to_map.scale, map.shape_to_map.scale));
-  CHECK(back.shape_to_map.translation == map.shape_to_map.translation);
-  CHECK(back.detail == map.detail);
-  CHECK(back.inradius == map.inradius);
-  CHECK(back.box->low == map.box->low);
-  CHECK(back.box->high == map.box->high);
+  CHECK(same_bits(back.frame.shape_to_map.scale, map.frame.shape_to_map.scale));
+  CHECK(back.frame.shape_to_map.translation == map.frame.shape_to_map.translation);
+  CHECK(back.frame.detail == map.frame.detail);
+  CHECK(back.frame.inradius == map.frame.inradius);
+  CHECK(back.frame.box->low == map.frame.box->low);
+  CHECK(back.frame.box->high == map.frame.box->high);
   CHECK(back.provenance.json() == map.provenance.json());
   // Written again, the same bytes; and nothing temporary is left.
   write_map(back, folder / "b.qjulia.json");
@@ -112,24 +112,24 @@ TEST_CASE("level, phase, detail, inradius, box and provenance may be left out") 
   for (const char* key : {"surface_level", "phase", "detail", "inradius", "box", "provenance"}) {
     text.erase(key);
   }
-  const RationalMap map = map_from_json(text, "text");
-  CHECK(map.surface_level == 0);
-  CHECK(map.phase == Quaternion{1, 0, 0, 0});
-  CHECK_FALSE(map.detail);
-  CHECK_FALSE(map.inradius);
-  CHECK_FALSE(map.box);
+  const Map map = map_from_json(text, "text");
+  CHECK(map.dynamics.surface_level == 0);
+  CHECK(map.dynamics.phase == Quaternion{1, 0, 0, 0});
+  CHECK_FALSE(map.frame.detail);
+  CHECK_FALSE(map.frame.inradius);
+  CHECK_FALSE(map.frame.box);
   CHECK(map.provenance.json() == json::object());
 }
 
 TEST_CASE("a steepness needs version 2, and no map without one does") {
   const Folder folder;
-  RationalMap map = full_map();
+  Map map = full_map();
   CHECK(to_json(map)["version"] == 1);
   CHECK_FALSE(to_json(map).contains("steepness"));
-  map.steepness = 2;
+  map.layers.steepness = 2;
   CHECK(to_json(map)["version"] == 2);
   write_map(map, folder / "a.json");
-  CHECK(read_map(folder / "a.json").steepness == 2);
+  CHECK(read_map(folder / "a.json").layers.steepness == 2);
   json text = to_json(map);
   text["version"] = 1;
   CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("unknown key \"steepness\""));
@@ -137,7 +137,7 @@ TEST_CASE("a steepness needs version 2, and no map without one does") {
   text["tufts"] = text["steepness"];
   CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("unknown key \"tufts\""));
   text.erase("steepness");  // as files called it at first
-  CHECK(map_from_json(text, "text").steepness == 2);
+  CHECK(map_from_json(text, "text").layers.steepness == 2);
   for (const double wrong : {0.5, -2.0, 101.0}) {
     text = to_json(map);
     text["steepness"] = wrong;
@@ -149,16 +149,16 @@ TEST_CASE("a steepness needs version 2, and no map without one does") {
 
 TEST_CASE("a map keeps how its shape stands, in version 2") {
   const Folder folder;
-  RationalMap map = full_map();
+  Map map = full_map();
   map.provenance = json::object();
   CHECK(!to_json(map).contains("up"));
   CHECK(to_json(map)["version"] == 1);
   for (const UpAxis up :
        {UpAxis::x, UpAxis::y, UpAxis::z, UpAxis::minus_x, UpAxis::minus_y, UpAxis::minus_z}) {
-    map.up = up;
+    map.frame.up = up;
     CHECK(to_json(map)["version"] == 2);
     write_map(map, folder / "standing.qjulia.json");
-    CHECK(read_map(folder / "standing.qjulia.json").up == up);
+    CHECK(read_map(folder / "standing.qjulia.json").frame.up == up);
   }
   json text = to_json(map);
   for (const json& wrong : {json("w"), json("auto"), json(""), json(1), json()}) {
@@ -172,15 +172,15 @@ TEST_CASE("a map keeps how its shape stands, in version 2") {
 
 TEST_CASE("portals make the way to a file and back, in version 2") {
   const Folder folder;
-  RationalMap map = full_map();
-  map.portals = {
+  Map map = full_map();
+  map.layers.portals = {
       {{1, 0.5, -0.25}, 0.3, 4.5, {{0, 1, 2}, 33}, {0.1, 0.2, -0.3}, PortalMask::outside},
       {{-1, 1.0 / 3, 0}, 0.2, 2, {}, {0, 0, 0}, PortalMask::none},
       {{0, -2, 0}, 0.5, 1e-3, {}, {0, 0, 0}, PortalMask::inside}};
   CHECK(to_json(map)["version"] == 2);
   CHECK_FALSE(to_json(full_map()).contains("portals"));
   write_map(map, folder / "a.json");
-  CHECK(read_map(folder / "a.json").portals == map.portals);
+  CHECK(read_map(folder / "a.json").layers.portals == map.layers.portals);
   json text = to_json(map);
   CHECK_FALSE(text["portals"][1].contains("rotation"));
   text["version"] = 1;
@@ -189,14 +189,14 @@ TEST_CASE("portals make the way to a file and back, in version 2") {
 
 TEST_CASE("portals that no map can have are refused, and the key is named") {
   const Folder folder;
-  RationalMap map = full_map();
-  map.portals.resize(2);
-  for (Portal& portal : map.portals) {
+  Map map = full_map();
+  map.layers.portals.resize(2);
+  for (Portal& portal : map.layers.portals) {
     portal.radius = 0.5;
     portal.scale = 4;
   }
-  map.portals[0].center.x() = 1;
-  map.portals[1].center.x() = -1;
+  map.layers.portals[0].center.x() = 1;
+  map.layers.portals[1].center.x() = -1;
   const auto refused = [&](const char* pointer, const json& value, const char* part) {
     json text = to_json(map);
     text[json::json_pointer(pointer)] = value;
@@ -239,9 +239,10 @@ TEST_CASE("a portal with a number that is not finite is refused") {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   for (int axis = 0; axis < 3; ++axis) {
     const auto refused = [&](auto vector_of, const char* key) {
-      RationalMap map = full_map();
-      map.portals = {{{1, 0.1, -0.2}, 0.5, 4, {{1, 2, 3}, 30}, {0.1, 0, 0.2}, PortalMask::none}};
-      vector_of(map.portals[0])[axis] = kNone;
+      Map map = full_map();
+      map.layers.portals = {
+          {{1, 0.1, -0.2}, 0.5, 4, {{1, 2, 3}, 30}, {0.1, 0, 0.2}, PortalMask::none}};
+      vector_of(map.layers.portals[0])[axis] = kNone;
       CHECK_THROWS_WITH(map.validate(), Catch::Contains(key));
     };
     refused(
@@ -255,15 +256,15 @@ TEST_CASE("a portal with a number that is not finite is refused") {
 
 TEST_CASE("a paint makes the way to a file and back, and what is wrong with it is named") {
   const Folder folder;
-  RationalMap map = full_map();
-  map.paint = Paint{{5, 4, 6}, {-1.25, 1.0 / 3, 0.1}, 0.3, {}};
+  Map map = full_map();
+  map.layers.paint = Paint{{5, 4, 6}, {-1.25, 1.0 / 3, 0.1}, 0.3, {}};
   for (std::size_t i = 0; i < 120; ++i) {
-    map.paint->shares.push_back(static_cast<std::uint8_t>(i * 41 % 256));
+    map.layers.paint->shares.push_back(static_cast<std::uint8_t>(i * 41 % 256));
   }
   CHECK(to_json(map)["version"] == 2);
   CHECK_FALSE(to_json(full_map()).contains("paint"));
   write_map(map, folder / "a.json");
-  CHECK(read_map(folder / "a.json").paint == map.paint);
+  CHECK(read_map(folder / "a.json").layers.paint == map.layers.paint);
   const auto refused = [&](const char* key, const json& value, const char* part) {
     json text = to_json(map);
     text["paint"][key] = value;
@@ -294,12 +295,13 @@ TEST_CASE("a paint makes the way to a file and back, and what is wrong with it i
 
 TEST_CASE("a noise makes the way to a file and back, and what is wrong with it is named") {
   const Folder folder;
-  RationalMap map = full_map();
-  map.versor = NoiseVersor{5, 7.25, 4294967295, NoiseValues::quaternions, {0.1, 0.2, -0.3}};
-  CHECK(map.kind() == "factors/noise");
+  Map map = full_map();
+  map.dynamics.versor =
+      NoiseVersor{5, 7.25, 4294967295, NoiseValues::quaternions, {0.1, 0.2, -0.3}};
+  CHECK(map.dynamics.kind() == "factors/noise");
   CHECK(to_json(map)["version"] == 2);
   write_map(map, folder / "a.json");
-  CHECK(read_map(folder / "a.json").versor == map.versor);
+  CHECK(read_map(folder / "a.json").dynamics.versor == map.dynamics.versor);
   const auto refused = [&](const char* key, const json& value, const char* part) {
     json text = to_json(map);
     text["noise"][key] = value;
@@ -330,28 +332,28 @@ TEST_CASE("a noise makes the way to a file and back, and what is wrong with it i
 
 TEST_CASE("a modulus of one kind and a versor of another make the way to a file and back") {
   const Folder folder;
-  RationalMap map = full_map();
-  map.modulus = QuadraticModulus{{0.1, 0.2, 0.3, 0.4}};
-  CHECK(map.kind() == "quadratic/factors");
+  Map map = full_map();
+  map.dynamics.modulus = QuadraticModulus{{0.1, 0.2, 0.3, 0.4}};
+  CHECK(map.dynamics.kind() == "quadratic/factors");
   write_map(map, folder / "a.json");
-  const RationalMap back = read_map(folder / "a.json");
-  CHECK(back.modulus == map.modulus);
-  CHECK(back.versor == map.versor);
-  CHECK(back.factors.size() == map.factors.size());
+  const Map back = read_map(folder / "a.json");
+  CHECK(back.dynamics.modulus == map.dynamics.modulus);
+  CHECK(back.dynamics.versor == map.dynamics.versor);
+  CHECK(back.dynamics.factors.size() == map.dynamics.factors.size());
 }
 
 TEST_CASE(
     "a modulus and a versor that need factors and have none, or have them in vain, are refused") {
-  RationalMap map = full_map();
-  map.modulus = QuadraticModulus{};
+  Map map = full_map();
+  map.dynamics.modulus = QuadraticModulus{};
   CHECK_NOTHROW(map.validate());
-  map.versor = QuadraticVersor{};
+  map.dynamics.versor = QuadraticVersor{};
   CHECK_THROWS_WITH(map.validate(), Catch::Contains("factors"));
-  map.factors.clear();
+  map.dynamics.factors.clear();
   CHECK_NOTHROW(map.validate());
-  map.versor = QuadraticVersor{{1, 0, 0, 0}};
+  map.dynamics.versor = QuadraticVersor{{1, 0, 0, 0}};
   CHECK_THROWS_WITH(map.validate(), Catch::Contains("c differs"));
-  map.versor = FactorsVersor{};
+  map.dynamics.versor = FactorsVersor{};
   CHECK_THROWS_WITH(map.validate(), Catch::Contains("no factors"));
 }
 
@@ -474,8 +476,8 @@ TEST_CASE("files that cannot be maps are refused before they fill the memory") {
 
 TEST_CASE("a map that is not valid, or a folder that is not there, leaves no file") {
   const Folder folder;
-  RationalMap map = full_map();
-  map.factors[0].exponent = std::numeric_limits<double>::quiet_NaN();
+  Map map = full_map();
+  map.dynamics.factors[0].exponent = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_AS(write_map(map, folder / "a.json"), InputError);
   CHECK_THROWS_AS(write_map(full_map(), folder / "none/a.json"), OutputError);
   CHECK(folder.files() == 0);
@@ -483,7 +485,7 @@ TEST_CASE("a map that is not valid, or a folder that is not there, leaves no fil
 
 TEST_CASE("any bytes may stand in a file name of the provenance") {
   const Folder folder;
-  RationalMap map = full_map();
+  Map map = full_map();
   map.provenance.set("mesh", "\xff\xfe.obj");
   write_map(map, folder / "a.json");
   CHECK_NOTHROW(read_map(folder / "a.json"));

@@ -18,9 +18,9 @@ namespace {
 /// E = ½ (v − goal)ᵀ A (v − goal) over the unknowns, A diagonal and badly scaled.
 class Quadratic final : public fitting::Evaluator {
  public:
-  explicit Quadratic(const RationalMap& goal) : goal_(fitting::to_unknowns(goal)) {}
+  explicit Quadratic(const Map& goal) : goal_(fitting::to_unknowns(goal)) {}
 
-  fitting::Evaluation evaluate(const RationalMap& map, bool) override {
+  fitting::Evaluation evaluate(const Map& map, bool) override {
     const auto v = fitting::to_unknowns(map);
     fitting::Evaluation result;
     for (std::size_t i = 0; i < v.size(); ++i) {
@@ -30,14 +30,14 @@ class Quadratic final : public fitting::Evaluator {
     }
     return result;
   }
-  Eigen::VectorXd gauss_newton_diagonal(const RationalMap& map) override {
+  Eigen::VectorXd gauss_newton_diagonal(const Map& map) override {
     return gauss_newton(map).diagonal();
   }
-  Eigen::MatrixXd pursuit_products(const RationalMap&, const std::vector<Quaternion>&) override {
+  Eigen::MatrixXd pursuit_products(const Map&, const std::vector<Quaternion>&) override {
     return {};
   }
-  std::vector<double> field(const RationalMap&) override { return {}; }
-  Eigen::MatrixXd gauss_newton(const RationalMap&) override {
+  std::vector<double> field(const Map&) override { return {}; }
+  Eigen::MatrixXd gauss_newton(const Map&) override {
     const auto n = static_cast<Eigen::Index>(goal_.size());
     Eigen::MatrixXd h = Eigen::MatrixXd::Zero(n, n);
     for (Eigen::Index i = 0; i < n; ++i) h(i, i) = weight(static_cast<std::size_t>(i));
@@ -50,7 +50,7 @@ class Quadratic final : public fitting::Evaluator {
 };
 
 fitting::Evaluate by(fitting::Evaluator& energy) {
-  return [&energy](const RationalMap& map) { return energy.evaluate(map, true); };
+  return [&energy](const Map& map) { return energy.evaluate(map, true); };
 }
 
 fitting::Level level_of(fitting::Space space) {
@@ -103,8 +103,9 @@ TEST_CASE("the minimiser finds a badly scaled minimum and moves only what the sp
         fitting::Subspace(start, level_of(fitting::Space::all), Unknowns::exponents)}) {
     const auto part = minimized(exponents, budget_of(100));
     for (std::size_t k = 0; k < 9; ++k) {
-      CHECK(part.map.factors[k].center == start.factors[k].center);
-      CHECK(part.map.factors[k].exponent == Approx(goal.factors[k].exponent).epsilon(1e-4));
+      CHECK(part.map.dynamics.factors[k].center == start.dynamics.factors[k].center);
+      CHECK(part.map.dynamics.factors[k].exponent ==
+            Approx(goal.dynamics.factors[k].exponent).epsilon(1e-4));
     }
   }
 
@@ -126,7 +127,7 @@ TEST_CASE("steps that take many evaluations end the run, with the lowest energy 
   Quadratic energy(test::random_map(9, 0.1, 0.5, 2));
   // Seven of eight trial steps seem to rise, so that each step is cut time and again.
   int evaluations = 0;
-  const auto rough = [&](const RationalMap& map) {
+  const auto rough = [&](const Map& map) {
     auto evaluation = energy.evaluate(map, true);
     if (evaluations++ % 8 != 0) evaluation.energy += 1e6;
     return evaluation;
@@ -142,9 +143,9 @@ TEST_CASE("steps that take many evaluations end the run, with the lowest energy 
 
 TEST_CASE("without a finite energy the map stays what it was, and the budget is obeyed") {
   const auto start = test::random_map(9, 0.1, 0.5, 1);
-  const auto nothing = [](const RationalMap& map) {
+  const auto nothing = [](const Map& map) {
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    return fitting::Evaluation{nan, std::vector<double>(1 + 5 * map.factors.size(), nan)};
+    return fitting::Evaluation{nan, std::vector<double>(1 + 5 * map.dynamics.factors.size(), nan)};
   };
   const fitting::Subspace all(start, level_of(fitting::Space::all), Unknowns::all);
   const fitting::Preconditioner scaling(Eigen::VectorXd::Ones(all.size()).eval(), 1e-3);
@@ -162,7 +163,7 @@ TEST_CASE("errors of the evaluator are not taken for the end of a line search") 
   const fitting::Preconditioner scaling(Eigen::VectorXd::Ones(all.size()).eval(), 1e-3);
   const auto minimized_with = [&](const std::function<void()>& fail) {
     int evaluations = 0;
-    const auto failing = [&](const RationalMap& map) {
+    const auto failing = [&](const Map& map) {
       if (++evaluations == 3) fail();
       return energy.evaluate(map, true);
     };
@@ -187,13 +188,13 @@ TEST_CASE("coarse spaces scale exponents and move centres by groups") {
   };
   const fitting::Subspace scalars(map, level_of(fitting::Space::scalars), Unknowns::all);
   REQUIRE(scalars.size() == 3);
-  CHECK(moved(scalars, 0).log_scale == Approx(map.log_scale + 0.1));
+  CHECK(moved(scalars, 0).dynamics.log_scale == Approx(map.dynamics.log_scale + 0.1));
   for (const bool roots : {true, false}) {
     const auto scaled = moved(scalars, roots ? 1 : 2);
-    for (std::size_t k = 0; k < map.factors.size(); ++k) {
-      const double a = map.factors[k].exponent;
-      CHECK(scaled.factors[k].exponent == Approx(a * ((a > 0) == roots ? 1.1 : 1.0)));
-      CHECK(scaled.factors[k].center == map.factors[k].center);
+    for (std::size_t k = 0; k < map.dynamics.factors.size(); ++k) {
+      const double a = map.dynamics.factors[k].exponent;
+      CHECK(scaled.dynamics.factors[k].exponent == Approx(a * ((a > 0) == roots ? 1.1 : 1.0)));
+      CHECK(scaled.dynamics.factors[k].center == map.dynamics.factors[k].center);
     }
   }
 
@@ -207,14 +208,14 @@ TEST_CASE("coarse spaces scale exponents and move centres by groups") {
   std::size_t movers = 0;
   for (Eigen::Index v = 2; v < clusters.size(); v += 5) {
     const auto shifted = moved(clusters, v);
-    for (std::size_t k = 0; k < map.factors.size(); ++k) {
-      const double change = shifted.factors[k].center.x - map.factors[k].center.x;
+    for (std::size_t k = 0; k < map.dynamics.factors.size(); ++k) {
+      const double change = shifted.dynamics.factors[k].center.x - map.dynamics.factors[k].center.x;
       if (change == 0) continue;
       ++movers;
       CHECK(change == Approx(0.1));
     }
   }
-  CHECK(movers == map.factors.size());
+  CHECK(movers == map.dynamics.factors.size());
 
   // Gradients and matrices are restricted by the same P.
   const Eigen::VectorXd g = Eigen::VectorXd::LinSpaced(1 + 5 * 40, -1, 2);

@@ -14,7 +14,7 @@ using test::small_original;
 
 namespace {
 
-RationalMap read(const std::string& bytes) { return original_from_bytes(bytes, "some.o3d"); }
+Map read(const std::string& bytes) { return original_from_bytes(bytes, "some.o3d"); }
 
 void check_refused(const std::string& bytes, const std::string& word) {
   CAPTURE(bytes.size(), word);
@@ -37,19 +37,19 @@ constexpr std::size_t kPowers = kRoots + 4 + 3 * 32;
 
 TEST_CASE("an .o3d file is read back exactly") {
   const auto original = small_original();
-  const RationalMap map = read(original_bytes(original));
-  REQUIRE(map.factors.size() == 5);
+  const Map map = read(original_bytes(original));
+  REQUIRE(map.dynamics.factors.size() == 5);
   for (std::size_t k = 0; k < 3; ++k) {
-    CHECK(map.factors[k].center == original.top.roots[k]);
-    CHECK(map.factors[k].exponent == 1.25 * original.top.powers[k]);
+    CHECK(map.dynamics.factors[k].center == original.top.roots[k]);
+    CHECK(map.dynamics.factors[k].exponent == 1.25 * original.top.powers[k]);
   }
   // (f₁ f₂)⁻¹ = f₂⁻¹ f₁⁻¹.
-  CHECK(map.factors[3].center == original.bottom.roots[1]);
-  CHECK(map.factors[3].exponent == -0.5 * 0.6);
-  CHECK(map.factors[4].center == original.bottom.roots[0]);
-  CHECK(map.factors[4].exponent == -0.5 * 0.4);
-  CHECK(map.log_scale == std::log(1.7));
-  CHECK(map.surface_level == 0);
+  CHECK(map.dynamics.factors[3].center == original.bottom.roots[1]);
+  CHECK(map.dynamics.factors[3].exponent == -0.5 * 0.6);
+  CHECK(map.dynamics.factors[4].center == original.bottom.roots[0]);
+  CHECK(map.dynamics.factors[4].exponent == -0.5 * 0.4);
+  CHECK(map.dynamics.log_scale == std::log(1.7));
+  CHECK(map.dynamics.surface_level == 0);
   CHECK(map.provenance.json()["original"]["resolution"] == nlohmann::json({2, 3, 4}));
 }
 
@@ -119,11 +119,11 @@ TEST_CASE("a .poly4d file is one polynomial") {
   const auto polynomial = [](const std::string& text) {
     return polynomial_from_bytes(text, "some.poly4d");
   };
-  const RationalMap map = polynomial(bytes.text());
-  REQUIRE(map.factors.size() == 3);
-  CHECK(map.factors[1].center == original.top.roots[1]);
-  CHECK(map.factors[1].exponent == 1.25 * original.top.powers[1]);
-  CHECK(map.log_scale == 0);
+  const Map map = polynomial(bytes.text());
+  REQUIRE(map.dynamics.factors.size() == 3);
+  CHECK(map.dynamics.factors[1].center == original.top.roots[1]);
+  CHECK(map.dynamics.factors[1].exponent == 1.25 * original.top.powers[1]);
+  CHECK(map.dynamics.log_scale == 0);
   for (std::size_t size = 0; size < bytes.text().size(); ++size) {
     CHECK_THROWS_AS(polynomial(bytes.text().substr(0, size)), InputError);
   }

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/larger_error.hpp"
 #include "fit/evaluator.hpp"
 #include "map/reference_iteration.hpp"
 #include "original.hpp"
 #include "random_maps.hpp"
-#include "worse.hpp"
 
 using namespace qjulia;
 
@@ -73,7 +73,8 @@ double largest(const std::vector<double>& values) {
 double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
   REQUIRE(a.size() == b.size());
   double worst = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) worst = test::worse(worst, std::abs(a[i] - b[i]));
+  for (std::size_t i = 0; i < a.size(); ++i)
+    worst = base::larger_error(worst, std::abs(a[i] - b[i]));
   return worst;
 }
 
@@ -86,8 +87,8 @@ TEST_CASE("the reference reproduces the original's field for 1, 2 and 3 iteratio
     const auto field = original.evaluator(n)->field(original.map());
     double worst = 0;
     for (std::size_t i = 0; i < field.size(); ++i) {
-      worst = test::worse(worst,
-                          std::abs(field[i] - expected[i]) / std::max(1.0, std::abs(expected[i])));
+      worst = base::larger_error(
+          worst, std::abs(field[i] - expected[i]) / std::max(1.0, std::abs(expected[i])));
     }
     INFO("n " << n << ", " << field.size() << " points");
     CHECK(field.size() == expected.size());
@@ -134,21 +135,21 @@ TEST_CASE("the reference's gradient at n = 2 is the original's central differenc
 
 TEST_CASE("an iterate is the product of quaternion powers") {
   auto map = test::random_map(9, 0.1, 0.9, 21);
-  map.phase = {0.5, -0.5, 0.5, 0.5};
+  map.dynamics.phase = {0.5, -0.5, 0.5, 0.5};
   std::mt19937_64 bits(22);
   for (int i = 0; i < 50; ++i) {
     const Quaternion q{test::uniform(bits, -2, 2), test::uniform(bits, -2, 2),
                        test::uniform(bits, -2, 2), test::uniform(bits, -2, 2)};
-    Quaternion expected = std::exp(map.log_scale) * map.phase;
-    for (const auto& [c, a] : map.factors) expected = expected * pow(q - c, a);
+    Quaternion expected = std::exp(map.dynamics.log_scale) * map.dynamics.phase;
+    for (const auto& [c, a] : map.dynamics.factors) expected = expected * pow(q - c, a);
     const auto [log_norm, versor] = reference::step(map, q);
     CHECK(norm(std::exp(log_norm) * versor - expected) < 1e-12 * norm(expected));
   }
 }
 
 TEST_CASE("one factor at the origin with exponent 2 squares, by hand") {
-  RationalMap square;
-  square.factors = {{{0, 0, 0, 0}, 2}};
+  Map square;
+  square.dynamics.factors = {{{0, 0, 0, 0}, 2}};
   const std::vector<Quaternion> starts{{0.5, 0, 0, 0}, {0, 3, 0, 0}, {0, 0, 30, 0}};
   const auto f = reference::field(square, starts, 4, 20);
   CHECK(f[0] == Approx(16 * std::log(0.5)));  // 2^4 after four
@@ -160,7 +161,7 @@ TEST_CASE("reference gradients are central differences of the energy, all unknow
   const int iterations = GENERATE(1, 2, 3, 4);
   const auto loss = GENERATE(fitting::Loss::tanh, fitting::Loss::distance);
   auto map = test::random_map(7, 0.1, 0.6, 31);
-  map.slice = 0.05;
+  map.dynamics.slice = 0.05;
   const auto evaluator =
       fitting::make_reference_evaluator(test::random_samples(120, 32), {loss, iterations, 1.0, 20});
   const auto at = fitting::to_unknowns(map);
@@ -181,8 +182,8 @@ TEST_CASE("reference gradients are central differences of the energy, all unknow
 }
 
 TEST_CASE("derivatives stay finite and right where the vector part vanishes") {
-  RationalMap map;
-  map.factors = {{{0.3, 0, 0, 0}, 0.7}, {{-0.4, 0.2, 0.1, 0}, 0.8}};
+  Map map;
+  map.dynamics.factors = {{{0.3, 0, 0, 0}, 0.7}, {{-0.4, 0.2, 0.1, 0}, 0.8}};
   // On the real axis, right of the first centre: sin(a t)/|v| is a limit there.
   const std::vector<Quaternion> starts{{0.9, 0, 0, 0}};
   const auto gradient = reference::field_gradients(map, starts, 3, 20);

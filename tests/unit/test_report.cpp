@@ -36,7 +36,7 @@ int unbalanced(const std::string& page) {
 report::FitReport some_report() {
   report::FitReport report;
   report.title = "a<b> & \"c\" \xff";
-  report.result.map.factors = {{{0, 0, 0, 0}, 2}};
+  report.result.map.dynamics.factors = {{{0, 0, 0, 0}, 2}};
   report.result.map.provenance = nlohmann::json{{"mesh", "x.obj"}, {"options", {{"seed", 7}}}};
   report.result.evaluations = 123;
   report.result.stages = {{"wide band", 60, 0.5, 0.1, 2, 0.9}, {"band", 63, 0.2, 0.05, 3, 0.95}};

@@ -86,15 +86,15 @@ TEST_CASE("a stage's samples have the shares, targets and sides it asks for") {
 TEST_CASE("monopoles on a sphere make its electrostatic field") {
   const auto pool = sphere_pool(6000);
   const auto map = fitting::place_monopoles(pool, 40, 1);
-  REQUIRE(map.factors.size() == 40);
-  for (const auto& [c, exponent] : map.factors) CHECK(norm(c) == Approx(1).margin(1e-9));
+  REQUIRE(map.dynamics.factors.size() == 40);
+  for (const auto& [c, exponent] : map.dynamics.factors) CHECK(norm(c) == Approx(1).margin(1e-9));
   // Outside, as the charge of a conductor at the centre: r Σ a / |x − c| is the same everywhere.
   double low = 1e300;
   double high = -1e300;
   for (const double r : {1.3, 1.6, 1.9}) {
     for (const Eigen::Vector3d& u : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 0.6, -0.8)}) {
       double sum = 0;
-      for (const auto& [c, exponent] : map.factors) {
+      for (const auto& [c, exponent] : map.dynamics.factors) {
         sum += exponent / (r * u - Eigen::Vector3d(c.x, c.y, c.z)).norm();
       }
       low = std::min(low, r * sum);

@@ -33,7 +33,7 @@ class MortalEvaluator final : public test::ForwardingEvaluator {
  public:
   MortalEvaluator(std::unique_ptr<fitting::Evaluator> evaluator, int& left)
       : ForwardingEvaluator(std::move(evaluator)), left_(left) {}
-  fitting::Evaluation evaluate(const RationalMap& map, bool with_gradient) override {
+  fitting::Evaluation evaluate(const Map& map, bool with_gradient) override {
     if (with_gradient && left_-- == 0) throw Killed();
     return ForwardingEvaluator::evaluate(map, with_gradient);
   }
@@ -46,10 +46,10 @@ class MortalEvaluator final : public test::ForwardingEvaluator {
 ToyProblem steepening(ToyProblem::Draw draw) {
   ToyProblem problem(std::move(draw));
   problem.on_distances = from_unit_sphere;
-  problem.on_finished = [](const RationalMap& map, double) {
-    if (map.detail) return map;
-    RationalMap scaled = steepened(map, 2);
-    scaled.detail = 0.1;
+  problem.on_finished = [](const Map& map, double) {
+    if (map.frame.detail) return map;
+    Map scaled = steepened(map, 2);
+    scaled.frame.detail = 0.1;
     return scaled;
   };
   return problem;
@@ -217,7 +217,7 @@ TEST_CASE("a fit can be taken step by step: each is a stage, and none follows th
     ended = stepped.step();
     if (ended) break;
     CHECK(stepped.reports().size() == ++steps);
-    CHECK(stepped.finished().map.factors.size() == start.factors.size());
+    CHECK(stepped.finished().map.dynamics.factors.size() == start.dynamics.factors.size());
   }
   CHECK(ended == StopReason::schedule_done);
   CHECK(stepped.step() == ended);
@@ -242,8 +242,8 @@ TEST_CASE("a stage asks at the centres of poles inside the shape, where they are
   fitting::Level level = small_level();
   level.relocated = 0;
   const fitting::Schedule schedule{10, 1e-3, {level}};
-  RationalMap start = fitting::place_factors(keeping, pool, *options.factors, 1);
-  start.factors.push_back({{0.1, 0.2, 0, 0.01}, -0.3});
+  Map start = fitting::place_factors(keeping, pool, *options.factors, 1);
+  start.dynamics.factors.push_back({{0.1, 0.2, 0, 0.01}, -0.3});
   asked.clear();
   ToyProblem problem(draw);
   problem.make_evaluator = keeping;
@@ -266,10 +266,9 @@ TEST_CASE("a body that a root outside makes is gone when a fit ends") {
   FitOptions options;
   options.factors = 8;
   const fitting::Schedule schedule{1, 1e-3, {small_level()}};  // no time to step
-  RationalMap start =
-      fitting::place_factors(fitting::make_reference_evaluator, pool, *options.factors, 1);
+  Map start = fitting::place_factors(fitting::make_reference_evaluator, pool, *options.factors, 1);
   const Quaternion outside{0, 0, 1.8, 1e-3};
-  start.factors.push_back({outside, 0.2});
+  start.dynamics.factors.push_back({outside, 0.2});
   const auto field_outside = [&](const ToyProblem& problem) {
     fitting::Stages stages(problem, start, plan_of(options, schedule));
     stages.run();
@@ -281,8 +280,8 @@ TEST_CASE("a body that a root outside makes is gone when a fit ends") {
   CHECK(field_outside(problem) < 0);
   problem.on_distances = from_unit_sphere;
   CHECK(field_outside(problem) > small_level().band);
-  problem.on_overlap = [&](const RationalMap& map, int) {
-    return map.factors.back().center == outside ? 0.5 : 0.4;
+  problem.on_overlap = [&](const Map& map, int) {
+    return map.dynamics.factors.back().center == outside ? 0.5 : 0.4;
   };
   CHECK(field_outside(problem) < 0);  // not at the shape's cost
 }
@@ -307,19 +306,19 @@ TEST_CASE(
   ToyProblem problem = steepening(draw);
   int scaled = 0;
   problem.make_evaluator = keeping;
-  problem.on_finished = [&scaled, steepen = problem.on_finished](RationalMap map, double iou) {
-    if (map.detail) return map;
+  problem.on_finished = [&scaled, steepen = problem.on_finished](Map map, double iou) {
+    if (map.frame.detail) return map;
     ++scaled;
     map = steepen(map, iou);
-    map.surface_level = 0.25;
-    map.log_scale += 0.25;
+    map.dynamics.surface_level = 0.25;
+    map.dynamics.log_scale += 0.25;
     return map;
   };
   const auto start = fitting::place_factors(keeping, pool, *options.factors, 1);
   asked.clear();
   fitting::Stages stages(problem, start, plan_of(options, schedule));
   CHECK(stages.run() == StopReason::schedule_done);
-  CHECK(stages.finished().map.detail == 0.1);
+  CHECK(stages.finished().map.frame.detail == 0.1);
   CHECK(scaled == 1);
   CHECK(asked.front().first.iterations == 1);
   CHECK(asked.back().first.iterations == 2);
@@ -346,7 +345,7 @@ TEST_CASE("a fit ends after the stage that reaches the target IoU, of the last i
   }
   ToyProblem problem = steepening(draw);
   double reached = 0.5;
-  problem.on_overlap = [&](const RationalMap&, int iterations) {
+  problem.on_overlap = [&](const Map&, int iterations) {
     return iterations > 1 ? 0.8 : is_polished ? 0.95 : reached += 0.1;
   };
   fitting::Stages stages(

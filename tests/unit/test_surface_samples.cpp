@@ -1,10 +1,10 @@
 #include <array>
 #include <catch2/catch.hpp>
 
+#include "base/larger_error.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/shape.hpp"
 #include "shapes.hpp"
-#include "worse.hpp"
 
 using namespace qjulia;
 
@@ -19,9 +19,10 @@ TEST_CASE("surface samples are uniform by area, on the surface, with outward nor
   double worst = 0;
   for (const auto& [x, n] : points) {
     Eigen::Index axis = 0;
-    worst = test::worse(worst, std::abs(n.cwiseAbs().maxCoeff(&axis) - 1));
+    worst = base::larger_error(worst, std::abs(n.cwiseAbs().maxCoeff(&axis) - 1));
     const bool high = n[axis] > 0;
-    worst = test::worse(worst, std::abs(x[axis] - (high ? mesh.box().high : mesh.box().low)[axis]));
+    worst = base::larger_error(worst,
+                               std::abs(x[axis] - (high ? mesh.box().high : mesh.box().low)[axis]));
     ++on_side[static_cast<std::size_t>(2 * axis) + (high ? 1 : 0)];
     sum += x;
   }

@@ -63,11 +63,12 @@ fitting::Samples some_samples(std::size_t count) {
   return samples;
 }
 
-RationalMap some_map() {
-  RationalMap map;
-  map.slice = 0.1;
-  map.log_scale = 0.3;
-  map.factors = {{{0.1, 0.2, -0.3, 0.1}, 2}, {{-1, 0.5, 0.2, 0}, 1.5}, {{1.5, -1.8, 1, 0.2}, -0.7}};
+Map some_map() {
+  Map map;
+  map.dynamics.slice = 0.1;
+  map.dynamics.log_scale = 0.3;
+  map.dynamics.factors = {
+      {{0.1, 0.2, -0.3, 0.1}, 2}, {{-1, 0.5, 0.2, 0}, 1.5}, {{1.5, -1.8, 1, 0.2}, -0.7}};
   return map;
 }
 
@@ -77,15 +78,15 @@ class Failing final : public test::ForwardingEvaluator {
   using Fail = std::function<void()>;
   Failing(std::unique_ptr<fitting::Evaluator> evaluator, Fail fail)
       : ForwardingEvaluator(std::move(evaluator)), fail_(std::move(fail)) {}
-  std::vector<double> field(const RationalMap& map) override {
+  std::vector<double> field(const Map& map) override {
     fail_();
     return ForwardingEvaluator::field(map);
   }
-  Eigen::MatrixXd gauss_newton(const RationalMap& map) override {
+  Eigen::MatrixXd gauss_newton(const Map& map) override {
     fail_();
     return ForwardingEvaluator::gauss_newton(map);
   }
-  void add_curvature(const RationalMap& map, const std::vector<std::size_t>& moved,
+  void add_curvature(const Map& map, const std::vector<std::size_t>& moved,
                      fitting::CurvatureSum& sum) override {
     fail_();
     ForwardingEvaluator::add_curvature(map, moved, sum);
@@ -126,7 +127,7 @@ bool lacks_memory(const Work& work) {
 
 TEST_CASE("energy and gradient are the same bits on any number of ranks, and on each") {
   const fitting::Samples samples = some_samples(53);
-  const RationalMap map = some_map();
+  const Map map = some_map();
   const auto whole = fitting::make_reference_evaluator(samples, {})->evaluate(map, true);
   const auto found = [&](int size) {
     return on_ranks(size, [&](Team& team) {
@@ -149,7 +150,7 @@ TEST_CASE("energy and gradient are the same bits on any number of ranks, and on 
 
 TEST_CASE("fields come in the samples' order, matrices are those of all samples") {
   const fitting::Samples samples = some_samples(20);
-  const RationalMap map = some_map();
+  const Map map = some_map();
   const std::vector<Quaternion> centers = {{0.3, 0, 0, 0.1}, {-0.5, 0.4, 0, 0}};
   const fitting::EnergyOptions options{fitting::Loss::tanh, 1, 3.0, 7.0};
   struct Answers {
@@ -178,7 +179,7 @@ TEST_CASE("fields come in the samples' order, matrices are those of all samples"
 
 TEST_CASE("sums of matrices and their factors are the same bits on each of any number of ranks") {
   const fitting::Samples samples = some_samples(30);
-  const RationalMap map = some_map();
+  const Map map = some_map();
   const auto factor_of = [&](fitting::Evaluator& evaluator) {
     fitting::CurvatureSum sum;
     evaluator.add_curvature(map, {}, sum);
@@ -202,7 +203,7 @@ TEST_CASE("sums of matrices and their factors are the same bits on each of any n
 
 TEST_CASE("a matrix of many samples is the undivided one of one part, and near it of several") {
   const fitting::Samples samples = some_samples(210'001);
-  const RationalMap map = some_map();
+  const Map map = some_map();
   const auto whole = fitting::make_reference_evaluator(samples, {})->gauss_newton(map);
   for (const int parts : {1, 2}) {
     for (const auto& [found, error] : on_ranks(2, [&](Team& team) {
@@ -265,7 +266,7 @@ TEST_CASE("what one rank throws ends all, wherever they are") {
 }
 
 TEST_CASE("where one rank lacks memory, all throw the device's error and can go on") {
-  const RationalMap map = some_map();
+  const Map map = some_map();
   const fitting::Samples samples = some_samples(8);
   const auto check = [&](const auto& lacking) {
     for (const auto& [energy, error] : on_ranks(2, [&](Team& team) {
@@ -313,11 +314,11 @@ TEST_CASE("the values of rank 0 are adopted by all") {
          const auto own = static_cast<std::size_t>(team.rank());
          std::vector<fitting::DistancePoint> points(4 + own, {{1.0 * team.rank(), 2, 3}, 4});
          team.adopt(points);
-         RationalMap map = some_map();
-         map.log_scale += team.rank();
+         Map map = some_map();
+         map.dynamics.log_scale += team.rank();
          team.adopt(map);
          return std::vector<double>{static_cast<double>(points.size()), points[3].position.x(),
-                                    points[3].distance, map.log_scale};
+                                    points[3].distance, map.dynamics.log_scale};
        })) {
     CHECK(error.empty());
     CHECK(values == std::vector<double>{4, 0, 4, 0.3});
@@ -395,8 +396,8 @@ TEST_CASE("ranks whose devices round otherwise fit the first one's map together"
   const fitting::Schedule schedule{60, 1e-3, {level, polished}};
   FitOptions options;
   options.factors = 8;
-  RationalMap start = fitting::place_factors(kReference, pool, *options.factors, 1);
-  start.factors.push_back({{0.1, 0.2, 0, 0.01}, -0.3});  // misplaced
+  Map start = fitting::place_factors(kReference, pool, *options.factors, 1);
+  start.dynamics.factors.push_back({{0.1, 0.2, 0, 0.01}, -0.3});  // misplaced
   // Every answer except the evaluators' is off by this relative error.
   const auto fitted = [&](Team& team, double error) {
     test::ToyProblem own([&](const fitting::Level& of, base::Random& random) {
@@ -409,10 +410,10 @@ TEST_CASE("ranks whose devices round otherwise fit the first one's map together"
       for (double& distance : distances) distance *= 1 - 1e4 * error;  // inside is outside
       return distances;
     };
-    own.on_overlap = [&](const RationalMap&, int) { return 0.5 + error; };
-    own.on_finished = [&](RationalMap map, double) {
-      map.log_scale += map.detail ? 0 : error;
-      map.detail = 0.01;
+    own.on_overlap = [&](const Map&, int) { return 0.5 + error; };
+    own.on_finished = [&](Map map, double) {
+      map.dynamics.log_scale += map.frame.detail ? 0 : error;
+      map.frame.detail = 0.01;
       return map;
     };
     const fitting::DividedProblem problem(team, own, 3);

@@ -5,11 +5,11 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "base/larger_error.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/mesh.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
-#include "worse.hpp"
 
 using namespace qjulia;
 
@@ -53,9 +53,9 @@ TEST_CASE("every format is written and read back") {
   double worst = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::size_t corner = 0; corner < 3; ++corner) {
-      worst = test::worse(worst, (mesh.vertices[mesh.triangles[t][corner]] -
-                                  read.vertices[read.triangles[t][corner]])
-                                     .norm());
+      worst = base::larger_error(worst, (mesh.vertices[mesh.triangles[t][corner]] -
+                                         read.vertices[read.triangles[t][corner]])
+                                            .norm());
     }
   }
   CHECK(worst < 2e-7);

@@ -27,10 +27,10 @@ std::filesystem::path lock_path(const std::filesystem::path& folder) { return fo
 /// "process 7 on HOST since TIME", by the lock's file.
 std::string holder(const std::filesystem::path& path) {
   std::ifstream file(path);
-  const json told = json::parse(file, nullptr, false);
+  const json lock = json::parse(file, nullptr, false);
   try {
-    return fmt::format("process {} on {} since {}", told.at("process").get<long>(),
-                       told.at("host").get<std::string>(), told.at("since").get<std::string>());
+    return fmt::format("process {} on {} since {}", lock.at("process").get<long>(),
+                       lock.at("host").get<std::string>(), lock.at("since").get<std::string>());
   } catch (const json::exception&) {
     return "another process";
   }

@@ -51,7 +51,7 @@ std::string bytes_of(const TriangleMesh& mesh, const std::string& extension,
   return std::move(bytes).str();
 }
 
-std::string mesh_file(const Device& device, RationalMap map, const MakeRequest& request,
+std::string mesh_file(const Device& device, Map map, const MakeRequest& request,
                       const ProgressMonitor& monitor) {
   if (request.millimetres) map = with_longest_side(std::move(map), *request.millimetres);
   // Pictures are drawn on `device` while slabs of the mesh are evaluated on threads of their own.
@@ -64,9 +64,10 @@ std::string mesh_file(const Device& device, RationalMap map, const MakeRequest& 
   }
   drop_loose_pieces(mesh);
   for (const Cut& cut : request.view.picture.cuts) {
-    if (!map.box) throw InputError("cut: the map keeps no box of its shape");
+    if (!map.frame.box) throw InputError("cut: the map keeps no box of its shape");
     const int axis = cut.axis - 'x';
-    mesh = cut_away(mesh, axis, std::lerp(map.box->low[axis], map.box->high[axis], cut.at / 100));
+    mesh = cut_away(mesh, axis,
+                    std::lerp(map.frame.box->low[axis], map.frame.box->high[axis], cut.at / 100));
   }
   if (mesh.triangles.empty()) throw Error("nothing is left of the set: cut less away");
   const MeshReport report = inspect(mesh);
@@ -75,10 +76,10 @@ std::string mesh_file(const Device& device, RationalMap map, const MakeRequest& 
                               report.closed()                     ? "closed and manifold"
                               : request.view.picture.cuts.empty() ? "not closed"
                                                                   : "open where it is cut")});
-  return bytes_of(mesh, request.extension, map.up);
+  return bytes_of(mesh, request.extension, map.frame.up);
 }
 
-std::string turntable(const Device& device, const RationalMap& map, const MakeRequest& request,
+std::string turntable(const Device& device, const Map& map, const MakeRequest& request,
                       const ProgressMonitor& monitor) {
   const PictureOptions& options = request.view.picture;
   Studio studio(device, map, options, monitor.stop);
@@ -147,7 +148,7 @@ TriangleMesh cut_away(const TriangleMesh& mesh, int axis, double most) {
   return cut;
 }
 
-std::string made_file(const Device& device, const RationalMap& map, const MakeRequest& request,
+std::string made_file(const Device& device, const Map& map, const MakeRequest& request,
                       const ProgressMonitor& monitor) {
   if (request.is_turntable) return turntable(device, map, request, monitor);
   return mesh_file(device, map, request, monitor);

@@ -5,9 +5,9 @@
 
 #include "explore/request.hpp"
 #include "qjulia/device.hpp"
+#include "qjulia/map.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/progress.hpp"
-#include "qjulia/rational_map.hpp"
 
 namespace qjulia::explore {
 
@@ -18,7 +18,7 @@ TriangleMesh cut_away(const TriangleMesh& mesh, int axis, double most);
 /// The bytes of the file, as `qjulia surface` or `render --turntable` would make it.
 /// @param monitor gets, at last, what the file holds. @throws InputError, Error where the set is
 ///   empty, Interrupted
-std::string made_file(const Device& device, const RationalMap& map, const MakeRequest& request,
+std::string made_file(const Device& device, const Map& map, const MakeRequest& request,
                       const ProgressMonitor& monitor);
 
 }  // namespace qjulia::explore

@@ -2,15 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <string_view>
 #include <variant>
-#include <vector>
 
 #include "base/base64.hpp"
-#include "base/sha256.hpp"
-#include "base/text.hpp"
 #include "explore/embedded_page.hpp"
 #include "explore/page_settings.hpp"
 #include "qjulia/colors.hpp"
@@ -23,62 +20,30 @@ namespace {
 
 std::string_view file_of_page(const std::string& name) { return embedded_page().at(name); }
 
-/// Lines without what they are indented by.
-std::vector<std::string> lines_of(std::string_view text) {
-  std::vector<std::string> lines = base::split(text, '\n');
-  for (std::string& line : lines) line.erase(0, line.find_first_not_of(' '));
-  return lines;
-}
-
-bool is_comment(std::string_view line) {
-  return line.empty() || line.starts_with("//") || line.starts_with("/**") ||
-         line.starts_with("* ");
-}
-
-/// A module after all that it imports, each once: as one module, which needs no server. Imports, a
-/// line each, stand at the top of modules; names there differ.
-void add_module(const std::string& name, std::set<std::string>& added, std::string& script) {
-  constexpr std::string_view kFrom = "from \"./", kExport = "export ";
-  if (!added.insert(name).second) return;
-  for (const std::string& line : lines_of(file_of_page(name))) {
-    if (is_comment(line)) continue;
-    if (line.starts_with("import ")) {
-      const std::string file = line.substr(line.find(kFrom) + kFrom.size());
-      add_module(file.substr(0, file.find('"')), added, script);
-    } else {
-      script += line.substr(line.starts_with(kExport) ? kExport.size() : 0) + '\n';
-    }
-  }
-}
-
 template <class Kinds>
 std::string_view name_of(const Kinds& kinds) {
   return std::visit([](const auto& kind) -> std::string_view { return kind.kName; }, kinds);
 }
 
 /// Whether maps of this map's kinds need the shader file.
-bool is_needed(const RationalMap& map, std::string_view file) {
-  if (file.ends_with("_modulus.glsl")) return file.starts_with(name_of(map.modulus));
-  if (file.ends_with("_versor.glsl")) return file.starts_with(name_of(map.versor));
-  if (file == "painted.glsl") return map.paint.has_value();
-  if (file == "unpainted.glsl") return !map.paint;
+bool is_needed(const Map& map, std::string_view file) {
+  if (file.ends_with("_modulus.glsl")) return file.starts_with(name_of(map.dynamics.modulus));
+  if (file.ends_with("_versor.glsl")) return file.starts_with(name_of(map.dynamics.versor));
+  if (file == "painted.glsl") return map.layers.paint.has_value();
+  if (file == "unpainted.glsl") return !map.layers.paint;
   if (file == "spline.glsl") {
-    return map.paint || std::holds_alternative<DistanceModulus>(map.modulus);
+    return map.layers.paint || std::holds_alternative<DistanceModulus>(map.dynamics.modulus);
   }
-  if (file == "portals.glsl") return !map.portals.empty();
-  if (file == "without_portals.glsl") return map.portals.empty();
+  if (file == "portals.glsl") return !map.layers.portals.empty();
+  if (file == "without_portals.glsl") return map.layers.portals.empty();
   return file.ends_with(".glsl");
 }
 
-std::string shaders_of_page(const RationalMap& map) {
+std::string shaders_of_page(const Map& map) {
   std::string text;
   for (const auto& [file, source] : embedded_page()) {
     if (!is_needed(map, file)) continue;
-    text += fmt::format("<script type=\"x-shader\" id=\"{}\">\n", file);
-    for (const std::string& line : lines_of(source)) {
-      if (!is_comment(line)) text += line + '\n';
-    }
-    text += "</script>\n";
+    text += fmt::format("<script type=\"x-shader\" id=\"{}\">\n{}</script>\n", file, source);
   }
   return text;
 }
@@ -97,7 +62,7 @@ std::string palettes_json() {
 }
 
 /// JSON that no HTML parser takes for the end of a script.
-std::string json_of(const RationalMap& map) {
+std::string json_of(const Map& map) {
   const std::string plain =
       to_json(map).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   std::string text;
@@ -105,8 +70,16 @@ std::string json_of(const RationalMap& map) {
   return text;
 }
 
-std::string policy_hash(std::string_view text) {
-  return fmt::format("'sha256-{}'", base::base64(base::sha256(text)));
+/// What a policy calls one of the page's files. The build has hashed it, in hexadecimals.
+std::string policy_hash(const std::string& name) {
+  const std::string_view digits = file_of_page(name + ".sha256");
+  std::string bytes;
+  for (std::size_t i = 0; i < digits.size(); i += 2) {
+    int byte = 0;
+    std::from_chars(digits.data() + i, digits.data() + i + 2, byte, 16);
+    bytes.push_back(static_cast<char>(byte));
+  }
+  return fmt::format("'sha256-{}'", base::base64(bytes));
 }
 
 constexpr std::string_view kByBrowser = "webgl";
@@ -114,18 +87,13 @@ constexpr std::string_view kByBrowser = "webgl";
 /// What pages differ in.
 struct PageKind {
   std::string markup;
-  std::string entry;             ///< the module that imports the others
+  std::string entry;             ///< its script
   std::string_view renderer;     ///< what the root element says of it
   std::string_view connections;  ///< what the policy lets it connect to
 };
 
 /// @param map none where the page has none; its shaders go into a page that draws by itself.
-std::string page_of(const PageKind& kind, const RationalMap* map, const std::string& file) {
-  std::string style;
-  for (const std::string& line : lines_of(file_of_page("style.css"))) style += line;
-  std::set<std::string> added;
-  std::string script;
-  add_module(kind.entry, added, script);
+std::string page_of(const PageKind& kind, const Map* map, const std::string& file) {
   const std::map<std::string_view, std::string> parts = {
       {"title", html::escaped(file.substr(file.find_last_of('/') + 1))},
       {"file", html::escaped(file)},
@@ -134,13 +102,13 @@ std::string page_of(const PageKind& kind, const RationalMap* map, const std::str
       {"policy",
        fmt::format("default-src 'none'; script-src {}; style-src {}; connect-src {}; img-src blob: "
                    "data:; base-uri 'none'; form-action 'none'",
-                   policy_hash(script), policy_hash(style), kind.connections)},
-      {"style", style},
+                   policy_hash(kind.entry), policy_hash("style.css"), kind.connections)},
+      {"style", std::string(file_of_page("style.css"))},
       {"shaders", kind.renderer == kByBrowser ? shaders_of_page(*map) : ""},
       {"palettes", palettes_json()},
       {"settings", map == nullptr ? "" : page_settings(*map)},
       {"map", map == nullptr ? "" : json_of(*map)},
-      {"script", script}};
+      {"script", std::string(file_of_page(kind.entry))}};
   std::string page;
   std::string_view rest = file_of_page(kind.markup);
   for (auto begin = rest.find("{{"); begin != std::string_view::npos; begin = rest.find("{{")) {
@@ -154,11 +122,11 @@ std::string page_of(const PageKind& kind, const RationalMap* map, const std::str
 
 }  // namespace
 
-std::string shared_page(const RationalMap& map, const std::string& file) {
+std::string shared_page(const Map& map, const std::string& file) {
   return page_of({"index.html", "shared.js", kByBrowser, "'none'"}, &map, file);
 }
 
-std::string served_page(const RationalMap& map, const std::string& file) {
+std::string served_page(const Map& map, const std::string& file) {
   return page_of({"index.html", "served.js", "server", "'self'"}, &map, file);
 }
 

@@ -3,17 +3,17 @@
 
 #include <string>
 
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 
 namespace qjulia::explore {
 
 /// One page that needs nothing else: the map stands in it, and the viewer's browser draws its set
 /// by WebGL 2. Its policy lets it load nothing and run no script but its own.
 /// @param file the name of the map's file, for the command lines that the page gives.
-std::string shared_page(const RationalMap& map, const std::string& file);
+std::string shared_page(const Map& map, const std::string& file);
 
 /// The same page for `Server` to give out, which then draws.
-std::string served_page(const RationalMap& map, const std::string& file);
+std::string served_page(const Map& map, const std::string& file);
 
 /// The page that shows a fit while it runs.
 /// @param file the name of the file that its map is to have.

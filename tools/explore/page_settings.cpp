@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "qjulia/field.hpp"
 #include "qjulia/knob_table.hpp"
 #include "qjulia/picture_settings.hpp"
 
@@ -82,10 +83,10 @@ json setting_json(const Setting& setting, const Form& form, double most) {
 
 }  // namespace
 
-std::string page_settings(const RationalMap& map) {
+std::string page_settings(const Map& map) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   PictureOptions usual;
-  usual.camera.up = map.up.value_or(kDefaultUp);
+  usual.camera.up = map.frame.up.value_or(kDefaultUp);
   const MapKnobs knobs = knobs_of(map);
   json of_map = json::array(), of_picture = json::array();
   for (const PictureSetting& setting : picture_settings()) {
@@ -101,7 +102,7 @@ std::string page_settings(const RationalMap& map) {
         std::visit([&](const auto member) { return form_of(knobs.*member); }, knob.value);
     of_map.push_back(setting_json(knob, form, knob.most_of(map)));
   }
-  return json{{"map", of_map}, {"picture", of_picture}}.dump();
+  return json{{"map", of_map}, {"picture", of_picture}, {"escape", kUsualEscape}}.dump();
 }
 
 }  // namespace qjulia::explore

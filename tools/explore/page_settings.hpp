@@ -3,13 +3,13 @@
 
 #include <string>
 
-#include "qjulia/rational_map.hpp"
+#include "qjulia/map.hpp"
 
 namespace qjulia::explore {
 
 /// JSON: under "map" the iterations and the knobs that the map bears, under "picture" the settings
 /// of pictures, each with its controls and their usual values. Settings without controls are left
 /// out. State in a page's address, commands it gives and requests it makes follow from these alone.
-std::string page_settings(const RationalMap& map);
+std::string page_settings(const Map& map);
 
 }  // namespace qjulia::explore

@@ -8,13 +8,13 @@
 
 namespace qjulia::explore {
 
-void Painter::show(RationalMap map) {
+void Painter::show(Map map) {
   map_ = std::move(map);
   turned_text_ = "none";
   studios_.remove_if([](const Kept& kept) { return !kept.is_of_mesh; });
 }
 
-const RationalMap& Painter::turned(const ViewRequest& view) {
+const Map& Painter::turned(const ViewRequest& view) {
   if (turned_text_ == view.knobs_text) return turned_;
   turned_text_ = "none";
   turned_ = with_knobs(device_, map_, view.knobs);
@@ -51,7 +51,7 @@ std::string Painter::picture(const ViewRequest& view, const ProgressMonitor& mon
 }
 
 std::string Painter::map_file(const ViewRequest& view) {
-  RationalMap map = turned(view);
+  Map map = turned(view);
   map.provenance.set("turned", {{"page", view.knobs_text}});
   return to_json(map).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }

@@ -7,8 +7,8 @@
 
 #include "explore/request.hpp"
 #include "qjulia/device.hpp"
+#include "qjulia/map.hpp"
 #include "qjulia/mesh.hpp"
-#include "qjulia/rational_map.hpp"
 
 namespace qjulia::explore {
 
@@ -22,12 +22,12 @@ class Painter {
 
   const Device& device() const { return device_; }
   /// From now on pictures are of this map.
-  void show(RationalMap map);
+  void show(Map map);
 
   /// The bytes of a PNG file. @throws InputError for what the map does not bear, Interrupted
   std::string picture(const ViewRequest& view, const ProgressMonitor& monitor);
   /// The map with its knobs turned. @throws InputError
-  const RationalMap& turned(const ViewRequest& view);
+  const Map& turned(const ViewRequest& view);
   /// A map file's JSON of it.
   std::string map_file(const ViewRequest& view);
 
@@ -45,10 +45,10 @@ class Painter {
 
   Device device_;
   const TriangleMesh* mesh_;
-  RationalMap map_;
+  Map map_;
   bool keep_loose_;
   std::string turned_text_ = "none";
-  RationalMap turned_;
+  Map turned_;
   std::list<Kept> studios_;  ///< the last one used first
 };
 

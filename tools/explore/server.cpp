@@ -143,7 +143,7 @@ struct Server::Impl {
   }
 
   /// From now on the page is the map's.
-  void show(const RationalMap& map) {
+  void show(const Map& map) {
     painter.show(map);
     const std::lock_guard lock(mutex);
     page = served_page(map, file);
@@ -182,7 +182,7 @@ struct Server::Impl {
     options.observer.on_evaluation = [&](double energy) {
       keep([&] { energies.back().push_back(energy); });
     };
-    options.observer.on_stage = [&](const StageReport& stage, const RationalMap& map) {
+    options.observer.on_stage = [&](const StageReport& stage, const Map& map) {
       painter.show(map);
       keep([&] {
         stages.push_back({{"name", stage.name}, {"iou", stage.iou}});
@@ -247,7 +247,7 @@ struct Server::Impl {
     if (request.method != (is_posted ? "POST" : "GET")) {
       return refused(405, is_posted ? "use POST" : "use GET");
     }
-    // Of which a request may name a thousand, each answered with the whole page.
+    // A request may name a thousand ranges, and each would be answered with the whole page.
     if (!request.ranges.empty()) return refused(416, "answers are whole; ask without a range");
     const std::string given = request.path == "/" ? request.get_param_value("token")
                                                   : request.get_header_value(kTokenHeader);
@@ -281,13 +281,13 @@ struct Server::Impl {
     response.set_chunked_content_provider(
         "application/octet-stream",
         [job, until](std::size_t /*offset*/, httplib::DataSink& sink) {
-          std::string told;
+          std::string sent;
           // Looks now and then whether anybody still listens.
           Job::End end = job->wait(100ms);
           for (; end == Job::End::waits; end = job->wait(100ms)) {
-            if (const std::string progress = job->progress(); progress != told) {
-              told = progress;
-              if (!sink.write(told.data(), told.size())) job->cancel();
+            if (const std::string progress = job->progress(); progress != sent) {
+              sent = progress;
+              if (!sink.write(sent.data(), sent.size())) job->cancel();
             }
             if (!sink.is_writable() || std::chrono::steady_clock::now() > until) {
               job->cancel();
@@ -336,7 +336,7 @@ struct Server::Impl {
     http.Get("/make", [this](const auto& request, auto& response) {
       answer(request, response, Job::Length::long_job, [this](const Query& query) -> Work {
         return [this, wanted = read_make(query)](Job& job) {
-          const RationalMap map = painter.turned(wanted.view);
+          const Map map = painter.turned(wanted.view);
           ProgressMonitor monitor;
           monitor.stop = job.stop();
           monitor.on_progress = [&](const Progress& progress) {
@@ -378,7 +378,7 @@ struct Server::Impl {
   httplib::Server http;
 };
 
-Server::Server(const Device& device, const RationalMap& map, const std::string& file,
+Server::Server(const Device& device, const Map& map, const std::string& file,
                const ServerOptions& options) {
   options.validate();
   impl_ = std::make_unique<Impl>(device, std::nullopt, file, options);

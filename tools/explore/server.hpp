@@ -8,8 +8,8 @@
 
 #include "qjulia/device.hpp"
 #include "qjulia/fit.hpp"
+#include "qjulia/map.hpp"
 #include "qjulia/mesh.hpp"
-#include "qjulia/rational_map.hpp"
 
 namespace qjulia::explore {
 
@@ -35,7 +35,7 @@ struct FitTask {
 class Server {
  public:
   /// Listens. @param file the name of the map's file. @throws Error where the port is taken.
-  Server(const Device& device, const RationalMap& map, const std::string& file,
+  Server(const Device& device, const Map& map, const std::string& file,
          const ServerOptions& options = {});
   /// Serves a page that shows a fit while it runs, then that of its map.
   Server(const Device& device, FitTask fit, const std::string& file,

@@ -33,8 +33,8 @@ class Job {
   void cancel() { stop_.request_stop(); }
   std::stop_token stop() const { return stop_.get_token(); }
 
-  /// How far the work is: told by it, and heard by whoever waits as a line, "~0.42 text"; empty
-  /// where nothing was told.
+  /// The work reports how far it is, and those who wait for it read that as a line, "~0.42 text",
+  /// which is empty before the first report.
   void report(const Progress& progress);
   std::string progress() const;
 

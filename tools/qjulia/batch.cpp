@@ -40,7 +40,7 @@ nlohmann::json without_schedule_folder(nlohmann::json options) {
   return options;
 }
 
-/// Of fits that leave a CPU's cores idle a sixth of the time, two leave little of it.
+/// One fit leaves a CPU's cores idle a sixth of the time; two at once leave little of it.
 constexpr int kBusyJobs = 2;
 
 int jobs_in(const std::string& text) {
@@ -87,7 +87,7 @@ class FitWorker {
     write_map(result.map, file(".qjulia.json"));
     if (entry.outputs.surface) {
       write_mesh(surface(entry, result.map, monitor), file(*entry.outputs.surface), {},
-                 result.map.up);
+                 result.map.frame.up);
     }
     if (entry.outputs.picture) write_png(picture(entry, result.map, monitor), file(".png"));
     if (entry.outputs.report) {
@@ -101,7 +101,7 @@ class FitWorker {
     if (!tuning_warning_.empty()) warnings.push_back(tuning_warning_);
     warnings.insert(warnings.end(), result.warnings.begin(), result.warnings.end());
     entry_result.figures = final_figures(result);
-    entry_result.figures.update({{"factors", result.map.factors.size()},
+    entry_result.figures.update({{"factors", result.map.dynamics.factors.size()},
                                  {"evaluations", result.evaluations},
                                  {"fit_seconds", result.seconds},
                                  {"kernel_seconds", kernel_seconds},
@@ -125,7 +125,7 @@ class FitWorker {
     }
   }
 
-  TriangleMesh surface(const batch::BatchEntry& entry, const RationalMap& map,
+  TriangleMesh surface(const batch::BatchEntry& entry, const Map& map,
                        const ProgressMonitor& monitor) const {
     SurfaceOptions options;
     options.resolution = entry.outputs.surface_resolution;
@@ -140,7 +140,7 @@ class FitWorker {
     return mesh;
   }
 
-  Image picture(const batch::BatchEntry& entry, const RationalMap& map,
+  Image picture(const batch::BatchEntry& entry, const Map& map,
                 const ProgressMonitor& monitor) const {
     PictureOptions options;
     options.width = entry.outputs.picture_width;

@@ -70,7 +70,7 @@ class Command {
   /// A word that `take` reads. @param take throws InputError saying what is wrong with it.
   Option word(const std::string& names, const std::string& type,
               std::function<void(const std::string&)> take, const std::string& description) const;
-  /// As many finite numbers as `type` has words. @param take as above.
+  /// An option of as many finite numbers as `type` has words. @param take as above.
   Option numbers(const std::string& names, const std::string& type,
                  std::function<void(const std::vector<double>&)> take,
                  const std::string& description) const;

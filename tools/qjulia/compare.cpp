@@ -61,10 +61,10 @@ int run_compare(const CompareArguments& arguments, Session& session) {
   std::vector<base::Output> outputs;
   if (!arguments.picture.empty()) outputs.push_back({"--picture", arguments.picture, {".png"}});
   session.check_outputs({arguments.map, arguments.mesh}, outputs);
-  const RationalMap read = session.read_map(arguments.map);
+  const Map read = session.read_map(arguments.map);
   const TriangleMesh mesh = session.read_mesh(arguments.mesh);
   const Device device = session.open_device(arguments.device);
-  const RationalMap map = with_knobs(device, read, arguments.map_options, arguments.map);
+  const Map map = with_knobs(device, read, arguments.map_options, arguments.map);
   const nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
   if (!arguments.picture.empty()) {
     const Image image = comparison(device, map, mesh, view, session.monitor());

@@ -76,7 +76,7 @@ void print_error(const std::string& text);
 /// "0:12" or "1:02:03".
 std::string clock_time(double seconds);
 
-/// Of standard error; 80 when it is no terminal.
+/// The width of standard error in columns; 80 when it is no terminal.
 std::size_t terminal_columns();
 
 /// "43 %, 0:12 left, E -0.97": everything of a moment but its activity.

@@ -26,7 +26,7 @@ bool is_original_file(const std::string& file) {
   return has_type(file, FileContent::original_map, FileUse::read);
 }
 
-RationalMap read_any(const std::string& file, const std::stop_token& stop) {
+Map read_any(const std::string& file, const std::stop_token& stop) {
   return is_original_file(file) ? read_original(file) : read_map(file, stop);
 }
 
@@ -54,7 +54,7 @@ int run_convert(const ConvertArguments& arguments, Session& session) {
   std::vector<std::filesystem::path> inputs{arguments.input};
   if (!arguments.portals.empty()) inputs.emplace_back(arguments.portals);
   session.check_outputs(inputs, {{"OUT", arguments.output, {".json"}}});
-  RationalMap map = read_any(arguments.input, session.interrupts.token());
+  Map map = read_any(arguments.input, session.interrupts.token());
   // A map that stays as it is needs no device.
   if (!arguments.map_options.given().empty()) {
     const Device device = session.open_device(arguments.device);
@@ -64,12 +64,13 @@ int run_convert(const ConvertArguments& arguments, Session& session) {
     map.provenance.set("converted", converted_from(arguments.input));
   }
   if (!arguments.portals.empty()) {
-    map.portals = read_portal_text(arguments.portals, map.shape_to_map);
+    map.layers.portals = read_portal_text(arguments.portals, map.frame.shape_to_map);
   }
-  if (arguments.up) map.up = arguments.up;
+  if (arguments.up) map.frame.up = arguments.up;
   write_map(map, arguments.output);
-  session.console.summary(fmt::format("{} factors\nmap: {}", map.factors.size(), arguments.output),
-                          {{"map", arguments.output}, {"factors", map.factors.size()}});
+  session.console.summary(
+      fmt::format("{} factors\nmap: {}", map.dynamics.factors.size(), arguments.output),
+      {{"map", arguments.output}, {"factors", map.dynamics.factors.size()}});
   return kDone;
 }
 

@@ -37,7 +37,7 @@ struct FitCommandArguments {
 std::string summary(const FitCommandArguments& arguments, const FitResult& result, bool verbose) {
   return fmt::format("{}\n{}\nmap: {}\nnext: qjulia render {} -o picture.png",
                      verbose ? full_summary(result) : brief_summary(result),
-                     up_line(*result.map.up, arguments.fit.options.up), arguments.output,
+                     up_line(*result.map.frame.up, arguments.fit.options.up), arguments.output,
                      shell_word(arguments.output));
 }
 
@@ -45,8 +45,8 @@ nlohmann::json report(const FitCommandArguments& arguments, const FitResult& res
                       double seconds) {
   nlohmann::json json = result.map.provenance.json();
   json["map"] = arguments.output;
-  json["factors"] = result.map.factors.size();
-  json["up"] = to_string(*result.map.up);
+  json["factors"] = result.map.dynamics.factors.size();
+  json["up"] = to_string(*result.map.frame.up);
   json["seconds"] = seconds;
   return json;
 }

@@ -11,7 +11,7 @@
 namespace qjulia::tools {
 namespace {
 
-/// As manifests spell it.
+/// The option's name as manifests spell it.
 std::string spelled(std::string name) {
   std::ranges::replace(name, '-', '_');
   return name;

@@ -213,29 +213,30 @@ void describe_member(const char* name, const NoiseVersor& noise, Answer& answer)
 }
 
 /// What the modulus and the versor are made of.
-void describe_kind(const RationalMap& map, Answer& answer) {
-  answer.json["kind"] = map.kind();
-  if (!map.factors.empty()) {
+void describe_kind(const Map& map, Answer& answer) {
+  answer.json["kind"] = map.dynamics.kind();
+  if (!map.dynamics.factors.empty()) {
     const auto roots =
-        std::ranges::count_if(map.factors, [](const Factor& f) { return f.exponent > 0; });
+        std::ranges::count_if(map.dynamics.factors, [](const Factor& f) { return f.exponent > 0; });
     const auto poles =
-        std::ranges::count_if(map.factors, [](const Factor& f) { return f.exponent < 0; });
-    answer.add(
-        fmt::format("factors       {}: {} roots, {} poles", map.factors.size(), roots, poles));
-    answer.json.update({{"factors", map.factors.size()}, {"roots", roots}, {"poles", poles}});
+        std::ranges::count_if(map.dynamics.factors, [](const Factor& f) { return f.exponent < 0; });
+    answer.add(fmt::format("factors       {}: {} roots, {} poles", map.dynamics.factors.size(),
+                           roots, poles));
+    answer.json.update(
+        {{"factors", map.dynamics.factors.size()}, {"roots", roots}, {"poles", poles}});
   }
   const auto describe = [&](const char* name, const auto& member) {
     if (answer.json.contains(name)) return;  // the modulus and the versor have it in common
     describe_member(name, member, answer);
   };
-  std::visit([&](const auto& kind) { kind.members(kind, describe); }, map.modulus);
-  std::visit([&](const auto& kind) { kind.members(kind, describe); }, map.versor);
+  std::visit([&](const auto& kind) { kind.members(kind, describe); }, map.dynamics.modulus);
+  std::visit([&](const auto& kind) { kind.members(kind, describe); }, map.dynamics.versor);
 }
 
-void describe_portals(const RationalMap& map, Answer& answer) {
-  if (map.portals.empty()) return;
+void describe_portals(const Map& map, Answer& answer) {
+  if (map.layers.portals.empty()) return;
   nlohmann::json all = nlohmann::json::array();
-  for (const Portal& portal : map.portals) {
+  for (const Portal& portal : map.layers.portals) {
     const Eigen::Vector3d& c = portal.center;
     answer.add(
         fmt::format("portal        radius {:.4g} about ({:.4g}, {:.4g}, {:.4g}), map units; "
@@ -249,48 +250,51 @@ void describe_portals(const RationalMap& map, Answer& answer) {
   answer.json["portals"] = all;
 }
 
-void describe_paint(const RationalMap& map, Answer& answer) {
-  if (!map.paint) return;
-  const auto [nx, ny, nz] = map.paint->cells;
+void describe_paint(const Map& map, Answer& answer) {
+  if (!map.layers.paint) return;
+  const auto [nx, ny, nz] = map.layers.paint->cells;
   double sum = 0, least = 1;
-  for (const std::uint8_t share : map.paint->shares) {
+  for (const std::uint8_t share : map.layers.paint->shares) {
     const double m = (share + 1.0) / (Paint::kWhole + 1);
     sum += m;
     least = std::min(least, m);
   }
-  const double mean = sum / static_cast<double>(map.paint->shares.size());
-  answer.add(
-      fmt::format("paint         {} x {} x {} cells of {:.3g}, map units; shares of the "
-                  "detail from {:.3g} on, {:.3g} on average",
-                  nx, ny, nz, map.paint->step, least, mean),
-      "paint",
-      {{"cells", {nx, ny, nz}}, {"step", map.paint->step}, {"least", least}, {"mean", mean}});
+  const double mean = sum / static_cast<double>(map.layers.paint->shares.size());
+  answer.add(fmt::format("paint         {} x {} x {} cells of {:.3g}, map units; shares of the "
+                         "detail from {:.3g} on, {:.3g} on average",
+                         nx, ny, nz, map.layers.paint->step, least, mean),
+             "paint",
+             {{"cells", {nx, ny, nz}},
+              {"step", map.layers.paint->step},
+              {"least", least},
+              {"mean", mean}});
 }
 
-void describe_shape(const RationalMap& map, Answer& answer) {
-  if (const auto& detail = map.detail) {
+void describe_shape(const Map& map, Answer& answer) {
+  if (const auto& detail = map.frame.detail) {
     answer.add(fmt::format("detail        {:.4g} of the box's diagonal", *detail), "detail",
                *detail);
   }
-  if (map.detail && map.box) {
-    const double thickness = *map.detail * map.box->diagonal();
+  if (map.frame.detail && map.frame.box) {
+    const double thickness = *map.frame.detail * map.frame.box->diagonal();
     answer.add(fmt::format("shell         {:.4g} thick, shape units", thickness), "shell_thickness",
                thickness);
   }
-  if (const auto& r = map.inradius) {
+  if (const auto& r = map.frame.inradius) {
     answer.add(fmt::format("inradius      {:.4g}, shape units", *r), "inradius", *r);
   }
-  if (map.box) answer.add(to_text(*map.box), "box", value_json(*map.box));
-  if (map.up) {
-    answer.add(fmt::format("up            {}", to_string(*map.up)), "up", to_string(*map.up));
+  if (map.frame.box) answer.add(to_text(*map.frame.box), "box", value_json(*map.frame.box));
+  if (map.frame.up) {
+    answer.add(fmt::format("up            {}", to_string(*map.frame.up)), "up",
+               to_string(*map.frame.up));
   }
 }
 
 /// What has to be computed: radii, and how deep the origin lies.
-void describe_orbits(const RationalMap& map, const Device& device, const std::stop_token& stop,
+void describe_orbits(const Map& map, const Device& device, const std::stop_token& stop,
                      Answer& answer) {
   const StopRadii stops = find_stop_radii(device, map, {}, stop);
-  const std::vector<Quaternion> origin{{0, 0, 0, map.slice}};
+  const std::vector<Quaternion> origin{{0, 0, 0, map.dynamics.slice}};
   const double depth = Field(device, map).at(origin).front();
   const auto add_radius = [&](const char* label, const char* name, double radius, bool is_known,
                               const char* otherwise) {
@@ -302,7 +306,7 @@ void describe_orbits(const RationalMap& map, const Device& device, const std::st
   add_radius("r_out         ", "outer_radius", stops.outer, std::isfinite(stops.outer),
              "none: the set is not bounded");
   answer.add(fmt::format("F1 at origin  {:.4g}", depth), "field_at_origin", depth);
-  if (depth > kDeepEnough && map.is_rational()) {
+  if (depth > kDeepEnough && map.dynamics.is_rational()) {
     const std::string warning = fmt::format(
         "F1 at the origin is above {}: the iterated set is near dissolving; use a smaller --detail",
         kDeepEnough);
@@ -311,7 +315,7 @@ void describe_orbits(const RationalMap& map, const Device& device, const std::st
   }
 }
 
-void describe_precision(const RationalMap& map, const Device& device, const std::stop_token& stop,
+void describe_precision(const Map& map, const Device& device, const std::stop_token& stop,
                         Answer& answer) {
   const LabelCheck check = compare_precisions(device, map, LabelCheck{}.iterations, stop);
   const double share = static_cast<double>(check.different) / static_cast<double>(check.points);
@@ -324,27 +328,31 @@ void describe_precision(const RationalMap& map, const Device& device, const std:
 }
 
 Answer map_info(const InfoArguments& arguments, const Session& session) {
-  const RationalMap map = read_map(arguments.file, session.interrupts.token());
-  const char* formula = std::holds_alternative<QuadraticModulus>(map.modulus) ? " q² + c" : "";
-  Answer answer{fmt::format("{}: {} map{}", arguments.file, map.kind(), formula),
+  const Map map = read_map(arguments.file, session.interrupts.token());
+  const char* formula =
+      std::holds_alternative<QuadraticModulus>(map.dynamics.modulus) ? " q² + c" : "";
+  Answer answer{fmt::format("{}: {} map{}", arguments.file, map.dynamics.kind(), formula),
                 {{"file", arguments.file}, {"type", "map"}}};
   describe_kind(map, answer);
-  const std::string degree = std::isfinite(map.degree())
-                                 ? fmt::format("{:.4g}{}", map.degree(),
-                                               map.is_rational() ? " (sum of the exponents)" : "")
-                                 : "none: F grows with the distance";
+  const std::string degree =
+      std::isfinite(map.dynamics.degree())
+          ? fmt::format("{:.4g}{}", map.dynamics.degree(),
+                        map.dynamics.is_rational() ? " (sum of the exponents)" : "")
+          : "none: F grows with the distance";
   answer.add(
       fmt::format("degree        {}\n"
                   "log scale     {:.6g}\n"
                   "level         {:.6g}\n"
                   "slice         {:.4g}",
-                  degree, map.log_scale, map.surface_level, map.slice));
-  answer.json.update({{"degree", map.degree()},
-                      {"log_scale", map.log_scale},
-                      {"surface_level", map.surface_level},
-                      {"slice", map.slice},
-                      {"phase", {map.phase.x, map.phase.y, map.phase.z, map.phase.w}},
-                      {"provenance", map.provenance.json()}});
+                  degree, map.dynamics.log_scale, map.dynamics.surface_level, map.dynamics.slice));
+  answer.json.update(
+      {{"degree", map.dynamics.degree()},
+       {"log_scale", map.dynamics.log_scale},
+       {"surface_level", map.dynamics.surface_level},
+       {"slice", map.dynamics.slice},
+       {"phase",
+        {map.dynamics.phase.x, map.dynamics.phase.y, map.dynamics.phase.z, map.dynamics.phase.w}},
+       {"provenance", map.provenance.json()}});
   describe_portals(map, answer);
   describe_paint(map, answer);
   describe_shape(map, answer);

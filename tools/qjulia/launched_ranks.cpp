@@ -25,7 +25,7 @@
 namespace qjulia::tools {
 namespace {
 
-/// By what OpenMPI, MPICH, and Slurm with either of their interfaces tell those they start.
+/// Whether OpenMPI, MPICH or Slurm started this process: each sets one of these variables.
 bool is_launched() {
   constexpr std::array kSigns = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMI_RANK", "PMIX_RANK"};
   return std::ranges::any_of(kSigns, [](const char* name) { return std::getenv(name) != nullptr; });
@@ -161,7 +161,7 @@ std::vector<DeviceInfo> devices_of(const LaunchedRanks& ranks, const DeviceChoic
   } else if (by_kind && ranks.local_size() > 1 && std::getenv("QJULIA_DEVICE") == nullptr) {
     shared = list_devices();
     std::erase_if(shared, [&](const DeviceInfo& info) { return info.kind != first.kind; });
-    // Of CPUs each platform shows the same one.
+    // Each platform shows the same CPU.
     if (first.kind == DeviceKind::cpu) shared = {first};
   }
   const auto rank = static_cast<std::size_t>(ranks.local_rank());

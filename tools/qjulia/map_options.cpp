@@ -23,7 +23,7 @@ constexpr const char* kGroup = "Map options";
 constexpr int kShapeCells = 128;
 
 /// The detail that a word asks for, for the shape as the map has it.
-double detail_of(DetailWord word, const Device& device, const RationalMap& map) {
+double detail_of(DetailWord word, const Device& device, const Map& map) {
   SurfaceOptions options;
   options.iterations = 1;
   options.resolution = kShapeCells;
@@ -33,12 +33,12 @@ double detail_of(DetailWord word, const Device& device, const RationalMap& map) 
                       "the map's own shape is empty, so that no word suits it; give a "
                       "number");
   }
-  const bool is_exact = std::holds_alternative<DistanceModulus>(map.modulus);
-  const double detail =
-      chosen_detail(word, radial_spread(mesh, map.shape_to_map.to_shape(Eigen::Vector3d::Zero())),
-                    is_exact ? kExactRule : kFittedRule);
+  const bool is_exact = std::holds_alternative<DistanceModulus>(map.dynamics.modulus);
+  const double detail = chosen_detail(
+      word, radial_spread(mesh, map.frame.shape_to_map.to_shape(Eigen::Vector3d::Zero())),
+      is_exact ? kExactRule : kFittedRule);
   // The map's box, of which its detail is a fraction, is larger than a shape that has been turned.
-  return map.box ? detail * mesh.box().diagonal() / map.box->diagonal() : detail;
+  return map.frame.box ? detail * mesh.box().diagonal() / map.frame.box->diagonal() : detail;
 }
 
 /// Takes a number or a word.
@@ -174,8 +174,8 @@ void add_map_options(Command command, MapOptions& options, const std::string& bo
   });
 }
 
-RationalMap with_knobs(const Device& device, const RationalMap& map, const MapOptions& options,
-                       const std::string& file) {
+Map with_knobs(const Device& device, const Map& map, const MapOptions& options,
+               const std::string& file) {
   try {
     MapKnobs knobs = options.knobs;
     if (options.detail_word) {

@@ -21,7 +21,7 @@ struct MapOptions {
   std::optional<double> escape;  ///< map units
   Precision precision = Precision::single;
 
-  /// Those on the command line, by name: "--detail".
+  /// The names of the options on the command line, such as "--detail".
   std::vector<std::string> given() const;
 
   /// Puts the parser's options into one group, and remembers them.
@@ -61,8 +61,8 @@ Options checked(Options own, const MapOptions& options) {
 extern const char* const kMapOptionsHelp;
 
 /// The map with its knobs turned. @throws InputError naming the option and `file`.
-RationalMap with_knobs(const Device& device, const RationalMap& map, const MapOptions& options,
-                       const std::string& file);
+Map with_knobs(const Device& device, const Map& map, const MapOptions& options,
+               const std::string& file);
 
 /// The options by name, null where not given.
 nlohmann::json to_json(const MapOptions& options);

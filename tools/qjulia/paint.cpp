@@ -22,7 +22,7 @@ struct PaintArguments {
   PaintOptions options;
 };
 
-/// Of "y=1:0.1".
+/// The ramp that a text such as "y=1:0.1" stands for.
 PaintRamp ramp_of(const std::string& text) {
   const auto words = base::split(text, ':');
   const std::string& first = words.front();
@@ -69,8 +69,8 @@ int run_paint(const PaintArguments& arguments, Session& session) {
     throw InputError("--clear only removes paint; leave it out, or the options that paint");
   }
   options.validate();
-  RationalMap map = session.read_map(arguments.map);
-  map.paint.reset();
+  Map map = session.read_map(arguments.map);
+  map.layers.paint.reset();
   if (!arguments.mesh.empty()) {
     options.mesh =
         read_painted_mesh(arguments.mesh, arguments.property, session.interrupts.token());
@@ -81,12 +81,12 @@ int run_paint(const PaintArguments& arguments, Session& session) {
     return kDone;
   }
   const Device device = session.open_device(arguments.device);
-  map.paint = painted(device, map, options, session.monitor());
+  map.layers.paint = painted(device, map, options, session.monitor());
   map.provenance.set("paint", options_json(arguments));
   write_map(map, arguments.output);
   session.report_kernels(device);
-  const auto [nx, ny, nz] = map.paint->cells;
-  const double cell = map.paint->step / map.shape_to_map.scale;
+  const auto [nx, ny, nz] = map.layers.paint->cells;
+  const double cell = map.layers.paint->step / map.frame.shape_to_map.scale;
   session.console.summary(
       fmt::format("{} x {} x {} cells of {:.3g}, {:.1f} s\nmap: {}\nnext: qjulia render {} -o "
                   "picture.png",

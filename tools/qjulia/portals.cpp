@@ -25,26 +25,27 @@ int run_portals(const PortalsArguments& arguments, Session& session) {
   const PortalOptions& options = arguments.options;
   options.validate();
   session.check_outputs({arguments.map}, {{"--output", arguments.output, {".json"}}});
-  RationalMap map = session.read_map(arguments.map);
+  Map map = session.read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
-  map.portals = proposed_portals(device, map, options, session.monitor());
+  map.layers.portals = proposed_portals(device, map, options, session.monitor());
   map.provenance.set("portals", {{"map", arguments.map},
                                  {"count", options.count},
                                  {"size", options.size},
                                  {"mask", to_string(options.mask)}});
   write_map(map, arguments.output);
   session.report_kernels(device);
-  const int depth = visible_depth(map.portals);
+  const int depth = visible_depth(map.layers.portals);
   const int iterations = std::min(kMostIterations, SurfaceOptions{}.iterations + depth);
   std::string text;
-  for (const Portal& portal : map.portals) {
-    const Eigen::Vector3d at = map.shape_to_map.to_shape(portal.center);
+  for (const Portal& portal : map.layers.portals) {
+    const Eigen::Vector3d at = map.frame.shape_to_map.to_shape(portal.center);
     text += fmt::format("copy about ({:.3g}, {:.3g}, {:.3g}), {:.3g} of the shape's size\n", at.x(),
                         at.y(), at.z(), 1 / portal.scale);
   }
-  if (std::ssize(map.portals) < options.count) {
-    session.console.note(fmt::format(
-        "no more than {} copies fit; a smaller --size leaves more room", map.portals.size()));
+  if (std::ssize(map.layers.portals) < options.count) {
+    session.console.note(
+        fmt::format("no more than {} copies fit; a smaller --size leaves more room",
+                    map.layers.portals.size()));
   }
   session.console.summary(
       fmt::format("{}a copy needs one iteration more than what it is a copy of: {} for copies on "
@@ -52,7 +53,7 @@ int run_portals(const PortalsArguments& arguments, Session& session) {
                   text, iterations, depth, arguments.output, shell_word(arguments.output),
                   iterations),
       {{"map", arguments.output},
-       {"portals", map.portals.size()},
+       {"portals", map.layers.portals.size()},
        {"depth", depth},
        {"iterations", iterations}});
   return kDone;

@@ -182,7 +182,7 @@ nlohmann::json to_json(const PictureOptions& options) {
   return json;
 }
 
-FitResult finished_fit(RationalMap map, const std::filesystem::path& file) {
+FitResult finished_fit(Map map, const std::filesystem::path& file) {
   FitResult result;
   try {
     const nlohmann::json made = map.provenance.json();

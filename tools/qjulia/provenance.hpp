@@ -34,7 +34,7 @@ nlohmann::json provenance(const FitOrigin& origin, const Device& device, const F
 
 /// A fit by what its map's provenance tells. @param file for messages.
 /// @throws InputError when it does not tell.
-FitResult finished_fit(RationalMap map, const std::filesystem::path& file);
+FitResult finished_fit(Map map, const std::filesystem::path& file);
 
 /// "qjulia 0.1.0".
 std::string program_name();

@@ -209,7 +209,7 @@ PictureOptions checked_options(const RenderArguments& arguments) {
 
 /// What to draw, read before a device is opened.
 struct Scene {
-  RationalMap map;
+  Map map;
   TriangleMesh mesh;
 };
 

@@ -26,9 +26,9 @@ int run_sample(const SampleArguments& arguments, Session& session) {
   const SampleOptions options = checked(arguments.options, arguments.map_options);
   session.check_outputs({arguments.map}, {{"--output", arguments.output,
                                            extensions(FileContent::field, FileUse::write)}});
-  const RationalMap read = session.read_map(arguments.map);
+  const Map read = session.read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
-  const RationalMap map = with_knobs(device, read, arguments.map_options, arguments.map);
+  const Map map = with_knobs(device, read, arguments.map_options, arguments.map);
   nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
   const CellGrid grid =
       write_field(device, map, options, arguments.output, one_line(how), session.monitor());
@@ -40,7 +40,7 @@ int run_sample(const SampleArguments& arguments, Session& session) {
                           {{"field", arguments.output},
                            {"cells", grid.cells},
                            {"box", value_json(grid.box)},
-                           {"surface_level", map.surface_level},
+                           {"surface_level", map.dynamics.surface_level},
                            {"made_with", how},
                            {"seconds", seconds}});
   return kDone;

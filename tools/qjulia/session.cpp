@@ -80,7 +80,7 @@ void Session::finish() {
   console.note("trace: " + trace_file_);
 }
 
-RationalMap Session::read_map(const std::string& file) {
+Map Session::read_map(const std::string& file) {
   const TraceStage stage(trace_, "read the map");
   expect_map("this command", file);
   return qjulia::read_map(file, interrupts.token());

@@ -34,7 +34,7 @@ class Session {
   /// this session.
   ProgressMonitor monitor();
   /// Reads a map. @throws InputError
-  RationalMap read_map(const std::string& file);
+  Map read_map(const std::string& file);
   /// Reads a mesh, and warns of what is wrong with it. @throws InputError
   TriangleMesh read_mesh(const std::string& file) { return read_mesh(file, interrupts.token()); }
   TriangleMesh read_mesh(const std::string& file, const std::stop_token& stop);

@@ -33,7 +33,8 @@ using Words = std::vector<std::string>;
 bool is_noise(const Words& words) { return words[0] == "noise" || words[0] == "noise4"; }
 bool is_random(const Words& words) { return words[0] == "random" && words.size() > 1; }
 
-/// Of "noise[:OCTAVES[:SCALE[:SEED]]]", scale in cells along the shape's longest side.
+/// The noise that "noise[:OCTAVES[:SCALE[:SEED]]]" stands for, its scale in cells along the shape's
+/// longest side.
 NoiseVersor noise_of(const Words& words) {
   NoiseVersor noise;
   if (words[0] == "noise4") noise.values = NoiseValues::quaternions;
@@ -78,13 +79,14 @@ void choose_versor(const std::string& versor, ExactMapOptions& options) {
     }
     options.versor = RandomRoots{*roots, *seed};
   } else {
-    const RationalMap map = read_map(versor);
-    if (!std::holds_alternative<FactorsVersor>(map.versor)) {
-      throw InputError(fmt::format(
-          "--versor: '{}' is a {} map; give one whose versor is of factors", versor, map.kind()));
+    const Map map = read_map(versor);
+    if (!std::holds_alternative<FactorsVersor>(map.dynamics.versor)) {
+      throw InputError(
+          fmt::format("--versor: '{}' is a {} map; give one whose versor is of factors", versor,
+                      map.dynamics.kind()));
     }
-    options.versor = FactorsOfMap{map.factors, map.shape_to_map};
-    options.phase = map.phase;
+    options.versor = FactorsOfMap{map.dynamics.factors, map.frame.shape_to_map};
+    options.phase = map.dynamics.phase;
   }
 }
 
@@ -115,14 +117,14 @@ int run_shape(const ShapeArguments& arguments, Session& session) {
   const nlohmann::json mesh_file = file_json(arguments.mesh);
   const TriangleMesh mesh = session.read_mesh(arguments.mesh);
   const Device device = session.open_device(arguments.device);
-  RationalMap map = exact_map(device, mesh, options, session.monitor());
+  Map map = exact_map(device, mesh, options, session.monitor());
   if (arguments.paint.thickness) {
-    map.paint = painted(device, map, arguments.paint, session.monitor());
+    map.layers.paint = painted(device, map, arguments.paint, session.monitor());
   }
   map.provenance.set("shape", shape_provenance(mesh_file, options_json(arguments), device));
   write_map(map, arguments.output);
   session.report_kernels(device);
-  const auto& distance = std::get<DistanceModulus>(map.modulus);
+  const auto& distance = std::get<DistanceModulus>(map.dynamics.modulus);
   if (distance.inradius < distance.step) {
     session.console.warn(
         "the shape's inside is thinner than two cells, so that parts of it may be missing; give a "
@@ -133,13 +135,15 @@ int run_shape(const ShapeArguments& arguments, Session& session) {
       fmt::format("{} x {} x {} cells, {}, {:.1f} s\n{}\nmap: {}\nnext: qjulia render {} -o "
                   "picture.png",
                   nx, ny, nz,
-                  map.factors.empty() ? "noise" : fmt::format("{} factors", map.factors.size()),
-                  session.seconds(), up_line(*map.up, arguments.options.up), arguments.output,
+                  map.dynamics.factors.empty()
+                      ? "noise"
+                      : fmt::format("{} factors", map.dynamics.factors.size()),
+                  session.seconds(), up_line(*map.frame.up, arguments.options.up), arguments.output,
                   shell_word(arguments.output)),
       {{"map", arguments.output},
        {"cells", {nx, ny, nz}},
-       {"factors", map.factors.size()},
-       {"up", to_string(*map.up)},
+       {"factors", map.dynamics.factors.size()},
+       {"up", to_string(*map.frame.up)},
        {"seconds", session.seconds()}});
   return kDone;
 }

@@ -19,7 +19,7 @@ struct ShareArguments {
 
 int run_share(const ShareArguments& arguments, Session& session) {
   session.check_outputs({arguments.map}, {{"--output", arguments.output, {".html"}}});
-  const RationalMap map = read_map(arguments.map, session.interrupts.token());
+  const Map map = read_map(arguments.map, session.interrupts.token());
   const std::string page = explore::shared_page(map, name_of(arguments.map));
   base::write_file(arguments.output, page);
   session.console.summary(

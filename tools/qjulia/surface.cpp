@@ -10,6 +10,7 @@
 #include "commands.hpp"
 #include "map_options.hpp"
 #include "provenance.hpp"
+#include "qjulia/decimate.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/figures.hpp"
 #include "qjulia/file_types.hpp"
@@ -25,8 +26,9 @@ struct SurfaceArguments {
   SurfaceOptions options;
   bool keep_loose = false, largest_component = false;
   std::optional<double> min_component;  ///< least area kept, over the largest one's
-  std::optional<double> millimetres;    ///< instead of shape units
-  std::optional<UpAxis> up;             ///< instead of the map's; of files that stand upright
+  std::optional<std::size_t> max_triangles;
+  std::optional<double> millimetres;  ///< instead of shape units
+  std::optional<UpAxis> up;           ///< instead of the map's; of files that stand upright
 };
 
 /// What was written.
@@ -38,10 +40,10 @@ struct WrittenSurface {
 };
 
 /// The map with shapes that are as long as was asked for; a box that was given goes with it.
-RationalMap scaled(RationalMap map, std::optional<double> millimetres, const std::string& file,
-                   SurfaceOptions& options) {
+Map scaled(Map map, std::optional<double> millimetres, const std::string& file,
+           SurfaceOptions& options) {
   if (!millimetres) return map;
-  if (!map.box) {
+  if (!map.frame.box) {
     throw InputError(
         fmt::format("--millimetres needs the size of the shape, and '{}' does not hold it", file));
   }
@@ -55,12 +57,16 @@ bool drops_loose(const SurfaceArguments& arguments) {
   return !arguments.keep_loose && !arguments.largest_component && !arguments.min_component;
 }
 
-bool is_ply(const SurfaceArguments& arguments) { return extension_of(arguments.output) == ".ply"; }
+/// Whether the mesh can go straight to its file: one that needs no counts first, and whole.
+bool streams(const SurfaceArguments& arguments) {
+  return extension_of(arguments.output) == ".ply" && !arguments.largest_component &&
+         arguments.min_component.value_or(0) == 0 && !arguments.max_triangles;
+}
 
 /// Straight to the file; the mesh is never in memory.
-WrittenSurface stream(const SurfaceArguments& arguments, const Device& device,
-                      const RationalMap& map, const SurfaceOptions& options,
-                      const std::string& note, const ProgressMonitor& monitor) {
+WrittenSurface stream(const SurfaceArguments& arguments, const Device& device, const Map& map,
+                      const SurfaceOptions& options, const std::string& note,
+                      const ProgressMonitor& monitor) {
   PlyFile file(arguments.output, note);
   FigureSink sink(&file);
   WrittenSurface written;
@@ -81,10 +87,11 @@ WrittenSurface stream(const SurfaceArguments& arguments, const Device& device,
   return written;
 }
 
-/// By way of memory: for formats that need their counts first, and to choose among components.
-WrittenSurface collect(const SurfaceArguments& arguments, const Device& device,
-                       const RationalMap& map, const SurfaceOptions& options,
-                       const std::string& note, const ProgressMonitor& monitor) {
+/// By way of memory: for formats that need their counts first, to choose among components, and to
+/// decimate.
+WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, const Map& map,
+                       const SurfaceOptions& options, const std::string& note,
+                       const ProgressMonitor& monitor) {
   WrittenSurface written;
   MeshSink sink;
   written.report = extract_surface(device, map, options, sink, monitor);
@@ -94,16 +101,10 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device,
   const TraceStage stage(monitor.trace, "measure and write");
   if (drops_loose(arguments)) written.loose = drop_loose_pieces(mesh);
   if (least > 0) mesh = large_components(mesh, least);
-  if (is_ply(arguments)) {
-    std::vector<Eigen::Vector3d> normals;
-    for (const auto& normal : mesh.normals) normals.push_back(normal.cast<double>());
-    PlyFile file(arguments.output, note);
-    file.vertices(mesh.vertices, normals);
-    file.triangles(mesh.triangles);
-    file.commit();
-  } else {
-    write_mesh(mesh, arguments.output, note, map.up);
+  if (arguments.max_triangles) {
+    mesh = decimated(std::move(mesh), *arguments.max_triangles, monitor.stop);
   }
+  write_mesh(mesh, arguments.output, note, map.frame.up);
   const MeshReport report = inspect(mesh);
   written.report.vertices = report.vertices;
   written.report.triangles = report.triangles;
@@ -123,20 +124,19 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
                     "or .stl, which stand upright",
                     arguments.output));
   }
-  const RationalMap read = session.read_map(arguments.map);
+  const Map read = session.read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
-  RationalMap map = scaled(with_knobs(device, read, arguments.map_options, arguments.map),
-                           arguments.millimetres, arguments.map, options);
-  if (arguments.up) map.up = arguments.up;
+  Map map = scaled(with_knobs(device, read, arguments.map_options, arguments.map),
+                   arguments.millimetres, arguments.map, options);
+  if (arguments.up) map.frame.up = arguments.up;
 
-  const bool streams =
-      is_ply(arguments) && !arguments.largest_component && arguments.min_component.value_or(0) == 0;
   nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
   how["resolution"] = options.resolution;
-  const bool is_turned = stands_upright(arguments.output) && map.up;
-  if (is_turned) how["up"] = to_string(*map.up);
-  const WrittenSurface written = (streams ? stream : collect)(arguments, device, map, options,
-                                                              one_line(how), session.monitor());
+  if (arguments.max_triangles) how["max_triangles"] = *arguments.max_triangles;
+  const bool is_turned = stands_upright(arguments.output) && map.frame.up;
+  if (is_turned) how["up"] = to_string(*map.frame.up);
+  const WrittenSurface written = (streams(arguments) ? stream : collect)(
+      arguments, device, map, options, one_line(how), session.monitor());
   const SurfaceReport& report = written.report;
   if (report.triangles == 0) {
     throw Error(
@@ -151,7 +151,7 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   const bool closed = report.open_edges == 0 && written.non_manifold_edges == 0;
   const std::size_t components = written.figures.components;
   const std::string stands =
-      is_turned ? fmt::format("\nthe shape's {} is up", to_string(*map.up)) : std::string();
+      is_turned ? fmt::format("\nthe shape's {} is up", to_string(*map.frame.up)) : std::string();
   session.report_kernels(device);
   const double seconds = session.seconds();
   session.console.summary(
@@ -199,6 +199,11 @@ void describe_surface(Command command, SurfaceArguments& a) {
       .excludes({largest, keep})
       .range(0.0, 1.0);
   command
+      .add(
+          "--max-triangles", &a.max_triangles, "INT",
+          "Decimate the mesh to at most so many triangles, edge by edge, the flattest places first")
+      .range(4, 1e9);
+  command
       .add("--millimetres", &a.millimetres, "LENGTH",
            "Scale the mesh so that the fitted shape's longest side has this length")
       .range(1e-6, 1e9);
@@ -220,6 +225,7 @@ void add_surface(CommandLine& program, ChosenCommand& chosen) {
   qjulia surface bunny.qjulia.json -o bunny.ply
   qjulia surface bunny.qjulia.json -o fine.stl --resolution 512 --detail 0.03
   qjulia surface bunny.qjulia.json -o print.stl --millimetres 80
+  qjulia surface bunny.qjulia.json -o light.glb --max-triangles 100000
   qjulia surface bunny.qjulia.json -o wild.ply --detail 0.03 --phase 0.8 0.6 0 0
 The mesh lies in the fitted shape's own coordinates; .glb and .stl stand upright. Only the
 undecided shell about the surface is iterated: time grows with its volume, memory with the

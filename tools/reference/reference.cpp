@@ -28,16 +28,16 @@ void print_setting(const Setting& setting) {
 }
 
 /// Maps of the kinds that exist, as far as knobs care.
-std::vector<RationalMap> kinds_of_maps() {
-  RationalMap fitted;
-  fitted.factors = {{{}, 2}};
-  fitted.detail = 0.02;
-  fitted.inradius = 1;
-  RationalMap exact = fitted;
-  exact.modulus = DistanceModulus{};
-  RationalMap noise = exact;
-  noise.factors.clear();
-  noise.versor = NoiseVersor{};
+std::vector<Map> kinds_of_maps() {
+  Map fitted;
+  fitted.dynamics.factors = {{{}, 2}};
+  fitted.frame.detail = 0.02;
+  fitted.frame.inradius = 1;
+  Map exact = fitted;
+  exact.dynamics.modulus = DistanceModulus{};
+  Map noise = exact;
+  noise.dynamics.factors.clear();
+  noise.dynamics.versor = NoiseVersor{};
   return {fitted, exact, noise, quadratic_map({})};
 }
 
@@ -48,7 +48,7 @@ void print_bearing() {
       "|---|---|---|---|---|\n");
   for (const Knob& knob : knob_table()) {
     fmt::print("| {} |", knob.option());
-    for (const RationalMap& map : kinds_of_maps()) {
+    for (const Map& map : kinds_of_maps()) {
       fmt::print(" {} |", knob.why_not(map).empty() ? "yes" : "");
     }
     fmt::print("\n");

@@ -19,7 +19,7 @@ constexpr const char* kStyle =
     "figure img{width:100%;height:auto}figcaption{color:#555}"
     "pre{background:#f6f6f6;padding:.8rem;overflow-x:auto;font-size:.8rem}";
 
-/// As UTF-8, U+FFFD for what is not.
+/// The text as UTF-8, with U+FFFD in place of bytes that are not.
 std::string valid(std::string_view text) {
   const auto dumped =
       nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);

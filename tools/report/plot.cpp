@@ -94,111 +94,135 @@ void draw_name(cairo_t* context, PlotLabels& labels, const std::string& name, do
   draw_text(context, name, box.left, box.bottom() - 0.2 * kFont, kFont);
 }
 
-void draw(cairo_t* context, const Plot& plot) {
-  const Scale x(plot.x, plot.series, &PlotSeries::x), y(plot.y, plot.series, &PlotSeries::y);
-  const double wide = plot.width - kLeft - kRight, high = plot.height - kTop - kBottom;
-  const auto place_x = [&](double value) { return kLeft + wide * x.at(value); };
-  const auto place_y = [&](double value) { return kTop + high * (1 - y.at(value)); };
-  /// Of a point; none where it is not shown.
-  const auto place = [&](const PlotSeries& s, std::size_t i) -> std::optional<Eigen::Vector2d> {
-    if (!shown(plot.x, s.x[i]) || !shown(plot.y, s.y[i])) return std::nullopt;
+/// A plot while it is drawn.
+class Drawing {
+ public:
+  Drawing(cairo_t* context, const Plot& plot) : context_(context), plot_(plot) {}
+
+  void draw() {
+    draw_grid();
+    draw_titles();
+    draw_series();
+    draw_legend();
+    draw_names();
+  }
+
+ private:
+  double place_x(double value) const { return kLeft + wide_ * x_.at(value); }
+  double place_y(double value) const { return kTop + high_ * (1 - y_.at(value)); }
+  /// A point's place; none where it is not shown.
+  std::optional<Eigen::Vector2d> place(const PlotSeries& s, std::size_t i) const {
+    if (!shown(plot_.x, s.x[i]) || !shown(plot_.y, s.y[i])) return std::nullopt;
     return Eigen::Vector2d(place_x(s.x[i]), place_y(s.y[i]));
-  };
-  const auto use_color = [&](std::size_t series) {
+  }
+  void use_color(std::size_t series) {
     const auto& [red, green, blue] = kColors[series % kColors.size()];
-    cairo_set_source_rgb(context, red, green, blue);
-  };
+    cairo_set_source_rgb(context_, red, green, blue);
+  }
+  void draw_grid_line(double x0, double y0, double x1, double y1) {
+    cairo_set_source_rgb(context_, 0.86, 0.86, 0.86);
+    cairo_move_to(context_, x0, y0);
+    cairo_line_to(context_, x1, y1);
+    cairo_stroke(context_);
+  }
 
-  // Grid and numbers.
-  cairo_set_line_width(context, 1);
-  const auto line = [&](double x0, double y0, double x1, double y1) {
-    cairo_set_source_rgb(context, 0.86, 0.86, 0.86);
-    cairo_move_to(context, x0, y0);
-    cairo_line_to(context, x1, y1);
-    cairo_stroke(context);
-  };
-  for (const double tick : x.ticks()) {
-    line(place_x(tick), kTop, place_x(tick), kTop + high);
-    draw_text(context, fmt::format("{:.6g}", tick), place_x(tick), kTop + high + 1.4 * kFont, kFont,
+  void draw_grid() {
+    cairo_set_line_width(context_, 1);
+    for (const double tick : x_.ticks()) {
+      draw_grid_line(place_x(tick), kTop, place_x(tick), kTop + high_);
+      draw_text(context_, fmt::format("{:.6g}", tick), place_x(tick), kTop + high_ + 1.4 * kFont,
+                kFont, Anchor::middle);
+    }
+    for (const double tick : y_.ticks()) {
+      draw_grid_line(kLeft, place_y(tick), kLeft + wide_, place_y(tick));
+      draw_text(context_, fmt::format("{:.6g}", tick), kLeft - 6, place_y(tick) + 0.35 * kFont,
+                kFont, Anchor::right);
+    }
+  }
+
+  void draw_titles() {
+    set_ink(context_);
+    cairo_rectangle(context_, kLeft, kTop, wide_, high_);
+    cairo_stroke(context_);
+    draw_text(context_, plot_.title, kLeft, 0.65 * kTop, 1.15 * kFont);
+    draw_text(context_, plot_.x.label, kLeft + 0.5 * wide_, plot_.height - 0.7 * kFont, kFont,
               Anchor::middle);
-  }
-  for (const double tick : y.ticks()) {
-    line(kLeft, place_y(tick), kLeft + wide, place_y(tick));
-    draw_text(context, fmt::format("{:.6g}", tick), kLeft - 6, place_y(tick) + 0.35 * kFont, kFont,
-              Anchor::right);
-  }
-  set_ink(context);
-  cairo_rectangle(context, kLeft, kTop, wide, high);
-  cairo_stroke(context);
-  draw_text(context, plot.title, kLeft, 0.65 * kTop, 1.15 * kFont);
-  draw_text(context, plot.x.label, kLeft + 0.5 * wide, plot.height - 0.7 * kFont, kFont,
-            Anchor::middle);
-  cairo_save(context);
-  cairo_translate(context, 1.2 * kFont, kTop + 0.5 * high);
-  cairo_rotate(context, -0.5 * std::numbers::pi);
-  draw_text(context, plot.y.label, 0, 0, kFont, Anchor::middle);
-  cairo_restore(context);
-
-  // Series.
-  cairo_save(context);
-  cairo_rectangle(context, kLeft, kTop, wide, high);
-  cairo_clip(context);
-  for (std::size_t k = 0; k < plot.series.size(); ++k) {
-    const PlotSeries& s = plot.series[k];
-    use_color(k);
-    cairo_set_line_width(context, 1.8);
-    bool drawing = false;
-    for (std::size_t i = 0; i < s.x.size(); ++i) {
-      const auto p = place(s, i);
-      if (p && s.line) (drawing ? cairo_line_to : cairo_move_to)(context, p->x(), p->y());
-      drawing = p.has_value();
-    }
-    cairo_stroke(context);
-    for (std::size_t i = 0; s.points && i < s.x.size(); ++i) {
-      const auto p = place(s, i);
-      if (!p) continue;
-      cairo_arc(context, p->x(), p->y(), 3.5, 0, 2 * std::numbers::pi);
-      cairo_fill(context);
-    }
-  }
-  cairo_restore(context);
-
-  // Names stand clear of the legend, lines, points and each other.
-  PlotLabels names({kLeft, kTop, wide, high});
-
-  // Legend, at the upper right.
-  double row = kTop + 1.5 * kFont;
-  for (std::size_t k = 0; k < plot.series.size(); ++k) {
-    if (plot.series[k].label.empty()) continue;
-    const double reach = 28 + text_width(context, plot.series[k].label, kFont);
-    cairo_set_source_rgba(context, 1, 1, 1, 0.8);  // lines that pass behind grow faint
-    cairo_rectangle(context, kLeft + wide - reach - 4, row - kFont, reach - 1, 1.4 * kFont);
-    cairo_fill(context);
-    use_color(k);
-    cairo_rectangle(context, kLeft + wide - 22, row - 0.5 * kFont, 14, 4);
-    cairo_fill(context);
-    draw_text(context, plot.series[k].label, kLeft + wide - 28, row, kFont, Anchor::right);
-    for (const double y_of : {row, row - 0.8 * kFont}) {
-      names.keep_clear(kLeft + wide - reach, y_of, kLeft + wide, y_of);
-    }
-    row += 1.5 * kFont;
+    cairo_save(context_);
+    cairo_translate(context_, 1.2 * kFont, kTop + 0.5 * high_);
+    cairo_rotate(context_, -0.5 * std::numbers::pi);
+    draw_text(context_, plot_.y.label, 0, 0, kFont, Anchor::middle);
+    cairo_restore(context_);
   }
 
-  for (const PlotSeries& s : plot.series) {
-    for (std::size_t i = 0; i < s.x.size(); ++i) {
-      const auto p = place(s, i);
-      if (!p) continue;
-      names.keep_clear(p->x(), p->y());
-      const auto before = s.line && i > 0 ? place(s, i - 1) : std::nullopt;
-      if (before) names.keep_clear(before->x(), before->y(), p->x(), p->y());
+  void draw_series() {
+    cairo_save(context_);
+    cairo_rectangle(context_, kLeft, kTop, wide_, high_);
+    cairo_clip(context_);
+    for (std::size_t k = 0; k < plot_.series.size(); ++k) {
+      const PlotSeries& s = plot_.series[k];
+      use_color(k);
+      cairo_set_line_width(context_, 1.8);
+      bool drawing = false;
+      for (std::size_t i = 0; i < s.x.size(); ++i) {
+        const auto p = place(s, i);
+        if (p && s.line) (drawing ? cairo_line_to : cairo_move_to)(context_, p->x(), p->y());
+        drawing = p.has_value();
+      }
+      cairo_stroke(context_);
+      for (std::size_t i = 0; s.points && i < s.x.size(); ++i) {
+        const auto p = place(s, i);
+        if (!p) continue;
+        cairo_arc(context_, p->x(), p->y(), 3.5, 0, 2 * std::numbers::pi);
+        cairo_fill(context_);
+      }
+    }
+    cairo_restore(context_);
+  }
+
+  /// At the upper right.
+  void draw_legend() {
+    double row = kTop + 1.5 * kFont;
+    for (std::size_t k = 0; k < plot_.series.size(); ++k) {
+      if (plot_.series[k].label.empty()) continue;
+      const double reach = 28 + text_width(context_, plot_.series[k].label, kFont);
+      cairo_set_source_rgba(context_, 1, 1, 1, 0.8);  // lines that pass behind grow faint
+      cairo_rectangle(context_, kLeft + wide_ - reach - 4, row - kFont, reach - 1, 1.4 * kFont);
+      cairo_fill(context_);
+      use_color(k);
+      cairo_rectangle(context_, kLeft + wide_ - 22, row - 0.5 * kFont, 14, 4);
+      cairo_fill(context_);
+      draw_text(context_, plot_.series[k].label, kLeft + wide_ - 28, row, kFont, Anchor::right);
+      for (const double y : {row, row - 0.8 * kFont}) {
+        names_.keep_clear(kLeft + wide_ - reach, y, kLeft + wide_, y);
+      }
+      row += 1.5 * kFont;
     }
   }
-  for (const PlotSeries& s : plot.series) {
-    for (std::size_t i = 0; i < s.names.size(); ++i) {
-      if (const auto p = place(s, i)) draw_name(context, names, s.names[i], p->x(), p->y());
+
+  void draw_names() {
+    for (const PlotSeries& s : plot_.series) {
+      for (std::size_t i = 0; i < s.x.size(); ++i) {
+        const auto p = place(s, i);
+        if (!p) continue;
+        names_.keep_clear(p->x(), p->y());
+        const auto before = s.line && i > 0 ? place(s, i - 1) : std::nullopt;
+        if (before) names_.keep_clear(before->x(), before->y(), p->x(), p->y());
+      }
+    }
+    for (const PlotSeries& s : plot_.series) {
+      for (std::size_t i = 0; i < s.names.size(); ++i) {
+        if (const auto p = place(s, i)) draw_name(context_, names_, s.names[i], p->x(), p->y());
+      }
     }
   }
-}
+
+  cairo_t* context_;
+  const Plot& plot_;
+  Scale x_{plot_.x, plot_.series, &PlotSeries::x}, y_{plot_.y, plot_.series, &PlotSeries::y};
+  double wide_ = plot_.width - kLeft - kRight, high_ = plot_.height - kTop - kBottom;
+  /// Names stand clear of the legend, lines, points and each other.
+  PlotLabels names_{{kLeft, kTop, wide_, high_}};
+};
 
 cairo_status_t append(void* text, const unsigned char* bytes, unsigned int count) {
   static_cast<std::string*>(text)->append(reinterpret_cast<const char*>(bytes), count);
@@ -266,7 +290,7 @@ std::vector<double> plot_ticks(double low, double high, bool logarithmic) {
 Image draw_plot(const Plot& plot) {
   plot.validate();
   const CairoCanvas canvas(plot.width, plot.height);
-  draw(canvas.context(), plot);
+  Drawing(canvas.context(), plot).draw();
   return canvas.image();
 }
 
@@ -277,7 +301,7 @@ std::string plot_svg(const Plot& plot) {
     const CairoSurface surface(
         cairo_svg_surface_create_for_stream(append, &text, plot.width, plot.height));
     const CairoContext context(cairo_create(surface.get()));
-    draw(context.get(), plot);
+    Drawing(context.get(), plot).draw();
     check(cairo_status(context.get()), "a plot");
     cairo_surface_finish(surface.get());
     check(cairo_surface_status(surface.get()), "a plot");

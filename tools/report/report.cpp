@@ -95,7 +95,7 @@ FitReport make_report(const Device& device, const TriangleMesh& mesh, const FitR
   PictureOptions picture;
   picture.width = 480;
   picture.height = 360;
-  picture.camera.up = result.map.up.value_or(kDefaultUp);  // the mesh stands so too
+  picture.camera.up = result.map.frame.up.value_or(kDefaultUp);  // the mesh stands so too
   const auto add = [&](const std::string& caption, Image image) {
     report.pictures.push_back({caption, std::move(image)});
   };
@@ -117,9 +117,10 @@ FitReport make_report(const Device& device, const TriangleMesh& mesh, const FitR
 }
 
 std::string report_html(const FitReport& report) {
-  std::string body = fmt::format("<p>{} factors, {} evaluations in {:.1f} s; ended: {}.</p>\n",
-                                 report.result.map.factors.size(), report.result.evaluations,
-                                 report.result.seconds, to_string(report.result.stopped));
+  std::string body =
+      fmt::format("<p>{} factors, {} evaluations in {:.1f} s; ended: {}.</p>\n",
+                  report.result.map.dynamics.factors.size(), report.result.evaluations,
+                  report.result.seconds, to_string(report.result.stopped));
   for (const std::string& warning : report.result.warnings) {
     body += "<p><strong>Warning:</strong> " + html::escaped(warning) + "</p>\n";
   }

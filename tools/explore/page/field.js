@@ -2,6 +2,7 @@
 // are decided, slopes. host/map/calibration.cpp and stop_radii.cpp.
 import { degree, rotationOf } from "./map.js";
 import { bind, drawAll, drawTo, gl, groups, program, texture, use } from "./gl.js";
+import { usualEscape } from "./settings.js";
 import { length, plus, times, transpose } from "./vectors.js";
 
 const points = program("points.glsl");
@@ -136,7 +137,7 @@ export function stopRadii(table, rise, m) {
     const away = length(portal.center);
     inner = Math.min(inner, away - portal.radius), outer = Math.max(outer, away + portal.radius);
   }
-  return { inner, outer, escape: bounded ? 1.25 * outer : Math.max(20, 1.25 * Math.exp(level)) };
+  return { inner, outer, escape: bounded ? 1.25 * outer : Math.max(usualEscape, 1.25 * Math.exp(level)) };
 }
 const levelMargin = 1e-5;
 const radiusAbove = (radius) => radius * ratio;

@@ -7,6 +7,7 @@ import { map } from "./map.js";
 import { start } from "./page.js";
 import { depths, draw, figures } from "./picture.js";
 import { isCoarse, mapFile } from "./scene.js";
+import { usualEscape } from "./settings.js";
 
 canvas.addEventListener("webglcontextlost", () => fail(new Error("the browser has taken its graphics away: load the page again")));
 await uploadDistances();
@@ -17,7 +18,7 @@ start({ draw, isCoarse, mapFile, most: gl.getParameter(gl.MAX_TEXTURE_SIZE) });
 function at(points, iterations) {
   uploadFactors(map.factors);
   const wanted = iterations > 0 ? asked.field : asked.versor;
-  const uniforms = uniformsOf(map, { inner: 0, outer: Infinity, escape: 20 });
+  const uniforms = uniformsOf(map, { inner: 0, outer: Infinity, escape: usualEscape });
   return [...evaluate(uniforms, new Float32Array(points.flat()), wanted, { iterations })];
 }
 Object.assign(globalThis.qjulia, { depths, figures, mapFile, at, factorsAreIn });

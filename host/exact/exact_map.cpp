@@ -7,7 +7,7 @@
 
 #include "base/random.hpp"
 #include "base/range_check.hpp"
-#include "fit/distance_grid.hpp"
+#include "exact/distance_grid.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
@@ -21,7 +21,7 @@ constexpr int kFewestGridCells = 32, kMostGridCells = 384;
 
 /// Roots of whole powers 2 … 13 at random points of the inside.
 /// @param distances of points, map units.
-std::vector<Factor> random_roots(const fitting::Distances& distances, const Box& box,
+std::vector<Factor> random_roots(const exact::Distances& distances, const Box& box,
                                  const RandomRoots& choice) {
   constexpr std::size_t kAtOnce = 4096;
   constexpr int kMostTries = 1000;
@@ -89,8 +89,8 @@ void ExactMapOptions::validate() const {
   }
 }
 
-RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
-                      const ExactMapOptions& options, const ProgressMonitor& monitor) {
+Map exact_map(const Device& device, const TriangleMesh& mesh, const ExactMapOptions& options,
+              const ProgressMonitor& monitor) {
   options.validate();
   constexpr double kSteps = 4;
   int step = 0;
@@ -102,7 +102,7 @@ RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
   const auto prepared = shape::make_shape_with_distance(device, mesh, monitor.stop);
   const Shape& shape = prepared.shape;
   const ShapeToMap& to_map = shape.shape_to_map;
-  const fitting::Distances distances = [&](std::span<const Eigen::Vector3d> points) {
+  const exact::Distances distances = [&](std::span<const Eigen::Vector3d> points) {
     std::vector<Eigen::Vector3d> own(points.size());
     for (std::size_t i = 0; i < own.size(); ++i) own[i] = to_map.to_shape(points[i]);
     std::vector<double> found = prepared.distance.at(own, monitor.stop);
@@ -113,7 +113,7 @@ RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
 
   report("sampling the distance");
   DistanceModulus modulus =
-      fitting::sampled_distance(distances, box, (options.resolution + 3) / 4 * 4, monitor.stop);
+      exact::sampled_distance(distances, box, (options.resolution + 3) / 4 * 4, monitor.stop);
   expect_cells(2 * shape.inradius / modulus.step, options.resolution);
   const double detail =
       chosen_detail(options.detail, radial_spread(shape.mesh, Eigen::Vector3d::Zero()), kExactRule);
@@ -122,23 +122,23 @@ RationalMap exact_map(const Device& device, const TriangleMesh& mesh,
   modulus.fourth = options.fourth;
 
   report("placing the versor");
-  RationalMap map;
-  map.modulus = modulus;
+  Map map;
+  map.dynamics.modulus = modulus;
   if (const auto* noise = std::get_if<NoiseVersor>(&options.versor)) {
-    map.versor = *noise;
+    map.dynamics.versor = *noise;
   } else if (const auto* random = std::get_if<RandomRoots>(&options.versor)) {
-    map.factors = random_roots(distances, box, *random);
+    map.dynamics.factors = random_roots(distances, box, *random);
   } else {
     const auto& [factors, frame] = std::get<FactorsOfMap>(options.versor);
-    map.factors = moved(factors, frame, to_map);
+    map.dynamics.factors = moved(factors, frame, to_map);
   }
-  map.phase = options.phase;
-  map.shape_to_map = to_map;
-  map.detail = detail;
-  map.steepness = options.steepness;
-  map.up = options.up ? options.up : guess_up(mesh);
-  map.inradius = shape.inradius / to_map.scale;
-  map.box = shape.box;
+  map.dynamics.phase = options.phase;
+  map.frame.shape_to_map = to_map;
+  map.frame.detail = detail;
+  map.layers.steepness = options.steepness;
+  map.frame.up = options.up ? options.up : guess_up(mesh);
+  map.frame.inradius = shape.inradius / to_map.scale;
+  map.frame.box = shape.box;
 
   report("calibrating");
   return calibrated(device, map);

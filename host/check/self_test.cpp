@@ -8,7 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "base/larger_error.hpp"
 #include "base/random.hpp"
+#include "check/lane_probe.hpp"
+#include "check/unit_ball.hpp"
 #include "device/point_batch.hpp"
 #include "fit/curvature.hpp"
 #include "fit/evaluator.hpp"
@@ -28,6 +31,9 @@
 namespace qjulia {
 namespace {
 
+using base::larger_error;
+using check::LaneFunction;
+using check::unit_ball;
 using Eigen::Vector3d;
 using profiling::kNoEscape;
 using profiling::largest_difference;
@@ -37,21 +43,18 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr int kIterations = 4;
 constexpr int kBallCells = 48;
 
-/// `a` or what is worse: larger, or not a number.
-double worse(double a, double b) { return b <= a ? a : std::isnan(b) ? kInfinite : b; }
-
 /// 300 samples and 24 factors: no number is a multiple of a group.
 Workload small_work() { return profiling::make_workload({.samples = 300, .factors = 24}); }
 
-std::vector<double> fields(fitting::Evaluator& evaluator, const RationalMap& map) {
+std::vector<double> fields(fitting::Evaluator& evaluator, const Map& map) {
   return evaluator.field(map);
 }
 
-std::vector<double> gradient(fitting::Evaluator& evaluator, const RationalMap& map) {
+std::vector<double> gradient(fitting::Evaluator& evaluator, const Map& map) {
   return evaluator.evaluate(map, true).gradient;
 }
 
-std::vector<double> gauss_newton(fitting::Evaluator& evaluator, const RationalMap& map) {
+std::vector<double> gauss_newton(fitting::Evaluator& evaluator, const Map& map) {
   const Eigen::MatrixXd h = evaluator.gauss_newton(map);
   return {h.data(), h.data() + h.size()};
 }
@@ -101,29 +104,21 @@ std::vector<Quaternion> grid_points(const surface::Grid& grid, double slice) {
 }
 
 double field(const Device& device, Precision precision) {
-  const RationalMap map = small_work().map;
-  const auto points = grid_points(small_grid(), map.slice);
+  const Map map = small_work().map;
+  const auto points = grid_points(small_grid(), map.dynamics.slice);
   return largest_difference(
       Field(device, map, precision, {0, 0, kNoEscape}).at(points, kIterations),
       reference::field(map, points, kIterations, kNoEscape));
 }
 
 double level_set(const Device& device, Precision precision) {
-  const RationalMap map = small_work().map;
+  const Map map = small_work().map;
   const surface::Grid grid = small_grid();
   const surface::LevelSet set(device, map, {0, 0, kNoEscape}, kIterations, precision);
   const auto found = set.over(grid, {{0, 0, 0}, grid.points});
   return largest_difference(
       {found.begin(), found.end()},
-      reference::field(map, grid_points(grid, map.slice), kIterations, kNoEscape));
-}
-
-/// q², whose set is the unit ball.
-RationalMap ball() {
-  RationalMap map;
-  map.factors = {Factor{{0, 0, 0, 0}, 2}};
-  map.box = Box{Vector3d::Constant(-1), Vector3d::Constant(1)};
-  return map;
+      reference::field(map, grid_points(grid, map.dynamics.slice), kIterations, kNoEscape));
 }
 
 /// A mesh of the ball.
@@ -134,7 +129,7 @@ TriangleMesh surface_of_ball(const Device& device, Precision precision, int trie
   options.precision = precision;
   options.refine = tries;
   options.dense = dense;
-  return extract_surface(device, ball(), options);
+  return extract_surface(device, unit_ball(), options);
 }
 
 /// How far vertices are from the ball, in cells.
@@ -142,7 +137,7 @@ double cells_off_ball(const TriangleMesh& mesh) {
   constexpr double kCell = 2.1 / kBallCells;
   double worst = mesh.vertices.empty() ? kInfinite : 0;
   for (const Vector3d& vertex : mesh.vertices) {
-    worst = worse(worst, std::abs(vertex.norm() - 1) / kCell);
+    worst = larger_error(worst, std::abs(vertex.norm() - 1) / kCell);
   }
   return worst;
 }
@@ -202,30 +197,34 @@ double signed_distance(const Device& device, Precision precision) {
 /// tolerance is the unit.
 template <bool kCoarse>
 double depths(const Device& device, Precision precision) {
-  const auto source = picture::march_source(device, {ball(), 6, {}, {}, precision});
-  picture::View view = picture::parallel_view(Vector3d::UnitZ(), *ball().box, 48);
+  constexpr double kLeastSlope = 0.447;  // cosine of the angle between the ray and the normal
+  const auto source = picture::march_source(device, {unit_ball(), 6, {}, {}, precision});
+  picture::View view = picture::parallel_view(Vector3d::UnitZ(), *unit_ball().frame.box, 48);
   view.coarse_will_do = kCoarse;
   const auto found = source->depths(view, 0, view.rows);
   double worst = 0;
   std::size_t hits = 0;
   for (int row = 0; row < view.rows; ++row) {
     for (int column = 0; column < view.columns; ++column) {
-      const Vector3d eye = view.eye + (column + 0.5) * view.eye_dx + (row + 0.5) * view.eye_dy;
-      const double aside2 = eye.x() * eye.x() + eye.y() * eye.y();
-      if (aside2 > 0.8) continue;
-      const double z = std::sqrt(1 - aside2);  // also the slope of the surface across the ray
+      const double right = check::sphere_depth(view, column, row);
+      if (right < 0) continue;
+      const Vector3d normal =
+          check::ray_start(view, column, row) + right * check::ray_direction(view, column, row);
+      const double slope = -normal.dot(check::ray_direction(view, column, row));
+      if (slope < kLeastSlope) continue;
       const double depth = found[picture::index(column, row, view.columns)];
-      worst = worse(worst, depth < 0 ? kInfinite : std::abs(eye.z() - depth - z) * z);
+      worst = larger_error(worst, depth < 0 ? kInfinite : std::abs(depth - right) * slope);
       ++hits;
     }
   }
   return hits > 0 ? worst / view.tolerance : kInfinite;
 }
 
-/// Of points just inside the unit sphere at an angle t to the real axis, whose iterates lie at 2t
-/// and 4t and are still undecided.
+/// Compares traits of points just inside the unit sphere. A point at an angle t to the real axis
+/// has iterates at 2t and 4t, which are still undecided.
 double orbit_trait(const Device& device, Precision precision) {
-  const auto source = picture::march_source(device, {ball(), 6, {}, {}, precision, Material::trap});
+  const auto source =
+      picture::march_source(device, {unit_ball(), 6, {}, {}, precision, Material::trap});
   std::vector<Vector3d> points;
   std::vector<double> right;
   for (int i = 0; i < 100; ++i) {
@@ -245,7 +244,7 @@ double shade(const Device& device, Precision precision) {
   options.height = 48;
   options.samples_per_axis = 1;
   options.precision = precision;
-  const PictureLayers layers = layered_render(device, ball(), options).layers;
+  const PictureLayers layers = layered_render(device, unit_ball(), options).layers;
   constexpr int kMargin = 3;
   const auto pixel = [&](int column, int row) {
     return picture::index(column, row, options.width);
@@ -268,7 +267,7 @@ double shade(const Device& device, Precision precision) {
       if (!is_inside(column, row)) continue;
       const std::size_t at = pixel(column, row);
       const Vector3d right = vector(layers.position, at).normalized();
-      worst = worse(worst, (vector(layers.normal, at) - right).norm());
+      worst = larger_error(worst, (vector(layers.normal, at) - right).norm());
       ++hits;
     }
   }
@@ -301,38 +300,20 @@ double limits(const Device& device, Precision precision) {
   context.launch(kernel("copy_reals"), {{3, 1, 1}},
                  {context.upload_real(numbers, precision), 2, 3, to});
   context.read(to, copied);
-  return worse(largest_difference(found, {right}), largest_difference(copied, numbers));
+  return larger_error(largest_difference(found, {right}), largest_difference(copied, numbers));
 }
 
 double lane_math(const Device& device, Precision precision) {
-  struct Function {
-    std::int32_t number;  ///< in lane_math_probe.cl
-    double (*right)(double x, double y);
-  };
-  constexpr std::array kFunctions{
-      Function{0, [](double x, double) { return std::log2(x); }},
-      Function{1, [](double x, double) { return std::exp(x); }},
-      Function{2, [](double x, double) { return std::tanh(x); }},
-      Function{4, [](double x, double) { return std::sin(x); }},
-      Function{6, [](double x, double) { return 1 / std::sqrt(x); }},
-  };
   constexpr std::size_t kCount = 256;  // a multiple of every width
-  std::vector<double> x(kCount), found(kCount), right(kCount);
+  const check::LaneProbe probe(device, device.lane_width(precision), precision);
+  std::vector<double> x(kCount), right(kCount);
   for (std::size_t i = 0; i < kCount; ++i) x[i] = 0.25 + static_cast<double>(i) / 64;
-  device::Context& context = device.context();
-  const int width = device.lane_width(precision);
-  const auto groups = static_cast<std::int32_t>(kCount) / width;
-  const auto kernel =
-      context.kernel("lane_math_probe.cl", "lane_math_probe", {width, precision, {}});
-  const auto sent = context.upload_real(x, precision);
-  const auto out = context.allocate_real(kCount, precision);
   double worst = 0;
-  for (const Function& function : kFunctions) {
-    context.launch(kernel, {{static_cast<std::size_t>(groups), 1, 1}},
-                   {sent, sent, groups, function.number, out});
-    context.read(out, found);
-    std::ranges::transform(x, right.begin(), [&](double v) { return function.right(v, v); });
-    worst = worse(worst, largest_difference(found, right));
+  for (const LaneFunction function : {LaneFunction::log2, LaneFunction::exp, LaneFunction::tanh,
+                                      LaneFunction::sine, LaneFunction::rsqrt}) {
+    std::ranges::transform(x, right.begin(),
+                           [&](double v) { return check::on_host(function, v, v); });
+    worst = larger_error(worst, largest_difference(probe(function, x, x), right));
   }
   return worst;
 }
@@ -356,13 +337,14 @@ double cholesky(const Device& device, Precision /*precision*/) {
                                      fitting::factorised(h.cast<double>(), kDamping).lower;
   double worst = 0;
   for (Eigen::Index j = 0; j < kOrder; ++j) {
-    for (Eigen::Index i = j; i < kOrder; ++i) worst = worse(worst, std::abs(difference(i, j)));
+    for (Eigen::Index i = j; i < kOrder; ++i)
+      worst = larger_error(worst, std::abs(difference(i, j)));
   }
   return worst;
 }
 
-/// Wrong cells, of cells where the F and U of every other are told wrongly. They are linear, which
-/// interpolation leaves as it is.
+/// How many cells are trusted or distrusted wrongly. F and U are linear, which interpolation leaves
+/// as it is; at the middle of every other cell one of them is given wrongly.
 double image_lattice(const Device& device, Precision precision) {
   const surface::Grid grid{Vector3d(-1, 0.5, 2), 0.25, {6, 7, 8}};
   std::vector<double> field, versors, middle_field, middle_versors;

@@ -10,7 +10,7 @@
 #include "qjulia/box.hpp"
 #include "qjulia/modulus.hpp"
 
-namespace qjulia::fitting {
+namespace qjulia::exact {
 
 /// Signed distances of points, in the units of these.
 using Distances = std::function<std::vector<double>(std::span<const Eigen::Vector3d>)>;
@@ -21,4 +21,4 @@ using Distances = std::function<std::vector<double>(std::span<const Eigen::Vecto
 DistanceModulus sampled_distance(const Distances& distances, const Box& box, int resolution,
                                  const std::stop_token& stop);
 
-}  // namespace qjulia::fitting
+}  // namespace qjulia::exact

@@ -125,7 +125,7 @@ std::vector<double> paint_by_mesh(const Paint& paint, const PaintedMesh& mesh,
   return spread(paint, gathered);
 }
 
-/// Radii that are told apart, each so many times the one before.
+/// Radii are rounded to a geometric series with this ratio.
 constexpr double kRatio = 1.15;
 /// A ball holds places this share of its radius beyond it: corners, and bumps of its own size.
 constexpr double kBeyondBall = 0.1;
@@ -192,15 +192,15 @@ struct ThicknessAt {
   double radius = 0;
 };
 
-/// Of the map's own shape (n = 1, without portals), at those points of the grid that are inside and
-/// have a neighbour outside. Radii above `most` are `most`.
-std::vector<ThicknessAt> local_thickness(const Device& device, const RationalMap& map,
+/// The thickness of the map's own shape (n = 1, without portals) at those points of the grid that
+/// are inside and have a neighbour outside. Radii above `most` are `most`.
+std::vector<ThicknessAt> local_thickness(const Device& device, const Map& map,
                                          const surface::Grid& grid, double most,
                                          const ProgressMonitor& monitor) {
-  const RationalMap plain = without_paint(without_portals(map));
+  const Map plain = without_paint(without_portals(map));
   const surface::LevelSet set(device, plain, {}, 1);
   const std::vector<float> field = set.over(grid, surface::whole(grid));
-  const auto level = static_cast<float>(map.surface_level);
+  const auto level = static_cast<float>(map.dynamics.surface_level);
   // From a point inside to the nearest point outside: to the surface it is half a step less.
   std::vector<float> depth(field.size());
   std::ranges::transform(field, depth.begin(), [&](float f) { return f < level ? kFar : 0.0F; });
@@ -235,9 +235,9 @@ std::vector<ThicknessAt> local_thickness(const Device& device, const RationalMap
 }
 
 /// min(1, c τ / δ) with τ the thickness of the shape there.
-std::vector<double> of_thickness(const Device& device, const RationalMap& map, const Paint& paint,
+std::vector<double> of_thickness(const Device& device, const Map& map, const Paint& paint,
                                  const Box& box, double factor, const ProgressMonitor& monitor) {
-  const double shell = *map.detail * box.diagonal();
+  const double shell = *map.frame.detail * box.diagonal();
   const Vector3d size = box.size();
   const double step = std::max(std::cbrt(size.prod() / kMostSamples), size.maxCoeff() / kMostSteps);
   // A layer of points outside all around.
@@ -304,16 +304,17 @@ void PaintOptions::validate() const {
   if (thickness) base::expect_between("thickness", *thickness, 0.01, 2.0, "of the shape's own");
 }
 
-Paint painted(const Device& device, const RationalMap& map, const PaintOptions& options,
+Paint painted(const Device& device, const Map& map, const PaintOptions& options,
               const ProgressMonitor& monitor) {
   options.validate();
   map.validate();
-  if (!map.box) throw InputError("the map does not say its \"box\": nothing says where to paint");
-  if (options.thickness && !map.detail) {
+  if (!map.frame.box)
+    throw InputError("the map does not say its \"box\": nothing says where to paint");
+  if (options.thickness && !map.frame.detail) {
     throw InputError("the map does not say its \"detail\", which the thickness bounds");
   }
-  const ShapeToMap& to_map = map.shape_to_map;
-  const Box box = to_map.to_map(*map.box);
+  const ShapeToMap& to_map = map.frame.shape_to_map;
+  const Box box = to_map.to_map(*map.frame.box);
   Paint paint = empty_paint(box);
   std::vector<double> shares(paint.size(), options.elsewhere);
   if (options.ramp) {

@@ -30,10 +30,10 @@ constexpr double kTipReach = 0.4;
 constexpr double kSunk = 0.06;
 /// What the set reaches beyond the shape, of its radius.
 constexpr double kBeyond = 1.06;
-/// The smallest copy that is told of, of the shape's size.
+/// The smallest copy that is reported, as a share of the shape's size.
 constexpr double kSmallestSeen = 0.01;
 
-/// Distances along a surface's edges from points that are added.
+/// Distances along a surface's edges from points that are added one by one.
 class EdgeDistances {
  public:
   explicit EdgeDistances(const TriangleMesh& mesh)
@@ -69,14 +69,13 @@ class EdgeDistances {
 };
 
 /// The shape's own surface, map coordinates.
-TriangleMesh own_surface(const Device& device, const RationalMap& map,
-                         const ProgressMonitor& monitor) {
+TriangleMesh own_surface(const Device& device, const Map& map, const ProgressMonitor& monitor) {
   TriangleMesh mesh =
       extract_surface(device, map, {.resolution = kCells, .iterations = 1}, monitor);
   if (mesh.triangles.empty()) {
     throw InputError("the map's own shape is empty, so that no copy has a place to stand on");
   }
-  for (Vector3d& x : mesh.vertices) x = map.shape_to_map.to_map(x);
+  for (Vector3d& x : mesh.vertices) x = map.frame.shape_to_map.to_map(x);
   return mesh;
 }
 
@@ -153,13 +152,14 @@ void PortalOptions::validate() const {
   base::expect_between("size", size, 0.02, 0.6, "of the shape's");
 }
 
-std::vector<Portal> proposed_portals(const Device& device, const RationalMap& map,
+std::vector<Portal> proposed_portals(const Device& device, const Map& map,
                                      const PortalOptions& options, const ProgressMonitor& monitor) {
   options.validate();
   map.validate();
-  if (map.slice != 0) {
-    throw InputError(fmt::format(
-        "portals can be proposed only for the slice W = 0, and the map's is W = {}", map.slice));
+  if (map.dynamics.slice != 0) {
+    throw InputError(
+        fmt::format("portals can be proposed only for the slice W = 0, and the map's is W = {}",
+                    map.dynamics.slice));
   }
   const TriangleMesh mesh = own_surface(device, without_portals(map), monitor);
   const Vector3d middle = mesh.box().center();
@@ -175,7 +175,7 @@ std::vector<Portal> proposed_portals(const Device& device, const RationalMap& ma
   const Field field(device, without_portals(map));
   // A copy whose middle lies inside the shape would not be seen.
   const auto stands_off = [&](const Portal& portal) {
-    return field.at(on_slice({&portal.center, 1}, 0)).front() > map.surface_level;
+    return field.at(on_slice({&portal.center, 1}, 0)).front() > map.dynamics.surface_level;
   };
   EdgeDistances distances(mesh);
   distances.add(body);

@@ -1,4 +1,4 @@
-#include "fit/distance_grid.hpp"
+#include "exact/distance_grid.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,12 +8,12 @@
 #include "qjulia/distance_grid.hpp"
 #include "qjulia/progress.hpp"
 
-namespace qjulia::fitting {
+namespace qjulia::exact {
 namespace {
 
 constexpr int kCoarse = DistanceGridData::kCoarse;
-/// Of the box's longest side, on each side of the box: F is then decided at the grid's end, unless
-/// the shell is very thick.
+/// The margin on each side of the box, as a share of its longest side. F is then decided at the
+/// grid's end, unless the shell is very thick.
 constexpr double kMargin = 0.08;
 /// Corrections are whole within the first of the surface, and end at the second; cells. The coarse
 /// spline alone serves beyond.
@@ -256,4 +256,4 @@ DistanceModulus sampled_distance(const Distances& distances, const Box& box, int
   return sampled;
 }
 
-}  // namespace qjulia::fitting
+}  // namespace qjulia::exact

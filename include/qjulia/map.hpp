@@ -36,33 +36,23 @@ struct ShapeToMap {
   Eigen::Vector3d to_shape(const Eigen::Vector3d& x) const { return (x - translation) / scale; }
 };
 
-/// The largest RationalMap::steepness.
+/// The largest Layers::steepness.
 constexpr double kMostSteepness = 100;
 
 /// Longest side of a fitted shape's box in map coordinates.
 constexpr double kMapSide = 3;
 
-/// A map as the map file holds it (docs/map-format.md).
-struct RationalMap {
-  double slice = 0;          ///< W of the points that 3-D coordinates stand for
-  double log_scale = 0;      ///< S, added to every kind of F
-  double surface_level = 0;  ///< L: a point is inside at n when F_n < L
-  double steepness = 1;  ///< k: where F > L, it is L + k (F − L) instead; 1 … kMostSteepness
+/// What is iterated: R(q) = e^F(q) U(q) and the level that its orbits are measured against.
+struct Dynamics {
+  double slice = 0;              ///< W of the points that 3-D coordinates stand for
+  double log_scale = 0;          ///< S, added to every kind of F
+  double surface_level = 0;      ///< L: a point is inside at n when F_n < L
   Quaternion phase{1, 0, 0, 0};  ///< p, in front of every kind of U
   Modulus modulus;
   Versor versor;
   /// Product order, left to right; what a modulus and a versor of factors are made of. Empty where
   /// neither is.
   std::vector<Factor> factors;
-  /// Balls in which the map is another; they have no point in common, and none holds the origin.
-  std::vector<Portal> portals;
-  std::optional<Paint> paint;  ///< which share of the detail places have; none: all of it
-  ShapeToMap shape_to_map;
-  std::optional<double> detail;    ///< δ as a fraction of the box's diagonal
-  std::optional<double> inradius;  ///< the shape's, shape units
-  std::optional<Box> box;          ///< the shape's, shape units
-  std::optional<UpAxis> up;        ///< how the shape stands
-  Provenance provenance;
 
   /// What F grows with, far out: F ≈ degree · ln |q|. Σ a_k of factors, 2 of a quadratic map; the
   /// set is bounded when it exceeds 1.
@@ -72,6 +62,32 @@ struct RationalMap {
   std::string kind() const;
   /// Whether the modulus and the versor are of factors, as `fit` makes them.
   bool is_rational() const;
+};
+
+/// What lies over the dynamics and changes how the set looks.
+struct Layers {
+  double steepness = 1;  ///< k: where F > L, it is L + k (F − L) instead; 1 … kMostSteepness
+  std::optional<Paint> paint;  ///< which share of the detail places have; none: all of it
+  /// Balls in which the map is another; they have no point in common, and none holds the origin.
+  std::vector<Portal> portals;
+};
+
+/// Where the shape lies and how large it is.
+struct Frame {
+  ShapeToMap shape_to_map;
+  std::optional<Box> box;          ///< the shape's, shape units
+  std::optional<double> inradius;  ///< the shape's, shape units
+  std::optional<UpAxis> up;        ///< how the shape stands
+  std::optional<double> detail;    ///< δ as a fraction of the box's diagonal
+};
+
+/// A map as the map file holds it (docs/map-format.md).
+struct Map {
+  Dynamics dynamics;
+  Layers layers;
+  Frame frame;
+  Provenance provenance;
+
   /// @throws InputError naming what is wrong: no factors where they are needed, or some where they
   ///   are not; a number that is not finite or beyond ±1e15, in map coordinates ±1e9 (single
   ///   precision squares the one and takes fourth powers of the other), a phase that is not a unit
@@ -84,15 +100,15 @@ struct RationalMap {
 /// The longest side of the shape as it was fitted, shape units. A turned map's box may be longer,
 /// because it holds the turned box.
 /// @throws InputError where the map does not know its shape's box.
-double longest_side(const RationalMap& map);
+double longest_side(const Map& map);
 /// The same map with the shape in other units: its longest side is `length` of them.
 /// @throws InputError where the map does not know its shape's box.
-RationalMap with_longest_side(RationalMap map, double length);
+Map with_longest_side(Map map, double length);
 /// The same map without its portals, or with the same detail everywhere.
-RationalMap without_portals(RationalMap map);
-RationalMap without_paint(RationalMap map);
+Map without_portals(Map map);
+Map without_paint(Map map);
 
 /// R(q) = q² + c.
-RationalMap quadratic_map(const Quaternion& c);
+Map quadratic_map(const Quaternion& c);
 
 }  // namespace qjulia

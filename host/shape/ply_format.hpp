@@ -1,0 +1,38 @@
+#pragma once
+/// The binary .ply that this program writes: a header, then a record for each vertex and each
+/// triangle.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <string>
+
+#include "qjulia/mesh.hpp"
+
+namespace qjulia::shape {
+
+/// What stands before the records.
+/// @param note a line of text for comments, 200 characters in each; none where it is empty.
+std::string ply_header(std::size_t vertices, std::size_t triangles, bool has_normals,
+                       const std::string& note);
+
+/// A vertex with a normal: x, y, z, nx, ny, nz.
+using PlyVertex = std::array<float, 6>;
+
+/// A triangle: a byte with the number of corners, then the corners.
+struct PlyFace {
+  std::array<char, 1 + sizeof(Triangle)> bytes;
+
+  explicit PlyFace(const Triangle& corners = {}) : bytes{3} {
+    std::memcpy(bytes.data() + 1, corners.data(), sizeof corners);
+  }
+  Triangle corners() const {
+    Triangle corners;
+    std::memcpy(corners.data(), bytes.data() + 1, sizeof corners);
+    return corners;
+  }
+};
+static_assert(sizeof(PlyFace) == 13);
+
+}  // namespace qjulia::shape

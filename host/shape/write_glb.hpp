@@ -1,0 +1,15 @@
+#pragma once
+#include <ostream>
+#include <string>
+
+#include "qjulia/mesh.hpp"
+
+namespace qjulia::shape {
+
+/// Binary glTF 2.0: one mesh of one primitive, Y up as the format wants it: the node is turned so
+/// that the mesh's `up` is. https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html
+/// @param note stands under asset.extras.made_with, unless empty.
+/// @throws OutputError beyond 4 GiB, which the format cannot hold.
+void write_glb(const TriangleMesh& mesh, const std::string& note, UpAxis up, std::ostream& out);
+
+}  // namespace qjulia::shape

@@ -1,0 +1,72 @@
+// Meshes of fewer triangles.
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+#include <stop_token>
+
+#include "qjulia/decimate.hpp"
+#include "qjulia/error.hpp"
+#include "shapes.hpp"
+
+using namespace qjulia;
+
+TEST_CASE("a decimated sphere is a closed sphere still") {
+  TriangleMesh sphere = shapes::sphere(5);
+  for (const Eigen::Vector3d& x : sphere.vertices) sphere.normals.emplace_back(x.cast<float>());
+  const TriangleMesh found = decimated(sphere, 2000);
+  CHECK(found.triangles.size() <= 2000);
+  CHECK(found.triangles.size() >= 1990);
+  CHECK(inspect(found).closed());
+  CHECK(inspect(found).components == 1);
+  CHECK(signed_volume(found) == Approx(signed_volume(sphere)).epsilon(0.01));
+  for (const Eigen::Vector3d& x : found.vertices) CHECK(x.norm() == Approx(1).epsilon(1e-3));
+  REQUIRE(found.normals.size() == found.vertices.size());
+  for (std::size_t i = 0; i < found.vertices.size(); ++i) {
+    CHECK(found.normals[i].cast<double>().dot(found.vertices[i]) > 0.98);
+  }
+}
+
+TEST_CASE("flat places lose their triangles first") {
+  // A box of 8 corners, each of its sides cut into many triangles.
+  TriangleMesh box = shapes::box();
+  for (int level = 0; level < 4; ++level) {
+    std::vector<Triangle> finer;
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
+    const auto middle = [&](std::uint32_t a, std::uint32_t b) {
+      const auto [found, added] =
+          middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(box.vertices.size()));
+      if (added) box.vertices.emplace_back(0.5 * (box.vertices[a] + box.vertices[b]));
+      return found->second;
+    };
+    for (const auto& [a, b, c] : box.triangles) {
+      const auto ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+      finer.insert(finer.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
+    }
+    box.triangles = std::move(finer);
+  }
+  const TriangleMesh found = decimated(box, 60);
+  CHECK(found.triangles.size() <= 60);
+  CHECK(signed_volume(found) == Approx(8));
+  CHECK(found.box().low == Eigen::Vector3d(-1, -1, -1));
+  CHECK(found.box().high == Eigen::Vector3d(1, 1, 1));
+  CHECK(found.normals.empty());
+}
+
+TEST_CASE("a mesh that is small enough comes back as it is") {
+  const TriangleMesh box = shapes::box();
+  const TriangleMesh found = decimated(box, 12);
+  CHECK(found.vertices == box.vertices);
+  CHECK(found.triangles == box.triangles);
+}
+
+TEST_CASE("a mesh that is not manifold is refused, and a stop is heard") {
+  TriangleMesh fan = shapes::box();
+  fan.vertices.emplace_back(0, 0, 5);
+  fan.triangles.push_back({fan.triangles[0][0], fan.triangles[0][1], 8});
+  CHECK_THROWS_WITH(decimated(fan, 4), Catch::Contains("manifold"));
+  std::stop_source source;
+  source.request_stop();
+  CHECK_THROWS_AS(decimated(shapes::sphere(3), 100, source.get_token()), Interrupted);
+}
