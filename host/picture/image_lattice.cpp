@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 
 #include "device/point_batch.hpp"
 #include "surface/interpolated_orbits.hpp"
@@ -90,6 +92,13 @@ ImageLattice::ImageLattice(const map::DeviceMap& map, const BandGrid& band, cons
   context.launch(map.kernel("image_lattice.cl", "trust_cells"), {{cells.size(), 1, 1}, {}},
                  {context.upload<std::int32_t>(cells), device::narrow(cells.size()), field, versors,
                   layout_, field_, versors_, map.real(allowed), trusted_});
+  if (std::getenv("QJ_DEBUG")) {
+    std::vector<std::uint8_t> t(size);
+    context.read<std::uint8_t>(trusted_, t);
+    std::size_t yes = 0;
+    for (auto c : cells) yes += t[static_cast<std::size_t>(c)];
+    std::fprintf(stderr, "lattice: step %.4f allowed %.4f steepest %.1f nodes %zu of %zu cells %zu trusted %.3f\n", step, allowed, steepest, nodes.size(), size, cells.size(), double(yes) / double(cells.size()));
+  }
 }
 
 bool ImageLattice::serves(const Box& box, double displacement) const {

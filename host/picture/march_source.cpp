@@ -14,6 +14,7 @@
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
 #include "picture/image_lattice.hpp"
+#include "picture/image_table.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::picture {
@@ -153,6 +154,7 @@ class MarchSource : public DepthSource {
   void prepare(const View& view) override {
     if (grid_.is_empty()) return;
     lattice_for(view);
+    table();
     look_finer(view);
   }
 
@@ -221,13 +223,30 @@ class MarchSource : public DepthSource {
     return map_.context().upload<std::uint32_t>(words.empty() ? std::vector{0U} : words);
   }
 
+  /// How far interpolated images may displace what is seen of the view, map units.
+  static double displacement_of(const View& view) {
+    return kDisplacement * view.footprint * view.samples;
+  }
+  /// Whether images are worth interpolating.
+  bool interpolates() const {
+    return set_.interpolates_images && map_.interpolates() &&
+           map_.step_cost() >= kWorthInterpolating && set_.iterations > 1;
+  }
+
+  /// Made at the first call.
+  const ImageTable& table() {
+    if (!table_) {
+      table_ = interpolates() && set_.iterations > 2 ? ImageTable::of_ball(map_, set_.stop)
+                                                     : ImageTable(map_);
+    }
+    return *table_;
+  }
+
   /// What serves the view's rays; made at the first call.
   const ImageLattice& lattice_for(const View& view) {
-    const double displacement = kDisplacement * view.footprint * view.samples;
+    const double displacement = displacement_of(view);
     Box box = box_in_sight(view, grid_.bounds());
-    if (!set_.interpolates_images || !map_.interpolates() ||
-        map_.step_cost() < kWorthInterpolating || set_.iterations == 1 ||
-        (box.size().array() <= 0).any()) {
+    if (!interpolates() || (box.size().array() <= 0).any()) {
       if (lattices_.empty()) lattices_.emplace_back(map_);
       return lattices_.front();
     }
@@ -236,7 +255,9 @@ class MarchSource : public DepthSource {
     if (found != lattices_.end()) return *found;
     if (box.size().prod() > kPart * grid_.bounds().size().prod()) box = grid_.bounds();
     if (lattices_.size() == kMostLattices) lattices_.pop_front();
-    return lattices_.emplace_back(map_, grid_, box, displacement, band_.steepest);
+    // In a factor map the versor turns faster than F rises.
+    const double stretch = std::max(band_.steepest, table().stretch());
+    return lattices_.emplace_back(map_, grid_, box, displacement, stretch);
   }
 
   static std::vector<float> no_hits(const View& view, int rows) {
@@ -265,6 +286,7 @@ class MarchSource : public DepthSource {
           farthest, to_string(set_.precision)));
     }
     const ImageLattice& lattice = lattice_for(view);
+    const int tabled = table().first_iterate(displacement_of(view));
     const std::size_t share = kRaysALane * map_.lanes();
     device::PointBatch batch(context, kernel_, set_.precision, share,
                              map_.step_cost() * kIteratesARay);
@@ -285,12 +307,29 @@ class MarchSource : public DepthSource {
                                   .stride = device::narrow(part.stride),
                                   .count = device::narrow(part.count),
                                   .share = device::narrow(share),
+                                  .tabled = std::min(tabled, set_.iterations + 1),
                                   .finer = loose_.finer};
           });
-          return surface::Arguments(
-              {map_.buffer(), map_.factors(), march, packed, part.in, grid_.layout(), grid_.safe(),
-               lattice.layout(), lattice.field(), lattice.versors(), lattice.trusted(),
-               loose_layout_, loose_bits_, finer_cells_, finer_bits_, part.out});
+          return surface::Arguments({map_.buffer(),
+                                     map_.factors(),
+                                     march,
+                                     packed,
+                                     part.in,
+                                     grid_.layout(),
+                                     grid_.safe(),
+                                     lattice.layout(),
+                                     lattice.field(),
+                                     lattice.versors(),
+                                     lattice.trusted(),
+                                     table_->layout(),
+                                     table_->bricks(),
+                                     table_->fields(),
+                                     table_->versors(),
+                                     loose_layout_,
+                                     loose_bits_,
+                                     finer_cells_,
+                                     finer_bits_,
+                                     part.out});
         },
         [&](std::size_t i, const std::array<double, 1>& depth) {
           depths[index(rays[i].column, rays[i].row - first_row, view.columns)] =
@@ -338,6 +377,7 @@ class MarchSource : public DepthSource {
   device::Buffer<std::uint32_t> loose_bits_, finer_cells_, finer_bits_;
   std::unique_ptr<BandGrid> whole_;  ///< where `grid_` is over a part
   std::deque<ImageLattice> lattices_;
+  std::optional<ImageTable> table_;
 };
 
 }  // namespace
