@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 
 #include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
@@ -71,7 +72,8 @@ double most_detail(const Map& map) {
                        : kMargin * map.frame.detail.value_or(kMostDetail) * map.dynamics.degree();
 }
 
-std::vector<Knob> made_table() {
+/// Detail and the order of factors.
+std::vector<Knob> knobs_of_factors() {
   return {
       {{.name = "detail",
         .values = "WORD|FRACTION",
@@ -119,6 +121,12 @@ std::vector<Knob> made_table() {
        &MapKnobs::order_seed,
        true,
        why_no_order},
+  };
+}
+
+/// Phase and slice.
+std::vector<Knob> knobs_of_images() {
+  return {
       {{.name = "phase",
         .values = "X Y Z W",
         .unit = "",
@@ -168,6 +176,12 @@ std::vector<Knob> made_table() {
                       .step = 0.005}}},
        &MapKnobs::slice,
        true},
+  };
+}
+
+/// What turns and moves the shape about the origin of iteration.
+std::vector<Knob> knobs_of_origin() {
+  return {
       {{.name = "rotate",
         .values = "X Y Z DEGREES",
         .unit = "degrees",
@@ -218,6 +232,12 @@ std::vector<Knob> made_table() {
        &MapKnobs::translate,
        false,
        why_no_move},
+  };
+}
+
+/// What moves the level, and the slope above it.
+std::vector<Knob> knobs_of_level() {
+  return {
       {{.name = "scale",
         .values = "S",
         .unit = "",
@@ -254,6 +274,14 @@ std::vector<Knob> made_table() {
        &MapKnobs::steepness,
        true},
   };
+}
+
+std::vector<Knob> made_table() {
+  std::vector<Knob> all;
+  for (const auto part : {knobs_of_factors, knobs_of_images, knobs_of_origin, knobs_of_level}) {
+    std::ranges::move(part(), std::back_inserter(all));
+  }
+  return all;
 }
 
 }  // namespace

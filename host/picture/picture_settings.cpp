@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
@@ -10,7 +11,8 @@
 namespace qjulia {
 namespace {
 
-std::vector<PictureSetting> made_settings() {
+/// What is drawn of the set.
+std::vector<PictureSetting> field_settings() {
   return {
       {{.name = "iterations",
         .values = "INT",
@@ -31,6 +33,12 @@ std::vector<PictureSetting> made_settings() {
                       .step = 1,
                       .is_whole = true}}},
        [](PictureOptions& p) -> int& { return p.iterations; }},
+  };
+}
+
+/// Where the camera is.
+std::vector<PictureSetting> camera_place_settings() {
+  return {
       {{.name = "azimuth",
         .values = "NUMBER",
         .unit = "degrees",
@@ -72,6 +80,12 @@ std::vector<PictureSetting> made_settings() {
                       .is_logarithmic = true}}},
        [](PictureOptions& p) -> double& { return p.camera.zoom; },
        true},
+  };
+}
+
+/// What the camera frames.
+std::vector<PictureSetting> camera_frame_settings() {
+  return {
       {{.name = "look_at",
         .values = "X Y Z",
         .unit = "shape units",
@@ -109,6 +123,12 @@ std::vector<PictureSetting> made_settings() {
                       .help = "The shape's axis that points up",
                       .words = {"x", "y", "z", "-x", "-y", "-z"}}}},
        [](PictureOptions& p) -> std::optional<UpAxis>& { return p.camera.up; }},
+  };
+}
+
+/// Colours and lamps.
+std::vector<PictureSetting> light_settings() {
+  return {
       {{.name = "material",
         .values = "clay|iterations|trap",
         .unit = "",
@@ -160,6 +180,15 @@ std::vector<PictureSetting> made_settings() {
                       .step = 0.05}}},
        [](PictureOptions& p) -> Lamp& { return p.lamp; }},
   };
+}
+
+std::vector<PictureSetting> made_settings() {
+  std::vector<PictureSetting> all;
+  for (const auto part :
+       {field_settings, camera_place_settings, camera_frame_settings, light_settings}) {
+    std::ranges::move(part(), std::back_inserter(all));
+  }
+  return all;
 }
 
 }  // namespace

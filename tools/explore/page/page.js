@@ -47,7 +47,7 @@ async function refresh(isMoving = false) {
 }
 
 /** Draws what is not yet drawn. */
-function changed(settled) {
+function showChange(settled) {
   const wanted = [written(), canvas.width, canvas.height, root.dataset.theme].join();
   if (wanted === drawing && !(settled && renderer.isCoarse())) return;
   drawing = wanted;
@@ -102,7 +102,7 @@ byId("savers").append(
   }),
   button("Dark or light", "Theme of the page and the backdrop", () => {
     root.dataset.theme = root.dataset.theme === "dark" ? "light" : "dark";
-    changed(true);
+    showChange(true);
   }));
 
 /** Begins: draws what the address says, then whatever changes. */
@@ -113,12 +113,12 @@ export function start(draws) {
   fit();
   listen(whereNow);
   followAddress();
-  onChange(changed);
+  onChange(showChange);
   addEventListener("hashchange", followAddress);
   new ResizeObserver(() => {
-    if (!fixed && !isSaving && fit()) changed(true);
+    if (!fixed && !isSaving && fit()) showChange(true);
   }).observe(canvas);
-  changed(true);
+  showChange(true);
   // For programs that drive the page, tests among them.
   globalThis.qjulia = { state, change, renderCommand: () => renderCommand(canvas.width, canvas.height), surfaceCommand };
 }

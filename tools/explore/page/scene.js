@@ -46,7 +46,7 @@ export function mapFile() {
 export async function makeScene(knobs, iterations, isMoving) {
   const cells = isMoving ? coarseCells : fineCells;
   const m = turnedMap(knobs), level = m.surface_level ?? 0, base = level - Math.log(knobs.scale);
-  if (table?.drift !== knobs.drift) {
+  if (table === null || table.drift !== knobs.drift) {  // not every map bears a drift
     // Turning about the origin changes nothing on spheres about it; detail and scale change it all alike.
     const plain = turned({ ...knobs, rotate: 0, order: 0, detail: map.detail });
     uploadFactors(plain.factors);

@@ -8,12 +8,12 @@ import { axisOf } from "./vectors.js";
 export const palettes = JSON.parse(byId("palettes").textContent);
 
 const all = [...settings.map, ...settings.picture], controls = all.flatMap((setting) => setting.controls);
-const cuts = ["cutx", "cuty", "cutz"];  // per cent of the box
+const cutNames = ["cutx", "cuty", "cutz"];  // per cent of the box
 
 /** Every number: [usual, least, most]. */
 export const ranges = Object.fromEntries([
   ...controls.filter((control) => control.least !== undefined).map(({ name, usual, least, most }) => [name, [usual, least, most]]),
-  ...cuts.map((name) => [name, [100, 1, 100]]),
+  ...cutNames.map((name) => [name, [100, 1, 100]]),
 ]);
 const whole = controls.filter((control) => control.whole).map((control) => control.name);
 
@@ -21,7 +21,7 @@ const whole = controls.filter((control) => control.whole).map((control) => contr
 export const words = Object.fromEntries(controls.filter((control) => control.words).map(({ name, words: list }) => [name, list]));
 
 /** What every control says where nothing is changed; a point in the picture's middle is null. */
-export const usual = Object.fromEntries([...controls.map((control) => [control.name, control.usual]), ...cuts.map((name) => [name, 100])]);
+export const usual = Object.fromEntries([...controls.map((control) => [control.name, control.usual]), ...cutNames.map((name) => [name, 100])]);
 
 /** The state now. Change it through `change`. */
 export const state = { ...usual };
