@@ -380,9 +380,9 @@ static inline void compute_fields(const marching* with, marched_lanes* lanes) {
 
 // Depths along rays of a view. rays: three arrays of march.stride reals, the pixel coordinates x
 // and y of each ray and a hint: a depth close before its hit, or 0. grid, safe: as in `safe_steps`.
-// nodes, node_field, node_versors, trusted: a lattice of images. table_layout ... table_versors: a
-// table of images (image_table.clh), for iterates from march.tabled on. loose_grid ... finer_bits:
-// the places that rays pass through (loose_places.clh).
+// nodes, node_places, node_field, node_versors, trusted: a lattice of images. table_layout ...
+// table_versors: a table of images (image_table.clh), for iterates from march.tabled on. loose_grid
+// ... finer_bits: the places that rays pass through (loose_places.clh).
 //
 // A work-item has the rays item * march.share ... of march.count. Its lanes go each its own way: on
 // by what grid and lattice tell, until an orbit needs F, or a versor, of a point; a turn of the
@@ -391,15 +391,16 @@ static inline void compute_fields(const marching* with, marched_lanes* lanes) {
 kernel void march_depth(global const real* map, int factors, qj_march march,
                         global const real* view, global const real* rays, global const real* grid,
                         global const real* safe, global const real* nodes,
-                        global const real* node_field, global const real* node_versors,
-                        global const uchar* trusted, global const real* table_layout,
-                        global const int* table_bricks, global const ushort* table_fields,
-                        global const char* table_versors, global const real* loose_grid,
-                        global const uint* loose_bits, global const uint* finer_cells,
-                        global const uint* finer_bits, global real* depth) {
+                        global const int* node_places, global const real* node_field,
+                        global const real* node_versors, global const uchar* trusted,
+                        global const real* table_layout, global const int* table_bricks,
+                        global const ushort* table_fields, global const char* table_versors,
+                        global const real* loose_grid, global const uint* loose_bits,
+                        global const uint* finer_cells, global const uint* finer_bits,
+                        global real* depth) {
   int next_ray = (int)get_global_id(0) * march.share;
   if (next_ray >= march.count) return;
-  image_lattice lattice = {nodes, node_field, node_versors, trusted};
+  image_lattice lattice = {nodes, node_places, node_field, node_versors, trusted};
   image_table table = {table_layout, table_bricks, table_fields, table_versors};
   marching with;
   with.map = map;

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <limits>
 
 #include "base/random.hpp"
@@ -17,19 +15,21 @@ namespace {
 using Point = std::array<double, 4>;
 
 /// Distance of nodes, map units.
-constexpr double kStep = 0.07;
+constexpr double kStep = 0.065;
 /// Bricks along an axis: for memory's sake.
 constexpr int kMostBricks = 30;
 /// F is stored from so far below the inner level to so far above the outer one.
 constexpr double kBelow = 4, kAbove = 4;
 /// Points at which the table is compared with the map.
-constexpr std::size_t kProbes = 4096;
+constexpr std::size_t kProbes = 200000;
 /// How far points are moved to see how their images move, map units.
 constexpr double kMove = 1e-4;
 /// What a look-up costs, in factors' logarithms.
 constexpr double kLookUpCost = 20;
 
 constexpr int kCells = QJ_TABLE_CELLS, kNodesASide = QJ_TABLE_SIDE;
+/// Side of a brick, map units.
+constexpr double kBrick = kStep * kCells;
 
 /// Four counts: of nodes from the lattice's origin, or of bricks.
 using Place = std::array<int, 4>;
@@ -137,6 +137,11 @@ Point times(double scale, const std::array<float, 4>& q) {
   return p;
 }
 
+Point times(double scale, Point p) {
+  for (double& c : p) c *= scale;
+  return p;
+}
+
 double distance(const Point& a, const Point& b) {
   return length({a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]});
 }
@@ -214,10 +219,12 @@ class Probe {
     batch.run<4, kOutputs>(
         points.size(), [&](std::size_t i) { return points[i]; },
         [&](const device::PointBatch::Part& part) {
-          std::vector<device::Argument> list = {part.in, device::narrow(part.stride),
-                                                device::narrow(part.items)};
-          list.insert(list.end(), more.begin(), more.end());
-          list.insert(list.end(), {map_.buffer(), map_.factors(), part.out});
+          std::vector<device::Argument> list{part.in, device::narrow(part.stride),
+                                             device::narrow(part.items)};
+          for (const device::Argument& argument : more) list.push_back(argument);
+          list.emplace_back(map_.buffer());
+          list.emplace_back(map_.factors());
+          list.emplace_back(part.out);
           return list;
         },
         take, 0, stop_);
@@ -226,6 +233,38 @@ class Probe {
   const map::DeviceMap& map_;
   const std::stop_token& stop_;
 };
+
+/// Images of points that are undecided, and how far they move where the point does.
+struct Moved {
+  std::vector<std::size_t> from;  ///< the points' numbers
+  std::vector<Point> images;
+  std::vector<double> stretches;  ///< map units a map unit
+};
+
+/// @param direction gives unit vectors, along which points are moved.
+template <class Direction>
+Moved moved_images(const Probe& probe, const map::DeviceMap& map, const std::vector<Point>& points,
+                   const Direction& direction) {
+  const std::vector<float> fields = probe.fields(points);
+  std::vector<Point> undecided, nearby;
+  Moved moved;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (fields[i] < map.log_inner() || fields[i] > map.log_outer()) continue;
+    moved.from.push_back(i);
+    undecided.push_back(points[i]);
+    const Point way = direction();
+    nearby.push_back(points[i]);
+    for (std::size_t c = 0; c < 4; ++c) nearby.back()[c] += kMove * way[c];
+  }
+  const auto versors = probe.versors(undecided), nearby_versors = probe.versors(nearby);
+  const std::vector<float> nearby_fields = probe.fields(nearby);
+  for (std::size_t i = 0; i < undecided.size(); ++i) {
+    moved.images.push_back(times(std::exp(fields[moved.from[i]]), versors[i]));
+    moved.stretches.push_back(
+        distance(moved.images[i], times(std::exp(nearby_fields[i]), nearby_versors[i])) / kMove);
+  }
+  return moved;
+}
 
 /// Values less a twelfth of their second differences along each axis, where both neighbours along
 /// it are known: what is multilinear between these is right on average over a cell.
@@ -247,11 +286,160 @@ std::vector<Value> fitted(const NodeList& nodes, const std::vector<Value>& value
   return result;
 }
 
-std::int32_t outside_state(double lowest, double outer) {
-  constexpr double kMostBound = 1000;
-  const double bound = std::clamp(lowest - outer, 0.0, kMostBound);
-  return QJ_TABLE_OUTSIDE - static_cast<std::int32_t>(bound * QJ_TABLE_PER_BOUND);
-}
+using Versor4 = std::array<float, 4>;
+
+/// Makes what a table holds, step by step.
+class Builder {
+ public:
+  /// @param bricks along an axis.
+  Builder(const map::DeviceMap& map, const std::stop_token& stop, int bricks)
+      : probe_(map, stop),
+        lattice_{-0.5 * bricks * kBrick, kStep, bricks},
+        inner_(map.log_inner()),
+        outer_(map.log_outer()),
+        lowest_(inner_ - kBelow),
+        step_((outer_ + kAbove - lowest_) / kMostStored),
+        nodes_(lattice_) {}
+
+  /// What each brick is. @return whether any has data.
+  bool make_directory() {
+    const double radius = std::exp(outer_);
+    const auto all = static_cast<std::size_t>(std::pow(lattice_.bricks, 4));
+    directory_.assign(all, outside_state(outer_));
+    std::vector<std::size_t> asked;
+    std::vector<Point> middles;
+    for (std::size_t b = 0; b < all; ++b) {
+      const Point middle = lattice_.middle_of_brick(place_of(b, lattice_.bricks));
+      if (length(middle) > radius + kBrick) continue;  // half a brick's diagonal is its side
+      asked.push_back(b);
+      middles.push_back(middle);
+    }
+    const auto bounds = probe_.bounds(middles, 0.5 * kBrick);
+    for (std::size_t i = 0; i < asked.size(); ++i) {
+      const auto [least, most] = bounds[i];
+      if (most < inner_) {
+        directory_[asked[i]] = QJ_TABLE_INSIDE;
+      } else if (least > outer_) {
+        directory_[asked[i]] = outside_state(least);
+      } else {
+        directory_[asked[i]] = device::narrow(kept_.size());
+        kept_.push_back(asked[i]);
+      }
+    }
+    return !kept_.empty();
+  }
+
+  /// F at the nodes of bricks with data, each node once.
+  void make_fields() {
+    node_of_.resize(kept_.size() * QJ_TABLE_NODES);
+    for (std::size_t b = 0; b < kept_.size(); ++b) {
+      const Place at = place_of(kept_[b], lattice_.bricks);
+      for (std::size_t n = 0; n < QJ_TABLE_NODES; ++n) {
+        Place node = place_of(n, kNodesASide);
+        for (std::size_t axis = 0; axis < 4; ++axis) node[axis] += kCells * at[axis];
+        node_of_[b * QJ_TABLE_NODES + n] = nodes_.add(node);
+      }
+    }
+    const std::vector<float> values =
+        fitted(nodes_, probe_.fields(nodes_.points()),
+               [](float& sum, float value, float weight) { sum += weight * value; });
+    std::vector<std::uint16_t> stored(values.size());
+    std::ranges::transform(values, stored.begin(), [&](float f) {
+      return static_cast<std::uint16_t>(std::lround(std::clamp(steps(f), 0.0, kMostStored)));
+    });
+    fields_.resize(node_of_.size());
+    std::ranges::transform(node_of_, fields_.begin(), [&](std::int32_t node) {
+      return stored[static_cast<std::size_t>(node)];
+    });
+  }
+
+  /// U at the corners of cells whose interpolated F may be undecided.
+  void make_versors() {
+    const NodeList turned = undecided_nodes();
+    const std::vector<Versor4> values =
+        fitted(turned, probe_.versors(turned.points()),
+               [](Versor4& sum, const Versor4& value, float weight) {
+                 for (std::size_t c = 0; c < 4; ++c) sum[c] += weight * value[c];
+               });
+    versors_.resize(4 * node_of_.size());
+    for (std::size_t i = 0; i < node_of_.size(); ++i) {
+      const std::int32_t number =
+          turned.find(nodes_.places()[static_cast<std::size_t>(node_of_[i])]);
+      if (number < 0) continue;
+      const Versor4& u = values[static_cast<std::size_t>(number)];
+      for (std::size_t c = 0; c < 4; ++c) {
+        constexpr float kMost = 127;
+        versors_[4 * i + c] = static_cast<std::int8_t>(
+            std::lround(std::clamp(QJ_TABLE_VERSOR * u[c], -kMost, kMost)));
+      }
+    }
+  }
+
+  std::vector<double> layout() const {
+    std::vector<double> layout(QJ_TABLE_SIZE);
+    layout[QJ_TABLE_ORIGIN] = lattice_.origin;
+    layout[QJ_TABLE_STEP] = lattice_.step;
+    layout[QJ_TABLE_BRICKS] = lattice_.bricks;
+    layout[QJ_TABLE_FIELD] = lowest_;
+    layout[QJ_TABLE_FIELD_STEP] = step_;
+    layout[QJ_TABLE_OUTER] = outer_;
+    return layout;
+  }
+  const std::vector<std::int32_t>& directory() const { return directory_; }
+  const std::vector<std::uint16_t>& fields() const { return fields_; }
+  const std::vector<std::int8_t>& versors() const { return versors_; }
+
+ private:
+  static constexpr double kMostStored = 65535;
+
+  double steps(double f) const { return (f - lowest_) / step_; }
+
+  /// What the directory says of a brick outside, in which F is at least `least`.
+  std::int32_t outside_state(double least) const {
+    constexpr double kMostBound = 1000;
+    const double bound = std::clamp(least - outer_, 0.0, kMostBound);
+    return QJ_TABLE_OUTSIDE - static_cast<std::int32_t>(bound * QJ_TABLE_PER_BOUND);
+  }
+
+  NodeList undecided_nodes() const {
+    std::vector<bool> is_needed(nodes_.size());
+    for (std::size_t b = 0; b < kept_.size(); ++b) {
+      for (int cell = 0; cell < kCells * kCells * kCells * kCells; ++cell) {
+        const Place at = place_of(static_cast<std::size_t>(cell), kCells);
+        std::array<std::size_t, 16> corners{};
+        double least = kMostStored, most = 0;
+        for (std::size_t c = 0; c < 16; ++c) {
+          Place corner = at;
+          for (std::size_t axis = 0; axis < 4; ++axis)
+            corner[axis] += static_cast<int>(c >> axis & 1);
+          corners[c] = b * QJ_TABLE_NODES + number_of(corner, kNodesASide);
+          least = std::min(least, static_cast<double>(fields_[corners[c]]));
+          most = std::max(most, static_cast<double>(fields_[corners[c]]));
+        }
+        if (most < steps(inner_) - 1 || least > steps(outer_) + 1) continue;
+        for (const std::size_t corner : corners) {
+          is_needed[static_cast<std::size_t>(node_of_[corner])] = true;
+        }
+      }
+    }
+    NodeList needed(lattice_);
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      if (is_needed[i]) needed.add(nodes_.places()[i]);
+    }
+    return needed;
+  }
+
+  Probe probe_;
+  Lattice lattice_;
+  double inner_, outer_;
+  double lowest_, step_;  ///< a stored field f is F = lowest_ + step_ f
+  std::vector<std::int32_t> directory_;
+  std::vector<std::size_t> kept_;  ///< bricks with data
+  NodeList nodes_;
+  std::vector<std::int32_t> node_of_;  ///< the numbers of each such brick's nodes
+  std::vector<std::uint16_t> fields_;
+  std::vector<std::int8_t> versors_;
+};
 
 }  // namespace
 
@@ -263,118 +451,17 @@ ImageTable::ImageTable(const map::DeviceMap& map)
 
 ImageTable ImageTable::of_ball(const map::DeviceMap& map, const std::stop_token& stop) {
   ImageTable table(map);
-  const double inner = map.log_inner(), outer = map.log_outer(), radius = std::exp(outer);
-  const double brick = kStep * kCells;
-  const double along = std::ceil(2 * radius / brick) + 1;
-  if (!map.has_cube_bounds() || !(along <= kMostBricks)) return table;
-  const int bricks = static_cast<int>(along);
-  const Lattice lattice{-0.5 * bricks * brick, kStep, bricks};
-  const Probe probe(map, stop);
-
-  // What the directory says.
-  const std::size_t all = static_cast<std::size_t>(std::pow(bricks, 4));
-  std::vector<std::int32_t> directory(all, outside_state(outer, outer));
-  std::vector<std::size_t> asked;
-  std::vector<Point> middles;
-  for (std::size_t b = 0; b < all; ++b) {
-    const Point middle = lattice.middle_of_brick(place_of(b, bricks));
-    if (length(middle) > radius + brick) continue;  // half its diagonal is a side
-    asked.push_back(b);
-    middles.push_back(middle);
-  }
-  const auto bounds = probe.bounds(middles, 0.5 * brick);
-  std::vector<std::size_t> kept;
-  for (std::size_t i = 0; i < asked.size(); ++i) {
-    const auto [lowest, highest] = bounds[i];
-    if (highest < inner) {
-      directory[asked[i]] = QJ_TABLE_INSIDE;
-    } else if (lowest > outer) {
-      directory[asked[i]] = outside_state(lowest, outer);
-    } else {
-      directory[asked[i]] = device::narrow(kept.size());
-      kept.push_back(asked[i]);
-    }
-  }
-  if (kept.empty()) return table;
-
-  // Nodes of the others, each once.
-  NodeList nodes(lattice);
-  std::vector<std::int32_t> node_of(kept.size() * QJ_TABLE_NODES);
-  for (std::size_t b = 0; b < kept.size(); ++b) {
-    const Place at = place_of(kept[b], bricks);
-    for (std::size_t n = 0; n < QJ_TABLE_NODES; ++n) {
-      Place node = place_of(n, kNodesASide);
-      for (std::size_t axis = 0; axis < 4; ++axis) node[axis] += kCells * at[axis];
-      node_of[b * QJ_TABLE_NODES + n] = nodes.add(node);
-    }
-  }
-  const std::vector<float> field =
-      fitted(nodes, probe.fields(nodes.points()),
-             [](float& sum, float value, float weight) { sum += weight * value; });
-  const double lowest = inner - kBelow, step = (outer + kAbove - lowest) / 65535;
-  std::vector<std::uint16_t> stored(nodes.size());
-  std::ranges::transform(field, stored.begin(), [&](float f) {
-    return static_cast<std::uint16_t>(std::lround(std::clamp((f - lowest) / step, 0.0, 65535.0)));
-  });
-  std::vector<std::uint16_t> fields(node_of.size());
-  std::ranges::transform(node_of, fields.begin(), [&](std::int32_t number) {
-    return stored[static_cast<std::size_t>(number)];
-  });
-
-  // Versors at the corners of cells whose interpolated F may be undecided.
-  const auto level = [&](double f) { return (f - lowest) / step; };
-  std::vector<bool> is_needed(nodes.size());
-  for (std::size_t b = 0; b < kept.size(); ++b) {
-    for (int cell = 0; cell < kCells * kCells * kCells * kCells; ++cell) {
-      const Place at = place_of(static_cast<std::size_t>(cell), kCells);
-      std::array<std::size_t, 16> corners{};
-      double least = 65535, most = 0;
-      for (std::size_t c = 0; c < 16; ++c) {
-        Place corner = at;
-        for (std::size_t axis = 0; axis < 4; ++axis)
-          corner[axis] += static_cast<int>(c >> axis & 1);
-        corners[c] = b * QJ_TABLE_NODES + number_of(corner, kNodesASide);
-        least = std::min(least, static_cast<double>(fields[corners[c]]));
-        most = std::max(most, static_cast<double>(fields[corners[c]]));
-      }
-      if (most < level(inner) - 1 || least > level(outer) + 1) continue;
-      for (const std::size_t corner : corners) {
-        is_needed[static_cast<std::size_t>(node_of[corner])] = true;
-      }
-    }
-  }
-  NodeList turned(lattice);
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    if (is_needed[i]) turned.add(nodes.places()[i]);
-  }
-  using Versor4 = std::array<float, 4>;
-  const std::vector<Versor4> versor = fitted(turned, probe.versors(turned.points()),
-                                             [](Versor4& sum, const Versor4& value, float weight) {
-                                               for (std::size_t c = 0; c < 4; ++c)
-                                                 sum[c] += weight * value[c];
-                                             });
-  std::vector<std::int8_t> versors(4 * node_of.size());
-  for (std::size_t i = 0; i < node_of.size(); ++i) {
-    const std::int32_t slot = turned.find(nodes.places()[static_cast<std::size_t>(node_of[i])]);
-    if (slot < 0) continue;
-    for (std::size_t c = 0; c < 4; ++c) {
-      versors[4 * i + c] = static_cast<std::int8_t>(std::lround(std::clamp(
-          QJ_TABLE_VERSOR * versor[static_cast<std::size_t>(slot)][c], -127.0F, 127.0F)));
-    }
-  }
-
+  const double bricks = std::ceil(2 * std::exp(map.log_outer()) / kBrick) + 1;
+  if (!map.has_cube_bounds() || !(bricks <= kMostBricks)) return table;
+  Builder builder(map, stop, static_cast<int>(bricks));
+  if (!builder.make_directory()) return table;
+  builder.make_fields();
+  builder.make_versors();
   device::Context& context = map.context();
-  std::vector<double> layout(QJ_TABLE_SIZE);
-  layout[QJ_TABLE_ORIGIN] = lattice.origin;
-  layout[QJ_TABLE_STEP] = lattice.step;
-  layout[QJ_TABLE_BRICKS] = bricks;
-  layout[QJ_TABLE_FIELD] = lowest;
-  layout[QJ_TABLE_FIELD_STEP] = step;
-  layout[QJ_TABLE_OUTER] = outer;
-  table.layout_ = context.upload_real(layout, map.precision());
-  table.bricks_ = context.upload<std::int32_t>(directory);
-  table.fields_ = context.upload<std::uint16_t>(fields);
-  table.versors_ = context.upload<std::int8_t>(versors);
+  table.layout_ = context.upload_real(builder.layout(), map.precision());
+  table.bricks_ = context.upload<std::int32_t>(builder.directory());
+  table.fields_ = context.upload<std::uint16_t>(builder.fields());
+  table.versors_ = context.upload<std::int8_t>(builder.versors());
   table.is_empty_ = false;
   table.measure(map, stop);
   return table;
@@ -383,48 +470,42 @@ ImageTable ImageTable::of_ball(const map::DeviceMap& map, const std::stop_token&
 void ImageTable::measure(const map::DeviceMap& map, const std::stop_token& stop) {
   const Probe probe(map, stop);
   base::Random random(1);
-  const double radius = std::exp(map.log_outer());
-  std::vector<Point> points, moved;
-  const auto direction = [&] {
+  const auto direction = [&](std::size_t axes) {
     for (;;) {
       Point p{};
-      for (double& c : p) c = random.uniform(-1, 1);
-      if (const double size = length(p); size > 0.1 && size < 1) return std::pair(p, size);
+      for (std::size_t c = 0; c < axes; ++c) p[c] = random.uniform(-1, 1);
+      if (const double size = length(p); size > 0.1 && size < 1) return times(1 / size, p);
     }
   };
+  // Undecided points of the slice, then their images as far as these are undecided.
+  const double radius = std::exp(map.log_outer());
+  std::vector<Point> starts;
   for (std::size_t i = 0; i < kProbes; ++i) {
-    Point p = direction().first;
-    for (double& c : p) c *= radius;
-    points.push_back(p);
-    const auto [way, size] = direction();
-    for (std::size_t c = 0; c < 4; ++c) p[c] += kMove * way[c] / size;
-    moved.push_back(p);
+    Point p{0, 0, 0, map.slice()};
+    for (std::size_t c = 0; c < 3; ++c) p[c] = random.uniform(-radius, radius);
+    starts.push_back(p);
   }
-  const auto fields = probe.fields(points), moved_fields = probe.fields(moved);
-  const auto versors = probe.versors(points), moved_versors = probe.versors(moved);
-  const std::vector<Looked> looked = probe.looked_up(*this, points);
-  std::vector<double> errors, stretches;
-  for (std::size_t i = 0; i < kProbes; ++i) {
-    if (fields[i] < map.log_inner() || fields[i] > map.log_outer()) continue;
-    const Point image = times(std::exp(fields[i]), versors[i]);
-    errors.push_back(distance(image, times(std::exp(looked[i].field), looked[i].versor)));
-    stretches.push_back(distance(image, times(std::exp(moved_fields[i]), moved_versors[i])) /
-                        kMove);
+  const Moved first = moved_images(probe, map, starts, [&] { return direction(3); });
+  const Moved second = moved_images(probe, map, first.images, [&] { return direction(4); });
+  if (second.images.empty()) return;
+  std::vector<Point> looked_up;
+  for (const std::size_t i : second.from) looked_up.push_back(first.images[i]);
+  const std::vector<Looked> looked = probe.looked_up(*this, looked_up);
+  std::vector<double> errors, stretches = first.stretches;
+  for (std::size_t i = 0; i < looked.size(); ++i) {
+    errors.push_back(
+        distance(second.images[i], times(std::exp(looked[i].field), looked[i].versor)));
   }
-  if (errors.empty()) return;
-  error_ = median(errors);
+  first_stretch_ = std::max(median(stretches), 1.0);
+  stretches = second.stretches;
   stretch_ = std::max(median(stretches), 1.0);
-  if (std::getenv("QJ_DEBUG"))
-    std::fprintf(stderr, "table: error %.4f stretch %.1f, %zu undecided of %zu; %.1f MB\n", error_,
-                 stretch_, errors.size(), kProbes,
-                 double(bricks_.bytes() + fields_.bytes() + versors_.bytes()) / 1e6);
+  displacement_ = median(errors) / (first_stretch_ * stretch_);
 }
 
 int ImageTable::first_iterate(double displacement) const {
   if (is_empty_) return std::numeric_limits<int>::max();
   int iterate = 2;
-  for (double seen = error_ / (stretch_ * stretch_); seen > displacement; seen /= stretch_)
-    ++iterate;
+  for (double seen = displacement_; seen > displacement; seen /= stretch_) ++iterate;
   return iterate;
 }
 

@@ -20,10 +20,9 @@ class ImageTable {
 
   bool is_empty() const { return is_empty_; }
 
-  /// How far off images are that are looked up, map units: the median at random undecided points.
-  double error() const { return error_; }
-  /// How far the image of a point moves where the point does, map units a map unit: the median.
-  double stretch() const { return stretch_; }
+  /// How far the first image of an undecided point of the slice moves where the point does, map
+  /// units a map unit: the median.
+  double first_stretch() const { return first_stretch_; }
 
   /// The first iterate that can be looked up so that what is seen is displaced by no more than
   /// this, map units; beyond every n where none can.
@@ -36,11 +35,13 @@ class ImageTable {
   const device::Buffer<std::int8_t>& versors() const { return versors_; }
 
  private:
-  /// Sets `error_` and `stretch_`.
+  /// Sets what look-ups displace, and the stretches.
   void measure(const map::DeviceMap& map, const std::stop_token& stop);
 
   bool is_empty_ = true;
-  double error_ = 0, stretch_ = 1;
+  double displacement_ = 0;  ///< of points of the slice by looking up iterate 2: the median
+  double first_stretch_ = 1;
+  double stretch_ = 1;  ///< of iterate 2
   device::RealBuffer layout_;
   device::Buffer<std::int32_t> bricks_;
   device::Buffer<std::uint16_t> fields_;

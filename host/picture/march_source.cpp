@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <deque>
+#include <optional>
 
 #include "device/point_batch.hpp"
 #include "layout/march.h"
@@ -30,6 +31,8 @@ constexpr double kPart = 0.5;
 
 /// The most that interpolated images may displace what is seen, pixels.
 constexpr double kDisplacement = 0.125;
+/// A table of images is made once so many rays were asked for.
+constexpr double kRaysWorthTable = 3e5;
 /// For memory's sake: one for the lights, one for the camera.
 constexpr std::size_t kMostLattices = 2;
 
@@ -153,8 +156,8 @@ class MarchSource : public DepthSource {
 
   void prepare(const View& view) override {
     if (grid_.is_empty()) return;
+    rays_ += static_cast<double>(view.columns) * view.rows;
     lattice_for(view);
-    table();
     look_finer(view);
   }
 
@@ -233,11 +236,12 @@ class MarchSource : public DepthSource {
            map_.step_cost() >= kWorthInterpolating && set_.iterations > 1;
   }
 
-  /// Made at the first call.
+  /// Empty until so many rays were asked for that it pays.
   const ImageTable& table() {
-    if (!table_) {
-      table_ = interpolates() && set_.iterations > 2 ? ImageTable::of_ball(map_, set_.stop)
-                                                     : ImageTable(map_);
+    if (!table_) table_.emplace(map_);
+    if (!has_tried_table_ && rays_ >= kRaysWorthTable && interpolates() && set_.iterations > 2) {
+      has_tried_table_ = true;
+      table_ = ImageTable::of_ball(map_, set_.stop);
     }
     return *table_;
   }
@@ -256,8 +260,8 @@ class MarchSource : public DepthSource {
     if (box.size().prod() > kPart * grid_.bounds().size().prod()) box = grid_.bounds();
     if (lattices_.size() == kMostLattices) lattices_.pop_front();
     // In a factor map the versor turns faster than F rises.
-    const double stretch = std::max(band_.steepest, table().stretch());
-    return lattices_.emplace_back(map_, grid_, box, displacement, stretch);
+    const double stretch = std::max(band_.steepest, table().first_stretch());
+    return lattices_.emplace_back(map_, grid_, box, displacement, stretch, rays_);
   }
 
   static std::vector<float> no_hits(const View& view, int rows) {
@@ -318,6 +322,7 @@ class MarchSource : public DepthSource {
                                      grid_.layout(),
                                      grid_.safe(),
                                      lattice.layout(),
+                                     lattice.places(),
                                      lattice.field(),
                                      lattice.versors(),
                                      lattice.trusted(),
@@ -378,6 +383,8 @@ class MarchSource : public DepthSource {
   std::unique_ptr<BandGrid> whole_;  ///< where `grid_` is over a part
   std::deque<ImageLattice> lattices_;
   std::optional<ImageTable> table_;
+  bool has_tried_table_ = false;
+  double rays_ = 1;  ///< of all views that were prepared
 };
 
 }  // namespace
