@@ -103,7 +103,7 @@ TEST_CASE("a table says where images are, and what lies inside and outside for c
   device.context().read(table.bricks(), std::span(bricks));
 
   const std::size_t count = 4096;
-  const Points points = random_points(count, 1.4);
+  const Points points = random_points(count, std::min(1.4, std::exp(device_map.log_outer())));
   const auto images = run(device_map, "table_images", points,
                           {table.layout(), table.bricks(), table.fields(), table.versors()}, 5);
   const int side = static_cast<int>(layout[QJ_TABLE_BRICKS]);
