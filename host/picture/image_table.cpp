@@ -15,7 +15,7 @@ namespace {
 using Point = std::array<double, 4>;
 
 /// Distance of nodes, map units.
-constexpr double kStep = 0.065;
+constexpr double kNodeStep = 0.065;
 /// Bricks along an axis: for memory's sake.
 constexpr int kMostBricks = 30;
 /// F is stored from so far below the inner level to so far above the outer one.
@@ -29,7 +29,7 @@ constexpr double kLookUpCost = 20;
 
 constexpr int kCells = QJ_TABLE_CELLS, kNodesASide = QJ_TABLE_SIDE;
 /// Side of a brick, map units.
-constexpr double kBrick = kStep * kCells;
+constexpr double kBrick = kNodeStep * kCells;
 
 /// Four counts: of nodes from the lattice's origin, or of bricks.
 using Place = std::array<int, 4>;
@@ -110,7 +110,7 @@ class NodeList {
 
  private:
   static constexpr std::int32_t kNone = -1;
-  static constexpr std::size_t kBlock = kCells * kCells * kCells * kCells;
+  static constexpr std::size_t kBlock = std::size_t{kCells} * kCells * kCells * kCells;
 
   std::size_t block_of(Place at) const {
     for (int& i : at) i /= kCells;
@@ -294,7 +294,7 @@ class Builder {
   /// @param bricks along an axis.
   Builder(const map::DeviceMap& map, const std::stop_token& stop, int bricks)
       : probe_(map, stop),
-        lattice_{-0.5 * bricks * kBrick, kStep, bricks},
+        lattice_{-0.5 * bricks * kBrick, kNodeStep, bricks},
         inner_(map.log_inner()),
         outer_(map.log_outer()),
         lowest_(inner_ - kBelow),
