@@ -17,7 +17,7 @@ constexpr double kNearest = 0.1, kFarthest = 0.8;
 /// A lattice made for this many times the displacement serves as well.
 constexpr double kSlack = 1.5;
 /// For memory's sake, and so that making the lattice takes less than the rays that it serves.
-constexpr double kFewestNodes = 1e6, kMostNodes = 12e6, kNodesARay = 10;
+constexpr double kFewestNodes = 3e5, kMostNodes = 12e6, kNodesARay = 10;
 
 /// The numbers of the cells that rays run orbits in.
 std::vector<std::int32_t> cells_of(const surface::Grid& grid, const BandGrid& band) {
