@@ -7,11 +7,11 @@
 // middles, in the order of `cells`. trusted: by cell.
 kernel void trust_cells(global const int* cells, int count, global const real* middle_field,
                         global const real* middle_versors, global const real* grid,
-                        global const real* field, global const real* versors, real allowed,
-                        global uchar* trusted) {
+                        global const int* places, global const real* field,
+                        global const real* versors, real allowed, global uchar* trusted) {
   int number = (int)get_global_id(0);
   if (number >= count) return;
-  image_lattice lattice = {grid, field, versors, trusted};
+  image_lattice lattice = {grid, places, field, versors, trusted};
   predicted_image image = interpolated_image(lattice, cells[number], (real3)((real)0.5));
   real4 off = image.u - vload4((size_t)number, middle_versors);
   real error = sqrt(dot(off, off));

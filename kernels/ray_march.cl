@@ -8,6 +8,7 @@
 #include "block_points.clh"
 #include "grid.clh"
 #include "image_lattice.clh"
+#include "image_table.clh"
 #include "layout/march.h"
 #include "loose_places.clh"
 #include "map.clh"
@@ -37,6 +38,7 @@ typedef struct {
   global const real* map;
   int factors;
   image_lattice lattice;
+  image_table table;
   qj_march march;
   global const real* view;
   global const real* rays;
@@ -290,11 +292,39 @@ static inline void predict_first_versor(const marching* with, marched_lanes* lan
 
 #endif
 
-// Takes a lane on by what grid and lattice tell, until it waits for F or a versor. It has none to
-// wait for when there are no more rays.
+// Runs the iterates of an orbit that are looked up in the table, as far as it goes.
+static inline void follow_table(const marching* with, marched_lanes* lanes, int i) {
+  while (lanes->waits[i] == WAITS_FOR_F && lanes->done[i] + 1 >= with->march.tabled) {
+    table_place place =
+        place_in_table(with->table, (real4)(lanes->x[i], lanes->y[i], lanes->z[i], lanes->w[i]));
+    qlane q = q_make(lane_of(lanes->x[i]), lane_of(lanes->y[i]), lane_of(lanes->z[i]),
+                     lane_of(lanes->w[i]));
+    ++lanes->done[i];
+    if (place.state == QJ_TABLE_INSIDE) {
+      end_orbit(with, lanes, i, with->below - 1, 0);
+      return;
+    }
+    real kinds =
+        place.state < 0 ? table_bound(with->table, place) : table_field(with->table, place);
+    real f = one_of(map_bent(lane_of(kinds), q, with->map));
+    iterate_reach step = reach_of_iterate(q, lane_of(f), lane_of(0), lane_of((real)1e15f),
+                                          with->map, with->far_level, with->march.steepest);
+    if (ends(with, f, lanes->done[i]) || place.state < 0) {
+      end_orbit(with, lanes, i, f, way_of(lanes->so_far[i], one_of(step.last)));
+      return;
+    }
+    lanes->so_far[i] = reach_on(lanes->so_far[i], one_of(step.per_image), one_of(step.most));
+    take_image(lanes, i, table_versor(with->table, place), one_of(lane_exp(lane_of(f))));
+  }
+}
+
+// Takes a lane on by what grid, lattice and table tell, until it waits for F or a versor. It has
+// none to wait for when there are no more rays.
 static inline void go_on(const marching* with, marched_lanes* lanes, int i, int* next_ray) {
   marched_ray* r = &lanes->ray[i];
-  while (lanes->waits[i] <= WAITS_FOR_ORBIT) {
+  for (;;) {
+    follow_table(with, lanes, i);
+    if (lanes->waits[i] > WAITS_FOR_ORBIT) return;
     if (lanes->waits[i] == WAITS_FOR_RAY) {
       if (*next_ray >= with->last_ray) return;
       *r = new_ray(with, with->rays, (*next_ray)++);
@@ -350,8 +380,9 @@ static inline void compute_fields(const marching* with, marched_lanes* lanes) {
 
 // Depths along rays of a view. rays: three arrays of march.stride reals, the pixel coordinates x
 // and y of each ray and a hint: a depth close before its hit, or 0. grid, safe: as in `safe_steps`.
-// nodes, node_field, node_versors, trusted: a lattice of images. loose_grid ... finer_bits: the
-// places that rays pass through (loose_places.clh).
+// nodes, node_places, node_field, node_versors, trusted: a lattice of images. table_layout ...
+// table_versors: a table of images (image_table.clh), for iterates from march.tabled on. loose_grid
+// ... finer_bits: the places that rays pass through (loose_places.clh).
 //
 // A work-item has the rays item * march.share ... of march.count. Its lanes go each its own way: on
 // by what grid and lattice tell, until an orbit needs F, or a versor, of a point; a turn of the
@@ -360,17 +391,22 @@ static inline void compute_fields(const marching* with, marched_lanes* lanes) {
 kernel void march_depth(global const real* map, int factors, qj_march march,
                         global const real* view, global const real* rays, global const real* grid,
                         global const real* safe, global const real* nodes,
-                        global const real* node_field, global const real* node_versors,
-                        global const uchar* trusted, global const real* loose_grid,
-                        global const uint* loose_bits, global const uint* finer_cells,
-                        global const uint* finer_bits, global real* depth) {
+                        global const int* node_places, global const real* node_field,
+                        global const real* node_versors, global const uchar* trusted,
+                        global const real* table_layout, global const int* table_bricks,
+                        global const ushort* table_fields, global const char* table_versors,
+                        global const real* loose_grid, global const uint* loose_bits,
+                        global const uint* finer_cells, global const uint* finer_bits,
+                        global real* depth) {
   int next_ray = (int)get_global_id(0) * march.share;
   if (next_ray >= march.count) return;
-  image_lattice lattice = {nodes, node_field, node_versors, trusted};
+  image_lattice lattice = {nodes, node_places, node_field, node_versors, trusted};
+  image_table table = {table_layout, table_bricks, table_fields, table_versors};
   marching with;
   with.map = map;
   with.factors = factors;
   with.lattice = lattice;
+  with.table = table;
   with.march = march;
   with.view = view;
   with.rays = rays;

@@ -15,6 +15,7 @@
 #include "device/point_batch.hpp"
 #include "fit/curvature.hpp"
 #include "fit/evaluator.hpp"
+#include "layout/image_table.h"
 #include "map/reference_iteration.hpp"
 #include "picture/band_grid.hpp"
 #include "picture/depth_grid.hpp"
@@ -365,6 +366,8 @@ double image_lattice(const Device& device, Precision precision) {
     right[number] = cells.size() % 2;
     if (right[number] == 0) (cells.size() % 4 == 0 ? middle_field : middle_versors).back() += 0.1;
   });
+  std::vector<std::int32_t> places(field.size());
+  std::iota(places.begin(), places.end(), 0);
   device::Context& context = device.context();
   const auto kernel = context.kernel("image_lattice.cl", "trust_cells",
                                      {device.lane_width(precision), precision, {}});
@@ -372,14 +375,55 @@ double image_lattice(const Device& device, Precision precision) {
   const auto sent = [&](const std::vector<double>& reals) {
     return context.upload_real(reals, precision);
   };
-  context.launch(kernel, {{cells.size(), 1, 1}},
-                 {context.upload<std::int32_t>(cells), device::narrow(cells.size()),
-                  sent(middle_field), sent(middle_versors), sent(picture::grid_layout(grid)),
-                  sent(field), sent(versors), device::Argument::real(1e-3, precision), trusted});
+  context.launch(
+      kernel, {{cells.size(), 1, 1}},
+      {context.upload<std::int32_t>(cells), device::narrow(cells.size()), sent(middle_field),
+       sent(middle_versors), sent(picture::grid_layout(grid)), context.upload<std::int32_t>(places),
+       sent(field), sent(versors), device::Argument::real(1e-3, precision), trusted});
   context.read<std::uint8_t>(trusted, found);
   return static_cast<double>(field.size()) -
          std::transform_reduce(found.begin(), found.end(), right.begin(), 0.0, std::plus<>(),
                                std::equal_to<>());
+}
+
+/// F and U that a table of one brick gives at points. Its F is linear, and its U is 1.
+double image_table(const Device& device, Precision precision) {
+  constexpr std::size_t kPoints = 64;  // a multiple of every width
+  std::vector<double> layout(QJ_TABLE_SIZE);
+  layout[QJ_TABLE_ORIGIN] = -1;
+  layout[QJ_TABLE_STEP] = 0.5;
+  layout[QJ_TABLE_BRICKS] = 1;
+  layout[QJ_TABLE_FIELD] = -2;
+  layout[QJ_TABLE_FIELD_STEP] = 0.25;
+  std::vector<std::uint16_t> fields;
+  std::vector<std::int8_t> versors;
+  for (int node = 0; node < QJ_TABLE_NODES; ++node) {
+    const int x = node % 5, y = node / 5 % 5, z = node / 25 % 5, w = node / 125;
+    fields.push_back(static_cast<std::uint16_t>(x + 2 * y + 3 * z + 4 * w));
+    versors.insert(versors.end(), {QJ_TABLE_VERSOR, 0, 0, 0});
+  }
+  base::Random random(5);
+  std::vector<double> points(4 * kPoints), right(5 * kPoints), found(right.size());
+  for (double& c : points) c = random.uniform(-0.99, 0.99);
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    for (std::size_t axis = 0; axis < 4; ++axis) {
+      right[i] += static_cast<double>(axis + 1) * (points[axis * kPoints + i] + 1) / 0.5;
+    }
+    right[i] = 0.25 * right[i] - 2;
+    right[kPoints + i] = 1;
+  }
+  device::Context& context = device.context();
+  const int width = device.lane_width(precision);
+  const std::size_t groups = kPoints / static_cast<std::size_t>(width);
+  const auto images = context.allocate_real(found.size(), precision);
+  context.launch(
+      context.kernel("image_table.cl", "table_images", {width, precision, {}}), {{groups, 1, 1}},
+      {context.upload_real(points, precision), device::narrow(kPoints), device::narrow(groups),
+       context.upload_real(layout, precision),
+       context.upload<std::int32_t>(std::vector<std::int32_t>{0}),
+       context.upload<std::uint16_t>(fields), context.upload<std::int8_t>(versors), images});
+  context.read(images, found);
+  return largest_difference(found, right);
 }
 
 /// For a tolerance: the program is built in double precision only.
@@ -412,6 +456,7 @@ constexpr std::array kChecks{
     Check{"interpolated_orbit.cl", "surface of a ball, in cells", 0.5, 0.5, interpolated_surface},
     Check{"place_vertices.cl", "vertices of a ball, in cells", 0.011, 0.011, placed_vertices},
     Check{"image_lattice.cl", "cells that are wrong", 0, 0, image_lattice},
+    Check{"image_table.cl", "images from a table", 1e-5, 1e-12, image_table},
     Check{"ray_march.cl", "depths of a ball, in a ray's tolerance", 1, 1, depths<false>},
     Check{"ray_grid.cl", "coarse depths of a ball, in the same", 2, 2, depths<true>},
     Check{"orbit_trait.cl", "angles of a ball's orbits", 1e-4, 1e-6, orbit_trait},

@@ -165,6 +165,7 @@ DeviceMap::DeviceMap(const Device& device, const Map& map, const StopRadii& stop
                         : std::max(1, factors_)),
       step_cost_(modulus_cost_ + versor_cost(map)),
       slice_(map.dynamics.slice),
+      has_cube_bounds_(std::holds_alternative<FactorsModulus>(map.dynamics.modulus)),
       log_inner_(log_or(stops.inner, -kNone)),
       log_outer_(std::min(log_or(stops.escape, kNone), log_or(stops.outer, kNone))) {
   interpolates_ =

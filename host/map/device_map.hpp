@@ -35,6 +35,8 @@ class DeviceMap {
   /// Whether orbits may be interpolated. F jumps at portals' rims, and images fall on them; a
   /// noise's direction turns at once about its zeros, which nothing tells of.
   bool interpolates() const { return interpolates_; }
+  /// Whether F can be bounded over cubes of four dimensions.
+  bool has_cube_bounds() const { return has_cube_bounds_; }
   double slice() const { return slice_; }
 
   /// ln of the radius below which an iterate never leaves, and of that above which none returns.
@@ -60,7 +62,7 @@ class DeviceMap {
   double modulus_cost_, step_cost_;
   std::vector<Quaternion> centers_;
   double slice_;
-  bool interpolates_;
+  bool interpolates_, has_cube_bounds_;
   double log_inner_, log_outer_;
 };
 

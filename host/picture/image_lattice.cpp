@@ -16,8 +16,8 @@ constexpr double kError = 0.07, kShare = 0.3;
 constexpr double kNearest = 0.1, kFarthest = 0.8;
 /// A lattice made for this many times the displacement serves as well.
 constexpr double kSlack = 1.5;
-/// For memory's sake.
-constexpr double kMostNodes = 4e6;
+/// For memory's sake, and so that making the lattice takes less than the rays that it serves.
+constexpr double kFewestNodes = 3e5, kMostNodes = 12e6, kNodesARay = 10;
 
 /// The numbers of the cells that rays run orbits in.
 std::vector<std::int32_t> cells_of(const surface::Grid& grid, const BandGrid& band) {
@@ -57,28 +57,38 @@ ImageLattice::ImageLattice(const map::DeviceMap& map)
     : layout_(map.context().upload_real(grid_layout({}), map.precision())),
       field_(map.context().allocate_real(1, map.precision())),
       versors_(map.context().allocate_real(1, map.precision())),
+      places_(map.context().allocate<std::int32_t>(1)),
       trusted_(map.context().allocate<std::uint8_t>(1)) {}
 
 ImageLattice::ImageLattice(const map::DeviceMap& map, const BandGrid& band, const Box& box,
-                           double displacement, double steepest)
+                           double displacement, double stretch, double rays)
     : box_(box), displacement_(displacement) {
   device::Context& context = map.context();
-  // The image moves steepest · e^F times as far as the point, and interpolation is off by a share
+  // The image moves stretch · e^F times as far as the point, and interpolation is off by a share
   // of e^F.
-  const double allowed = displacement * steepest;
+  const double allowed = displacement * stretch;
   const double turn = std::clamp(std::pow(kShare * allowed / kError, 0.25), kNearest, kFarthest);
-  const double step = std::max(turn / steepest, std::cbrt(box.size().prod() / kMostNodes));
+  const double step = std::max(
+      turn / stretch,
+      std::cbrt(box.size().prod() / std::clamp(kNodesARay * rays, kFewestNodes, kMostNodes)));
   // Cells about the box with the nodes that they are interpolated from.
   const surface::Grid grid = surface::grid_around(box, step, 1.5);
   const std::size_t size = surface::whole(grid).size();
   const std::vector<std::int32_t> cells = cells_of(grid, band);
   layout_ = context.upload_real(grid_layout(grid), map.precision());
-  field_ = context.allocate_real(size, map.precision());
-  versors_ = context.allocate_real(4 * size, map.precision());
   trusted_ = context.upload<std::uint8_t>(std::vector<std::uint8_t>(size));
-  if (cells.empty()) return;
   const std::vector<std::int32_t> nodes = nodes_of(grid, cells);
-  surface::block_images(map, grid, surface::whole(grid), 1, nodes, nodes, field_, versors_);
+  std::vector<std::int32_t> places(size);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    places[static_cast<std::size_t>(nodes[i])] = device::narrow(i);
+  }
+  places_ = context.upload<std::int32_t>(places);
+  const std::size_t stored = map.groups(nodes.size() + 1) * map.lanes();
+  field_ = context.allocate_real(stored, map.precision());
+  versors_ = context.allocate_real(4 * stored, map.precision());
+  if (cells.empty()) return;
+  surface::block_images(map, grid, surface::whole(grid), 1, nodes,
+                        surface::all_numbers(nodes.size()), field_, versors_);
   // Cells are trusted at whose middles interpolation is off by no more than what is allowed.
   surface::Grid middles = grid;
   middles.origin.array() += 0.5 * grid.step;
@@ -89,7 +99,11 @@ ImageLattice::ImageLattice(const map::DeviceMap& map, const BandGrid& band, cons
                         surface::all_numbers(cells.size()), field, versors);
   context.launch(map.kernel("image_lattice.cl", "trust_cells"), {{cells.size(), 1, 1}, {}},
                  {context.upload<std::int32_t>(cells), device::narrow(cells.size()), field, versors,
-                  layout_, field_, versors_, map.real(allowed), trusted_});
+                  layout_, places_, field_, versors_, map.real(allowed), trusted_});
+  std::vector<std::uint8_t> trusted(size);
+  context.read<std::uint8_t>(trusted_, trusted);
+  trusted_share_ =
+      static_cast<double>(std::ranges::count(trusted, 1)) / static_cast<double>(cells.size());
 }
 
 bool ImageLattice::serves(const Box& box, double displacement) const {

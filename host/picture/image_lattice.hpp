@@ -15,23 +15,29 @@ class ImageLattice {
   explicit ImageLattice(const map::DeviceMap& map);
 
   /// Over the part of the band in `box`. @param displacement by how far, map coordinates, the set
-  /// may seem to lie elsewhere. @param steepest ‖∇F₁‖ about the set.
+  /// may seem to lie elsewhere. @param stretch how far images move where points do, map units a map
+  /// unit. @param rays how many it is likely to serve.
   ImageLattice(const map::DeviceMap& map, const BandGrid& band, const Box& box, double displacement,
-               double steepest);
+               double stretch, double rays);
 
   /// Whether it serves rays inside `box` for this displacement.
   bool serves(const Box& box, double displacement) const;
 
+  /// The share of the cells in which interpolation is close enough.
+  double trusted_share() const { return trusted_share_; }
+
   // As ray_march.cl's march_depth takes them.
   const device::RealBuffer& layout() const { return layout_; }
+  const device::Buffer<std::int32_t>& places() const { return places_; }
   const device::RealBuffer& field() const { return field_; }
   const device::RealBuffer& versors() const { return versors_; }
   const device::Buffer<std::uint8_t>& trusted() const { return trusted_; }
 
  private:
   Box box_;
-  double displacement_ = 0;
+  double displacement_ = 0, trusted_share_ = 0;
   device::RealBuffer layout_, field_, versors_;
+  device::Buffer<std::int32_t> places_;
   device::Buffer<std::uint8_t> trusted_;
 };
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <deque>
+#include <optional>
 
 #include "device/point_batch.hpp"
 #include "layout/march.h"
@@ -14,6 +15,7 @@
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
 #include "picture/image_lattice.hpp"
+#include "picture/image_table.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::picture {
@@ -29,6 +31,8 @@ constexpr double kPart = 0.5;
 
 /// The most that interpolated images may displace what is seen, pixels.
 constexpr double kDisplacement = 0.125;
+/// A table of images is made once so many rays were asked for.
+constexpr double kRaysWorthTable = 3e5;
 /// For memory's sake: one for the lights, one for the camera.
 constexpr std::size_t kMostLattices = 2;
 
@@ -152,6 +156,7 @@ class MarchSource : public DepthSource {
 
   void prepare(const View& view) override {
     if (grid_.is_empty()) return;
+    rays_ += static_cast<double>(view.columns) * view.rows;
     lattice_for(view);
     look_finer(view);
   }
@@ -221,13 +226,31 @@ class MarchSource : public DepthSource {
     return map_.context().upload<std::uint32_t>(words.empty() ? std::vector{0U} : words);
   }
 
+  /// How far interpolated images may displace what is seen of the view, map units.
+  static double displacement_of(const View& view) {
+    return kDisplacement * view.footprint * view.samples;
+  }
+  /// Whether images are worth interpolating.
+  bool interpolates() const {
+    return set_.interpolates_images && map_.interpolates() &&
+           map_.step_cost() >= kWorthInterpolating && set_.iterations > 1;
+  }
+
+  /// Empty until so many rays were asked for that it pays.
+  const ImageTable& table() {
+    if (!table_) table_.emplace(map_);
+    if (!has_tried_table_ && rays_ >= kRaysWorthTable && interpolates() && set_.iterations > 2) {
+      has_tried_table_ = true;
+      table_ = ImageTable::of_ball(map_, set_.stop);
+    }
+    return *table_;
+  }
+
   /// What serves the view's rays; made at the first call.
   const ImageLattice& lattice_for(const View& view) {
-    const double displacement = kDisplacement * view.footprint * view.samples;
+    const double displacement = displacement_of(view);
     Box box = box_in_sight(view, grid_.bounds());
-    if (!set_.interpolates_images || !map_.interpolates() ||
-        map_.step_cost() < kWorthInterpolating || set_.iterations == 1 ||
-        (box.size().array() <= 0).any()) {
+    if (!interpolates() || (box.size().array() <= 0).any()) {
       if (lattices_.empty()) lattices_.emplace_back(map_);
       return lattices_.front();
     }
@@ -236,7 +259,9 @@ class MarchSource : public DepthSource {
     if (found != lattices_.end()) return *found;
     if (box.size().prod() > kPart * grid_.bounds().size().prod()) box = grid_.bounds();
     if (lattices_.size() == kMostLattices) lattices_.pop_front();
-    return lattices_.emplace_back(map_, grid_, box, displacement, band_.steepest);
+    // In a factor map the versor turns faster than F rises.
+    const double stretch = std::max(band_.steepest, table().first_stretch());
+    return lattices_.emplace_back(map_, grid_, box, displacement, stretch, rays_);
   }
 
   static std::vector<float> no_hits(const View& view, int rows) {
@@ -265,6 +290,7 @@ class MarchSource : public DepthSource {
           farthest, to_string(set_.precision)));
     }
     const ImageLattice& lattice = lattice_for(view);
+    const int tabled = table().first_iterate(displacement_of(view));
     const std::size_t share = kRaysALane * map_.lanes();
     device::PointBatch batch(context, kernel_, set_.precision, share,
                              map_.step_cost() * kIteratesARay);
@@ -285,12 +311,30 @@ class MarchSource : public DepthSource {
                                   .stride = device::narrow(part.stride),
                                   .count = device::narrow(part.count),
                                   .share = device::narrow(share),
+                                  .tabled = std::min(tabled, set_.iterations + 1),
                                   .finer = loose_.finer};
           });
-          return surface::Arguments(
-              {map_.buffer(), map_.factors(), march, packed, part.in, grid_.layout(), grid_.safe(),
-               lattice.layout(), lattice.field(), lattice.versors(), lattice.trusted(),
-               loose_layout_, loose_bits_, finer_cells_, finer_bits_, part.out});
+          return surface::Arguments({map_.buffer(),
+                                     map_.factors(),
+                                     march,
+                                     packed,
+                                     part.in,
+                                     grid_.layout(),
+                                     grid_.safe(),
+                                     lattice.layout(),
+                                     lattice.places(),
+                                     lattice.field(),
+                                     lattice.versors(),
+                                     lattice.trusted(),
+                                     table_->layout(),
+                                     table_->bricks(),
+                                     table_->fields(),
+                                     table_->versors(),
+                                     loose_layout_,
+                                     loose_bits_,
+                                     finer_cells_,
+                                     finer_bits_,
+                                     part.out});
         },
         [&](std::size_t i, const std::array<double, 1>& depth) {
           depths[index(rays[i].column, rays[i].row - first_row, view.columns)] =
@@ -338,6 +382,9 @@ class MarchSource : public DepthSource {
   device::Buffer<std::uint32_t> loose_bits_, finer_cells_, finer_bits_;
   std::unique_ptr<BandGrid> whole_;  ///< where `grid_` is over a part
   std::deque<ImageLattice> lattices_;
+  std::optional<ImageTable> table_;
+  bool has_tried_table_ = false;
+  double rays_ = 1;  ///< of all views that were prepared
 };
 
 }  // namespace

@@ -12,5 +12,6 @@ QJ_ARGUMENTS(qj_march) {
   int stride;     /* reals in an array of rays */
   int count;      /* rays */
   int share;      /* rays of a work-item */
+  int tabled;     /* the first iterate that is looked up in the table of images */
   int finer;      /* finer places along each side of a cell that has them (loose_places.clh) */
 };

@@ -466,16 +466,19 @@ TEST_CASE("a lattice trusts cells where it interpolates_images images, and no ot
     const picture::BandGrid grid(device, set, band);
     const map::DeviceMap device_map(device, map, band.stops, Precision::single);
     const double allowed = 0.02;
+    constexpr double kRays = 1e6;
     const picture::ImageLattice lattice(device_map, grid, grid.bounds(), allowed / band.steepest,
-                                        band.steepest);
+                                        band.steepest, kRays);
     std::vector<double> layout(QJ_GRID_SIZE), field(lattice.field().size()),
         versors(lattice.versors().size());
     std::vector<std::uint8_t> trusted(lattice.trusted().size());
+    std::vector<std::int32_t> places(lattice.places().size());
     device::Context& context = device.context();
     context.read(lattice.layout(), layout);
     context.read(lattice.field(), field);
     context.read(lattice.versors(), versors);
     context.read(lattice.trusted(), std::span(trusted));
+    context.read(lattice.places(), std::span(places));
     const int nx = static_cast<int>(layout[QJ_GRID_POINTS]);
     const int ny = static_cast<int>(layout[QJ_GRID_POINTS + 1]);
     // Lagrange's polynomial through four nodes, written as it stands in books.
@@ -498,8 +501,8 @@ TEST_CASE("a lattice trusts cells where it interpolates_images images, and no ot
       for (int k = -1; k <= 2; ++k) {
         for (int j = -1; j <= 2; ++j) {
           for (int i = -1; i <= 2; ++i) {
-            const auto node =
-                static_cast<std::size_t>(((at[2] + k) * ny + at[1] + j) * nx + at[0] + i);
+            const auto node = static_cast<std::size_t>(places.at(
+                static_cast<std::size_t>(((at[2] + k) * ny + at[1] + j) * nx + at[0] + i)));
             const double w = weight(i, way[0]) * weight(j, way[1]) * weight(k, way[2]);
             f += w * field[node];
             u += w * Eigen::Vector4d(versors[4 * node], versors[4 * node + 1],

@@ -1,0 +1,512 @@
+#include "picture/image_table.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "base/random.hpp"
+#include "device/point_batch.hpp"
+#include "layout/image_table.h"
+
+namespace qjulia::picture {
+namespace {
+
+using Point = std::array<double, 4>;
+
+/// Distance of nodes, map units.
+constexpr double kNodeStep = 0.065;
+/// Bricks along an axis: for memory's sake.
+constexpr int kMostBricks = 30;
+/// F is stored from so far below the inner level to so far above the outer one.
+constexpr double kBelow = 4, kAbove = 4;
+/// Points at which the table is compared with the map.
+constexpr std::size_t kProbes = 200000;
+/// How far points are moved to see how their images move, map units.
+constexpr double kMove = 1e-4;
+/// What a look-up costs, in factors' logarithms.
+constexpr double kLookUpCost = 20;
+
+constexpr int kCells = QJ_TABLE_CELLS, kNodesASide = QJ_TABLE_SIDE;
+/// Side of a brick, map units.
+constexpr double kBrick = kNodeStep * kCells;
+
+/// Four counts: of nodes from the lattice's origin, or of bricks.
+using Place = std::array<int, 4>;
+
+/// The number of a place among `side` along each axis, X fastest.
+std::size_t number_of(const Place& at, int side) {
+  std::size_t number = 0;
+  for (std::size_t axis = 4; axis-- > 0;) {
+    number = number * static_cast<std::size_t>(side) + static_cast<std::size_t>(at[axis]);
+  }
+  return number;
+}
+
+Place place_of(std::size_t number, int side) {
+  Place at{};
+  for (int& i : at) {
+    i = static_cast<int>(number % static_cast<std::size_t>(side));
+    number /= static_cast<std::size_t>(side);
+  }
+  return at;
+}
+
+struct Lattice {
+  double origin, step;
+  int bricks;  ///< along an axis
+
+  Point node(const Place& at) const {
+    Point p{};
+    std::ranges::transform(at, p.begin(), [&](int i) { return origin + step * i; });
+    return p;
+  }
+  Point middle_of_brick(const Place& at) const {
+    Point p{};
+    std::ranges::transform(at, p.begin(),
+                           [&](int i) { return origin + step * kCells * (i + 0.5); });
+    return p;
+  }
+};
+
+/// Nodes, each with a number: they come in the order in which they are added.
+class NodeList {
+ public:
+  explicit NodeList(const Lattice& lattice)
+      : lattice_(lattice),
+        blocks_(static_cast<std::size_t>(std::pow(lattice.bricks + 1, 4)), kNone) {}
+
+  std::size_t size() const { return places_.size(); }
+  const std::vector<Place>& places() const { return places_; }
+
+  /// The node's number; it is added where it has none.
+  std::int32_t add(const Place& at) {
+    std::int32_t& block = blocks_[block_of(at)];
+    if (block == kNone) {
+      block = device::narrow(numbers_.size() / kBlock);
+      numbers_.resize(numbers_.size() + kBlock, kNone);
+    }
+    std::int32_t& number = numbers_[slot_of(block, at)];
+    if (number == kNone) {
+      number = device::narrow(places_.size());
+      places_.push_back(at);
+    }
+    return number;
+  }
+  /// Its number; negative where it was not added.
+  std::int32_t find(const Place& at) const {
+    if (std::ranges::any_of(at, [&](int i) { return i < 0 || i > kCells * lattice_.bricks; })) {
+      return kNone;
+    }
+    const std::int32_t block = blocks_[block_of(at)];
+    return block == kNone ? kNone : numbers_[slot_of(block, at)];
+  }
+  std::vector<Point> points() const {
+    std::vector<Point> points(places_.size());
+    std::ranges::transform(places_, points.begin(),
+                           [&](const Place& at) { return lattice_.node(at); });
+    return points;
+  }
+
+ private:
+  static constexpr std::int32_t kNone = -1;
+  static constexpr std::size_t kBlock = std::size_t{kCells} * kCells * kCells * kCells;
+
+  std::size_t block_of(Place at) const {
+    for (int& i : at) i /= kCells;
+    return number_of(at, lattice_.bricks + 1);
+  }
+  static std::size_t slot_of(std::int32_t block, Place at) {
+    for (int& i : at) i %= kCells;
+    return static_cast<std::size_t>(block) * kBlock + number_of(at, kCells);
+  }
+
+  Lattice lattice_;
+  std::vector<std::int32_t> blocks_;   ///< of kCells nodes along each axis
+  std::vector<std::int32_t> numbers_;  ///< of the nodes in each block
+  std::vector<Place> places_;
+};
+
+double length(const Point& p) {
+  return std::sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3]);
+}
+
+Point times(double scale, const std::array<float, 4>& q) {
+  Point p{};
+  std::ranges::transform(q, p.begin(), [&](float c) { return scale * c; });
+  return p;
+}
+
+Point times(double scale, Point p) {
+  for (double& c : p) c *= scale;
+  return p;
+}
+
+double distance(const Point& a, const Point& b) {
+  return length({a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]});
+}
+
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// What a table says of a point.
+struct Looked {
+  double field;
+  std::array<float, 4> versor;
+};
+
+/// The map's F and U at points, computed on the device.
+class Probe {
+ public:
+  Probe(const map::DeviceMap& map, const std::stop_token& stop) : map_(map), stop_(stop) {}
+
+  std::vector<float> fields(const std::vector<Point>& points) const {
+    std::vector<float> fields(points.size());
+    run<1>("node_fields", points, {}, [&](std::size_t i, const std::array<double, 1>& f) {
+      fields[i] = static_cast<float>(f[0]);
+    });
+    return fields;
+  }
+  std::vector<std::array<float, 4>> versors(const std::vector<Point>& points) const {
+    std::vector<std::array<float, 4>> versors(points.size());
+    run<4>("node_versors", points, {}, [&](std::size_t i, const Point& u) {
+      std::ranges::transform(u, versors[i].begin(), [](double c) { return static_cast<float>(c); });
+    });
+    return versors;
+  }
+  /// Least and greatest F over cubes about the points.
+  std::vector<std::array<double, 2>> bounds(const std::vector<Point>& points,
+                                            double half_side) const {
+    std::vector<std::array<double, 2>> bounds(points.size());
+    run<2>("cube_bounds", points, {map_.real(half_side)},
+           [&](std::size_t i, const std::array<double, 2>& found) { bounds[i] = found; });
+    return bounds;
+  }
+  std::vector<Looked> looked_up(const ImageTable& table, const std::vector<Point>& points) const {
+    std::vector<Looked> looked(points.size());
+    device::PointBatch batch(map_.context(), map_.kernel("image_table.cl", "table_images"),
+                             map_.precision(), map_.lanes(), kLookUpCost);
+    batch.run<4, 5>(
+        points.size(), [&](std::size_t i) { return points[i]; },
+        [&](const device::PointBatch::Part& part) {
+          return std::vector<device::Argument>{part.in,
+                                               device::narrow(part.stride),
+                                               device::narrow(part.items),
+                                               table.layout(),
+                                               table.bricks(),
+                                               table.fields(),
+                                               table.versors(),
+                                               part.out};
+        },
+        [&](std::size_t i, const std::array<double, 5>& found) {
+          looked[i].field = found[0];
+          std::transform(found.begin() + 1, found.end(), looked[i].versor.begin(),
+                         [](double c) { return static_cast<float>(c); });
+        },
+        0, stop_);
+    return looked;
+  }
+
+ private:
+  template <std::size_t kOutputs, class Take>
+  void run(const char* name, const std::vector<Point>& points,
+           const std::vector<device::Argument>& more, const Take& take) const {
+    device::PointBatch batch(map_.context(), map_.kernel("image_table.cl", name), map_.precision(),
+                             map_.lanes(), map_.step_cost());
+    batch.run<4, kOutputs>(
+        points.size(), [&](std::size_t i) { return points[i]; },
+        [&](const device::PointBatch::Part& part) {
+          std::vector<device::Argument> list{part.in, device::narrow(part.stride),
+                                             device::narrow(part.items)};
+          for (const device::Argument& argument : more) list.push_back(argument);
+          list.emplace_back(map_.buffer());
+          list.emplace_back(map_.factors());
+          list.emplace_back(part.out);
+          return list;
+        },
+        take, 0, stop_);
+  }
+
+  const map::DeviceMap& map_;
+  const std::stop_token& stop_;
+};
+
+/// Images of points that are undecided, and how far they move where the point does.
+struct Moved {
+  std::vector<std::size_t> from;  ///< the points' numbers
+  std::vector<Point> images;
+  std::vector<double> stretches;  ///< map units a map unit
+};
+
+/// @param direction gives unit vectors, along which points are moved.
+template <class Direction>
+Moved moved_images(const Probe& probe, const map::DeviceMap& map, const std::vector<Point>& points,
+                   const Direction& direction) {
+  const std::vector<float> fields = probe.fields(points);
+  std::vector<Point> undecided, nearby;
+  Moved moved;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (fields[i] < map.log_inner() || fields[i] > map.log_outer()) continue;
+    moved.from.push_back(i);
+    undecided.push_back(points[i]);
+    const Point way = direction();
+    nearby.push_back(points[i]);
+    for (std::size_t c = 0; c < 4; ++c) nearby.back()[c] += kMove * way[c];
+  }
+  const auto versors = probe.versors(undecided), nearby_versors = probe.versors(nearby);
+  const std::vector<float> nearby_fields = probe.fields(nearby);
+  for (std::size_t i = 0; i < undecided.size(); ++i) {
+    moved.images.push_back(times(std::exp(fields[moved.from[i]]), versors[i]));
+    moved.stretches.push_back(
+        distance(moved.images[i], times(std::exp(nearby_fields[i]), nearby_versors[i])) / kMove);
+  }
+  return moved;
+}
+
+/// Values less a twelfth of their second differences along each axis, where both neighbours along
+/// it are known: what is multilinear between these is right on average over a cell.
+template <class Value, class Add>
+std::vector<Value> fitted(const NodeList& nodes, const std::vector<Value>& values, const Add& add) {
+  constexpr float kTwelfth = 1.0F / 12;
+  std::vector<Value> result = values;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    for (std::size_t axis = 0; axis < 4; ++axis) {
+      Place before = nodes.places()[i], after = before;
+      --before[axis], ++after[axis];
+      const std::int32_t one = nodes.find(before), other = nodes.find(after);
+      if (one < 0 || other < 0) continue;
+      add(result[i], values[static_cast<std::size_t>(one)], -kTwelfth);
+      add(result[i], values[static_cast<std::size_t>(other)], -kTwelfth);
+      add(result[i], values[i], 2 * kTwelfth);
+    }
+  }
+  return result;
+}
+
+using Versor4 = std::array<float, 4>;
+
+/// Makes what a table holds, step by step.
+class Builder {
+ public:
+  /// @param bricks along an axis.
+  Builder(const map::DeviceMap& map, const std::stop_token& stop, int bricks)
+      : probe_(map, stop),
+        lattice_{-0.5 * bricks * kBrick, kNodeStep, bricks},
+        inner_(map.log_inner()),
+        outer_(map.log_outer()),
+        lowest_(inner_ - kBelow),
+        step_((outer_ + kAbove - lowest_) / kMostStored),
+        nodes_(lattice_) {}
+
+  /// What each brick is. @return whether any has data.
+  bool make_directory() {
+    const double radius = std::exp(outer_);
+    const auto all = static_cast<std::size_t>(std::pow(lattice_.bricks, 4));
+    directory_.assign(all, outside_state(outer_));
+    std::vector<std::size_t> asked;
+    std::vector<Point> middles;
+    for (std::size_t b = 0; b < all; ++b) {
+      const Point middle = lattice_.middle_of_brick(place_of(b, lattice_.bricks));
+      if (length(middle) > radius + kBrick) continue;  // half a brick's diagonal is its side
+      asked.push_back(b);
+      middles.push_back(middle);
+    }
+    const auto bounds = probe_.bounds(middles, 0.5 * kBrick);
+    for (std::size_t i = 0; i < asked.size(); ++i) {
+      const auto [least, most] = bounds[i];
+      if (most < inner_) {
+        directory_[asked[i]] = QJ_TABLE_INSIDE;
+      } else if (least > outer_) {
+        directory_[asked[i]] = outside_state(least);
+      } else {
+        directory_[asked[i]] = device::narrow(kept_.size());
+        kept_.push_back(asked[i]);
+      }
+    }
+    return !kept_.empty();
+  }
+
+  /// F at the nodes of bricks with data, each node once.
+  void make_fields() {
+    node_of_.resize(kept_.size() * QJ_TABLE_NODES);
+    for (std::size_t b = 0; b < kept_.size(); ++b) {
+      const Place at = place_of(kept_[b], lattice_.bricks);
+      for (std::size_t n = 0; n < QJ_TABLE_NODES; ++n) {
+        Place node = place_of(n, kNodesASide);
+        for (std::size_t axis = 0; axis < 4; ++axis) node[axis] += kCells * at[axis];
+        node_of_[b * QJ_TABLE_NODES + n] = nodes_.add(node);
+      }
+    }
+    const std::vector<float> values =
+        fitted(nodes_, probe_.fields(nodes_.points()),
+               [](float& sum, float value, float weight) { sum += weight * value; });
+    std::vector<std::uint16_t> stored(values.size());
+    std::ranges::transform(values, stored.begin(), [&](float f) {
+      return static_cast<std::uint16_t>(std::lround(std::clamp(steps(f), 0.0, kMostStored)));
+    });
+    fields_.resize(node_of_.size());
+    std::ranges::transform(node_of_, fields_.begin(), [&](std::int32_t node) {
+      return stored[static_cast<std::size_t>(node)];
+    });
+  }
+
+  /// U at the corners of cells whose interpolated F may be undecided.
+  void make_versors() {
+    const NodeList turned = undecided_nodes();
+    const std::vector<Versor4> values =
+        fitted(turned, probe_.versors(turned.points()),
+               [](Versor4& sum, const Versor4& value, float weight) {
+                 for (std::size_t c = 0; c < 4; ++c) sum[c] += weight * value[c];
+               });
+    versors_.resize(4 * node_of_.size());
+    for (std::size_t i = 0; i < node_of_.size(); ++i) {
+      const std::int32_t number =
+          turned.find(nodes_.places()[static_cast<std::size_t>(node_of_[i])]);
+      if (number < 0) continue;
+      const Versor4& u = values[static_cast<std::size_t>(number)];
+      for (std::size_t c = 0; c < 4; ++c) {
+        constexpr float kMost = 127;
+        versors_[4 * i + c] = static_cast<std::int8_t>(
+            std::lround(std::clamp(QJ_TABLE_VERSOR * u[c], -kMost, kMost)));
+      }
+    }
+  }
+
+  std::vector<double> layout() const {
+    std::vector<double> layout(QJ_TABLE_SIZE);
+    layout[QJ_TABLE_ORIGIN] = lattice_.origin;
+    layout[QJ_TABLE_STEP] = lattice_.step;
+    layout[QJ_TABLE_BRICKS] = lattice_.bricks;
+    layout[QJ_TABLE_FIELD] = lowest_;
+    layout[QJ_TABLE_FIELD_STEP] = step_;
+    layout[QJ_TABLE_OUTER] = outer_;
+    return layout;
+  }
+  const std::vector<std::int32_t>& directory() const { return directory_; }
+  const std::vector<std::uint16_t>& fields() const { return fields_; }
+  const std::vector<std::int8_t>& versors() const { return versors_; }
+
+ private:
+  static constexpr double kMostStored = 65535;
+
+  double steps(double f) const { return (f - lowest_) / step_; }
+
+  /// What the directory says of a brick outside, in which F is at least `least`.
+  std::int32_t outside_state(double least) const {
+    constexpr double kMostBound = 1000;
+    const double bound = std::clamp(least - outer_, 0.0, kMostBound);
+    return QJ_TABLE_OUTSIDE - static_cast<std::int32_t>(bound * QJ_TABLE_PER_BOUND);
+  }
+
+  NodeList undecided_nodes() const {
+    std::vector<bool> is_needed(nodes_.size());
+    for (std::size_t b = 0; b < kept_.size(); ++b) {
+      for (int cell = 0; cell < kCells * kCells * kCells * kCells; ++cell) {
+        const Place at = place_of(static_cast<std::size_t>(cell), kCells);
+        std::array<std::size_t, 16> corners{};
+        double least = kMostStored, most = 0;
+        for (std::size_t c = 0; c < 16; ++c) {
+          Place corner = at;
+          for (std::size_t axis = 0; axis < 4; ++axis)
+            corner[axis] += static_cast<int>(c >> axis & 1);
+          corners[c] = b * QJ_TABLE_NODES + number_of(corner, kNodesASide);
+          least = std::min(least, static_cast<double>(fields_[corners[c]]));
+          most = std::max(most, static_cast<double>(fields_[corners[c]]));
+        }
+        if (most < steps(inner_) - 1 || least > steps(outer_) + 1) continue;
+        for (const std::size_t corner : corners) {
+          is_needed[static_cast<std::size_t>(node_of_[corner])] = true;
+        }
+      }
+    }
+    NodeList needed(lattice_);
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      if (is_needed[i]) needed.add(nodes_.places()[i]);
+    }
+    return needed;
+  }
+
+  Probe probe_;
+  Lattice lattice_;
+  double inner_, outer_;
+  double lowest_, step_;  ///< a stored field f is F = lowest_ + step_ f
+  std::vector<std::int32_t> directory_;
+  std::vector<std::size_t> kept_;  ///< bricks with data
+  NodeList nodes_;
+  std::vector<std::int32_t> node_of_;  ///< the numbers of each such brick's nodes
+  std::vector<std::uint16_t> fields_;
+  std::vector<std::int8_t> versors_;
+};
+
+}  // namespace
+
+ImageTable::ImageTable(const map::DeviceMap& map)
+    : layout_(map.context().upload_real(std::vector<double>(QJ_TABLE_SIZE), map.precision())),
+      bricks_(map.context().allocate<std::int32_t>(1)),
+      fields_(map.context().allocate<std::uint16_t>(1)),
+      versors_(map.context().allocate<std::int8_t>(4)) {}
+
+ImageTable ImageTable::of_ball(const map::DeviceMap& map, const std::stop_token& stop) {
+  ImageTable table(map);
+  const double bricks = std::ceil(2 * std::exp(map.log_outer()) / kBrick) + 1;
+  if (!map.has_cube_bounds() || !(bricks <= kMostBricks)) return table;
+  Builder builder(map, stop, static_cast<int>(bricks));
+  if (!builder.make_directory()) return table;
+  builder.make_fields();
+  builder.make_versors();
+  device::Context& context = map.context();
+  table.layout_ = context.upload_real(builder.layout(), map.precision());
+  table.bricks_ = context.upload<std::int32_t>(builder.directory());
+  table.fields_ = context.upload<std::uint16_t>(builder.fields());
+  table.versors_ = context.upload<std::int8_t>(builder.versors());
+  table.is_empty_ = false;
+  table.measure(map, stop);
+  return table;
+}
+
+void ImageTable::measure(const map::DeviceMap& map, const std::stop_token& stop) {
+  const Probe probe(map, stop);
+  base::Random random(1);
+  const auto direction = [&](std::size_t axes) {
+    for (;;) {
+      Point p{};
+      for (std::size_t c = 0; c < axes; ++c) p[c] = random.uniform(-1, 1);
+      if (const double size = length(p); size > 0.1 && size < 1) return times(1 / size, p);
+    }
+  };
+  // Undecided points of the slice, then their images as far as these are undecided.
+  const double radius = std::exp(map.log_outer());
+  std::vector<Point> starts;
+  for (std::size_t i = 0; i < kProbes; ++i) {
+    Point p{0, 0, 0, map.slice()};
+    for (std::size_t c = 0; c < 3; ++c) p[c] = random.uniform(-radius, radius);
+    starts.push_back(p);
+  }
+  const Moved first = moved_images(probe, map, starts, [&] { return direction(3); });
+  const Moved second = moved_images(probe, map, first.images, [&] { return direction(4); });
+  if (second.images.empty()) return;
+  std::vector<Point> looked_up;
+  for (const std::size_t i : second.from) looked_up.push_back(first.images[i]);
+  const std::vector<Looked> looked = probe.looked_up(*this, looked_up);
+  std::vector<double> errors, stretches = first.stretches;
+  for (std::size_t i = 0; i < looked.size(); ++i) {
+    errors.push_back(
+        distance(second.images[i], times(std::exp(looked[i].field), looked[i].versor)));
+  }
+  first_stretch_ = std::max(median(stretches), 1.0);
+  stretches = second.stretches;
+  stretch_ = std::max(median(stretches), 1.0);
+  displacement_ = median(errors) / (first_stretch_ * stretch_);
+}
+
+int ImageTable::first_iterate(double displacement) const {
+  if (is_empty_) return std::numeric_limits<int>::max();
+  int iterate = 2;
+  for (double seen = displacement_; seen > displacement; seen /= stretch_) ++iterate;
+  return iterate;
+}
+
+}  // namespace qjulia::picture

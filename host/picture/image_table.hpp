@@ -1,0 +1,51 @@
+#pragma once
+/// Where iterates after the first take points of all four dimensions, computed once at the nodes of
+/// a lattice and looked up (kernels/image_table.clh).
+
+#include <stop_token>
+
+#include "device/context.hpp"
+#include "map/device_map.hpp"
+
+namespace qjulia::picture {
+
+class ImageTable {
+ public:
+  /// A table without anything: every image is computed.
+  explicit ImageTable(const map::DeviceMap& map);
+
+  /// Over the ball of undecided points. Empty where the map's kinds have no bounds over cubes, and
+  /// where it would take too much memory. @throws Interrupted
+  static ImageTable of_ball(const map::DeviceMap& map, const std::stop_token& stop);
+
+  bool is_empty() const { return is_empty_; }
+
+  /// How far the first image of an undecided point of the slice moves where the point does, map
+  /// units a map unit: the median.
+  double first_stretch() const { return first_stretch_; }
+
+  /// The first iterate that can be looked up so that what is seen is displaced by no more than
+  /// this, map units; beyond every n where none can.
+  int first_iterate(double displacement) const;
+
+  // As ray_march.cl's march_depth takes them.
+  const device::RealBuffer& layout() const { return layout_; }
+  const device::Buffer<std::int32_t>& bricks() const { return bricks_; }
+  const device::Buffer<std::uint16_t>& fields() const { return fields_; }
+  const device::Buffer<std::int8_t>& versors() const { return versors_; }
+
+ private:
+  /// Sets what look-ups displace, and the stretches.
+  void measure(const map::DeviceMap& map, const std::stop_token& stop);
+
+  bool is_empty_ = true;
+  double displacement_ = 0;  ///< of points of the slice by looking up iterate 2: the median
+  double first_stretch_ = 1;
+  double stretch_ = 1;  ///< of iterate 2
+  device::RealBuffer layout_;
+  device::Buffer<std::int32_t> bricks_;
+  device::Buffer<std::uint16_t> fields_;
+  device::Buffer<std::int8_t> versors_;
+};
+
+}  // namespace qjulia::picture
