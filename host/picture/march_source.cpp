@@ -32,7 +32,7 @@ constexpr double kPart = 0.5;
 /// The most that interpolated images may displace what is seen, pixels.
 constexpr double kDisplacement = 0.125;
 /// A table of images is made once so many rays were asked for.
-constexpr double kRaysWorthTable = 3e5;
+constexpr double kRaysWorthTable = 1e6;
 /// For memory's sake: one for the lights, one for the camera.
 constexpr std::size_t kMostLattices = 2;
 

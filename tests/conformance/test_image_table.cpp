@@ -156,7 +156,7 @@ TEST_CASE(
   }();
   const auto source = picture::march_source(device, set);
   // So many rays are to come that a table pays.
-  source->prepare(picture::camera_view({}, *map.frame.box, 800, 600, 1));
+  source->prepare(picture::camera_view({}, *map.frame.box, 1200, 900, 1));
   const picture::View view = picture::camera_view({}, *map.frame.box, 120, 90, 1);
   const auto found = source->depths(view, 0, view.rows), right = exact->depths(view, 0, view.rows);
   std::size_t both = 0, one = 0, far = 0;
