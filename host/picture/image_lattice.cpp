@@ -100,10 +100,6 @@ ImageLattice::ImageLattice(const map::DeviceMap& map, const BandGrid& band, cons
   context.launch(map.kernel("image_lattice.cl", "trust_cells"), {{cells.size(), 1, 1}, {}},
                  {context.upload<std::int32_t>(cells), device::narrow(cells.size()), field, versors,
                   layout_, places_, field_, versors_, map.real(allowed), trusted_});
-  std::vector<std::uint8_t> trusted(size);
-  context.read<std::uint8_t>(trusted_, trusted);
-  trusted_share_ =
-      static_cast<double>(std::ranges::count(trusted, 1)) / static_cast<double>(cells.size());
 }
 
 bool ImageLattice::serves(const Box& box, double displacement) const {

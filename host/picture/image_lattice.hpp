@@ -23,9 +23,6 @@ class ImageLattice {
   /// Whether it serves rays inside `box` for this displacement.
   bool serves(const Box& box, double displacement) const;
 
-  /// The share of the cells in which interpolation is close enough.
-  double trusted_share() const { return trusted_share_; }
-
   // As ray_march.cl's march_depth takes them.
   const device::RealBuffer& layout() const { return layout_; }
   const device::Buffer<std::int32_t>& places() const { return places_; }
@@ -35,7 +32,7 @@ class ImageLattice {
 
  private:
   Box box_;
-  double displacement_ = 0, trusted_share_ = 0;
+  double displacement_ = 0;
   device::RealBuffer layout_, field_, versors_;
   device::Buffer<std::int32_t> places_;
   device::Buffer<std::uint8_t> trusted_;

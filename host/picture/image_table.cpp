@@ -18,6 +18,8 @@ using Point = std::array<double, 4>;
 constexpr double kNodeStep = 0.065;
 /// Bricks along an axis: for memory's sake.
 constexpr int kMostBricks = 30;
+/// Bricks with data, of 3,750 bytes each: some devices allocate no more than 64 MiB at once.
+constexpr std::size_t kMostKept = 20000;
 /// F is stored from so far below the inner level to so far above the outer one.
 constexpr double kBelow = 4, kAbove = 4;
 /// Points at which the table is compared with the map.
@@ -301,7 +303,7 @@ class Builder {
         step_((outer_ + kAbove - lowest_) / kMostStored),
         nodes_(lattice_) {}
 
-  /// What each brick is. @return whether any has data.
+  /// What each brick is. @return whether some have data, and not too many.
   bool make_directory() {
     const double radius = std::exp(outer_);
     const auto all = static_cast<std::size_t>(std::pow(lattice_.bricks, 4));
@@ -326,7 +328,7 @@ class Builder {
         kept_.push_back(asked[i]);
       }
     }
-    return !kept_.empty();
+    return !kept_.empty() && kept_.size() <= kMostKept;
   }
 
   /// F at the nodes of bricks with data, each node once.

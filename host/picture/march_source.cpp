@@ -240,8 +240,8 @@ class MarchSource : public DepthSource {
   const ImageTable& table() {
     if (!table_) table_.emplace(map_);
     if (!has_tried_table_ && rays_ >= kRaysWorthTable && interpolates() && set_.iterations > 2) {
-      has_tried_table_ = true;
       table_ = ImageTable::of_ball(map_, set_.stop);
+      has_tried_table_ = true;  // a stop may come before
     }
     return *table_;
   }

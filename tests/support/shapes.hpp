@@ -13,6 +13,26 @@
 
 namespace qjulia::shapes {
 
+/// The same surface with each triangle cut in four at the middles of its edges.
+inline TriangleMesh subdivided(TriangleMesh mesh) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
+  const auto middle = [&](std::uint32_t a, std::uint32_t b) {
+    const auto [found, added] =
+        middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(mesh.vertices.size()));
+    if (added) mesh.vertices.emplace_back(0.5 * (mesh.vertices[a] + mesh.vertices[b]));
+    return found->second;
+  };
+  std::vector<Triangle> finer;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const auto ab = middle(a, b);
+    const auto bc = middle(b, c);
+    const auto ca = middle(c, a);
+    finer.insert(finer.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
+  }
+  mesh.triangles = std::move(finer);
+  return mesh;
+}
+
 /// An icosahedron, each triangle cut in four `subdivisions` times, on the sphere of `radius` about
 /// the origin: 20 · 4^subdivisions triangles.
 inline TriangleMesh sphere(int subdivisions = 3, double radius = 1) {
@@ -25,21 +45,7 @@ inline TriangleMesh sphere(int subdivisions = 3, double radius = 1) {
                     {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
                     {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
   for (int level = 0; level < subdivisions; ++level) {
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
-    const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-      const auto [found, added] =
-          middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(mesh.vertices.size()));
-      if (added) mesh.vertices.emplace_back(0.5 * (mesh.vertices[a] + mesh.vertices[b]));
-      return found->second;
-    };
-    std::vector<Triangle> finer;
-    for (const auto& [a, b, c] : mesh.triangles) {
-      const auto ab = middle(a, b);
-      const auto bc = middle(b, c);
-      const auto ca = middle(c, a);
-      finer.insert(finer.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
-    }
-    mesh.triangles = std::move(finer);
+    mesh = subdivided(std::move(mesh));
     for (auto& x : mesh.vertices) x = x.normalized();
   }
   for (auto& x : mesh.vertices) x = radius * x.normalized();

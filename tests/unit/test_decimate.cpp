@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <map>
 #include <stop_token>
 
 #include "qjulia/decimate.hpp"
@@ -31,21 +30,7 @@ TEST_CASE("a decimated sphere is a closed sphere still") {
 TEST_CASE("flat places lose their triangles first") {
   // A box of 8 corners, each of its sides cut into many triangles.
   TriangleMesh box = shapes::box();
-  for (int level = 0; level < 4; ++level) {
-    std::vector<Triangle> finer;
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
-    const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-      const auto [found, added] =
-          middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(box.vertices.size()));
-      if (added) box.vertices.emplace_back(0.5 * (box.vertices[a] + box.vertices[b]));
-      return found->second;
-    };
-    for (const auto& [a, b, c] : box.triangles) {
-      const auto ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
-      finer.insert(finer.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
-    }
-    box.triangles = std::move(finer);
-  }
+  for (int level = 0; level < 4; ++level) box = shapes::subdivided(box);
   const TriangleMesh found = decimated(box, 60);
   CHECK(found.triangles.size() <= 60);
   CHECK(signed_volume(found) == Approx(8));
