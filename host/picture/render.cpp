@@ -112,7 +112,7 @@ std::size_t covered_pixels(const View& view, const Strip& strip) {
   return static_cast<std::size_t>(std::ranges::count(covered, true));
 }
 
-/// The camera aimed in the scene's coordinates instead of the shape's.
+/// The camera, with what it looks at and frames given in the scene's coordinates.
 Camera in_scene(Camera camera, const ShapeToMap& to_scene) {
   if (camera.look_at) camera.look_at = to_scene.to_map(*camera.look_at);
   if (camera.frame) camera.frame = to_scene.to_map(*camera.frame);

@@ -66,9 +66,9 @@ class LevelSet {
   /// goes on. Rounding is allowed for.
   FieldBounds bounds(std::span<const Eigen::Vector3d> centers, double half_side) const;
 
-  /// Where F_1 is below it, F_n is below `level` for certain; −infinity where that is not known.
+  /// Where F_1 is below it, F_n is certainly below `level`; −infinity if no such bound is known.
   double certainly_inside_below(double level) const;
-  /// Where F_1 is above it, F_n is above `level` for certain.
+  /// Where F_1 is above it, F_n is certainly above `level`.
   double certainly_outside_above(double level) const;
 
   /// How many points were asked for what: potentials … bounded_blocks.
