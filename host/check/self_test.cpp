@@ -27,6 +27,7 @@
 #include "qjulia/shape.hpp"
 #include "qjulia/surface.hpp"
 #include "surface/grid.hpp"
+#include "surface/grid_layout.hpp"
 #include "surface/level_set.hpp"
 
 namespace qjulia {
@@ -378,7 +379,7 @@ double image_lattice(const Device& device, Precision precision) {
   context.launch(
       kernel, {{cells.size(), 1, 1}},
       {context.upload<std::int32_t>(cells), device::narrow(cells.size()), sent(middle_field),
-       sent(middle_versors), sent(picture::grid_layout(grid)), context.upload<std::int32_t>(places),
+       sent(middle_versors), sent(surface::grid_layout(grid)), context.upload<std::int32_t>(places),
        sent(field), sent(versors), device::Argument::real(1e-3, precision), trusted});
   context.read<std::uint8_t>(trusted, found);
   return static_cast<double>(field.size()) -

@@ -15,9 +15,6 @@
 
 namespace qjulia::picture {
 
-/// A grid as layout/picture_layout.h says. @param seen the part of space that rays go through.
-std::vector<double> grid_layout(const surface::Grid& grid, const Box& seen = {});
-
 /// What rays need to know of the band of undecided points.
 struct Band {
   StopRadii stops;

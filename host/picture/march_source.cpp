@@ -14,9 +14,10 @@
 #include "picture/band_grid.hpp"
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
-#include "picture/image_lattice.hpp"
-#include "picture/image_table.hpp"
 #include "qjulia/error.hpp"
+#include "surface/grid_layout.hpp"
+#include "surface/image_lattice.hpp"
+#include "surface/image_table.hpp"
 
 namespace qjulia::picture {
 namespace {
@@ -31,6 +32,8 @@ constexpr double kPart = 0.5;
 
 /// The most that interpolated images may displace what is seen, pixels.
 constexpr double kDisplacement = 0.125;
+/// A lattice of images has at most so many nodes a ray.
+constexpr double kNodesARay = 10;
 /// A table of images is made once so many rays were asked for.
 constexpr double kRaysWorthTable = 1e6;
 /// For memory's sake: one for the lights, one for the camera.
@@ -135,7 +138,7 @@ class MarchSource : public DepthSource {
         kernel_(map_.kernel("ray_march.cl", "march_depth")) {
     // Copies in portals may be smaller than what the grid shows of where they stand.
     if (!set.keeps_loose && !grid_.is_empty() && set.map.layers.portals.empty()) find_loose();
-    loose_layout_ = map_.context().upload_real(grid_layout(loose_.grid), set_.precision);
+    loose_layout_ = map_.context().upload_real(surface::grid_layout(loose_.grid), set_.precision);
     loose_bits_ = uploaded(loose_.bits);
     send_finer();
   }
@@ -237,31 +240,46 @@ class MarchSource : public DepthSource {
   }
 
   /// Empty until so many rays were asked for that it pays.
-  const ImageTable& table() {
+  const surface::ImageTable& table() {
     if (!table_) table_.emplace(map_);
     if (!has_tried_table_ && rays_ >= kRaysWorthTable && interpolates() && set_.iterations > 2) {
-      table_ = ImageTable::of_ball(map_, set_.stop);
+      table_ = surface::ImageTable::of_ball(map_, set_.stop);
       has_tried_table_ = true;  // a stop may come before
     }
     return *table_;
   }
 
+  /// The numbers of the cells that rays run orbits in, of those that have a cell on every side.
+  std::vector<std::int32_t> cells_asked_for(const surface::Grid& grid) const {
+    const double reach = std::sqrt(0.75) * grid.step;  // from a cell's middle to its corners
+    std::vector<std::int32_t> cells;
+    surface::for_points(grid.points.array() - 3, [&](std::size_t, const Eigen::Vector3i& inner) {
+      const Eigen::Vector3i cell = inner.array() + 1;
+      if (!grid_.has_orbits_near(grid.at(cell.cast<double>().array() + 0.5), reach)) return;
+      cells.push_back(device::narrow(surface::number_of(cell, grid.points)));
+    });
+    return cells;
+  }
+
   /// What serves the view's rays; made at the first call.
-  const ImageLattice& lattice_for(const View& view) {
+  const surface::ImageLattice& lattice_for(const View& view) {
     const double displacement = displacement_of(view);
     Box box = box_in_sight(view, grid_.bounds());
     if (!interpolates() || (box.size().array() <= 0).any()) {
       if (lattices_.empty()) lattices_.emplace_back(map_);
       return lattices_.front();
     }
-    const auto found = std::ranges::find_if(
-        lattices_, [&](const ImageLattice& made) { return made.serves(box, displacement); });
+    const auto found = std::ranges::find_if(lattices_, [&](const surface::ImageLattice& made) {
+      return made.serves(box, displacement);
+    });
     if (found != lattices_.end()) return *found;
     if (box.size().prod() > kPart * grid_.bounds().size().prod()) box = grid_.bounds();
     if (lattices_.size() == kMostLattices) lattices_.pop_front();
     // In a factor map the versor turns faster than F rises.
     const double stretch = std::max(band_.steepest, table().first_stretch());
-    return lattices_.emplace_back(map_, grid_, box, displacement, stretch, rays_);
+    return lattices_.emplace_back(
+        map_, box, [&](const surface::Grid& grid) { return cells_asked_for(grid); },
+        surface::ImageLattice::Fineness{displacement, stretch, kNodesARay * rays_});
   }
 
   static std::vector<float> no_hits(const View& view, int rows) {
@@ -289,7 +307,7 @@ class MarchSource : public DepthSource {
           "drawn in {} precision",
           farthest, to_string(set_.precision)));
     }
-    const ImageLattice& lattice = lattice_for(view);
+    const surface::ImageLattice& lattice = lattice_for(view);
     const int tabled = table().first_iterate(displacement_of(view));
     const std::size_t share = kRaysALane * map_.lanes();
     device::PointBatch batch(context, kernel_, set_.precision, share,
@@ -381,8 +399,8 @@ class MarchSource : public DepthSource {
   device::RealBuffer loose_layout_;
   device::Buffer<std::uint32_t> loose_bits_, finer_cells_, finer_bits_;
   std::unique_ptr<BandGrid> whole_;  ///< where `grid_` is over a part
-  std::deque<ImageLattice> lattices_;
-  std::optional<ImageTable> table_;
+  std::deque<surface::ImageLattice> lattices_;
+  std::optional<surface::ImageTable> table_;
   bool has_tried_table_ = false;
   double rays_ = 1;  ///< of all views that were prepared
 };

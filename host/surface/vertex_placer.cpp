@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "device/point_batch.hpp"
@@ -33,11 +34,12 @@ double slope_of(const Map& map) {
 
 VertexPlacer::VertexPlacer(const Device& device, const Map& map, const StopRadii& stops,
                            int iterations, Precision precision, const DifferenceScale& scale,
-                           int tries)
+                           int tries, std::shared_ptr<const OrbitLookup> lookup)
     : map_(device, map, stops, precision),
       iterations_(iterations),
       scale_(scale),
       tries_(tries),
+      lookup_(lookup ? std::move(lookup) : std::make_shared<const OrbitLookup>(no_lookup(map_))),
       slope_(slope_of(map)),
       // Images of points at the surface have the length e^L.
       stretch_(slope_ > 0 ? std::max(kLeastStretch, slope_ * std::exp(map.dynamics.surface_level))
@@ -69,12 +71,16 @@ void VertexPlacer::place(const Grid& grid, std::span<EdgeVertex> vertices) const
                                     .close = real(std::ldexp(kClose, -tries_)),
                                     .iterations = iterations_,
                                     .tries = tries_,
+                                    .tabled = lookup_->tabled,
                                     .stride = device::narrow(part.stride),
                                     .count = device::narrow(part.count),
                                     .share = device::narrow(share)};
         });
-        return std::vector<device::Argument>{map_.buffer(), map_.factors(), placement, part.in,
-                                             part.out};
+        Arguments arguments{map_.buffer(), map_.factors(), placement, part.in};
+        append_lattice(lookup_->lattice, arguments);
+        append_table(lookup_->table, arguments);
+        arguments.emplace_back(part.out);
+        return arguments;
       },
       [&](std::size_t i, const std::array<double, 1>& at) {
         vertices[i].put(static_cast<float>(at[0]));

@@ -1,12 +1,13 @@
-#include "picture/image_lattice.hpp"
+#include "surface/image_lattice.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "device/point_batch.hpp"
+#include "surface/grid_layout.hpp"
 #include "surface/interpolated_orbits.hpp"
 
-namespace qjulia::picture {
+namespace qjulia::surface {
 namespace {
 
 /// Interpolation between nodes that F and U turn h radians apart at is off by about kError h⁴, as
@@ -15,26 +16,14 @@ constexpr double kError = 0.07, kShare = 0.3;
 /// Radians from node to node.
 constexpr double kNearest = 0.1, kFarthest = 0.8;
 /// A lattice made for this many times the displacement serves as well.
-constexpr double kSlack = 1.5;
-/// For memory's sake, and so that making the lattice takes less than the rays that it serves.
-constexpr double kFewestNodes = 3e5, kMostNodes = 12e6, kNodesARay = 10;
-
-/// The numbers of the cells that rays run orbits in.
-std::vector<std::int32_t> cells_of(const surface::Grid& grid, const BandGrid& band) {
-  const double reach = std::sqrt(0.75) * grid.step;  // from a cell's middle to its corners
-  std::vector<std::int32_t> cells;
-  surface::for_points(grid.points.array() - 3, [&](std::size_t, const Eigen::Vector3i& inner) {
-    const Eigen::Vector3i cell = inner.array() + 1;
-    if (!band.has_orbits_near(grid.at(cell.cast<double>().array() + 0.5), reach)) return;
-    cells.push_back(device::narrow(surface::number_of(cell, grid.points)));
-  });
-  return cells;
-}
+constexpr double kServedSlack = 1.5;
+/// Nodes in the whole box: any number is affordable below the first, and memory limits it above the
+/// second.
+constexpr double kFewestNodes = 3e5, kMostNodes = 12e6;
 
 /// The nodes that these cells are interpolated from.
-std::vector<std::int32_t> nodes_of(const surface::Grid& grid,
-                                   const std::vector<std::int32_t>& cells) {
-  std::vector<bool> needed(surface::whole(grid).size());
+std::vector<std::int32_t> nodes_of(const Grid& grid, const std::vector<std::int32_t>& cells) {
+  std::vector<bool> needed(whole(grid).size());
   const int row = grid.points[0], slice = row * grid.points[1];
   for (const std::int32_t cell : cells) {
     for (int k = -1; k <= 2; ++k) {
@@ -60,21 +49,20 @@ ImageLattice::ImageLattice(const map::DeviceMap& map)
       places_(map.context().allocate<std::int32_t>(1)),
       trusted_(map.context().allocate<std::uint8_t>(1)) {}
 
-ImageLattice::ImageLattice(const map::DeviceMap& map, const BandGrid& band, const Box& box,
-                           double displacement, double stretch, double rays)
-    : box_(box), displacement_(displacement) {
+ImageLattice::ImageLattice(const map::DeviceMap& map, const Box& box, const CellsOf& cells_of,
+                           const Fineness& fineness)
+    : box_(box), displacement_(fineness.displacement) {
   device::Context& context = map.context();
   // The image moves stretch · e^F times as far as the point, and interpolation is off by a share
   // of e^F.
-  const double allowed = displacement * stretch;
+  const double allowed = fineness.displacement * fineness.stretch;
   const double turn = std::clamp(std::pow(kShare * allowed / kError, 0.25), kNearest, kFarthest);
-  const double step = std::max(
-      turn / stretch,
-      std::cbrt(box.size().prod() / std::clamp(kNodesARay * rays, kFewestNodes, kMostNodes)));
+  const double most_nodes = std::clamp(fineness.most_nodes, kFewestNodes, kMostNodes);
+  const double step = std::max(turn / fineness.stretch, std::cbrt(box.size().prod() / most_nodes));
   // Cells about the box with the nodes that they are interpolated from.
-  const surface::Grid grid = surface::grid_around(box, step, 1.5);
-  const std::size_t size = surface::whole(grid).size();
-  const std::vector<std::int32_t> cells = cells_of(grid, band);
+  const Grid grid = grid_around(box, step, 1.5);
+  const std::size_t size = whole(grid).size();
+  const std::vector<std::int32_t> cells = cells_of(grid);
   layout_ = context.upload_real(grid_layout(grid), map.precision());
   trusted_ = context.upload<std::uint8_t>(std::vector<std::uint8_t>(size));
   const std::vector<std::int32_t> nodes = nodes_of(grid, cells);
@@ -86,25 +74,29 @@ ImageLattice::ImageLattice(const map::DeviceMap& map, const BandGrid& band, cons
   const std::size_t stored = map.groups(nodes.size() + 1) * map.lanes();
   field_ = context.allocate_real(stored, map.precision());
   versors_ = context.allocate_real(4 * stored, map.precision());
+  nodes_ = nodes.size();
+  cells_ = cells.size();
   if (cells.empty()) return;
-  surface::block_images(map, grid, surface::whole(grid), 1, nodes,
-                        surface::all_numbers(nodes.size()), field_, versors_);
+  block_images(map, grid, whole(grid), 1, nodes, all_numbers(nodes.size()), field_, versors_);
   // Cells are trusted at whose middles interpolation is off by no more than what is allowed.
-  surface::Grid middles = grid;
+  Grid middles = grid;
   middles.origin.array() += 0.5 * grid.step;
   const std::size_t padded = map.groups(cells.size()) * map.lanes();
   const auto field = context.allocate_real(padded, map.precision());
   const auto versors = context.allocate_real(4 * padded, map.precision());
-  surface::block_images(map, middles, surface::whole(grid), 1, cells,
-                        surface::all_numbers(cells.size()), field, versors);
+  block_images(map, middles, whole(grid), 1, cells, all_numbers(cells.size()), field, versors);
   context.launch(map.kernel("image_lattice.cl", "trust_cells"), {{cells.size(), 1, 1}, {}},
                  {context.upload<std::int32_t>(cells), device::narrow(cells.size()), field, versors,
                   layout_, places_, field_, versors_, map.real(allowed), trusted_});
+  std::vector<std::uint8_t> trusted(size);
+  context.read(trusted_, std::span(trusted));
+  trusted_share_ =
+      static_cast<double>(std::ranges::count(trusted, 1)) / static_cast<double>(cells_);
 }
 
 bool ImageLattice::serves(const Box& box, double displacement) const {
-  return kSlack * displacement >= displacement_ && (box_.low.array() <= box.low.array()).all() &&
+  return kServedSlack * displacement >= displacement_ && (box_.low.array() <= box.low.array()).all() &&
          (box_.high.array() >= box.high.array()).all();
 }
 
-}  // namespace qjulia::picture
+}  // namespace qjulia::surface
