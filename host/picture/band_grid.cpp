@@ -171,7 +171,9 @@ bool BandGrid::has_orbits_near(const Eigen::Vector3d& p, double reach) const {
 }
 
 surface::LevelSet BandGrid::level_set() const {
-  return {map_.device(), set_.map, band_.stops, set_.iterations, set_.precision};
+  surface::LevelSet set(map_.device(), set_.map, band_.stops, set_.iterations, set_.precision);
+  set.look_up(lookup_);
+  return set;
 }
 
 const std::vector<float>& BandGrid::values() {

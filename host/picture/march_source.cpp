@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <deque>
+#include <memory>
 #include <optional>
 
 #include "device/point_batch.hpp"
@@ -18,6 +19,7 @@
 #include "surface/grid_layout.hpp"
 #include "surface/image_lattice.hpp"
 #include "surface/image_table.hpp"
+#include "surface/orbit_lookup.hpp"
 
 namespace qjulia::picture {
 namespace {
@@ -32,6 +34,8 @@ constexpr double kPart = 0.5;
 
 /// The most that interpolated images may displace what is seen, pixels.
 constexpr double kDisplacement = 0.125;
+/// What they typically displace, over that.
+constexpr double kTypicalShare = 0.3;
 /// A lattice of images has at most so many nodes a ray.
 constexpr double kNodesARay = 10;
 /// A table of images is made once so many rays were asked for.
@@ -190,6 +194,19 @@ class MarchSource : public DepthSource {
 
   LoosePieces loose_pieces() const override { return loose_.pieces; }
 
+  LookupReport lookups() const override {
+    LookupReport report;
+    if (!lattices_.empty()) {
+      report.nodes = lattices_.back().nodes();
+      report.trusted_share = lattices_.back().trusted_share();
+    }
+    if (table_ && !table_->is_empty()) {
+      report.table_bytes =
+          table_->bricks().bytes() + table_->fields().bytes() + table_->versors().bytes();
+    }
+    return report;
+  }
+
  private:
   void find_loose() {
     if (set_.part) {
@@ -197,6 +214,11 @@ class MarchSource : public DepthSource {
       MarchedSet whole = set_;
       whole.part.reset();
       whole_ = std::make_unique<BandGrid>(map_.device(), whole, band_);
+    }
+    const double cell = whole_grid().step();
+    if (const int tabled = table().first_iterate(kDisplacement * cell); tabled <= 2) {
+      whole_grid().look_up(std::make_shared<const surface::OrbitLookup>(
+          surface::OrbitLookup{surface::ImageLattice(map_), *table_, tabled}));
     }
     loose_ = whole_grid().loose_places();
     grid_.leave_out(loose_);
@@ -242,7 +264,8 @@ class MarchSource : public DepthSource {
   /// Empty until so many rays were asked for that it pays.
   const surface::ImageTable& table() {
     if (!table_) table_.emplace(map_);
-    if (!has_tried_table_ && rays_ >= kRaysWorthTable && interpolates() && set_.iterations > 2) {
+    if (!has_tried_table_ && std::max(rays_, set_.rays) >= kRaysWorthTable && interpolates() &&
+        set_.iterations > 2) {
       table_ = surface::ImageTable::of_ball(map_, set_.stop);
       has_tried_table_ = true;  // a stop may come before
     }
@@ -279,7 +302,8 @@ class MarchSource : public DepthSource {
     const double stretch = std::max(band_.steepest, table().first_stretch());
     return lattices_.emplace_back(
         map_, box, [&](const surface::Grid& grid) { return cells_asked_for(grid); },
-        surface::ImageLattice::Fineness{displacement, stretch, kNodesARay * rays_});
+        surface::ImageLattice::Fineness{displacement, kTypicalShare * displacement, stretch,
+                                        kNodesARay * rays_});
   }
 
   static std::vector<float> no_hits(const View& view, int rows) {

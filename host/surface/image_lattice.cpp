@@ -10,9 +10,11 @@
 namespace qjulia::surface {
 namespace {
 
-/// Interpolation between nodes that F and U turn h radians apart at is off by about kError h⁴, as
-/// the median; a third of what is allowed.
-constexpr double kError = 0.07, kShare = 0.3;
+/// Interpolation between nodes from one of which to the next U turns by h radians is off by about
+/// kError h⁴, as the median.
+constexpr double kError = 0.07;
+/// The place of a node that no cell needs.
+constexpr std::int32_t kNotStored = -1;
 /// Radians from node to node.
 constexpr double kNearest = 0.1, kFarthest = 0.8;
 /// A lattice made for this many times the displacement serves as well.
@@ -56,7 +58,8 @@ ImageLattice::ImageLattice(const map::DeviceMap& map, const Box& box, const Cell
   // The image moves stretch · e^F times as far as the point, and interpolation is off by a share
   // of e^F.
   const double allowed = fineness.displacement * fineness.stretch;
-  const double turn = std::clamp(std::pow(kShare * allowed / kError, 0.25), kNearest, kFarthest);
+  const double turn =
+      std::clamp(std::pow(fineness.typical * fineness.stretch / kError, 0.25), kNearest, kFarthest);
   const double most_nodes = std::clamp(fineness.most_nodes, kFewestNodes, kMostNodes);
   const double step = std::max(turn / fineness.stretch, std::cbrt(box.size().prod() / most_nodes));
   // Cells about the box with the nodes that they are interpolated from.
@@ -66,7 +69,7 @@ ImageLattice::ImageLattice(const map::DeviceMap& map, const Box& box, const Cell
   layout_ = context.upload_real(grid_layout(grid), map.precision());
   trusted_ = context.upload<std::uint8_t>(std::vector<std::uint8_t>(size));
   const std::vector<std::int32_t> nodes = nodes_of(grid, cells);
-  std::vector<std::int32_t> places(size);
+  std::vector<std::int32_t> places(size, kNotStored);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     places[static_cast<std::size_t>(nodes[i])] = device::narrow(i);
   }
@@ -78,16 +81,9 @@ ImageLattice::ImageLattice(const map::DeviceMap& map, const Box& box, const Cell
   cells_ = cells.size();
   if (cells.empty()) return;
   block_images(map, grid, whole(grid), 1, nodes, all_numbers(nodes.size()), field_, versors_);
-  // Cells are trusted at whose middles interpolation is off by no more than what is allowed.
-  Grid middles = grid;
-  middles.origin.array() += 0.5 * grid.step;
-  const std::size_t padded = map.groups(cells.size()) * map.lanes();
-  const auto field = context.allocate_real(padded, map.precision());
-  const auto versors = context.allocate_real(4 * padded, map.precision());
-  block_images(map, middles, whole(grid), 1, cells, all_numbers(cells.size()), field, versors);
   context.launch(map.kernel("image_lattice.cl", "trust_cells"), {{cells.size(), 1, 1}, {}},
-                 {context.upload<std::int32_t>(cells), device::narrow(cells.size()), field, versors,
-                  layout_, places_, field_, versors_, map.real(allowed), trusted_});
+                 {context.upload<std::int32_t>(cells), device::narrow(cells.size()), layout_,
+                  places_, field_, versors_, map.real(allowed), trusted_});
   std::vector<std::uint8_t> trusted(size);
   context.read(trusted_, std::span(trusted));
   trusted_share_ =
@@ -95,7 +91,8 @@ ImageLattice::ImageLattice(const map::DeviceMap& map, const Box& box, const Cell
 }
 
 bool ImageLattice::serves(const Box& box, double displacement) const {
-  return kServedSlack * displacement >= displacement_ && (box_.low.array() <= box.low.array()).all() &&
+  return kServedSlack * displacement >= displacement_ &&
+         (box_.low.array() <= box.low.array()).all() &&
          (box_.high.array() >= box.high.array()).all();
 }
 

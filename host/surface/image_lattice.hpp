@@ -18,7 +18,8 @@ class ImageLattice {
   explicit ImageLattice(const map::DeviceMap& map);
 
   struct Fineness {
-    double displacement;  ///< how far the set may seem to lie elsewhere, map units
+    double displacement;  ///< how far the set may seem to lie elsewhere at most, map units
+    double typical;       ///< the same, as the median
     double stretch;       ///< how far images move where points do, map units a map unit
     double most_nodes;    ///< that are worth making; there may be somewhat more
   };

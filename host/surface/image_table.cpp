@@ -23,7 +23,7 @@ constexpr std::size_t kMostKept = 20000;
 /// F is stored from so far below the inner level to so far above the outer one.
 constexpr double kBelow = 4, kAbove = 4;
 /// Points at which the table is compared with the map.
-constexpr std::size_t kTableProbes = 200000;
+constexpr std::size_t kTableProbes = 60000;
 /// How far points are moved to see how their images move, map units.
 constexpr double kMove = 1e-4;
 /// What a look-up costs, in factors' logarithms.

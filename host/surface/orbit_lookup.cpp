@@ -7,6 +7,9 @@
 namespace qjulia::surface {
 namespace {
 
+/// What looking up typically displaces, over the most that it may. The more points a grid has, the
+/// more nodes are worth making: beyond so many cells along its longest side the share falls.
+constexpr double kTypicalShare = 0.15, kManyCells = 512;
 /// Cells along the sides of the blocks over which F_1 is bounded, coarse to fine.
 constexpr std::array<int, 2> kBlocks{4, 2};
 
@@ -53,15 +56,18 @@ OrbitLookup no_lookup(const map::DeviceMap& map) {
 }
 
 std::shared_ptr<const OrbitLookup> make_lookup(const map::DeviceMap& map, const LevelSet& set,
-                                               double level, const Box& box, double displacement,
+                                               double level, const Grid& grid, double displacement,
                                                const std::stop_token& stop) {
   if (!map.interpolates()) return nullptr;
   ImageTable table = ImageTable::of_ball(map, stop);
   const int tabled = table.first_iterate(displacement);
   if (tabled > 2) return nullptr;
+  const double typical =
+      kTypicalShare * displacement * std::min(1.0, kManyCells / grid.points.maxCoeff());
   ImageLattice lattice(
-      map, box, [&](const Grid& grid) { return undecided_cells(set, level, grid, stop); },
-      {displacement, table.first_stretch(), std::numeric_limits<double>::infinity()});
+      map, {grid.origin, grid.point(grid.points.array() - 1)},
+      [&](const Grid& nodes) { return undecided_cells(set, level, nodes, stop); },
+      {displacement, typical, table.first_stretch(), std::numeric_limits<double>::infinity()});
   return std::make_shared<const OrbitLookup>(
       OrbitLookup{std::move(lattice), std::move(table), tabled});
 }

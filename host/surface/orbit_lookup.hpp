@@ -21,11 +21,11 @@ struct OrbitLookup {
 /// With which every orbit is computed.
 OrbitLookup no_lookup(const map::DeviceMap& map);
 
-/// For points of the box near the surface of F_n at `level`, which may seem to lie by
-/// `displacement` elsewhere, map units. None if the map's orbits cannot be looked up so closely.
+/// For points of the grid's box near the surface of F_n at `level`, which may seem to lie by
+/// `displacement` elsewhere, map units. Null if the map's orbits cannot be looked up so closely.
 /// @param set the map's, for bounds. @throws Interrupted
 std::shared_ptr<const OrbitLookup> make_lookup(const map::DeviceMap& map, const LevelSet& set,
-                                               double level, const Box& box, double displacement,
+                                               double level, const Grid& grid, double displacement,
                                                const std::stop_token& stop);
 
 /// Appends the lattice as kernels take it, then the table.

@@ -46,7 +46,7 @@ constexpr std::size_t kPlacedAtOnce = std::size_t{1} << 15;
 /// farther off; bunny, n = 6, 384 cells); less than a quarter flattens where iterates are smooth.
 constexpr double kLeastReach = 0.25, kMostReach = 1;
 /// The most that looked-up orbits may displace the surface of a draft, in cells.
-constexpr double kDraftDisplacement = 0.125;
+constexpr double kDraftDisplacement = 0.25;
 /// The box of shape and copies is widened by this on each side to begin with.
 constexpr double kMargin = 0.05;
 
@@ -256,7 +256,7 @@ SurfaceReport surface::level_set_surface(const Device& device, const Map& map,
   std::shared_ptr<const OrbitLookup> lookup;
   if (options.draft && options.iterations > 1) {
     const TraceStage stage(monitor.trace, "tables of images");
-    lookup = make_lookup({device, map, stops, options.precision}, set, level, box,
+    lookup = make_lookup({device, map, stops, options.precision}, set, level, grid,
                          kDraftDisplacement * grid.step, monitor.stop);
     device.context().finish();  // they are used in other queues too
   }

@@ -19,8 +19,8 @@
 #include "qjulia/detail.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/surface.hpp"
-#include "surface/image_lattice.hpp"
 #include "random_maps.hpp"
+#include "surface/image_lattice.hpp"
 
 using namespace qjulia;
 using Eigen::Vector3d;
@@ -469,15 +469,16 @@ TEST_CASE("a lattice trusts cells where it interpolates_images images, and no ot
     constexpr double kMostNodes = 1e7;
     const auto cells = [&](const surface::Grid& nodes) {
       std::vector<std::int32_t> numbers;
-      for_points(nodes.points.array() - 3, [&](std::size_t, const Eigen::Vector3i& inner) {
+      surface::for_points(nodes.points.array() - 3, [&](std::size_t, const Eigen::Vector3i& inner) {
         const Eigen::Vector3i cell = inner.array() + 1;
         if (!grid.has_orbits_near(nodes.at(cell.cast<double>().array() + 0.5), nodes.step)) return;
-        numbers.push_back(static_cast<std::int32_t>(number_of(cell, nodes.points)));
+        numbers.push_back(static_cast<std::int32_t>(surface::number_of(cell, nodes.points)));
       });
       return numbers;
     };
-    const surface::ImageLattice lattice(device_map, grid.bounds(), cells,
-                                        {allowed / band.steepest, band.steepest, kMostNodes});
+    const surface::ImageLattice lattice(
+        device_map, grid.bounds(), cells,
+        {allowed / band.steepest, 0.3 * allowed / band.steepest, band.steepest, kMostNodes});
     std::vector<double> layout(QJ_GRID_SIZE), field(lattice.field().size()),
         versors(lattice.versors().size());
     std::vector<std::uint8_t> trusted(lattice.trusted().size());

@@ -153,6 +153,11 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   const std::size_t components = written.figures.components;
   const std::string stands =
       is_turned ? fmt::format("\nthe shape's {} is up", to_string(*map.frame.up)) : std::string();
+  if (report.trusted_share > 0) {
+    session.console.detail(
+        fmt::format("first iterates from {} nodes, {:.0f} % of their cells trusted", report.nodes,
+                    100 * report.trusted_share));
+  }
   session.report_kernels(device);
   const double seconds = session.seconds();
   session.console.summary(
