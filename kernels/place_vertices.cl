@@ -121,7 +121,8 @@ typedef struct {
   int done[HELD];  // iterates of its orbit
   real x[HELD], y[HELD], z[HELD], w[HELD], f[HELD];
   int for_field[HELD], for_versor[HELD];  // the slots that wait for F, and for a versor
-  int fields, versors;                    // how many
+  int ended[HELD];                        // those whose orbits have ended
+  int fields, versors, ends;              // how many
   int next_edge, last_edge;               // the edges that are left
 } held_edges;
 
@@ -134,9 +135,32 @@ typedef struct {
   qj_placement placement;
 } placing;
 
+// Orbits are looked up only in programs that are built for it (QJ_LOOKS_UP), since that takes
+// registers which are scarce on GPUs. This is an orbit that begins at a place on an edge.
+static inline bool look_up_place(const placing* with, real3 start, last_iterate* last) {
+#ifdef QJ_LOOKS_UP
+  return looked_up_orbit(&with->lookup, start, with->map, last);
+#else
+  (void)with, (void)start, (void)last;
+  return false;
+#endif
+}
+
+// The same of one that goes on from q, to which iterate number `done` has taken it.
+static inline bool look_up_image(const placing* with, real4 q, int done, last_iterate* last) {
+#ifdef QJ_LOOKS_UP
+  if (done + 1 < with->lookup.tabled) return false;
+  *last = orbit_in_table(&with->lookup, q, done, with->map);
+  return true;
+#else
+  (void)with, (void)q, (void)done, (void)last;
+  return false;
+#endif
+}
+
 // Takes the edge in a slot on: to its vertex, and then to the next edge, where that is known; else
 // to the next try, whose orbit waits for F if it cannot be looked up.
-static inline void go_on(const placing* with, held_edges* held, int slot) {
+static inline void take_edge_on(const placing* with, held_edges* held, int slot) {
   crossed_edge* e = &held->edge[slot];
   const qj_placement* p = &with->placement;
   for (;;) {
@@ -150,7 +174,7 @@ static inline void go_on(const placing* with, held_edges* held, int slot) {
     e->tried = next_place(e, p);
     real3 start = point_on(e, e->tried, p);
     last_iterate last;
-    if (looked_up_orbit(&with->lookup, start, with->map, &last)) {
+    if (look_up_place(with, start, &last)) {
       shorten(e, last.f, with->map[QJ_MAP_SURFACE_LEVEL], last.number, p);
       continue;
     }
@@ -183,7 +207,7 @@ kernel void place_vertices(global const real* map, int factors, qj_placement pla
   held.next_edge = (int)get_global_id(0) * placement.share;
   if (held.next_edge >= placement.count) return;
   held.last_edge = min(held.next_edge + placement.share, placement.count);
-  held.fields = held.versors = 0;
+  held.fields = held.versors = held.ends = 0;
   image_lattice lattice = {nodes, node_places, node_field, node_versors, trusted};
   image_table table = {table_layout, table_bricks, table_fields, table_versors};
   placing with;
@@ -196,9 +220,14 @@ kernel void place_vertices(global const real* map, int factors, qj_placement pla
 
   for (int slot = 0; slot < HELD && held.next_edge < held.last_edge; ++slot) {
     held.edge[slot] = new_edge(edges, placement.stride, held.next_edge++);
-    go_on(&with, &held, slot);
+    held.ended[entry(held.ends)] = slot, ++held.ends;
   }
-  while (held.fields + held.versors > 0) {
+  for (;;) {
+    while (held.ends > 0) {
+      --held.ends;
+      take_edge_on(&with, &held, entry(held.ended[entry(held.ends)]));
+    }
+    if (held.fields + held.versors == 0) return;
     bool is_field =
         held.versors < QJ_WIDTH && (held.fields >= QJ_WIDTH || held.fields >= held.versors);
     int waiting = is_field ? held.fields : held.versors;
@@ -221,11 +250,11 @@ kernel void place_vertices(global const real* map, int factors, qj_placement pla
       lane_store(q.w, pw, 0);
       for (int i = 0; i < count; ++i) {
         int lane = entry(i), slot = entry(slots[lane]);
-        if (held.done[slot] + 1 >= placement.tabled) {
-          last_iterate last = orbit_in_table(
-              &with.lookup, (real4)(px[lane], py[lane], pz[lane], pw[lane]), held.done[slot], map);
+        real4 image = (real4)(px[lane], py[lane], pz[lane], pw[lane]);
+        last_iterate last;
+        if (look_up_image(&with, image, held.done[slot], &last)) {
           shorten(&held.edge[slot], last.f, level, last.number, &placement);
-          go_on(&with, &held, slot);
+          held.ended[entry(held.ends)] = slot, ++held.ends;
           continue;
         }
         held.x[slot] = px[lane], held.y[slot] = py[lane], held.z[slot] = pz[lane];
@@ -249,7 +278,7 @@ kernel void place_vertices(global const real* map, int factors, qj_placement pla
         continue;
       }
       shorten(&held.edge[slot], held.f[slot], level, held.done[slot], &placement);
-      go_on(&with, &held, slot);
+      held.ended[entry(held.ends)] = slot, ++held.ends;
     }
   }
 }

@@ -130,8 +130,7 @@ Argument Argument::real(double value, Precision precision) {
   return precision == Precision::dbl ? of(value) : of(static_cast<float>(value));
 }
 
-Context::Context(const DeviceInfo& info, const Context* sharing)
-    : impl_(std::make_unique<Impl>()) {
+Context::Context(const DeviceInfo& info, const Context* sharing) : impl_(std::make_unique<Impl>()) {
   impl_->info = info;
   const auto all = devices(platforms().at(static_cast<std::size_t>(info.platform)));
   impl_->device = all.at(static_cast<std::size_t>(info.index));

@@ -303,7 +303,8 @@ class MarchSource : public DepthSource {
     return lattices_.emplace_back(
         map_, box, [&](const surface::Grid& grid) { return cells_asked_for(grid); },
         surface::ImageLattice::Fineness{displacement, kTypicalShare * displacement, stretch,
-                                        kNodesARay * rays_});
+                                        kNodesARay * rays_},
+        set_.stop);
   }
 
   static std::vector<float> no_hits(const View& view, int rows) {

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 #include "device/point_batch.hpp"
+#include "qjulia/progress.hpp"
 #include "surface/grid_layout.hpp"
 #include "surface/interpolated_orbits.hpp"
 
@@ -13,6 +16,8 @@ namespace {
 /// Interpolation between nodes from one of which to the next U turns by h radians is off by about
 /// kError h⁴, as the median.
 constexpr double kError = 0.07;
+/// Nodes that are computed between two looks at the stop token: about half a second's work.
+constexpr std::size_t kNodesAtOnce = std::size_t{1} << 17;
 /// The place of a node that no cell needs.
 constexpr std::int32_t kNotStored = -1;
 /// Radians from node to node.
@@ -52,7 +57,7 @@ ImageLattice::ImageLattice(const map::DeviceMap& map)
       trusted_(map.context().allocate<std::uint8_t>(1)) {}
 
 ImageLattice::ImageLattice(const map::DeviceMap& map, const Box& box, const CellsOf& cells_of,
-                           const Fineness& fineness)
+                           const Fineness& fineness, const std::stop_token& stop)
     : box_(box), displacement_(fineness.displacement) {
   device::Context& context = map.context();
   // The image moves stretch · e^F times as far as the point, and interpolation is off by a share
@@ -80,7 +85,16 @@ ImageLattice::ImageLattice(const map::DeviceMap& map, const Box& box, const Cell
   nodes_ = nodes.size();
   cells_ = cells.size();
   if (cells.empty()) return;
-  block_images(map, grid, whole(grid), 1, nodes, all_numbers(nodes.size()), field_, versors_);
+  for (std::size_t first = 0; first < nodes.size(); first += kNodesAtOnce) {
+    throw_if_stopped(stop);
+    const std::size_t count = std::min(kNodesAtOnce, nodes.size() - first);
+    const auto begin = nodes.begin() + static_cast<std::ptrdiff_t>(first);
+    std::vector<std::int32_t> slots(count);
+    std::iota(slots.begin(), slots.end(), device::narrow(first));
+    block_images(map, grid, whole(grid), 1, {begin, begin + static_cast<std::ptrdiff_t>(count)},
+                 std::move(slots), field_, versors_);
+    context.finish();
+  }
   context.launch(map.kernel("image_lattice.cl", "trust_cells"), {{cells.size(), 1, 1}, {}},
                  {context.upload<std::int32_t>(cells), device::narrow(cells.size()), layout_,
                   places_, field_, versors_, map.real(allowed), trusted_});

@@ -3,6 +3,7 @@
 /// and interpolated between them (kernels/image_lattice.clh).
 
 #include <functional>
+#include <stop_token>
 #include <vector>
 
 #include "device/context.hpp"
@@ -27,9 +28,9 @@ class ImageLattice {
   /// point, and another cell on every side.
   using CellsOf = std::function<std::vector<std::int32_t>(const Grid&)>;
 
-  /// Over some cells of a grid about `box`.
+  /// Over some cells of a grid about `box`. @throws Interrupted
   ImageLattice(const map::DeviceMap& map, const Box& box, const CellsOf& cells_of,
-               const Fineness& fineness);
+               const Fineness& fineness, const std::stop_token& stop);
 
   /// Whether it serves points inside `box` for this displacement.
   bool serves(const Box& box, double displacement) const;

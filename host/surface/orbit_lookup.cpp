@@ -67,7 +67,8 @@ std::shared_ptr<const OrbitLookup> make_lookup(const map::DeviceMap& map, const 
   ImageLattice lattice(
       map, {grid.origin, grid.point(grid.points.array() - 1)},
       [&](const Grid& nodes) { return undecided_cells(set, level, nodes, stop); },
-      {displacement, typical, table.first_stretch(), std::numeric_limits<double>::infinity()});
+      {displacement, typical, table.first_stretch(), std::numeric_limits<double>::infinity()},
+      stop);
   return std::make_shared<const OrbitLookup>(
       OrbitLookup{std::move(lattice), std::move(table), tabled});
 }

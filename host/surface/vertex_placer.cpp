@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -24,6 +26,8 @@ constexpr double kClose = 0.8;
 constexpr double kUsualStretch = 12;
 constexpr double kLeastStretch = 2;
 
+using Defines = std::map<std::string, int>;
+
 /// |∇F_1| about the surface, map units; 0 if the map does not say its detail.
 double slope_of(const Map& map) {
   if (!map.frame.detail || !map.frame.box) return 0;
@@ -39,6 +43,8 @@ VertexPlacer::VertexPlacer(const Device& device, const Map& map, const StopRadii
       iterations_(iterations),
       scale_(scale),
       tries_(tries),
+      kernel_(map_.kernel("place_vertices.cl", "place_vertices",
+                          lookup ? Defines{{"QJ_LOOKS_UP", 1}} : Defines{})),
       lookup_(lookup ? std::move(lookup) : std::make_shared<const OrbitLookup>(no_lookup(map_))),
       slope_(slope_of(map)),
       // Images of points at the surface have the length e^L.
@@ -47,8 +53,8 @@ VertexPlacer::VertexPlacer(const Device& device, const Map& map, const StopRadii
 
 void VertexPlacer::place(const Grid& grid, std::span<EdgeVertex> vertices) const {
   const std::size_t share = kEdgesALane * map_.lanes();
-  device::PointBatch batch(map_.context(), map_.kernel("place_vertices.cl", "place_vertices"),
-                           map_.precision(), share, map_.step_cost() * kIteratesATry * tries_);
+  device::PointBatch batch(map_.context(), kernel_, map_.precision(), share,
+                           map_.step_cost() * kIteratesATry * tries_);
   batch.run<6, 1>(
       vertices.size(),
       [&](std::size_t i) {

@@ -28,6 +28,7 @@ class VertexPlacer {
   int iterations_;
   DifferenceScale scale_;
   int tries_;
+  device::Kernel kernel_;
   std::shared_ptr<const OrbitLookup> lookup_;
   double slope_;    ///< |∇F_1| about the surface, map units; 0 if it is not known
   double stretch_;  ///< factor by which an iterate stretches distances

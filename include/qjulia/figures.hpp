@@ -45,9 +45,9 @@ struct LoosePieces {
 };
 
 /// Measures a mesh as it passes by, and finds its connected parts. The fractal dimension comes from
-/// counts of boxes as small as four mean edges. Of a mesh whose edges are too long for that and that
-/// has at most a million triangles, boxes are counted over points on its triangles. Keeps 16 bytes
-/// a vertex (32 while it makes room for more) and up to 12 MiB of triangles.
+/// counts of boxes as small as four mean edges. Of a mesh whose edges are too long for that and
+/// that has at most a million triangles, boxes are counted over points on its triangles. Keeps 16
+/// bytes a vertex (32 while it makes room for more) and up to 12 MiB of triangles.
 class FigureSink : public SurfaceSink {
  public:
   /// @param next gets all that comes, unless it is null.

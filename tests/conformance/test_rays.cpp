@@ -478,7 +478,7 @@ TEST_CASE("a lattice trusts cells where it interpolates_images images, and no ot
     };
     const surface::ImageLattice lattice(
         device_map, grid.bounds(), cells,
-        {allowed / band.steepest, 0.3 * allowed / band.steepest, band.steepest, kMostNodes});
+        {allowed / band.steepest, 0.3 * allowed / band.steepest, band.steepest, kMostNodes}, {});
     std::vector<double> layout(QJ_GRID_SIZE), field(lattice.field().size()),
         versors(lattice.versors().size());
     std::vector<std::uint8_t> trusted(lattice.trusted().size());
