@@ -13,7 +13,7 @@
 // boundary.
 
 #include "layout/placement.h"
-#include "map.clh"
+#include "looked_up_orbit.clh"
 
 // How many edges a work-item has under way. There are more of them than lanes, so that enough of
 // them wait for the same function to fill the lanes. entry(i) is the index i into a list of them.
@@ -115,87 +115,170 @@ static inline real known_place(const crossed_edge* e, const qj_placement* p) {
   return e->tries < p->tries ? -1 : divided(e, p);
 }
 
+// The edges that a work-item has under way, each in a slot with the orbit of the place it tries.
+typedef struct {
+  crossed_edge edge[HELD];
+  int done[HELD];  // iterates of its orbit
+  real x[HELD], y[HELD], z[HELD], w[HELD], f[HELD];
+  int for_field[HELD], for_versor[HELD];  // the slots that wait for F, and for a versor
+  int ended[HELD];                        // those whose orbits have ended
+  int fields, versors, ends;              // how many
+  int next_edge, last_edge;               // the edges that are left
+} held_edges;
+
+// What all edges have in common.
+typedef struct {
+  global const real* map;
+  global const real* edges;
+  global real* at;
+  orbit_lookup lookup;
+  qj_placement placement;
+} placing;
+
+// Orbits are looked up only in programs that are built for it (QJ_LOOKS_UP), since that takes
+// registers which are scarce on GPUs. This is an orbit that begins at a place on an edge.
+static inline bool look_up_place(const placing* with, real3 start, last_iterate* last) {
+#ifdef QJ_LOOKS_UP
+  return looked_up_orbit(&with->lookup, start, with->map, last);
+#else
+  (void)with, (void)start, (void)last;
+  return false;
+#endif
+}
+
+// The same of one that goes on from q, to which iterate number `done` has taken it.
+static inline bool look_up_image(const placing* with, real4 q, int done, last_iterate* last) {
+#ifdef QJ_LOOKS_UP
+  if (done + 1 < with->lookup.tabled) return false;
+  *last = orbit_in_table(&with->lookup, q, done, with->map);
+  return true;
+#else
+  (void)with, (void)q, (void)done, (void)last;
+  return false;
+#endif
+}
+
+// Takes the edge in a slot on: to its vertex, and then to the next edge, where that is known; else
+// to the next try, whose orbit waits for F if it cannot be looked up.
+static inline void take_edge_on(const placing* with, held_edges* held, int slot) {
+  crossed_edge* e = &held->edge[slot];
+  const qj_placement* p = &with->placement;
+  for (;;) {
+    real place = known_place(e, p);
+    if (!(place < 0)) {  // also where it is NaN, which no further try would change
+      with->at[e->id] = place;
+      if (held->next_edge == held->last_edge) return;
+      *e = new_edge(with->edges, p->stride, held->next_edge++);
+      continue;
+    }
+    e->tried = next_place(e, p);
+    real3 start = point_on(e, e->tried, p);
+    last_iterate last;
+    if (look_up_place(with, start, &last)) {
+      shorten(e, last.f, with->map[QJ_MAP_SURFACE_LEVEL], last.number, p);
+      continue;
+    }
+    held->x[slot] = start.x, held->y[slot] = start.y, held->z[slot] = start.z;
+    held->w[slot] = with->map[QJ_MAP_SLICE];
+    held->f[slot] = 0;
+    held->done[slot] = 0;
+    held->for_field[entry(held->fields)] = slot, ++held->fields;
+    return;
+  }
+}
+
 // edges: six arrays of placement.stride reals: the index (i, j, k) of an edge's first point, its
 // axis, and the clamped differences from the level at its first and last point, of which exactly
 // one is below 0. at: `stride` reals, the place of each vertex in steps from the first point.
+// nodes ... table_versors: what orbits are looked up in (looked_up_orbit.clh), from iterate
+// placement.tabled on.
 //
 // A work-item has `placement.share` edges, from item * placement.share on, of placement.count in
 // all. A turn of its loop computes F, or the versor of an image, for edges that wait for it, as
 // many as there are lanes. What is found on an edge does not depend on the other edges.
 kernel void place_vertices(global const real* map, int factors, qj_placement placement,
-                           global const real* edges, global real* at) {
-  int next_edge = (int)get_global_id(0) * placement.share;
-  if (next_edge >= placement.count) return;
-  int last_edge = min(next_edge + placement.share, placement.count);
+                           global const real* edges, global const real* nodes,
+                           global const int* node_places, global const real* node_field,
+                           global const real* node_versors, global const uchar* trusted,
+                           global const real* table_layout, global const int* table_bricks,
+                           global const ushort* table_fields, global const char* table_versors,
+                           global real* at) {
+  held_edges held;
+  held.next_edge = (int)get_global_id(0) * placement.share;
+  if (held.next_edge >= placement.count) return;
+  held.last_edge = min(held.next_edge + placement.share, placement.count);
+  held.fields = held.versors = held.ends = 0;
+  image_lattice lattice = {nodes, node_places, node_field, node_versors, trusted};
+  image_table table = {table_layout, table_bricks, table_fields, table_versors};
+  placing with;
+  with.map = map;
+  with.edges = edges;
+  with.at = at;
+  with.lookup = lookup_of(lattice, table, placement.tabled, placement.iterations, map);
+  with.placement = placement;
   real level = map[QJ_MAP_SURFACE_LEVEL], escape = map[QJ_MAP_LOG_ESCAPE];
-  real above = fmin(escape, map[QJ_MAP_LOG_OUTER]), below = map[QJ_MAP_LOG_INNER];
 
-  crossed_edge edge[HELD];
-  int done[HELD];  // iterates of its orbit; -1 before that begins
-  real x[HELD], y[HELD], z[HELD], w[HELD], f[HELD];
-  int for_field[HELD], for_versor[HELD];  // the slots that wait for F, and for a versor
-  int fields = 0, versors = 0;            // how many
-  for (int slot = 0; slot < HELD && next_edge < last_edge; ++slot) {
-    edge[slot] = new_edge(edges, placement.stride, next_edge++);
-    done[slot] = -1;
-    for_field[entry(fields)] = slot, ++fields;
+  for (int slot = 0; slot < HELD && held.next_edge < held.last_edge; ++slot) {
+    held.edge[slot] = new_edge(edges, placement.stride, held.next_edge++);
+    held.ended[entry(held.ends)] = slot, ++held.ends;
   }
-  while (fields + versors > 0) {
-    bool is_field = versors < QJ_WIDTH && (fields >= QJ_WIDTH || fields >= versors);
-    int waiting = is_field ? fields : versors;
+  for (;;) {
+    while (held.ends > 0) {
+      --held.ends;
+      take_edge_on(&with, &held, entry(held.ended[entry(held.ends)]));
+    }
+    if (held.fields + held.versors == 0) return;
+    bool is_field =
+        held.versors < QJ_WIDTH && (held.fields >= QJ_WIDTH || held.fields >= held.versors);
+    int waiting = is_field ? held.fields : held.versors;
     int count = min(waiting, QJ_WIDTH);
     int slots[QJ_WIDTH];
     real px[QJ_WIDTH], py[QJ_WIDTH], pz[QJ_WIDTH], pw[QJ_WIDTH], pf[QJ_WIDTH];
     for (int i = 0; i < QJ_WIDTH; ++i) {
       int from = waiting - 1 - min(i, count - 1);
-      int slot = is_field ? entry(for_field[entry(from)]) : entry(for_versor[entry(from)]);
-      if (done[slot] < 0) {
-        edge[slot].tried = next_place(&edge[slot], &placement);
-        real3 start = point_on(&edge[slot], edge[slot].tried, &placement);
-        x[slot] = start.x, y[slot] = start.y, z[slot] = start.z, w[slot] = map[QJ_MAP_SLICE];
-        f[slot] = 0;
-        done[slot] = 0;
-      }
+      int slot =
+          is_field ? entry(held.for_field[entry(from)]) : entry(held.for_versor[entry(from)]);
       slots[i] = slot;
-      px[i] = x[slot], py[i] = y[slot], pz[i] = z[slot], pw[i] = w[slot], pf[i] = f[slot];
+      px[i] = held.x[slot], py[i] = held.y[slot], pz[i] = held.z[slot], pw[i] = held.w[slot];
+      pf[i] = held.f[slot];
     }
     qlane q = q_make(lane_load(px, 0), lane_load(py, 0), lane_load(pz, 0), lane_load(pw, 0));
     if (!is_field) {
-      versors -= count;
+      held.versors -= count;
       q = map_image(q, lane_load(pf, 0), map, factors);
       lane_store(q.x, px, 0), lane_store(q.y, py, 0), lane_store(q.z, pz, 0);
       lane_store(q.w, pw, 0);
       for (int i = 0; i < count; ++i) {
         int lane = entry(i), slot = entry(slots[lane]);
-        x[slot] = px[lane], y[slot] = py[lane], z[slot] = pz[lane], w[slot] = pw[lane];
-        for_field[entry(fields)] = slot, ++fields;
+        real4 image = (real4)(px[lane], py[lane], pz[lane], pw[lane]);
+        last_iterate last;
+        if (look_up_image(&with, image, held.done[slot], &last)) {
+          shorten(&held.edge[slot], last.f, level, last.number, &placement);
+          held.ended[entry(held.ends)] = slot, ++held.ends;
+          continue;
+        }
+        held.x[slot] = px[lane], held.y[slot] = py[lane], held.z[slot] = pz[lane];
+        held.w[slot] = pw[lane];
+        held.for_field[entry(held.fields)] = slot, ++held.fields;
       }
       continue;
     }
-    fields -= count;
+    held.fields -= count;
     real radius[QJ_WIDTH];
     lane_store(map_modulus(q, map, factors), pf, 0);
     lane_store(map_log_radius(q), radius, 0);
     for (int i = 0; i < count; ++i) {
       int lane = entry(i), slot = entry(slots[lane]);
-      crossed_edge* e = &edge[slot];
       // No iterate is run on a start beyond the escape radius.
-      bool is_far = done[slot] == 0 && radius[lane] >= escape;
-      f[slot] = is_far ? radius[lane] : pf[lane];
-      ++done[slot];
-      if (!is_far && done[slot] < placement.iterations && f[slot] > below && f[slot] < above) {
-        for_versor[entry(versors)] = slot, ++versors;
+      bool is_far = held.done[slot] == 0 && radius[lane] >= escape;
+      held.f[slot] = is_far ? radius[lane] : pf[lane];
+      ++held.done[slot];
+      if (!is_far && !is_last(&with.lookup, held.f[slot], held.done[slot])) {
+        held.for_versor[entry(held.versors)] = slot, ++held.versors;
         continue;
       }
-      shorten(e, f[slot], level, done[slot], &placement);
-      real place = known_place(e, &placement);
-      if (!(place < 0)) {  // also where it is NaN, which no further try would change
-        at[e->id] = place;
-        if (next_edge == last_edge) continue;
-        *e = new_edge(edges, placement.stride, next_edge++);
-      }
-      done[slot] = -1;
-      for_field[entry(fields)] = slot, ++fields;
+      shorten(&held.edge[slot], held.f[slot], level, held.done[slot], &placement);
+      held.ended[entry(held.ends)] = slot, ++held.ends;
     }
   }
 }

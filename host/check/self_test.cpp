@@ -27,6 +27,7 @@
 #include "qjulia/shape.hpp"
 #include "qjulia/surface.hpp"
 #include "surface/grid.hpp"
+#include "surface/grid_layout.hpp"
 #include "surface/level_set.hpp"
 
 namespace qjulia {
@@ -344,27 +345,43 @@ double cholesky(const Device& device, Precision /*precision*/) {
   return worst;
 }
 
-/// How many cells are trusted or distrusted wrongly. F and U are linear, which interpolation leaves
-/// as it is; at the middle of every other cell one of them is given wrongly.
+/// How many cells are trusted or distrusted wrongly. F and U are linear, and their fourth
+/// differences vanish, but for a few nodes at which one of them is wrong.
 double image_lattice(const Device& device, Precision precision) {
-  const surface::Grid grid{Vector3d(-1, 0.5, 2), 0.25, {6, 7, 8}};
-  std::vector<double> field, versors, middle_field, middle_versors;
-  const auto add = [](const Vector3d& p, std::vector<double>& f, std::vector<double>& u) {
-    f.push_back(p.dot(Vector3d(1, -2, 0.5)));
-    for (const double slope : {0.5, 1.0, -1.0, 2.0}) u.push_back(slope * p.sum());
-  };
-  surface::for_points(grid.points, [&](std::size_t, const Eigen::Vector3i& at) {
-    add(grid.point(at), field, versors);
+  const surface::Grid grid{Vector3d(-1, 0.5, 2), 0.25, {9, 8, 7}};
+  constexpr std::size_t kEveryNode = 97;
+  const auto is_wrong = [](std::size_t number) { return number % kEveryNode == 50; };
+  std::vector<double> field, versors;
+  surface::for_points(grid.points, [&](std::size_t number, const Eigen::Vector3i& at) {
+    const Vector3d p = grid.point(at);
+    field.push_back(p.dot(Vector3d(1, -2, 0.5)));
+    for (const double slope : {0.5, 1.0, -1.0, 2.0}) versors.push_back(slope * p.sum());
+    if (is_wrong(number)) (number % 2 == 0 ? field : versors).back() += 1;
   });
+  // A difference about an end of one of the two edges, along each axis.
+  const auto differs = [&](const Eigen::Vector3i& node, int axis) {
+    Eigen::Vector3i at = node;
+    int wrong = 0;
+    for (at[axis] = node[axis] - 2; at[axis] <= node[axis] + 2; ++at[axis]) {
+      if (at[axis] < 0 || at[axis] >= grid.points[axis]) return false;
+      wrong += is_wrong(surface::number_of(at, grid.points)) ? 1 : 0;
+    }
+    return wrong > 0;
+  };
   std::vector<std::int32_t> cells;
   std::vector<std::uint8_t> right(field.size()), found(field.size());
   surface::for_points(grid.points.array() - 3, [&](std::size_t, const Eigen::Vector3i& inner) {
-    const Eigen::Vector3i cell = inner.array() + 1;
-    const std::size_t number = surface::number_of(cell, grid.points);
+    const Eigen::Vector3i low = inner.array() + 1, high = low.array() + 1;
+    const std::size_t number = surface::number_of(low, grid.points);
     cells.push_back(device::narrow(number));
-    add(grid.at(cell.cast<double>().array() + 0.5), middle_field, middle_versors);
-    right[number] = cells.size() % 2;
-    if (right[number] == 0) (cells.size() % 4 == 0 ? middle_field : middle_versors).back() += 0.1;
+    right[number] = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Vector3i along = Eigen::Vector3i::Unit(axis);
+      for (const Eigen::Vector3i& node :
+           {low, Eigen::Vector3i(low + along), high, Eigen::Vector3i(high - along)}) {
+        if (differs(node, axis)) right[number] = 0;
+      }
+    }
   });
   std::vector<std::int32_t> places(field.size());
   std::iota(places.begin(), places.end(), 0);
@@ -375,54 +392,108 @@ double image_lattice(const Device& device, Precision precision) {
   const auto sent = [&](const std::vector<double>& reals) {
     return context.upload_real(reals, precision);
   };
-  context.launch(
-      kernel, {{cells.size(), 1, 1}},
-      {context.upload<std::int32_t>(cells), device::narrow(cells.size()), sent(middle_field),
-       sent(middle_versors), sent(picture::grid_layout(grid)), context.upload<std::int32_t>(places),
-       sent(field), sent(versors), device::Argument::real(1e-3, precision), trusted});
+  context.launch(kernel, {{cells.size(), 1, 1}},
+                 {context.upload<std::int32_t>(cells), device::narrow(cells.size()),
+                  sent(surface::grid_layout(grid)), context.upload<std::int32_t>(places),
+                  sent(field), sent(versors), device::Argument::real(1e-3, precision), trusted});
   context.read<std::uint8_t>(trusted, found);
   return static_cast<double>(field.size()) -
          std::transform_reduce(found.begin(), found.end(), right.begin(), 0.0, std::plus<>(),
                                std::equal_to<>());
 }
 
-/// F and U that a table of one brick gives at points. Its F is linear, and its U is 1.
-double image_table(const Device& device, Precision precision) {
-  constexpr std::size_t kPoints = 64;  // a multiple of every width
-  std::vector<double> layout(QJ_TABLE_SIZE);
-  layout[QJ_TABLE_ORIGIN] = -1;
-  layout[QJ_TABLE_STEP] = 0.5;
-  layout[QJ_TABLE_BRICKS] = 1;
-  layout[QJ_TABLE_FIELD] = -2;
-  layout[QJ_TABLE_FIELD_STEP] = 0.25;
-  std::vector<std::uint16_t> fields;
-  std::vector<std::int8_t> versors;
-  for (int node = 0; node < QJ_TABLE_NODES; ++node) {
-    const int x = node % 5, y = node / 5 % 5, z = node / 25 % 5, w = node / 125;
-    fields.push_back(static_cast<std::uint16_t>(x + 2 * y + 3 * z + 4 * w));
-    versors.insert(versors.end(), {QJ_TABLE_VERSOR, 0, 0, 0});
-  }
-  base::Random random(5);
-  std::vector<double> points(4 * kPoints), right(5 * kPoints), found(right.size());
-  for (double& c : points) c = random.uniform(-0.99, 0.99);
-  for (std::size_t i = 0; i < kPoints; ++i) {
-    for (std::size_t axis = 0; axis < 4; ++axis) {
-      right[i] += static_cast<double>(axis + 1) * (points[axis * kPoints + i] + 1) / 0.5;
+/// A table of one brick, over the cube from -1 to 1. Its F is linear, and its U is 1.
+struct SmallTable {
+  device::RealBuffer layout;
+  device::Buffer<std::int32_t> bricks;
+  device::Buffer<std::uint16_t> fields;
+  device::Buffer<std::int8_t> versors;
+
+  SmallTable(device::Context& context, Precision precision) {
+    std::vector<double> reals(QJ_TABLE_SIZE);
+    reals[QJ_TABLE_ORIGIN] = -1;
+    reals[QJ_TABLE_STEP] = 0.5;
+    reals[QJ_TABLE_BRICKS] = 1;
+    reals[QJ_TABLE_FIELD] = -2;
+    reals[QJ_TABLE_FIELD_STEP] = 0.25;
+    std::vector<std::uint16_t> f;
+    std::vector<std::int8_t> u;
+    for (int node = 0; node < QJ_TABLE_NODES; ++node) {
+      const int x = node % 5, y = node / 5 % 5, z = node / 25 % 5, w = node / 125;
+      f.push_back(static_cast<std::uint16_t>(x + 2 * y + 3 * z + 4 * w));
+      u.insert(u.end(), {QJ_TABLE_VERSOR, 0, 0, 0});
     }
-    right[i] = 0.25 * right[i] - 2;
-    right[kPoints + i] = 1;
+    layout = context.upload_real(reals, precision);
+    bricks = context.upload<std::int32_t>(std::vector<std::int32_t>{0});
+    fields = context.upload<std::uint16_t>(f);
+    versors = context.upload<std::int8_t>(u);
+  }
+
+  static double field_at(const Quaternion& q) {
+    return 0.25 * (q.x + 1 + 2 * (q.y + 1) + 3 * (q.z + 1) + 4 * (q.w + 1)) / 0.5 - 2;
+  }
+};
+
+constexpr std::size_t kTablePoints = 64;  // a multiple of every width
+
+/// Four arrays of coordinates, each between -0.99 and 0.99.
+std::vector<double> table_points() {
+  base::Random random(5);
+  std::vector<double> points(4 * kTablePoints);
+  for (double& c : points) c = random.uniform(-0.99, 0.99);
+  return points;
+}
+
+Quaternion table_point(const std::vector<double>& points, std::size_t i) {
+  return {points[i], points[kTablePoints + i], points[2 * kTablePoints + i],
+          points[3 * kTablePoints + i]};
+}
+
+/// F and U at points.
+double image_table(const Device& device, Precision precision) {
+  const std::vector<double> points = table_points();
+  std::vector<double> right(5 * kTablePoints), found(right.size());
+  for (std::size_t i = 0; i < kTablePoints; ++i) {
+    right[i] = SmallTable::field_at(table_point(points, i));
+    right[kTablePoints + i] = 1;
   }
   device::Context& context = device.context();
+  const SmallTable table(context, precision);
   const int width = device.lane_width(precision);
-  const std::size_t groups = kPoints / static_cast<std::size_t>(width);
+  const std::size_t groups = kTablePoints / static_cast<std::size_t>(width);
   const auto images = context.allocate_real(found.size(), precision);
   context.launch(
       context.kernel("image_table.cl", "table_images", {width, precision, {}}), {{groups, 1, 1}},
-      {context.upload_real(points, precision), device::narrow(kPoints), device::narrow(groups),
-       context.upload_real(layout, precision),
-       context.upload<std::int32_t>(std::vector<std::int32_t>{0}),
-       context.upload<std::uint16_t>(fields), context.upload<std::int8_t>(versors), images});
+      {context.upload_real(points, precision), device::narrow(kTablePoints), device::narrow(groups),
+       table.layout, table.bricks, table.fields, table.versors, images});
   context.read(images, found);
+  return largest_difference(found, right);
+}
+
+/// F_2 of orbits whose second iterate is looked up: the ball's map takes q to q², and here to
+/// e^F (q / |q|)² with an F that is given.
+double looked_up(const Device& device, Precision precision) {
+  constexpr double kFirst = -0.3;
+  constexpr int kDone = 1, kLast = 2;
+  const std::vector<double> points = table_points();
+  std::vector<double> right, found(kTablePoints);
+  for (std::size_t i = 0; i < kTablePoints; ++i) {
+    const Quaternion q = table_point(points, i);
+    right.push_back(SmallTable::field_at(std::exp(kFirst) / (norm(q) * norm(q)) * (q * q)));
+  }
+  const map::DeviceMap map(device, unit_ball(), {}, precision);
+  device::Context& context = device.context();
+  const SmallTable table(context, precision);
+  const std::size_t groups = map.groups(kTablePoints);
+  const auto ends = context.allocate_real(found.size(), precision);
+  context.launch(map.kernel("look_up.cl", "look_up_rest"), {{groups, 1, 1}},
+                 {context.upload_real(points, precision),
+                  context.upload_real(std::vector<double>(kTablePoints, kFirst), precision),
+                  device::narrow(kTablePoints),
+                  context.upload<std::int32_t>(surface::all_numbers(kTablePoints)), 0,
+                  device::narrow(groups), map.buffer(), map.factors(), kDone, kLast, table.layout,
+                  table.bricks, table.fields, table.versors, ends});
+  context.read(ends, found);
   return largest_difference(found, right);
 }
 
@@ -457,6 +528,7 @@ constexpr std::array kChecks{
     Check{"place_vertices.cl", "vertices of a ball, in cells", 0.011, 0.011, placed_vertices},
     Check{"image_lattice.cl", "cells that are wrong", 0, 0, image_lattice},
     Check{"image_table.cl", "images from a table", 1e-5, 1e-12, image_table},
+    Check{"look_up.cl", "ends of orbits that are looked up", 1e-5, 1e-12, looked_up},
     Check{"ray_march.cl", "depths of a ball, in a ray's tolerance", 1, 1, depths<false>},
     Check{"ray_grid.cl", "coarse depths of a ball, in the same", 2, 2, depths<true>},
     Check{"orbit_trait.cl", "angles of a ball's orbits", 1e-4, 1e-6, orbit_trait},

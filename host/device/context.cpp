@@ -130,12 +130,14 @@ Argument Argument::real(double value, Precision precision) {
   return precision == Precision::dbl ? of(value) : of(static_cast<float>(value));
 }
 
-Context::Context(const DeviceInfo& info) : impl_(std::make_unique<Impl>()) {
+Context::Context(const DeviceInfo& info, const Context* sharing) : impl_(std::make_unique<Impl>()) {
   impl_->info = info;
   const auto all = devices(platforms().at(static_cast<std::size_t>(info.platform)));
   impl_->device = all.at(static_cast<std::size_t>(info.index));
   cl_int code = CL_SUCCESS;
-  impl_->context = cl::Context(impl_->device, nullptr, nullptr, nullptr, &code);
+  impl_->context = sharing != nullptr
+                       ? sharing->impl_->context
+                       : cl::Context(impl_->device, nullptr, nullptr, nullptr, &code);
   impl_->expect(code, "clCreateContext");
   impl_->queue = cl::CommandQueue(impl_->context, impl_->device, CL_QUEUE_PROFILING_ENABLE, &code);
   impl_->expect(code, "clCreateCommandQueue");

@@ -130,7 +130,9 @@ bool is_refused_group(const DeviceError& error);
 /// threads at a time.
 class Context {
  public:
-  explicit Context(const DeviceInfo& info);
+  /// @param sharing a context of the same device whose buffers this one can use as well, once what
+  ///   writes them has finished.
+  explicit Context(const DeviceInfo& info, const Context* sharing = nullptr);
   ~Context();
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;

@@ -172,7 +172,7 @@ bool Device::is_tuned(Precision precision) const {
 }
 
 Device Device::sibling(Trace::Row row) const {
-  Device other(std::make_shared<device::Context>(info()));
+  Device other(std::make_shared<device::Context>(info(), context_.get()));
   other.layout_ = layout_;
   other.tuning_ = tuning_;
   other.context_->record(context_->trace(), row);

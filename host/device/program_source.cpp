@@ -48,7 +48,7 @@ class Expansion {
   static bool is_quoted(const std::string& word) { return word.starts_with('"'); }
   static std::string unquoted(const std::string& word) { return word.substr(1, word.size() - 2); }
 
-  /// The file that an include's word stands for.
+  /// The name of the file that the word after #include refers to.
   std::string named(const std::string& word) const {
     if (is_quoted(word)) return unquoted(word);
     const auto found = files_.find(word);

@@ -56,7 +56,8 @@ class Checkpoint {
   /// @throws InputError
   std::optional<FitState> state_in(const std::string& content) const;
 
-  /// At the end of a stage. One that cannot be written does not end the fit: `problem` says why.
+  /// Writes the state at the end of a stage. A failure does not end the fit: `problem` describes
+  /// it.
   void save(const FitState& state);
   /// What went wrong with the first state that could not be written; empty: nothing.
   const std::string& problem() const { return problem_; }

@@ -183,8 +183,10 @@ DeviceMap::DeviceMap(const Device& device, const Map& map, const StopRadii& stop
           : context().upload_real(std::span<const float>(packed<float>(map, stops)));
 }
 
-device::Kernel DeviceMap::kernel(const char* file, const char* name) const {
-  return context().kernel(file, name, {device_.lane_width(precision_), precision_, {}, kinds_});
+device::Kernel DeviceMap::kernel(const char* file, const char* name,
+                                 const std::map<std::string, int>& defines) const {
+  return context().kernel(file, name,
+                          {device_.lane_width(precision_), precision_, defines, kinds_});
 }
 
 }  // namespace qjulia::map

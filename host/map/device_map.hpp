@@ -23,7 +23,9 @@ class DeviceMap {
   device::Context& context() const { return device_.context(); }
   /// A kernel built for this map's kinds of modulus and versor, for portals and paint where it has
   /// some, its lane width and precision.
-  device::Kernel kernel(const char* file, const char* name) const;
+  /// @param defines macros of the program's own, with their values.
+  device::Kernel kernel(const char* file, const char* name,
+                        const std::map<std::string, int>& defines = {}) const;
   const device::RealBuffer& buffer() const { return buffer_; }
   int factors() const { return factors_; }
   Precision precision() const { return precision_; }

@@ -6,8 +6,8 @@
 
 #include "base/random.hpp"
 #include "device/point_batch.hpp"
-#include "layout/picture_layout.h"
 #include "qjulia/progress.hpp"
+#include "surface/grid_layout.hpp"
 
 namespace qjulia::picture {
 namespace {
@@ -84,17 +84,6 @@ Box close_box(const surface::Grid& grid, const std::vector<double>& safe) {
 
 }  // namespace
 
-std::vector<double> grid_layout(const surface::Grid& grid, const Box& seen) {
-  std::vector<double> reals(QJ_GRID_SIZE);
-  Eigen::Map<Eigen::VectorXd> layout(reals.data(), QJ_GRID_SIZE);
-  layout.segment<3>(QJ_GRID_ORIGIN) = grid.origin;
-  layout.segment<3>(QJ_GRID_POINTS) = grid.points.cast<double>();
-  layout.segment<3>(QJ_GRID_SEEN_LOW) = seen.low;
-  layout.segment<3>(QJ_GRID_SEEN_HIGH) = seen.high;
-  reals[QJ_GRID_STEP] = grid.step;
-  return reals;
-}
-
 Band find_band(const Device& device, const MarchedSet& set, const Box& shape) {
   const Map& map = set.map;
   Band band;
@@ -129,7 +118,7 @@ BandGrid::BandGrid(const Device& device, const MarchedSet& set, const Band& band
     bounds_ = is_empty_ ? *set.part : seen;
   }
   grid_ = grid_over(bounds_, set.cells);
-  layout_ = context.upload_real(grid_layout(grid_, bounds_), set_.precision);
+  layout_ = context.upload_real(surface::grid_layout(grid_, bounds_), set_.precision);
   steps_ = safe_steps(grid_, first, first_steps);
   safe_ = context.upload_real(steps_, set_.precision);
 }
@@ -139,7 +128,7 @@ std::vector<double> BandGrid::safe_steps(const surface::Grid& grid,
   std::vector<double> safe(numbers.size());
   if (numbers.empty()) return safe;
   device::Context& context = map_.context();
-  const auto layout = context.upload_real(grid_layout(grid), set_.precision);
+  const auto layout = context.upload_real(surface::grid_layout(grid), set_.precision);
   numbers.resize(map_.groups(numbers.size()) * map_.lanes(), numbers.back());
   const auto sent = context.upload<std::int32_t>(numbers);
   device::PointBatch batch(context, map_.kernel("ray_march.cl", "safe_steps"), set_.precision,
@@ -182,7 +171,9 @@ bool BandGrid::has_orbits_near(const Eigen::Vector3d& p, double reach) const {
 }
 
 surface::LevelSet BandGrid::level_set() const {
-  return {map_.device(), set_.map, band_.stops, set_.iterations, set_.precision};
+  surface::LevelSet set(map_.device(), set_.map, band_.stops, set_.iterations, set_.precision);
+  set.look_up(lookup_);
+  return set;
 }
 
 const std::vector<float>& BandGrid::values() {

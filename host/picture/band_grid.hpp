@@ -2,7 +2,9 @@
 /// What a regular grid can tell of a set before rays are marched: how far they may go, and where
 /// the set roughly is.
 
+#include <memory>
 #include <stop_token>
+#include <utility>
 
 #include "device/context.hpp"
 #include "map/device_map.hpp"
@@ -14,9 +16,6 @@
 #include "surface/loose_places.hpp"
 
 namespace qjulia::picture {
-
-/// A grid as layout/picture_layout.h says. @param seen the part of space that rays go through.
-std::vector<double> grid_layout(const surface::Grid& grid, const Box& seen = {});
 
 /// What rays need to know of the band of undecided points.
 struct Band {
@@ -41,6 +40,9 @@ class BandGrid {
 
   /// Depths of `rows` rows of a view, to about a cell.
   std::vector<float> depths(const View& view, int first_row, int rows);
+
+  /// Later iterates are looked up from now on, where the grid's values are asked for.
+  void look_up(std::shared_ptr<const surface::OrbitLookup> lookup) { lookup_ = std::move(lookup); }
 
   const map::DeviceMap& map() const { return map_; }
   const Box& bounds() const { return bounds_; }
@@ -83,6 +85,7 @@ class BandGrid {
   std::vector<double> steps_;  ///< at the grid's points
   double inner_;               ///< safe step at F₁ = ln r_in
   double deepest_;             ///< few orbits are asked for where the safe step is less
+  std::shared_ptr<const surface::OrbitLookup> lookup_;
   std::vector<float> values_;  ///< as `values` has them, once it was called
   device::RealBuffer layout_, safe_, sent_values_;
   device::Kernel grid_depth_;

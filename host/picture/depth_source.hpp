@@ -34,6 +34,9 @@ class DepthSource {
   /// What is left out, in the view's units.
   virtual LoosePieces loose_pieces() const { return {}; }
 
+  /// What the last prepared view's orbits are looked up in.
+  virtual LookupReport lookups() const { return {}; }
+
   /// A box that holds the shape, in the view's coordinates.
   virtual Box bounds() const = 0;
 };
@@ -47,8 +50,9 @@ struct MarchedSet {
   Precision precision = Precision::single;  ///< arithmetic of rays and orbits
   Material material = Material::clay;       ///< what `traits` are of
   std::stop_token stop{};                   ///< ends the making of a source, and its work
-  bool interpolates_images = true;          ///< first iterates are interpolated where that will do
+  bool interpolates_images = true;          ///< iterates are looked up where that will do
   int cells = 144;                          ///< along the band, for safe steps and coarse depths
+  double rays = 0;                          ///< that the first view will ask for; 0: not known
   bool keeps_loose = true;                  ///< pieces that hang on nothing
   /// Cells along the longest side of the finer grid that shows what pieces hang on: about as many
   /// as a surface has.

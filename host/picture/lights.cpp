@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Texels a side at full fineness, and at least.
+// Texels along a side of a light's map at full fineness, and of the coarsest map.
 constexpr int kSkyMap = 160;
 constexpr int kRimMap = 384;
 constexpr int kKeyMap = 768;

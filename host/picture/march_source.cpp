@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <deque>
+#include <memory>
 #include <optional>
 
 #include "device/point_batch.hpp"
@@ -14,9 +15,11 @@
 #include "picture/band_grid.hpp"
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
-#include "picture/image_lattice.hpp"
-#include "picture/image_table.hpp"
 #include "qjulia/error.hpp"
+#include "surface/grid_layout.hpp"
+#include "surface/image_lattice.hpp"
+#include "surface/image_table.hpp"
+#include "surface/orbit_lookup.hpp"
 
 namespace qjulia::picture {
 namespace {
@@ -31,6 +34,10 @@ constexpr double kPart = 0.5;
 
 /// The most that interpolated images may displace what is seen, pixels.
 constexpr double kDisplacement = 0.125;
+/// What they typically displace, over that.
+constexpr double kTypicalShare = 0.3;
+/// A lattice of images has at most so many nodes a ray.
+constexpr double kNodesARay = 10;
 /// A table of images is made once so many rays were asked for.
 constexpr double kRaysWorthTable = 1e6;
 /// For memory's sake: one for the lights, one for the camera.
@@ -135,7 +142,7 @@ class MarchSource : public DepthSource {
         kernel_(map_.kernel("ray_march.cl", "march_depth")) {
     // Copies in portals may be smaller than what the grid shows of where they stand.
     if (!set.keeps_loose && !grid_.is_empty() && set.map.layers.portals.empty()) find_loose();
-    loose_layout_ = map_.context().upload_real(grid_layout(loose_.grid), set_.precision);
+    loose_layout_ = map_.context().upload_real(surface::grid_layout(loose_.grid), set_.precision);
     loose_bits_ = uploaded(loose_.bits);
     send_finer();
   }
@@ -187,6 +194,19 @@ class MarchSource : public DepthSource {
 
   LoosePieces loose_pieces() const override { return loose_.pieces; }
 
+  LookupReport lookups() const override {
+    LookupReport report;
+    if (!lattices_.empty()) {
+      report.nodes = lattices_.back().nodes();
+      report.trusted_share = lattices_.back().trusted_share();
+    }
+    if (table_ && !table_->is_empty()) {
+      report.table_bytes =
+          table_->bricks().bytes() + table_->fields().bytes() + table_->versors().bytes();
+    }
+    return report;
+  }
+
  private:
   void find_loose() {
     if (set_.part) {
@@ -194,6 +214,11 @@ class MarchSource : public DepthSource {
       MarchedSet whole = set_;
       whole.part.reset();
       whole_ = std::make_unique<BandGrid>(map_.device(), whole, band_);
+    }
+    const double cell = whole_grid().step();
+    if (const int tabled = table().first_iterate(kDisplacement * cell); tabled <= 2) {
+      whole_grid().look_up(std::make_shared<const surface::OrbitLookup>(
+          surface::OrbitLookup{surface::ImageLattice(map_), *table_, tabled}));
     }
     loose_ = whole_grid().loose_places();
     grid_.leave_out(loose_);
@@ -237,31 +262,49 @@ class MarchSource : public DepthSource {
   }
 
   /// Empty until so many rays were asked for that it pays.
-  const ImageTable& table() {
+  const surface::ImageTable& table() {
     if (!table_) table_.emplace(map_);
-    if (!has_tried_table_ && rays_ >= kRaysWorthTable && interpolates() && set_.iterations > 2) {
-      table_ = ImageTable::of_ball(map_, set_.stop);
+    if (!has_tried_table_ && std::max(rays_, set_.rays) >= kRaysWorthTable && interpolates() &&
+        set_.iterations > 2) {
+      table_ = surface::ImageTable::of_ball(map_, set_.stop);
       has_tried_table_ = true;  // a stop may come before
     }
     return *table_;
   }
 
+  /// The numbers of the cells that rays run orbits in, of those that have a cell on every side.
+  std::vector<std::int32_t> cells_asked_for(const surface::Grid& grid) const {
+    const double reach = std::sqrt(0.75) * grid.step;  // from a cell's middle to its corners
+    std::vector<std::int32_t> cells;
+    surface::for_points(grid.points.array() - 3, [&](std::size_t, const Eigen::Vector3i& inner) {
+      const Eigen::Vector3i cell = inner.array() + 1;
+      if (!grid_.has_orbits_near(grid.at(cell.cast<double>().array() + 0.5), reach)) return;
+      cells.push_back(device::narrow(surface::number_of(cell, grid.points)));
+    });
+    return cells;
+  }
+
   /// What serves the view's rays; made at the first call.
-  const ImageLattice& lattice_for(const View& view) {
+  const surface::ImageLattice& lattice_for(const View& view) {
     const double displacement = displacement_of(view);
     Box box = box_in_sight(view, grid_.bounds());
     if (!interpolates() || (box.size().array() <= 0).any()) {
       if (lattices_.empty()) lattices_.emplace_back(map_);
       return lattices_.front();
     }
-    const auto found = std::ranges::find_if(
-        lattices_, [&](const ImageLattice& made) { return made.serves(box, displacement); });
+    const auto found = std::ranges::find_if(lattices_, [&](const surface::ImageLattice& made) {
+      return made.serves(box, displacement);
+    });
     if (found != lattices_.end()) return *found;
     if (box.size().prod() > kPart * grid_.bounds().size().prod()) box = grid_.bounds();
     if (lattices_.size() == kMostLattices) lattices_.pop_front();
     // In a factor map the versor turns faster than F rises.
     const double stretch = std::max(band_.steepest, table().first_stretch());
-    return lattices_.emplace_back(map_, grid_, box, displacement, stretch, rays_);
+    return lattices_.emplace_back(
+        map_, box, [&](const surface::Grid& grid) { return cells_asked_for(grid); },
+        surface::ImageLattice::Fineness{displacement, kTypicalShare * displacement, stretch,
+                                        kNodesARay * rays_},
+        set_.stop);
   }
 
   static std::vector<float> no_hits(const View& view, int rows) {
@@ -289,7 +332,7 @@ class MarchSource : public DepthSource {
           "drawn in {} precision",
           farthest, to_string(set_.precision)));
     }
-    const ImageLattice& lattice = lattice_for(view);
+    const surface::ImageLattice& lattice = lattice_for(view);
     const int tabled = table().first_iterate(displacement_of(view));
     const std::size_t share = kRaysALane * map_.lanes();
     device::PointBatch batch(context, kernel_, set_.precision, share,
@@ -381,8 +424,8 @@ class MarchSource : public DepthSource {
   device::RealBuffer loose_layout_;
   device::Buffer<std::uint32_t> loose_bits_, finer_cells_, finer_bits_;
   std::unique_ptr<BandGrid> whole_;  ///< where `grid_` is over a part
-  std::deque<ImageLattice> lattices_;
-  std::optional<ImageTable> table_;
+  std::deque<surface::ImageLattice> lattices_;
+  std::optional<surface::ImageTable> table_;
   bool has_tried_table_ = false;
   double rays_ = 1;  ///< of all views that were prepared
 };

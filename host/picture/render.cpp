@@ -112,7 +112,7 @@ std::size_t covered_pixels(const View& view, const Strip& strip) {
   return static_cast<std::size_t>(std::ranges::count(covered, true));
 }
 
-/// The camera aimed in the scene's coordinates instead of the shape's.
+/// The camera, with what it looks at and frames given in the scene's coordinates.
 Camera in_scene(Camera camera, const ShapeToMap& to_scene) {
   if (camera.look_at) camera.look_at = to_scene.to_map(*camera.look_at);
   if (camera.frame) camera.frame = to_scene.to_map(*camera.frame);
@@ -268,7 +268,10 @@ std::unique_ptr<Studio::Impl> Studio::Impl::of_map(const Device& device, const M
                  .precision = options.precision,
                  .material = options.material,
                  .stop = stop,
-                 .interpolates_images = !is_draft,
+                 .interpolates_images = !is_draft && !options.exact,
+                 .rays = is_draft ? 0.0
+                                  : static_cast<double>(options.width) * options.height *
+                                        options.samples_per_axis * options.samples_per_axis,
                  .keeps_loose = options.keep_loose};
   set.cells = static_cast<int>(set.cells * std::sqrt(fineness));
   if (is_draft) set.finest_cells = kDraftFinestCells;
@@ -280,6 +283,21 @@ std::unique_ptr<Studio::Impl> Studio::Impl::of_map(const Device& device, const M
 }
 
 Studio::Studio(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+std::string to_text(const LookupReport& report) {
+  std::string text;
+  if (report.nodes > 0) {
+    text = fmt::format("first iterates from {} nodes, {:.0f} % of their cells trusted",
+                       report.nodes, 100 * report.trusted_share);
+  }
+  if (report.table_bytes > 0) {
+    text += fmt::format("{}later ones from a table of {:.1f} MB", text.empty() ? "" : "; ",
+                        1e-6 * static_cast<double>(report.table_bytes));
+  }
+  return text;
+}
+
+LookupReport Studio::lookups() const { return impl_->source->lookups(); }
 
 Studio::Studio(const Device& device, const Map& map, const PictureOptions& options,
                const std::stop_token& stop)
@@ -394,6 +412,10 @@ LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_lay
   {
     const TraceStage stage(monitor.trace, "lattice");
     source->prepare(view);
+  }
+  // A stage of no length, which puts the report into the trace.
+  if (const std::string report = to_text(source->lookups()); !report.empty()) {
+    const TraceStage stage(monitor.trace, report);
   }
   if (is_first) {
     work.did(kDepthGridCost);

@@ -54,7 +54,7 @@ struct Strip {
 struct Shaded {
   std::vector<std::uint8_t> pixels;  ///< sRGB bytes
   std::vector<std::uint8_t> alpha;   ///< one for each pixel
-  std::vector<float> normals;        ///< 3 a sample, of all rows of samples that came
+  std::vector<float> normals;        ///< 3 numbers a sample, of every row in the strip
 };
 
 class Shading {

@@ -17,7 +17,7 @@ namespace {
 
 /// Fewer points than this are iterated at once.
 constexpr std::size_t kFewest = 1024;
-/// Points that the lattice's spacing is chosen by.
+/// How many points are iterated to choose the lattice's spacing.
 constexpr std::size_t kProbes = 128;
 /// Where the versor turns t radians from a grid point to the next, as the median, nodes lie
 /// (kTurn / t)^kTurnPower steps apart. Farther apart, more points are left to iterate; nearer,

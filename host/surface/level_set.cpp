@@ -1,17 +1,21 @@
 #include "surface/level_set.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <type_traits>
 #include <utility>
 
 #include "device/point_batch.hpp"
 #include "surface/interpolated_orbits.hpp"
+#include "surface/orbit_lookup.hpp"
 
 namespace qjulia::surface {
 namespace {
 
 /// Points on the device at a time, for memory's sake.
 constexpr std::size_t kMostPoints = std::size_t{1} << 20;
+/// What looking an orbit up costs, in factors' logarithms.
+constexpr double kLookUpCost = 60;
 
 /// Points on the device with their F.
 template <class Real>
@@ -89,6 +93,10 @@ void LevelSet::at(const Grid& grid, const GridBlock& block, std::span<const std:
 void LevelSet::clamped_at(const Grid& grid, const GridBlock& block,
                           std::span<const std::int32_t> numbers, const ClampRange& clamp,
                           std::span<float> values) const {
+  if (lookup_) {
+    at(grid, block, looked_up(grid, block, numbers, values), values);
+    return;
+  }
   // Bounds of what interpolated orbits are off by know nothing of paint.
   if (iterations_ == 1 || !map_.interpolates() || map_.is_painted()) {
     at(grid, block, numbers, values);
@@ -100,6 +108,41 @@ void LevelSet::clamped_at(const Grid& grid, const GridBlock& block,
   counts_.nodes += others.nodes;
   counts_.settled += numbers.size() - others.numbers.size();
   at(grid, block, others.numbers, values);
+}
+
+std::vector<std::int32_t> LevelSet::looked_up(const Grid& grid, const GridBlock& block,
+                                              std::span<const std::int32_t> numbers,
+                                              std::span<float> values) const {
+  auto& context = map_.context();
+  const device::Kernel look_up = map_.kernel("look_up.cl", "look_up_points");
+  const device::Argument points = grid_block(grid, block, precision());
+  std::vector<std::int32_t> others;
+  std::vector<double> found;
+  for (std::size_t first = 0; first < numbers.size();) {
+    const std::size_t count = std::min(
+        {numbers.size() - first, kMostPoints, context.items_per_launch(look_up, kLookUpCost)});
+    const auto sent = context.upload<std::int32_t>(numbers.subspan(first, count));
+    const auto out = context.allocate_real(count, precision());
+    Arguments arguments{sent,          points,          device::narrow(count),
+                        map_.buffer(), lookup_->tabled, iterations_};
+    append_lattice(lookup_->lattice, arguments);
+    append_table(lookup_->table, arguments);
+    arguments.emplace_back(out);
+    context.launch(look_up, {{count, 1, 1}}, arguments, kLookUpCost * static_cast<double>(count));
+    found.resize(count);
+    context.read(out, found);
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::int32_t number = numbers[first + i];
+      if (std::isnan(found[i])) {
+        others.push_back(number);
+      } else {
+        values[static_cast<std::size_t>(number)] = static_cast<float>(found[i]);
+      }
+    }
+    first += count;
+  }
+  counts_.settled += numbers.size() - others.size();
+  return others;
 }
 
 std::vector<float> LevelSet::at(std::span<const Eigen::Vector3d> points) const {
@@ -156,7 +199,8 @@ void LevelSet::iterate_in(std::size_t count, const device::Kernel& first_kernel,
                           const Take& take) const {
   if (count == 0) return;
   auto& context = map_.context();
-  const auto advance = kernel("level_set_advance");
+  const auto advance =
+      lookup_ ? map_.kernel("look_up.cl", "look_up_rest") : kernel("level_set_advance");
   const std::size_t most = std::min(context.items_per_launch(first_kernel, work(1)),
                                     std::max<std::size_t>(1, kMostPoints / map_.lanes()));
   const std::size_t stride = std::min(map_.groups(count), most) * map_.lanes();
@@ -187,9 +231,18 @@ void LevelSet::iterate_in(std::size_t count, const device::Kernel& first_kernel,
       live.resize(groups * map_.lanes(), live.back());
       context.write<std::int32_t>(live_numbers, live);
       const auto arguments = [&](std::size_t first, std::size_t part) {
-        return Arguments({orbits[0].points, orbits[0].field, device::narrow(stride), live_numbers,
-                          device::narrow(first), device::narrow(part), map_.buffer(),
-                          map_.factors(), orbits[1].points, orbits[1].field});
+        Arguments list{orbits[0].points, orbits[0].field,       device::narrow(stride),
+                       live_numbers,     device::narrow(first), device::narrow(part),
+                       map_.buffer(),    map_.factors()};
+        if (lookup_) {
+          list.emplace_back(iterate);
+          list.emplace_back(iterations_);
+          append_table(lookup_->table, list);
+        } else {
+          list.emplace_back(orbits[1].points);
+        }
+        list.emplace_back(orbits[1].field);
+        return list;
       };
       device::launch_in_parts(context, advance, groups, map_.step_cost() * map_.points_per_item(),
                               arguments);
@@ -199,7 +252,7 @@ void LevelSet::iterate_in(std::size_t count, const device::Kernel& first_kernel,
       std::size_t kept = 0;
       for (std::size_t i = 0; i < place.size(); ++i) {
         values[static_cast<std::size_t>(place[i])] = reached[i];
-        if (!undecided(reached[i])) continue;
+        if (lookup_ || !undecided(reached[i])) continue;
         live[kept] = device::narrow(i);
         place[kept++] = place[i];
       }

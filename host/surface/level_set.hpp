@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -12,6 +13,8 @@
 #include "surface/grid.hpp"
 
 namespace qjulia::surface {
+
+struct OrbitLookup;
 
 /// A launch's arguments.
 using Arguments = std::vector<device::Argument>;
@@ -39,6 +42,9 @@ class LevelSet {
 
   Precision precision() const { return map_.precision(); }
 
+  /// Sparse values are looked up from now on, where they can be. @param lookup null: no longer.
+  void look_up(std::shared_ptr<const OrbitLookup> lookup) { lookup_ = std::move(lookup); }
+
   /// One value a point, x fastest, then y. Launches are kept near 100 ms.
   std::vector<float> over(const Grid& grid, const GridBlock& block) const;
 
@@ -54,7 +60,8 @@ class LevelSet {
 
   /// The same for use clamped: where F_n is farther than `reach` from `level` it may be any number
   /// that is, on the same side. Most points that one iterate or two decide are settled by
-  /// `settle_by_interpolation`, at a fraction of the cost.
+  /// `settle_by_interpolation`, at a fraction of the cost; after `look_up`, most points are looked
+  /// up instead.
   void clamped_at(const Grid& grid, const GridBlock& block, std::span<const std::int32_t> numbers,
                   const ClampRange& clamp, std::span<float> values) const;
 
@@ -66,9 +73,9 @@ class LevelSet {
   /// goes on. Rounding is allowed for.
   FieldBounds bounds(std::span<const Eigen::Vector3d> centers, double half_side) const;
 
-  /// Where F_1 is below it, F_n is below `level` for certain; −infinity where that is not known.
+  /// Where F_1 is below it, F_n is certainly below `level`; −infinity if no such bound is known.
   double certainly_inside_below(double level) const;
-  /// Where F_1 is above it, F_n is above `level` for certain.
+  /// Where F_1 is above it, F_n is certainly above `level`.
   double certainly_outside_above(double level) const;
 
   /// How many points were asked for what: potentials … bounded_blocks.
@@ -92,6 +99,11 @@ class LevelSet {
     return static_cast<double>(groups) * map_.points_per_item() * map_.modulus_cost();
   }
 
+  /// F_n at those of these points whose orbits can be looked up from their start on; gives the
+  /// others.
+  std::vector<std::int32_t> looked_up(const Grid& grid, const GridBlock& block,
+                                      std::span<const std::int32_t> numbers,
+                                      std::span<float> values) const;
   template <class Real>
   bool undecided(Real value) const {
     return value > below_ && value < above_;
@@ -103,6 +115,7 @@ class LevelSet {
   float below_;  ///< an iterate of this log radius or less never leaves
   float above_;  ///< an iterate of this log radius or more never returns
   mutable SurfaceReport counts_;
+  std::shared_ptr<const OrbitLookup> lookup_;
 };
 
 /// `extract_surface` for callers that know the stop radii. Map and options are valid.

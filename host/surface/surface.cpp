@@ -24,6 +24,7 @@
 #include "surface/level_set.hpp"
 #include "surface/marching_cubes.hpp"
 #include "surface/narrow_band.hpp"
+#include "surface/orbit_lookup.hpp"
 #include "surface/vertex_placer.hpp"
 
 namespace qjulia {
@@ -44,6 +45,8 @@ constexpr std::size_t kPlacedAtOnce = std::size_t{1} << 15;
 /// r_in or r_out. Larger ones put vertices farther from bisected ones (with 2 they are a fifth
 /// farther off; bunny, n = 6, 384 cells); less than a quarter flattens where iterates are smooth.
 constexpr double kLeastReach = 0.25, kMostReach = 1;
+/// The most that looked-up orbits may displace the surface of a draft, in cells.
+constexpr double kDraftDisplacement = 0.25;
 /// The box of shape and copies is widened by this on each side to begin with.
 constexpr double kMargin = 0.05;
 
@@ -233,37 +236,54 @@ void SurfaceOptions::validate() const {
   base::expect_between("iterations", iterations, 1, kMostIterations);
   if (refine) base::expect_between("refine", *refine, 0, kMostTriesAnEdge, "tries");
   map::expect_box(box);
+  if (draft && dense) {
+    throw InputError("draft and dense contradict each other; give one of them");
+  }
 }
 
 SurfaceReport surface::level_set_surface(const Device& device, const Map& map,
                                          const StopRadii& stops, const SurfaceOptions& options,
                                          SurfaceSink& sink, const ProgressMonitor& monitor) {
   LevelSet set(device, map, stops, options.iterations, options.precision);
+  const double level = map.dynamics.surface_level;
   const Box box = [&] {
     const TraceStage stage(monitor.trace, "find the box");
     return box_to_mesh(set, map, stops, options, monitor);
   }();
   const Grid grid = grid_over(box, options.resolution);
-  const DifferenceScale scale{
-      reach_about(map.dynamics.surface_level, map.layers.steepness, stops, options.iterations),
-      map.layers.steepness};
+  const DifferenceScale scale{reach_about(level, map.layers.steepness, stops, options.iterations),
+                              map.layers.steepness};
+  std::shared_ptr<const OrbitLookup> lookup;
+  if (options.draft && options.iterations > 1) {
+    const TraceStage stage(monitor.trace, "tables of images");
+    lookup = make_lookup({device, map, stops, options.precision}, set, level, grid,
+                         kDraftDisplacement * grid.step, monitor.stop);
+    device.context().finish();  // they are used in other queues too
+  }
   const Device sibling = device.sibling();
-  const LevelSet second(sibling, map, stops, options.iterations, options.precision);
+  LevelSet second(sibling, map, stops, options.iterations, options.precision);
   const int tries = options.refine.value_or(options.iterations > 1 ? kTries : 0);
   std::optional<Device> placing;
   std::optional<VertexPlacer> placer;
   if (tries > 0) {
     placing = device.sibling(Trace::Row::third_queue);
-    placer.emplace(*placing, map, stops, options.iterations, options.precision, scale, tries);
+    placer.emplace(*placing, map, stops, options.iterations, options.precision, scale, tries,
+                   lookup);
   }
   set.reset_counts();
+  set.look_up(lookup);
+  second.look_up(lookup);
   const TraceStage stage(monitor.trace, "extract the surface");
   Mesher mesher(grid, map, scale, placer ? &*placer : nullptr, sink);
-  SurfaceReport report = mesh_level_set(set, second, map.dynamics.surface_level, scale, grid,
-                                        options.dense, mesher, monitor);
+  SurfaceReport report =
+      mesh_level_set(set, second, level, scale, grid, options.dense, mesher, monitor);
   sibling.record(nullptr);
   if (placing) placing->record(nullptr);
   report.grid_points = whole(grid).size();
+  if (lookup) {
+    report.nodes = lookup->lattice.nodes();
+    report.trusted_share = lookup->lattice.trusted_share();
+  }
   for (const SurfaceReport& counts : {set.counts(), second.counts()}) {
     report.potentials += counts.potentials;
     report.settled += counts.settled;
@@ -335,7 +355,8 @@ nlohmann::json to_json(const SurfaceReport& report) {
           {"nodes", report.nodes},
           {"iterated", report.iterated},
           {"iterates", report.iterates},
-          {"bounded_blocks", report.bounded_blocks}};
+          {"bounded_blocks", report.bounded_blocks},
+          {"trusted_share", report.trusted_share}};
 }
 
 }  // namespace qjulia

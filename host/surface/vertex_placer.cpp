@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "device/point_batch.hpp"
@@ -23,6 +26,8 @@ constexpr double kClose = 0.8;
 constexpr double kUsualStretch = 12;
 constexpr double kLeastStretch = 2;
 
+using Defines = std::map<std::string, int>;
+
 /// |∇F_1| about the surface, map units; 0 if the map does not say its detail.
 double slope_of(const Map& map) {
   if (!map.frame.detail || !map.frame.box) return 0;
@@ -33,11 +38,14 @@ double slope_of(const Map& map) {
 
 VertexPlacer::VertexPlacer(const Device& device, const Map& map, const StopRadii& stops,
                            int iterations, Precision precision, const DifferenceScale& scale,
-                           int tries)
+                           int tries, std::shared_ptr<const OrbitLookup> lookup)
     : map_(device, map, stops, precision),
       iterations_(iterations),
       scale_(scale),
       tries_(tries),
+      kernel_(map_.kernel("place_vertices.cl", "place_vertices",
+                          lookup ? Defines{{"QJ_LOOKS_UP", 1}} : Defines{})),
+      lookup_(lookup ? std::move(lookup) : std::make_shared<const OrbitLookup>(no_lookup(map_))),
       slope_(slope_of(map)),
       // Images of points at the surface have the length e^L.
       stretch_(slope_ > 0 ? std::max(kLeastStretch, slope_ * std::exp(map.dynamics.surface_level))
@@ -45,8 +53,8 @@ VertexPlacer::VertexPlacer(const Device& device, const Map& map, const StopRadii
 
 void VertexPlacer::place(const Grid& grid, std::span<EdgeVertex> vertices) const {
   const std::size_t share = kEdgesALane * map_.lanes();
-  device::PointBatch batch(map_.context(), map_.kernel("place_vertices.cl", "place_vertices"),
-                           map_.precision(), share, map_.step_cost() * kIteratesATry * tries_);
+  device::PointBatch batch(map_.context(), kernel_, map_.precision(), share,
+                           map_.step_cost() * kIteratesATry * tries_);
   batch.run<6, 1>(
       vertices.size(),
       [&](std::size_t i) {
@@ -69,12 +77,16 @@ void VertexPlacer::place(const Grid& grid, std::span<EdgeVertex> vertices) const
                                     .close = real(std::ldexp(kClose, -tries_)),
                                     .iterations = iterations_,
                                     .tries = tries_,
+                                    .tabled = lookup_->tabled,
                                     .stride = device::narrow(part.stride),
                                     .count = device::narrow(part.count),
                                     .share = device::narrow(share)};
         });
-        return std::vector<device::Argument>{map_.buffer(), map_.factors(), placement, part.in,
-                                             part.out};
+        Arguments arguments{map_.buffer(), map_.factors(), placement, part.in};
+        append_lattice(lookup_->lattice, arguments);
+        append_table(lookup_->table, arguments);
+        arguments.emplace_back(part.out);
+        return arguments;
       },
       [&](std::size_t i, const std::array<double, 1>& at) {
         vertices[i].put(static_cast<float>(at[0]));

@@ -1,19 +1,23 @@
 #pragma once
 /// Puts a mesh's vertices where the set ends, by trying points between grid points.
 
+#include <memory>
 #include <span>
 
 #include "map/device_map.hpp"
 #include "qjulia/field.hpp"
 #include "surface/edge_vertex.hpp"
+#include "surface/orbit_lookup.hpp"
 
 namespace qjulia::surface {
 
 class VertexPlacer {
  public:
   /// @param iterations n. @param tries the most points tried on each edge, 1 or more.
+  /// @param lookup for orbits; null if they are to be computed.
   VertexPlacer(const Device& device, const Map& map, const StopRadii& stops, int iterations,
-               Precision precision, const DifferenceScale& scale, int tries);
+               Precision precision, const DifferenceScale& scale, int tries,
+               std::shared_ptr<const OrbitLookup> lookup = nullptr);
 
   /// Tries points on each vertex's edge. Each shows on which side of it the set ends, and about how
   /// far away (kernels/place_vertices.cl). Where a vertex is put does not depend on the others.
@@ -24,6 +28,8 @@ class VertexPlacer {
   int iterations_;
   DifferenceScale scale_;
   int tries_;
+  device::Kernel kernel_;
+  std::shared_ptr<const OrbitLookup> lookup_;
   double slope_;    ///< |∇F_1| about the surface, map units; 0 if it is not known
   double stretch_;  ///< factor by which an iterate stretches distances
 };

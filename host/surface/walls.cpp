@@ -100,7 +100,7 @@ class RoundNormals {
 
   const TriangleMesh& mesh_;
   std::vector<std::uint32_t> slots_;              ///< by vertex: its place in `around_`, or none
-  std::vector<std::vector<std::size_t>> around_;  ///< triangles around the sampled ones' vertices
+  std::vector<std::vector<std::size_t>> around_;  ///< per entry of `slots_`: its vertex's triangles
 };
 
 /// The radius of the ball in the wall at `p`, where `inward` is normal to the round surface.

@@ -44,10 +44,10 @@ struct LoosePieces {
   double share = 0;   ///< volume, over that of all parts
 };
 
-/// Measures a mesh as it passes by, and finds its connected parts. Boxes are counted down to four
-/// mean edges; where these are too large, over points on the triangles of a mesh that has at most
-/// one million. Keeps 16 bytes a vertex (twice as many while it makes room for more), and up to
-/// 12 MiB of triangles.
+/// Measures a mesh as it passes by, and finds its connected parts. The fractal dimension comes from
+/// counts of boxes as small as four mean edges. Of a mesh whose edges are too long for that and
+/// that has at most a million triangles, boxes are counted over points on its triangles. Keeps 16
+/// bytes a vertex (32 while it makes room for more) and up to 12 MiB of triangles.
 class FigureSink : public SurfaceSink {
  public:
   /// @param next gets all that comes, unless it is null.

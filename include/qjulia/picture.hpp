@@ -99,8 +99,21 @@ struct PictureOptions {
   /// Draws pieces of a map's set that hang on nothing and are less than a hundredth as large as the
   /// largest body. Copies in portals are always drawn.
   bool keep_loose = false;
+  /// Computes every orbit, instead of looking iterates up where that moves what is seen by no more
+  /// than about an eighth of a pixel: several times slower for maps of many factors.
+  bool exact = false;
   void validate() const;  ///< @throws InputError
 };
+
+/// What a picture's orbits were looked up in.
+struct LookupReport {
+  std::size_t nodes = 0;        ///< of the lattice that first iterates come from; 0: no lattice
+  double trusted_share = 0;     ///< of its cells: those that serve
+  std::size_t table_bytes = 0;  ///< of the table that later iterates come from; 0: no table
+  friend bool operator==(const LookupReport&, const LookupReport&) = default;
+};
+/// One line, in words; empty where nothing was looked up.
+std::string to_text(const LookupReport& report);
 
 /// "clay", "iterations", "trap".
 const char* to_string(Material material);
@@ -147,6 +160,9 @@ class Studio {
   Image picture(const Camera& camera, const ProgressMonitor& monitor = {});
   /// The same picture, with what its pixels show.
   LayeredImage layered_picture(const Camera& camera, const ProgressMonitor& monitor = {});
+
+  /// What the last picture's orbits were looked up in.
+  LookupReport lookups() const;
 
  private:
   struct Impl;

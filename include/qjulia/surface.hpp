@@ -19,6 +19,10 @@ struct SurfaceOptions {
   std::optional<Box> box{};  ///< shape units; by default the shape's box plus 5 %, grown until
                              ///< nothing touches its faces
   bool dense = false;        ///< iterate every point of the grid: the same mesh, slower
+  /// Look orbits up in tables of images instead of computing them, where that moves the surface by
+  /// no more than about an eighth of a cell: in maps of factors without portals, at n > 1. Other
+  /// maps have the same mesh as without it.
+  bool draft = false;
   /// How many points are tried on each crossed edge to find where the set ends, 0 … 20. By default
   /// 2, and 0 at n = 1, where F_n is smooth and interpolation is enough.
   std::optional<int> refine{};
@@ -41,8 +45,10 @@ struct SurfaceReport {
   std::uint64_t iterated = 0;        ///< points whose orbits were iterated beyond F_1
   std::uint64_t iterates = 0;        ///< second and further iterates of these, all together
   std::uint64_t bounded_blocks = 0;  ///< blocks of points over which F_1 was bounded
+  double trusted_share = 0;  ///< of a draft's cells of nodes: those that first iterates come from
 };
-/// The counts of evaluations: grid, potentials, settled, nodes, iterated, iterates, bounded_blocks.
+/// The counts of evaluations: grid, potentials, settled, nodes, iterated, iterates, bounded_blocks;
+/// and trusted_share.
 nlohmann::json to_json(const SurfaceReport& report);
 
 /// Takes a mesh piece by piece, as it is made.

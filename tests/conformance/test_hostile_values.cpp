@@ -702,6 +702,7 @@ TEST_CASE("hostile counts and sizes are refused or do no harm") {
     survives("NoiseVersor", [&] { NoiseVersor{.octaves = n}.validate(); });
     refuses("resize", [&] {
       Studio studio(on_device(), map, small_picture());
+      to_text(studio.lookups());
       studio.resize(std::min(n, 0), n);
       studio.picture({});
     });

@@ -11,9 +11,9 @@
 #include "map/device_map.hpp"
 #include "map/reference_iteration.hpp"
 #include "picture/depth_source.hpp"
-#include "picture/image_table.hpp"
 #include "picture/view.hpp"
 #include "qjulia/detail.hpp"
+#include "surface/image_table.hpp"
 #include "test_device.hpp"
 
 using namespace qjulia;
@@ -95,7 +95,7 @@ TEST_CASE("a table says where images are, and what lies inside and outside for c
   CAPTURE(width, is_ball);
   const Device device = test::shared_device().with_lane_width(width);
   const map::DeviceMap device_map(device, map, find_stop_radii(device, map), Precision::single);
-  const auto table = picture::ImageTable::of_ball(device_map, {});
+  const auto table = surface::ImageTable::of_ball(device_map, {});
   REQUIRE(!table.is_empty());
   std::vector<double> layout(QJ_TABLE_SIZE);
   device.context().read(table.layout(), layout);

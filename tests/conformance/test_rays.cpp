@@ -16,11 +16,11 @@
 #include "layout/picture_layout.h"
 #include "map/reference_iteration.hpp"
 #include "picture/band_grid.hpp"
-#include "picture/image_lattice.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/surface.hpp"
 #include "random_maps.hpp"
+#include "surface/image_lattice.hpp"
 
 using namespace qjulia;
 using Eigen::Vector3d;
@@ -466,9 +466,19 @@ TEST_CASE("a lattice trusts cells where it interpolates_images images, and no ot
     const picture::BandGrid grid(device, set, band);
     const map::DeviceMap device_map(device, map, band.stops, Precision::single);
     const double allowed = 0.02;
-    constexpr double kRays = 1e6;
-    const picture::ImageLattice lattice(device_map, grid, grid.bounds(), allowed / band.steepest,
-                                        band.steepest, kRays);
+    constexpr double kMostNodes = 1e7;
+    const auto cells = [&](const surface::Grid& nodes) {
+      std::vector<std::int32_t> numbers;
+      surface::for_points(nodes.points.array() - 3, [&](std::size_t, const Eigen::Vector3i& inner) {
+        const Eigen::Vector3i cell = inner.array() + 1;
+        if (!grid.has_orbits_near(nodes.at(cell.cast<double>().array() + 0.5), nodes.step)) return;
+        numbers.push_back(static_cast<std::int32_t>(surface::number_of(cell, nodes.points)));
+      });
+      return numbers;
+    };
+    const surface::ImageLattice lattice(
+        device_map, grid.bounds(), cells,
+        {allowed / band.steepest, 0.3 * allowed / band.steepest, band.steepest, kMostNodes}, {});
     std::vector<double> layout(QJ_GRID_SIZE), field(lattice.field().size()),
         versors(lattice.versors().size());
     std::vector<std::uint8_t> trusted(lattice.trusted().size());

@@ -253,7 +253,8 @@ TEST_CASE("options out of range are refused by name") {
   CHECK_THROWS_AS((SurfaceOptions{64, 0, {}}).validate(), InputError);
   CHECK_THROWS_AS((SurfaceOptions{64, 17, {}}).validate(), InputError);
   CHECK_THROWS_AS((SurfaceOptions{64, 1, Box{{0, 0, 0}, {1, 0, 1}}}).validate(), InputError);
-  CHECK_THROWS_AS((SurfaceOptions{64, 1, {}, false, 21}).validate(), InputError);
+  CHECK_THROWS_AS((SurfaceOptions{.resolution = 64, .iterations = 1, .refine = 21}).validate(),
+                  InputError);
   CHECK_THROWS_AS((CompareOptions{4, 6}).validate(), InputError);
   CHECK_THROWS_AS((CompareOptions{64, -1}).validate(), InputError);
   CHECK_NOTHROW((CompareOptions{64, 1}).validate());

@@ -39,8 +39,10 @@ OTHERS = ("nvptx64", "spir64")
 OPTIONS = {"QJ_GROUP": (64,)}
 # Programs that are compiled for these kinds of map too; the rows of these have the name behind a +.
 MAPS = {"portals": "-DQJ_PORTALS=\"portals.clh\"", "noise": "-DQJ_VERSOR=\"noise_versor.clh\"",
-        "paint": "-DQJ_PAINT=\"painted.clh\""}
-OF_MAPS = ("field", "level_set", "orbit_trait", "ray_march")
+        "paint": "-DQJ_PAINT=\"painted.clh\"", "lookup": "-DQJ_LOOKS_UP=1"}
+OF_MAPS = {"field": ("portals", "noise", "paint"), "level_set": ("portals", "noise", "paint"),
+           "orbit_trait": ("portals", "noise", "paint"), "ray_march": ("portals", "noise", "paint"),
+           "place_vertices": ("lookup",)}
 # Loops that take the time, by the name their figures have: kernel, and the rank of the loop among
 # the kernel's by multiply-adds.
 HOT_LOOPS = {"log_norm": ("energy_terms", 3),
@@ -206,8 +208,7 @@ def main():
     programs = sorted(pathlib.Path("kernels").glob("*.cl"))
     jobs = [(program, target, double, defines, ())
             for program in programs
-            for defines in builds(program) + [[of] for of in MAPS.values()
-                                              if program.stem in OF_MAPS]
+            for defines in builds(program) + [[MAPS[of]] for of in OF_MAPS.get(program.stem, ())]
             for double in (0, 1) for target in GPUS]
     # One pair a trip, so that instructions of a loop are those of a pair.
     kernels = re.compile(r"\b(" + "|".join(kernel for kernel, _ in HOT_LOOPS.values()) + r")\(")

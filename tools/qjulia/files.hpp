@@ -31,7 +31,7 @@ void check_map_name(const std::filesystem::path& path);
 /// @throws InputError when the file cannot be read.
 std::string file_hash(const std::filesystem::path& path);
 
-/// The same of a text.
+/// Hexadecimal FNV-1a, 64 bits, of a text.
 std::string text_hash(std::string_view text);
 
 /// Whether the name is that of a picture (.png) or a scene (.glb), which can hold a note.

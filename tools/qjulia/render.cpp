@@ -204,6 +204,7 @@ PictureOptions checked_options(const RenderArguments& arguments) {
   if (!given.empty()) expect_map(given.front(), arguments.input);
   if (options.material != Material::clay) expect_map("--material", arguments.input);
   if (options.keep_loose) expect_map("--keep-loose", arguments.input);
+  if (options.exact) expect_map("--exact", arguments.input);
   return options;
 }
 
@@ -445,6 +446,9 @@ int run_render(const RenderArguments& arguments, Session& session) {
   }
   std::error_code ignored;
   if (arguments.preview) std::filesystem::remove(preview_path(arguments.output), ignored);
+  if (const std::string lookups = to_text(studio.lookups()); !lookups.empty()) {
+    session.console.detail(lookups);
+  }
   session.report_kernels(device);
   const double seconds = session.seconds();
   const std::string of_layers =
@@ -494,6 +498,11 @@ void describe_render(Command command, RenderArguments& a) {
   command.flag("--preview", a.preview,
                "First write a rough picture, up to 320 wide, as NAME.preview.png; it goes when the "
                "picture is done");
+  command.flag(
+      "--exact", a.options.exact,
+      "Compute every orbit, instead of looking iterates up in tables where that moves what "
+      "is seen by no more than about an eighth of a pixel: several times slower for maps of "
+      "many factors");
   add_look(command, a.look, a.options);
   add_map_options(command, a.map_options, "The set is cut open at its faces. Default: all of it");
   add_device(command, a.device);

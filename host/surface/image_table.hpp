@@ -7,7 +7,7 @@
 #include "device/context.hpp"
 #include "map/device_map.hpp"
 
-namespace qjulia::picture {
+namespace qjulia::surface {
 
 class ImageTable {
  public:
@@ -48,4 +48,4 @@ class ImageTable {
   device::Buffer<std::int8_t> versors_;
 };
 
-}  // namespace qjulia::picture
+}  // namespace qjulia::surface

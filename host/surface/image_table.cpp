@@ -1,4 +1,4 @@
-#include "picture/image_table.hpp"
+#include "surface/image_table.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 #include "device/point_batch.hpp"
 #include "layout/image_table.h"
 
-namespace qjulia::picture {
+namespace qjulia::surface {
 namespace {
 
 using Point = std::array<double, 4>;
@@ -23,11 +23,11 @@ constexpr std::size_t kMostKept = 20000;
 /// F is stored from so far below the inner level to so far above the outer one.
 constexpr double kBelow = 4, kAbove = 4;
 /// Points at which the table is compared with the map.
-constexpr std::size_t kProbes = 200000;
+constexpr std::size_t kTableProbes = 60000;
 /// How far points are moved to see how their images move, map units.
 constexpr double kMove = 1e-4;
 /// What a look-up costs, in factors' logarithms.
-constexpr double kLookUpCost = 20;
+constexpr double kTableLookUpCost = 20;
 
 constexpr int kCells = QJ_TABLE_CELLS, kNodesASide = QJ_TABLE_SIDE;
 /// Side of a brick, map units.
@@ -37,7 +37,7 @@ constexpr double kBrick = kNodeStep * kCells;
 using Place = std::array<int, 4>;
 
 /// The number of a place among `side` along each axis, X fastest.
-std::size_t number_of(const Place& at, int side) {
+std::size_t place_number(const Place& at, int side) {
   std::size_t number = 0;
   for (std::size_t axis = 4; axis-- > 0;) {
     number = number * static_cast<std::size_t>(side) + static_cast<std::size_t>(at[axis]);
@@ -116,11 +116,11 @@ class NodeList {
 
   std::size_t block_of(Place at) const {
     for (int& i : at) i /= kCells;
-    return number_of(at, lattice_.bricks + 1);
+    return place_number(at, lattice_.bricks + 1);
   }
   static std::size_t slot_of(std::int32_t block, Place at) {
     for (int& i : at) i %= kCells;
-    return static_cast<std::size_t>(block) * kBlock + number_of(at, kCells);
+    return static_cast<std::size_t>(block) * kBlock + place_number(at, kCells);
   }
 
   Lattice lattice_;
@@ -190,7 +190,7 @@ class Probe {
   std::vector<Looked> looked_up(const ImageTable& table, const std::vector<Point>& points) const {
     std::vector<Looked> looked(points.size());
     device::PointBatch batch(map_.context(), map_.kernel("image_table.cl", "table_images"),
-                             map_.precision(), map_.lanes(), kLookUpCost);
+                             map_.precision(), map_.lanes(), kTableLookUpCost);
     batch.run<4, 5>(
         points.size(), [&](std::size_t i) { return points[i]; },
         [&](const device::PointBatch::Part& part) {
@@ -414,7 +414,7 @@ class Builder {
           Place corner = at;
           for (std::size_t axis = 0; axis < 4; ++axis)
             corner[axis] += static_cast<int>(c >> axis & 1);
-          corners[c] = b * QJ_TABLE_NODES + number_of(corner, kNodesASide);
+          corners[c] = b * QJ_TABLE_NODES + place_number(corner, kNodesASide);
           least = std::min(least, static_cast<double>(fields_[corners[c]]));
           most = std::max(most, static_cast<double>(fields_[corners[c]]));
         }
@@ -482,7 +482,7 @@ void ImageTable::measure(const map::DeviceMap& map, const std::stop_token& stop)
   // Undecided points of the slice, then their images as far as these are undecided.
   const double radius = std::exp(map.log_outer());
   std::vector<Point> starts;
-  for (std::size_t i = 0; i < kProbes; ++i) {
+  for (std::size_t i = 0; i < kTableProbes; ++i) {
     Point p{0, 0, 0, map.slice()};
     for (std::size_t c = 0; c < 3; ++c) p[c] = random.uniform(-radius, radius);
     starts.push_back(p);
@@ -511,4 +511,4 @@ int ImageTable::first_iterate(double displacement) const {
   return iterate;
 }
 
-}  // namespace qjulia::picture
+}  // namespace qjulia::surface

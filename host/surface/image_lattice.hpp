@@ -1,0 +1,61 @@
+#pragma once
+/// Where one iterate takes the points that rays ask about, computed once at the nodes of a lattice
+/// and interpolated between them (kernels/image_lattice.clh).
+
+#include <functional>
+#include <stop_token>
+#include <vector>
+
+#include "device/context.hpp"
+#include "map/device_map.hpp"
+#include "qjulia/box.hpp"
+#include "surface/grid.hpp"
+
+namespace qjulia::surface {
+
+class ImageLattice {
+ public:
+  /// Tells nothing: every image is computed.
+  explicit ImageLattice(const map::DeviceMap& map);
+
+  struct Fineness {
+    double displacement;  ///< how far the set may seem to lie elsewhere at most, map units
+    double typical;       ///< the same, as the median
+    double stretch;       ///< how far images move where points do, map units a map unit
+    double most_nodes;    ///< that are worth making; there may be somewhat more
+  };
+  /// The numbers of the cells of a grid that will be asked for. A cell has the number of its lowest
+  /// point, and another cell on every side.
+  using CellsOf = std::function<std::vector<std::int32_t>(const Grid&)>;
+
+  /// Over some cells of a grid about `box`. @throws Interrupted
+  ImageLattice(const map::DeviceMap& map, const Box& box, const CellsOf& cells_of,
+               const Fineness& fineness, const std::stop_token& stop);
+
+  /// Whether it serves points inside `box` for this displacement.
+  bool serves(const Box& box, double displacement) const;
+
+  /// Nodes that were computed, and cells that were asked for.
+  std::size_t nodes() const { return nodes_; }
+  std::size_t cells() const { return cells_; }
+  /// The share of these cells that interpolation serves.
+  double trusted_share() const { return trusted_share_; }
+
+  // As kernels take them (kernels/image_lattice.clh).
+  const device::RealBuffer& layout() const { return layout_; }
+  const device::Buffer<std::int32_t>& places() const { return places_; }
+  const device::RealBuffer& field() const { return field_; }
+  const device::RealBuffer& versors() const { return versors_; }
+  const device::Buffer<std::uint8_t>& trusted() const { return trusted_; }
+
+ private:
+  Box box_;
+  double displacement_ = 0;
+  std::size_t nodes_ = 0, cells_ = 0;
+  double trusted_share_ = 0;
+  device::RealBuffer layout_, field_, versors_;
+  device::Buffer<std::int32_t> places_;
+  device::Buffer<std::uint8_t> trusted_;
+};
+
+}  // namespace qjulia::surface

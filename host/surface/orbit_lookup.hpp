@@ -1,0 +1,35 @@
+#pragma once
+/// Orbits that are looked up rather than computed, for drafts of surfaces
+/// (kernels/looked_up_orbit.clh).
+
+#include <memory>
+#include <optional>
+#include <stop_token>
+
+#include "surface/image_lattice.hpp"
+#include "surface/image_table.hpp"
+#include "surface/level_set.hpp"
+
+namespace qjulia::surface {
+
+struct OrbitLookup {
+  ImageLattice lattice;  ///< of first iterates
+  ImageTable table;      ///< of later ones
+  int tabled;            ///< the table serves iterates from this one on
+};
+
+/// With which every orbit is computed.
+OrbitLookup no_lookup(const map::DeviceMap& map);
+
+/// For points of the grid's box near the surface of F_n at `level`, which may seem to lie by
+/// `displacement` elsewhere, map units. Null if the map's orbits cannot be looked up so closely.
+/// @param set the map's, for bounds. @throws Interrupted
+std::shared_ptr<const OrbitLookup> make_lookup(const map::DeviceMap& map, const LevelSet& set,
+                                               double level, const Grid& grid, double displacement,
+                                               const std::stop_token& stop);
+
+/// Appends the lattice as kernels take it, then the table.
+void append_lattice(const ImageLattice& lattice, Arguments& arguments);
+void append_table(const ImageTable& table, Arguments& arguments);
+
+}  // namespace qjulia::surface

@@ -1,0 +1,60 @@
+// F_n at points whose orbits are looked up, rather than computed, for surfaces as drafts.
+// Work-items are scalar, whatever the lane width.
+
+#include "block_points.clh"
+#include "looked_up_orbit.clh"
+
+// F_n at points of these numbers in a block of grid points; NaN at those whose orbits cannot be
+// looked up from their start on. numbers, found: `count` of them.
+kernel void look_up_points(global const int* numbers, qj_grid_block block, int count,
+                           global const real* map, int tabled, int iterations,
+                           global const real* nodes, global const int* node_places,
+                           global const real* node_field, global const real* node_versors,
+                           global const uchar* trusted, global const real* table_layout,
+                           global const int* table_bricks, global const ushort* table_fields,
+                           global const char* table_versors, global real* found) {
+  int item = (int)get_global_id(0);
+  if (item >= count) return;
+  image_lattice lattice = {nodes, node_places, node_field, node_versors, trusted};
+  image_table table = {table_layout, table_bricks, table_fields, table_versors};
+  orbit_lookup with = lookup_of(lattice, table, tabled, iterations, map);
+  int row = numbers[item] / block.nx, layer = row / block.ny;
+  real3 start =
+      (real3)(fma((real)(numbers[item] - row * block.nx + block.ix), block.step, block.origin_x),
+              fma((real)(row - layer * block.ny + block.iy), block.step, block.origin_y),
+              fma((real)(layer + block.iz), block.step, block.origin_z));
+  last_iterate last;
+  found[item] = looked_up_orbit(&with, start, map, &last) ? last.f : (real)NAN;
+}
+
+// F_n of orbits whose iterate number `done` is known: the images of the points number live[i] among
+// `points`, of which `field` holds F, computed, and what follows looked up. live: groups * QJ_WIDTH
+// numbers. points: four arrays X, Y, Z, W of `stride` reals. found: in the order of `live`.
+kernel void look_up_rest(global const real* points, global const real* field, int stride,
+                         global const int* live, int first_group, int groups,
+                         global const real* map, int factors, int done, int iterations,
+                         global const real* table_layout, global const int* table_bricks,
+                         global const ushort* table_fields, global const char* table_versors,
+                         global real* found) {
+  int item = (int)get_global_id(0);
+  if (item >= groups) return;
+  int g = first_group + item;
+  image_lattice lattice = {0, 0, 0, 0, 0};
+  image_table table = {table_layout, table_bricks, table_fields, table_versors};
+  orbit_lookup with = lookup_of(lattice, table, done + 1, iterations, map);
+  real x[QJ_WIDTH], y[QJ_WIDTH], z[QJ_WIDTH], w[QJ_WIDTH], f[QJ_WIDTH];
+  for (int i = 0; i < QJ_WIDTH; ++i) {
+    int from = live[g * QJ_WIDTH + i];
+    x[i] = points[from];
+    y[i] = points[stride + from];
+    z[i] = points[2 * stride + from];
+    w[i] = points[3 * stride + from];
+    f[i] = field[from];
+  }
+  qlane q = q_make(lane_load(x, 0), lane_load(y, 0), lane_load(z, 0), lane_load(w, 0));
+  q = map_image(q, lane_load(f, 0), map, factors);
+  lane_store(q.x, x, 0), lane_store(q.y, y, 0), lane_store(q.z, z, 0), lane_store(q.w, w, 0);
+  for (int i = 0; i < QJ_WIDTH; ++i) {
+    found[g * QJ_WIDTH + i] = orbit_in_table(&with, (real4)(x[i], y[i], z[i], w[i]), done, map).f;
+  }
+}
