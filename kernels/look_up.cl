@@ -27,9 +27,10 @@ kernel void look_up_points(global const int* numbers, qj_grid_block block, int c
   found[item] = looked_up_orbit(&with, start, map, &last) ? last.f : (real)NAN;
 }
 
-// F_n of orbits whose iterate number `done` is known: the images of the points number live[i] among
-// `points`, of which `field` holds F, computed, and what follows looked up. live: groups * QJ_WIDTH
-// numbers. points: four arrays X, Y, Z, W of `stride` reals. found: in the order of `live`.
+// F_n of orbits that iterate number `done` has taken to known points. The images of the points
+// number live[i] among `points` are computed, whose F `field` holds; later iterates are looked up.
+// live: groups * QJ_WIDTH numbers. points: four arrays X, Y, Z, W of `stride` reals. found: in the
+// order of `live`.
 kernel void look_up_rest(global const real* points, global const real* field, int stride,
                          global const int* live, int first_group, int groups,
                          global const real* map, int factors, int done, int iterations,

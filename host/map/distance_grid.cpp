@@ -144,7 +144,7 @@ void check(const DistanceGridData& data) {
   }
   for (std::size_t i = 0; i < data.coarse.size(); ++i) {
     if (data.coarse[i] > 0 || !is_outermost(i)) continue;
-    refuse("coarse is positive in an outermost cell; every outermost cell must lie outside");
+    refuse("coarse puts an outermost cell inside; every outermost cell must lie outside");
   }
 }
 

@@ -18,7 +18,7 @@ struct OrbitLookup {
   int tabled;            ///< the table serves iterates from this one on
 };
 
-/// With which every orbit is computed.
+/// A lookup that serves no point: every orbit is computed.
 OrbitLookup no_lookup(const map::DeviceMap& map);
 
 /// For points of the grid's box near the surface of F_n at `level`, which may seem to lie by

@@ -20,7 +20,7 @@ struct SurfaceOptions {
                              ///< nothing touches its faces
   bool dense = false;        ///< iterate every point of the grid: the same mesh, slower
   /// Look orbits up in tables of images instead of computing them, where that moves the surface by
-  /// no more than about an eighth of a cell: in maps of factors without portals, at n > 1. Other
+  /// no more than about a quarter of a cell: in maps of factors without portals, at n > 1. Other
   /// maps have the same mesh as without it.
   bool draft = false;
   /// How many points are tried on each crossed edge to find where the set ends, 0 … 20. By default

@@ -45,6 +45,12 @@ TEST_CASE("bad usage is exit code 2 and names what was wrong") {
   CHECK(command.exit_code == 2);
   CHECK_THAT(command.err, Contains("frobnicate") && !Contains("did you mean"));
   CHECK_THAT(run_command({"surfcae"}).err, Contains("did you mean 'surface'?"));
+  const auto mistyped = run_command({"surface", "map.json", "--detial", "0.02"});
+  CHECK(mistyped.exit_code == 2);
+  CHECK_THAT(mistyped.err, Contains("there is no option '--detial'; did you mean '--detail'?") &&
+                               Contains("qjulia surface --help-all") && !Contains("0.02"));
+  CHECK_THAT(run_command({"surface", "map.json", "--frobnicate=1"}).err,
+             Contains("'--frobnicate';") && !Contains("did you mean"));
   const auto option = run_command({"devices", "--frobnicate"});
   CHECK(option.exit_code == 2);
   CHECK_THAT(option.err, Contains("--frobnicate"));

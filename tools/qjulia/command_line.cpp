@@ -89,20 +89,40 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-/// @throws InputError that suggests the nearest command
-void check_command(const CLI::App& app, const std::string& word) {
-  const CLI::App* nearest = nullptr;
+/// "did you mean 'detail'? ", with the name nearest to the word; empty where none is near.
+std::string guess_of(std::string_view word, const std::vector<std::string>& names) {
+  const std::string* nearest = nullptr;
   std::size_t least = 3;  // more letters than that are no typing error
-  for (const CLI::App* command : app.get_subcommands({})) {
-    const std::size_t distance = edit_distance(word, command->get_name());
-    if (distance == 0) return;
-    if (distance < least) nearest = command;
+  for (const std::string& name : names) {
+    const std::size_t distance = edit_distance(word, name);
+    if (distance < least) nearest = &name;
     least = std::min(least, distance);
   }
-  const std::string guess =
-      nearest ? fmt::format("did you mean '{}'? ", nearest->get_name()) : std::string();
-  throw InputError(
-      fmt::format("there is no command '{}'; {}'qjulia --help' lists the commands", word, guess));
+  return nearest != nullptr ? fmt::format("did you mean '{}'? ", *nearest) : std::string();
+}
+
+/// @throws InputError that suggests the nearest command
+const CLI::App& command_named(const CLI::App& app, const std::string& word) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) {
+    if (command->get_name() == word) return *command;
+    names.push_back(command->get_name());
+  }
+  throw InputError(fmt::format("there is no command '{}'; {}'qjulia --help' lists the commands",
+                               word, guess_of(word, names)));
+}
+
+/// @param words a command and what follows it. @throws InputError that suggests the nearest option
+void check_options(const CLI::App& command, const std::vector<std::string>& words) {
+  for (std::size_t i = 1; i < words.size() && words[i] != "--"; ++i) {
+    const std::string word = words[i].substr(0, words[i].find('='));
+    if (!word.starts_with("--") || command.get_option_no_throw(word) != nullptr) continue;
+    std::vector<std::string> names;
+    for (const CLI::Option* option : command.get_options()) names.push_back(option->get_name());
+    throw InputError(
+        fmt::format("there is no option '{}'; {}'qjulia {} --help-all' lists the options", word,
+                    guess_of(word, names), command.get_name()));
+  }
 }
 
 /// An option was given a value that it cannot use.
@@ -362,7 +382,9 @@ std::optional<int> CommandLine::parse(int argc, const char* const* argv) {
     words.erase(words.begin());
     words.emplace_back(words.empty() ? "--help" : "--help-all");
   }
-  if (!words.empty() && !words.front().starts_with('-')) check_command(*app_, words.front());
+  if (!words.empty() && !words.front().starts_with('-')) {
+    check_options(command_named(*app_, words.front()), words);
+  }
   std::ranges::reverse(words);  // as CLI11 takes them
   try {
     app_->parse(std::move(words));

@@ -213,10 +213,11 @@ void describe_surface(Command command, SurfaceArguments& a) {
       .add("--millimetres", &a.millimetres, "LENGTH",
            "Scale the mesh so that the fitted shape's longest side has this length")
       .range(1e-6, 1e9);
-  const Option draft =
-      command.flag("--draft", a.options.draft,
-                   "Look orbits up in tables instead of computing them: several times as fast for "
-                   "maps of many factors, and the surface moves by about an eighth of a cell");
+  const Option draft = command.flag(
+      "--draft", a.options.draft,
+      "Look orbits up in tables instead of computing them: several times as fast for "
+      "maps of many factors; the surface moves by a quarter of a cell at most, and typically by "
+      "less than a tenth");
   command
       .flag("--dense", a.options.dense,
             "Run the orbit of every point of the grid to its end: the same mesh, much slower, "
