@@ -70,17 +70,8 @@ kernel void level_set_advance(global const real* points, global const real* fiel
   int item = (int)get_global_id(0);
   if (item >= groups) return;
   int g = first_group + item;
-  real x[QJ_WIDTH], y[QJ_WIDTH], z[QJ_WIDTH], w[QJ_WIDTH], f[QJ_WIDTH];
-  for (int i = 0; i < QJ_WIDTH; ++i) {
-    int from = live[g * QJ_WIDTH + i];
-    x[i] = points[from];
-    y[i] = points[stride + from];
-    z[i] = points[2 * stride + from];
-    w[i] = points[3 * stride + from];
-    f[i] = field[from];
-  }
-  qlane q = q_make(lane_load(x, 0), lane_load(y, 0), lane_load(z, 0), lane_load(w, 0));
-  q = map_image(q, lane_load(f, 0), map, factors);
+  qlane q = gathered_points(points, stride, live + g * QJ_WIDTH);
+  q = map_image(q, gathered(field, live + g * QJ_WIDTH), map, factors);
   q_store(q, images, stride, g);
   lane_store(map_modulus(q, map, factors), image_field, g);
 }

@@ -43,17 +43,9 @@ kernel void look_up_rest(global const real* points, global const real* field, in
   image_lattice lattice = {0, 0, 0, 0, 0};
   image_table table = {table_layout, table_bricks, table_fields, table_versors};
   orbit_lookup with = lookup_of(lattice, table, done + 1, iterations, map);
-  real x[QJ_WIDTH], y[QJ_WIDTH], z[QJ_WIDTH], w[QJ_WIDTH], f[QJ_WIDTH];
-  for (int i = 0; i < QJ_WIDTH; ++i) {
-    int from = live[g * QJ_WIDTH + i];
-    x[i] = points[from];
-    y[i] = points[stride + from];
-    z[i] = points[2 * stride + from];
-    w[i] = points[3 * stride + from];
-    f[i] = field[from];
-  }
-  qlane q = q_make(lane_load(x, 0), lane_load(y, 0), lane_load(z, 0), lane_load(w, 0));
-  q = map_image(q, lane_load(f, 0), map, factors);
+  qlane q = gathered_points(points, stride, live + g * QJ_WIDTH);
+  q = map_image(q, gathered(field, live + g * QJ_WIDTH), map, factors);
+  real x[QJ_WIDTH], y[QJ_WIDTH], z[QJ_WIDTH], w[QJ_WIDTH];
   lane_store(q.x, x, 0), lane_store(q.y, y, 0), lane_store(q.z, z, 0), lane_store(q.w, w, 0);
   for (int i = 0; i < QJ_WIDTH; ++i) {
     found[g * QJ_WIDTH + i] = orbit_in_table(&with, (real4)(x[i], y[i], z[i], w[i]), done, map).f;

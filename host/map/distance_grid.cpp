@@ -139,8 +139,9 @@ void check(const DistanceGridData& data) {
     if (data.blocks[i] >= data.coarse.size() || (i > 0 && data.blocks[i] <= data.blocks[i - 1])) {
       refuse("blocks must be numbers of coarse cells that rise");
     }
-    if (is_outermost(data.blocks[i]))
+    if (is_outermost(data.blocks[i])) {
       refuse("blocks names an outermost coarse cell; only inner ones have corrections");
+    }
   }
   for (std::size_t i = 0; i < data.coarse.size(); ++i) {
     if (data.coarse[i] > 0 || !is_outermost(i)) continue;

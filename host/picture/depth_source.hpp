@@ -34,7 +34,7 @@ class DepthSource {
   /// What is left out, in the view's units.
   virtual LoosePieces loose_pieces() const { return {}; }
 
-  /// What the last prepared view's orbits are looked up in.
+  /// What orbits are looked up in: the tables that were made last.
   virtual LookupReport lookups() const { return {}; }
 
   /// A box that holds the shape, in the view's coordinates.

@@ -83,7 +83,6 @@ ImageLattice::ImageLattice(const map::DeviceMap& map, const Box& box, const Cell
   field_ = context.allocate_real(stored, map.precision());
   versors_ = context.allocate_real(4 * stored, map.precision());
   nodes_ = nodes.size();
-  cells_ = cells.size();
   if (cells.empty()) return;
   for (std::size_t first = 0; first < nodes.size(); first += kNodesAtOnce) {
     throw_if_stopped(stop);
@@ -101,7 +100,7 @@ ImageLattice::ImageLattice(const map::DeviceMap& map, const Box& box, const Cell
   std::vector<std::uint8_t> trusted(size);
   context.read(trusted_, std::span(trusted));
   trusted_share_ =
-      static_cast<double>(std::ranges::count(trusted, 1)) / static_cast<double>(cells_);
+      static_cast<double>(std::ranges::count(trusted, 1)) / static_cast<double>(cells.size());
 }
 
 bool ImageLattice::serves(const Box& box, double displacement) const {

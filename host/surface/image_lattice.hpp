@@ -1,5 +1,5 @@
 #pragma once
-/// Where one iterate takes the points that rays ask about, computed once at the nodes of a lattice
+/// Where one iterate takes points of the slice near a set, computed once at the nodes of a lattice
 /// and interpolated between them (kernels/image_lattice.clh).
 
 #include <functional>
@@ -35,10 +35,9 @@ class ImageLattice {
   /// Whether it serves points inside `box` for this displacement.
   bool serves(const Box& box, double displacement) const;
 
-  /// Nodes that were computed, and cells that were asked for.
+  /// How many nodes were computed.
   std::size_t nodes() const { return nodes_; }
-  std::size_t cells() const { return cells_; }
-  /// The share of these cells that interpolation serves.
+  /// The share of the cells asked for that interpolation serves.
   double trusted_share() const { return trusted_share_; }
 
   // As kernels take them (kernels/image_lattice.clh).
@@ -51,7 +50,7 @@ class ImageLattice {
  private:
   Box box_;
   double displacement_ = 0;
-  std::size_t nodes_ = 0, cells_ = 0;
+  std::size_t nodes_ = 0;
   double trusted_share_ = 0;
   device::RealBuffer layout_, field_, versors_;
   device::Buffer<std::int32_t> places_;

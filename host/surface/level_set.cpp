@@ -117,7 +117,7 @@ std::vector<std::int32_t> LevelSet::looked_up(const Grid& grid, const GridBlock&
   const device::Kernel look_up = map_.kernel("look_up.cl", "look_up_points");
   const device::Argument points = grid_block(grid, block, precision());
   std::vector<std::int32_t> others;
-  std::vector<double> found;
+  std::vector<float> found;
   for (std::size_t first = 0; first < numbers.size();) {
     const std::size_t count = std::min(
         {numbers.size() - first, kMostPoints, context.items_per_launch(look_up, kLookUpCost)});
@@ -130,13 +130,13 @@ std::vector<std::int32_t> LevelSet::looked_up(const Grid& grid, const GridBlock&
     arguments.emplace_back(out);
     context.launch(look_up, {{count, 1, 1}}, arguments, kLookUpCost * static_cast<double>(count));
     found.resize(count);
-    context.read(out, found);
+    context.read(out, std::span(found));
     for (std::size_t i = 0; i < count; ++i) {
       const std::int32_t number = numbers[first + i];
       if (std::isnan(found[i])) {
         others.push_back(number);
       } else {
-        values[static_cast<std::size_t>(number)] = static_cast<float>(found[i]);
+        values[static_cast<std::size_t>(number)] = found[i];
       }
     }
     first += count;

@@ -3,7 +3,6 @@
 /// (kernels/looked_up_orbit.clh).
 
 #include <memory>
-#include <optional>
 #include <stop_token>
 
 #include "surface/image_lattice.hpp"

@@ -100,12 +100,12 @@ struct PictureOptions {
   /// largest body. Copies in portals are always drawn.
   bool keep_loose = false;
   /// Computes every orbit, instead of looking iterates up where that moves what is seen by no more
-  /// than about an eighth of a pixel: several times slower for maps of many factors.
+  /// than about an eighth of a pixel: up to three times slower for maps of many factors.
   bool exact = false;
   void validate() const;  ///< @throws InputError
 };
 
-/// What a picture's orbits were looked up in.
+/// What orbits are looked up in.
 struct LookupReport {
   std::size_t nodes = 0;        ///< of the lattice that first iterates come from; 0: no lattice
   double trusted_share = 0;     ///< of its cells: those that serve
@@ -161,7 +161,7 @@ class Studio {
   /// The same picture, with what its pixels show.
   LayeredImage layered_picture(const Camera& camera, const ProgressMonitor& monitor = {});
 
-  /// What the last picture's orbits were looked up in.
+  /// What orbits are looked up in: the tables that were made last.
   LookupReport lookups() const;
 
  private:

@@ -148,6 +148,7 @@ TEST_CASE("loose pieces are left out of pictures and of surfaces, unless they ar
   CHECK(volume == Approx(mesh["loose_volume"].get<double>()).epsilon(0.1));
   CHECK_THAT(told, Contains("1 loose piece left out") && Contains("--keep-loose keeps it"));
   CHECK(picture["made_with"]["picture"]["keep_loose"] == false);
+  CHECK(picture["made_with"]["picture"]["exact"] == false);
   auto keep = render;
   keep.emplace_back("--keep-loose");
   const auto [all, silent] = made(keep);

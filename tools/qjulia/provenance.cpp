@@ -167,6 +167,7 @@ nlohmann::json to_json(const PictureOptions& options) {
       {"samples", options.samples_per_axis},
       {"cuts", cuts},
       {"keep_loose", options.keep_loose},
+      {"exact", options.exact},
       {"background", options.backdrop == Backdrop::plain ? color_name(options.background)
                                                          : to_string(options.backdrop)},
       {"ground", options.ground}};

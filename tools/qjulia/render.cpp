@@ -501,7 +501,7 @@ void describe_render(Command command, RenderArguments& a) {
   command.flag(
       "--exact", a.options.exact,
       "Compute every orbit, instead of looking iterates up in tables where that moves what "
-      "is seen by no more than about an eighth of a pixel: several times slower for maps of "
+      "is seen by no more than about an eighth of a pixel: up to three times slower for maps of "
       "many factors");
   add_look(command, a.look, a.options);
   add_map_options(command, a.map_options, "The set is cut open at its faces. Default: all of it");

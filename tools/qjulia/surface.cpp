@@ -14,6 +14,7 @@
 #include "qjulia/error.hpp"
 #include "qjulia/figures.hpp"
 #include "qjulia/file_types.hpp"
+#include "qjulia/picture.hpp"
 #include "qjulia/surface_file.hpp"
 
 namespace qjulia::tools {
@@ -154,9 +155,7 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   const std::string stands =
       is_turned ? fmt::format("\nthe shape's {} is up", to_string(*map.frame.up)) : std::string();
   if (report.trusted_share > 0) {
-    session.console.detail(
-        fmt::format("first iterates from {} nodes, {:.0f} % of their cells trusted", report.nodes,
-                    100 * report.trusted_share));
+    session.console.detail(to_text(LookupReport{report.nodes, report.trusted_share, 0}));
   }
   session.report_kernels(device);
   const double seconds = session.seconds();
@@ -215,9 +214,10 @@ void describe_surface(Command command, SurfaceArguments& a) {
       .range(1e-6, 1e9);
   const Option draft = command.flag(
       "--draft", a.options.draft,
-      "Look orbits up in tables instead of computing them: several times as fast for "
-      "maps of many factors; the surface moves by a quarter of a cell at most, and typically by "
-      "less than a tenth");
+      "Look orbits up in tables instead of computing them: two to three times as fast for maps of "
+      "1,000 factors; the surface moves by about a quarter of a cell at most, and typically by "
+      "less "
+      "than a tenth");
   command
       .flag("--dense", a.options.dense,
             "Run the orbit of every point of the grid to its end: the same mesh, much slower, "
