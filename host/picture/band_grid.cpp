@@ -17,6 +17,8 @@ constexpr int kFirstCells = 64;  ///< along the ball, to find the band's box
 /// points.
 constexpr double kCoarseShare = 0.75;
 constexpr double kNone = 1e30;
+/// Values at the grid's points are clamped to it: the surface lies where they are near 0.
+constexpr double kMostValue = 1;
 /// Rays end before they are this many shells deep in the band.
 constexpr double kDeepest = 2.5;
 
@@ -187,13 +189,15 @@ const std::vector<float>& BandGrid::values() {
     if (steps_[i] < 0 && steps_[i] > inner_ - grid_.step) undecided.push_back(device::narrow(i));
   }
   std::vector<float> found(steps_.size());
-  level_set().at(grid_, surface::whole(grid_), undecided, found);
+  level_set().clamped_at(grid_, surface::whole(grid_), undecided,
+                         {set_.map.dynamics.surface_level, kMostValue, kMostValue}, found);
   for (const std::int32_t i : undecided) {
     const auto number = static_cast<std::size_t>(i);
     values_[number] = found[number] - static_cast<float>(set_.map.dynamics.surface_level);
   }
   // Far values say nothing about where between two points the surface lies.
-  for (float& value : values_) value = std::clamp(value, -1.0F, 1.0F);
+  constexpr auto kMost = static_cast<float>(kMostValue);
+  for (float& value : values_) value = std::clamp(value, -kMost, kMost);
   return values_;
 }
 
