@@ -61,7 +61,9 @@ std::shared_ptr<const OrbitLookup> make_lookup(const map::DeviceMap& map, const 
                                                double level, const Grid& grid, double displacement,
                                                const std::stop_token& stop) {
   if (!map.interpolates()) return nullptr;
-  ImageTable table = ImageTable::of_ball(map, displacement, stop);
+  // A coarser table shows in the mesh more than it saves.
+  constexpr double kTableShare = 0.25;
+  ImageTable table = ImageTable::of_ball(map, kTableShare * displacement, stop);
   const int tabled = table.first_iterate(displacement);
   if (tabled > 2) return nullptr;
   const double typical =
