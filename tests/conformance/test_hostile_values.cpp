@@ -311,6 +311,12 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   fitted.factors = 8;
   fitted.max_evaluations = 2;
   use("fit", [&] { fit(on_device(), mesh, fitted); });
+  use("fit from a map", [&] {
+    FitOptions started = fitted;
+    started.initial = good_map();
+    started.schedule_text = schedule_text("fast");
+    fit(on_device(), mesh, started);
+  });
   use("exact_map", [&] { exact_map(on_device(), mesh, small_exact()); });
   const Box box{{-1, -1, -1}, {1, 1, 1}};
   use("Studio", [&] { Studio(on_device(), mesh, box, small_picture()); });
@@ -346,6 +352,12 @@ void for_map_functions(const Map& map, const std::filesystem::path& folder, cons
     energy.value_and_gradient(x, gradient);
     static_cast<void>(energy.field_at(x));
     energy.map_at(x);
+  });
+  use("fit from it", [&] {
+    FitOptions options;
+    options.initial = map;
+    options.max_evaluations = 2;
+    fit(on_device(), shapes::sphere(1), options);
   });
   use("calibrated", [&] { calibrated(on_device(), map); });
   use("find_stop_radii", [&] { find_stop_radii(on_device(), map); });
@@ -408,11 +420,24 @@ TEST_CASE("meshes that are broken are refused by all that take one") {
   }
   CHECK(folder.names().empty());
   TriangleMesh mesh = shapes::sphere(1);
-  mesh.triangles[3][1] = 42;
-  CHECK_THROWS_WITH(mesh.validate(), Catch::Contains("triangles[3]") && Catch::Contains("42"));
-  mesh = shapes::sphere(1);
   mesh.vertices[7].y() = kNan;
   CHECK_THROWS_WITH(mesh.validate(), Catch::Contains("vertices[7]"));
+}
+
+TEST_CASE("every function that takes a mesh names the triangle whose index is out of range") {
+  const test::TemporaryFolder folder;
+  TriangleMesh mesh = shapes::sphere(1);
+  mesh.triangles[3][1] = 42;
+  const auto told = Catch::Contains("triangles[3]") && Catch::Contains("42");
+  for_mesh_functions(mesh, folder.path(), [&](const char* function, const auto& call) {
+    CAPTURE(function);
+    CHECK_THROWS_AS(call(), InputError);
+    CHECK_THROWS_WITH(call(), told);
+  });
+  PaintOptions painting;
+  painting.mesh =
+      PaintedMesh{mesh.vertices, mesh.triangles, std::vector<float>(mesh.vertices.size(), 0.5F)};
+  CHECK_THROWS_WITH(painted(on_device(), good_map(), painting), told);
 }
 
 TEST_CASE("meshes that hold nothing or are beyond all measure do no harm") {
