@@ -27,7 +27,7 @@ std::span<const Entry> environment() {
       Entry{
           "XDG_CACHE_HOME",
           "The folder under which tuned settings are kept, in qjulia, and PoCL's compiled kernels, "
-          "in pocl. Without it, or where it is a relative path: ~/.cache.",
+          "in pocl. Without it, or where it is a relative path: $HOME/.cache.",
           Concern::computing},
       Entry{
           "POCL_CACHE_DIR",
