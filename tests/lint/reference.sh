@@ -9,9 +9,9 @@ check() {
   }
 }
 "$2" | check "$1/docs/reference/knobs.md"
-# Names in quotes after getenv, and those of our own wherever they stand in quotes.
-for name in $(grep -rhoE '(getenv\(|)"(QJULIA_[A-Z]+|[A-Z_]+)"' "$1"/host "$1"/tools --include='*.cpp' |
-  grep -oE '^getenv\("[A-Z_]+|"QJULIA_[A-Z]+"' | grep -oE '[A-Z_]+' | sort -u); do
+# What getenv is called with, and names of our own that are passed on to it.
+for name in $(grep -rhoE --include='*.cpp' 'getenv\("[A-Z_]+|"QJULIA_[A-Z]+"' "$1"/host "$1"/tools |
+  grep -oE '[A-Z_]+' | sort -u); do
   grep -q "\b$name\b" "$1/docs/reference/environment.md" || {
     echo "$name is read from the environment; say so in tools/manual/environment.cpp"
     exit 1
