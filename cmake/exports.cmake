@@ -3,6 +3,9 @@
 # namespaces within it, the rooms', are hidden, but those in PRIVATE ones, which the other shared
 # library of the same version needs: they have a version of their own, as glibc's GLIBC_PRIVATE.
 function(qjulia_exports target)
+  if(APPLE)  # whose linker takes no such scripts
+    return()
+  endif()
   cmake_parse_arguments(EXPORTS "" "" "PRIVATE" ${ARGN})
   # Names as compilers mangle them (Itanium C++ ABI, 5.1): lengths before names, E at the end of what
   # is nested. A namespace's name begins with a small letter, a class's with a large one.
