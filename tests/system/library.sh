@@ -53,6 +53,33 @@ cmake --build "$work/energy_build"
 "$work/energy_build/mine" | tee "$work/energies"
 awk '/^energy [0-9]/ { if (!first) first = $2; last = $2 } END { exit !(last < first / 5) }' "$work/energies"
 
+# The same with the shared libraries, which need no more to be found than Eigen and JSON, and with
+# pkg-config.
+mkdir -p "$work/shared"
+sed 's/COMPONENTS field/COMPONENTS shared/; s/qjulia::field/qjulia::field_shared/' \
+  "$work/field/CMakeLists.txt" >"$work/shared/CMakeLists.txt"
+cp "$work/field/main.cpp" "$work/shared"
+cmake -S "$work/shared" -B "$work/shared_build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+  -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags"
+cmake --build "$work/shared_build"
+libraries=$(dirname "$(find "$work/prefix" -name libqjulia_field.so.0)")
+export PKG_CONFIG_PATH=$libraries/pkgconfig
+"$compiler" -std=c++20 $flags "$work/shared/main.cpp" \
+  $(pkg-config --cflags --libs qjulia-field) -o "$work/configured"
+pkg-config --static --libs qjulia | grep -e '-lOpenMeshCore' | grep -e -lOpenCL | grep -q -e -lcairo
+for program in "$work/shared_build/field" "$work/configured"; do
+  ldd "$program" | grep -q 'libqjulia_field\.so\.0 '
+  LD_LIBRARY_PATH=$libraries "$program" "$repository/docs/maps/bunny.qjulia.json" | cmp - "$work/field_at_origin"
+done
+
+# A component that there is not is named.
+mkdir -p "$work/none"
+sed 's/COMPONENTS shared/COMPONENTS nonsense/' "$work/shared/CMakeLists.txt" >"$work/none/CMakeLists.txt"
+touch "$work/none/main.cpp"
+cmake -S "$work/none" -B "$work/none_build" -DCMAKE_PREFIX_PATH="$work/prefix" \
+  -DCMAKE_CXX_COMPILER="$compiler" >"$work/none.log" 2>&1 && exit 1
+grep -q "no component 'nonsense'" "$work/none.log"
+
 # A wedge.
 cat >"$work/wedge.obj" <<END
 v 0 0 0

@@ -16,7 +16,8 @@ namespace qjulia::tools {
 namespace {
 
 struct ConvertArguments {
-  std::string input, output, portals;
+  std::string input, portals;
+  OutputName output;
   DeviceChoice device;
   MapOptions map_options;
   std::optional<UpAxis> up;
@@ -35,14 +36,15 @@ int run_field(const ConvertArguments& arguments, Session& session) {
   if (!arguments.map_options.given().empty() || arguments.up || !arguments.portals.empty()) {
     throw InputError("options change maps, and a distance field becomes a mesh: give none");
   }
-  session.check_outputs({arguments.input},
-                        {{"OUT", arguments.output, extensions(FileContent::mesh, FileUse::write)}});
+  session.check_outputs(
+      {arguments.input},
+      {output_named("OUT", arguments.output, extensions(FileContent::mesh, FileUse::write))});
   const TriangleMesh mesh = mesh_of(read_sampled_distance(arguments.input));
-  write_mesh(mesh, arguments.output);
+  write_mesh(mesh, arguments.output.path);
   session.console.summary(
       fmt::format("{} triangles\nmesh: {}\nnext: qjulia shape {} -o map.qjulia.json",
-                  mesh.triangles.size(), arguments.output, shell_word(arguments.output)),
-      {{"mesh", arguments.output}, {"triangles", mesh.triangles.size()}});
+                  mesh.triangles.size(), arguments.output.path, shell_word(arguments.output.path)),
+      {{"mesh", arguments.output.path}, {"triangles", mesh.triangles.size()}});
   return kDone;
 }
 
@@ -53,7 +55,7 @@ int run_convert(const ConvertArguments& arguments, Session& session) {
   }
   std::vector<std::filesystem::path> inputs{arguments.input};
   if (!arguments.portals.empty()) inputs.emplace_back(arguments.portals);
-  session.check_outputs(inputs, {{"OUT", arguments.output, {".json"}}});
+  session.check_outputs(inputs, {output_named("OUT", arguments.output, {".json"})});
   Map map = read_any(arguments.input, session.interrupts.token());
   // A map that stays as it is needs no device.
   if (!arguments.map_options.given().empty()) {
@@ -67,23 +69,37 @@ int run_convert(const ConvertArguments& arguments, Session& session) {
     map.layers.portals = read_portal_text(arguments.portals, map.frame.shape_to_map);
   }
   if (arguments.up) map.frame.up = arguments.up;
-  write_map(map, arguments.output);
+  write_map(map, arguments.output.path);
   session.console.summary(
-      fmt::format("{} factors\nmap: {}", map.dynamics.factors.size(), arguments.output),
-      {{"map", arguments.output}, {"factors", map.dynamics.factors.size()}});
+      fmt::format("{} factors\nmap: {}", map.dynamics.factors.size(), arguments.output.path),
+      {{"map", arguments.output.path}, {"factors", map.dynamics.factors.size()}});
   return kDone;
 }
 
 void describe_convert(Command command, ConvertArguments& a) {
-  command.input("IN", a.input,
-                "Map: .qjulia.json, .o3d or .poly4d of the papers' programs; or .f3d, a distance "
-                "field of theirs, which becomes a mesh");
-  command.input("OUT", a.output,
-                "Map file to write, such as bunny.qjulia.json; of an .f3d a mesh: .ply, .obj, "
-                ".stl, .off or .glb");
-  command.file("--portals", a.portals, "TEXT",
-               "Portals from a text file of the papers' program, for a shape in its box of side 1 "
-               "about the origin; those of the map are replaced");
+  command
+      .input("IN", a.input,
+             "Map: .qjulia.json, .o3d or .poly4d of the papers' programs; or .f3d, a distance "
+             "field of theirs, which becomes a mesh")
+      .offers_files(
+          readable({FileContent::map, FileContent::original_map, FileContent::sampled_distance}));
+  const auto named = [&a] {
+    const bool becomes_mesh = has_type(a.input, FileContent::sampled_distance, FileUse::read);
+    return named_after(a.input, becomes_mesh ? ".ply" : ".qjulia.json");
+  };
+  auto types = extensions(FileContent::mesh, FileUse::write);
+  types.emplace_back(".json");
+  command
+      .output("OUT", a.output, named, "",
+              "Map file to write, such as bunny.qjulia.json; of an .f3d a mesh: .ply, .obj, .stl, "
+              ".off or .glb." +
+                  named_text("input", ".qjulia.json or .ply"))
+      .offers_files(types);
+  command
+      .file("--portals", a.portals, "TEXT",
+            "Portals from a text file of the papers' program, for a shape in its box of side 1 "
+            "about the origin; those of the map are replaced")
+      .offers_files({".txt"});
   add_up(command, a.up, "The shape's axis that points up; auto is what the map says");
   add_knobs(command, a.map_options);
   add_device(command, a.device);

@@ -144,7 +144,8 @@ void add_look(Command command, LookOptions& look, PictureOptions& options) {
                        "alpha, in which the set's shadow is black and lets what is behind shine "
                        "through; or a colour: ") +
                kColorWords)
-      .group(kLookGroup);
+      .group(kLookGroup)
+      .offers({"studio", "transparent", "white", "black"});
   command.flag("--no-ground", look.no_ground, "Leave out the ground under the set, and its shadow")
       .group(kLookGroup);
   command
@@ -157,7 +158,8 @@ void add_look(Command command, LookOptions& look, PictureOptions& options) {
            fmt::format("The set's colours: {}; or colours of your own, one for clay, 2 to {} with "
                        "commas between for other materials, from low to high",
                        fmt::join(palette_names(), ", "), Palette::kMostStops))
-      .group(kLookGroup);
+      .group(kLookGroup)
+      .offers(palette_names());
   const PictureSetting& lamp = picture_setting_named("lamp");
   std::visit(SettingOption(command, lamp, options), lamp.value).group(kLookGroup);
 }

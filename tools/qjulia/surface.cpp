@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
+#include "files.hpp"
 #include "map_options.hpp"
 #include "provenance.hpp"
 #include "qjulia/decimate.hpp"
@@ -21,7 +22,8 @@ namespace qjulia::tools {
 namespace {
 
 struct SurfaceArguments {
-  std::string map, output;
+  std::string map;
+  OutputName output;
   DeviceChoice device;
   MapOptions map_options;
   SurfaceOptions options;
@@ -60,7 +62,7 @@ bool drops_loose(const SurfaceArguments& arguments) {
 
 /// Whether the mesh can go straight to its file: one that needs no counts first, and whole.
 bool streams(const SurfaceArguments& arguments) {
-  return extension_of(arguments.output) == ".ply" && !arguments.largest_component &&
+  return extension_of(arguments.output.path) == ".ply" && !arguments.largest_component &&
          arguments.min_component.value_or(0) == 0 && !arguments.max_triangles;
 }
 
@@ -68,7 +70,7 @@ bool streams(const SurfaceArguments& arguments) {
 WrittenSurface stream(const SurfaceArguments& arguments, const Device& device, const Map& map,
                       const SurfaceOptions& options, const std::string& note,
                       const ProgressMonitor& monitor) {
-  PlyFile file(arguments.output, note);
+  PlyFile file(arguments.output.path, note);
   FigureSink sink(&file);
   WrittenSurface written;
   written.report = extract_surface(device, map, options, sink, monitor);
@@ -105,7 +107,7 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
   if (arguments.max_triangles) {
     mesh = decimated(std::move(mesh), *arguments.max_triangles, monitor.stop);
   }
-  write_mesh(mesh, arguments.output, note, map.frame.up);
+  write_mesh(mesh, arguments.output.path, note, map.frame.up);
   const MeshReport report = inspect(mesh);
   written.report.vertices = report.vertices;
   written.report.triangles = report.triangles;
@@ -117,13 +119,14 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
 
 int run_surface(const SurfaceArguments& arguments, Session& session) {
   SurfaceOptions options = checked(arguments.options, arguments.map_options);
-  session.check_outputs({arguments.map}, {{"--output", arguments.output,
-                                           extensions(FileContent::mesh, FileUse::write)}});
-  if (arguments.up && !stands_upright(arguments.output)) {
+  session.check_outputs(
+      {arguments.map},
+      {output_named("--output", arguments.output, extensions(FileContent::mesh, FileUse::write))});
+  if (arguments.up && !stands_upright(arguments.output.path)) {
     throw InputError(
         fmt::format("--up: '{}' keeps the shape's own coordinates; leave --up out, or write .glb "
                     "or .stl, which stand upright",
-                    arguments.output));
+                    arguments.output.path));
   }
   const Map read = session.read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
@@ -135,7 +138,7 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   how["resolution"] = options.resolution;
   if (options.draft) how["draft"] = true;
   if (arguments.max_triangles) how["max_triangles"] = *arguments.max_triangles;
-  const bool is_turned = stands_upright(arguments.output) && map.frame.up;
+  const bool is_turned = stands_upright(arguments.output.path) && map.frame.up;
   if (is_turned) how["up"] = to_string(*map.frame.up);
   const WrittenSurface written = (streams(arguments) ? stream : collect)(
       arguments, device, map, options, one_line(how), session.monitor());
@@ -163,8 +166,8 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
       fmt::format("{} vertices, {} triangles, {} component{}, {}; {:.1f} s{}{}\nmesh: {}",
                   report.vertices, report.triangles, components, components == 1 ? "" : "s",
                   closed ? "closed and manifold" : "not closed", seconds,
-                  left_out_text(written.loose, "\n"), stands, arguments.output),
-      {{"mesh", arguments.output},
+                  left_out_text(written.loose, "\n"), stands, arguments.output.path),
+      {{"mesh", arguments.output.path},
        {"vertices", report.vertices},
        {"triangles", report.triangles},
        {"components", components},
@@ -182,9 +185,14 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
 }
 
 void describe_surface(Command command, SurfaceArguments& a) {
-  command.input("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'");
-  command.output(a.output, "MESH",
-                 "Mesh to write: " + extension_list(FileContent::mesh, FileUse::write));
+  command.input("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'")
+      .offers_files(readable({FileContent::map}));
+  command
+      .output(
+          "-o,--output", a.output, [&a] { return named_after(a.map, ".ply"); }, "MESH",
+          "Mesh to write: " + extension_list(FileContent::mesh, FileUse::write) + "." +
+              named_text("map", ".ply"))
+      .offers_files(extensions(FileContent::mesh, FileUse::write));
   command.add("--resolution", &a.options.resolution, "INT", "Cells along the box's longest side");
   command.add("--refine", &a.options.refine, "INT",
               "How many points to try, 0 to 20, on each grid edge that the surface crosses, to put "
