@@ -58,7 +58,7 @@ Division divide(std::size_t samples, const Tuning& tuning) {
 
 class DeviceEvaluator final : public Evaluator {
  public:
-  DeviceEvaluator(const Device& device, const Samples& samples, const EnergyOptions& options,
+  DeviceEvaluator(const Device& device, const Samples& samples, const EnergySettings& options,
                   Precision precision)
       : device_(device),
         options_(options),
@@ -442,7 +442,7 @@ class DeviceEvaluator final : public Evaluator {
       16;  // panel_products_shared takes so many a time
 
   Device device_;
-  EnergyOptions options_;
+  EnergySettings options_;
   Precision precision_;
   std::size_t samples_count_;
   Division division_;
@@ -455,7 +455,7 @@ class DeviceEvaluator final : public Evaluator {
 }  // namespace
 
 std::unique_ptr<Evaluator> make_device_evaluator(const Device& device, const Samples& samples,
-                                                 const EnergyOptions& options,
+                                                 const EnergySettings& options,
                                                  Precision precision) {
   if (samples.size() == 0) throw std::logic_error("an evaluator needs samples");
   return std::make_unique<DeviceEvaluator>(device, samples, options, precision);

@@ -126,7 +126,8 @@ auto in_stage(const ProgressMonitor& monitor, const char* name, const Work& work
 /// The map that a fit starts from.
 Map placed(const Problem& problem, const SamplePool& pool, FitPlan& plan) {
   const FitOptions& options = plan.options;
-  const EvaluatorFactory make_evaluator = [&](const Samples& samples, const EnergyOptions& energy) {
+  const EvaluatorFactory make_evaluator = [&](const Samples& samples,
+                                              const EnergySettings& energy) {
     return problem.evaluator(samples, energy);
   };
   const int factors = in_stage(plan.monitor, "number of factors", [&] {

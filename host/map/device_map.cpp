@@ -166,8 +166,9 @@ DeviceMap::DeviceMap(const Device& device, const Map& map, const StopRadii& stop
       step_cost_(modulus_cost_ + versor_cost(map)),
       slice_(map.dynamics.slice),
       has_cube_bounds_(std::holds_alternative<FactorsModulus>(map.dynamics.modulus)),
+      log_escape_(log_or(stops.escape, kNone)),
       log_inner_(log_or(stops.inner, -kNone)),
-      log_outer_(std::min(log_or(stops.escape, kNone), log_or(stops.outer, kNone))) {
+      log_outer_(std::min(log_escape_, log_or(stops.outer, kNone))) {
   interpolates_ =
       map.layers.portals.empty() && !std::holds_alternative<NoiseVersor>(map.dynamics.versor);
   if (map.layers.paint) {

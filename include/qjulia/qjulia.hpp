@@ -7,6 +7,7 @@
 #include "qjulia/detail.hpp"
 #include "qjulia/detail_choice.hpp"
 #include "qjulia/device.hpp"
+#include "qjulia/energy.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/exact_map.hpp"
 #include "qjulia/field.hpp"
