@@ -17,9 +17,10 @@ from ._core import (
     __version__,
 )
 from ._device import Device, devices
+from ._energy import Energy
 from ._fitting import FitResult, StageReport, fit, shape
 from ._map import Map, compare, quadratic_map, render, save_png
-from ._mesh import Surface, read_mesh
+from ._mesh import Surface, read_mesh, sample_surface, signed_distance
 
 
 def load(path):
@@ -28,9 +29,10 @@ def load(path):
 
 
 __all__ = [
-    "Device", "DeviceError", "Error", "FitResult", "InputError", "KernelBuildError", "Map",
+    "Device", "DeviceError", "Energy", "Error", "FitResult", "InputError", "KernelBuildError", "Map",
     "NoDeviceError", "OptionError", "OutputError", "StageReport", "Surface", "__version__", "compare",
-    "devices", "fit", "load", "quadratic_map", "read_mesh", "render", "save_png", "shape",
+    "devices", "fit", "load", "quadratic_map", "read_mesh", "render", "sample_surface", "save_png",
+    "shape", "signed_distance",
 ]
 
 # Users see one module, whatever file something is written in.

@@ -77,13 +77,16 @@ class Map:
         """
         return self._core.factors().view(_FACTOR)[:, 0]
 
-    def with_factors(self, factors, *, calibrate=False, device=None):
+    def with_factors(self, factors, *, log_scale=None, surface_level=None, calibrate=False,
+                     device=None):
         """The map with other factors.
 
         Parameters
         ----------
         factors : array
             As `factors` has them, or (N, 5): centers and exponents.
+        log_scale, surface_level : float, optional
+            Other values than the map's own.
         calibrate : bool, optional
             Moves the scale and the level so that the set's boundary lies on the surface F_1 = L.
             Do it where the factors' surface has moved.
@@ -95,7 +98,7 @@ class Map:
                 raise ValueError("factors must have the fields center and exponent, not "
                                  + ", ".join(factors.dtype.names))
             factors = np.column_stack([factors["center"], factors["exponent"]])
-        core = self._core.with_factors(factors)
+        core = self._core.with_factors(factors, log_scale, surface_level)
         return Map._of(core.calibrated(_device.core_of(device)) if calibrate else core)
 
     def calibrated(self, *, device=None):
@@ -151,6 +154,52 @@ InputError
             Only with ``gradient=True``.
         """
         return _core.field(self._core, _device.core_of(device), points, options)
+
+    def versors(self, points, *, device=None, **options):
+        """U at points: the unit quaternions of R(q) = e^F(q) U(q), as an array (N, 4).
+
+        Parameters
+        ----------
+        points, space, precision, device
+            See `field`.
+        """
+        return _core.versors(self._core, _device.core_of(device), points, options)
+
+    def images(self, points, *, device=None, **options):
+        """The last points of orbits, in map coordinates, as an array (N, 4).
+
+        Their norms are e^F_n: an orbit ends where it escapes, and after n iterates at the latest.
+
+        Parameters
+        ----------
+        points, n, space, escape, precision, device
+            See `field`.
+        """
+        return _core.images(self._core, _device.core_of(device), points, options)
+
+    def orbits(self, points, *, device=None, **options):
+        """All points of orbits, in map coordinates, as an array (N, n + 1, 4).
+
+        An orbit begins with its point, and repeats its last point after it has escaped.
+
+        Parameters
+        ----------
+        points, n, space, escape, precision, device
+            See `field`.
+        """
+        return _core.orbits(self._core, _device.core_of(device), points, options)
+
+    def escape_counts(self, points, *, device=None, **options):
+        """How many iterates orbits have before they escape, as an array (N,) of int32.
+
+        Where none of the first n points of an orbit has escaped it is n.
+
+        Parameters
+        ----------
+        points, n, space, escape, precision, device
+            See `field`.
+        """
+        return _core.escape_counts(self._core, _device.core_of(device), points, options)
 
     def sample(self, resolution=128, *, device=None, on_progress=None, **options):
         """F_n at the centres of a box's cells.

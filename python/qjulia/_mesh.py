@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import _core
+from . import _core, _device
 
 
 class Surface(NamedTuple):
@@ -93,3 +93,42 @@ def read_mesh(path):
         If the file cannot be used; the message says why.
     """
     return Surface(*_read(path).arrays())
+
+
+def signed_distance(mesh, points, *, device=None, **options):
+    """How far points are from a mesh, negative inside.
+
+    Parameters
+    ----------
+    mesh : mesh
+        See `fit` for what a mesh can be.
+    points : array, (N, 3)
+    precision : {"single", "double"}, optional
+    device : Device or str, optional
+
+    Returns
+    -------
+    array, (N,)
+        In the mesh's units. Inside is where the winding number is above 1/2, so that meshes with
+        holes have an inside, too.
+    """
+    return _core.signed_distance(_device.core_of(device), core_of(mesh), points, options)
+
+
+def sample_surface(mesh, count, *, seed=1):
+    """Points on a mesh, uniform by area.
+
+    Parameters
+    ----------
+    mesh : mesh
+        See `fit` for what a mesh can be.
+    count : int
+    seed : int, optional
+
+    Returns
+    -------
+    points : array, (count, 3)
+    normals : array, (count, 3)
+        Of the points' triangles, outward and of length 1.
+    """
+    return _core.sample_surface(core_of(mesh), count, seed)

@@ -7,6 +7,7 @@
 #include "keywords.hpp"
 #include "map.hpp"
 #include "parts.hpp"
+#include "points.hpp"
 #include "qjulia/sample.hpp"
 #include "watched.hpp"
 
@@ -14,33 +15,6 @@ namespace py = pybind11;
 
 namespace qjulia::python {
 namespace {
-
-/// Points in map coordinates, as the user gave them in one space or the other.
-struct GivenPoints {
-  std::vector<Quaternion> at;
-  int length = 3;    ///< of a row
-  double slope = 1;  ///< map units a unit of the points
-};
-
-GivenPoints given_points(const Map& map, const py::object& points, bool in_shape) {
-  const DoubleArray rows = rows_of_numbers(points, "points", {3, 4});
-  GivenPoints given;
-  given.length = static_cast<int>(rows.shape(1));
-  if (given.length == 4 && in_shape) {
-    throw py::value_error(
-        "points of shape (N, 4) are in map coordinates; give space=\"map\" with them");
-  }
-  const ShapeToMap& to_map = map.frame.shape_to_map;
-  if (in_shape) given.slope = to_map.scale;
-  given.at.reserve(static_cast<std::size_t>(rows.shape(0)));
-  const double* row = rows.data();
-  for (py::ssize_t i = 0; i < rows.shape(0); ++i, row += given.length) {
-    Eigen::Vector3d x(row[0], row[1], row[2]);
-    if (in_shape) x = to_map.to_map(x);
-    given.at.push_back({x.x(), x.y(), x.z(), given.length == 4 ? row[3] : map.dynamics.slice});
-  }
-  return given;
-}
 
 /// Below it a call is over before a user could press Ctrl-C: points times iterations times factors.
 constexpr double kShortWork = 2e7;
@@ -67,17 +41,35 @@ std::shared_ptr<const Field> field_of(KeptMap& self, const OpenDevice& device, P
   return field;
 }
 
+/// What all functions of points take.
+struct Query {
+  int iterations = 1;
+  bool in_shape = true;
+  Precision precision = Precision::single;
+  double escape = kUsualEscape;
+};
+
+Query query(Keywords& keywords) {
+  Query asked;
+  keywords.take("n", asked.iterations);
+  keywords.take_word("space", asked.in_shape, {{"shape", true}, {"map", false}});
+  keywords.take("precision", asked.precision);
+  keywords.take("escape", asked.escape);
+  return asked;
+}
+
 /// Runs `evaluate(field)` on the calling thread where it is short, else so that Ctrl-C ends it.
 template <class Evaluate>
-auto evaluated(KeptMap& self, const OpenDevice& device, Precision precision, double escape,
-               bool at_once, const Evaluate& evaluate) {
-  if (!at_once) {
+auto evaluated(KeptMap& self, const OpenDevice& device, const Query& asked,
+               const GivenPoints& points, const Evaluate& evaluate) {
+  if (!is_short(self.map, points.at.size(), asked.iterations)) {
     return watched(device, [&](const std::stop_token& stop) {
-      return evaluate(Field(device.device, self.map, precision, StopRadii{.escape = escape}, stop));
+      return evaluate(
+          Field(device.device, self.map, asked.precision, StopRadii{.escape = asked.escape}, stop));
     });
   }
   const DeviceUse use(device);
-  const auto field = field_of(self, device, precision, escape);
+  const auto field = field_of(self, device, asked.precision, asked.escape);
   const py::gil_scoped_release release;
   return evaluate(*field);
 }
@@ -98,27 +90,49 @@ py::array gradient_array(const std::vector<Quaternion>& gradients, const GivenPo
 
 py::object field_at(KeptMap& self, const OpenDevice& device, const py::object& points,
                     const py::dict& given) {
-  int iterations = 1;
-  bool gradient = false, in_shape = true;
-  Precision precision = Precision::single;
-  double escape = kUsualEscape;
+  bool gradient = false;
   Keywords keywords("field", given);
-  keywords.take("n", iterations);
+  const Query asked = query(keywords);
   keywords.take("gradient", gradient);
-  keywords.take_word("space", in_shape, {{"shape", true}, {"map", false}});
-  keywords.take("precision", precision);
-  keywords.take("escape", escape);
   keywords.expect_no_more();
-  const GivenPoints at = given_points(self.map, points, in_shape);
+  const GivenPoints at = given_points(self.map, points, asked.in_shape);
   const auto count = static_cast<py::ssize_t>(at.at.size());
-  const bool at_once = is_short(self.map, at.at.size(), iterations);
-  auto values = evaluated(self, device, precision, escape, at_once,
-                          [&](const Field& field) { return field.at(at.at, iterations); });
+  auto values = evaluated(self, device, asked, at,
+                          [&](const Field& field) { return field.at(at.at, asked.iterations); });
   py::array result = array_of<double>(std::move(values), {count});
   if (!gradient) return result;
-  const auto slopes = evaluated(self, device, precision, escape, at_once,
-                                [&](const Field& field) { return field.gradient_at(at.at); });
+  const auto slopes = evaluated(self, device, asked, at, [&](const Field& field) {
+    return field.gradient_at(at.at, asked.iterations);
+  });
   return py::make_tuple(result, gradient_array(slopes, at));
+}
+
+/// What else there is to ask of points. Quaternions are in the map's coordinates.
+enum class Asked { versors, images, orbits, escape_counts };
+
+template <Asked kAsked>
+py::array asked_of_points(KeptMap& self, const OpenDevice& device, const py::object& points,
+                          const py::dict& given) {
+  constexpr const char* kNames[] = {"versors", "images", "orbits", "escape_counts"};
+  Keywords keywords(kNames[static_cast<std::size_t>(kAsked)], given);
+  const Query asked = query(keywords);
+  keywords.expect_no_more();
+  const GivenPoints at = given_points(self.map, points, asked.in_shape);
+  const int n = asked.iterations;
+  const auto count = static_cast<py::ssize_t>(at.at.size());
+  auto found = evaluated(self, device, asked, at, [&](const Field& field) {
+    if constexpr (kAsked == Asked::versors) return field.versors_at(at.at);
+    if constexpr (kAsked == Asked::images) return field.images_at(at.at, n);
+    if constexpr (kAsked == Asked::orbits) return field.orbits_at(at.at, n);
+    if constexpr (kAsked == Asked::escape_counts) return field.escape_counts_at(at.at, n);
+  });
+  if constexpr (kAsked == Asked::escape_counts) {
+    return array_of<int>(std::move(found), {count});
+  } else if constexpr (kAsked == Asked::orbits) {
+    return array_of<double>(std::move(found), {count, n + 1, 4});
+  } else {
+    return array_of<double>(std::move(found), {count, 4});
+  }
 }
 
 py::array box_array(const Box& box) {
@@ -161,6 +175,10 @@ py::tuple sampled(const KeptMap& self, const OpenDevice& device, const py::objec
 
 void add_evaluation(py::module_& module) {
   module.def("field", &field_at);
+  module.def("versors", &asked_of_points<Asked::versors>);
+  module.def("images", &asked_of_points<Asked::images>);
+  module.def("orbits", &asked_of_points<Asked::orbits>);
+  module.def("escape_counts", &asked_of_points<Asked::escape_counts>);
   module.def("sample", &sampled);
 }
 

@@ -60,7 +60,9 @@ py::array factors_of(const KeptMap& self) {
   return array_of<double>(self.map.dynamics.factors, {rows, 5});
 }
 
-MapPointer with_factors(const KeptMap& self, const py::object& given) {
+/// @param log_scale, surface_level None: the map's own.
+MapPointer with_factors(const KeptMap& self, const py::object& given, const py::object& log_scale,
+                        const py::object& surface_level) {
   const DoubleArray rows = rows_of_numbers(given, "factors", {5});
   Map map = self.map;
   map.dynamics.factors.clear();
@@ -68,6 +70,8 @@ MapPointer with_factors(const KeptMap& self, const py::object& given) {
     map.dynamics.factors.push_back(
         {{rows.at(i, 0), rows.at(i, 1), rows.at(i, 2), rows.at(i, 3)}, rows.at(i, 4)});
   }
+  if (!log_scale.is_none()) read(log_scale, "log_scale", map.dynamics.log_scale);
+  if (!surface_level.is_none()) read(surface_level, "surface_level", map.dynamics.surface_level);
   map.validate();
   return kept(std::move(map));
 }

@@ -13,7 +13,9 @@ PYBIND11_MODULE(_core, module) {
   add_device(module);
   add_mesh(module);
   add_map(module);
+  add_distances(module);
   add_edits(module);
+  add_energy(module);
   add_evaluation(module);
   add_fitting(module);
   add_surfaces(module);

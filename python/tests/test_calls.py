@@ -1,0 +1,167 @@
+"""Long calls: callbacks, Ctrl-C, other threads, memory."""
+
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import qjulia
+
+
+def test_a_fit_tells_how_it_goes(torus, device):
+    stages, energies, progress = [], [], []
+    result = qjulia.fit(*torus, factors=16, max_evaluations=25, device=device, on_stage=stages.append,
+                        on_evaluation=energies.append, on_progress=lambda *all: progress.append(all))
+    assert stages[0].name == "placement" and isinstance(stages[0].map, qjulia.Map)
+    assert stages[1:] == result.stages[-len(stages) + 1:]
+    assert result.stages[-1].map is None
+    assert len(energies) == result.evaluations == 25
+    assert stages[-1].map == result.map
+    assert {len(entry) for entry in progress} == {4} and progress[0][0]
+    assert result.stopped == "evaluations" and "evaluations" in str(result)
+    assert str(stages[1]).startswith(stages[1].name)
+
+
+def test_callbacks_run_on_the_calling_thread_and_may_call(torus, device):
+    seen = []
+
+    def look(stage):
+        seen.append((threading.get_ident(), len(stage.map.surface(8, n=1, device=device).faces)))
+
+    qjulia.fit(*torus, factors=16, max_evaluations=10, device=device, on_stage=look)
+    assert seen and all(thread == threading.get_ident() and faces > 0 for thread, faces in seen)
+
+
+def test_a_callback_that_raises_ends_the_fit(torus, device):
+    def fails(stage):
+        raise LookupError("enough")
+
+    with pytest.raises(LookupError, match="enough"):
+        qjulia.fit(*torus, factors=16, device=device, on_stage=fails)
+    with pytest.raises(LookupError):
+        qjulia.fit(*torus, factors=16, device=device, on_evaluation=fails)
+
+
+def test_stop_iteration_gives_what_was_reached(torus, device):
+    count = []
+
+    def stops(energy):
+        count.append(energy)
+        if len(count) == 5:
+            raise StopIteration
+
+    result = qjulia.fit(*torus, factors=16, device=device, on_evaluation=stops)
+    assert result.stopped == "interrupted"
+    assert 5 <= result.evaluations < 20
+    assert np.isfinite(result.map.field(np.zeros((1, 3)), device=device)).all()
+
+
+def press_ctrl_c_after(seconds):
+    timer = threading.Timer(seconds, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    return timer
+
+
+def test_ctrl_c_ends_a_fit_with_what_was_reached(torus, device):
+    # Counted from the first evaluation, so that there is something to give.
+    pressed = []
+
+    def press(energy):
+        if not pressed:
+            pressed.append(press_ctrl_c_after(0.2))
+
+    start = time.monotonic()
+    result = qjulia.fit(*torus, factors=256, device=device, on_evaluation=press)
+    assert result.stopped == "interrupted"
+    assert len(result.map.factors) == 256
+    assert time.monotonic() - start < 30
+
+
+def test_ctrl_c_ends_other_calls(map, device):
+    points = np.random.default_rng(6).uniform(-1, 1, (4_000_000, 3))
+    for call in (lambda: map.surface(2000, device=device), lambda: map.sample(700, device=device),
+                 lambda: map.field(points, n=16, device=device)):
+        timer = press_ctrl_c_after(0.5)
+        with pytest.raises(KeyboardInterrupt):
+            call()
+        timer.join()
+
+
+def test_other_threads_run_on_during_a_fit(torus, device, capsys):
+    gaps, stop = [], threading.Event()
+
+    def tick():
+        last = time.perf_counter()
+        while not stop.is_set():
+            time.sleep(0.005)
+            now = time.perf_counter()
+            gaps.append(now - last)
+            last = now
+
+    ticker = threading.Thread(target=tick)
+    ticker.start()
+    start = time.perf_counter()
+    qjulia.fit(*torus, factors=64, max_evaluations=100, device=device)
+    seconds = time.perf_counter() - start
+    stop.set()
+    ticker.join()
+    with capsys.disabled():
+        print(f"\n{len(gaps)} ticks in {seconds:.2f} s, {1e3 * np.median(gaps):.1f} ms between them, "
+              f"{100 * np.mean(np.array(gaps) < 0.010):.1f} % below 10 ms, at most "
+              f"{1e3 * max(gaps):.1f} ms")
+    assert len(gaps) > seconds / 0.1
+
+
+def test_threads_share_a_device(map, device):
+    points = np.random.default_rng(7).uniform(-1, 1, (300, 3))
+    expected = map.field(points, n=3, device=device)
+    found, errors = [], []
+
+    def work():
+        try:
+            for _ in range(20):
+                found.append(map.field(points, n=3, device=device))
+                map.surface(6, n=1, device=device)
+        except Exception as error:  # noqa: BLE001
+            errors.append(error)
+
+    threads = [threading.Thread(target=work) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not errors
+    assert len(found) == 80 and all(np.array_equal(values, expected) for values in found)
+
+
+def memory():
+    """Bytes of the process that are in memory."""
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/statm"), reason="needs /proc")
+def test_nothing_leaks(torus, map, device, capsys):
+    points = np.random.default_rng(8).uniform(-1, 1, (1000, 3))
+
+    def calls(fields, fits):
+        for i in range(fields):
+            qjulia.Map.from_json(map.to_json()).field(points, n=2, gradient=True, device=device)
+            qjulia.Energy(map, points, device=device).value_and_gradient(
+                qjulia.Energy(map, points, device=device).x0)
+            with pytest.raises(ValueError):
+                map.field(points[:, :2], device=device)
+        for i in range(fits):
+            qjulia.fit(*torus, factors=8, max_evaluations=3, seed=i, device=device,
+                       on_stage=lambda stage: stage.map)
+
+    calls(50, 3)
+    before = memory()
+    calls(1000, 20)
+    grown = memory() - before
+    with capsys.disabled():
+        print(f"\n1,000 calls and 20 fits: {memory() / 2**20:.0f} MB, {grown / 2**20:+.1f} MB")
+    assert grown < 40 * 2**20
