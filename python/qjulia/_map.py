@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import operator
 import textwrap
 
 import numpy as np
@@ -447,7 +448,7 @@ InputError
     def _repr_png_(self):
         """A small picture, for notebooks."""
         if self._png is None:
-            self._png = _core.png(render(self, size=(320, 240)))
+            self._png = _core.png(render(self, size=(320, 240), samples=1))
         return self._png
 
 
@@ -554,7 +555,10 @@ def compare(map, mesh, faces=None, *, n=(1, 6), device=None, on_progress=None, *
     """
     if not isinstance(map, Map):
         raise TypeError(f"map must be a Map, not {type(map).__name__}")
-    wanted = [n] if np.ndim(n) == 0 else list(n)
+    try:
+        wanted = [operator.index(number) for number in (n if np.iterable(n) else [n])]
+    except TypeError:
+        raise TypeError(f"n must be a whole number or several, not {n!r}") from None
     core, triangles = _device.core_of(device), _mesh.core_of(mesh, faces)
     found = {}
     for number in sorted(set(wanted), reverse=True):

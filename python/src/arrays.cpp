@@ -36,7 +36,7 @@ py::array array_in(const py::handle& given, const std::string& name, const char*
   const bool is_empty_list = array.size() == 0 && array.dtype().kind() == 'f';
   if (std::string(kinds).find(array.dtype().kind()) == std::string::npos && !is_empty_list) {
     throw py::type_error(name + " must be an array of " + wanted + ", not of dtype " +
-                         py::str(array.dtype()).cast<std::string>());
+                         shown(py::str(array.dtype())));
   }
   return array;
 }

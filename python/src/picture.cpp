@@ -65,7 +65,9 @@ void take_palette(Keywords& keywords, PictureOptions& options) {
   if (!given) return;
   std::vector<Rgb> colors;
   if (py::isinstance<py::str>(given)) {
-    if (const auto named = palette_named(given.cast<std::string>())) {
+    std::string name;
+    read(given, "palette", name);
+    if (const auto named = palette_named(name)) {
       options.palette = *named;
       return;
     }
