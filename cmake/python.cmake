@@ -4,7 +4,7 @@
 if(NOT DEFINED Python3_EXECUTABLE AND EXISTS /usr/bin/python3)
   set(Python3_EXECUTABLE /usr/bin/python3 CACHE FILEPATH "The Python that the package is built for")
 endif()
-find_package(Python3 3.9 COMPONENTS Interpreter Development.Module NumPy)
+find_package(Python3 3.9 COMPONENTS Interpreter Development.Module)
 if(Python3_Development.Module_FOUND AND NOT DEFINED pybind11_DIR)
   # pip's package of pybind11 says where its files are.
   execute_process(COMMAND ${Python3_EXECUTABLE} -m pybind11 --cmakedir
