@@ -17,13 +17,25 @@ class BuildWithCMake(build_ext):
 
     def build_extension(self, ext):
         folder = Path(self.build_temp).resolve()
-        subprocess.run(["cmake", "-S", ROOT, "-B", folder, "-DCMAKE_BUILD_TYPE=Release",
-                        "-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_UNITY_BUILD_BATCH_SIZE=64",
-                        "-DQJULIA_BUILD_TESTS=OFF", f"-DPython3_EXECUTABLE={sys.executable}"],
-                       check=True)
-        subprocess.run(["cmake", "--build", folder, "--parallel", "--target", "qjulia_python"],
-                       check=True)
-        built, = (folder / "python" / "qjulia").glob("_core.*.so")
+        subprocess.run(
+            [
+                "cmake",
+                "-S",
+                ROOT,
+                "-B",
+                folder,
+                "-DCMAKE_BUILD_TYPE=Release",
+                "-DCMAKE_UNITY_BUILD=ON",
+                "-DCMAKE_UNITY_BUILD_BATCH_SIZE=64",
+                "-DQJULIA_BUILD_TESTS=OFF",
+                f"-DPython3_EXECUTABLE={sys.executable}",
+            ],
+            check=True,
+        )
+        subprocess.run(
+            ["cmake", "--build", folder, "--parallel", "--target", "qjulia_python"], check=True
+        )
+        (built,) = (folder / "python" / "qjulia").glob("_core.*.so")
         target = Path(self.get_ext_fullpath(ext.name)).resolve()
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(built, target)

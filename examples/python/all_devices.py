@@ -22,7 +22,9 @@ for info in qjulia.devices():
 def fit(mesh: Path) -> str:
     device = free.get()
     try:
-        result = qjulia.fit(mesh, factors=arguments.factors, schedule=arguments.schedule, device=device)
+        result = qjulia.fit(
+            mesh, factors=arguments.factors, schedule=arguments.schedule, device=device
+        )
     finally:
         free.put(device)
     result.map.save(mesh.with_suffix(".qjulia.json").name)

@@ -11,7 +11,9 @@ parser.add_argument("--schedule", default="tight")
 parser.add_argument("--width", type=int, default=640)
 arguments = parser.parse_args()
 
-result = qjulia.fit(arguments.mesh, factors=arguments.factors, schedule=arguments.schedule, on_stage=print)
+result = qjulia.fit(
+    arguments.mesh, factors=arguments.factors, schedule=arguments.schedule, on_stage=print
+)
 print(result)
 result.map.save("shape.qjulia.json")
 

@@ -22,7 +22,7 @@ for drift in (0, 0.3, 0.6):
     roughness = []
     for detail in details:
         turned = map.with_knobs(detail=detail, drift=drift)
-        row, = qjulia.compare(turned, mesh, n=6, resolution=arguments.resolution)
+        (row,) = qjulia.compare(turned, mesh, n=6, resolution=arguments.resolution)
         roughness.append(row["roughness"])
     axes.semilogx(details, roughness, marker="o", label=f"drift {drift}")
 axes.set(xlabel="detail", ylabel="area of the set over the mesh's")

@@ -15,7 +15,10 @@ parser.add_argument("--frames", type=int, default=5)
 parser.add_argument("--width", type=int, default=240)
 arguments = parser.parse_args()
 
-first, last = (qjulia.fit(mesh, factors=arguments.factors, schedule=arguments.schedule).map for mesh in arguments.meshes)
+first, last = (
+    qjulia.fit(mesh, factors=arguments.factors, schedule=arguments.schedule).map
+    for mesh in arguments.meshes
+)
 
 # Factors that are near each other and alike belong together.
 a, b = first.factors, last.factors

@@ -27,9 +27,9 @@ inside = norms[:, -1] < np.exp(map.surface_level)
 
 hue = np.arctan2(orbits[:, -1, 1], orbits[:, -1, 0])
 color = 0.5 + 0.5 * np.cos(hue[:, None] + np.array([0, 2, 4]) * np.pi / 3)
-color *= (0.4 + 0.6 * counts / arguments.n)[:, None]
+color *= (0.6 + 0.4 * counts / arguments.n)[:, None]
 nearest = np.log(np.maximum(norms[:, 1:].min(axis=1), 1e-6))
-color *= (0.85 + 0.15 * np.cos(8 * nearest))[:, None]
+color *= (0.85 + 0.15 * np.cos(4 * nearest))[:, None]
 color[inside] *= 0.15
 
 picture = (255 * color).astype(np.uint8).reshape(arguments.width, arguments.width, 3)

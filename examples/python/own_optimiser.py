@@ -27,8 +27,13 @@ points += 0.1 * size * random.normal(size=(len(points), 1)) * normals
 sides = np.sign(qjulia.signed_distance(mesh, points))
 
 energy = qjulia.Energy(placed, points, sides=np.where(sides == 0, 1, sides), loss="tanh", alpha=10)
-found = minimize(energy.value_and_gradient, energy.x0, jac=True, method="L-BFGS-B",
-                 options={"maxiter": arguments.iterations})
+found = minimize(
+    energy.value_and_gradient,
+    energy.x0,
+    jac=True,
+    method="L-BFGS-B",
+    options={"maxiter": arguments.iterations},
+)
 print(f"energy {energy.value(energy.x0):.4f} -> {found.fun:.4f} in {found.nfev} evaluations")
 
 best = energy.map_at(found.x).calibrated()

@@ -29,10 +29,31 @@ def load(path):
 
 
 __all__ = [
-    "Device", "DeviceError", "Energy", "Error", "FitResult", "InputError", "KernelBuildError", "Map",
-    "NoDeviceError", "OptionError", "OutputError", "StageReport", "Surface", "__version__", "compare",
-    "devices", "fit", "load", "quadratic_map", "read_mesh", "render", "sample_surface", "save_png",
-    "shape", "signed_distance",
+    "Device",
+    "DeviceError",
+    "Energy",
+    "Error",
+    "FitResult",
+    "InputError",
+    "KernelBuildError",
+    "Map",
+    "NoDeviceError",
+    "OptionError",
+    "OutputError",
+    "StageReport",
+    "Surface",
+    "__version__",
+    "compare",
+    "devices",
+    "fit",
+    "load",
+    "quadratic_map",
+    "read_mesh",
+    "render",
+    "sample_surface",
+    "save_png",
+    "shape",
+    "signed_distance",
 ]
 
 # Users see one module, whatever file something is written in.

@@ -20,10 +20,31 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
-    "Device", "DeviceError", "Energy", "Error", "FitResult", "InputError", "KernelBuildError", "Map",
-    "NoDeviceError", "OptionError", "OutputError", "StageReport", "Surface", "__version__", "compare",
-    "devices", "fit", "load", "quadratic_map", "read_mesh", "render", "sample_surface", "save_png",
-    "shape", "signed_distance",
+    "Device",
+    "DeviceError",
+    "Energy",
+    "Error",
+    "FitResult",
+    "InputError",
+    "KernelBuildError",
+    "Map",
+    "NoDeviceError",
+    "OptionError",
+    "OutputError",
+    "StageReport",
+    "Surface",
+    "__version__",
+    "compare",
+    "devices",
+    "fit",
+    "load",
+    "quadratic_map",
+    "read_mesh",
+    "render",
+    "sample_surface",
+    "save_png",
+    "shape",
+    "signed_distance",
 ]
 
 __version__: str
@@ -83,7 +104,9 @@ def read_mesh(path: _Path) -> Surface: ...
 def signed_distance(
     mesh: _Mesh, points: ArrayLike, *, device: _Device = ..., precision: _Precision = ...
 ) -> _Doubles: ...
-def sample_surface(mesh: _Mesh, count: SupportsIndex, *, seed: int = ...) -> Tuple[_Doubles, _Doubles]: ...
+def sample_surface(
+    mesh: _Mesh, count: SupportsIndex, *, seed: int = ...
+) -> Tuple[_Doubles, _Doubles]: ...
 
 class Map:
     def __init__(self, *_: Any, **__: Any) -> None: ...
@@ -144,7 +167,12 @@ class Map:
         escape: Optional[float] = ...,
     ) -> Tuple[_Doubles, _Doubles]: ...
     def versors(
-        self, points: ArrayLike, *, device: _Device = ..., space: _Space = ..., precision: _Precision = ...
+        self,
+        points: ArrayLike,
+        *,
+        device: _Device = ...,
+        space: _Space = ...,
+        precision: _Precision = ...,
     ) -> _Doubles: ...
     def images(
         self,

@@ -31,8 +31,10 @@ class StageReport:
     """What the fit would give if it ended here; in callbacks alone."""
 
     def __str__(self):
-        return (f"{self.name}: {self.evaluations} evaluations, energy {self.energy_before:+.4f} to "
-                f"{self.energy_after:+.4f}, IoU {self.iou:.4f}, {self.seconds:.1f} s")
+        return (
+            f"{self.name}: {self.evaluations} evaluations, energy {self.energy_before:+.4f} to "
+            f"{self.energy_after:+.4f}, IoU {self.iou:.4f}, {self.seconds:.1f} s"
+        )
 
 
 @dataclass(frozen=True)
@@ -59,8 +61,16 @@ class FitResult:
         return self.summary
 
 
-def fit(vertices, faces=None, *, device=None, on_stage=None, on_evaluation=None, on_progress=None,
-        **options):
+def fit(
+    vertices,
+    faces=None,
+    *,
+    device=None,
+    on_stage=None,
+    on_evaluation=None,
+    on_progress=None,
+    **options,
+):
     """Fits a map to a mesh.
 
     Parameters
@@ -128,10 +138,18 @@ def fit(vertices, faces=None, *, device=None, on_stage=None, on_evaluation=None,
     # A map is wrapped as it comes: users see no other.
     watch = None
     if on_stage is not None:
+
         def watch(stage, map):
             on_stage(StageReport(**stage, map=Map._of(map)))
-    found = _core.fit(_device.core_of(device), _mesh.core_of(vertices, faces), watch, on_evaluation,
-                      on_progress, options)
+
+    found = _core.fit(
+        _device.core_of(device),
+        _mesh.core_of(vertices, faces),
+        watch,
+        on_evaluation,
+        on_progress,
+        options,
+    )
     found["map"] = Map._of(found["map"])
     found["stages"] = [StageReport(**stage) for stage in found["stages"]]
     return FitResult(**found)
@@ -173,5 +191,6 @@ def shape(vertices, faces=None, *, versor=None, device=None, on_progress=None, *
     Map
     """
     options["versor"] = versor._core if isinstance(versor, Map) else versor
-    return Map._of(_core.shape(_device.core_of(device), _mesh.core_of(vertices, faces), on_progress,
-                               options))
+    return Map._of(
+        _core.shape(_device.core_of(device), _mesh.core_of(vertices, faces), on_progress, options)
+    )

@@ -19,8 +19,11 @@ def _described(rows):
     for name, values, unit, limits, help_, more in rows:
         lines.append(f"{name} : {values}" + (f", {unit}" if unit else ""))
         text = f"{help_}." + (f" {limits[:1].upper()}{limits[1:]}." if limits else "")
-        lines.append(textwrap.fill(f"{text} {more}".strip(), 96, initial_indent="    ",
-                                   subsequent_indent="    "))
+        lines.append(
+            textwrap.fill(
+                f"{text} {more}".strip(), 96, initial_indent="    ", subsequent_indent="    "
+            )
+        )
     return "\n".join(lines)
 
 
@@ -78,8 +81,9 @@ class Map:
         """
         return self._core.factors().view(_FACTOR)[:, 0]
 
-    def with_factors(self, factors, *, log_scale=None, surface_level=None, calibrate=False,
-                     device=None):
+    def with_factors(
+        self, factors, *, log_scale=None, surface_level=None, calibrate=False, device=None
+    ):
         """The map with other factors.
 
         Parameters
@@ -96,8 +100,10 @@ class Map:
         factors = np.asarray(factors)
         if factors.dtype.names is not None:
             if set(factors.dtype.names) != {"center", "exponent"}:
-                raise ValueError("factors must have the fields center and exponent, not "
-                                 + ", ".join(factors.dtype.names))
+                raise ValueError(
+                    "factors must have the fields center and exponent, not "
+                    + ", ".join(factors.dtype.names)
+                )
             factors = np.column_stack([factors["center"], factors["exponent"]])
         core = self._core.with_factors(factors, log_scale, surface_level)
         return Map._of(core.calibrated(_device.core_of(device)) if calibrate else core)
@@ -266,7 +272,8 @@ InputError
         """
         options["resolution"] = resolution
         return _mesh.Surface(
-            *_core.surface(self._core, _device.core_of(device), on_progress, options))
+            *_core.surface(self._core, _device.core_of(device), on_progress, options)
+        )
 
     def paint(self, mesh=None, shares=None, *, device=None, on_progress=None, **options):
         """The map with other shares of its detail in other places: wild here and smooth there.
@@ -297,8 +304,9 @@ InputError
         if (mesh is None) != (shares is None):
             raise ValueError("mesh and shares belong together; give both or none")
         core = None if mesh is None else _mesh.core_of(mesh)
-        return Map._of(_core.paint(self._core, _device.core_of(device), core, shares, on_progress,
-                                   options))
+        return Map._of(
+            _core.paint(self._core, _device.core_of(device), core, shares, on_progress, options)
+        )
 
     def portals(self, count=3, *, device=None, on_progress=None, **options):
         """The map with copies of its set on its own tips.
@@ -319,8 +327,7 @@ InputError
         Map
         """
         options["count"] = count
-        return Map._of(
-            _core.portals(self._core, _device.core_of(device), on_progress, options))
+        return Map._of(_core.portals(self._core, _device.core_of(device), on_progress, options))
 
     def without_paint(self):
         """The map with the same detail everywhere."""

@@ -11,8 +11,11 @@ import qjulia
 
 def torus_mesh(around=32, across=16, major=1.0, minor=0.35):
     """About the z axis, with coordinates that single precision holds."""
-    u, v = np.meshgrid(2 * np.pi * np.arange(around) / around,
-                       2 * np.pi * np.arange(across) / across, indexing="ij")
+    u, v = np.meshgrid(
+        2 * np.pi * np.arange(around) / around,
+        2 * np.pi * np.arange(across) / across,
+        indexing="ij",
+    )
     radius = major + minor * np.cos(v)
     vertices = np.stack([radius * np.cos(u), radius * np.sin(u), minor * np.sin(v)], -1)
     i, j = np.meshgrid(np.arange(around), np.arange(across), indexing="ij")
@@ -20,8 +23,9 @@ def torus_mesh(around=32, across=16, major=1.0, minor=0.35):
     def at(di, dj):
         return ((i + di) % around * across + (j + dj) % across).ravel()
 
-    faces = np.concatenate([np.stack([at(0, 0), at(1, 0), at(1, 1)], -1),
-                            np.stack([at(0, 0), at(1, 1), at(0, 1)], -1)])
+    faces = np.concatenate(
+        [np.stack([at(0, 0), at(1, 0), at(1, 1)], -1), np.stack([at(0, 0), at(1, 1), at(0, 1)], -1)]
+    )
     return vertices.reshape(-1, 3).astype(np.float32).astype(float), faces
 
 
@@ -70,8 +74,12 @@ def command():
         pytest.skip("QJULIA_COMMAND does not name the command")
 
     def run(*arguments):
-        done = subprocess.run([program, *(str(a) for a in arguments), "--device", "cpu"],
-                              capture_output=True, text=True, timeout=300)
+        done = subprocess.run(
+            [program, *(str(a) for a in arguments), "--device", "cpu"],
+            capture_output=True,
+            text=True,
+            timeout=300,
+        )
         assert done.returncode == 0, done.stderr
         return done.stdout
 

@@ -13,8 +13,15 @@ import qjulia
 
 def test_a_fit_tells_how_it_goes(torus, device):
     stages, energies, progress = [], [], []
-    result = qjulia.fit(*torus, factors=16, max_evaluations=25, device=device, on_stage=stages.append,
-                        on_evaluation=energies.append, on_progress=lambda *all: progress.append(all))
+    result = qjulia.fit(
+        *torus,
+        factors=16,
+        max_evaluations=25,
+        device=device,
+        on_stage=stages.append,
+        on_evaluation=energies.append,
+        on_progress=lambda *all: progress.append(all),
+    )
     assert stages[0].name == "placement" and isinstance(stages[0].map, qjulia.Map)
     assert [stage.name for stage in stages[1:]] == [stage.name for stage in result.stages]
     assert result.stages[-1].map is None
@@ -82,8 +89,11 @@ def test_ctrl_c_ends_a_fit_with_what_was_reached(torus, device):
 
 def test_ctrl_c_ends_other_calls(map, device):
     points = np.random.default_rng(6).uniform(-1, 1, (4_000_000, 3))
-    for call in (lambda: map.surface(2000, device=device), lambda: map.sample(700, device=device),
-                 lambda: map.field(points, n=16, device=device)):
+    for call in (
+        lambda: map.surface(2000, device=device),
+        lambda: map.sample(700, device=device),
+        lambda: map.field(points, n=16, device=device),
+    ):
         timer = press_ctrl_c_after(0.5)
         with pytest.raises(KeyboardInterrupt):
             call()
@@ -109,9 +119,11 @@ def test_other_threads_run_on_during_a_fit(torus, device, capsys):
     stop.set()
     ticker.join()
     with capsys.disabled():
-        print(f"\n{len(gaps)} ticks in {seconds:.2f} s, {1e3 * np.median(gaps):.1f} ms between them, "
-              f"{100 * np.mean(np.array(gaps) < 0.010):.1f} % below 10 ms, at most "
-              f"{1e3 * max(gaps):.1f} ms")
+        print(
+            f"\n{len(gaps)} ticks in {seconds:.2f} s, {1e3 * np.median(gaps):.1f} ms between them, "
+            f"{100 * np.mean(np.array(gaps) < 0.010):.1f} % below 10 ms, at most "
+            f"{1e3 * max(gaps):.1f} ms"
+        )
     assert len(gaps) > seconds / 0.1
 
 
@@ -151,12 +163,19 @@ def test_nothing_leaks(torus, map, device, capsys):
         for i in range(fields):
             qjulia.Map.from_json(map.to_json()).field(points, n=2, gradient=True, device=device)
             qjulia.Energy(map, points, device=device).value_and_gradient(
-                qjulia.Energy(map, points, device=device).x0)
+                qjulia.Energy(map, points, device=device).x0
+            )
             with pytest.raises(ValueError):
                 map.field(points[:, :2], device=device)
         for i in range(fits):
-            qjulia.fit(*torus, factors=8, max_evaluations=3, seed=i, device=device,
-                       on_stage=lambda stage: stage.map)
+            qjulia.fit(
+                *torus,
+                factors=8,
+                max_evaluations=3,
+                seed=i,
+                device=device,
+                on_stage=lambda stage: stage.map,
+            )
 
     calls(50, 3)
     before = memory()

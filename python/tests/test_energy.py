@@ -16,7 +16,9 @@ def samples():
 
 def test_values_are_what_the_formula_says(map, samples, device):
     points, distance = samples
-    energy = qjulia.Energy(map, points, sides=np.sign(distance), loss="tanh", alpha=2, device=device)
+    energy = qjulia.Energy(
+        map, points, sides=np.sign(distance), loss="tanh", alpha=2, device=device
+    )
     assert energy.size == 1 + 5 * 24 and energy.x0.shape == (energy.size,)
     field = energy.field(energy.x0)
     assert np.allclose(field, map.field(points, device=device), atol=1e-4)
@@ -28,18 +30,27 @@ def test_values_are_what_the_formula_says(map, samples, device):
 @pytest.mark.parametrize("loss", ["distance", "tanh", "own"])
 def test_gradients_are_slopes(map, samples, device, loss):
     points, distance = samples
-    own = (lambda field: (np.logaddexp(0, -np.sign(distance) * field),
-                          -np.sign(distance) / (1 + np.exp(np.sign(distance) * field))))
-    energy = qjulia.Energy(map, points, sides=np.sign(distance) if loss == "tanh" else None,
-                           targets=distance, loss=own if loss == "own" else loss,
-                           precision="double", device=device)
+    own = lambda field: (
+        np.logaddexp(0, -np.sign(distance) * field),
+        -np.sign(distance) / (1 + np.exp(np.sign(distance) * field)),
+    )
+    energy = qjulia.Energy(
+        map,
+        points,
+        sides=np.sign(distance) if loss == "tanh" else None,
+        targets=distance,
+        loss=own if loss == "own" else loss,
+        precision="double",
+        device=device,
+    )
     value, gradient = energy.value_and_gradient(energy.x0)
     assert gradient.shape == (energy.size,)
     direction = np.random.default_rng(5).normal(size=energy.size)
     direction /= np.linalg.norm(direction)
     step = 1e-5
-    slope = (energy.value(energy.x0 + step * direction)
-             - energy.value(energy.x0 - step * direction)) / (2 * step)
+    slope = (
+        energy.value(energy.x0 + step * direction) - energy.value(energy.x0 - step * direction)
+    ) / (2 * step)
     assert direction @ gradient == pytest.approx(slope, rel=1e-3, abs=1e-6)
 
 
@@ -59,8 +70,12 @@ def test_a_loss_that_fails_says_so(map, samples, device):
     energy = qjulia.Energy(map, samples[0], loss=raises, device=device)
     with pytest.raises(RuntimeError, match="mine"):
         energy.value(energy.x0)
-    for wrong in (lambda field: field, lambda field: (field, field[:-1]), lambda field: None,
-                  lambda field: (field, field * np.nan)):
+    for wrong in (
+        lambda field: field,
+        lambda field: (field, field[:-1]),
+        lambda field: None,
+        lambda field: (field, field * np.nan),
+    ):
         with pytest.raises((TypeError, ValueError), match="loss"):
             qjulia.Energy(map, samples[0], loss=wrong, device=device).value(energy.x0)
 
@@ -69,19 +84,30 @@ def test_scipy_gets_as_far_as_the_program(torus, samples, device, capsys):
     optimize = pytest.importorskip("scipy.optimize")
     points, distance = samples
     placed = []
-    result = qjulia.fit(*torus, factors=64, max_evaluations=120, device=device,
-                        on_stage=lambda stage: placed.append(stage.map))
+    result = qjulia.fit(
+        *torus,
+        factors=64,
+        max_evaluations=120,
+        device=device,
+        on_stage=lambda stage: placed.append(stage.map),
+    )
 
     def energy(map):
-        return qjulia.Energy(map, points, sides=np.sign(distance), loss="tanh", alpha=10,
-                             device=device)
+        return qjulia.Energy(
+            map, points, sides=np.sign(distance), loss="tanh", alpha=10, device=device
+        )
 
     program = energy(result.map).value(energy(result.map).x0)
     start = energy(placed[0])
-    found = optimize.minimize(start.value_and_gradient, start.x0, jac=True, method="L-BFGS-B",
-                              options={"maxiter": 100})
+    found = optimize.minimize(
+        start.value_and_gradient, start.x0, jac=True, method="L-BFGS-B", options={"maxiter": 100}
+    )
     with capsys.disabled():
-        print(f"\nenergy: {start.value(start.x0):.4f} placed, {found.fun:.4f} by SciPy after "
-              f"{found.nfev} evaluations, {program:.4f} by the program")
+        print(
+            f"\nenergy: {start.value(start.x0):.4f} placed, {found.fun:.4f} by SciPy after "
+            f"{found.nfev} evaluations, {program:.4f} by the program"
+        )
     assert found.fun < program + 0.05 * abs(program)
-    assert start.map_at(found.x).calibrated(device=device).field(points, device=device).shape == (3000,)
+    assert start.map_at(found.x).calibrated(device=device).field(points, device=device).shape == (
+        3000,
+    )

@@ -9,15 +9,22 @@ import pytest
 import qjulia
 from conftest import torus_mesh, write_obj
 
-EXAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "examples", "python")
+EXAMPLES = os.path.join(
+    os.path.dirname(os.path.abspath(__file__)), "..", "..", "examples", "python"
+)
 
 
 @pytest.fixture
 def run(tmp_path, torus_file):
     def run(script, *arguments):
-        done = subprocess.run([sys.executable, os.path.join(EXAMPLES, script), *map(str, arguments)],
-                              cwd=tmp_path, capture_output=True, text=True, timeout=300,
-                              env={**os.environ, "MPLBACKEND": "Agg", "QJULIA_DEVICE": "cpu"})
+        done = subprocess.run(
+            [sys.executable, os.path.join(EXAMPLES, script), *map(str, arguments)],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            timeout=300,
+            env={**os.environ, "MPLBACKEND": "Agg", "QJULIA_DEVICE": "cpu"},
+        )
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout
 
@@ -32,8 +39,9 @@ def test_every_example_is_tested():
 
 
 def test_fit_and_draw(run, torus_file, tmp_path):
-    assert "wide band" in run("fit_and_draw.py", torus_file, "--factors", 8, "--width", 80,
-                            "--schedule", "fast")
+    assert "wide band" in run(
+        "fit_and_draw.py", torus_file, "--factors", 8, "--width", 80, "--schedule", "fast"
+    )
     assert len(qjulia.read_mesh(tmp_path / "shape.ply").faces) > 100
     assert (tmp_path / "shape.png").read_bytes().startswith(b"\x89PNG")
     assert len(qjulia.load(tmp_path / "shape.qjulia.json").factors) == 8
@@ -41,7 +49,9 @@ def test_fit_and_draw(run, torus_file, tmp_path):
 
 def test_own_optimiser(run, torus_file, tmp_path):
     pytest.importorskip("scipy")
-    said = run("own_optimiser.py", torus_file, "--factors", 24, "--samples", 3000, "--iterations", 80)
+    said = run(
+        "own_optimiser.py", torus_file, "--factors", 24, "--samples", 3000, "--iterations", 80
+    )
     assert float(said.split("IoU ")[1]) > 0.7
     assert len(qjulia.load(tmp_path / "own.qjulia.json").factors) == 24
 
@@ -54,8 +64,9 @@ def test_knobs(run, torus_file, tmp_path):
 
 def test_all_devices(run, torus_file, tmp_path):
     write_obj(tmp_path / "other.obj", *torus_mesh(minor=0.5))
-    said = run("all_devices.py", torus_file, tmp_path / "other.obj", "--factors", 8,
-               "--schedule", "fast")
+    said = run(
+        "all_devices.py", torus_file, tmp_path / "other.obj", "--factors", 8, "--schedule", "fast"
+    )
     assert said.count("IoU") == 2
     assert qjulia.load(tmp_path / "other.qjulia.json").kind == "rational"
 
@@ -63,8 +74,19 @@ def test_all_devices(run, torus_file, tmp_path):
 def test_morph(run, torus_file, tmp_path):
     pytest.importorskip("scipy")
     write_obj(tmp_path / "other.obj", *torus_mesh(minor=0.5))
-    run("morph.py", torus_file, tmp_path / "other.obj", "--factors", 8, "--frames", 2, "--width", 32,
-        "--schedule", "fast")
+    run(
+        "morph.py",
+        torus_file,
+        tmp_path / "other.obj",
+        "--factors",
+        8,
+        "--frames",
+        2,
+        "--width",
+        32,
+        "--schedule",
+        "fast",
+    )
     assert (tmp_path / "morph.png").stat().st_size > 500
 
 

@@ -26,8 +26,9 @@ def test_the_potential_is_what_the_formula_says(map, points, device):
     outside = expected > map.surface_level
     expected[outside] += (map.steepness - 1) * (expected[outside] - map.surface_level)
     assert np.allclose(map.field(points, device=device), expected, atol=1e-4)
-    assert np.allclose(map.field(with_w, space="map", precision="double", device=device), expected,
-                       atol=1e-9)
+    assert np.allclose(
+        map.field(with_w, space="map", precision="double", device=device), expected, atol=1e-9
+    )
 
 
 @pytest.mark.parametrize("n", [1, 2])
@@ -38,8 +39,10 @@ def test_gradients_are_slopes(map, points, device, n):
     assert values.shape == (200,) and gradients.shape == (200, 3)
     for axis in range(3):
         shift = step * np.eye(3)[axis]
-        slope = (map.field(points + shift, n=n, precision="double", device=device)
-                 - map.field(points - shift, n=n, precision="double", device=device)) / (2 * step)
+        slope = (
+            map.field(points + shift, n=n, precision="double", device=device)
+            - map.field(points - shift, n=n, precision="double", device=device)
+        ) / (2 * step)
         close = np.abs(slope - gradients[:, axis]) <= 1e-3 * (1 + np.abs(slope))
         assert close.mean() > 0.95
 
@@ -49,8 +52,12 @@ def test_gradients_follow_the_space(map, points, device):
     in_map = map.field(map.to_map(points), gradient=True, space="map", device=device)[1]
     scale = np.ptp(map.to_map(map.box)[:, 0]) / np.ptp(map.box[:, 0])
     assert np.allclose(in_shape, scale * in_map, rtol=1e-5, atol=1e-5)
-    four = map.field(np.column_stack([map.to_map(points), np.zeros(200)]), gradient=True, space="map",
-                     device=device)[1]
+    four = map.field(
+        np.column_stack([map.to_map(points), np.zeros(200)]),
+        gradient=True,
+        space="map",
+        device=device,
+    )[1]
     assert four.shape == (200, 4) and np.allclose(four[:, :3], in_map, rtol=1e-5, atol=1e-5)
 
 
@@ -78,11 +85,18 @@ def test_strides_orders_and_types_do_not_matter(map, points, device):
     expected = map.field(points, n=2, device=device)
     wide = np.zeros((400, 6))
     wide[::2, ::2] = points
-    for same in (wide[::2, ::2], np.asfortranarray(points), points.tolist(),
-                 points[::-1][::-1], points.astype(">f8")):
+    for same in (
+        wide[::2, ::2],
+        np.asfortranarray(points),
+        points.tolist(),
+        points[::-1][::-1],
+        points.astype(">f8"),
+    ):
         assert np.array_equal(map.field(same, n=2, device=device), expected)
-    assert np.array_equal(map.field(points.astype("f4"), device=device),
-                          map.field(points.astype("f4").astype("f8"), device=device))
+    assert np.array_equal(
+        map.field(points.astype("f4"), device=device),
+        map.field(points.astype("f4").astype("f8"), device=device),
+    )
     assert map.field(np.zeros((2, 3), int), device=device).shape == (2,)
 
 
@@ -94,8 +108,10 @@ def test_nothing_in_nothing_out(map, device):
 
 def test_many_points_are_the_same_as_few(map, points, device):
     many = np.tile(points, (2000, 1))  # so many that the work is watched
-    assert np.array_equal(map.field(many, n=6, device=device).reshape(2000, -1),
-                          np.tile(map.field(points, n=6, device=device), (2000, 1)))
+    assert np.array_equal(
+        map.field(many, n=6, device=device).reshape(2000, -1),
+        np.tile(map.field(points, n=6, device=device), (2000, 1)),
+    )
 
 
 def test_settings_of_a_call_do_not_stay(map, points, device):

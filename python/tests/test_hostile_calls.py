@@ -10,9 +10,36 @@ import qjulia
 EXPECTED = (TypeError, ValueError, OverflowError, MemoryError, qjulia.Error)
 
 # What is given in place of a number, a word, an array.
-JUNK = ["", "x", b"x", -1, 0, 2**40, 10**30, -(10**30), 1e300, float("nan"), float("inf"), 1j, [],
-        {}, (), object(), [[]], [[1]], np.zeros((2, 2)), np.array("x"), np.array([object()]),
-        "\ud800", True, lambda: 1, ValueError, np.float64("nan"), np.zeros((0, 3)), "\0"]
+JUNK = [
+    "",
+    "x",
+    b"x",
+    -1,
+    0,
+    2**40,
+    10**30,
+    -(10**30),
+    1e300,
+    float("nan"),
+    float("inf"),
+    1j,
+    [],
+    {},
+    (),
+    object(),
+    [[]],
+    [[1]],
+    np.zeros((2, 2)),
+    np.array("x"),
+    np.array([object()]),
+    "\ud800",
+    True,
+    lambda: 1,
+    ValueError,
+    np.float64("nan"),
+    np.zeros((0, 3)),
+    "\0",
+]
 
 
 def calls(map, torus, device):
@@ -55,8 +82,11 @@ def calls(map, torus, device):
         "unknowns": lambda x: qjulia.Energy(map, good, device=device).value(x),
         "c": lambda x: qjulia.quadratic_map(x),
     }
-    return [(f"{name} = {value!r:.40}", function, value)
-            for name, function in functions.items() for value in JUNK]
+    return [
+        (f"{name} = {value!r:.40}", function, value)
+        for name, function in functions.items()
+        for value in JUNK
+    ]
 
 
 def test_no_call_ends_the_process(map, torus, device):
@@ -76,23 +106,55 @@ def test_no_call_ends_the_process(map, torus, device):
 
 
 MESSAGES = [
-    (lambda m, t, d: m.field(np.zeros((5, 2)), device=d), ValueError,
-     r"points must have shape \(N, 3\) or \(N, 4\), not \(5, 2\)"),
-    (lambda m, t, d: m.field(np.zeros(5), device=d), ValueError, r"points must have shape .* \(5,\)"),
+    (
+        lambda m, t, d: m.field(np.zeros((5, 2)), device=d),
+        ValueError,
+        r"points must have shape \(N, 3\) or \(N, 4\), not \(5, 2\)",
+    ),
+    (
+        lambda m, t, d: m.field(np.zeros(5), device=d),
+        ValueError,
+        r"points must have shape .* \(5,\)",
+    ),
     (lambda m, t, d: m.field(np.zeros((5, 4)), device=d), ValueError, 'space="map"'),
-    (lambda m, t, d: m.field([[0, 0, 0], [0, np.nan, 0]], device=d), ValueError,
-     r"points\[1\] is not finite"),
-    (lambda m, t, d: m.field(np.zeros((2, 3), complex), device=d), TypeError, "points .* complex128"),
-    (lambda m, t, d: m.field(np.zeros((2, 3)), n=2.0, device=d), TypeError, "n must be a whole number"),
+    (
+        lambda m, t, d: m.field([[0, 0, 0], [0, np.nan, 0]], device=d),
+        ValueError,
+        r"points\[1\] is not finite",
+    ),
+    (
+        lambda m, t, d: m.field(np.zeros((2, 3), complex), device=d),
+        TypeError,
+        "points .*complex128",
+    ),
+    (
+        lambda m, t, d: m.field(np.zeros((2, 3)), n=2.0, device=d),
+        TypeError,
+        "n must be a whole number",
+    ),
     (lambda m, t, d: m.field(np.zeros((2, 3)), n=17, device=d), ValueError, "n: .*1 to 16"),
     (lambda m, t, d: m.field(np.zeros((2, 3)), iterations=2, device=d), TypeError, "mean 'n'"),
-    (lambda m, t, d: qjulia.fit(t[0], t[1] + 500, device=d), ValueError,
-     r"faces\[\d+\] has the index \d+, and there are 512 vertices"),
-    (lambda m, t, d: qjulia.fit(t[0], t[1] - 1, device=d), ValueError, r"faces\[\d+\] has the index -1"),
-    (lambda m, t, d: qjulia.fit(t[0], t[1][:, :2], device=d), ValueError,
-     r"faces must have shape \(N, 3\)"),
+    (
+        lambda m, t, d: qjulia.fit(t[0], t[1] + 500, device=d),
+        ValueError,
+        r"faces\[\d+\] has the index \d+, and there are 512 vertices",
+    ),
+    (
+        lambda m, t, d: qjulia.fit(t[0], t[1] - 1, device=d),
+        ValueError,
+        r"faces\[\d+\] has the index -1",
+    ),
+    (
+        lambda m, t, d: qjulia.fit(t[0], t[1][:, :2], device=d),
+        ValueError,
+        r"faces must have shape \(N, 3\)",
+    ),
     (lambda m, t, d: qjulia.fit(t[0], t[1].astype(float), device=d), TypeError, "faces .* whole"),
-    (lambda m, t, d: qjulia.fit(np.full((3, 3), np.inf), [[0, 1, 2]], device=d), ValueError, "vertices.* not finite"),
+    (
+        lambda m, t, d: qjulia.fit(np.full((3, 3), np.inf), [[0, 1, 2]], device=d),
+        ValueError,
+        "vertices.* not finite",
+    ),
     (lambda m, t, d: qjulia.fit(t[0], device=d), TypeError, "faces are missing"),
     (lambda m, t, d: qjulia.fit(t[0][:0], t[1][:0], device=d), qjulia.InputError, "."),
     (lambda m, t, d: qjulia.fit("nowhere.obj", device=d), qjulia.InputError, "nowhere.obj"),
@@ -101,16 +163,31 @@ MESSAGES = [
     (lambda m, t, d: qjulia.fit(*t, detail="fine", device=d), ValueError, "detail must be one of"),
     (lambda m, t, d: m.with_knobs(detial=0.1, device=d), TypeError, "did you mean 'detail'"),
     (lambda m, t, d: m.with_knobs(steepness=200, device=d), qjulia.InputError, "steepness: .*100"),
-    (lambda m, t, d: m.with_knobs(phase=[1, 0, 0], device=d), ValueError, "phase must be 4 numbers"),
+    (
+        lambda m, t, d: m.with_knobs(phase=[1, 0, 0], device=d),
+        ValueError,
+        "phase must be 4 numbers",
+    ),
     (lambda m, t, d: qjulia.render(m, size=(0, 4), device=d), ValueError, "size: 0"),
     (lambda m, t, d: qjulia.render(m, material="gold", device=d), ValueError, "'clay'"),
     (lambda m, t, d: qjulia.render(m, zom=2, device=d), TypeError, "did you mean 'zoom'"),
-    (lambda m, t, d: qjulia.Energy(m, np.zeros((2, 3)), sides=[1], device=d), ValueError,
-     "sides must have length 2, not 1"),
-    (lambda m, t, d: qjulia.Energy(m, np.zeros((2, 3)), device=d).value([1]), ValueError,
-     "x must have length 121, not 1"),
-    (lambda m, t, d: qjulia.Energy(qjulia.quadratic_map([0, 0, 0, 0]), np.zeros((2, 3)), device=d),
-     qjulia.InputError, "quadratic"),
+    (
+        lambda m, t, d: qjulia.Energy(m, np.zeros((2, 3)), sides=[1], device=d),
+        ValueError,
+        "sides must have length 2, not 1",
+    ),
+    (
+        lambda m, t, d: qjulia.Energy(m, np.zeros((2, 3)), device=d).value([1]),
+        ValueError,
+        "x must have length 121, not 1",
+    ),
+    (
+        lambda m, t, d: qjulia.Energy(
+            qjulia.quadratic_map([0, 0, 0, 0]), np.zeros((2, 3)), device=d
+        ),
+        qjulia.InputError,
+        "quadratic",
+    ),
     (lambda m, t, d: qjulia.Device("no such device"), qjulia.NoDeviceError, "no such device"),
     (lambda m, t, d: qjulia.Device("cpu", layout="x"), qjulia.InputError, "x"),
     (lambda m, t, d: m.save("/nowhere/map.qjulia.json"), OSError, "/nowhere"),
@@ -135,8 +212,9 @@ def test_errors_are_of_the_kinds_that_python_knows():
 def test_calls_from_threads_that_end(map, torus, device):
     """A thread that ends takes nothing with it that another needs."""
     kept = []
-    thread = threading.Thread(target=lambda: kept.append(qjulia.Energy(map, np.ones((4, 3)),
-                                                                       device=device)))
+    thread = threading.Thread(
+        target=lambda: kept.append(qjulia.Energy(map, np.ones((4, 3)), device=device))
+    )
     thread.start()
     thread.join()
     assert np.isfinite(kept[0].value(kept[0].x0))

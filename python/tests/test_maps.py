@@ -84,14 +84,27 @@ def test_meshes_of_every_form_give_the_same_map(torus, torus_file, device):
 
     trimesh = Trimesh()
     trimesh.vertices, trimesh.faces = vertices, faces
-    maps = [qjulia.shape(mesh, resolution=32, device=device)
-            for mesh in (torus, list(torus), trimesh, Meshio(), torus_file, str(torus_file))]
+    maps = [
+        qjulia.shape(mesh, resolution=32, device=device)
+        for mesh in (torus, list(torus), trimesh, Meshio(), torus_file, str(torus_file))
+    ]
     wide = np.zeros((len(vertices), 6))
     wide[:, ::2] = vertices
-    maps.append(qjulia.shape(wide[:, ::2], np.asfortranarray(faces[:, ::-1])[:, ::-1], resolution=32,
-                             device=device))
-    maps.append(qjulia.shape(vertices.astype("float32"), faces.astype("uint8", casting="unsafe"),
-                             resolution=32, device=device) if len(vertices) < 256 else maps[0])
+    maps.append(
+        qjulia.shape(
+            wide[:, ::2], np.asfortranarray(faces[:, ::-1])[:, ::-1], resolution=32, device=device
+        )
+    )
+    maps.append(
+        qjulia.shape(
+            vertices.astype("float32"),
+            faces.astype("uint8", casting="unsafe"),
+            resolution=32,
+            device=device,
+        )
+        if len(vertices) < 256
+        else maps[0]
+    )
     assert all(other == maps[0] for other in maps)
 
 
@@ -100,7 +113,7 @@ def test_surfaces_are_meshes_too(map, tmp_path, device):
     surface.save(tmp_path / "set.ply")
     read = qjulia.read_mesh(tmp_path / "set.ply")
     assert len(read.vertices) == len(surface.vertices) and len(read.normals) == 0
-    row, = qjulia.compare(map, surface, n=6, resolution=24, device=device)
+    (row,) = qjulia.compare(map, surface, n=6, resolution=24, device=device)
     assert row["iou"] > 0.8
 
 

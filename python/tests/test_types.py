@@ -65,7 +65,8 @@ def test_stubs_list_every_keyword(map, torus, device):
     }
     for name, keywords in known.items():
         assert stub[name] - PYTHONS_OWN == keywords - PYTHONS_OWN - {"versor"} | (
-            {"versor"} if name == "shape" else set()), name
+            {"versor"} if name == "shape" else set()
+        ), name
 
 
 def test_tables_are_all_there_and_documented(map):
@@ -94,8 +95,13 @@ def test_everything_public_is_documented():
 def run_mypy(*arguments, tmp_path):
     pytest.importorskip("mypy")
     path = os.path.dirname(FOLDER)
-    done = subprocess.run([sys.executable, "-m", *arguments], cwd=tmp_path, capture_output=True,
-                          text=True, env={**os.environ, "MYPYPATH": path, "PYTHONPATH": path})
+    done = subprocess.run(
+        [sys.executable, "-m", *arguments],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "MYPYPATH": path, "PYTHONPATH": path},
+    )
     assert done.returncode == 0, done.stdout + done.stderr
 
 
