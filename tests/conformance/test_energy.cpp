@@ -196,7 +196,7 @@ TEST_CASE("a few steps down the gradient lower the energy") {
   auto x = energy.unknowns();
   std::vector<double> gradient(energy.size());
   const double before = energy.value(x);
-  for (int step = 0; step < 20; ++step) {
+  for (int step = 0; step < 40; ++step) {
     energy.value_and_gradient(x, gradient);
     for (std::size_t i = 0; i < x.size(); ++i) x[i] -= 0.02 * gradient[i];
   }

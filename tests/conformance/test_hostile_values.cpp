@@ -232,6 +232,12 @@ std::vector<NamedMap> odd_maps() {
           {"quadratic", quadratic_map({1e9, 0, 0, 0})}};
 }
 
+EnergySamples some_samples() {
+  EnergySamples samples;
+  samples.points = {{}, {0.5, 0, 0, 0}, {3, 0, 0, 0}};
+  return samples;
+}
+
 PictureOptions small_picture() {
   PictureOptions options;
   options.width = options.height = 8;
@@ -305,6 +311,12 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   fitted.factors = 8;
   fitted.max_evaluations = 2;
   use("fit", [&] { fit(on_device(), mesh, fitted); });
+  use("fit from a map", [&] {
+    FitOptions started = fitted;
+    started.initial = good_map();
+    started.schedule_text = schedule_text("fast");
+    fit(on_device(), mesh, started);
+  });
   use("exact_map", [&] { exact_map(on_device(), mesh, small_exact()); });
   const Box box{{-1, -1, -1}, {1, 1, 1}};
   use("Studio", [&] { Studio(on_device(), mesh, box, small_picture()); });
@@ -319,13 +331,33 @@ void for_map_functions(const Map& map, const std::filesystem::path& folder, cons
   use("validate", [&] { map.validate(); });
   use("Field", [&] {
     const Field field(on_device(), map);
-    const std::vector<Quaternion> points{{}, {kNan, 0, 0, 0}, {kHuge, 0, 0, 0}};
+    const std::vector<Quaternion> points{{}, {1e9, 0, 0, 0}, {0, -1e15, 0, 1e15}};
     static_cast<void>(field.at(points, 2));
     static_cast<void>(field.decided_at(points, 2));
+    static_cast<void>(field.versors_at(points));
+    static_cast<void>(field.images_at(points));
+    static_cast<void>(field.orbits_at(points, 3));
+    static_cast<void>(field.escape_counts_at(points, 3));
     static_cast<void>(field.gradient_at(points));
+    static_cast<void>(field.gradient_at(points, 3));
     shell_thickness(field, surface, 0);
     median_level(field, surface, 0);
     effective_radius(field, 0, 3);
+  });
+  use("Energy", [&] {
+    const Energy energy(on_device(), map, some_samples());
+    const auto x = energy.unknowns();
+    std::vector<double> gradient(energy.size());
+    energy.value(x);
+    energy.value_and_gradient(x, gradient);
+    static_cast<void>(energy.field_at(x));
+    energy.map_at(x);
+  });
+  use("fit from it", [&] {
+    FitOptions options;
+    options.initial = map;
+    options.max_evaluations = 2;
+    fit(on_device(), shapes::sphere(1), options);
   });
   use("calibrated", [&] { calibrated(on_device(), map); });
   use("find_stop_radii", [&] { find_stop_radii(on_device(), map); });
@@ -388,11 +420,24 @@ TEST_CASE("meshes that are broken are refused by all that take one") {
   }
   CHECK(folder.names().empty());
   TriangleMesh mesh = shapes::sphere(1);
-  mesh.triangles[3][1] = 42;
-  CHECK_THROWS_WITH(mesh.validate(), Catch::Contains("triangles[3]") && Catch::Contains("42"));
-  mesh = shapes::sphere(1);
   mesh.vertices[7].y() = kNan;
   CHECK_THROWS_WITH(mesh.validate(), Catch::Contains("vertices[7]"));
+}
+
+TEST_CASE("every function that takes a mesh names the triangle whose index is out of range") {
+  const test::TemporaryFolder folder;
+  TriangleMesh mesh = shapes::sphere(1);
+  mesh.triangles[3][1] = 42;
+  const auto told = Catch::Contains("triangles[3]") && Catch::Contains("42");
+  for_mesh_functions(mesh, folder.path(), [&](const char* function, const auto& call) {
+    CAPTURE(function);
+    CHECK_THROWS_AS(call(), InputError);
+    CHECK_THROWS_WITH(call(), told);
+  });
+  PaintOptions painting;
+  painting.mesh =
+      PaintedMesh{mesh.vertices, mesh.triangles, std::vector<float>(mesh.vertices.size(), 0.5F)};
+  CHECK_THROWS_WITH(painted(on_device(), good_map(), painting), told);
 }
 
 TEST_CASE("meshes that hold nothing or are beyond all measure do no harm") {
@@ -442,6 +487,14 @@ TEST_CASE("numbers of iterations out of range are refused by name") {
   const TriangleMesh mesh = shapes::sphere(1);
   refuses_iterations([&](int n) { field.at(points, n); });
   refuses_iterations([&](int n) { field.decided_at(points, n); });
+  refuses_iterations([&](int n) { field.images_at(points, n); });
+  refuses_iterations([&](int n) { field.orbits_at(points, n); });
+  refuses_iterations([&](int n) { field.escape_counts_at(points, n); });
+  refuses_iterations([&](int n) { field.gradient_at(points, n); });
+  refuses_iterations([&](int n) {
+    Energy(on_device(), map, some_samples(),
+           changed(EnergyOptions{}, [&](auto& o) { o.iterations = n; }));
+  });
   refuses_iterations([&](int n) { compare_precisions(on_device(), map, n); });
   refuses_iterations(
       [&](int n) { sample_grid(on_device(), map, with_iterations(small_sample(), n)); });
@@ -471,6 +524,26 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
     CAPTURE(x);
     const Eigen::Vector3d v(x, 0, 0);
     survives("find_stop_radii", [&] { find_stop_radii(on_device(), map, x); });
+    const std::vector<Quaternion> odd_points{{}, {x, 0, 0, 0}, {0, 0, 0, x}};
+    survives("versors_at", [&] { field.versors_at(odd_points); });
+    survives("images_at", [&] { field.images_at(odd_points, 2); });
+    survives("gradient_at", [&] { field.gradient_at(odd_points, 2); });
+    for (int which = 0; which < 6; ++which) {
+      CAPTURE(which);
+      survives("Energy", [&] {
+        EnergySamples samples = some_samples();
+        EnergyOptions options;
+        std::vector<double>* const lists[]{&samples.targets, &samples.sides, &samples.weights};
+        if (which < 3) lists[which]->assign(samples.size(), x);
+        if (which == 3) samples.points[1].y = x;
+        if (which == 4) options.alpha = x;
+        if (which == 5) options.escape = x;
+        const Energy energy(on_device(), map, samples, options);
+        auto unknowns = energy.unknowns();
+        unknowns[2] = x;
+        energy.value_and_gradient(unknowns, unknowns);
+      });
+    }
     survives("steepened", [&] { steepened(map, x); });
     survives("with_detail", [&] { with_detail(map, x); });
     survives("with_longest_side", [&] { with_longest_side(map, x); });
@@ -748,7 +821,12 @@ TEST_CASE("spans without elements and pictures without pixels do no harm") {
   const Field field(on_device(), map);
   CHECK(field.at({}).empty());
   CHECK(field.decided_at({}, 2).empty());
+  CHECK(field.versors_at({}).empty());
+  CHECK(field.images_at({}).empty());
+  CHECK(field.orbits_at({}, 2).empty());
+  CHECK(field.escape_counts_at({}, 2).empty());
   CHECK(field.gradient_at({}).empty());
+  refuses("Energy", [&] { Energy(on_device(), map, {}); });
   refuses("shell_thickness", [&] { shell_thickness(field, {}, 0); });
   refuses("median_level", [&] { median_level(field, {}, 0); });
   refuses("with_measured_detail", [&] { with_measured_detail(on_device(), map, {}); });
