@@ -24,9 +24,9 @@ placed = qjulia.fit(mesh, factors=arguments.factors, max_evaluations=1).map
 points, normals = qjulia.sample_surface(mesh, arguments.samples)
 random = np.random.default_rng(1)
 points += 0.1 * size * random.normal(size=(len(points), 1)) * normals
-sides = np.sign(qjulia.signed_distance(mesh, points))
+sides = np.where(qjulia.signed_distance(mesh, points) < 0, -1, 1)
 
-energy = qjulia.Energy(placed, points, sides=np.where(sides == 0, 1, sides), loss="tanh", alpha=10)
+energy = qjulia.Energy(placed, points, sides=sides, loss="tanh", alpha=10)
 found = minimize(
     energy.value_and_gradient,
     energy.x0,

@@ -425,6 +425,8 @@ def fit(
     max_evaluations: Optional[int] = ...,
     target_iou: Optional[float] = ...,
     schedule: str = ...,
+    schedule_text: str = ...,
+    initial: Optional[Map] = ...,
     polish: bool = ...,
     unknowns: Literal["all", "exponents"] = ...,
     placement: Literal["depth", "paper"] = ...,

@@ -65,6 +65,7 @@ def fit(
     vertices,
     faces=None,
     *,
+    initial=None,
     device=None,
     on_stage=None,
     on_evaluation=None,
@@ -97,6 +98,10 @@ def fit(
         Ends the fit after a stage with this IoU.
     schedule : str, optional
         "tight", "fast", "paper", or the path of a .toml file.
+    schedule_text : str, optional
+        The text of such a file, in its place.
+    initial : Map, optional
+        A map to start from in place of a placement: its factors go where they are in the shape.
     polish : bool, optional
         Spends the last two fifths on the iterated set.
     unknowns : {"all", "exponents"}, optional
@@ -135,6 +140,10 @@ def fit(
     and so does this call. Ctrl-C ends the fit with what it has reached: `stopped` is then
     "interrupted". A callback does the same by raising `StopIteration`.
     """
+    if initial is not None:
+        if not isinstance(initial, Map):
+            raise TypeError(f"initial must be a Map, not {type(initial).__name__}")
+        options["initial"] = initial._core
     # A map is wrapped as it comes: users see no other.
     watch = None
     if on_stage is not None:

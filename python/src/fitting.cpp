@@ -49,6 +49,10 @@ FitOptions fit_options(const py::dict& given) {
                      {{"depth", Placement::depth}, {"paper", Placement::paper}});
   keywords.take("precision", options.precision);
   keywords.take("schedule", options.schedule);
+  keywords.take("schedule_text", options.schedule_text);
+  if (const auto initial = keywords.argument("initial")) {
+    options.initial = initial.cast<const KeptMap&>().map;
+  }
   keywords.take("polish", options.polish);
   keywords.take("sample_parts", options.sample_parts);
   keywords.take("checkpoint", options.checkpoint);

@@ -183,4 +183,25 @@ def test_nothing_leaks(torus, map, device, capsys):
     grown = memory() - before
     with capsys.disabled():
         print(f"\n1,000 calls and 20 fits: {memory() / 2**20:.0f} MB, {grown / 2**20:+.1f} MB")
-    assert grown < 40 * 2**20
+    assert grown < 20 * 2**20
+
+
+def test_a_fit_goes_on_from_a_map(torus, result, device):
+    starts = []
+    again = qjulia.fit(
+        *torus,
+        initial=result.map,
+        max_evaluations=20,
+        device=device,
+        on_stage=lambda stage: starts.append(stage.map),
+    )
+    placed, before = starts[0].factors["center"], result.map.factors["center"]
+    assert np.allclose(placed, before, atol=1e-3)
+    assert len(again.map.factors) == len(before)
+    with pytest.raises(TypeError, match="initial"):
+        qjulia.fit(*torus, initial="map", device=device)
+
+
+def test_a_schedule_may_be_text(torus, device):
+    with pytest.raises(qjulia.InputError, match="schedule"):
+        qjulia.fit(*torus, factors=8, schedule_text="not = a schedule", device=device)

@@ -1,6 +1,7 @@
 """The examples run, at small sizes, and write what they say."""
 
 import os
+import re
 import subprocess
 import sys
 
@@ -9,9 +10,8 @@ import pytest
 import qjulia
 from conftest import torus_mesh, write_obj
 
-EXAMPLES = os.path.join(
-    os.path.dirname(os.path.abspath(__file__)), "..", "..", "examples", "python"
-)
+ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+EXAMPLES = os.path.join(ROOT, "examples", "python")
 
 
 @pytest.fixture
@@ -94,3 +94,34 @@ def test_orbits(run, map, tmp_path):
     map.save(tmp_path / "torus.qjulia.json")
     run("orbits.py", "torus.qjulia.json", "--width", 60)
     assert (tmp_path / "orbits.png").stat().st_size > 1000
+
+
+def test_the_documentation_runs(torus, tmp_path, monkeypatch):
+    """All of docs/python.md, one block after the other, with smaller numbers."""
+    names = {"np": pytest.importorskip("numpy"), "scipy": pytest.importorskip("scipy")}
+    pytest.importorskip("scipy.optimize")
+    with open(os.path.join(ROOT, "docs", "python.md")) as file:
+        blocks = re.findall("```python\n(.*?)```", file.read(), re.DOTALL)
+    assert len(blocks) >= 5
+    smaller = {
+        "factors=331": "factors=16, max_evaluations=30",
+        "(256": "(24",
+        "size=(640, 480)": "size=(64, 48)",
+        "sample(128)": "sample(12)",
+        "20_000": "500",
+        "n=[1, 6]": "n=[1, 6], resolution=16",
+    }
+    monkeypatch.chdir(tmp_path)
+    write_obj(tmp_path / "bunny.obj", *torus)
+
+    class Pandas:
+        DataFrame = list
+
+    names["pandas"] = Pandas
+    for block in blocks:
+        for given, used in smaller.items():
+            block = block.replace(given, used)
+        exec(block, names)
+    assert names["image"].shape == (48, 64, 3)
+    assert names["orbits"].shape == (1000, 7, 4)
+    assert names["better"].kind == "rational" and len(names["table"]) == 2
