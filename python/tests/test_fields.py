@@ -116,8 +116,10 @@ def test_many_points_are_the_same_as_few(map, points, device):
 
 def test_settings_of_a_call_do_not_stay(map, points, device):
     single = map.field(points, n=3, device=device)
-    map.field(points, n=3, precision="double", device=device)
-    map.field(points, n=3, escape=2.0, device=device)
+    double = map.field(points, n=3, precision="double", device=device)
+    assert 0 < np.abs(double - single).max()
+    near = map.field(points, n=3, escape=2.0, device=device)
+    assert not np.array_equal(near, single)
     assert np.array_equal(map.field(points, n=3, device=device), single)
 
 
