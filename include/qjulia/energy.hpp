@@ -88,8 +88,7 @@ class Energy {
 
   /// The sum over samples. Takes time in proportion to samples × K × n.
   double value(std::span<const double> x) const;
-  /// The same, and ∂E/∂x into `gradient`. Takes about 2 times as long at n = 1, 3 to 4 times at
-  /// n > 1.
+  /// The same, and ∂E/∂x into `gradient`. Takes two to four times as long.
   /// @throws OptionError naming `gradient` unless it has `size()` numbers.
   double value_and_gradient(std::span<const double> x, std::span<double> gradient) const;
   /// F_n at each sample.

@@ -76,9 +76,9 @@ class Field {
   /// ∂F_n/∂q, analytic for every kind of map. F_n jumps at branch cuts of the versor (q − c_k on
   /// the negative real axis, unless a_k is whole), at rims of portals and where orbits begin to
   /// escape earlier: there the gradient is that of one side. Where an orbit has no iterate, F_n is
-  /// ln |q|. With n iterates it takes about as long as 3n iterates of `at`. An iterate
-  /// may stretch rounding as it stretches distances, so that in single precision gradients of large
-  /// n are rough where orbits are unsteady: use double there.
+  /// ln |q|. Takes up to three times as long as `at`. An iterate may stretch rounding as it
+  /// stretches distances, so that in single precision gradients of large n are rough where orbits
+  /// are unsteady: use double there.
   std::vector<Quaternion> gradient_at(std::span<const Quaternion> points, int iterations = 1) const;
 
  private:

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kSamples = 61;
 
-Map some_map() {
+Map map_to_fit() {
   Map map = test::random_map(11, 0.1, 0.6, 81);
   map.dynamics.slice = 0.07;
   map.dynamics.phase = {0.5, 0.5, -0.5, 0.5};
@@ -26,7 +26,7 @@ Map some_map() {
 }
 
 /// Of four dimensions.
-EnergySamples some_samples() {
+EnergySamples samples_in_4d() {
   const fitting::Samples random = test::random_samples(kSamples, 82);
   EnergySamples samples;
   samples.points = test::random_points(83, kSamples, 1.4, 0.5);
@@ -36,16 +36,16 @@ EnergySamples some_samples() {
   return samples;
 }
 
-std::vector<double> gradient_of(const Energy& energy, const std::vector<double>& x) {
+std::vector<double> energy_gradient(const Energy& energy, const std::vector<double>& x) {
   std::vector<double> gradient(energy.size());
   energy.value_and_gradient(x, gradient);
   return gradient;
 }
 
 /// Largest difference from central differences of the value, over the largest component.
-double gradient_error(const Energy& energy, const std::vector<double>& x) {
+double energy_gradient_error(const Energy& energy, const std::vector<double>& x) {
   constexpr double kStep = 2e-7;
-  const auto gradient = gradient_of(energy, x);
+  const auto gradient = energy_gradient(energy, x);
   double worst = 0, largest = 0;
   for (std::size_t i = 0; i < x.size(); ++i) {
     auto up = x, down = x;
@@ -73,7 +73,7 @@ std::pair<double, double> quartic(double field, std::size_t sample) {
 }
 
 template <class Call>
-void refuses(const char* field, const Call& call) {
+void refuses_by_name(const char* field, const Call& call) {
   try {
     call();
     FAIL_CHECK("accepts bad " << field);
@@ -93,16 +93,16 @@ TEST_CASE("gradients of the energy agree with central differences") {
   EnergyOptions options = with_loss(loss, iterations);
   options.alpha = 1.3;
   if (loss == EnergyLoss::own) options.own = quartic;
-  const Energy energy(device, some_map(), some_samples(), options);
+  const Energy energy(device, map_to_fit(), samples_in_4d(), options);
   CAPTURE(iterations, variant);
-  CHECK(gradient_error(energy, energy.unknowns()) < 1e-6);
+  CHECK(energy_gradient_error(energy, energy.unknowns()) < 1e-6);
 }
 
 TEST_CASE("the energy is the reference's") {
   if (!test::can_check(test::shared_device(), Precision::dbl)) return;
   const int iterations = GENERATE(1, 3);
-  const Map map = some_map();
-  const EnergySamples given = some_samples();
+  const Map map = map_to_fit();
+  const EnergySamples given = samples_in_4d();
   fitting::Samples samples;
   for (std::size_t i = 0; i < kSamples; ++i) {
     const Quaternion& q = given.points[i];
@@ -146,20 +146,20 @@ TEST_CASE("a loss of one's own that is the library's gives its energy and gradie
   const auto precision = GENERATE(Precision::single, Precision::dbl);
   if (!test::can_check(test::shared_device(), precision)) return;
   const int iterations = GENERATE(1, 3);
-  const EnergySamples samples = some_samples();
+  const EnergySamples samples = samples_in_4d();
   EnergyOptions options = with_loss(EnergyLoss::own, iterations, precision);
   options.own = [&](double field, std::size_t i) -> std::pair<double, double> {
     const double residual = field - samples.targets[i];
     if (samples.sides[i] * residual > 0) return {0, 0};
     return {0.5 * residual * residual, residual};
   };
-  const Energy own(test::shared_device(), some_map(), samples, options);
-  const Energy built_in(test::shared_device(), some_map(), samples,
+  const Energy own(test::shared_device(), map_to_fit(), samples, options);
+  const Energy built_in(test::shared_device(), map_to_fit(), samples,
                         with_loss(EnergyLoss::distance, iterations, precision));
   const auto x = own.unknowns();
   const double tolerance = precision == Precision::dbl ? 1e-10 : 1e-5;
   CHECK(own.value(x) == Approx(built_in.value(x)).epsilon(tolerance));
-  const auto found = gradient_of(own, x), expected = gradient_of(built_in, x);
+  const auto found = energy_gradient(own, x), expected = energy_gradient(built_in, x);
   for (std::size_t i = 0; i < x.size(); ++i) {
     CHECK(found[i] == Approx(expected[i]).epsilon(100 * tolerance).margin(10 * tolerance));
   }
@@ -167,9 +167,9 @@ TEST_CASE("a loss of one's own that is the library's gives its energy and gradie
 
 TEST_CASE("what samples leave out has the values the header says, and layers are left aside") {
   if (!test::can_check(test::shared_device(), Precision::dbl)) return;
-  Map map = some_map();
+  Map map = map_to_fit();
   map.dynamics.surface_level = 0.15;
-  EnergySamples given = some_samples();
+  EnergySamples given = samples_in_4d();
   given.targets.clear();
   given.sides.clear();
   given.weights.clear();
@@ -192,7 +192,7 @@ TEST_CASE("what samples leave out has the values the header says, and layers are
 }
 
 TEST_CASE("a few steps down the gradient lower the energy") {
-  const Energy energy(test::shared_device(), some_map(), some_samples());
+  const Energy energy(test::shared_device(), map_to_fit(), samples_in_4d());
   auto x = energy.unknowns();
   std::vector<double> gradient(energy.size());
   const double before = energy.value(x);
@@ -205,8 +205,8 @@ TEST_CASE("a few steps down the gradient lower the energy") {
 
 TEST_CASE("bad samples, options and unknowns of an energy are refused by name") {
   const Device& device = test::shared_device();
-  const Map map = some_map();
-  const EnergySamples good = some_samples();
+  const Map map = map_to_fit();
+  const EnergySamples good = samples_in_4d();
   const auto with = [&](const auto& change) {
     return [&] {
       EnergySamples samples = good;
@@ -216,30 +216,31 @@ TEST_CASE("bad samples, options and unknowns of an energy are refused by name") 
     };
   };
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  refuses("points", with([](auto& s, auto&) { s = {}; }));
-  refuses("targets", with([](auto& s, auto&) { s.targets.pop_back(); }));
-  refuses("targets", with([](auto& s, auto&) { s.targets[4] = kNan; }));
-  refuses("sides", with([](auto& s, auto&) { s.sides.push_back(1); }));
-  refuses("sides", with([](auto& s, auto&) { s.sides[2] = 0.5; }));
-  refuses("sides", with([](auto& s, auto& o) {
-            s.sides[2] = 0;
-            o.loss = EnergyLoss::tanh;
-          }));
-  refuses("sides", with([](auto& s, auto& o) {
-            s.sides.clear();
-            o.loss = EnergyLoss::tanh;
-          }));
-  refuses("weights", with([](auto& s, auto&) { s.weights.resize(3); }));
-  refuses("weights", with([](auto& s, auto&) { s.weights[5] = -1; }));
-  refuses("weights",
-          with([](auto& s, auto&) { s.weights[5] = std::numeric_limits<double>::infinity(); }));
-  refuses("iterations", with([](auto&, auto& o) { o.iterations = 0; }));
-  refuses("iterations", with([](auto&, auto& o) { o.iterations = 17; }));
-  refuses("alpha", with([](auto&, auto& o) { o.alpha = 0; }));
-  refuses("escape", with([](auto&, auto& o) { o.escape = -1; }));
-  refuses("escape", with([](auto&, auto& o) { o.escape = 1e10; }));
-  refuses("own", with([](auto&, auto& o) { o.loss = EnergyLoss::own; }));
-  refuses("own", with([](auto&, auto& o) { o.own = quartic; }));
+  refuses_by_name("points", with([](auto& s, auto&) { s = {}; }));
+  refuses_by_name("targets", with([](auto& s, auto&) { s.targets.pop_back(); }));
+  refuses_by_name("targets", with([](auto& s, auto&) { s.targets[4] = kNan; }));
+  refuses_by_name("sides", with([](auto& s, auto&) { s.sides.push_back(1); }));
+  refuses_by_name("sides", with([](auto& s, auto&) { s.sides[2] = 0.5; }));
+  refuses_by_name("sides", with([](auto& s, auto& o) {
+                    s.sides[2] = 0;
+                    o.loss = EnergyLoss::tanh;
+                  }));
+  refuses_by_name("sides", with([](auto& s, auto& o) {
+                    s.sides.clear();
+                    o.loss = EnergyLoss::tanh;
+                  }));
+  refuses_by_name("weights", with([](auto& s, auto&) { s.weights.resize(3); }));
+  refuses_by_name("weights", with([](auto& s, auto&) { s.weights[5] = -1; }));
+  refuses_by_name("weights", with([](auto& s, auto&) {
+                    s.weights[5] = std::numeric_limits<double>::infinity();
+                  }));
+  refuses_by_name("iterations", with([](auto&, auto& o) { o.iterations = 0; }));
+  refuses_by_name("iterations", with([](auto&, auto& o) { o.iterations = 17; }));
+  refuses_by_name("alpha", with([](auto&, auto& o) { o.alpha = 0; }));
+  refuses_by_name("escape", with([](auto&, auto& o) { o.escape = -1; }));
+  refuses_by_name("escape", with([](auto&, auto& o) { o.escape = 1e10; }));
+  refuses_by_name("own", with([](auto&, auto& o) { o.loss = EnergyLoss::own; }));
+  refuses_by_name("own", with([](auto&, auto& o) { o.own = quartic; }));
   CHECK_THROWS_WITH(with([](auto& s, auto&) { s.points[7].w = kNan; })(),
                     Catch::Contains("point 7 is not finite"));
   CHECK_THROWS_AS(Energy(device, quadratic_map({}), good), InputError);
@@ -248,13 +249,13 @@ TEST_CASE("bad samples, options and unknowns of an energy are refused by name") 
   const Energy energy(device, map, good);
   auto x = energy.unknowns();
   std::vector<double> gradient(energy.size() - 1);
-  refuses("gradient", [&] { energy.value_and_gradient(x, gradient); });
+  refuses_by_name("gradient", [&] { energy.value_and_gradient(x, gradient); });
   x.pop_back();
-  refuses("x", [&] { energy.value(x); });
-  refuses("x", [&] { energy.field_at(x); });
-  refuses("x", [&] { energy.map_at(x); });
+  refuses_by_name("x", [&] { energy.value(x); });
+  refuses_by_name("x", [&] { energy.field_at(x); });
+  refuses_by_name("x", [&] { energy.map_at(x); });
   x.push_back(kNan);
-  refuses("x", [&] { energy.value(x); });
+  refuses_by_name("x", [&] { energy.value(x); });
   x.back() = 1e12;
   CHECK_THROWS_AS(energy.map_at(x), InputError);
 }

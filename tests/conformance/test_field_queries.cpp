@@ -19,14 +19,14 @@ using namespace qjulia;
 
 namespace {
 
-struct Kind {
+struct MapKind {
   std::string name;
   Map map;
   /// Whether the reference has derivatives of all of it.
   bool is_smooth = true;
 };
 
-std::ostream& operator<<(std::ostream& out, const Kind& kind) { return out << kind.name; }
+std::ostream& operator<<(std::ostream& out, const MapKind& kind) { return out << kind.name; }
 
 Map factors_map() {
   Map map = test::random_map(37, 0.05, 0.4, 71);
@@ -41,7 +41,7 @@ Map with_portals(Map map) {
   return map;
 }
 
-Map painted(Map map) {
+Map with_paint(Map map) {
   Paint paint;
   paint.cells = {14, 11, 9};
   paint.origin = {-1.9, -1.2, -1.05};
@@ -53,7 +53,7 @@ Map painted(Map map) {
   return map;
 }
 
-Map noise_map(NoiseValues values) {
+Map noisy_map(NoiseValues values) {
   Map map = test::distance_map(0.4);
   map.dynamics.factors.clear();
   map.dynamics.versor = NoiseVersor{3, 1.3, 3000000019U, values, {0.1, -0.2, 0.05}};
@@ -61,7 +61,7 @@ Map noise_map(NoiseValues values) {
   return map;
 }
 
-std::vector<Kind> kinds() {
+std::vector<MapKind> map_kinds() {
   Map steep = factors_map();
   steep.layers.steepness = 2.5;
   steep.dynamics.surface_level = 0.2;
@@ -71,15 +71,15 @@ std::vector<Kind> kinds() {
           {"steep", steep},
           {"quadratic", quadratic},
           {"distance", test::distance_map(0.4)},
-          {"noise vectors", noise_map(NoiseValues::vectors), false},
-          {"noise quaternions", noise_map(NoiseValues::quaternions), false},
+          {"noise vectors", noisy_map(NoiseValues::vectors), false},
+          {"noise quaternions", noisy_map(NoiseValues::quaternions), false},
           {"portals", with_portals(factors_map())},
-          {"portals in noise", with_portals(noise_map(NoiseValues::vectors)), false},
-          {"paint", painted(factors_map())},
-          {"painted distance", painted(test::distance_map(0.4))}};
+          {"portals in noise", with_portals(noisy_map(NoiseValues::vectors)), false},
+          {"paint", with_paint(factors_map())},
+          {"painted distance", with_paint(test::distance_map(0.4))}};
 }
 
-std::vector<Quaternion> points_in(double reach, std::size_t count) {
+std::vector<Quaternion> query_points(double reach, std::size_t count) {
   return test::random_points(72, count, reach, 0.4 * reach);
 }
 
@@ -93,7 +93,7 @@ std::vector<Quaternion> reference_orbit(const Map& map, const Quaternion& start,
   return orbit;
 }
 
-double distance(const Quaternion& a, const Quaternion& b) {
+double offset(const Quaternion& a, const Quaternion& b) {
   return norm(a - b) / std::max(1.0, norm(b));
 }
 
@@ -122,10 +122,10 @@ Quaternion by_differences(const Map& map, const Quaternion& q, int iterations) {
 TEST_CASE("versors and images are the reference's for every kind of map") {
   const int width = GENERATE(from_range(test::lane_widths()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  const Kind kind = GENERATE(from_range(kinds()));
+  const MapKind kind = GENERATE(from_range(map_kinds()));
   if (!test::can_check(test::shared_device(), precision)) return;
   const Field field(test::shared_device().with_lane_width(width), kind.map, precision);
-  const auto points = points_in(1.4, 301);
+  const auto points = query_points(1.4, 301);
   const auto versors = field.versors_at(points);
   const auto images = field.images_at(points);
   const auto values = field.at(points);
@@ -133,8 +133,8 @@ TEST_CASE("versors and images are the reference's for every kind of map") {
   double unit = 0, lengths = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto [log_norm, versor] = reference::step(kind.map, points[i]);
-    turned.push_back(distance(versors[i], versor));
-    moved.push_back(distance(images[i], std::exp(log_norm) * versor));
+    turned.push_back(offset(versors[i], versor));
+    moved.push_back(offset(images[i], std::exp(log_norm) * versor));
     unit = base::larger_error(unit, std::abs(norm(versors[i]) - 1));
     lengths = base::larger_error(lengths, std::abs(std::log(norm(images[i])) - values[i]));
   }
@@ -148,11 +148,11 @@ TEST_CASE("versors and images are the reference's for every kind of map") {
 
 TEST_CASE("orbits are the reference's, and end where they escape") {
   const int width = GENERATE(from_range(test::lane_widths()));
-  const Kind kind = GENERATE(from_range(kinds()));
+  const MapKind kind = GENERATE(from_range(map_kinds()));
   if (!test::can_check(test::shared_device(), Precision::dbl)) return;
   constexpr int kIterations = 5;
   const Field field(test::shared_device().with_lane_width(width), kind.map, Precision::dbl);
-  auto points = points_in(1.4, 203);
+  auto points = query_points(1.4, 203);
   points.push_back({0, 15, -15, 0});  // beyond the escape radius
   const auto orbits = field.orbits_at(points, kIterations);
   const auto images = field.images_at(points, kIterations);
@@ -168,7 +168,7 @@ TEST_CASE("orbits are the reference's, and end where they escape") {
     double worst = 0;
     for (std::size_t j = 0; j <= kIterations; ++j) {
       const Quaternion& right = expected[std::min(j, expected.size() - 1)];
-      worst = base::larger_error(worst, distance(orbit[j], right));
+      worst = base::larger_error(worst, offset(orbit[j], right));
     }
     errors.push_back(worst);
     CHECK(orbit[0] == points[i]);
@@ -188,7 +188,7 @@ TEST_CASE("orbits are the reference's, and end where they escape") {
 TEST_CASE("the field, the image and the number of iterates agree in single precision too") {
   const Map map = factors_map();
   const Field field(test::shared_device(), map);
-  const auto points = points_in(1.5, 500);
+  const auto points = query_points(1.5, 500);
   const auto counts = field.escape_counts_at(points, 6);
   const auto orbits = field.orbits_at(points, 6);
   const auto values = field.at(points, 6);
@@ -209,11 +209,11 @@ TEST_CASE("the field, the image and the number of iterates agree in single preci
 TEST_CASE("gradients of F_n are the reference's for every kind of map") {
   const int width = GENERATE(from_range(test::lane_widths()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  const Kind kind = GENERATE(from_range(kinds()));
+  const MapKind kind = GENERATE(from_range(map_kinds()));
   if (!test::can_check(test::shared_device(), precision)) return;
   const bool twice = precision == Precision::dbl;
   const Field field(test::shared_device().with_lane_width(width), kind.map, precision);
-  auto points = points_in(1.3, 203);
+  auto points = query_points(1.3, 203);
   points.push_back({0, 15, -15, 0});  // whose field is ln |q|
   for (const int n : {1, 2, 3, 4}) {
     const auto found = field.gradient_at(points, n);
@@ -242,9 +242,9 @@ TEST_CASE("gradients of F_n are the reference's for every kind of map") {
 
 TEST_CASE("gradients in double agree with differences of the field on the device") {
   if (!test::can_check(test::shared_device(), Precision::dbl)) return;
-  const Kind kind = GENERATE(from_range(kinds()));
+  const MapKind kind = GENERATE(from_range(map_kinds()));
   const Field field(test::shared_device(), kind.map, Precision::dbl);
-  const auto points = points_in(1.3, 101);
+  const auto points = query_points(1.3, 101);
   constexpr double kStep = 1e-5;
   for (const int n : {1, 3}) {
     const auto gradients = field.gradient_at(points, n);
