@@ -37,12 +37,10 @@ struct StopRadii {
 /// its last point.
 ///
 /// Every function below takes time in proportion to points × iterates × factors, and returns
-/// nothing for no points. All throw
-///   OptionError naming `iterations` unless n is 1 … kMostIterations,
-///   InputError naming the first point, counted from 0, that has a coordinate which is not finite
-///   or
-///     beyond ±1e15,
-///   Interrupted after a stop request, DeviceError where the device refuses.
+/// nothing for no points. All throw OptionError naming `iterations` unless n is
+/// 1 … kMostIterations; InputError naming the first point, counted from 0, with a coordinate that
+/// is not finite or beyond ±1e15; Interrupted after a stop request; and DeviceError where the
+/// device refuses.
 class Field {
  public:
   /// @param stop makes the functions below throw `Interrupted` soon.
