@@ -6,13 +6,13 @@
 
 // F_n at points of the slice; NaN at those whose orbits cannot be looked up from their start on.
 // points: three arrays X, Y, Z of `stride` reals. found: one.
-kernel void look_up_points(global const real* points, int stride, int count,
-                           global const real* map, int tabled, int iterations,
-                           global const real* nodes, global const int* node_places,
-                           global const real* node_field, global const real* node_versors,
-                           global const uchar* trusted, global const real* table_layout,
-                           global const int* table_bricks, global const ushort* table_fields,
-                           global const char* table_versors, global real* found) {
+kernel void look_up_points(global const real* points, int stride, int count, global const real* map,
+                           int tabled, int iterations, global const real* nodes,
+                           global const int* node_places, global const real* node_field,
+                           global const real* node_versors, global const uchar* trusted,
+                           global const real* table_layout, global const int* table_bricks,
+                           global const ushort* table_fields, global const char* table_versors,
+                           global real* found) {
   int item = (int)get_global_id(0);
   if (item >= count) return;
   image_lattice lattice = {nodes, node_places, node_field, node_versors, trusted};
