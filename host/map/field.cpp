@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "base/range_check.hpp"
@@ -93,10 +94,10 @@ struct Field::Impl {
     return log_norm < (map.precision() == Precision::single ? static_cast<float>(end) : end);
   }
 
+  using TakePoint = std::function<void(std::size_t, int, const Quaternion&, bool)>;
   /// Runs orbits, one iterate of all that have not ended at a time.
   /// @param take (i, j, q_j, whether it goes on) for each point after the start, of orbit i.
-  template <class Take>
-  void run_orbits(std::span<const Quaternion> starts, int iterations, const Take& take) const {
+  void run_orbits(std::span<const Quaternion> starts, int iterations, const TakePoint& take) const {
     std::vector<Quaternion> at(starts.begin(), starts.end());
     std::vector<std::size_t> live;
     for (std::size_t i = 0; i < at.size(); ++i) {
