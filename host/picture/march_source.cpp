@@ -38,6 +38,9 @@ constexpr double kPart = 0.5;
 constexpr double kDisplacement = 0.125;
 /// What they typically displace, over that.
 constexpr double kTypicalShare = 0.2;
+/// What looking up later iterates is to displace at the median where memory allows, over that: on
+/// thin limbs it is more.
+constexpr double kTableShare = 0.5;
 /// A lattice of images has at most so many nodes a ray.
 constexpr double kNodesARay = 10;
 /// A table of images is made once so many rays were asked for.
@@ -285,7 +288,7 @@ class MarchSource : public DepthSource {
         std::max(rays_, set_.rays) >= kRaysWorthTable && interpolates() && set_.iterations > 2;
     if (is_worth_making && displacement < table_made_for_ &&
         table_->first_iterate(displacement) > 2) {
-      table_ = surface::ImageTable::of_ball(map_, displacement, set_.stop);
+      table_ = surface::ImageTable::of_ball(map_, kTableShare * displacement, set_.stop);
       table_made_for_ = table_->is_empty() || table_->is_finest() ? 0 : displacement;
     }
     return *table_;

@@ -339,9 +339,9 @@ ImageTable ImageTable::of_ball(const map::DeviceMap& map, double displacement,
   // A coarse table costs little and tells how fine another has to be.
   ImageTable coarse = with_step(map, kCoarsestStep, stop);
   if (coarse.is_empty() || coarse.displacement_ <= displacement) return coarse;
-  // Displacements grow faster than steps do, but for chance.
-  constexpr double kShare = 0.9;
-  const double step = kShare * kCoarsestStep * displacement / coarse.displacement_;
+  // Displacements go about with the square of the step.
+  constexpr double kShare = 0.95;
+  const double step = kShare * kCoarsestStep * std::sqrt(displacement / coarse.displacement_);
   ImageTable table = with_step(map, std::max(step, kFinestStep), stop);
   return table.is_empty() ? coarse : table;
 }
