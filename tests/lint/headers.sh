@@ -8,7 +8,7 @@ set -euo pipefail
 cd "$1"
 compiler=$3
 allowed='#include ("qjulia/[a-z_]+\.hpp"|<nlohmann/json_fwd\.hpp>|<[a-zA-Z/_]+>)'
-if grep -rn '#include' include | grep -vE ":$allowed" |
+if grep -rnE '^ *#include' include | grep -vE ":$allowed" |
   grep -vE '^include/qjulia/opencl\.hpp:[0-9]+:#include <CL/cl\.h>$'; then
   echo "^ public headers include \"qjulia/….hpp\", <nlohmann/json_fwd.hpp> of JSON, and opencl.hpp <CL/cl.h>"
   exit 1
