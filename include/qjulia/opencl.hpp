@@ -57,9 +57,10 @@ MapBuffer map_buffer(const Device& device, const Map& map, Precision precision =
 
 /// The kernel `name` of a program of one's own in OpenCL C 1.2, which the caller releases. The
 /// source may `#include "map.clh"`, which has `map_modulus` (F), `map_modulus_gradient`,
-/// `map_image` (R) and `map_iterate` (F_n) of points `qlane`, in `real`s; it need not be on disk,
-/// and no other file can be included. The program is built for the map's kinds of modulus and
-/// versor, its paint and its portals, for this device's lane width and the given precision:
+/// `map_image` (R) and `map_iterate` (F_n) of points `qlane`, in `real`s. That file is part of the
+/// library, and the directive stands alone on its line. The program is built for the map's kinds of
+/// modulus and versor, its paint and its portals, for this device's lane width and the given
+/// precision:
 ///
 ///     #include "map.clh"
 ///     // points: four arrays X, Y, Z, W of `stride` reals, a multiple of QJ_WIDTH, the lane width.
