@@ -94,7 +94,7 @@ cl_uint references(const OwnedContext& context) {
   return count;
 }
 
-std::vector<Quaternion> some_points(std::size_t count) {
+std::vector<Quaternion> points_about(std::size_t count) {
   std::mt19937_64 bits(8);
   std::vector<Quaternion> points;
   for (std::size_t i = 0; i < count; ++i) {
@@ -104,7 +104,7 @@ std::vector<Quaternion> some_points(std::size_t count) {
   return points;
 }
 
-Map painted_map() {
+Map painted_map_with_portal() {
   Map map = test::random_map(12, 0.1, 0.6, 5);
   Paint paint;
   paint.cells = {6, 6, 6};
@@ -129,7 +129,7 @@ kernel void own_field(global const real* points, int stride, global const real* 
 )";
 
 template <class Value>
-void set(const OwnedKernel& kernel, cl_uint index, const Value& value) {
+void set_argument(const OwnedKernel& kernel, cl_uint index, const Value& value) {
   expect(clSetKernelArg(kernel.get(), index, sizeof value, &value));
 }
 
@@ -150,11 +150,11 @@ std::vector<double> own_field(const Device& device, const Map& map, Precision pr
   const OwnedBuffer places = make_buffer(device, in.size() * sizeof(Real));
   const OwnedBuffer field = make_buffer(device, out.size() * sizeof(Real));
   const OwnedKernel kernel(build_kernel(device, map, precision, kField, "own_field"));
-  set(kernel, 0, places.get());
-  set(kernel, 1, static_cast<cl_int>(stride));
-  set(kernel, 2, buffer.map);
-  set(kernel, 3, buffer.factors);
-  set(kernel, 4, field.get());
+  set_argument(kernel, 0, places.get());
+  set_argument(kernel, 1, static_cast<cl_int>(stride));
+  set_argument(kernel, 2, buffer.map);
+  set_argument(kernel, 3, buffer.factors);
+  set_argument(kernel, 4, field.get());
   const cl_command_queue queue = opencl_queue(device);
   expect(clEnqueueWriteBuffer(queue, places.get(), CL_FALSE, 0, in.size() * sizeof(Real), in.data(),
                               0, nullptr, nullptr));
@@ -170,7 +170,7 @@ std::vector<double> own_field(const Device& device, const Map& map, Precision pr
 TEST_CASE("a device made of a program's own OpenCL computes what the chosen one does") {
   const auto properties = GENERATE(as<cl_command_queue_properties>(), 0, CL_QUEUE_PROFILING_ENABLE);
   const Map map = test::random_map(37, 0.05, 0.4, 71);
-  const auto points = some_points(1000);
+  const auto points = points_about(1000);
   const OwnedContext context = make_context({tested()});
   const OwnedQueue queue = make_queue(context, tested(), properties);
   const Device own = device_from_opencl(context.get(), tested(), queue.get());
@@ -205,7 +205,7 @@ TEST_CASE("a device keeps the program's OpenCL and lets it go") {
     }
     CHECK(references(context) > before);
     const Field field(*own, test::random_map(9, 0.1, 0.5, 3));
-    CHECK(field.at(some_points(20)).size() == 20);
+    CHECK(field.at(points_about(20)).size() == 20);
   }
   CHECK(references(context) == before);
 }
@@ -222,7 +222,7 @@ TEST_CASE("a part of a device is a device of its own") {
   CHECK(own.info().platform == -1);
   CHECK(own.info().compute_units == 1);
   const Map map = test::random_map(37, 0.05, 0.4, 71);
-  const auto points = some_points(300);
+  const auto points = points_about(300);
   const auto expected = Field(test::shared_device().with_layout(own.layout()), map).at(points, 4);
   CHECK(Field(own, map).at(points, 4) == expected);
   CHECK(Field(own.sibling(), map).at(points, 4) == expected);
@@ -266,14 +266,14 @@ TEST_CASE("a kernel of one's own finds the field of every kind of map") {
       GENERATE(table<std::string, Map>({{"factors", test::random_map(37, 0.05, 0.4, 71)},
                                         {"quadratic", quadratic_map({-0.2, 0.6, 0.2, 0.1})},
                                         {"distance", test::distance_map()},
-                                        {"painted, with a portal", painted_map()}}));
+                                        {"painted, with a portal", painted_map_with_portal()}}));
   const int width = GENERATE(from_range(test::lane_widths()));
   CAPTURE(name, width);
   const OwnedContext context = make_context({tested()});
   const OwnedQueue queue = make_queue(context, tested());
   const Device device =
       device_from_opencl(context.get(), tested(), queue.get()).with_lane_width(width);
-  const auto points = some_points(101);
+  const auto points = points_about(101);
   for (const Precision precision : kPrecisions) {
     if (!test::can_check(device, precision)) continue;
     CAPTURE(to_string(precision));
