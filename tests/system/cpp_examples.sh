@@ -1,8 +1,8 @@
 #!/bin/bash
 # Builds examples/cpp against an installed package, from where that has put them, and runs each at a small size.
-# Usage: cpp_examples.sh REPOSITORY PREFIX WORK_FOLDER COMPILER FLAGS
+# Usage: cpp_examples.sh REPOSITORY PREFIX WORK_FOLDER COMPILER PYTHON3 FLAGS
 set -euo pipefail
-repository=$1 prefix=$2 work=$3 compiler=$4 flags=$5
+repository=$1 prefix=$2 work=$3 compiler=$4 python3=$5 flags=$6
 
 rm -rf "$work"
 mkdir -p "$work"/{results,pocl_cache}
@@ -21,7 +21,7 @@ run() {
   echo "$*"
   "$work/build/$1" "${@:2}" | tee said
 }
-number_after() { grep -oE "$1[0-9.e-]+" said | tail -n 1 | sed "s/^$1//"; }
+number_after() { grep -oE -e "$1[0-9.e-]+" said | tail -n 1 | sed "s/^$1//"; }
 is() { awk "BEGIN { exit !($1) }" || { echo "not so: $1"; exit 1; }; }
 
 cat >wedge.obj <<END
@@ -48,7 +48,7 @@ test -s shape.qjulia.json
 
 run own_optimiser wedge.obj 24 3000 60
 is "$(number_after 'IoU ') > 0.7"
-is "$(number_after '-> ') < -0.5"
+is "$(number_after '-> ') < -0.75"
 test -s own.qjulia.json
 
 run knobs wedge.obj 2 16
@@ -63,7 +63,7 @@ grep -q none.obj said
 
 run own_kernel "$repository/docs/maps/quadratic.qjulia.json" 64
 run morph wedge.obj ball.obj 8 fast 2 32
-/usr/bin/env python3 - "$repository/docs/maps/quadratic.qjulia.json" <<END
+"$python3" - "$repository/docs/maps/quadratic.qjulia.json" <<END
 import json, sys
 import numpy as np
 from PIL import Image
