@@ -36,6 +36,11 @@ foreach(name qjulia qjulia-field)
           COMPONENT dev)
 endforeach()
 
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/cpp DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples
+        COMPONENT dev FILES_MATCHING PATTERN *.cpp PATTERN CMakeLists.txt)
+
 # Where their links lead to each other, as in the repository.
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/python DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples
+        COMPONENT doc FILES_MATCHING PATTERN *.py)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT doc)
 install(FILES README.md CHANGELOG.md CONTRIBUTING.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT doc)

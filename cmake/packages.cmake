@@ -36,9 +36,9 @@ describe_package(command graphics "program that fits iterated quaternion rationa
 describe_package(runtime libs "library that fits quaternion rational maps to shapes"
   "${about}This package has the shared libraries.")
 describe_package(dev libdevel "library that fits quaternion rational maps to shapes (development)"
-  "${about}This package has headers, static libraries, and what CMake and\npkg-config read.")
+  "${about}This package has headers, static libraries, what CMake and\npkg-config read, and examples.")
 describe_package(doc doc "documentation of qjulia, which fits quaternion maps to shapes"
-  "${about}This package has the documentation, with pictures and some maps.")
+  "${about}This package has the documentation, with pictures, some maps, and examples in\nPython.")
 describe_package(python python "library that fits quaternion rational maps to shapes (Python)"
   "${about}This package has the module for Python 3.")
 
@@ -49,7 +49,7 @@ set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "pocl-opencl-icd | opencl-icd")
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "${package_of_runtime} ${exactly}, libeigen3-dev (>= 3.4), \
 nlohmann-json3-dev, ocl-icd-opencl-dev, zlib1g-dev, libfmt-dev, libopenmesh-dev, libpng-dev, \
 libcairo2-dev, pkgconf")
-set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS qjulia-doc)
+set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "qjulia-doc, liblbfgspp-dev")
 set(CPACK_DEBIAN_DOC_PACKAGE_ARCHITECTURE all)
 if(TARGET qjulia_python)
   math(EXPR next "${Python3_VERSION_MINOR} + 1")

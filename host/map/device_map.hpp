@@ -15,6 +15,10 @@ namespace qjulia::map {
 /// The map in a device buffer, as layout/map_layout.h says.
 std::vector<double> pack_map(const Map& map, const StopRadii& stops);
 
+/// The files that a program about the map stands on, by the names that map.clh includes them under:
+/// its kinds of modulus and versor, and portals and paint where it has some.
+std::map<std::string, std::string> kind_files(const Map& map);
+
 class DeviceMap {
  public:
   DeviceMap(const Device& device, const Map& map, const StopRadii& stops, Precision precision);

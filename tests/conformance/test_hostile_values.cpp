@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "distance_map.hpp"
+#include "qjulia/opencl.hpp"
 #include "qjulia/qjulia.hpp"
 #include "random_maps.hpp"
 #include "shapes.hpp"
@@ -329,6 +330,11 @@ template <class Use>
 void for_map_functions(const Map& map, const std::filesystem::path& folder, const Use& use) {
   const std::vector<Eigen::Vector3d> surface{{0.5, 0, 0}};
   use("validate", [&] { map.validate(); });
+  use("map_buffer", [&] { map_buffer(on_device(), map); });
+  use("build_kernel", [&] {
+    const char* const source = "#include \"map.clh\"\nkernel void k(global real* x) { *x = 1; }";
+    clReleaseKernel(build_kernel(on_device(), map, Precision::single, source, "k"));
+  });
   use("Field", [&] {
     const Field field(on_device(), map);
     const std::vector<Quaternion> points{{}, {1e9, 0, 0, 0}, {0, -1e15, 0, 1e15}};
@@ -973,6 +979,20 @@ TEST_CASE("hostile wishes for devices are refused") {
   survives("tuning_file", [] { tuning_file({}); });
   survives("with_cached_tuning", [] { with_cached_tuning(on_device()); });
   survives("to_json", [] { to_json(DeviceInfo{}); });
+  refuses("device_from_opencl", [] { device_from_opencl(nullptr, nullptr, nullptr); });
+  refuses("device_from_opencl of another context", [] {
+    const Device other = Device::choose({"cpu"});
+    device_from_opencl(opencl_context(on_device()), opencl_device(on_device()),
+                       opencl_queue(other));
+  });
+  for (const std::string& source : {std::string(), std::string("\0\n\xff", 3),
+                                    std::string("#include"), std::string("#include \"../map.clh\""),
+                                    std::string("#include \"a source of one's own\"")}) {
+    for (const std::string& name : {std::string(), std::string("\0", 1), std::string("\xff{}%s")}) {
+      survives("build_kernel",
+               [&] { build_kernel(on_device(), good_map(), Precision::single, source, name); });
+    }
+  }
   survives("record", [] { on_device().sibling().record(nullptr); });
   std::stop_source source;
   source.request_stop();
