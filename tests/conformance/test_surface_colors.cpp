@@ -92,7 +92,7 @@ TEST_CASE("two in a hundred vertices lie below the palette, and two above it") {
   const SurfaceColors found =
       surface_colors(test::shared_device(), map, mesh, in_grey(Material::trap));
   const auto count = static_cast<double>(mesh.vertices.size());
-  for (const std::uint8_t end : {0, 255}) {
+  for (const std::uint8_t end : {std::uint8_t{0}, std::uint8_t{255}}) {
     const auto at_end = std::ranges::count(found.colors, VertexColor{end, end, end});
     CHECK(static_cast<double>(at_end) / count > 0.015);
     CHECK(static_cast<double>(at_end) / count < 0.035);
@@ -110,8 +110,7 @@ TEST_CASE("colours that cannot be given are refused, and a stop is heard") {
   CHECK_THROWS_WITH(colored({.iterations = 0}), Catch::Contains("iterations"));
   std::stop_source source;
   source.request_stop();
-  CHECK_THROWS_AS(
-      surface_colors(test::shared_device(), map, mesh, {}, {.stop = source.get_token()}),
-      Interrupted);
+  CHECK_THROWS_AS(surface_colors(test::shared_device(), map, mesh, {}, {{}, source.get_token()}),
+                  Interrupted);
   CHECK(surface_colors(test::shared_device(), map, {}, {}).colors.empty());
 }
