@@ -16,12 +16,12 @@ using namespace qjulia;
 
 namespace {
 
-constexpr double kScale = 2;
+constexpr double kShapeToMap = 0.5;
 
 /// The unit ball of q², in a shape's coordinates that are not the map's.
 Map placed_ball() {
   Map map = check::unit_ball();
-  map.frame.shape_to_map = {1 / kScale, {0.5, -0.25, 1}};
+  map.frame.shape_to_map = {kShapeToMap, {0.5, -0.25, 1}};
   map.frame.box = Box{map.frame.shape_to_map.to_shape(map.frame.box->low),
                       map.frame.shape_to_map.to_shape(map.frame.box->high)};
   return map;
