@@ -51,7 +51,8 @@ struct WrittenSurface {
 
 bool has_colors(const SurfaceArguments& arguments) { return arguments.material != Material::clay; }
 
-/// @throws InputError where colours are asked for that the file cannot hold, or not asked for.
+/// @throws InputError where colours are asked for that the file cannot hold, or a palette of no use
+///   or that is none.
 void check_colors(const SurfaceArguments& arguments) {
   if (has_colors(arguments) && !holds_colors(arguments.output.path)) {
     throw InputError(fmt::format("--material: {} files hold no colours; write .ply, .glb or .obj",
@@ -61,6 +62,7 @@ void check_colors(const SurfaceArguments& arguments) {
     throw InputError(
         "--palette: a mesh of clay has no colours; give --material iterations or trap, too");
   }
+  static_cast<void>(palette_of(arguments.palette, arguments.material));
 }
 
 /// How the mesh is coloured.
