@@ -16,6 +16,7 @@
 #include "picture/band_grid.hpp"
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
+#include "picture/orbit_traits.hpp"
 #include "qjulia/error.hpp"
 #include "surface/grid_layout.hpp"
 #include "surface/image_lattice.hpp"
@@ -174,24 +175,7 @@ class MarchSource : public DepthSource {
 
   std::vector<float> traits(const std::vector<Eigen::Vector3d>& points) override {
     if (set_.material == Material::clay) return {};
-    device::PointBatch batch(map_.context(), map_.kernel("orbit_trait.cl", "orbit_trait"),
-                             set_.precision, map_.lanes(), map_.step_cost() * set_.iterations);
-    std::vector<float> traits(points.size());
-    batch.run<3, 1>(
-        points.size(),
-        [&](std::size_t i) {
-          return std::array{points[i].x(), points[i].y(), points[i].z()};
-        },
-        [&](const device::PointBatch::Part& part) {
-          return surface::Arguments(
-              {part.in, device::narrow(part.stride), device::narrow(part.items), map_.buffer(),
-               map_.factors(), set_.iterations, set_.material == Material::trap ? 1 : 0, part.out});
-        },
-        [&](std::size_t i, const std::array<double, 1>& trait) {
-          traits[i] = static_cast<float>(trait[0]);
-        },
-        0, set_.stop);
-    return traits;
+    return orbit_traits(map_, points, set_.iterations, set_.material, set_.stop);
   }
 
   Box bounds() const override { return grid_.bounds(); }

@@ -36,6 +36,7 @@
 #include "qjulia/setting.hpp"
 #include "qjulia/shape.hpp"
 #include "qjulia/surface.hpp"
+#include "qjulia/surface_colors.hpp"
 #include "qjulia/surface_file.hpp"
 #include "qjulia/trace.hpp"
 #include "qjulia/tune.hpp"

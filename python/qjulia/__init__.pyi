@@ -98,7 +98,9 @@ class Surface(NamedTuple):
     vertices: _Doubles
     faces: NDArray[np.uint32]
     normals: _Singles
-    def save(self, path: _Path, *, up: Optional[_Up] = ...) -> None: ...
+    def save(
+        self, path: _Path, *, up: Optional[_Up] = ..., colors: Optional[ArrayLike] = ...
+    ) -> None: ...
 
 def read_mesh(path: _Path) -> Surface: ...
 def signed_distance(
@@ -233,6 +235,18 @@ class Map:
         escape: Optional[float] = ...,
         precision: _Precision = ...,
     ) -> Surface: ...
+    def surface_colors(
+        self,
+        mesh: _Mesh,
+        *,
+        device: _Device = ...,
+        on_progress: _Progress = ...,
+        material: Literal["iterations", "trap"] = ...,
+        palette: Union[str, Sequence[str], None] = ...,
+        n: SupportsIndex = ...,
+        escape: Optional[float] = ...,
+        precision: _Precision = ...,
+    ) -> NDArray[np.uint8]: ...
     def paint(
         self,
         mesh: Optional[_Mesh] = ...,

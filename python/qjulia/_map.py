@@ -275,6 +275,34 @@ InputError
             *_core.surface(self._core, _device.core_of(device), on_progress, options)
         )
 
+    def surface_colors(self, mesh, *, device=None, on_progress=None, **options):
+        """Colours of the vertices of the set's mesh, by the orbits that begin just inside it.
+
+        Parameters
+        ----------
+        mesh : mesh
+            What `surface` returned. See `fit` for what else a mesh can be.
+        material : {"iterations", "trap"}, optional
+            How late an orbit is decided, or how close two iterates come to the plane X = 0.
+        palette : str or sequence of str, optional
+            See `render`. It is spread over what occurs in the mesh.
+        n : int, optional
+            As for `surface`. It is 6.
+        escape : float, optional
+        precision : {"single", "double"}, optional
+        device : Device or str, optional
+        on_progress : callable, optional
+            See `fit`.
+
+        Returns
+        -------
+        array, (N, 3)
+            uint8, sRGB, for `Surface.save`.
+        """
+        return _core.surface_colors(
+            self._core, _device.core_of(device), _mesh.core_of(mesh), on_progress, options
+        )
+
     def paint(self, mesh=None, shares=None, *, device=None, on_progress=None, **options):
         """The map with other shares of its detail in other places: wild here and smooth there.
 

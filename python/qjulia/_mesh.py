@@ -21,7 +21,7 @@ class Surface(NamedTuple):
     normals: np.ndarray
     """(N, 3) float32, outward and of length 1."""
 
-    def save(self, path, *, up=None):
+    def save(self, path, *, up=None, colors=None):
         """Writes the mesh by its extension: .ply, .stl, .glb, .obj or .off.
 
         Parameters
@@ -29,10 +29,14 @@ class Surface(NamedTuple):
         path : path-like
         up : {"x", "y", "z", "-x", "-y", "-z"}, optional
             The axis that points up, such as `Map.up`: .glb and .stl files then stand upright.
+        colors : array, (N, 3), optional
+            sRGB, 0 to 255, such as `Map.surface_colors` gives. Only .ply, .glb and .obj hold them.
         """
         mesh = _core.Mesh(self.vertices, self.faces)
         if len(self.normals):
             mesh.set_normals(self.normals)
+        if colors is not None:
+            mesh.set_colors(colors)
         _core.write_mesh(mesh, path, up)
 
 

@@ -68,6 +68,22 @@ void set_normals(TriangleMesh& mesh, const py::object& given) {
   }
 }
 
+void set_colors(TriangleMesh& mesh, const py::object& given) {
+  constexpr std::int64_t kMost = 255;
+  const IndexArray colors = rows_of_indices(given, "colors", 3);
+  for (py::ssize_t i = 0; i < colors.shape(0); ++i) {
+    VertexColor& color = mesh.colors.emplace_back();
+    for (py::ssize_t c = 0; c < 3; ++c) {
+      const std::int64_t value = colors.at(i, c);
+      if (value < 0 || value > kMost) {
+        throw py::value_error("colors[" + std::to_string(i) + "] has " + std::to_string(value) +
+                              "; colours are 0 to 255");
+      }
+      color[static_cast<std::size_t>(c)] = static_cast<std::uint8_t>(value);
+    }
+  }
+}
+
 }  // namespace
 
 py::tuple arrays_of(TriangleMesh mesh) {
@@ -84,6 +100,7 @@ void add_mesh(py::module_& module) {
   py::class_<TriangleMesh>(module, "Mesh")
       .def(py::init(&mesh_of))
       .def("set_normals", &set_normals)
+      .def("set_colors", &set_colors)
       .def("arrays", [](const TriangleMesh& self) { return arrays_of(self); });
   module.def("read_mesh", &read_file);
   module.def("write_mesh", &write_file);

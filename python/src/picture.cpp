@@ -1,4 +1,4 @@
-#include "qjulia/picture.hpp"
+#include "picture.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -7,6 +7,7 @@
 #include "keywords.hpp"
 #include "map.hpp"
 #include "parts.hpp"
+#include "qjulia/picture.hpp"
 #include "qjulia/picture_settings.hpp"
 #include "watched.hpp"
 
@@ -59,7 +60,8 @@ Rgb color_of(const py::handle& given) {
   return *color;
 }
 
-/// A palette by its name, or colours: one for clay, several for other materials.
+}  // namespace
+
 void take_palette(Keywords& keywords, PictureOptions& options) {
   const auto given = keywords.argument("palette");
   if (!given) return;
@@ -90,6 +92,8 @@ void take_palette(Keywords& keywords, PictureOptions& options) {
     options.palette.stops = std::move(colors);
   }
 }
+
+namespace {
 
 /// The settings of the library's table. A palette depends on the material, and is read last.
 void take_settings(Keywords& keywords, PictureOptions& options) {

@@ -6,14 +6,17 @@
 #include <cmath>
 #include <utility>
 
+#include "arrays.hpp"
 #include "keywords.hpp"
 #include "map.hpp"
 #include "mesh.hpp"
 #include "parts.hpp"
+#include "picture.hpp"
 #include "qjulia/compare.hpp"
 #include "qjulia/decimate.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/figures.hpp"
+#include "qjulia/surface_colors.hpp"
 #include "watched.hpp"
 
 namespace py = pybind11;
@@ -88,6 +91,28 @@ py::tuple surface_of(const KeptMap& self, const OpenDevice& device, const py::ob
   return arrays_of(std::move(mesh));
 }
 
+py::array colors_of(const KeptMap& self, const OpenDevice& device, const TriangleMesh& mesh,
+                    const py::object& on_progress, const py::dict& given) {
+  PictureOptions look;
+  look.material = Material::iterations;
+  Keywords keywords("surface_colors", given);
+  keywords.take("material", look.material);
+  take_palette(keywords, look);
+  SurfaceColorOptions options{.material = look.material, .palette = look.palette};
+  keywords.take("n", options.iterations);
+  keywords.take("precision", options.precision);
+  keywords.take("escape", options.escape);
+  keywords.expect_no_more();
+  options.validate();
+  SurfaceColors found;
+  Watcher watcher;
+  const ProgressMonitor monitor = watcher.monitor(on_progress);
+  watcher.run(device,
+              [&] { found = surface_colors(device.device, self.map, mesh, options, monitor); });
+  const std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(found.colors.size()), 3};
+  return array_of<std::uint8_t>(std::move(found.colors), shape);
+}
+
 py::dict dict_of(const FitMetrics& metrics) {
   py::dict all;
   all["n"] = metrics.iterations;
@@ -131,6 +156,7 @@ py::list compared(const KeptMap& self, const OpenDevice& device, const TriangleM
 
 void add_surfaces(py::module_& module) {
   module.def("surface", &surface_of);
+  module.def("surface_colors", &colors_of);
   module.def("compare", &compared);
 }
 

@@ -64,6 +64,8 @@ def calls(map, torus, device):
         "resolution": lambda x: map.sample(x, n=1, device=device),
         "box": lambda x: map.sample(4, n=1, box=x, device=device),
         "refine": lambda x: map.surface(4, n=1, refine=x, device=device),
+        "coloured mesh": lambda x: map.surface_colors(x, n=1, device=device),
+        "colours' material": lambda x: map.surface_colors(torus, material=x, n=1, device=device),
         "size": lambda x: qjulia.render(map, size=x, device=device),
         "palette": lambda x: qjulia.render(map, size=(4, 4), palette=x, device=device),
         "cuts": lambda x: qjulia.render(map, size=(4, 4), cuts=x, device=device),

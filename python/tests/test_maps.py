@@ -117,6 +117,19 @@ def test_surfaces_are_meshes_too(map, tmp_path, device):
     assert row["iou"] > 0.8
 
 
+def test_a_surface_has_colours(map, tmp_path, device):
+    surface = map.surface(24, device=device)
+    colors = map.surface_colors(surface, material="trap", palette="ember", device=device)
+    assert colors.shape == (len(surface.vertices), 3) and colors.dtype == np.uint8
+    assert len(np.unique(colors, axis=0)) > 50
+    surface.save(tmp_path / "set.ply", colors=colors)
+    assert b"property uchar red" in (tmp_path / "set.ply").read_bytes()[:2000]
+    with pytest.raises(ValueError, match="colours"):
+        surface.save(tmp_path / "set.ply", colors=colors[:-1])
+    with pytest.raises(ValueError, match="255"):
+        surface.save(tmp_path / "set.ply", colors=colors + np.int64(300))
+
+
 def test_pictures_have_layers_and_meshes_are_drawn(map, torus, device):
     image, layers = qjulia.render(map, size=(40, 30), layers=True, device=device)
     assert image.shape == (30, 40, 3) and image.dtype == np.uint8

@@ -53,6 +53,7 @@ def test_stubs_list_every_keyword(map, torus, device):
         "Map.orbits": keywords_known(lambda **k: map.orbits(points, **k)),
         "Map.sample": keywords_known(lambda **k: map.sample(**k)) - {"resolution"},
         "Map.surface": keywords_known(lambda **k: map.surface(**k)) - {"resolution"},
+        "Map.surface_colors": keywords_known(lambda **k: map.surface_colors(torus, **k)),
         "Map.paint": keywords_known(lambda **k: map.paint(**k)),
         "Map.portals": keywords_known(lambda **k: map.portals(**k)) - {"count"},
         "render": keywords_known(lambda **k: qjulia.render(map, **k)),

@@ -119,6 +119,7 @@ std::vector<NamedMesh> broken_meshes() {
           {"an unused vertex", with([](auto& m) { m.vertices.emplace_back(kNowhere); })},
           {"few normals", with([](auto& m) { m.normals.resize(1); })},
           {"many normals", with([](auto& m) { m.normals.assign(99, Eigen::Vector3f::UnitX()); })},
+          {"few colours", with([](auto& m) { m.colors.resize(1); })},
           {"bad normals", with([](auto& m) {
              m.normals.assign(m.vertices.size(), Eigen::Vector3f::Constant(NAN));
            })}};
@@ -323,6 +324,7 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   use("Studio", [&] { Studio(on_device(), mesh, box, small_picture()); });
   use("render_mesh", [&] { render_mesh(on_device(), mesh, box, small_picture()); });
   use("comparison", [&] { comparison(on_device(), map, mesh, small_picture()); });
+  use("surface_colors", [&] { surface_colors(on_device(), map, mesh, {.iterations = 2}); });
 }
 
 /// The same for those that take a map.
@@ -517,6 +519,7 @@ TEST_CASE("numbers of iterations out of range are refused by name") {
     options.iterations = n;
     comparison(on_device(), map, mesh, options);
   });
+  refuses_iterations([&](int n) { surface_colors(on_device(), map, mesh, {.iterations = n}); });
   refuses_iterations([&](int n) { measure_scaling(on_device(), {.iterations = {n}}); });
 }
 
@@ -911,7 +914,8 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
       refuses("read_sampled_distance", [&] { read_sampled_distance(file); });
       refuses("read_portal_text", [&] { read_portal_text(file, {}); });
       survives("file types", [&] {
-        static_cast<void>(extension_of(file).size() + (stands_upright(file) ? 1 : 0));
+        static_cast<void>(extension_of(file).size() + (stands_upright(file) ? 1 : 0) +
+                          (holds_colors(file) ? 1 : 0));
         static_cast<void>(has_type(file, FileContent::map, FileUse::read));
         static_cast<void>(content_of(file).has_value());
         static_cast<void>(expect_type(file, FileContent::picture, FileUse::write));

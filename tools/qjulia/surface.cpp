@@ -3,6 +3,7 @@
 #include "qjulia/surface.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <future>
 #include <nlohmann/json.hpp>
@@ -10,13 +11,16 @@
 #include "commands.hpp"
 #include "files.hpp"
 #include "map_options.hpp"
+#include "picture_options.hpp"
 #include "provenance.hpp"
 #include "qjulia/decimate.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/figures.hpp"
 #include "qjulia/file_types.hpp"
 #include "qjulia/picture.hpp"
+#include "qjulia/surface_colors.hpp"
 #include "qjulia/surface_file.hpp"
+#include "setting_json.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -30,8 +34,11 @@ struct SurfaceArguments {
   bool keep_loose = false, largest_component = false;
   std::optional<double> min_component;  ///< least area kept, over the largest one's
   std::optional<std::size_t> max_triangles;
-  std::optional<double> millimetres;  ///< instead of shape units
-  std::optional<UpAxis> up;           ///< instead of the map's; of files that stand upright
+  std::optional<double> millimetres;   ///< instead of shape units
+  std::optional<UpAxis> up;            ///< instead of the map's; of files that stand upright
+  Material material = Material::clay;  ///< of the vertices' colours; clay: none
+  std::string palette = "earth";
+  std::optional<Option> palette_option;
 };
 
 /// What was written.
@@ -41,6 +48,29 @@ struct WrittenSurface {
   std::size_t non_manifold_edges = 0;
   LoosePieces loose;  ///< not written
 };
+
+bool has_colors(const SurfaceArguments& arguments) { return arguments.material != Material::clay; }
+
+/// @throws InputError where colours are asked for that the file cannot hold, or a palette of no use
+///   or that is none.
+void check_colors(const SurfaceArguments& arguments) {
+  if (has_colors(arguments) && !holds_colors(arguments.output.path)) {
+    throw InputError(fmt::format("--material: {} files hold no colours; write .ply, .glb or .obj",
+                                 extension_of(arguments.output.path)));
+  }
+  if (!has_colors(arguments) && arguments.palette_option->given()) {
+    throw InputError(
+        "--palette: a mesh of clay has no colours; give --material iterations or trap, too");
+  }
+  static_cast<void>(palette_of(arguments.palette, arguments.material));
+}
+
+/// How the mesh is coloured.
+SurfaceColorOptions color_options(const SurfaceArguments& arguments,
+                                  const SurfaceOptions& options) {
+  return {arguments.material, palette_of(arguments.palette, arguments.material), options.iterations,
+          options.escape, options.precision};
+}
 
 /// The map with shapes that are as long as was asked for; a box that was given goes with it.
 Map scaled(Map map, std::optional<double> millimetres, const std::string& file,
@@ -60,10 +90,12 @@ bool drops_loose(const SurfaceArguments& arguments) {
   return !arguments.keep_loose && !arguments.largest_component && !arguments.min_component;
 }
 
-/// Whether the mesh can go straight to its file: one that needs no counts first, and whole.
+/// Whether the mesh can go straight to its file: one that needs no counts first, and whole. Colours
+/// are spread over what occurs in all of it.
 bool streams(const SurfaceArguments& arguments) {
   return extension_of(arguments.output.path) == ".ply" && !arguments.largest_component &&
-         arguments.min_component.value_or(0) == 0 && !arguments.max_triangles;
+         arguments.min_component.value_or(0) == 0 && !arguments.max_triangles &&
+         !has_colors(arguments);
 }
 
 /// Straight to the file; the mesh is never in memory.
@@ -90,8 +122,8 @@ WrittenSurface stream(const SurfaceArguments& arguments, const Device& device, c
   return written;
 }
 
-/// By way of memory: for formats that need their counts first, to choose among components, and to
-/// decimate.
+/// By way of memory: for formats that need their counts first, to choose among components, to
+/// colour and to decimate.
 WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, const Map& map,
                        const SurfaceOptions& options, const std::string& note,
                        const ProgressMonitor& monitor) {
@@ -104,6 +136,10 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
   const TraceStage stage(monitor.trace, "measure and write");
   if (drops_loose(arguments)) written.loose = drop_loose_pieces(mesh);
   if (least > 0) mesh = large_components(mesh, least);
+  if (has_colors(arguments)) {
+    mesh.colors =
+        surface_colors(device, map, mesh, color_options(arguments, options), monitor).colors;
+  }
   if (arguments.max_triangles) {
     mesh = decimated(std::move(mesh), *arguments.max_triangles, monitor.stop);
   }
@@ -128,6 +164,7 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
                     "or .stl, which stand upright",
                     arguments.output.path));
   }
+  check_colors(arguments);
   const Map read = session.read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
   Map map = scaled(with_knobs(device, read, arguments.map_options, arguments.map),
@@ -138,6 +175,10 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   how["resolution"] = options.resolution;
   if (options.draft) how["draft"] = true;
   if (arguments.max_triangles) how["max_triangles"] = *arguments.max_triangles;
+  if (has_colors(arguments)) {
+    how["material"] = value_json(arguments.material);
+    how["palette"] = value_json(color_options(arguments, options).palette);
+  }
   const bool is_turned = stands_upright(arguments.output.path) && map.frame.up;
   if (is_turned) how["up"] = to_string(*map.frame.up);
   const WrittenSurface written = (streams(arguments) ? stream : collect)(
@@ -231,6 +272,18 @@ void describe_surface(Command command, SurfaceArguments& a) {
             "Run the orbit of every point of the grid to its end: the same mesh, much slower, "
             "without trusting r_in, r_out and bounds")
       .excludes({draft});
+  command.choice("--material", a.material,
+                 {{to_string(Material::clay), Material::clay},
+                  {to_string(Material::iterations), Material::iterations},
+                  {to_string(Material::trap), Material::trap}},
+                 "What the colours of the vertices show, in .ply, .glb and .obj files: nothing, of "
+                 "clay; iterations, how late the orbit of a point is decided; or trap, how close "
+                 "two iterates come to the plane X = 0, seen from the origin");
+  a.palette_option = add_palette(
+      command, a.palette,
+      fmt::format("The colours of --material: {}; or 2 to {} of your own with commas between, from "
+                  "low to high",
+                  fmt::join(palette_names(), ", "), Palette::kMostStops));
   add_up(command, a.up,
          "The shape's axis that points up in .glb and .stl files, which stand upright (.ply, .obj "
          "and .off keep the shape's own coordinates); auto is what the map says");
@@ -248,6 +301,7 @@ void add_surface(CommandLine& program, ChosenCommand& chosen) {
   qjulia surface bunny.qjulia.json -o print.stl --millimetres 80
   qjulia surface bunny.qjulia.json -o light.glb --max-triangles 100000
   qjulia surface bunny.qjulia.json -o wild.ply --detail 0.03 --phase 0.8 0.6 0 0
+  qjulia surface bunny.qjulia.json -o colours.glb --material trap --palette ember
 The mesh lies in the fitted shape's own coordinates; .glb and .stl stand upright. Only the
 undecided shell about the surface is iterated: time grows with its volume, memory with the
 mesh and one slab.
