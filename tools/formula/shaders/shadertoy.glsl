@@ -46,7 +46,7 @@ void mainImage(out vec4 fragColor, in vec2 fragCoord) {
     vec3 light = normalize(0.8 * back + vec3(0, 0.8, 0) - 0.9 * right);
     float key = max(dot(n, light), 0.0) * open_share(p + reach * n, light, 0.4);
     float sky = (0.6 + 0.4 * n.y) * open_share(p + reach * n, n, 0.25);
-    color = vec3(0.66, 0.45, 0.32) * (1.25 * key + 0.45 * sky);
+    color = vec3(0.66, 0.45, 0.32) * (1.1 * key + 0.4 * sky);
   }
   fragColor = vec4(pow(color, vec3(1.0 / 2.2)), 1);
 }
