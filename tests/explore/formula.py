@@ -99,7 +99,7 @@ def check_compiles(name, text, prelude, end):
 def without_directives(text):
     """What Fragmentarium leaves of a .frag for the compiler."""
     text = re.sub(r"(?s)#preset.*?#endpreset", "", text)
-    text = text.replace('#include "DE-Raytracer.frag"', RAYTRACER)
+    text = text.replace('#include "MathUtils.frag"', "").replace('#include "DE-Raytracer.frag"', RAYTRACER)
     text = re.sub(r"(?m)^#(info|group).*$", "", text)
     return re.sub(r"(?m)^(uniform [^;]*;) *slider.*$", r"\1", text)
 

@@ -50,7 +50,8 @@ TEST_CASE("a formula provides what its program asks for") {
   const Map map = test::random_map(8, 0.001, 0.6, 5);
   const std::string frag = text_of(map, Program::fragmentarium);
   CHECK(frag.starts_with("#version 130\n"));
-  CHECK_THAT(frag, Contains("#include \"DE-Raytracer.frag\"\n") && Contains("float DE(vec3 pos)") &&
+  CHECK_THAT(frag, Contains("#include \"MathUtils.frag\"\n#include \"DE-Raytracer.frag\"\n") &&
+                       Contains("float DE(vec3 pos)") &&
                        Contains("uniform int Iterations; slider[1,6,16]\n") &&
                        Contains("#preset Default\n"));
   CHECK(frag.find("iFrame") == std::string::npos);

@@ -230,7 +230,9 @@ std::string formula_text(const Map& map, const Reach& reach, Program program,
       "{}// A quaternion Julia set: {}, {} factors. Made by qjulia {}.\n{}",
       is_fragmentarium ? "#version 130\n#info A quaternion Julia set, made by qjulia\n" : "",
       in_comment(name), map.dynamics.factors.size(), version(),
-      is_fragmentarium ? "#define providesNormal\n#include \"DE-Raytracer.frag\"\n" : "");
+      is_fragmentarium
+          ? "#define providesNormal\n#include \"MathUtils.frag\"\n#include \"DE-Raytracer.frag\"\n"
+          : "");
   Shaders shaders({{"map_values.glsl", values(map, reach)},
                    {"factors.glsl", arrays(map.dynamics.factors)},
                    {"QJ_MODULUS", "#include factors_modulus.glsl\n"},
