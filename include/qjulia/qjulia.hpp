@@ -35,6 +35,7 @@
 #include "qjulia/self_test.hpp"
 #include "qjulia/setting.hpp"
 #include "qjulia/shape.hpp"
+#include "qjulia/slope.hpp"
 #include "qjulia/surface.hpp"
 #include "qjulia/surface_colors.hpp"
 #include "qjulia/surface_file.hpp"
