@@ -41,7 +41,7 @@ constexpr double kDisplacement = 0.125;
 constexpr double kTypicalShare = 0.2;
 /// What looking up later iterates is to displace at the median where memory allows, over that: on
 /// thin limbs it is more.
-constexpr double kTableShare = 0.5;
+constexpr double kTableShare = 0.3;
 /// A lattice of images has at most so many nodes a ray.
 constexpr double kNodesARay = 10;
 /// A table of images is made once so many rays were asked for.
