@@ -68,7 +68,7 @@ TEST_CASE("numbers of a formula are finite literals of type float") {
   formula::Reach reach = usual_reach();
   reach.stops.inner = 0;
   const std::string text = formula_text(map, reach, Program::shadertoy, "m");
-  CHECK_THAT(text, Contains("vec4(1.0, -2.0, 3e-12, 1e+09)"));
+  CHECK_THAT(text, Contains("vec4(1.0, -2.0, 3e-12, 1000000000.0)"));
   CHECK_THAT(text, Contains("const float map_log_inner = -1e+30;\n"));
 }
 
