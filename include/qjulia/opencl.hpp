@@ -22,9 +22,9 @@ namespace qjulia {
 ///
 /// Handles must be valid or null: OpenCL offers no way to check others. The queue must run commands
 /// in order. With CL_QUEUE_PROFILING_ENABLE, kernels are timed on the device; without it, each is
-/// waited for and timed by the clock, which is slower where there are many short ones. The settings
-/// are the defaults of the layout that suits the device. `DeviceInfo::platform` and `index` are −1
-/// where `list_devices` does not have the device, as with a part of one (clCreateSubDevices).
+/// waited for and timed by the clock, which is slower where there are many short ones. Settings are
+/// the defaults of the device's layout. Parts of devices (clCreateSubDevices) need a driver that
+/// lists them in their context, which PoCL does not; their `DeviceInfo` has −1 as platform, index.
 /// @throws InputError naming what does not fit: a handle that is null, a device that is not in the
 ///   context, a queue of another context or device or one that runs commands out of order.
 Device device_from_opencl(cl_context context, cl_device_id device, cl_command_queue queue);

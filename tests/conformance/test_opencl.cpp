@@ -75,8 +75,8 @@ OwnedBuffer make_buffer(const Device& device, std::size_t bytes) {
 /// The id of the device that tests run on.
 cl_device_id tested() { return opencl_device(test::shared_device()); }
 
-/// Half of that device; none where it cannot be divided.
-std::optional<OwnedDevice> half_of_it() {
+/// A part of that device; none where it cannot be divided.
+std::optional<OwnedDevice> part_of_it() {
   const std::array<cl_device_partition_property, 3> parts{CL_DEVICE_PARTITION_EQUALLY, 1, 0};
   std::vector<cl_device_id> made(1024);
   cl_uint count = 0;
@@ -210,33 +210,17 @@ TEST_CASE("a device keeps the program's OpenCL and lets it go") {
   CHECK(references(context) == before);
 }
 
-TEST_CASE("a part of a device is a device of its own") {
-  const auto part = half_of_it();
+TEST_CASE("a device that is not in the context is refused, be it a part of one that is") {
+  const auto part = part_of_it();
   if (!part) {
     WARN("the device cannot be divided: not checked");
     return;
   }
-  const OwnedContext context = make_context({part->get()});
-  const OwnedQueue queue = make_queue(context, part->get());
-  const Device own = device_from_opencl(context.get(), part->get(), queue.get());
-  CHECK(own.info().platform == -1);
-  CHECK(own.info().compute_units == 1);
-  const Map map = test::random_map(37, 0.05, 0.4, 71);
-  const auto points = points_about(300);
-  const auto expected = Field(test::shared_device().with_layout(own.layout()), map).at(points, 4);
-  CHECK(Field(own, map).at(points, 4) == expected);
-  CHECK(Field(own.sibling(), map).at(points, 4) == expected);
-
-  SECTION("which other devices' contexts and queues do not fit") {
-    const OwnedContext whole = make_context({tested()});
-    const OwnedQueue whole_queue = make_queue(whole, tested());
-    CHECK_THROWS_WITH(device_from_opencl(whole.get(), part->get(), whole_queue.get()),
-                      Contains("device is not in the context"));
-    const OwnedContext both = make_context({tested(), part->get()});
-    const OwnedQueue of_part = make_queue(both, part->get());
-    CHECK_THROWS_WITH(device_from_opencl(both.get(), tested(), of_part.get()),
-                      Contains("queue belongs to another device"));
-  }
+  const OwnedContext context = make_context({tested()});
+  const OwnedQueue queue = make_queue(context, tested());
+  CHECK_THROWS_AS(device_from_opencl(context.get(), part->get(), queue.get()), InputError);
+  CHECK_THROWS_WITH(device_from_opencl(context.get(), part->get(), queue.get()),
+                    Contains("device is not in the context"));
 }
 
 TEST_CASE("contexts, devices and queues that do not fit together are refused") {
