@@ -64,10 +64,6 @@ static inline orbit run_orbit(qlane q, global const real* map, int factors, int 
 
 // Adds one iterate's share to the sums and returns the cotangent of its point q. f_bar: cotangent
 // of F; u_bar: of the unit versor u.
-//
-// With P_k the product of the versors up to the k-th and C_k the cotangent of P_k, all that is
-// asked of them is t = vec(P_k* C_k). To strip the k-th versor is to turn t about its axis n_k by
-// 2 a_k t_k. Of t, the part along n_k is the cotangent of a_k t_k, the part across turns the axis.
 factor_loop qlane pull_back(qlane q, qlane u, lane f_bar, qlane u_bar, global const real* map,
                             int factors, factor_sums sums) {
   int stride = QJ_MAP_STRIDE(factors);
@@ -80,26 +76,8 @@ factor_loop qlane pull_back(qlane q, qlane u, lane f_bar, qlane u_bar, global co
   for (int k = factors - 1; k >= 0; --k) {
     real a = components[QJ_MAP_EXPONENT * stride + k];
     factor_polar f = walk_take(&walk, k, max(k - 2, 0));
-    qlane d = f.offset.d;
-    lane inv_rho = f.offset.inv_rho;
-    lane ny = d.y * inv_rho, nz = d.z * inv_rho, nw = d.w * inv_rho;
-    lane phi = fma(ny, t.y, fma(nz, t.z, nw * t.w));  // cotangent of a t_k
-    // t across n, the same turned by a right angle, and both turned by a t_k.
-    lane ty = fma(-phi, ny, t.y), tz = fma(-phi, nz, t.z), tw = fma(-phi, nw, t.w);
-    lane hy = fma(nz, t.w, -nw * t.z), hz = fma(nw, t.y, -ny * t.w), hw = fma(ny, t.z, -nz * t.y);
-    lane my = fma(f.cosine, ty, f.sine * hy), mz = fma(f.cosine, tz, f.sine * hz);
-    lane mw = fma(f.cosine, tw, f.sine * hw);
-    lane twice = f.sine + f.sine;
-    t.y = fma(twice, fma(f.cosine, hy, -f.sine * ty), t.y);
-    t.z = fma(twice, fma(f.cosine, hz, -f.sine * tz), t.z);
-    t.w = fma(twice, fma(f.cosine, hw, -f.sine * tw), t.w);
-    lane inv_norm2 = a / f.offset.norm2;
-    lane radial = f_bar * inv_norm2;
-    lane turning = phi * inv_norm2;
-    lane across = f.sine * inv_rho;
-    lane outward = fma(turning * d.x, inv_rho, radial);
-    qlane d_bar = q_make(fma(radial, d.x, -turning * f.offset.rho), fma(outward, d.y, across * my),
-                         fma(outward, d.z, across * mz), fma(outward, d.w, across * mw));
+    lane phi;
+    qlane d_bar = factor_pull_back(f, a, f_bar, &t, &phi);
     q_bar = q_add(q_bar, d_bar);
     lane log_norm = lane_log2(f.offset.norm2) * ((real)0.5 * QJ_LN2);
     sums_add(sums, QJ_MAP_EXPONENT, k, fma(f_bar, log_norm, phi * f.angle));

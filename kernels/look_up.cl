@@ -4,25 +4,21 @@
 #include "block_points.clh"
 #include "looked_up_orbit.clh"
 
-// F_n at points of these numbers in a block of grid points; NaN at those whose orbits cannot be
-// looked up from their start on. numbers, found: `count` of them.
-kernel void look_up_points(global const int* numbers, qj_grid_block block, int count,
-                           global const real* map, int tabled, int iterations,
-                           global const real* nodes, global const int* node_places,
-                           global const real* node_field, global const real* node_versors,
-                           global const uchar* trusted, global const real* table_layout,
-                           global const int* table_bricks, global const ushort* table_fields,
-                           global const char* table_versors, global real* found) {
+// F_n at points of the slice; NaN at those whose orbits cannot be looked up from their start on.
+// points: three arrays X, Y, Z of `stride` reals. found: one.
+kernel void look_up_points(global const real* points, int stride, int count, global const real* map,
+                           int tabled, int iterations, global const real* nodes,
+                           global const int* node_places, global const real* node_field,
+                           global const real* node_versors, global const uchar* trusted,
+                           global const real* table_layout, global const int* table_bricks,
+                           global const ushort* table_fields, global const char* table_versors,
+                           global real* found) {
   int item = (int)get_global_id(0);
   if (item >= count) return;
   image_lattice lattice = {nodes, node_places, node_field, node_versors, trusted};
   image_table table = {table_layout, table_bricks, table_fields, table_versors};
   orbit_lookup with = lookup_of(lattice, table, tabled, iterations, map);
-  int row = numbers[item] / block.nx, layer = row / block.ny;
-  real3 start =
-      (real3)(fma((real)(numbers[item] - row * block.nx + block.ix), block.step, block.origin_x),
-              fma((real)(row - layer * block.ny + block.iy), block.step, block.origin_y),
-              fma((real)(layer + block.iz), block.step, block.origin_z));
+  real3 start = (real3)(points[item], points[stride + item], points[2 * stride + item]);
   last_iterate last;
   found[item] = looked_up_orbit(&with, start, map, &last) ? last.f : (real)NAN;
 }

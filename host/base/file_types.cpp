@@ -35,6 +35,8 @@ constexpr std::array kTypes = {
     FileType{".vti", FileContent::field, false, true},
     FileType{".toml", FileContent::manifest, true, false},
     FileType{".html", FileContent::report, false, true},
+    FileType{".frag", FileContent::formula, false, true},
+    FileType{".glsl", FileContent::formula, false, true},
     // A page that `share` made, with a map in it.
     FileType{".html", FileContent::map, true, false},
 };
@@ -67,6 +69,8 @@ const char* to_string(FileContent content) {
       return "manifest";
     case FileContent::report:
       return "report";
+    case FileContent::formula:
+      return "formula";
   }
   return "";
 }

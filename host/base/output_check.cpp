@@ -62,6 +62,11 @@ std::vector<std::string> keys_of(const Path& path) {
 void check_writable(const Output& output) {
   check_name(output);
   std::error_code ignored;
+  if (output.must_be_new && std::filesystem::exists(output.path, ignored)) {
+    throw InputError(
+        fmt::format("{}: '{}' exists, and is replaced only if you name the output yourself",
+                    output.name, output.path.string()));
+  }
   const Path target = link_target(output.path);
   if (std::filesystem::is_directory(target, ignored) || !target.has_filename()) {
     fail(output, "it is a folder");

@@ -15,12 +15,13 @@ struct Output {
   std::filesystem::path path;
   std::vector<std::string> extensions{};  ///< its path must end in one, in any case; empty: any
   bool makes_folder = false;              ///< its folder will be made when it is missing
+  bool must_be_new = false;               ///< nobody named it: a file that is there stays
 };
 
 /// Tries whether the output can be written, and leaves no trace but that temporary files of killed
 /// processes are gone.
-/// @throws InputError for an empty name or a wrong extension, OutputError when it cannot be
-/// written.
+/// @throws InputError for an empty name, a wrong extension or a file that must stay, OutputError
+/// when it cannot be written.
 void check_writable(const Output& output);
 
 /// @throws InputError when an output is an input or another output, by whatever names and links.

@@ -65,7 +65,7 @@ std::vector<double> gauss_newton(fitting::Evaluator& evaluator, const Map& map) 
 template <auto kCompute, int kOrbit>
 double evaluated(const Device& device, Precision precision) {
   const Workload work = small_work();
-  const fitting::EnergyOptions options{fitting::Loss::distance, kOrbit, 1, kNoEscape};
+  const fitting::EnergySettings options{fitting::Loss::distance, kOrbit, 1, kNoEscape};
   const auto found = fitting::make_device_evaluator(device, work.samples, options, precision);
   const auto right = fitting::make_reference_evaluator(work.samples, options);
   return largest_difference(kCompute(*found, work.map), kCompute(*right, work.map));
@@ -111,6 +111,38 @@ double field(const Device& device, Precision precision) {
   return largest_difference(
       Field(device, map, precision, {0, 0, kNoEscape}).at(points, kIterations),
       reference::field(map, points, kIterations, kNoEscape));
+}
+
+std::vector<double> flat(const std::vector<Quaternion>& all) {
+  std::vector<double> numbers;
+  for (const Quaternion& q : all) {
+    const auto c = coordinates(q);
+    numbers.insert(numbers.end(), c.begin(), c.end());
+  }
+  return numbers;
+}
+
+/// Versors, images, numbers of iterates and gradients. Twice iterated, rounding has not grown.
+double field_queries(const Device& device, Precision precision) {
+  constexpr int kTwice = 2;
+  const Map map = small_work().map;
+  const auto points = grid_points(small_grid(), map.dynamics.slice);
+  const Field field(device, map, precision);
+  std::vector<Quaternion> versors, images;
+  std::vector<double> counts;
+  for (const Quaternion& q : points) {
+    const auto [log_norm, versor] = reference::step(map, q);
+    versors.push_back(versor);
+    images.push_back(norm(q) < kUsualEscape ? std::exp(log_norm) * versor : q);
+    counts.push_back(norm(q) >= kUsualEscape ? 0 : norm(images.back()) < kUsualEscape ? 2 : 1);
+  }
+  const auto found = field.escape_counts_at(points, kTwice);
+  return std::max(
+      {largest_difference(flat(field.versors_at(points)), flat(versors)),
+       largest_difference(flat(field.images_at(points)), flat(images)),
+       largest_difference({found.begin(), found.end()}, counts),
+       largest_difference(flat(field.gradient_at(points, kTwice)),
+                          flat(reference::point_gradients(map, points, kTwice, kUsualEscape)))});
 }
 
 double level_set(const Device& device, Precision precision) {
@@ -513,6 +545,8 @@ constexpr std::array kChecks{
     Check{"lane_math_probe.cl", "elementary functions, with the host's", 1e-6, 1e-14, lane_math},
     Check{"reduce.cl", "sums of whole numbers", 0, 0, reduced},
     Check{"field.cl", "F_4 at points, with the reference", 1e-4, 1e-10, field},
+    Check{"field_queries.cl", "images and gradients at points, with the reference", 1e-4, 1e-10,
+          field_queries},
     Check{"energy.cl", "F_4 at samples, with the reference", 1e-4, 1e-10,
           evaluated<fields, kIterations>},
     Check{"gradient_potential.cl", "gradient at n = 1, with the reference", 1e-4, 1e-10,

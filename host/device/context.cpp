@@ -12,6 +12,7 @@
 
 #include "base/large_pages.hpp"
 #include "device/device_clock.hpp"
+#include "device/handles.hpp"
 #include "device/launch_sizer.hpp"
 #include "device/opencl.hpp"
 #include "device/program_source.hpp"
@@ -117,6 +118,11 @@ struct Context::Impl {
     if (code != CL_SUCCESS) throw DeviceError(info.name, call, code);
   }
   void use_large_pages(const cl::Buffer& buffer, std::size_t bytes) const;
+  /// The compiler's options. @throws InputError where the device lacks the precision.
+  std::string build_line(const BuildOptions& options) const;
+  /// @param name of the source, for errors. @throws KernelBuildError
+  cl::Program build(const std::string& name, const std::string& source,
+                    const std::string& line) const;
   void collect_times();
   void collect_time(const Pending& launch);
   void add_time(const Pending& launch, std::chrono::nanoseconds length);
@@ -132,15 +138,29 @@ Argument Argument::real(double value, Precision precision) {
 
 Context::Context(const DeviceInfo& info, const Context* sharing) : impl_(std::make_unique<Impl>()) {
   impl_->info = info;
-  const auto all = devices(platforms().at(static_cast<std::size_t>(info.platform)));
-  impl_->device = all.at(static_cast<std::size_t>(info.index));
   cl_int code = CL_SUCCESS;
-  impl_->context = sharing != nullptr
-                       ? sharing->impl_->context
-                       : cl::Context(impl_->device, nullptr, nullptr, nullptr, &code);
-  impl_->expect(code, "clCreateContext");
+  if (sharing != nullptr) {
+    impl_->device = sharing->impl_->device;
+    impl_->context = sharing->impl_->context;
+  } else {
+    const auto all = devices(platforms().at(static_cast<std::size_t>(info.platform)));
+    impl_->device = all.at(static_cast<std::size_t>(info.index));
+    impl_->context = cl::Context(impl_->device, nullptr, nullptr, nullptr, &code);
+    impl_->expect(code, "clCreateContext");
+  }
   impl_->queue = cl::CommandQueue(impl_->context, impl_->device, CL_QUEUE_PROFILING_ENABLE, &code);
   impl_->expect(code, "clCreateCommandQueue");
+}
+
+Context::Context(const DeviceInfo& info, const Handles& handles) : impl_(std::make_unique<Impl>()) {
+  impl_->info = info;
+  impl_->device = cl::Device(handles.device, true);
+  impl_->context = cl::Context(handles.context, true);
+  impl_->queue = cl::CommandQueue(handles.queue, true);
+  cl_int code = CL_SUCCESS;
+  const auto properties = impl_->queue.getInfo<CL_QUEUE_PROPERTIES>(&code);
+  impl_->expect(code, "clGetCommandQueueInfo");
+  if ((properties & CL_QUEUE_PROFILING_ENABLE) == 0) impl_->events_have_times = false;
 }
 
 Context::~Context() {
@@ -246,35 +266,46 @@ void Context::read_bytes(const Memory& memory, std::span<std::byte> bytes) {
   impl_->collect_times();
 }
 
-Kernel Context::kernel(const std::string& file, const std::string& name,
-                       const BuildOptions& options) {
+std::string Context::Impl::build_line(const BuildOptions& options) const {
+  if (options.precision == Precision::dbl && !info.has_double) {
+    throw InputError(
+        fmt::format("device '{}' has no double precision (cl_khr_fp64); use single "
+                    "precision or another device",
+                    info.name));
+  }
   std::string line = fmt::format("-cl-std=CL1.2 -DQJ_WIDTH={} -DQJ_DOUBLE={}", options.lane_width,
                                  options.precision == Precision::dbl ? 1 : 0);
   for (const auto& [macro, value] : options.defines) line += fmt::format(" -D{}={}", macro, value);
-  if (impl_->number.value() > 0 && needs_kernels_of_its_own(impl_->info)) {
-    line += fmt::format(" -DQJ_QUEUE={}", impl_->number.value());  // no kernel asks for it
+  if (number.value() > 0 && needs_kernels_of_its_own(info)) {
+    line += fmt::format(" -DQJ_QUEUE={}", number.value());  // no kernel asks for it
   }
+  return line;
+}
+
+cl::Program Context::Impl::build(const std::string& name, const std::string& source,
+                                 const std::string& line) const {
+  cl::Program built(context, source);
+  if (const cl_int code = built.build(device, line.c_str()); code != CL_SUCCESS) {
+    throw KernelBuildError(fmt::format("{} did not build for '{}' with options {}\n{}", name,
+                                       info.name, line,
+                                       built.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device)));
+  }
+  return built;
+}
+
+Kernel Context::kernel(const std::string& file, const std::string& name,
+                       const BuildOptions& options) {
+  const std::string line = impl_->build_line(options);
   std::string program_key = file + '\n' + line;
   for (const auto& [unused, included] : options.files) program_key += '\n' + included;
   const std::string key = name + '\n' + program_key;
   if (const auto found = impl_->kernels.find(key); found != impl_->kernels.end()) {
     return found->second;
   }
-  if (options.precision == Precision::dbl && !impl_->info.has_double) {
-    throw InputError(
-        fmt::format("device '{}' has no double precision (cl_khr_fp64); use single "
-                    "precision or another device",
-                    impl_->info.name));
-  }
   auto program = impl_->programs.find(program_key);
   if (program == impl_->programs.end()) {
     const TraceStage stage(impl_->trace, "build " + file);
-    cl::Program built(impl_->context, expand_kernel_source(file, options.files));
-    if (const cl_int code = built.build(impl_->device, line.c_str()); code != CL_SUCCESS) {
-      throw KernelBuildError(fmt::format("{} did not build for '{}' with options {}\n{}", file,
-                                         impl_->info.name, line,
-                                         built.getBuildInfo<CL_PROGRAM_BUILD_LOG>(impl_->device)));
-    }
+    const cl::Program built = impl_->build(file, expand_kernel_source(file, options.files), line);
     program = impl_->programs.emplace(program_key, built).first;
   }
   Kernel kernel;
@@ -290,6 +321,31 @@ Kernel Context::kernel(const std::string& file, const std::string& name,
                                          preferred_group_size(impl_->info, options.lane_width));
   impl_->kernels.emplace(key, kernel);
   return kernel;
+}
+
+Handles Handles::of(const Context& context) {
+  const Context::Impl& impl = *context.impl_;
+  return {impl.context(), impl.device(), impl.queue()};
+}
+
+cl_mem Handles::of(const Memory& memory) { return memory.handle_->buffer(); }
+
+cl_kernel Handles::build(const Context& context, const std::string& source, const std::string& name,
+                         const BuildOptions& options) {
+  const Context::Impl& impl = *context.impl_;
+  const std::string line = impl.build_line(options);
+  const char* const label = "a source of one's own";
+  const cl::Program built =
+      impl.build(label, expand_kernel_text(label, source, options.files), line);
+  cl_int code = CL_SUCCESS;
+  cl::Kernel kernel(built, name.c_str(), &code);
+  if (code == CL_INVALID_KERNEL_NAME) {
+    throw InputError(fmt::format("the source has no kernel named '{}'", name));
+  }
+  impl.expect(code, fmt::format("creating kernel {}", name));
+  const cl_kernel given = kernel();
+  kernel() = nullptr;  // the caller releases it
+  return given;
 }
 
 std::size_t Context::largest_group(const Kernel& kernel) const {

@@ -20,6 +20,7 @@
 namespace qjulia::device {
 
 class Context;
+struct Handles;
 
 /// An allocation on the device. Empty until allocated; copies share it.
 class Memory {
@@ -29,6 +30,7 @@ class Memory {
  protected:
   struct Handle;
   friend class Context;
+  friend struct Handles;
   std::shared_ptr<Handle> handle_;
   std::size_t bytes_ = 0;
 };
@@ -133,6 +135,8 @@ class Context {
   /// @param sharing a context of the same device whose buffers this one can use as well, once what
   ///   writes them has finished.
   explicit Context(const DeviceInfo& info, const Context* sharing = nullptr);
+  /// One that works with a program's own objects and queue, which it retains.
+  Context(const DeviceInfo& info, const Handles& handles);
   ~Context();
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
@@ -210,6 +214,7 @@ class Context {
 
  private:
   struct Impl;
+  friend struct Handles;
   Memory allocate_bytes(std::size_t bytes);
   void write_bytes(const Memory& memory, std::span<const std::byte> bytes);
   void read_bytes(const Memory& memory, std::span<std::byte> bytes);

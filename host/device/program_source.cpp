@@ -21,9 +21,12 @@ class Expansion {
   explicit Expansion(std::map<std::string, std::string> files) : files_(std::move(files)) {}
 
   void append(const std::string& path) {
-    if (!seen_.insert(path).second) return;
+    if (seen_.insert(path).second) append(path, embedded_kernels().find(path)->second);
+  }
+
+  void append(const std::string& path, std::string_view text) {
     text_ += fmt::format("#line 1 \"{}\"\n", path);
-    std::istringstream lines{std::string(embedded_kernels().find(path)->second)};
+    std::istringstream lines{std::string(text)};
     lines.exceptions(std::ios::badbit);  // else a lack of memory is the end of the file
     int number = 0;
     for (std::string line; std::getline(lines, line);) {
@@ -66,6 +69,13 @@ std::string expand_kernel_source(const std::string& name,
                                  const std::map<std::string, std::string>& files) {
   Expansion expansion(files);
   expansion.append(find_path(name));
+  return expansion.text();
+}
+
+std::string expand_kernel_text(const std::string& label, std::string_view text,
+                               const std::map<std::string, std::string>& files) {
+  Expansion expansion(files);
+  expansion.append(label, text);
   return expansion.text();
 }
 

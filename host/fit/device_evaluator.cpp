@@ -58,7 +58,7 @@ Division divide(std::size_t samples, const Tuning& tuning) {
 
 class DeviceEvaluator final : public Evaluator {
  public:
-  DeviceEvaluator(const Device& device, const Samples& samples, const EnergyOptions& options,
+  DeviceEvaluator(const Device& device, const Samples& samples, const EnergySettings& options,
                   Precision precision)
       : device_(device),
         options_(options),
@@ -203,6 +203,12 @@ class DeviceEvaluator final : public Evaluator {
  private:
   std::int32_t loss() const { return static_cast<std::int32_t>(options_.loss); }
 
+  /// Of the kernels that sum the energy.
+  std::map<std::string, int> loss_defines() const {
+    if (options_.loss == Loss::linear) return {{"QJ_LINEAR_LOSS", 1}};
+    return {};
+  }
+
   /// @param vectors of samples that each of `items` work-items, or groups of them, takes.
   device::Argument energy_arguments(std::size_t vectors, std::size_t items) const {
     return device::arguments(precision_, [&](auto r) {
@@ -324,7 +330,7 @@ class DeviceEvaluator final : public Evaluator {
   void run_energy(const Map& map) {
     upload(map);
     const auto items = division_.energy_items();
-    device_.context().launch(kernel("energy.cl", "energy_terms"), {{items, 1, 1}},
+    device_.context().launch(kernel("energy.cl", "energy_terms", loss_defines()), {{items, 1, 1}},
                              {energy_arguments(division_.energy_vectors, items), samples_, map_,
                               field_, cotangent_, energies_});
   }
@@ -363,8 +369,9 @@ class DeviceEvaluator final : public Evaluator {
   }
 
   device::Kernel orbit_kernel() const {
-    return kernel("gradient_orbit.cl", "gradient_orbit",
-                  {{"QJ_GROUP", narrow(division_.orbit_group)}});
+    auto defines = loss_defines();
+    defines.emplace("QJ_GROUP", narrow(division_.orbit_group));
+    return kernel("gradient_orbit.cl", "gradient_orbit", std::move(defines));
   }
 
   /// Sums of fewer groups where the device has no memory for as many as asked for.
@@ -442,7 +449,7 @@ class DeviceEvaluator final : public Evaluator {
       16;  // panel_products_shared takes so many a time
 
   Device device_;
-  EnergyOptions options_;
+  EnergySettings options_;
   Precision precision_;
   std::size_t samples_count_;
   Division division_;
@@ -455,7 +462,7 @@ class DeviceEvaluator final : public Evaluator {
 }  // namespace
 
 std::unique_ptr<Evaluator> make_device_evaluator(const Device& device, const Samples& samples,
-                                                 const EnergyOptions& options,
+                                                 const EnergySettings& options,
                                                  Precision precision) {
   if (samples.size() == 0) throw std::logic_error("an evaluator needs samples");
   return std::make_unique<DeviceEvaluator>(device, samples, options, precision);

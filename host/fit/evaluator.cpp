@@ -17,7 +17,7 @@ struct Term {
 
 class ReferenceEvaluator final : public Evaluator {
  public:
-  ReferenceEvaluator(Samples samples, const EnergyOptions& options)
+  ReferenceEvaluator(Samples samples, const EnergySettings& options)
       : samples_(std::move(samples)), options_(options) {}
 
   Evaluation evaluate(const Map& map, bool with_gradient) override {
@@ -94,13 +94,17 @@ class ReferenceEvaluator final : public Evaluator {
       const double slope = options_.alpha * (1 - t * t);
       return {-w * side * t, -w * side * slope, w * options_.alpha * slope};
     }
+    if (options_.loss == Loss::linear) {
+      const double slope = w * samples_.target[i];
+      return {slope * f, slope, 0};
+    }
     const double residual = f - samples_.target[i];
     if (side * residual > 0) return {};
     return {0.5 * w * residual * residual, w * residual, w};
   }
 
   Samples samples_;
-  EnergyOptions options_;
+  EnergySettings options_;
 };
 
 }  // namespace
@@ -120,7 +124,7 @@ std::vector<double> to_unknowns(const Map& map) {
   return v;
 }
 
-Map with_unknowns(Map map, const std::vector<double>& v) {
+Map with_unknowns(Map map, std::span<const double> v) {
   const std::size_t k = map.dynamics.factors.size();
   if (v.size() != 1 + 5 * k) throw std::logic_error("unknowns do not match the map's factors");
   map.dynamics.log_scale = v[0];
@@ -146,7 +150,8 @@ CurvatureFactor Evaluator::factor(const CurvatureSum& sum, double damping) {
   return factorised(scale.asDiagonal() * sum.matrix * scale.asDiagonal(), damping);
 }
 
-std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples, const EnergyOptions& options) {
+std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples,
+                                                    const EnergySettings& options) {
   return std::make_unique<ReferenceEvaluator>(std::move(samples), options);
 }
 

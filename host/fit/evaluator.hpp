@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "fit/curvature.hpp"
@@ -15,7 +16,8 @@
 
 namespace qjulia::fitting {
 
-struct EnergyOptions {
+/// What an evaluator sums.
+struct EnergySettings {
   Loss loss = Loss::distance;
   int iterations = 1;            ///< n, 1 … 16
   double alpha = 1;              ///< sharpness of the tanh
@@ -26,7 +28,7 @@ struct EnergyOptions {
 /// Y, Z, W. Gradients have the same layout. Length 1 + 5K.
 std::vector<double> to_unknowns(const Map& map);
 /// `map` with the unknowns taken from the vector.
-Map with_unknowns(Map map, const std::vector<double>& unknowns);
+Map with_unknowns(Map map, std::span<const double> unknowns);
 
 struct Evaluation {
   double energy = 0;
@@ -67,7 +69,7 @@ class Evaluator {
 };
 
 /// Plain double loops with automatic differentiation: slow, and the standard of what is right.
-std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples, const EnergyOptions& options);
+std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples, const EnergySettings& options);
 
 /// The most samples that a device sums H of this order over. Where there are more, it takes an
 /// evenly spaced part of them; in single precision, a part of at most half as many where H is added
@@ -83,11 +85,11 @@ constexpr std::size_t kMostByMatrix = 2560;
 
 /// Kernels on a device.
 std::unique_ptr<Evaluator> make_device_evaluator(const Device& device, const Samples& samples,
-                                                 const EnergyOptions& options,
+                                                 const EnergySettings& options,
                                                  Precision precision = Precision::single);
 
 /// Makes the evaluators of a fit: the reference's or a device's.
 using EvaluatorFactory =
-    std::function<std::unique_ptr<Evaluator>(const Samples&, const EnergyOptions&)>;
+    std::function<std::unique_ptr<Evaluator>(const Samples&, const EnergySettings&)>;
 
 }  // namespace qjulia::fitting

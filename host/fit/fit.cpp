@@ -8,6 +8,7 @@
 #include "fit/budget.hpp"
 #include "fit/checkpoint.hpp"
 #include "fit/factor_count.hpp"
+#include "fit/initial_map.hpp"
 #include "fit/mesh_problem.hpp"
 #include "fit/placement.hpp"
 #include "fit/schedule.hpp"
@@ -23,6 +24,22 @@ using namespace fitting;
 namespace {
 
 constexpr int kMostFactors = 20'000;
+
+/// Checks a map to start from. @param factors the number asked for, if one is.
+void check_initial(const Map& map, const std::optional<int>& factors) {
+  map.validate();
+  if (!map.dynamics.is_rational()) {
+    throw OptionError("initial",
+                      fmt::format("the map is {}; give a rational one", map.dynamics.kind()));
+  }
+  const auto count = static_cast<int>(map.dynamics.factors.size());
+  base::expect_between("initial", count, kLeastFactors, kMostFactors, "factors");
+  if (!factors || *factors == count) return;
+  throw OptionError("factors",
+                    fmt::format("{} are asked for, but the initial map has {}; leave the "
+                                "number out, or give that one",
+                                *factors, count));
+}
 
 /// Seconds kept from a time limit for lifting misplaced factors, scaling, calibration and writing.
 constexpr double kReserve = 1.0;
@@ -126,7 +143,8 @@ auto in_stage(const ProgressMonitor& monitor, const char* name, const Work& work
 /// The map that a fit starts from.
 Map placed(const Problem& problem, const SamplePool& pool, FitPlan& plan) {
   const FitOptions& options = plan.options;
-  const EvaluatorFactory make_evaluator = [&](const Samples& samples, const EnergyOptions& energy) {
+  const EvaluatorFactory make_evaluator = [&](const Samples& samples,
+                                              const EnergySettings& energy) {
     return problem.evaluator(samples, energy);
   };
   const int factors = in_stage(plan.monitor, "number of factors", [&] {
@@ -182,7 +200,7 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
           .broadcast({chosen_detail(
               options.detail, radial_spread(shape.mesh, Eigen::Vector3d::Zero()), kFittedRule)})
           .front();
-  Schedule schedule = find_schedule(options.schedule);
+  Schedule schedule = schedule_of(options);
   if (options.polish) schedule = with_polish(std::move(schedule), detail);
   const int planned = kept ? kept->planned : planned_evaluations(options, schedule);
   Budget budget(options, planned, kReserve, std::move(clock));
@@ -212,7 +230,10 @@ FitResult fit_in(Team& team, const Device& device, const TriangleMesh& mesh,
       options.observer.on_stage(stage, dressed(map, options, mesh));
     };
   }
-  Map start = kept ? kept->map : placed(problem, own.mesh().pool, plan);
+  Map start = kept ? kept->map
+              : options.initial
+                  ? started_from(device, *options.initial, own.mesh().shape, own.mesh().pool)
+                  : placed(problem, own.mesh().pool, plan);
   if (!kept && observer.on_stage) {
     const double iou = own.overlap(start, 1);
     observer.on_stage({"placement", 0, 0, 0, 0, iou}, own.finished(start, iou).map);
@@ -245,7 +266,8 @@ void FitOptions::validate() const {
         fmt::format("{} is out of range; give a number above 0, up to 1", target_iou));
   }
   base::expect_between("sample_parts", sample_parts, 1, 1024);
-  find_schedule(schedule);
+  schedule_of(*this);
+  if (initial) check_initial(*initial, factors);
 }
 
 std::string to_string(StopReason reason) {

@@ -40,7 +40,7 @@ Samples MeshProblem::draw(const Level& level, base::Random& random) const {
 }
 
 std::unique_ptr<Evaluator> MeshProblem::evaluator(const Samples& samples,
-                                                  const EnergyOptions& options) const {
+                                                  const EnergySettings& options) const {
   return make_device_evaluator(device_, samples, options, precision_);
 }
 

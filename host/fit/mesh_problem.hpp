@@ -28,7 +28,7 @@ class MeshProblem final : public Problem {
 
   Samples draw(const Level& level, base::Random& random) const override;
   std::unique_ptr<Evaluator> evaluator(const Samples& samples,
-                                       const EnergyOptions& options) const override;
+                                       const EnergySettings& options) const override;
   std::vector<double> distances(const std::vector<Eigen::Vector3d>& points) const override;
   double overlap(const Map& map, int iterations) const override;
   FinishedMap finished(const Map& map, double iou) const override;

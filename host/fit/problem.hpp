@@ -26,7 +26,7 @@ class Problem {
   virtual Samples draw(const Level& level, base::Random& random) const = 0;
   /// An evaluator of the energy over these samples.
   virtual std::unique_ptr<Evaluator> evaluator(const Samples& samples,
-                                               const EnergyOptions& options) const = 0;
+                                               const EnergySettings& options) const = 0;
   /// Signed distances of points to the surface.
   virtual std::vector<double> distances(const std::vector<Eigen::Vector3d>& points) const = 0;
   /// IoU, 0 … 1, of {F_n < map.surface_level} and the inside of the shape, on a coarse grid.

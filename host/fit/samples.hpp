@@ -18,9 +18,12 @@ enum class Loss {
   /// E = ½ Σ w r². r = F − target; where side ≠ 0 the sample asks only for "at least that far":
   /// r = 0 where side · (F − target) > 0.
   distance = QJ_LOSS_DISTANCE,
+  /// E = Σ w t F: its gradient is that of any loss whose derivatives by F_n are w t. For energies
+  /// and gradients alone: it has no curvature.
+  linear = QJ_LOSS_LINEAR,
 };
 
-/// All of them, by their names in schedules.
+/// Those that fits have, by their names in schedules.
 inline const std::map<std::string, Loss> kLosses{{"distance", Loss::distance},
                                                  {"tanh", Loss::tanh}};
 

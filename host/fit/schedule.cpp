@@ -199,6 +199,15 @@ Schedule with_polish(Schedule schedule, double detail) {
 
 Schedule find_schedule(const std::string& name) { return read_schedule(schedule_text(name), name); }
 
+Schedule schedule_of(const FitOptions& options) {
+  return options.schedule_text.empty() ? find_schedule(options.schedule)
+                                       : read_schedule(options.schedule_text, "schedule_text");
+}
+
+std::string text_of_schedule(const FitOptions& options) {
+  return options.schedule_text.empty() ? schedule_text(options.schedule) : options.schedule_text;
+}
+
 }  // namespace qjulia::fitting
 
 std::string qjulia::schedule_text(const std::string& name) {

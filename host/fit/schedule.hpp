@@ -6,6 +6,10 @@
 
 #include "fit/samples.hpp"
 
+namespace qjulia {
+struct FitOptions;
+}
+
 namespace qjulia::fitting {
 
 /// Where a level's samples lie.
@@ -61,6 +65,10 @@ struct Schedule {
 /// A built-in schedule by its name, or that of a file whose name ends in .toml.
 /// @throws InputError for an unknown name, listing those there are, or naming file, line and key.
 Schedule find_schedule(const std::string& name);
+/// The schedule that options ask for. @throws InputError likewise
+Schedule schedule_of(const FitOptions& options);
+/// Its text. @throws InputError where there is none of that name.
+std::string text_of_schedule(const FitOptions& options);
 
 /// `schedule` in the first three fifths of the budget, then stages that climb −Σ w s tanh(F_2 − L)
 /// at the wanted detail δ, over samples within a shell's thickness of the surface.

@@ -55,7 +55,7 @@ CurvatureFactor unpacked(const Numbers& numbers, Eigen::Index n) {
 class DistributedEvaluator final : public Evaluator {
  public:
   DistributedEvaluator(Team& team, const EvaluatorFactory& local, int parts, const Samples& samples,
-                       const EnergyOptions& options)
+                       const EnergySettings& options)
       : team_(team), samples_(samples.size()) {
     // A part has at least one sample.
     parts_ = std::min(static_cast<std::size_t>(parts), samples_);
@@ -270,13 +270,13 @@ void Team::leave(const std::exception& reason) {
 
 EvaluatorFactory distributed(Team& team, EvaluatorFactory local, int parts) {
   return [&team, local = std::move(local), parts](const Samples& samples,
-                                                  const EnergyOptions& options) {
+                                                  const EnergySettings& options) {
     return std::make_unique<DistributedEvaluator>(team, local, parts, samples, options);
   };
 }
 
 DividedProblem::DividedProblem(Team& team, const Problem& own, int parts) : team_(team), own_(own) {
-  EvaluatorFactory local = [&own](const Samples& samples, const EnergyOptions& options) {
+  EvaluatorFactory local = [&own](const Samples& samples, const EnergySettings& options) {
     return own.evaluator(samples, options);
   };
   const bool is_divided = team.size() > 1 || parts > 1;

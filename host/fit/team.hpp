@@ -100,7 +100,7 @@ class DividedProblem final : public Problem {
 
   Samples draw(const Level& level, base::Random& random) const override;
   std::unique_ptr<Evaluator> evaluator(const Samples& samples,
-                                       const EnergyOptions& options) const override {
+                                       const EnergySettings& options) const override {
     return make_evaluator_(samples, options);
   }
   std::vector<double> distances(const std::vector<Eigen::Vector3d>& points) const override;

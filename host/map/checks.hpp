@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <optional>
+#include <span>
 #include <string>
 #include <type_traits>
 
@@ -35,6 +36,21 @@ inline void check_length(const std::string& name, double value) {
 inline void check_origin(const std::string& name, const Eigen::Vector3d& origin) {
   if ((origin.array().abs() <= 1e9).all()) return;
   throw InputError(fmt::format("the map's {} must have finite numbers within ±1e9", name));
+}
+
+/// Points to evaluate a map at. @throws InputError naming the first that is not finite, or whose
+/// square is not in single precision.
+inline void check_points(std::span<const Quaternion> points) {
+  constexpr double kMost = 1e15;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (const double c : coordinates(points[i])) {
+      if (std::abs(c) <= kMost) continue;
+      const auto [x, y, z, w] = points[i];
+      throw InputError(fmt::format(
+          "point {} is {}: ({}, {}, {}, {}); give coordinates within ±{} (points count from 0)", i,
+          std::isfinite(c) ? "too far away" : "not finite", x, y, z, w, kMost));
+    }
+  }
 }
 
 /// @param field the option's name. @throws OptionError unless it is left out, or finite with a

@@ -153,29 +153,36 @@ std::vector<double> pack_map(const Map& map, const StopRadii& stops) {
   return packed<double>(map, stops);
 }
 
+std::map<std::string, std::string> kind_files(const Map& map) {
+  std::map<std::string, std::string> files{
+      {"QJ_MODULUS", name_of(map.dynamics.modulus) + "_modulus.clh"},
+      {"QJ_VERSOR", name_of(map.dynamics.versor) + "_versor.clh"}};
+  if (map.layers.paint) files.emplace("QJ_PAINT", "painted.clh");
+  if (!map.layers.portals.empty()) files.emplace("QJ_PORTALS", "portals.clh");
+  return files;
+}
+
 DeviceMap::DeviceMap(const Device& device, const Map& map, const StopRadii& stops,
                      Precision precision)
     : device_(device),
       factors_(static_cast<int>(map.dynamics.factors.size())),
       precision_(precision),
-      kinds_{{"QJ_MODULUS", name_of(map.dynamics.modulus) + "_modulus.clh"},
-             {"QJ_VERSOR", name_of(map.dynamics.versor) + "_versor.clh"}},
+      kinds_(kind_files(map)),
       modulus_cost_(std::holds_alternative<DistanceModulus>(map.dynamics.modulus)
                         ? kDistanceGridCost
                         : std::max(1, factors_)),
       step_cost_(modulus_cost_ + versor_cost(map)),
       slice_(map.dynamics.slice),
       has_cube_bounds_(std::holds_alternative<FactorsModulus>(map.dynamics.modulus)),
+      log_escape_(log_or(stops.escape, kNone)),
       log_inner_(log_or(stops.inner, -kNone)),
-      log_outer_(std::min(log_or(stops.escape, kNone), log_or(stops.outer, kNone))) {
+      log_outer_(std::min(log_escape_, log_or(stops.outer, kNone))) {
   interpolates_ =
       map.layers.portals.empty() && !std::holds_alternative<NoiseVersor>(map.dynamics.versor);
   if (map.layers.paint) {
-    kinds_.emplace("QJ_PAINT", "painted.clh");
     modulus_cost_ += kDistanceGridCost;
     step_cost_ += kDistanceGridCost;
   }
-  if (!map.layers.portals.empty()) kinds_.emplace("QJ_PORTALS", "portals.clh");
   for (const Factor& factor : map.dynamics.factors) centers_.push_back(factor.center);
   buffer_ =
       precision == Precision::dbl

@@ -15,6 +15,10 @@ namespace qjulia::map {
 /// The map in a device buffer, as layout/map_layout.h says.
 std::vector<double> pack_map(const Map& map, const StopRadii& stops);
 
+/// The files that a program about the map stands on, by the names that map.clh includes them under:
+/// its kinds of modulus and versor, and portals and paint where it has some.
+std::map<std::string, std::string> kind_files(const Map& map);
+
 class DeviceMap {
  public:
   DeviceMap(const Device& device, const Map& map, const StopRadii& stops, Precision precision);
@@ -41,6 +45,8 @@ class DeviceMap {
   bool has_cube_bounds() const { return has_cube_bounds_; }
   double slice() const { return slice_; }
 
+  /// ln of the escape radius; 1e30 where there is none.
+  double log_escape() const { return log_escape_; }
   /// ln of the radius below which an iterate never leaves, and of that above which none returns.
   double log_inner() const { return log_inner_; }
   double log_outer() const { return log_outer_; }
@@ -65,7 +71,7 @@ class DeviceMap {
   std::vector<Quaternion> centers_;
   double slice_;
   bool interpolates_, has_cube_bounds_;
-  double log_inner_, log_outer_;
+  double log_escape_, log_inner_, log_outer_;
 };
 
 }  // namespace qjulia::map

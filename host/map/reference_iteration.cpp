@@ -285,8 +285,8 @@ StepOf<T> plain_step_of(const MapOf<T>& map, const QuaternionOf<T>& q) {
 /// F of the last of these iterates, `step` being one.
 template <class T, class Step>
 T last_field(QuaternionOf<T> q, int iterations, double escape, const Step& step) {
-  using std::exp;
-  T log_norm(std::log(std::sqrt(value_of(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w))));
+  using std::exp, std::log;
+  T log_norm = log(T(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w)) * 0.5;
   for (int i = 0; i < iterations && value_of(log_norm) < std::log(escape); ++i) {
     const StepOf<T> next = step(q);
     log_norm = next.log_norm;
@@ -344,8 +344,8 @@ StepOf<T> step_of(const MapOf<T>& map, const QuaternionOf<T>& q) {
 }
 
 template <class T>
-T field_at(const MapOf<T>& map, const Quaternion& start, int iterations, double escape) {
-  return last_field(convert<T>(start), iterations, escape,
+T field_at(const MapOf<T>& map, const QuaternionOf<T>& start, int iterations, double escape) {
+  return last_field(start, iterations, escape,
                     [&](const QuaternionOf<T>& q) { return step_of(map, q); });
 }
 
@@ -373,7 +373,7 @@ std::vector<double> field(const Map& map, std::span<const Quaternion> starts, in
   std::vector<double> values;
   values.reserve(starts.size());
   for (const Quaternion& start : starts) {
-    values.push_back(field_at(plain, start, iterations, escape));
+    values.push_back(field_at(plain, convert<double>(start), iterations, escape));
   }
   return values;
 }
@@ -390,9 +390,23 @@ Eigen::MatrixXd field_gradients(const Map& map, std::span<const Quaternion> star
       all[static_cast<std::size_t>(first + i)]->derivatives()[i] = 1;
     }
     for (Eigen::Index row = 0; row < gradients.rows(); ++row) {
-      const Dual f = field_at(dual, starts[static_cast<std::size_t>(row)], iterations, escape);
+      const Dual f =
+          field_at(dual, convert<Dual>(starts[static_cast<std::size_t>(row)]), iterations, escape);
       gradients.block(row, first, 1, count) = f.derivatives().head(count).transpose();
     }
+  }
+  return gradients;
+}
+
+std::vector<Quaternion> point_gradients(const Map& map, std::span<const Quaternion> starts,
+                                        int iterations, double escape) {
+  const auto dual = convert<Dual>(map);
+  std::vector<Quaternion> gradients;
+  for (const Quaternion& start : starts) {
+    auto q = convert<Dual>(start);
+    q.x.derivatives()[0] = q.y.derivatives()[1] = q.z.derivatives()[2] = q.w.derivatives()[3] = 1;
+    const auto g = field_at(dual, q, iterations, escape).derivatives();
+    gradients.push_back({g[0], g[1], g[2], g[3]});
   }
   return gradients;
 }

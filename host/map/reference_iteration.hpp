@@ -26,4 +26,8 @@ std::vector<double> field(const Map& map, std::span<const Quaternion> starts, in
 Eigen::MatrixXd field_gradients(const Map& map, std::span<const Quaternion> starts, int iterations,
                                 double escape);
 
+/// ∂F_n/∂q at each start, likewise. Noise counts as constant.
+std::vector<Quaternion> point_gradients(const Map& map, std::span<const Quaternion> starts,
+                                        int iterations, double escape);
+
 }  // namespace qjulia::reference

@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
-#include "base/random.hpp"
 #include "device/point_batch.hpp"
 #include "qjulia/progress.hpp"
+#include "qjulia/slope.hpp"
 #include "surface/grid_layout.hpp"
 
 namespace qjulia::picture {
@@ -17,39 +16,10 @@ constexpr int kFirstCells = 64;  ///< along the ball, to find the band's box
 /// points.
 constexpr double kCoarseShare = 0.75;
 constexpr double kNone = 1e30;
+/// Values at the grid's points are clamped to it: the surface lies where they are near 0.
+constexpr double kMostValue = 1;
 /// Rays end before they are this many shells deep in the band.
 constexpr double kDeepest = 2.5;
-
-/// Nearly the greatest ‖∇F₁‖ where F₁ = level: the 95th percentile over points scattered in the
-/// box and led there by Newton's steps along the gradient. Nothing where none of them gets there.
-std::optional<double> steepest_slope(const Field& field, double slice, double level,
-                                     const Box& box) {
-  base::Random random(1);
-  std::vector<Quaternion> points(4096);
-  for (Quaternion& q : points) {
-    q = {std::lerp(box.low.x(), box.high.x(), random.uniform()),
-         std::lerp(box.low.y(), box.high.y(), random.uniform()),
-         std::lerp(box.low.z(), box.high.z(), random.uniform()), slice};
-  }
-  std::vector<double> slopes;
-  for (int step = 0; step < 5; ++step) {
-    const auto values = field.at(points, 1);
-    const auto gradients = field.gradient_at(points);
-    slopes.clear();
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      Quaternion g = gradients[i];
-      g.w = 0;
-      const double above = values[i] - level, slope = norm(g);
-      if (std::abs(above) < 0.5 && std::isfinite(slope)) slopes.push_back(slope);
-      if (slope > 0) points[i] = points[i] - (std::clamp(above / slope, -0.5, 0.5) / slope) * g;
-    }
-  }
-  if (slopes.empty()) return std::nullopt;
-  const auto at =
-      slopes.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(slopes.size()));
-  std::ranges::nth_element(slopes, at);
-  return *at;
-}
 
 /// A grid over the box, `cells` along its longest side.
 surface::Grid grid_over(const Box& box, int cells) {
@@ -187,13 +157,15 @@ const std::vector<float>& BandGrid::values() {
     if (steps_[i] < 0 && steps_[i] > inner_ - grid_.step) undecided.push_back(device::narrow(i));
   }
   std::vector<float> found(steps_.size());
-  level_set().at(grid_, surface::whole(grid_), undecided, found);
+  level_set().clamped_at(grid_, surface::whole(grid_), undecided,
+                         {set_.map.dynamics.surface_level, kMostValue, kMostValue}, found);
   for (const std::int32_t i : undecided) {
     const auto number = static_cast<std::size_t>(i);
     values_[number] = found[number] - static_cast<float>(set_.map.dynamics.surface_level);
   }
   // Far values say nothing about where between two points the surface lies.
-  for (float& value : values_) value = std::clamp(value, -1.0F, 1.0F);
+  constexpr auto kMost = static_cast<float>(kMostValue);
+  for (float& value : values_) value = std::clamp(value, -kMost, kMost);
   return values_;
 }
 

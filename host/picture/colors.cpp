@@ -2,28 +2,20 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <cstdint>
 #include <utility>
+
+#include "base/srgb.hpp"
 
 namespace qjulia {
 namespace {
 
 constexpr double kMost = 255;
 
-/// IEC 61966-2-1.
-double decoded(double encoded) {
-  return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
-}
-double encoded(double linear) {
-  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
-}
-
 Rgb of(std::uint32_t hex) {
   const auto part = [&](unsigned shift) {
-    return decoded(static_cast<double>((hex >> shift) & 0xFFU) / kMost);
+    return base::srgb_decoded(static_cast<double>((hex >> shift) & 0xFFU) / kMost);
   };
   return {part(16), part(8), part(0)};
 }
@@ -54,10 +46,7 @@ std::optional<Rgb> color_named(std::string_view text) {
 }
 
 std::string color_name(const Rgb& color) {
-  const auto part = [&](Eigen::Index i) {
-    const double linear = std::isnan(color[i]) ? 0 : std::clamp(color[i], 0.0, 1.0);
-    return std::lround(kMost * encoded(linear));
-  };
+  const auto part = [&](Eigen::Index i) { return base::byte_of(base::srgb_encoded(color[i])); };
   return fmt::format("#{:02x}{:02x}{:02x}", part(0), part(1), part(2));
 }
 

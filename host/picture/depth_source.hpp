@@ -31,7 +31,7 @@ class DepthSource {
   /// What colours the points given, 0 … 1 each; empty where nothing does.
   virtual std::vector<float> traits(const std::vector<Eigen::Vector3d>& /*points*/) { return {}; }
 
-  /// What is left out, in the view's units.
+  /// What was left out of the views so far, in their units.
   virtual LoosePieces loose_pieces() const { return {}; }
 
   /// What orbits are looked up in: the tables that were made last.

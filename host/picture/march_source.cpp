@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <deque>
+#include <limits>
 #include <memory>
 #include <optional>
 
@@ -15,9 +16,11 @@
 #include "picture/band_grid.hpp"
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
+#include "picture/orbit_traits.hpp"
 #include "qjulia/error.hpp"
 #include "surface/grid_layout.hpp"
 #include "surface/image_lattice.hpp"
+#include "surface/image_probe.hpp"
 #include "surface/image_table.hpp"
 #include "surface/orbit_lookup.hpp"
 
@@ -35,11 +38,14 @@ constexpr double kPart = 0.5;
 /// The most that interpolated images may displace what is seen, pixels.
 constexpr double kDisplacement = 0.125;
 /// What they typically displace, over that.
-constexpr double kTypicalShare = 0.3;
+constexpr double kTypicalShare = 0.2;
+/// What looking up later iterates is to displace at the median where memory allows, over that: on
+/// thin limbs it is more.
+constexpr double kTableShare = 0.3;
 /// A lattice of images has at most so many nodes a ray.
 constexpr double kNodesARay = 10;
 /// A table of images is made once so many rays were asked for.
-constexpr double kRaysWorthTable = 1e6;
+constexpr double kRaysWorthTable = 5e4;
 /// For memory's sake: one for the lights, one for the camera.
 constexpr std::size_t kMostLattices = 2;
 
@@ -140,17 +146,14 @@ class MarchSource : public DepthSource {
         band_(find_band(device, set, shape_box(set.map))),
         grid_(device, set, band_),
         kernel_(map_.kernel("ray_march.cl", "march_depth")) {
-    // Copies in portals may be smaller than what the grid shows of where they stand.
-    if (!set.keeps_loose && !grid_.is_empty() && set.map.layers.portals.empty()) find_loose();
-    loose_layout_ = map_.context().upload_real(surface::grid_layout(loose_.grid), set_.precision);
-    loose_bits_ = uploaded(loose_.bits);
-    send_finer();
+    send_loose();
   }
 
   void stop_with(const std::stop_token& stop) override { set_.stop = stop; }
 
   std::vector<float> depths(const View& view, int first_row, int rows) override {
     if (grid_.is_empty()) return no_hits(view, rows);
+    leave_out_loose(view);
     if (view.coarse_will_do) return grid_.depths(view, first_row, rows);
     if (view.samples == 1) return march_rows(view, first_row, rows);
     // One ray a pixel tells where a pixel's samples need rays of their own.
@@ -164,30 +167,15 @@ class MarchSource : public DepthSource {
   void prepare(const View& view) override {
     if (grid_.is_empty()) return;
     rays_ += static_cast<double>(view.columns) * view.rows;
-    lattice_for(view);
+    // The finest view first: its tables serve the others.
+    table_for(displacement_of(view));
+    leave_out_loose(view);
     look_finer(view);
   }
 
   std::vector<float> traits(const std::vector<Eigen::Vector3d>& points) override {
     if (set_.material == Material::clay) return {};
-    device::PointBatch batch(map_.context(), map_.kernel("orbit_trait.cl", "orbit_trait"),
-                             set_.precision, map_.lanes(), map_.step_cost() * set_.iterations);
-    std::vector<float> traits(points.size());
-    batch.run<3, 1>(
-        points.size(),
-        [&](std::size_t i) {
-          return std::array{points[i].x(), points[i].y(), points[i].z()};
-        },
-        [&](const device::PointBatch::Part& part) {
-          return surface::Arguments(
-              {part.in, device::narrow(part.stride), device::narrow(part.items), map_.buffer(),
-               map_.factors(), set_.iterations, set_.material == Material::trap ? 1 : 0, part.out});
-        },
-        [&](std::size_t i, const std::array<double, 1>& trait) {
-          traits[i] = static_cast<float>(trait[0]);
-        },
-        0, set_.stop);
-    return traits;
+    return orbit_traits(map_, points, set_.iterations, set_.material, set_.stop);
   }
 
   Box bounds() const override { return grid_.bounds(); }
@@ -208,21 +196,30 @@ class MarchSource : public DepthSource {
   }
 
  private:
-  void find_loose() {
+  /// Finds the loose pieces at the first view, by what serves its rays.
+  void leave_out_loose(const View& view) {
+    // Copies in portals may be smaller than what the grid shows of where they stand.
+    if (set_.keeps_loose || !set_.map.layers.portals.empty()) return;
     if (set_.part) {
       // What is cut away may be what a piece hangs on.
       MarchedSet whole = set_;
       whole.part.reset();
       whole_ = std::make_unique<BandGrid>(map_.device(), whole, band_);
     }
-    const double cell = whole_grid().step();
-    if (const int tabled = table().first_iterate(kDisplacement * cell); tabled <= 2) {
-      whole_grid().look_up(std::make_shared<const surface::OrbitLookup>(
-          surface::OrbitLookup{surface::ImageLattice(map_), *table_, tabled}));
-    }
+    whole_grid().look_up(lookup(view, kDisplacement * whole_grid().step()));
     loose_ = whole_grid().loose_places();
     grid_.leave_out(loose_);
     if (loose_.bits.empty()) whole_.reset();
+    send_loose();
+    set_.keeps_loose = true;  // those that are left
+  }
+  /// Null where orbits cannot be looked up for this displacement.
+  std::shared_ptr<const surface::OrbitLookup> lookup(const View& view, double displacement) {
+    const surface::ImageTable& table = table_for(displacement);
+    const int tabled = table.first_iterate(displacement);
+    if (tabled > 2) return nullptr;
+    return std::make_shared<const surface::OrbitLookup>(
+        surface::OrbitLookup{lattice_for(view), table, tabled});
   }
   /// The grid over the whole set.
   BandGrid& whole_grid() { return whole_ ? *whole_ : grid_; }
@@ -237,8 +234,14 @@ class MarchSource : public DepthSource {
     places = places.coarse();
     const InSight in_sight(places, grid_.depths(places, 0, places.rows),
                            kHiddenCells * grid_.step());
+    whole_grid().look_up(lookup(view, kDisplacement * whole_grid().step() / finer));
     whole_grid().look_finer(loose_, static_cast<int>(std::bit_floor(static_cast<unsigned>(finer))),
                             in_sight, set_.stop);
+    send_finer();
+  }
+  void send_loose() {
+    loose_layout_ = map_.context().upload_real(surface::grid_layout(loose_.grid), set_.precision);
+    loose_bits_ = uploaded(loose_.bits);
     send_finer();
   }
   void send_finer() {
@@ -261,25 +264,40 @@ class MarchSource : public DepthSource {
            map_.step_cost() >= kWorthInterpolating && set_.iterations > 1;
   }
 
-  /// Empty until so many rays were asked for that it pays.
-  const surface::ImageTable& table() {
+  /// Serves the second iterate for this displacement if memory allows. Empty until so many rays
+  /// were asked for that it pays.
+  const surface::ImageTable& table_for(double displacement) {
     if (!table_) table_.emplace(map_);
-    if (!has_tried_table_ && std::max(rays_, set_.rays) >= kRaysWorthTable && interpolates() &&
-        set_.iterations > 2) {
-      table_ = surface::ImageTable::of_ball(map_, set_.stop);
-      has_tried_table_ = true;  // a stop may come before
+    const bool is_worth_making =
+        std::max(rays_, set_.rays) >= kRaysWorthTable && interpolates() && set_.iterations > 2;
+    if (is_worth_making && displacement < table_made_for_ &&
+        table_->first_iterate(displacement) > 2) {
+      table_ = surface::ImageTable::of_ball(map_, kTableShare * displacement, set_.stop);
+      table_made_for_ = table_->is_empty() || table_->is_finest() ? 0 : displacement;
     }
     return *table_;
   }
 
   /// The numbers of the cells that rays run orbits in, of those that have a cell on every side.
   std::vector<std::int32_t> cells_asked_for(const surface::Grid& grid) const {
+    constexpr int kBlock = 4;        // cells along the sides of blocks that are asked about first
+    constexpr double kMargin = 1.3;  // steps grow by more than the way in steep places
     const double reach = std::sqrt(0.75) * grid.step;  // from a cell's middle to its corners
+    const auto is_near = [&](const Eigen::Vector3d& middle, double cells_away) {
+      return grid_.has_orbits_near(grid.at(middle), cells_away * reach);
+    };
+    const Eigen::Vector3i last = grid.points.array() - 3;
     std::vector<std::int32_t> cells;
-    surface::for_points(grid.points.array() - 3, [&](std::size_t, const Eigen::Vector3i& inner) {
-      const Eigen::Vector3i cell = inner.array() + 1;
-      if (!grid_.has_orbits_near(grid.at(cell.cast<double>().array() + 0.5), reach)) return;
-      cells.push_back(device::narrow(surface::number_of(cell, grid.points)));
+    surface::for_points((last.array() + kBlock - 1) / kBlock, [&](std::size_t,
+                                                                  const Eigen::Vector3i& block) {
+      const Eigen::Vector3i first = kBlock * block.array() + 1;
+      if (!is_near(first.cast<double>().array() + 0.5 * kBlock, kMargin * kBlock)) return;
+      surface::for_points((last - first).cwiseMin(kBlock - 1).array() + 1,
+                          [&](std::size_t, const Eigen::Vector3i& inner) {
+                            const Eigen::Vector3i cell = first + inner;
+                            if (!is_near(cell.cast<double>().array() + 0.5, 1)) return;
+                            cells.push_back(device::narrow(surface::number_of(cell, grid.points)));
+                          });
     });
     return cells;
   }
@@ -299,10 +317,10 @@ class MarchSource : public DepthSource {
     if (box.size().prod() > kPart * grid_.bounds().size().prod()) box = grid_.bounds();
     if (lattices_.size() == kMostLattices) lattices_.pop_front();
     // In a factor map the versor turns faster than F rises.
-    const double stretch = std::max(band_.steepest, table().first_stretch());
+    if (!stretch_) stretch_ = std::max(band_.steepest, surface::first_stretch(map_, set_.stop));
     return lattices_.emplace_back(
         map_, box, [&](const surface::Grid& grid) { return cells_asked_for(grid); },
-        surface::ImageLattice::Fineness{displacement, kTypicalShare * displacement, stretch,
+        surface::ImageLattice::Fineness{displacement, kTypicalShare * displacement, *stretch_,
                                         kNodesARay * rays_},
         set_.stop);
   }
@@ -333,7 +351,8 @@ class MarchSource : public DepthSource {
           farthest, to_string(set_.precision)));
     }
     const surface::ImageLattice& lattice = lattice_for(view);
-    const int tabled = table().first_iterate(displacement_of(view));
+    const double displacement = displacement_of(view);
+    const int tabled = table_for(displacement).first_iterate(displacement);
     const std::size_t share = kRaysALane * map_.lanes();
     device::PointBatch batch(context, kernel_, set_.precision, share,
                              map_.step_cost() * kIteratesARay);
@@ -426,8 +445,10 @@ class MarchSource : public DepthSource {
   std::unique_ptr<BandGrid> whole_;  ///< where `grid_` is over a part
   std::deque<surface::ImageLattice> lattices_;
   std::optional<surface::ImageTable> table_;
-  bool has_tried_table_ = false;
-  double rays_ = 1;  ///< of all views that were prepared
+  /// The least displacement that a table was made for; 0 when no finer one can be made.
+  double table_made_for_ = std::numeric_limits<double>::infinity();
+  std::optional<double> stretch_;  ///< of first iterates
+  double rays_ = 1;                ///< of all views that were prepared
 };
 
 }  // namespace

@@ -195,6 +195,8 @@ void PictureOptions::validate() const {
   }
 }
 
+namespace {
+
 /// How far a picture is, in the unit of `cost`.
 struct Work {
   const ProgressMonitor& monitor;
@@ -211,6 +213,8 @@ struct Work {
         {"rendering", done / all, taken.count() * (all - done) / std::max(done, 1.0), {}});
   }
 };
+
+}  // namespace
 
 struct Studio::Impl {
   static std::unique_ptr<Impl> of_map(const Device& device, const Map& map,

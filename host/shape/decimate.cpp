@@ -6,9 +6,12 @@
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Core/Utils/Property.hh>
 #include <OpenMesh/Tools/Decimater/DecimaterT.hh>
+#include <OpenMesh/Tools/Decimater/ModBaseT.hh>
 #include <OpenMesh/Tools/Decimater/ModNormalFlippingT.hh>
 #include <OpenMesh/Tools/Decimater/ModQuadricT.hh>
+#include <cmath>
 #include <mutex>
+#include <optional>
 
 #include "qjulia/error.hpp"
 #include "qjulia/progress.hpp"
@@ -35,6 +38,53 @@ class StopObserver : public OpenMesh::Decimater::Observer {
  private:
   const std::stop_token& stop_;
 };
+
+/// Colours of the vertices that went into one.
+struct ColorSum {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double count = 1;
+
+  VertexColor mean() const {
+    VertexColor mean;
+    for (std::size_t c = 0; c < mean.size(); ++c) {
+      mean[c] = static_cast<std::uint8_t>(std::lround(sum[static_cast<Eigen::Index>(c)] / count));
+    }
+    return mean;
+  }
+};
+using ColorProperty = OpenMesh::VPropHandleT<ColorSum>;
+
+/// Adds a vertex's colours to those of the vertex that it collapses into.
+template <class Mesh>
+class ColorAdder : public OpenMesh::Decimater::ModBaseT<Mesh> {
+ public:
+  using Base = OpenMesh::Decimater::ModBaseT<Mesh>;
+  using Handle = OpenMesh::Decimater::ModHandleT<ColorAdder>;
+  explicit ColorAdder(Mesh& mesh) : Base(mesh, true) {}
+
+  void add_to(const ColorProperty& sums) { sums_ = sums; }
+  void postprocess_collapse(const typename Base::CollapseInfo& collapse) override {
+    ColorSum& kept = Base::mesh().property(sums_, collapse.v1);
+    const ColorSum& gone = Base::mesh().property(sums_, collapse.v0);
+    kept.sum += gone.sum;
+    kept.count += gone.count;
+  }
+
+ private:
+  ColorProperty sums_;
+};
+
+/// The colours of `mesh` as a property of its half-edge mesh.
+ColorProperty add_colors(const TriangleMesh& mesh, HalfEdgeMesh& half_edges) {
+  ColorProperty sums;
+  half_edges.add_property(sums);
+  for (std::size_t v = 0; v < mesh.colors.size(); ++v) {
+    const auto& [red, green, blue] = mesh.colors[v];
+    half_edges.property(sums, OpenMesh::VertexHandle(static_cast<int>(v))).sum = {
+        double(red), double(green), double(blue)};
+  }
+  return sums;
+}
 
 HalfEdgeMesh half_edges_of(const TriangleMesh& mesh, const std::stop_token& stop) {
   HalfEdgeMesh result;
@@ -98,6 +148,8 @@ TriangleMesh decimated(TriangleMesh mesh, std::size_t most, const std::stop_toke
   if (mesh.triangles.size() <= most) return mesh;
   HalfEdgeMesh half_edges = half_edges_of(mesh, stop);
   const bool has_normals = !mesh.normals.empty();
+  std::optional<ColorProperty> colors;
+  if (!mesh.colors.empty()) colors = add_colors(mesh, half_edges);
   mesh = {};
   half_edges.request_face_normals();  // what flipping is judged by
   half_edges.update_face_normals();
@@ -108,6 +160,11 @@ TriangleMesh decimated(TriangleMesh mesh, std::size_t most, const std::stop_toke
   decimater.module(harm).unset_max_err();  // it ranks collapses and forbids none
   OpenMesh::Decimater::ModNormalFlippingT<HalfEdgeMesh>::Handle folds;
   decimater.add(folds);
+  ColorAdder<HalfEdgeMesh>::Handle adder;
+  if (colors) {
+    decimater.add(adder);
+    decimater.module(adder).add_to(*colors);
+  }
   StopObserver observer(stop);
   decimater.set_observer(&observer);
   decimater.initialize();
@@ -116,6 +173,11 @@ TriangleMesh decimated(TriangleMesh mesh, std::size_t most, const std::stop_toke
 
   TriangleMesh result = collected(half_edges);
   if (has_normals) result.normals = normals_of(result);
+  if (colors) {
+    for (const auto vertex : half_edges.vertices()) {
+      result.colors.push_back(half_edges.property(*colors, vertex).mean());
+    }
+  }
   return result;
 }
 

@@ -91,6 +91,11 @@ void shape::check_triangles(std::span<const Eigen::Vector3d> vertices,
 
 void TriangleMesh::validate() const {
   shape::check_triangles(vertices, triangles);
+  if (!colors.empty() && colors.size() != vertices.size()) {
+    throw InputError(
+        fmt::format("the mesh has {} colours and {} vertices: give one for each vertex, or none",
+                    colors.size(), vertices.size()));
+  }
   if (normals.empty()) return;
   if (normals.size() != vertices.size()) {
     throw InputError(

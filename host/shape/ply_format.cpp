@@ -17,14 +17,16 @@ std::string comments(const std::string& note) {
 
 }  // namespace
 
-std::string ply_header(std::size_t vertices, std::size_t triangles, bool has_normals,
+std::string ply_header(std::size_t vertices, std::size_t triangles, VertexParts parts,
                        const std::string& note) {
   return fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment made by qjulia\n{}"
-      "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n{}"
+      "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n{}{}"
       "element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
       comments(note), vertices,
-      has_normals ? "property float nx\nproperty float ny\nproperty float nz\n" : "", triangles);
+      parts.normals ? "property float nx\nproperty float ny\nproperty float nz\n" : "",
+      parts.colors ? "property uchar red\nproperty uchar green\nproperty uchar blue\n" : "",
+      triangles);
 }
 
 }  // namespace qjulia::shape

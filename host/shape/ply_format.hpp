@@ -12,9 +12,14 @@
 
 namespace qjulia::shape {
 
+/// What vertices have besides x, y and z, in this order: nx, ny, nz; red, green and blue as bytes.
+struct VertexParts {
+  bool normals = false, colors = false;
+};
+
 /// What stands before the records.
 /// @param note a line of text for comments, 200 characters in each; none where it is empty.
-std::string ply_header(std::size_t vertices, std::size_t triangles, bool has_normals,
+std::string ply_header(std::size_t vertices, std::size_t triangles, VertexParts parts,
                        const std::string& note);
 
 /// A vertex with a normal: x, y, z, nx, ny, nz.

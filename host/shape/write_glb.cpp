@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "base/srgb.hpp"
 #include "qjulia/error.hpp"
 #include "shape/record_stream.hpp"
 
@@ -12,6 +13,7 @@ namespace qjulia::shape {
 namespace {
 
 constexpr int kFloat = 5126;
+constexpr int kUnsignedByte = 5121;
 constexpr int kUnsignedInt = 5125;
 constexpr int kArrayBuffer = 34962;
 constexpr int kElementArrayBuffer = 34963;
@@ -26,8 +28,16 @@ nlohmann::json rotation(UpAxis up) {
   return {q.x(), q.y(), q.z(), q.w()};
 }
 
-/// The JSON that describes a buffer of indices, positions and normals, in this order.
-nlohmann::json description(const TriangleMesh& mesh, UpAxis up, std::size_t bytes) {
+/// Neither metal nor glossy.
+nlohmann::json plain_material() {
+  return {{"name", "vertex colours"},
+          {"pbrMetallicRoughness",
+           {{"baseColorFactor", {1, 1, 1, 1}}, {"metallicFactor", 0}, {"roughnessFactor", 0.7}}}};
+}
+
+/// The JSON that describes a buffer of indices, positions, normals and colours, in this order.
+nlohmann::json description(const TriangleMesh& mesh, const std::string& name, UpAxis up,
+                           std::size_t bytes) {
   const std::size_t indices = 12 * mesh.triangles.size();
   const std::size_t positions = 12 * mesh.vertices.size();
   const auto view = [](std::size_t offset, std::size_t length, int target) -> nlohmann::json {
@@ -48,23 +58,37 @@ nlohmann::json description(const TriangleMesh& mesh, UpAxis up, std::size_t byte
     accessors.push_back(accessor(2, kFloat, mesh.vertices.size(), "VEC3"));
     attributes["NORMAL"] = 2;
   }
-  return {
+  nlohmann::json primitive = {{"indices", 0}, {"mode", 4}};
+  if (!mesh.colors.empty()) {
+    const std::size_t length = 4 * mesh.colors.size();
+    attributes["COLOR_0"] = accessors.size();
+    accessors.push_back(
+        accessor(static_cast<int>(views.size()), kUnsignedByte, mesh.colors.size(), "VEC4"));
+    accessors.back()["normalized"] = true;
+    views.push_back(view(bytes - length, length, kArrayBuffer));
+    primitive["material"] = 0;
+  }
+  primitive["attributes"] = attributes;
+  nlohmann::json scene = {
       {"asset", {{"version", "2.0"}, {"generator", "qjulia"}}},
       {"scene", 0},
       {"scenes", {{{"nodes", {0}}}}},
-      {"nodes", {{{"mesh", 0}, {"rotation", rotation(up)}}}},
-      {"meshes", {{{"primitives", {{{"attributes", attributes}, {"indices", 0}, {"mode", 4}}}}}}},
+      {"nodes", {{{"name", name}, {"mesh", 0}, {"rotation", rotation(up)}}}},
+      {"meshes", {{{"name", name}, {"primitives", nlohmann::json::array({primitive})}}}},
       {"buffers", {{{"byteLength", bytes}}}},
       {"bufferViews", views},
       {"accessors", accessors}};
+  if (!mesh.colors.empty()) scene["materials"] = nlohmann::json::array({plain_material()});
+  return scene;
 }
 
 }  // namespace
 
-void write_glb(const TriangleMesh& mesh, const std::string& note, UpAxis up, std::ostream& out) {
+void write_glb(const TriangleMesh& mesh, const std::string& name, const std::string& note,
+               UpAxis up, std::ostream& out) {
   const std::size_t vectors = mesh.vertices.size() + mesh.normals.size();
-  const std::size_t bytes = 12 * (mesh.triangles.size() + vectors);
-  nlohmann::json about = description(mesh, up, bytes);
+  const std::size_t bytes = 12 * (mesh.triangles.size() + vectors) + 4 * mesh.colors.size();
+  nlohmann::json about = description(mesh, name, up, bytes);
   if (!note.empty()) about["asset"]["extras"] = {{"made_with", note}};
   // File names in the note may hold any bytes.
   std::string json = about.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
@@ -85,6 +109,11 @@ void write_glb(const TriangleMesh& mesh, const std::string& note, UpAxis up, std
   }
   for (const Eigen::Vector3f& n : mesh.normals) {
     for (const float c : n) file.add(c);
+  }
+  constexpr std::uint8_t kOpaque = 255;
+  const auto linear = [](std::uint8_t c) { return base::byte_of(base::srgb_decoded(c / 255.0)); };
+  for (const auto& [red, green, blue] : mesh.colors) {
+    file.add(std::array{linear(red), linear(green), linear(blue), kOpaque});
   }
 }
 

@@ -18,27 +18,34 @@ namespace {
 using shape::RecordStream;
 
 void write_ply(const TriangleMesh& mesh, const std::string& note, std::ostream& out) {
-  const bool has_normals = !mesh.normals.empty();
-  out << shape::ply_header(mesh.vertices.size(), mesh.triangles.size(), has_normals, note);
+  const shape::VertexParts parts{!mesh.normals.empty(), !mesh.colors.empty()};
+  out << shape::ply_header(mesh.vertices.size(), mesh.triangles.size(), parts, note);
   RecordStream file(out);
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     for (const double c : mesh.vertices[v]) file.add(static_cast<float>(c));
-    if (!has_normals) continue;
-    for (const float c : mesh.normals[v]) file.add(c);
+    if (parts.normals) {
+      for (const float c : mesh.normals[v]) file.add(c);
+    }
+    if (parts.colors) file.add(mesh.colors[v]);
   }
   for (const Triangle& t : mesh.triangles) file.add(shape::PlyFace(t));
 }
 
 // Nine digits are enough to read the same float back.
 
-/// Corners are numbered from 1; a normal has the number of its vertex.
+/// Corners are numbered from 1; a normal has the number of its vertex. A colour follows its
+/// vertex's coordinates, sRGB from 0 to 1.
 void write_obj(const TriangleMesh& mesh, const std::string& note, std::ostream& out) {
   RecordStream file(out);
   if (!note.empty()) file.print("# {}\n", note);
   file.print("# {} vertices, {} faces\n", mesh.vertices.size(), mesh.triangles.size());
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     const Eigen::Vector3f x = mesh.vertices[v].cast<float>();
-    file.print("v {:.9g} {:.9g} {:.9g}\n", x.x(), x.y(), x.z());
+    file.print("v {:.9g} {:.9g} {:.9g}", x.x(), x.y(), x.z());
+    if (!mesh.colors.empty()) {
+      for (const std::uint8_t c : mesh.colors[v]) file.print(" {:.4f}", c / 255.0);
+    }
+    file.print("\n");
     if (mesh.normals.empty()) continue;
     const Eigen::Vector3f& n = mesh.normals[v];
     file.print("vn {:.9g} {:.9g} {:.9g}\n", n.x(), n.y(), n.z());
@@ -92,6 +99,11 @@ bool stands_upright(const std::filesystem::path& path) {
   return extension == ".glb" || extension == ".stl";
 }
 
+bool holds_colors(const std::filesystem::path& path) {
+  const std::string extension = extension_of(path);
+  return extension == ".ply" || extension == ".obj" || extension == ".glb";
+}
+
 void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
                 const std::string& note, std::optional<UpAxis> up) {
   const std::string extension = expect_type(path, FileContent::mesh, FileUse::write);
@@ -103,7 +115,9 @@ void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
   if (extension == ".stl") {
     write_stl(mesh, quarter_turns(up.value_or(UpAxis::z), UpAxis::z), file.stream());
   }
-  if (extension == ".glb") shape::write_glb(mesh, note, up.value_or(UpAxis::z), file.stream());
+  if (extension == ".glb") {
+    shape::write_glb(mesh, path.stem().string(), note, up.value_or(UpAxis::z), file.stream());
+  }
   if (!file.stream()) {
     throw OutputError(fmt::format("cannot write mesh '{}'; check the space left", path.string()));
   }

@@ -345,6 +345,7 @@ TriangleMesh FigureSink::kept_of(const TriangleMesh& mesh) const {
     number[v] = static_cast<std::uint32_t>(kept.vertices.size());
     kept.vertices.push_back(mesh.vertices[v]);
     if (!mesh.normals.empty()) kept.normals.push_back(mesh.normals[v]);
+    if (!mesh.colors.empty()) kept.colors.push_back(mesh.colors[v]);
   }
   for (const auto& [a, b, c] : mesh.triangles) {
     if (keeps(a) && keeps(b) && keeps(c))

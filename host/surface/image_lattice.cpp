@@ -22,6 +22,9 @@ constexpr std::size_t kNodesAtOnce = std::size_t{1} << 17;
 constexpr std::int32_t kNotStored = -1;
 /// Radians from node to node.
 constexpr double kNearest = 0.1, kFarthest = 0.8;
+/// A lattice whose nodes would lie more than this many times as far apart as they should serves too
+/// few cells to be worth making.
+constexpr double kCoarsest = 1.6;
 /// A lattice made for this many times the displacement serves as well.
 constexpr double kServedSlack = 1.5;
 /// Nodes in the whole box: any number is affordable below the first, and memory limits it above the
@@ -58,7 +61,9 @@ ImageLattice::ImageLattice(const map::DeviceMap& map)
 
 ImageLattice::ImageLattice(const map::DeviceMap& map, const Box& box, const CellsOf& cells_of,
                            const Fineness& fineness, const std::stop_token& stop)
-    : box_(box), displacement_(fineness.displacement) {
+    : ImageLattice(map) {
+  box_ = box;
+  displacement_ = fineness.displacement;
   device::Context& context = map.context();
   // The image moves stretch · e^F times as far as the point, and interpolation is off by a share
   // of e^F.
@@ -66,7 +71,9 @@ ImageLattice::ImageLattice(const map::DeviceMap& map, const Box& box, const Cell
   const double turn =
       std::clamp(std::pow(fineness.typical * fineness.stretch / kError, 0.25), kNearest, kFarthest);
   const double most_nodes = std::clamp(fineness.most_nodes, kFewestNodes, kMostNodes);
-  const double step = std::max(turn / fineness.stretch, std::cbrt(box.size().prod() / most_nodes));
+  const double finest = std::cbrt(box.size().prod() / most_nodes);
+  const double step = std::max(turn / fineness.stretch, finest);
+  if (step > kCoarsest * turn / fineness.stretch) return;
   // Cells about the box with the nodes that they are interpolated from.
   const Grid grid = grid_around(box, step, 1.5);
   const std::size_t size = whole(grid).size();

@@ -22,7 +22,7 @@ class ImageLattice {
     double displacement;  ///< how far the set may seem to lie elsewhere at most, map units
     double typical;       ///< the same, as the median
     double stretch;       ///< how far images move where points do, map units a map unit
-    double most_nodes;    ///< that are worth making; there may be somewhat more
+    double most_nodes;    ///< that are worth making; there may be somewhat more, or none
   };
   /// The numbers of the cells of a grid that will be asked for. A cell has the number of its lowest
   /// point, and another cell on every side.

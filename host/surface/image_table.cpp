@@ -5,17 +5,15 @@
 #include <cmath>
 #include <limits>
 
-#include "base/random.hpp"
 #include "device/point_batch.hpp"
 #include "layout/image_table.h"
+#include "surface/image_probe.hpp"
 
 namespace qjulia::surface {
 namespace {
 
-using Point = std::array<double, 4>;
-
-/// Distance of nodes, map units.
-constexpr double kNodeStep = 0.065;
+/// Distances of nodes, map units.
+constexpr double kFinestStep = 0.065, kCoarsestStep = 0.13;
 /// Bricks along an axis: for memory's sake.
 constexpr int kMostBricks = 30;
 /// Bricks with data, of 3,750 bytes each: some devices allocate no more than 64 MiB at once.
@@ -24,14 +22,10 @@ constexpr std::size_t kMostKept = 20000;
 constexpr double kBelow = 4, kAbove = 4;
 /// Points at which the table is compared with the map.
 constexpr std::size_t kTableProbes = 60000;
-/// How far points are moved to see how their images move, map units.
-constexpr double kMove = 1e-4;
 /// What a look-up costs, in factors' logarithms.
 constexpr double kTableLookUpCost = 20;
 
 constexpr int kCells = QJ_TABLE_CELLS, kNodesASide = QJ_TABLE_SIDE;
-/// Side of a brick, map units.
-constexpr double kBrick = kNodeStep * kCells;
 
 /// Four counts: of nodes from the lattice's origin, or of bricks.
 using Place = std::array<int, 4>;
@@ -58,15 +52,16 @@ struct Lattice {
   double origin, step;
   int bricks;  ///< along an axis
 
-  Point node(const Place& at) const {
-    Point p{};
+  double brick() const { return step * kCells; }  ///< its side
+
+  Point4 node(const Place& at) const {
+    Point4 p{};
     std::ranges::transform(at, p.begin(), [&](int i) { return origin + step * i; });
     return p;
   }
-  Point middle_of_brick(const Place& at) const {
-    Point p{};
-    std::ranges::transform(at, p.begin(),
-                           [&](int i) { return origin + step * kCells * (i + 0.5); });
+  Point4 middle_of_brick(const Place& at) const {
+    Point4 p{};
+    std::ranges::transform(at, p.begin(), [&](int i) { return origin + brick() * (i + 0.5); });
     return p;
   }
 };
@@ -103,8 +98,8 @@ class NodeList {
     const std::int32_t block = blocks_[block_of(at)];
     return block == kNone ? kNone : numbers_[slot_of(block, at)];
   }
-  std::vector<Point> points() const {
-    std::vector<Point> points(places_.size());
+  std::vector<Point4> points() const {
+    std::vector<Point4> points(places_.size());
     std::ranges::transform(places_, points.begin(),
                            [&](const Place& at) { return lattice_.node(at); });
     return points;
@@ -129,143 +124,32 @@ class NodeList {
   std::vector<Place> places_;
 };
 
-double length(const Point& p) {
-  return std::sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3]);
-}
-
-Point times(double scale, const std::array<float, 4>& q) {
-  Point p{};
-  std::ranges::transform(q, p.begin(), [&](float c) { return scale * c; });
-  return p;
-}
-
-Point times(double scale, Point p) {
-  for (double& c : p) c *= scale;
-  return p;
-}
-
-double distance(const Point& a, const Point& b) {
-  return length({a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]});
-}
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
-/// What a table says of a point.
-struct Looked {
-  double field;
-  std::array<float, 4> versor;
-};
-
-/// The map's F and U at points, computed on the device.
-class Probe {
- public:
-  Probe(const map::DeviceMap& map, const std::stop_token& stop) : map_(map), stop_(stop) {}
-
-  std::vector<float> fields(const std::vector<Point>& points) const {
-    std::vector<float> fields(points.size());
-    run<1>("node_fields", points, {}, [&](std::size_t i, const std::array<double, 1>& f) {
-      fields[i] = static_cast<float>(f[0]);
-    });
-    return fields;
-  }
-  std::vector<std::array<float, 4>> versors(const std::vector<Point>& points) const {
-    std::vector<std::array<float, 4>> versors(points.size());
-    run<4>("node_versors", points, {}, [&](std::size_t i, const Point& u) {
-      std::ranges::transform(u, versors[i].begin(), [](double c) { return static_cast<float>(c); });
-    });
-    return versors;
-  }
-  /// Least and greatest F over cubes about the points.
-  std::vector<std::array<double, 2>> bounds(const std::vector<Point>& points,
-                                            double half_side) const {
-    std::vector<std::array<double, 2>> bounds(points.size());
-    run<2>("cube_bounds", points, {map_.real(half_side)},
-           [&](std::size_t i, const std::array<double, 2>& found) { bounds[i] = found; });
-    return bounds;
-  }
-  std::vector<Looked> looked_up(const ImageTable& table, const std::vector<Point>& points) const {
-    std::vector<Looked> looked(points.size());
-    device::PointBatch batch(map_.context(), map_.kernel("image_table.cl", "table_images"),
-                             map_.precision(), map_.lanes(), kTableLookUpCost);
-    batch.run<4, 5>(
-        points.size(), [&](std::size_t i) { return points[i]; },
-        [&](const device::PointBatch::Part& part) {
-          return std::vector<device::Argument>{part.in,
-                                               device::narrow(part.stride),
-                                               device::narrow(part.items),
-                                               table.layout(),
-                                               table.bricks(),
-                                               table.fields(),
-                                               table.versors(),
-                                               part.out};
-        },
-        [&](std::size_t i, const std::array<double, 5>& found) {
-          looked[i].field = found[0];
-          std::transform(found.begin() + 1, found.end(), looked[i].versor.begin(),
-                         [](double c) { return static_cast<float>(c); });
-        },
-        0, stop_);
-    return looked;
-  }
-
- private:
-  template <std::size_t kOutputs, class Take>
-  void run(const char* name, const std::vector<Point>& points,
-           const std::vector<device::Argument>& more, const Take& take) const {
-    device::PointBatch batch(map_.context(), map_.kernel("image_table.cl", name), map_.precision(),
-                             map_.lanes(), map_.step_cost());
-    batch.run<4, kOutputs>(
-        points.size(), [&](std::size_t i) { return points[i]; },
-        [&](const device::PointBatch::Part& part) {
-          std::vector<device::Argument> list{part.in, device::narrow(part.stride),
-                                             device::narrow(part.items)};
-          for (const device::Argument& argument : more) list.push_back(argument);
-          list.emplace_back(map_.buffer());
-          list.emplace_back(map_.factors());
-          list.emplace_back(part.out);
-          return list;
-        },
-        take, 0, stop_);
-  }
-
-  const map::DeviceMap& map_;
-  const std::stop_token& stop_;
-};
-
-/// Images of points that are undecided, and how far they move where the point does.
-struct Moved {
-  std::vector<std::size_t> from;  ///< the points' numbers
-  std::vector<Point> images;
-  std::vector<double> stretches;  ///< map units a map unit
-};
-
-/// @param direction gives unit vectors, along which points are moved.
-template <class Direction>
-Moved moved_images(const Probe& probe, const map::DeviceMap& map, const std::vector<Point>& points,
-                   const Direction& direction) {
-  const std::vector<float> fields = probe.fields(points);
-  std::vector<Point> undecided, nearby;
-  Moved moved;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (fields[i] < map.log_inner() || fields[i] > map.log_outer()) continue;
-    moved.from.push_back(i);
-    undecided.push_back(points[i]);
-    const Point way = direction();
-    nearby.push_back(points[i]);
-    for (std::size_t c = 0; c < 4; ++c) nearby.back()[c] += kMove * way[c];
-  }
-  const auto versors = probe.versors(undecided), nearby_versors = probe.versors(nearby);
-  const std::vector<float> nearby_fields = probe.fields(nearby);
-  for (std::size_t i = 0; i < undecided.size(); ++i) {
-    moved.images.push_back(times(std::exp(fields[moved.from[i]]), versors[i]));
-    moved.stretches.push_back(
-        distance(moved.images[i], times(std::exp(nearby_fields[i]), nearby_versors[i])) / kMove);
-  }
-  return moved;
+/// The images that a table gives of points.
+std::vector<Point4> looked_up(const map::DeviceMap& map, const ImageTable& table,
+                              const std::vector<Point4>& points, const std::stop_token& stop) {
+  std::vector<Point4> images(points.size());
+  device::PointBatch batch(map.context(), map.kernel("image_table.cl", "table_images"),
+                           map.precision(), map.lanes(), kTableLookUpCost);
+  batch.run<4, 5>(
+      points.size(), [&](std::size_t i) { return points[i]; },
+      [&](const device::PointBatch::Part& part) {
+        return std::vector<device::Argument>{part.in,
+                                             device::narrow(part.stride),
+                                             device::narrow(part.items),
+                                             table.layout(),
+                                             table.bricks(),
+                                             table.fields(),
+                                             table.versors(),
+                                             part.out};
+      },
+      [&](std::size_t i, const std::array<double, 5>& found) {
+        std::array<float, 4> versor{};
+        std::transform(found.begin() + 1, found.end(), versor.begin(),
+                       [](double c) { return static_cast<float>(c); });
+        images[i] = image_of(found[0], versor);
+      },
+      0, stop);
+  return images;
 }
 
 /// Values less a twelfth of their second differences along each axis, where both neighbours along
@@ -293,10 +177,9 @@ using Versor4 = std::array<float, 4>;
 /// Makes what a table holds, step by step.
 class Builder {
  public:
-  /// @param bricks along an axis.
-  Builder(const map::DeviceMap& map, const std::stop_token& stop, int bricks)
+  Builder(const map::DeviceMap& map, const std::stop_token& stop, const Lattice& lattice)
       : probe_(map, stop),
-        lattice_{-0.5 * bricks * kBrick, kNodeStep, bricks},
+        lattice_(lattice),
         inner_(map.log_inner()),
         outer_(map.log_outer()),
         lowest_(inner_ - kBelow),
@@ -309,14 +192,14 @@ class Builder {
     const auto all = static_cast<std::size_t>(std::pow(lattice_.bricks, 4));
     directory_.assign(all, outside_state(outer_));
     std::vector<std::size_t> asked;
-    std::vector<Point> middles;
+    std::vector<Point4> middles;
     for (std::size_t b = 0; b < all; ++b) {
-      const Point middle = lattice_.middle_of_brick(place_of(b, lattice_.bricks));
-      if (length(middle) > radius + kBrick) continue;  // half a brick's diagonal is its side
+      const Point4 middle = lattice_.middle_of_brick(place_of(b, lattice_.bricks));
+      if (length(middle) > radius + lattice_.brick()) continue;  // half a brick's diagonal
       asked.push_back(b);
       middles.push_back(middle);
     }
-    const auto bounds = probe_.bounds(middles, 0.5 * kBrick);
+    const auto bounds = probe_.bounds(middles, 0.5 * lattice_.brick());
     for (std::size_t i = 0; i < asked.size(); ++i) {
       const auto [least, most] = bounds[i];
       if (most < inner_) {
@@ -431,7 +314,7 @@ class Builder {
     return needed;
   }
 
-  Probe probe_;
+  ImageProbe probe_;
   Lattice lattice_;
   double inner_, outer_;
   double lowest_, step_;  ///< a stored field f is F = lowest_ + step_ f
@@ -451,11 +334,25 @@ ImageTable::ImageTable(const map::DeviceMap& map)
       fields_(map.context().allocate<std::uint16_t>(1)),
       versors_(map.context().allocate<std::int8_t>(4)) {}
 
-ImageTable ImageTable::of_ball(const map::DeviceMap& map, const std::stop_token& stop) {
+ImageTable ImageTable::of_ball(const map::DeviceMap& map, double displacement,
+                               const std::stop_token& stop) {
+  // A coarse table costs little and tells how fine another has to be.
+  ImageTable coarse = with_step(map, kCoarsestStep, stop);
+  if (coarse.is_empty() || coarse.displacement_ <= displacement) return coarse;
+  // Displacements go about with the square of the step.
+  constexpr double kShare = 0.95;
+  const double step = kShare * kCoarsestStep * std::sqrt(displacement / coarse.displacement_);
+  ImageTable table = with_step(map, std::max(step, kFinestStep), stop);
+  return table.is_empty() ? coarse : table;
+}
+
+ImageTable ImageTable::with_step(const map::DeviceMap& map, double step,
+                                 const std::stop_token& stop) {
   ImageTable table(map);
-  const double bricks = std::ceil(2 * std::exp(map.log_outer()) / kBrick) + 1;
+  const double brick = step * kCells;
+  const double bricks = std::ceil(2 * std::exp(map.log_outer()) / brick) + 1;
   if (!map.has_cube_bounds() || !(bricks <= kMostBricks)) return table;
-  Builder builder(map, stop, static_cast<int>(bricks));
+  Builder builder(map, stop, {-0.5 * bricks * brick, step, static_cast<int>(bricks)});
   if (!builder.make_directory()) return table;
   builder.make_fields();
   builder.make_versors();
@@ -464,48 +361,33 @@ ImageTable ImageTable::of_ball(const map::DeviceMap& map, const std::stop_token&
   table.bricks_ = context.upload<std::int32_t>(builder.directory());
   table.fields_ = context.upload<std::uint16_t>(builder.fields());
   table.versors_ = context.upload<std::int8_t>(builder.versors());
-  table.is_empty_ = false;
+  table.step_ = step;
   table.measure(map, stop);
   return table;
 }
 
 void ImageTable::measure(const map::DeviceMap& map, const std::stop_token& stop) {
-  const Probe probe(map, stop);
+  const ImageProbe probe(map, stop);
   base::Random random(1);
-  const auto direction = [&](std::size_t axes) {
-    for (;;) {
-      Point p{};
-      for (std::size_t c = 0; c < axes; ++c) p[c] = random.uniform(-1, 1);
-      if (const double size = length(p); size > 0.1 && size < 1) return times(1 / size, p);
-    }
-  };
   // Undecided points of the slice, then their images as far as these are undecided.
-  const double radius = std::exp(map.log_outer());
-  std::vector<Point> starts;
-  for (std::size_t i = 0; i < kTableProbes; ++i) {
-    Point p{0, 0, 0, map.slice()};
-    for (std::size_t c = 0; c < 3; ++c) p[c] = random.uniform(-radius, radius);
-    starts.push_back(p);
-  }
-  const Moved first = moved_images(probe, map, starts, [&] { return direction(3); });
-  const Moved second = moved_images(probe, map, first.images, [&] { return direction(4); });
+  const ImageProbe::Moved first = probe.first_images(kTableProbes, random);
+  const ImageProbe::Moved second = probe.moved_images(first.images, 4, random);
   if (second.images.empty()) return;
-  std::vector<Point> looked_up;
-  for (const std::size_t i : second.from) looked_up.push_back(first.images[i]);
-  const std::vector<Looked> looked = probe.looked_up(*this, looked_up);
-  std::vector<double> errors, stretches = first.stretches;
-  for (std::size_t i = 0; i < looked.size(); ++i) {
-    errors.push_back(
-        distance(second.images[i], times(std::exp(looked[i].field), looked[i].versor)));
+  std::vector<Point4> asked;
+  for (const std::size_t i : second.from) asked.push_back(first.images[i]);
+  const std::vector<Point4> found = looked_up(map, *this, asked, stop);
+  std::vector<double> errors, first_stretches = first.stretches, stretches = second.stretches;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    errors.push_back(distance(second.images[i], found[i]));
   }
-  first_stretch_ = std::max(median(stretches), 1.0);
-  stretches = second.stretches;
   stretch_ = std::max(median(stretches), 1.0);
-  displacement_ = median(errors) / (first_stretch_ * stretch_);
+  displacement_ = median(errors) / (std::max(median(first_stretches), 1.0) * stretch_);
 }
 
+bool ImageTable::is_finest() const { return step_ <= kFinestStep; }
+
 int ImageTable::first_iterate(double displacement) const {
-  if (is_empty_) return std::numeric_limits<int>::max();
+  if (is_empty()) return std::numeric_limits<int>::max();
   int iterate = 2;
   for (double seen = displacement_; seen > displacement; seen /= stretch_) ++iterate;
   return iterate;

@@ -14,15 +14,16 @@ class ImageTable {
   /// A table without anything: every image is computed.
   explicit ImageTable(const map::DeviceMap& map);
 
-  /// Over the ball of undecided points. Empty where the map's kinds have no bounds over cubes, and
-  /// where it would take too much memory. @throws Interrupted
-  static ImageTable of_ball(const map::DeviceMap& map, const std::stop_token& stop);
+  /// Over the ball of undecided points, as fine as is needed for looking up the second iterate to
+  /// displace what is seen by no more than `displacement`, map units, or as fine as memory allows.
+  /// Empty where the map's kinds have no bounds over cubes, and where even a coarse table would
+  /// take too much memory. @throws Interrupted
+  static ImageTable of_ball(const map::DeviceMap& map, double displacement,
+                            const std::stop_token& stop);
 
-  bool is_empty() const { return is_empty_; }
-
-  /// How far the first image of an undecided point of the slice moves where the point does, map
-  /// units a map unit: the median.
-  double first_stretch() const { return first_stretch_; }
+  bool is_empty() const { return step_ == 0; }
+  /// Whether memory allows no finer one.
+  bool is_finest() const;
 
   /// The first iterate that can be looked up so that what is seen is displaced by no more than
   /// this, map units; beyond every n where none can.
@@ -35,13 +36,13 @@ class ImageTable {
   const device::Buffer<std::int8_t>& versors() const { return versors_; }
 
  private:
-  /// Sets what look-ups displace, and the stretches.
+  static ImageTable with_step(const map::DeviceMap& map, double step, const std::stop_token& stop);
+  /// Sets what look-ups displace, and the stretch.
   void measure(const map::DeviceMap& map, const std::stop_token& stop);
 
-  bool is_empty_ = true;
+  double step_ = 0;          ///< between nodes, map units; 0 without any
   double displacement_ = 0;  ///< of points of the slice by looking up iterate 2: the median
-  double first_stretch_ = 1;
-  double stretch_ = 1;  ///< of iterate 2
+  double stretch_ = 1;       ///< of iterate 2
   device::RealBuffer layout_;
   device::Buffer<std::int32_t> bricks_;
   device::Buffer<std::uint16_t> fields_;

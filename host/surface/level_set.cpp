@@ -94,7 +94,17 @@ void LevelSet::clamped_at(const Grid& grid, const GridBlock& block,
                           std::span<const std::int32_t> numbers, const ClampRange& clamp,
                           std::span<float> values) const {
   if (lookup_) {
-    at(grid, block, looked_up(grid, block, numbers, values), values);
+    std::vector<std::int32_t> left;
+    for (const std::size_t i : looked_up(
+             numbers.size(),
+             [&](std::size_t i) {
+               const auto number = static_cast<std::size_t>(numbers[i]);
+               return grid.point(block.first + index_of(number, block.count));
+             },
+             [&](std::size_t i, float f) { values[static_cast<std::size_t>(numbers[i])] = f; })) {
+      left.push_back(numbers[i]);
+    }
+    at(grid, block, left, values);
     return;
   }
   // Bounds of what interpolated orbits are off by know nothing of paint.
@@ -110,42 +120,56 @@ void LevelSet::clamped_at(const Grid& grid, const GridBlock& block,
   at(grid, block, others.numbers, values);
 }
 
-std::vector<std::int32_t> LevelSet::looked_up(const Grid& grid, const GridBlock& block,
-                                              std::span<const std::int32_t> numbers,
-                                              std::span<float> values) const {
-  auto& context = map_.context();
-  const device::Kernel look_up = map_.kernel("look_up.cl", "look_up_points");
-  const device::Argument points = grid_block(grid, block, precision());
-  std::vector<std::int32_t> others;
-  std::vector<float> found;
-  for (std::size_t first = 0; first < numbers.size();) {
-    const std::size_t count = std::min(
-        {numbers.size() - first, kMostPoints, context.items_per_launch(look_up, kLookUpCost)});
-    const auto sent = context.upload<std::int32_t>(numbers.subspan(first, count));
-    const auto out = context.allocate_real(count, precision());
-    Arguments arguments{sent,          points,          device::narrow(count),
-                        map_.buffer(), lookup_->tabled, iterations_};
-    append_lattice(lookup_->lattice, arguments);
-    append_table(lookup_->table, arguments);
-    arguments.emplace_back(out);
-    context.launch(look_up, {{count, 1, 1}}, arguments, kLookUpCost * static_cast<double>(count));
-    found.resize(count);
-    context.read(out, std::span(found));
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::int32_t number = numbers[first + i];
-      if (std::isnan(found[i])) {
-        others.push_back(number);
-      } else {
-        values[static_cast<std::size_t>(number)] = found[i];
-      }
-    }
-    first += count;
-  }
-  counts_.settled += numbers.size() - others.size();
+template <class At, class Take>
+std::vector<std::size_t> LevelSet::looked_up(std::size_t count, const At& point,
+                                             const Take& take) const {
+  std::vector<std::size_t> others;
+  device::PointBatch batch(map_.context(), map_.kernel("look_up.cl", "look_up_points"), precision(),
+                           1, kLookUpCost);
+  batch.run<3, 1>(
+      count,
+      [&](std::size_t i) {
+        const Eigen::Vector3d x = point(i);
+        return std::array{x.x(), x.y(), x.z()};
+      },
+      [&](const device::PointBatch::Part& part) {
+        Arguments arguments{part.in,
+                            device::narrow(part.stride),
+                            device::narrow(part.count),
+                            map_.buffer(),
+                            lookup_->tabled,
+                            iterations_};
+        append_lattice(lookup_->lattice, arguments);
+        append_table(lookup_->table, arguments);
+        arguments.emplace_back(part.out);
+        return arguments;
+      },
+      [&](std::size_t i, const std::array<double, 1>& f) {
+        if (std::isnan(f[0])) {
+          others.push_back(i);
+        } else {
+          take(i, static_cast<float>(f[0]));
+        }
+      });
+  counts_.settled += count - others.size();
   return others;
 }
 
 std::vector<float> LevelSet::at(std::span<const Eigen::Vector3d> points) const {
+  if (!lookup_) return iterated_at(points);
+  std::vector<float> values(points.size());
+  const std::vector<std::size_t> others = looked_up(
+      points.size(), [&](std::size_t i) { return points[i]; },
+      [&](std::size_t i, float f) { values[i] = f; });
+  std::vector<Eigen::Vector3d> left;
+  left.reserve(others.size());
+  for (const std::size_t i : others) left.push_back(points[i]);
+  const std::vector<float> found = iterated_at(left);
+  for (std::size_t i = 0; i < others.size(); ++i) values[others[i]] = found[i];
+  return values;
+}
+
+std::vector<float> LevelSet::iterated_at(std::span<const Eigen::Vector3d> points) const {
   auto& context = map_.context();
   const auto points_kernel = kernel("level_set_points");
   const auto start = [&](std::size_t begin, std::size_t count, const auto& orbits) {

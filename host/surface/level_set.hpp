@@ -99,11 +99,12 @@ class LevelSet {
     return static_cast<double>(groups) * map_.points_per_item() * map_.modulus_cost();
   }
 
-  /// F_n at those of these points whose orbits can be looked up from their start on; gives the
-  /// others.
-  std::vector<std::int32_t> looked_up(const Grid& grid, const GridBlock& block,
-                                      std::span<const std::int32_t> numbers,
-                                      std::span<float> values) const;
+  /// Gives take(i, F_n) those of `count` points whose orbits can be looked up from their start on.
+  /// @param point (i) → map coordinates. @return the numbers i of the others.
+  template <class At, class Take>
+  std::vector<std::size_t> looked_up(std::size_t count, const At& point, const Take& take) const;
+  /// F_n at points whose first iterates are computed.
+  std::vector<float> iterated_at(std::span<const Eigen::Vector3d> points) const;
   template <class Real>
   bool undecided(Real value) const {
     return value > below_ && value < above_;

@@ -4,6 +4,8 @@
 #include <array>
 #include <limits>
 
+#include "surface/image_probe.hpp"
+
 namespace qjulia::surface {
 namespace {
 
@@ -59,7 +61,9 @@ std::shared_ptr<const OrbitLookup> make_lookup(const map::DeviceMap& map, const 
                                                double level, const Grid& grid, double displacement,
                                                const std::stop_token& stop) {
   if (!map.interpolates()) return nullptr;
-  ImageTable table = ImageTable::of_ball(map, stop);
+  // A coarser table shows in the mesh more than it saves.
+  constexpr double kTableShare = 0.25;
+  ImageTable table = ImageTable::of_ball(map, kTableShare * displacement, stop);
   const int tabled = table.first_iterate(displacement);
   if (tabled > 2) return nullptr;
   const double typical =
@@ -67,7 +71,7 @@ std::shared_ptr<const OrbitLookup> make_lookup(const map::DeviceMap& map, const 
   ImageLattice lattice(
       map, {grid.origin, grid.point(grid.points.array() - 1)},
       [&](const Grid& nodes) { return undecided_cells(set, level, nodes, stop); },
-      {displacement, typical, table.first_stretch(), std::numeric_limits<double>::infinity()},
+      {displacement, typical, first_stretch(map, stop), std::numeric_limits<double>::infinity()},
       stop);
   return std::make_shared<const OrbitLookup>(
       OrbitLookup{std::move(lattice), std::move(table), tabled});

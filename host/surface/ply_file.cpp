@@ -122,8 +122,8 @@ void PlyFile::triangles(std::span<const Triangle> triangles) {
 void PlyFile::commit() {
   impl_->expect_complete();
   const auto all = [](auto records) { return records.size(); };
-  impl_->file.stream() << shape::ply_header(impl_->vertex_count, impl_->face_count, true,
-                                            impl_->note);
+  impl_->file.stream() << shape::ply_header(impl_->vertex_count, impl_->face_count,
+                                            {.normals = true}, impl_->note);
   impl_->append<PlyVertex>(impl_->vertices, impl_->vertex_count, all);
   impl_->append<PlyFace>(impl_->faces, impl_->face_count, all);
   impl_->file.commit();
@@ -145,7 +145,7 @@ void PlyFile::commit(const std::function<bool(std::uint32_t)>& keeps) {
     kept_faces += faces.size() - static_cast<std::size_t>(std::ranges::count_if(faces, is_dropped));
   });
   impl_->check(impl_->faces->stream());
-  impl_->file.stream() << shape::ply_header(kept, kept_faces, true, impl_->note);
+  impl_->file.stream() << shape::ply_header(kept, kept_faces, {.normals = true}, impl_->note);
   std::size_t v = 0;
   impl_->append<PlyVertex>(impl_->vertices, impl_->vertex_count,
                            [&](std::span<PlyVertex> vertices) {

@@ -13,7 +13,8 @@ namespace qjulia {
 /// triangles that went into it is small (Garland and Heckbert 1997); a collapse that would fold the
 /// surface is left out, so that somewhat more triangles may be left. A closed mesh stays closed.
 /// Normals of the result are area-weighted means of the triangles around each vertex; none where
-/// `mesh` has none. A mesh that is small enough already comes back as it is.
+/// `mesh` has none. Colours are means, too, of all vertices that went into one. A mesh that is
+/// small enough already comes back as it is.
 /// @throws InputError where an edge has more than two triangles or is badly oriented; Interrupted.
 TriangleMesh decimated(TriangleMesh mesh, std::size_t most, const std::stop_token& stop = {});
 

@@ -124,11 +124,11 @@ class Device {
   std::map<std::string, KernelTime> kernel_times() const;
   void reset_kernel_times() const;
 
-  /// Internal: launches, buffers, programs.
+  /// Internal: launches, buffers, programs. `qjulia/opencl.hpp` has what programs may use of them.
+  explicit Device(std::shared_ptr<device::Context> context);
   device::Context& context() const { return *context_; }
 
  private:
-  explicit Device(std::shared_ptr<device::Context> context);
   std::shared_ptr<device::Context> context_;
   Layout layout_;
   std::array<Tuning, 2> tuning_;  ///< by precision

@@ -30,7 +30,17 @@ struct StopRadii {
   double escape = kUsualEscape;  ///< iteration goes on below it
 };
 
-/// Evaluates one map at many points. Points are 4-D, in map coordinates.
+/// Evaluates one map of any kind at many points. Points are 4-D, in map coordinates.
+///
+/// The orbit of a point q_0 = q is q_j = R(q_{j-1}). It ends with the first q_j whose norm is not
+/// below the escape radius, which may be q itself, and with q_n at the latest. F_n is ln |q_j| of
+/// its last point.
+///
+/// Every function below takes time in proportion to points × iterates × factors, and returns
+/// nothing for no points. All throw OptionError naming `iterations` unless n is
+/// 1 … kMostIterations; InputError naming the first point, counted from 0, with a coordinate that
+/// is not finite or beyond ±1e15; Interrupted after a stop request; and DeviceError where the
+/// device refuses.
 class Field {
  public:
   /// @param stop makes the functions below throw `Interrupted` soon.
@@ -38,16 +48,36 @@ class Field {
   Field(const Device& device, const Map& map, Precision precision = Precision::single,
         const StopRadii& stops = {}, std::stop_token stop = {});
 
-  /// F_n with the escape radius alone. @param iterations n, 1 … 16. @throws OptionError
+  /// F_n with the escape radius alone. @param iterations n
   std::vector<double> at(std::span<const Quaternion> points, int iterations = 1) const;
 
   /// F_n where orbits also end at r_in and r_out. It is on the same side as `at` of every level
   /// between ln r_in and ln r_out.
-  /// @throws OptionError as above.
   std::vector<double> decided_at(std::span<const Quaternion> points, int iterations) const;
 
-  /// ∂F_1/∂q.
-  std::vector<Quaternion> gradient_at(std::span<const Quaternion> points) const;
+  /// U of the map, a unit quaternion: R(q) = e^F(q) U(q). In a portal, that of where it leads.
+  std::vector<Quaternion> versors_at(std::span<const Quaternion> points) const;
+
+  /// The last point of each orbit, whose norm is e^F_n. An orbit that has not escaped after n
+  /// iterates ends at q_n. A norm above e^700 is given as e^700.
+  std::vector<Quaternion> images_at(std::span<const Quaternion> points, int iterations = 1) const;
+
+  /// All points of the orbits: point i has n + 1 of them, from number i (n + 1) on, beginning with
+  /// itself. After its end an orbit repeats its last point. Takes 32 bytes for each.
+  std::vector<Quaternion> orbits_at(std::span<const Quaternion> points, int iterations) const;
+
+  /// How many iterates each orbit has: how many of q_0 … q_{n-1} come before the first that is not
+  /// below the escape radius. 0 where the point itself is not; n where all of them are, whether q_n
+  /// is or not.
+  std::vector<int> escape_counts_at(std::span<const Quaternion> points, int iterations) const;
+
+  /// ∂F_n/∂q, analytic for every kind of map. F_n jumps at branch cuts of the versor (q − c_k on
+  /// the negative real axis, unless a_k is whole), at rims of portals and where orbits begin to
+  /// escape earlier: there the gradient is that of one side. Where an orbit has no iterate, F_n is
+  /// ln |q|. Takes up to three times as long as `at`. An iterate may stretch rounding as it
+  /// stretches distances, so that in single precision gradients of large n are rough where orbits
+  /// are unsteady: use double there.
+  std::vector<Quaternion> gradient_at(std::span<const Quaternion> points, int iterations = 1) const;
 
  private:
   struct Impl;

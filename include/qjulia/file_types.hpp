@@ -17,7 +17,8 @@ enum class FileContent {
   picture,
   field,
   manifest,
-  report
+  report,
+  formula  ///< a map in GLSL, for other programs
 };
 enum class FileUse { read, write };
 

@@ -11,6 +11,7 @@
 
 #include "qjulia/detail_choice.hpp"
 #include "qjulia/device.hpp"
+#include "qjulia/map.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/progress.hpp"
 #include "qjulia/ranks.hpp"
@@ -89,6 +90,17 @@ struct FitOptions {
   /// samples; `paper`, the course of Kim 2015), or the path of a .toml file. Write your own where a
   /// shape is much thinner than the bands of `tight`, or to fit with another loss.
   std::string schedule = "tight";
+  /// A schedule's TOML text (docs/fitting.md), in place of the one that `schedule` names. Empty:
+  /// that one.
+  std::string schedule_text{};
+  /// A rational map to start from in place of a placement: its factors where its own shape_to_map
+  /// puts them in the mesh's units, with exponents scaled so that F_1 is a distance again. Set it
+  /// to go on with a finished map, to fit a shape that has changed a little, or to begin with
+  /// factors placed by a rule of your own. It has 8 … 20000 factors; `factors` is left out or the
+  /// same number. Its slice becomes W = 0; steepness, paint and portals are left aside. The stages
+  /// are those of any fit: early ones are coarse and move factors that have been settled already,
+  /// unless the schedule leaves them out.
+  std::optional<Map> initial{};
   /// Spends the last two fifths of the budget on the second iterate's set, at the wanted detail.
   /// Set it where the set itself is to follow the shape closely: it has fewer grooves afterwards.
   bool polish = false;

@@ -16,16 +16,21 @@ namespace qjulia {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
+/// Red, green and blue, sRGB.
+using VertexColor = std::array<std::uint8_t, 3>;
+
 struct TriangleMesh {
   std::vector<Eigen::Vector3d> vertices;
   std::vector<Triangle> triangles;  ///< counter-clockwise from outside
   /// Outward normals of vertices, of length 1; or none. Written to .ply, .obj and .glb, never read.
   std::vector<Eigen::Vector3f> normals{};
+  /// Colours of vertices; or none. Written to .ply, .obj and .glb, never read.
+  std::vector<VertexColor> colors{};
 
   Box box() const;
   /// Every function of this library that takes a mesh calls this.
   /// @throws InputError naming the vertex or triangle, when a number is not finite, an index has no
-  ///   vertex, or normals are not one for each vertex.
+  ///   vertex, or normals or colours are not one for each vertex.
   void validate() const;
 };
 
@@ -82,6 +87,10 @@ void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
 
 /// Whether `write_mesh` turns meshes that it writes under this name.
 bool stands_upright(const std::filesystem::path& path);
+
+/// Whether `write_mesh` writes the colours of meshes, and not only their triangles, under this
+/// name.
+bool holds_colors(const std::filesystem::path& path);
 
 /// How a mesh probably stands: with its flattest, widest end down. That end has to be clearly
 /// flatter and wider than the default's; y where no end is.

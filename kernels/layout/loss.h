@@ -5,6 +5,8 @@
 
 #define QJ_LOSS_TANH 0     /* E = - sum w s tanh(alpha (F - t)): Kim 2015, Eq. 8 */
 #define QJ_LOSS_DISTANCE 1 /* E = 1/2 sum w r^2: regression of F_1 to signed distance */
+/* E = sum w t F: cotangents w t that the host has found, in kernels built with QJ_LINEAR_LOSS. */
+#define QJ_LOSS_LINEAR 2
 
 /* Arrays in a sample buffer, each of `stride` reals. */
 #define QJ_SAMPLE_X 0

@@ -55,7 +55,7 @@ TEST_CASE("energy, field and gradient on the device are the reference's") {
   const auto [name, loss] = GENERATE(from_range(fitting::kLosses.begin(), fitting::kLosses.end()));
   const Map map = map_off_slice();
   const fitting::Samples samples = hard_samples(map);
-  const fitting::EnergyOptions options{loss, iterations, 1.3, 20};
+  const fitting::EnergySettings options{loss, iterations, 1.3, 20};
   const auto reference = fitting::make_reference_evaluator(samples, options);
   const auto expected = reference->evaluate(map, true);
   const auto expected_field = reference->field(map);
@@ -90,7 +90,7 @@ TEST_CASE("orbits that leap far out beside others that stay leave the gradient f
                             std::sin(i) * std::sin(2 * i));
     samples.add(radius * x, 1.0 / 64, 0.1, 0);
   }
-  const fitting::EnergyOptions options{fitting::Loss::distance, 3, 1, 20};
+  const fitting::EnergySettings options{fitting::Loss::distance, 3, 1, 20};
   const auto expected = fitting::make_reference_evaluator(samples, options)->evaluate(map, true);
   for (const test::Variant& variant : test::variants()) {
     CAPTURE(variant);
@@ -107,7 +107,7 @@ TEST_CASE("the Gauss-Newton matrix on the device is the reference's") {
   const int iterations = GENERATE(1, 2);
   const Map map = map_off_slice();
   const fitting::Samples samples = hard_samples(map);
-  const fitting::EnergyOptions options{loss, iterations, 1.3, 20};
+  const fitting::EnergySettings options{loss, iterations, 1.3, 20};
   const auto expected = fitting::make_reference_evaluator(samples, options)->gauss_newton(map);
   const double size = expected.cwiseAbs().maxCoeff();
   for (const test::Variant& variant : test::variants()) {
@@ -169,7 +169,7 @@ TEST_CASE("the Gauss-Newton diagonal on the device is the reference's") {
   const int iterations = GENERATE(1, 2);
   const Map map = map_off_slice();
   const fitting::Samples samples = hard_samples(map);
-  const fitting::EnergyOptions options{loss, iterations, 1.3, 20};
+  const fitting::EnergySettings options{loss, iterations, 1.3, 20};
   const auto expected =
       fitting::make_reference_evaluator(samples, options)->gauss_newton_diagonal(map);
   const auto difference = [&](const Eigen::VectorXd& diagonal) {
@@ -228,7 +228,7 @@ TEST_CASE("work-items that sum in local memory give the reference's sums, the sa
   const int iterations = GENERATE(2, 4);
   const Map map = map_off_slice();
   const fitting::Samples samples = hard_samples(map);
-  const fitting::EnergyOptions options{fitting::Loss::tanh, iterations, 1.3, 20};
+  const fitting::EnergySettings options{fitting::Loss::tanh, iterations, 1.3, 20};
   const auto expected = fitting::make_reference_evaluator(samples, options)->evaluate(map, true);
   const auto expected_matrix =
       fitting::make_reference_evaluator(samples, {fitting::Loss::distance, 1, 1.3, 20})
@@ -267,7 +267,7 @@ TEST_CASE("the products of matching pursuit on the device are the reference's") 
   const int iterations = GENERATE(1, 2);
   const Map map = map_off_slice();
   const fitting::Samples samples = hard_samples(map);
-  const fitting::EnergyOptions options{loss, iterations, 1.3, 20};
+  const fitting::EnergySettings options{loss, iterations, 1.3, 20};
   std::vector<Quaternion> centers;
   for (const auto& factor : test::random_map(37, 0.1, 0.6, 9).dynamics.factors) {
     centers.push_back(factor.center);

@@ -63,7 +63,7 @@ TEST_CASE("gradients agree with central differences in double") {
   if (!test::can_check(device, Precision::dbl)) return;
   const auto map = map_on_slice(14, 7);
   const auto samples = hard_samples(map, 61, 8);
-  const fitting::EnergyOptions options{loss, iterations, 1.0, 20};
+  const fitting::EnergySettings options{loss, iterations, 1.0, 20};
   const auto evaluator = fitting::make_device_evaluator(device, samples, options, Precision::dbl);
   INFO("variant " << variant << " n " << iterations);
   CHECK(gradient_error(*evaluator, map, 2e-7) < 1e-6);

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "distance_map.hpp"
+#include "qjulia/opencl.hpp"
 #include "qjulia/qjulia.hpp"
 #include "random_maps.hpp"
 #include "shapes.hpp"
@@ -118,6 +119,7 @@ std::vector<NamedMesh> broken_meshes() {
           {"an unused vertex", with([](auto& m) { m.vertices.emplace_back(kNowhere); })},
           {"few normals", with([](auto& m) { m.normals.resize(1); })},
           {"many normals", with([](auto& m) { m.normals.assign(99, Eigen::Vector3f::UnitX()); })},
+          {"few colours", with([](auto& m) { m.colors.resize(1); })},
           {"bad normals", with([](auto& m) {
              m.normals.assign(m.vertices.size(), Eigen::Vector3f::Constant(NAN));
            })}};
@@ -232,6 +234,12 @@ std::vector<NamedMap> odd_maps() {
           {"quadratic", quadratic_map({1e9, 0, 0, 0})}};
 }
 
+EnergySamples three_samples() {
+  EnergySamples samples;
+  samples.points = {{}, {0.5, 0, 0, 0}, {3, 0, 0, 0}};
+  return samples;
+}
+
 PictureOptions small_picture() {
   PictureOptions options;
   options.width = options.height = 8;
@@ -305,11 +313,18 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   fitted.factors = 8;
   fitted.max_evaluations = 2;
   use("fit", [&] { fit(on_device(), mesh, fitted); });
+  use("fit from a map", [&] {
+    FitOptions started = fitted;
+    started.initial = good_map();
+    started.schedule_text = schedule_text("fast");
+    fit(on_device(), mesh, started);
+  });
   use("exact_map", [&] { exact_map(on_device(), mesh, small_exact()); });
   const Box box{{-1, -1, -1}, {1, 1, 1}};
   use("Studio", [&] { Studio(on_device(), mesh, box, small_picture()); });
   use("render_mesh", [&] { render_mesh(on_device(), mesh, box, small_picture()); });
   use("comparison", [&] { comparison(on_device(), map, mesh, small_picture()); });
+  use("surface_colors", [&] { surface_colors(on_device(), map, mesh, {.iterations = 2}); });
 }
 
 /// The same for those that take a map.
@@ -317,15 +332,40 @@ template <class Use>
 void for_map_functions(const Map& map, const std::filesystem::path& folder, const Use& use) {
   const std::vector<Eigen::Vector3d> surface{{0.5, 0, 0}};
   use("validate", [&] { map.validate(); });
+  use("map_buffer", [&] { map_buffer(on_device(), map); });
+  use("build_kernel", [&] {
+    const char* const source = "#include \"map.clh\"\nkernel void k(global real* x) { *x = 1; }";
+    clReleaseKernel(build_kernel(on_device(), map, Precision::single, source, "k"));
+  });
   use("Field", [&] {
     const Field field(on_device(), map);
-    const std::vector<Quaternion> points{{}, {kNan, 0, 0, 0}, {kHuge, 0, 0, 0}};
+    const std::vector<Quaternion> points{{}, {1e9, 0, 0, 0}, {0, -1e15, 0, 1e15}};
     static_cast<void>(field.at(points, 2));
     static_cast<void>(field.decided_at(points, 2));
+    static_cast<void>(field.versors_at(points));
+    static_cast<void>(field.images_at(points));
+    static_cast<void>(field.orbits_at(points, 3));
+    static_cast<void>(field.escape_counts_at(points, 3));
     static_cast<void>(field.gradient_at(points));
+    static_cast<void>(field.gradient_at(points, 3));
     shell_thickness(field, surface, 0);
     median_level(field, surface, 0);
     effective_radius(field, 0, 3);
+  });
+  use("Energy", [&] {
+    const Energy energy(on_device(), map, three_samples());
+    const auto x = energy.unknowns();
+    std::vector<double> gradient(energy.size());
+    energy.value(x);
+    energy.value_and_gradient(x, gradient);
+    static_cast<void>(energy.field_at(x));
+    energy.map_at(x);
+  });
+  use("fit from it", [&] {
+    FitOptions options;
+    options.initial = map;
+    options.max_evaluations = 2;
+    fit(on_device(), shapes::sphere(1), options);
   });
   use("calibrated", [&] { calibrated(on_device(), map); });
   use("find_stop_radii", [&] { find_stop_radii(on_device(), map); });
@@ -388,11 +428,24 @@ TEST_CASE("meshes that are broken are refused by all that take one") {
   }
   CHECK(folder.names().empty());
   TriangleMesh mesh = shapes::sphere(1);
-  mesh.triangles[3][1] = 42;
-  CHECK_THROWS_WITH(mesh.validate(), Catch::Contains("triangles[3]") && Catch::Contains("42"));
-  mesh = shapes::sphere(1);
   mesh.vertices[7].y() = kNan;
   CHECK_THROWS_WITH(mesh.validate(), Catch::Contains("vertices[7]"));
+}
+
+TEST_CASE("every function that takes a mesh names the triangle whose index is out of range") {
+  const test::TemporaryFolder folder;
+  TriangleMesh mesh = shapes::sphere(1);
+  mesh.triangles[3][1] = 42;
+  for_mesh_functions(mesh, folder.path(), [&](const char* function, const auto& call) {
+    CAPTURE(function);
+    CHECK_THROWS_AS(call(), InputError);
+    CHECK_THROWS_WITH(call(), Catch::Contains("triangles[3]") && Catch::Contains("42"));
+  });
+  PaintOptions painting;
+  painting.mesh =
+      PaintedMesh{mesh.vertices, mesh.triangles, std::vector<float>(mesh.vertices.size(), 0.5F)};
+  CHECK_THROWS_WITH(painted(on_device(), good_map(), painting),
+                    Catch::Contains("triangles[3]") && Catch::Contains("42"));
 }
 
 TEST_CASE("meshes that hold nothing or are beyond all measure do no harm") {
@@ -442,6 +495,14 @@ TEST_CASE("numbers of iterations out of range are refused by name") {
   const TriangleMesh mesh = shapes::sphere(1);
   refuses_iterations([&](int n) { field.at(points, n); });
   refuses_iterations([&](int n) { field.decided_at(points, n); });
+  refuses_iterations([&](int n) { field.images_at(points, n); });
+  refuses_iterations([&](int n) { field.orbits_at(points, n); });
+  refuses_iterations([&](int n) { field.escape_counts_at(points, n); });
+  refuses_iterations([&](int n) { field.gradient_at(points, n); });
+  refuses_iterations([&](int n) {
+    Energy(on_device(), map, three_samples(),
+           changed(EnergyOptions{}, [&](auto& o) { o.iterations = n; }));
+  });
   refuses_iterations([&](int n) { compare_precisions(on_device(), map, n); });
   refuses_iterations(
       [&](int n) { sample_grid(on_device(), map, with_iterations(small_sample(), n)); });
@@ -458,6 +519,7 @@ TEST_CASE("numbers of iterations out of range are refused by name") {
     options.iterations = n;
     comparison(on_device(), map, mesh, options);
   });
+  refuses_iterations([&](int n) { surface_colors(on_device(), map, mesh, {.iterations = n}); });
   refuses_iterations([&](int n) { measure_scaling(on_device(), {.iterations = {n}}); });
 }
 
@@ -471,6 +533,26 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
     CAPTURE(x);
     const Eigen::Vector3d v(x, 0, 0);
     survives("find_stop_radii", [&] { find_stop_radii(on_device(), map, x); });
+    const std::vector<Quaternion> odd_points{{}, {x, 0, 0, 0}, {0, 0, 0, x}};
+    survives("versors_at", [&] { field.versors_at(odd_points); });
+    survives("images_at", [&] { field.images_at(odd_points, 2); });
+    survives("gradient_at", [&] { field.gradient_at(odd_points, 2); });
+    for (int which = 0; which < 6; ++which) {
+      CAPTURE(which);
+      survives("Energy", [&] {
+        EnergySamples samples = three_samples();
+        EnergyOptions options;
+        std::vector<double>* const lists[]{&samples.targets, &samples.sides, &samples.weights};
+        if (which < 3) lists[which]->assign(samples.size(), x);
+        if (which == 3) samples.points[1].y = x;
+        if (which == 4) options.alpha = x;
+        if (which == 5) options.escape = x;
+        const Energy energy(on_device(), map, samples, options);
+        auto unknowns = energy.unknowns();
+        unknowns[2] = x;
+        energy.value_and_gradient(unknowns, unknowns);
+      });
+    }
     survives("steepened", [&] { steepened(map, x); });
     survives("with_detail", [&] { with_detail(map, x); });
     survives("with_longest_side", [&] { with_longest_side(map, x); });
@@ -498,7 +580,10 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
       survives("with_knobs", [&] { with_knobs(on_device(), map, knob).validate(); });
     }
     survives("rotation", [&] { Rotation::of(Rotation{v, x}.matrix()); });
-    const Box box{{x, x, x}, {1, 1, 1}};
+    const Box box{{x, x, x}, {1, 1, 1}}, cube{{-1, -1, -1}, {1, 1, 1}};
+    survives("steepest_slope, slice", [&] { steepest_slope(field, x, 0, cube); });
+    survives("steepest_slope, level", [&] { steepest_slope(field, 0, x, cube); });
+    survives("steepest_slope, box", [&] { steepest_slope(field, 0, 0, box); });
     survives("sample_field", [&] {
       const CellGrid grid{box, {2, 2, 2}};
       sample_field(on_device(), map, small_sample(), grid, CellOrder::z_fastest, take_nothing);
@@ -748,7 +833,12 @@ TEST_CASE("spans without elements and pictures without pixels do no harm") {
   const Field field(on_device(), map);
   CHECK(field.at({}).empty());
   CHECK(field.decided_at({}, 2).empty());
+  CHECK(field.versors_at({}).empty());
+  CHECK(field.images_at({}).empty());
+  CHECK(field.orbits_at({}, 2).empty());
+  CHECK(field.escape_counts_at({}, 2).empty());
   CHECK(field.gradient_at({}).empty());
+  refuses("Energy", [&] { Energy(on_device(), map, {}); });
   refuses("shell_thickness", [&] { shell_thickness(field, {}, 0); });
   refuses("median_level", [&] { median_level(field, {}, 0); });
   refuses("with_measured_detail", [&] { with_measured_detail(on_device(), map, {}); });
@@ -827,7 +917,8 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
       refuses("read_sampled_distance", [&] { read_sampled_distance(file); });
       refuses("read_portal_text", [&] { read_portal_text(file, {}); });
       survives("file types", [&] {
-        static_cast<void>(extension_of(file).size() + (stands_upright(file) ? 1 : 0));
+        static_cast<void>(extension_of(file).size() + (stands_upright(file) ? 1 : 0) +
+                          (holds_colors(file) ? 1 : 0));
         static_cast<void>(has_type(file, FileContent::map, FileUse::read));
         static_cast<void>(content_of(file).has_value());
         static_cast<void>(expect_type(file, FileContent::picture, FileUse::write));
@@ -895,6 +986,20 @@ TEST_CASE("hostile wishes for devices are refused") {
   survives("tuning_file", [] { tuning_file({}); });
   survives("with_cached_tuning", [] { with_cached_tuning(on_device()); });
   survives("to_json", [] { to_json(DeviceInfo{}); });
+  refuses("device_from_opencl", [] { device_from_opencl(nullptr, nullptr, nullptr); });
+  refuses("device_from_opencl of another context", [] {
+    const Device other = Device::choose({"cpu"});
+    device_from_opencl(opencl_context(on_device()), opencl_device(on_device()),
+                       opencl_queue(other));
+  });
+  for (const std::string& source : {std::string(), std::string("\0\n\xff", 3),
+                                    std::string("#include"), std::string("#include \"../map.clh\""),
+                                    std::string("#include \"a source of one's own\"")}) {
+    for (const std::string& name : {std::string(), std::string("\0", 1), std::string("\xff{}%s")}) {
+      survives("build_kernel",
+               [&] { build_kernel(on_device(), good_map(), Precision::single, source, name); });
+    }
+  }
   survives("record", [] { on_device().sibling().record(nullptr); });
   std::stop_source source;
   source.request_stop();

@@ -13,12 +13,16 @@
 #include "picture/depth_source.hpp"
 #include "picture/view.hpp"
 #include "qjulia/detail.hpp"
+#include "surface/image_probe.hpp"
 #include "surface/image_table.hpp"
 #include "test_device.hpp"
 
 using namespace qjulia;
 
 namespace {
+
+/// A displacement, map units, for which no table is too fine.
+constexpr double kFinest = 1e-7;
 
 Map wild_map() { return calibrated(test::shared_device(), steepened(test::armed_ball_map(60), 8)); }
 
@@ -95,7 +99,7 @@ TEST_CASE("a table says where images are, and what lies inside and outside for c
   CAPTURE(width, is_ball);
   const Device device = test::shared_device().with_lane_width(width);
   const map::DeviceMap device_map(device, map, find_stop_radii(device, map), Precision::single);
-  const auto table = surface::ImageTable::of_ball(device_map, {});
+  const auto table = surface::ImageTable::of_ball(device_map, kFinest, {});
   REQUIRE(!table.is_empty());
   std::vector<double> layout(QJ_TABLE_SIZE);
   device.context().read(table.layout(), layout);
@@ -142,6 +146,37 @@ TEST_CASE("a table says where images are, and what lies inside and outside for c
   std::ranges::sort(versor_errors);
   CHECK(field_errors[field_errors.size() / 2] < 0.1);
   CHECK(versor_errors[versor_errors.size() / 2] < 0.35);
+}
+
+TEST_CASE("a table is as fine as it has to be") {
+  const Device device = test::shared_device();
+  const Map map = wild_map();
+  const map::DeviceMap device_map(device, map, find_stop_radii(device, map), Precision::single);
+  const auto finest = surface::ImageTable::of_ball(device_map, kFinest, {});
+  CHECK(finest.is_finest());
+  CHECK(finest.first_iterate(kFinest) > 2);
+  double least = kFinest;
+  while (finest.first_iterate(least) > 2) least *= 1.1;
+  std::size_t bytes = finest.fields().bytes();
+  for (const double displacement : {1.5 * least, 4 * least, 20 * least}) {
+    const auto table = surface::ImageTable::of_ball(device_map, displacement, {});
+    CAPTURE(displacement, least);
+    CHECK(table.first_iterate(displacement) == 2);
+    CHECK(table.fields().bytes() <= bytes);
+    bytes = table.fields().bytes();
+  }
+  CHECK(bytes < finest.fields().bytes());
+}
+
+TEST_CASE("how far first images move is measured") {
+  // q² moves images 2 |q| times as far as points, along q, and as far or less across.
+  const Device device = test::shared_device();
+  const Map map = check::unit_ball();
+  const StopRadii stops{.inner = 0.7, .outer = 1.4};
+  const map::DeviceMap device_map(device, map, stops, Precision::single);
+  const double stretch = surface::first_stretch(device_map, {});
+  CHECK(stretch > 1.4);
+  CHECK(stretch < 2.8);
 }
 
 TEST_CASE(

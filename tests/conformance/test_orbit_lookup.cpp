@@ -68,6 +68,14 @@ TEST_CASE("looking orbits up changes no more labels than a move by an eighth of 
   CAPTURE(by_lookup, by_move);
   CHECK(by_lookup > 0);  // or else nothing was looked up
   CHECK(by_lookup <= by_move);
+  // Points anywhere are looked up alike.
+  std::vector<Eigen::Vector3d> points;
+  surface::for_points(grid.points, [&](std::size_t, const Eigen::Vector3i& index) {
+    points.push_back(grid.point(index));
+  });
+  std::vector<bool> anywhere;
+  for (const float value : set.at(points)) anywhere.push_back(double{value} < level);
+  CHECK(differing(found, anywhere) == 0);
   set.look_up(nullptr);
   CHECK(labels(set, grid, level) == right);
 }

@@ -40,9 +40,9 @@ OPTIONS = {"QJ_GROUP": (64,)}
 # Programs that are compiled for these kinds of map too; the rows of these have the name behind a +.
 MAPS = {"portals": "-DQJ_PORTALS=\"portals.clh\"", "noise": "-DQJ_VERSOR=\"noise_versor.clh\"",
         "paint": "-DQJ_PAINT=\"painted.clh\"", "lookup": "-DQJ_LOOKS_UP=1"}
-OF_MAPS = {"field": ("portals", "noise", "paint"), "level_set": ("portals", "noise", "paint"),
-           "orbit_trait": ("portals", "noise", "paint"), "ray_march": ("portals", "noise", "paint"),
-           "place_vertices": ("lookup",)}
+OF_MAPS = {"field": ("portals", "noise", "paint"), "field_queries": ("portals", "noise", "paint"),
+           "level_set": ("portals", "noise", "paint"), "orbit_trait": ("portals", "noise", "paint"),
+           "ray_march": ("portals", "noise", "paint"), "place_vertices": ("lookup",)}
 # Loops that take the time, by the name their figures have: kernel, and the rank of the loop among
 # the kernel's by multiply-adds.
 HOT_LOOPS = {"log_norm": ("energy_terms", 3),

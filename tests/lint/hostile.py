@@ -9,7 +9,8 @@ import sys
 
 # Programs that use the library write the first. Only the library calls the two templates after it.
 # The rest take devices and precisions, which cannot be hostile.
-EXEMPT = {"all_gather", "members", "visit", "is_tuned", "save_tuning", "self_test", "with_layout"}
+EXEMPT = {"all_gather", "members", "visit", "is_tuned", "save_tuning", "self_test", "with_layout",
+          "opencl_context", "opencl_device", "opencl_queue"}
 
 
 def declared(text):

@@ -1,8 +1,20 @@
 #!/bin/bash
-# docs/reference holds what the tables say today.
-# usage: reference.sh SOURCE_DIR PROGRAM
+# docs/reference holds what the tables say today, and every variable that is read.
+# usage: reference.sh SOURCE_DIR KNOBS_PROGRAM MANUAL_PROGRAM
 set -euo pipefail
-"$2" | diff -u "$1/docs/reference/knobs.md" - || {
-  echo "docs/reference/knobs.md is out of date: cmake --build --preset release --target reference"
-  exit 1
+check() {
+  diff -u "$1" - || {
+    echo "$1 is out of date: cmake --build --preset release --target reference"
+    exit 1
+  }
 }
+"$2" | check "$1/docs/reference/knobs.md"
+# What getenv is called with, and names of our own that are passed on to it.
+for name in $(grep -rhoE --include='*.cpp' 'getenv\("[A-Z_]+|"QJULIA_[A-Z]+"' "$1"/host "$1"/tools |
+  grep -oE '[A-Z_]+' | sort -u); do
+  grep -q "\b$name\b" "$1/docs/reference/environment.md" || {
+    echo "$name is read from the environment; say so in tools/manual/environment.cpp"
+    exit 1
+  }
+done
+"$3" environment | check "$1/docs/reference/environment.md"

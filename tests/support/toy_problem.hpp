@@ -18,7 +18,7 @@ struct ToyProblem : fitting::Problem {
     return on_draw(level, random);
   }
   std::unique_ptr<fitting::Evaluator> evaluator(
-      const fitting::Samples& samples, const fitting::EnergyOptions& options) const override {
+      const fitting::Samples& samples, const fitting::EnergySettings& options) const override {
     return make_evaluator(samples, options);
   }
   std::vector<double> distances(const std::vector<Eigen::Vector3d>& points) const override {

@@ -9,29 +9,22 @@ mkdir -p "$work"/{project,results,pocl_cache}
 cmake --install "$build" --prefix "$work/prefix" >"$work/install.log"
 "$work/prefix/bin/qjulia" --version
 
-# The first block of each language, without its fences.
-block() { sed -n "/^\`\`\`$1\$/,/^\`\`\`\$/{//!p;/^\`\`\`\$/q}" "$repository/docs/library.md"; }
-block cpp >"$work/project/main.cpp"
-block cmake >"$work/project/CMakeLists.txt"
+# block LANGUAGE NUMBER: the NUMBER-th block of a language, without its fences.
+block() {
+  awk -v fence="\`\`\`$1" -v wanted="$2" '
+    /^```$/ { inside = 0 }
+    inside && found == wanted
+    $0 == fence { inside = 1; ++found }' "$repository/docs/library.md"
+}
+block cpp 1 >"$work/project/main.cpp"
+block cmake 1 >"$work/project/CMakeLists.txt"
 cmake -S "$work/project" -B "$work/build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
   -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags"
 cmake --build "$work/build"
 
 # The field of a map alone, which needs neither OpenMesh nor PNG nor cairo.
 mkdir -p "$work/field"
-cat >"$work/field/main.cpp" <<END
-#include <cstdio>
-
-#include "qjulia/device.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/map_file.hpp"
-
-int main(int, char** argv) {
-  const qjulia::Map map = qjulia::read_map(argv[1]);
-  const qjulia::Field field(qjulia::Device::choose(), map);
-  std::printf("%.3f\n", field.at({{{0, 0, 0, 0}}}, 1).front());
-}
-END
+block cpp 2 >"$work/field/main.cpp"
 cat >"$work/field/CMakeLists.txt" <<END
 cmake_minimum_required(VERSION 3.25)
 project(field LANGUAGES CXX)
@@ -44,11 +37,48 @@ cmake -S "$work/field" -B "$work/field_build" -G Ninja -DCMAKE_BUILD_TYPE=Releas
   -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags"
 cmake --build "$work/field_build"
 "$work/field_build/field" "$repository/docs/maps/bunny.qjulia.json" | tee "$work/field_at_origin"
-grep -q '^-' "$work/field_at_origin"  # the origin is inside
+test "$(grep -c 'inside: 1' "$work/field_at_origin")" = 2  # the box's centre and the origin are inside
 if ldd "$work/field_build/field" | grep -iE 'openmesh|cairo|png'; then
   echo "^ the field of a map needs these"
   exit 1
 fi
+
+# An energy, minimised.
+mkdir -p "$work/energy"
+block cpp 3 >"$work/energy/main.cpp"
+cp "$work/project/CMakeLists.txt" "$work/energy"
+cmake -S "$work/energy" -B "$work/energy_build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+  -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags"
+cmake --build "$work/energy_build"
+"$work/energy_build/mine" | tee "$work/energies"
+awk '/^energy [0-9]/ { if (!first) first = $2; last = $2 } END { exit !(last < first / 5) }' "$work/energies"
+
+# The same with the shared libraries, which need no more to be found than Eigen and JSON, and with
+# pkg-config.
+mkdir -p "$work/shared"
+sed 's/COMPONENTS field/COMPONENTS shared/; s/qjulia::field/qjulia::field_shared/' \
+  "$work/field/CMakeLists.txt" >"$work/shared/CMakeLists.txt"
+cp "$work/field/main.cpp" "$work/shared"
+cmake -S "$work/shared" -B "$work/shared_build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+  -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags"
+cmake --build "$work/shared_build"
+libraries=$(dirname "$(find "$work/prefix" -name libqjulia_field.so.0)")
+export PKG_CONFIG_PATH=$libraries/pkgconfig
+"$compiler" -std=c++20 $flags "$work/shared/main.cpp" \
+  $(pkg-config --cflags --libs qjulia-field) -o "$work/configured"
+pkg-config --static --libs qjulia | grep -e '-lOpenMeshCore' | grep -e -lOpenCL | grep -q -e -lcairo
+for program in "$work/shared_build/field" "$work/configured"; do
+  ldd "$program" | grep -q 'libqjulia_field\.so\.0 '
+  LD_LIBRARY_PATH=$libraries "$program" "$repository/docs/maps/bunny.qjulia.json" | cmp - "$work/field_at_origin"
+done
+
+# A component that there is not is named.
+mkdir -p "$work/none"
+sed 's/COMPONENTS shared/COMPONENTS nonsense/' "$work/shared/CMakeLists.txt" >"$work/none/CMakeLists.txt"
+touch "$work/none/main.cpp"
+cmake -S "$work/none" -B "$work/none_build" -DCMAKE_PREFIX_PATH="$work/prefix" \
+  -DCMAKE_CXX_COMPILER="$compiler" >"$work/none.log" 2>&1 && exit 1
+grep -q "no component 'nonsense'" "$work/none.log"
 
 # A wedge.
 cat >"$work/wedge.obj" <<END

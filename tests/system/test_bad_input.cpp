@@ -189,6 +189,15 @@ TEST_CASE("bad option values are refused") {
   surface("--order-seed", {"-1"});
   surface("--up", {"z"});  // a .ply keeps its coordinates
   surface("--up", {"w"});
+  surface("--material", {"gold"});
+  surface("--palette", {"ember"});  // what a mesh without colours has none of
+  surface("--palette", {"ember", "--material", "clay"});
+  surface("--palette", {"nosuch", "--material", "trap"});
+  for (const char* type : {"stl", "off"}) {
+    const std::string out = folder / (std::string("out.") + type);
+    check_refused(folder, {"surface", map, "-o", out, "--material", "trap"},
+                  std::string(".") + type + " files hold no colours");
+  }
   surface("--phase", {"1", "0", "0"});
   surface("--phase", {"0", "0", "0", "0"});
   surface("--phase", {"1", "0", "nan", "0"});

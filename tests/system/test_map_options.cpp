@@ -5,6 +5,7 @@
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 
 #include "original_bytes.hpp"
@@ -54,6 +55,16 @@ struct MapFile {
   }
 };
 
+/// How a .ply says that it was made.
+json ply_note(const std::string& text) {
+  std::istringstream ply(text);
+  std::string line, note;
+  for (int number = 0; std::getline(ply, line) && line.rfind("element", 0) != 0; ++number) {
+    if (number > 2) note += line.substr(std::strlen("comment "));
+  }
+  return json::parse(note);
+}
+
 }  // namespace
 
 TEST_CASE("a mesh file tells how it was made, where its format has room") {
@@ -71,12 +82,7 @@ TEST_CASE("a mesh file tells how it was made, where its format has room") {
   Arguments largest = options;
   largest.push_back("--largest-component");
   for (const auto& more : {options, largest}) {
-    std::istringstream ply(map.surface_file(more, "a.ply"));
-    std::string line, note;
-    for (int number = 0; std::getline(ply, line) && line.rfind("element", 0) != 0; ++number) {
-      if (number > 2) note += line.substr(std::strlen("comment "));
-    }
-    check(json::parse(note));
+    check(ply_note(map.surface_file(more, "a.ply")));
     CHECK(qjulia::read_mesh(map.folder / "a.ply").triangles.size() > 100);
   }
 
@@ -89,6 +95,35 @@ TEST_CASE("a mesh file tells how it was made, where its format has room") {
   REQUIRE(info.exit_code == 0);
   check(json::parse(info.out)["made_with"]);
   CHECK(json::parse(info.out)["triangles"].get<int>() > 100);
+}
+
+TEST_CASE("a mesh has the colours of a material, and its file says which") {
+  const MapFile map;
+  const Arguments options = {"--material", "trap", "--palette", "ember"};
+  const std::string ply = map.surface_file(options, "colored.ply");
+  const std::size_t end = ply.find("end_header\n") + 11;
+  const std::string header = ply.substr(0, end);
+  CHECK_THAT(header, Contains("uchar red") && Contains("float nx"));
+  const std::size_t vertices = std::stoul(header.substr(header.find("element vertex ") + 15));
+  std::set<std::string> colors;
+  for (std::size_t v = 0; v < vertices; ++v) colors.insert(ply.substr(end + 27 * v + 24, 3));
+  CHECK(colors.size() > 100);
+
+  CHECK(ply_note(ply).at("material") == "trap");
+  CHECK(ply_note(ply).at("palette").at(0) == "#1b0c2a");
+  CHECK_FALSE(ply_note(map.surface_file({}, "plain.ply")).contains("material"));
+  map.surface_file(options, "colored.glb");
+  const auto info = run_command({"info", map.folder / "colored.glb", "--json"});
+  CHECK(json::parse(info.out).at("made_with").at("palette").size() == 4);
+
+  Arguments few = options;
+  few.insert(few.end(), {"--max-triangles", "100"});
+  const std::string obj = map.surface_file(few, "few.obj");
+  std::istringstream line(obj.substr(obj.find("\nv ") + 3));
+  double number = 0;
+  for (int i = 0; i < 6; ++i) CHECK(line >> number);
+  CHECK(number >= 0);
+  CHECK(number <= 1);
 }
 
 TEST_CASE("at n = 1, phase and order keep the surface and the other options change it") {

@@ -313,3 +313,53 @@ TEST_CASE("--resume makes the report of a finished map") {
   CHECK(read_text(map) == bytes);
   CHECK_THAT(read_text(bench.folder / "report/report.html"), Contains("How it went"));
 }
+
+TEST_CASE("an output that nobody names is named after the input, and must be new") {
+  const TemporaryFolder folder;
+  const std::string map = QJULIA_TEST_DATA "/../../docs/maps/quadratic.qjulia.json";
+  const auto here = [&](const std::string& words) {
+    return run({"/bin/bash", "-c", "cd \"$1\" && exec \"$0\" " + words, QJULIA_COMMAND,
+                folder.path().string(), map});
+  };
+  const auto drawn = here("render \"$2\" --size 32x24 --json");
+  INFO(drawn.err);
+  REQUIRE(drawn.exit_code == 0);
+  CHECK_THAT(drawn.out, Contains("\"quadratic.png\""));
+  REQUIRE(std::filesystem::exists(folder / "quadratic.png"));
+  const auto again = here("render \"$2\" --size 32x24");
+  CHECK(again.exit_code == 2);
+  CHECK_THAT(again.err, Contains("--output: 'quadratic.png' exists"));
+  CHECK(here("render \"$2\" --size 32x24 -o quadratic.png").exit_code == 0);
+  // A name that a sweep makes of it counts too.
+  std::filesystem::rename(folder / "quadratic.png", folder / "quadratic_002.png");
+  CHECK_THAT(here("render \"$2\" --size 32x24 --sweep azimuth=0,90").err,
+             Contains("'quadratic_002.png' exists"));
+
+  REQUIRE(here("surface \"$2\" --resolution 16").exit_code == 0);
+  CHECK(std::filesystem::exists(folder / "quadratic.ply"));
+  REQUIRE(here("sample \"$2\" --resolution 8").exit_code == 0);
+  CHECK(std::filesystem::exists(folder / "quadratic.npy"));
+  REQUIRE(here("share \"$2\"").exit_code == 0);
+  CHECK(std::filesystem::exists(folder / "quadratic.html"));
+  CHECK_THAT(here("share quadratic.html").err, Contains("would overwrite the input"));
+  REQUIRE(here("convert \"$2\"").exit_code == 0);
+  CHECK(std::filesystem::exists(folder / "quadratic.qjulia.json"));
+  CHECK_THAT(here("convert \"$2\"").err, Contains("OUT: 'quadratic.qjulia.json' exists"));
+}
+
+TEST_CASE("a fit's map is named after its mesh, and --resume finds it") {
+  const TemporaryFolder folder;
+  const std::string mesh = QJULIA_TEST_DATA "/icosahedron.obj";
+  const auto fit = [&](const std::string& options) {
+    return run({"/bin/bash", "-c", "cd \"$1\" && exec \"$0\" fit \"$2\" --factors 8 " + options,
+                QJULIA_COMMAND, folder.path().string(), mesh});
+  };
+  const auto first = fit("--max-evaluations 4");
+  INFO(first.err);
+  REQUIRE(first.exit_code == 0);
+  REQUIRE(std::filesystem::exists(folder / "icosahedron.qjulia.json"));
+  CHECK_THAT(fit("--max-evaluations 4").err, Contains("'icosahedron.qjulia.json' exists"));
+  CHECK_THAT(fit("--max-evaluations 4 --resume").err, Contains("is finished"));
+  // That of another run is not resumed, and stays.
+  CHECK_THAT(fit("--max-evaluations 5 --resume").err, Contains("'icosahedron.qjulia.json' exists"));
+}

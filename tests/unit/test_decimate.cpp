@@ -27,6 +27,25 @@ TEST_CASE("a decimated sphere is a closed sphere still") {
   }
 }
 
+TEST_CASE("a decimated mesh has the mean colours of the vertices that went into each") {
+  TriangleMesh sphere = shapes::sphere(5);
+  // Red tells the side; green is 0 or 200 from vertex to vertex.
+  for (std::size_t v = 0; v < sphere.vertices.size(); ++v) {
+    const std::uint8_t red = sphere.vertices[v].z() > 0 ? 255 : 0;
+    sphere.colors.push_back({red, static_cast<std::uint8_t>(v * 7919 % 2 * 200), 9});
+  }
+  const TriangleMesh found = decimated(sphere, 200);
+  REQUIRE(found.colors.size() == found.vertices.size());
+  for (std::size_t v = 0; v < found.vertices.size(); ++v) {
+    const auto& [red, green, blue] = found.colors[v];
+    if (std::abs(found.vertices[v].z()) > 0.4) CHECK(red == (found.vertices[v].z() > 0 ? 255 : 0));
+    CHECK(green > 50);
+    CHECK(green < 150);
+    CHECK(blue == 9);
+  }
+  CHECK(decimated(sphere, 30'000).colors == sphere.colors);
+}
+
 TEST_CASE("flat places lose their triangles first") {
   // A box of 8 corners, each of its sides cut into many triangles.
   TriangleMesh box = shapes::box();

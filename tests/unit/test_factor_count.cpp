@@ -54,7 +54,7 @@ int chosen(const FitOptions& options, double seconds_of_evaluation = 0,
            const Schedule& schedule = ::schedule(),
            const SamplePool& pool = test::sphere_pool(4000)) {
   auto budget = test::budget_of(planned_evaluations(options, schedule), options);
-  const auto make = [&](const Samples&, const EnergyOptions&) {
+  const auto make = [&](const Samples&, const EnergySettings&) {
     return std::make_unique<Slow>(seconds_of_evaluation);
   };
   return chosen_factors(options, schedule, make, pool, budget);
@@ -106,7 +106,7 @@ TEST_CASE("a shape with little room has as many factors as find a place") {
   options.time_limit = 20;
   CHECK(most < 320);  // with which a stage would be timed
   CHECK(chosen(options, 0, schedule(), pool) > 64);
-  const auto make = [](const Samples&, const EnergyOptions&) { return std::make_unique<Slow>(0); };
+  const auto make = [](const Samples&, const EnergySettings&) { return std::make_unique<Slow>(0); };
   CHECK_NOTHROW(place_factors(make, pool, most, 1));
   CHECK_THROWS(place_factors(make, pool, most + 10, 1));
 }

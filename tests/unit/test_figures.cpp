@@ -186,7 +186,17 @@ TEST_CASE("parts are known and dropped in whatever order their triangles come") 
   file.commit([&](std::uint32_t vertex) { return sink.keeps(vertex); });
 
   TriangleMesh kept = mesh;
+  // Blue tells the small ball, which is dropped.
+  for (const auto& x : mesh.vertices) {
+    kept.colors.push_back({1, static_cast<std::uint8_t>(x.y() > 2 ? 2 : 0),
+                           static_cast<std::uint8_t>(x.x() > 2 ? 3 : 0)});
+  }
   CHECK(drop_loose_pieces(kept).count == 1);
+  REQUIRE(kept.colors.size() == kept.vertices.size());
+  for (std::size_t v = 0; v < kept.vertices.size(); ++v) {
+    const std::uint8_t green = kept.vertices[v].y() > 2 ? 2 : 0;
+    REQUIRE(kept.colors[v] == VertexColor{1, green, 0});
+  }
   const SurfaceFigures figures = sink.figures(), wanted = measure(kept);
   CHECK(figures.components == 2);
   CHECK(figures.vertices == kept.vertices.size());

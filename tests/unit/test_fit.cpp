@@ -48,6 +48,16 @@ TEST_CASE("a budget is spent by evaluations, time or a stop request") {
   CHECK(interrupted.spent() == StopReason::interrupted);
 }
 
+namespace {
+
+Map map_of(std::size_t factors) {
+  Map map;
+  map.dynamics.factors.resize(factors, {{}, 1});
+  return map;
+}
+
+}  // namespace
+
 TEST_CASE("fit options that make no sense are refused by name") {
   const auto refused = [](auto change, const std::string& field) {
     FitOptions options;
@@ -76,6 +86,25 @@ TEST_CASE("fit options that make no sense are refused by name") {
   refused([](FitOptions& o) { o.target_iou = 1.01; }, "target_iou");
   refused([](FitOptions& o) { o.target_iou = std::nan(""); }, "target_iou");
   refused([](FitOptions& o) { o.schedule = "nonesuch"; }, "schedule");
+  refused([](FitOptions& o) { o.initial = quadratic_map({}); }, "initial");
+  refused([](FitOptions& o) { o.initial = map_of(7); }, "initial");
+  refused(
+      [](FitOptions& o) {
+        o.initial = map_of(9);
+        o.factors = 10;
+      },
+      "factors");
+  FitOptions options;
+  options.initial.emplace();  // without factors
+  CHECK_THROWS_AS(options.validate(), InputError);
+  options.initial = map_of(8);
+  options.factors = 8;
+  CHECK_NOTHROW(options.validate());
+  options.schedule = "nonesuch";
+  options.schedule_text = "evaluations = ";
+  CHECK_THROWS_WITH(options.validate(), Catch::Contains("schedule_text"));
+  options.schedule_text = schedule_text("fast");
+  CHECK_NOTHROW(options.validate());
   CHECK_NOTHROW(FitOptions{}.validate());
 }
 

@@ -68,7 +68,11 @@ TEST_CASE("a mesh is cut along planes") {
   }
   mesh.triangles = {{3, 4, 5}, {4, 0, 5}, {0, 1, 5}, {1, 3, 5},
                     {4, 3, 2}, {0, 4, 2}, {1, 0, 2}, {3, 1, 2}};
-  for (const Eigen::Vector3d& v : mesh.vertices) mesh.normals.push_back(v.cast<float>());
+  for (const Eigen::Vector3d& v : mesh.vertices) {
+    mesh.normals.push_back(v.cast<float>());
+    const auto grey = static_cast<std::uint8_t>(100 + 100 * v.z());
+    mesh.colors.push_back({grey, grey, 7});
+  }
   REQUIRE(inspect(mesh).closed());
   for (const double most : {-0.5, 0.0, 0.5}) {
     const TriangleMesh cut = explore::cut_away(mesh, 2, most);
@@ -78,6 +82,11 @@ TEST_CASE("a mesh is cut along planes") {
     CHECK(cut.box().high.z() == most);
     CHECK(cut.box().low.z() == -1);
     CHECK(cut.normals.size() == cut.vertices.size());
+    REQUIRE(cut.colors.size() == cut.vertices.size());
+    for (std::size_t v = 0; v < cut.vertices.size(); ++v) {
+      CHECK(std::abs(cut.colors[v][0] - (100 + 100 * cut.vertices[v].z())) <= 1);
+      CHECK(cut.colors[v][2] == 7);
+    }
     double area = 0;
     for (const Triangle& t : cut.triangles) {
       const Eigen::Vector3d a = cut.vertices[t[1]] - cut.vertices[t[0]];

@@ -87,7 +87,7 @@ TEST_CASE("a fit that died and was resumed ends as one that did not") {
   const std::filesystem::path path = folder / "fit.checkpoint";
   int left = -1;  // evaluations with gradients until death; negative: none
   const fitting::EvaluatorFactory mortal = [&](const fitting::Samples& samples,
-                                               const fitting::EnergyOptions& energy) {
+                                               const fitting::EnergySettings& energy) {
     return std::make_unique<MortalEvaluator>(fitting::make_reference_evaluator(samples, energy),
                                              left);
   };
@@ -230,7 +230,7 @@ TEST_CASE("a stage asks at the centres of poles inside the shape, where they are
   const auto pool = sphere_pool(4000);
   std::vector<fitting::Samples> asked;
   const fitting::EvaluatorFactory keeping = [&](const fitting::Samples& samples,
-                                                const fitting::EnergyOptions& options) {
+                                                const fitting::EnergySettings& options) {
     asked.push_back(samples);
     return fitting::make_reference_evaluator(samples, options);
   };
@@ -292,9 +292,9 @@ TEST_CASE(
   const auto draw = [&](const fitting::Level& level, base::Random& random) {
     return pool.draw(level, random);
   };
-  std::vector<std::pair<fitting::EnergyOptions, fitting::Samples>> asked;
+  std::vector<std::pair<fitting::EnergySettings, fitting::Samples>> asked;
   const fitting::EvaluatorFactory keeping = [&](const fitting::Samples& samples,
-                                                const fitting::EnergyOptions& energy) {
+                                                const fitting::EnergySettings& energy) {
     asked.emplace_back(energy, samples);
     return fitting::make_reference_evaluator(samples, energy);
   };
@@ -365,7 +365,7 @@ TEST_CASE("no stage is begun that the time limit would end before its first step
   constexpr double kPreparation = 0.3;
   double seconds = 0;
   const fitting::EvaluatorFactory slow = [&](const fitting::Samples& samples,
-                                             const fitting::EnergyOptions& energy) {
+                                             const fitting::EnergySettings& energy) {
     seconds += kPreparation;
     return fitting::make_reference_evaluator(samples, energy);
   };
@@ -377,7 +377,7 @@ TEST_CASE("no stage is begun that the time limit would end before its first step
   level.steps = 1;
   const fitting::Schedule schedule{10'000, 1e-3, {level}};
   const auto start = fitting::place_factors(
-      [](const fitting::Samples& samples, const fitting::EnergyOptions& energy) {
+      [](const fitting::Samples& samples, const fitting::EnergySettings& energy) {
         return fitting::make_reference_evaluator(samples, energy);
       },
       pool, *options.factors, 1);
@@ -430,7 +430,7 @@ TEST_CASE("reweighting moves weight to what is badly captured and keeps its sums
   level.reweight = 2;
   std::vector<fitting::Samples> given;
   const fitting::EvaluatorFactory keeping = [&](const fitting::Samples& samples,
-                                                const fitting::EnergyOptions& energy) {
+                                                const fitting::EnergySettings& energy) {
     given.push_back(samples);
     return fitting::make_reference_evaluator(samples, energy);
   };

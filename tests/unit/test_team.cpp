@@ -49,7 +49,7 @@ auto on_ranks(int size, const Work& work) {
 }
 
 const fitting::EvaluatorFactory kReference = [](const fitting::Samples& samples,
-                                                const fitting::EnergyOptions& options) {
+                                                const fitting::EnergySettings& options) {
   return fitting::make_reference_evaluator(samples, options);
 };
 
@@ -105,7 +105,7 @@ void lack_memory() { throw DeviceError("toy", "clCreateBuffer", CL_MEM_OBJECT_AL
 /// The reference, which on one rank fails.
 fitting::EvaluatorFactory failing_on(int rank, const Team& team, Failing::Fail fail) {
   return [=, &team](const fitting::Samples& samples,
-                    const fitting::EnergyOptions& options) -> std::unique_ptr<fitting::Evaluator> {
+                    const fitting::EnergySettings& options) -> std::unique_ptr<fitting::Evaluator> {
     auto evaluator = fitting::make_reference_evaluator(samples, options);
     if (team.rank() != rank) return evaluator;
     return std::make_unique<Failing>(std::move(evaluator), fail);
@@ -152,7 +152,7 @@ TEST_CASE("fields come in the samples' order, matrices are those of all samples"
   const fitting::Samples samples = some_samples(20);
   const Map map = some_map();
   const std::vector<Quaternion> centers = {{0.3, 0, 0, 0.1}, {-0.5, 0.4, 0, 0}};
-  const fitting::EnergyOptions options{fitting::Loss::tanh, 1, 3.0, 7.0};
+  const fitting::EnergySettings options{fitting::Loss::tanh, 1, 3.0, 7.0};
   struct Answers {
     std::vector<double> field;
     double energy = 0;
@@ -250,7 +250,7 @@ TEST_CASE("what one rank throws ends all, wherever they are") {
     return failing(team, [] { return 0; });
   }));
   const fitting::EvaluatorFactory small = [](const fitting::Samples& samples,
-                                             const fitting::EnergyOptions& options) {
+                                             const fitting::EnergySettings& options) {
     // The second part is a sample longer than the first; rank 0 takes matrices of all three.
     if (samples.size() == 2) throw Error("the device is gone");
     return fitting::make_reference_evaluator(samples, options);

@@ -2,8 +2,10 @@
 
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "base/larger_error.hpp"
 #include "qjulia/error.hpp"
@@ -17,24 +19,49 @@ namespace {
 
 const test::TemporaryFolder written_folder;
 
-/// The vertices of a .glb of ours as a viewer sees them: in the scene, whose Y is up.
-TriangleMesh read_glb(const std::filesystem::path& path) {
-  const std::string bytes = test::read_text(path);
-  const auto at = [&bytes](std::size_t from, auto value) {
+/// A .glb, taken apart.
+struct GlbFile {
+  std::string bytes;
+  nlohmann::json scene;
+  std::size_t binary = 0;  ///< where its buffer begins
+
+  explicit GlbFile(const std::filesystem::path& path) : bytes(test::read_text(path)) {
+    const std::size_t json_bytes = at(12, std::uint32_t{});
+    scene = nlohmann::json::parse(bytes.substr(20, json_bytes));
+    binary = 28 + json_bytes;
+  }
+  template <class Value>
+  Value at(std::size_t from, Value value) const {
+    REQUIRE(from + sizeof value <= bytes.size());
     std::memcpy(&value, bytes.data() + from, sizeof value);
     return value;
-  };
-  const std::size_t json_bytes = at(12, std::uint32_t{});
-  const auto scene = nlohmann::json::parse(bytes.substr(20, json_bytes));
+  }
+};
+
+/// The vertices of a .glb of ours as a viewer sees them: in the scene, whose Y is up.
+TriangleMesh read_glb(const std::filesystem::path& path) {
+  const GlbFile file(path);
+  const nlohmann::json& scene = file.scene;
   const auto q = scene.at("nodes").at(0).at("rotation").get<std::vector<double>>();
   const Eigen::Quaterniond turn(q[3], q[0], q[1], q[2]);
   const auto& positions = scene.at("accessors").at(1);
   const std::size_t view = scene.at("bufferViews").at(1).at("byteOffset");
   TriangleMesh mesh;
   for (std::size_t i = 0; i < positions.at("count"); ++i) {
-    const std::size_t from = 28 + json_bytes + view + 12 * i;
-    const Eigen::Vector3d own(at(from, float{}), at(from + 4, float{}), at(from + 8, float{}));
+    const std::size_t from = file.binary + view + 12 * i;
+    const Eigen::Vector3d own(file.at(from, float{}), file.at(from + 4, float{}),
+                              file.at(from + 8, float{}));
     mesh.vertices.emplace_back(turn * own);
+  }
+  return mesh;
+}
+
+/// A sphere with a colour of its own at each vertex; with normals where asked for.
+TriangleMesh colored_sphere(bool has_normals) {
+  TriangleMesh mesh = shapes::sphere(2);
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (has_normals) mesh.normals.push_back(mesh.vertices[v].cast<float>());
+    mesh.colors.push_back({static_cast<std::uint8_t>(v), static_cast<std::uint8_t>(255 - v), 188});
   }
   return mesh;
 }
@@ -85,6 +112,109 @@ TEST_CASE("an .off file is plain, whether or not the mesh has normals") {
   CHECK(without.starts_with("OFF\n"));
   for (const auto& x : mesh.vertices) mesh.normals.push_back(x.normalized().cast<float>());
   CHECK(written() == without);
+}
+
+TEST_CASE("a .ply has colours of 8 bits after positions and normals") {
+  const bool has_normals = GENERATE(false, true);
+  const TriangleMesh mesh = colored_sphere(has_normals);
+  const auto path = written_folder.path() / "colored.ply";
+  write_mesh(mesh, path);
+  const std::string ply = test::read_text(path);
+  CHECK(ply.find(std::string(has_normals ? "float nz" : "float z") +
+                 "\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nelement face") !=
+        std::string::npos);
+  const std::size_t first = ply.find("end_header\n") + 11, record = has_normals ? 27 : 15;
+  REQUIRE(ply.size() == first + record * mesh.vertices.size() + 13 * mesh.triangles.size());
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    const auto* const color = ply.data() + first + record * (v + 1) - 3;
+    for (std::size_t c = 0; c < 3; ++c) {
+      REQUIRE(static_cast<std::uint8_t>(color[c]) == mesh.colors[v][c]);
+    }
+  }
+  CHECK(read_mesh(path).triangles.size() == mesh.triangles.size());
+}
+
+TEST_CASE("a .glb has linear colours, a plain material and the file's name") {
+  const bool has_normals = GENERATE(false, true);
+  const TriangleMesh mesh = colored_sphere(has_normals);
+  write_mesh(mesh, written_folder.path() / "my ball.glb");
+  const GlbFile file(written_folder.path() / "my ball.glb");
+  const nlohmann::json& scene = file.scene;
+  CHECK(scene.at("nodes").at(0).at("name") == "my ball");
+  CHECK(scene.at("meshes").at(0).at("name") == "my ball");
+  const auto& primitive = scene.at("meshes").at(0).at("primitives").at(0);
+  const auto& accessor =
+      scene.at("accessors").at(primitive.at("attributes").at("COLOR_0").get<std::size_t>());
+  CHECK(accessor.at("componentType") == 5121);
+  CHECK(accessor.at("normalized") == true);
+  CHECK(accessor.at("type") == "VEC4");
+  REQUIRE(accessor.at("count") == mesh.vertices.size());
+  const auto& view = scene.at("bufferViews").at(accessor.at("bufferView").get<std::size_t>());
+  CHECK(view.at("byteLength") == 4 * mesh.vertices.size());
+  const std::size_t offset = view.at("byteOffset");
+  CHECK(offset % 4 == 0);
+  CHECK(file.binary + offset + 4 * mesh.vertices.size() == file.bytes.size());
+  CHECK(scene.at("buffers").at(0).at("byteLength") == file.bytes.size() - file.binary);
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    const auto color = file.at(file.binary + offset + 4 * v, std::array<std::uint8_t, 4>{});
+    // sRGB 188 is half of the light.
+    REQUIRE(color[2] == 128);
+    REQUIRE(color[3] == 255);
+    if (mesh.colors[v][0] == 255) CHECK(color[0] == 255);
+    if (mesh.colors[v][0] == 0) CHECK(color[0] == 0);
+    if (mesh.colors[v][0] == 99) CHECK(color[0] == 32);
+    if (mesh.colors[v][1] == 99) CHECK(color[1] == 32);
+  }
+  const auto& material = scene.at("materials")
+                             .at(primitive.at("material").get<std::size_t>())
+                             .at("pbrMetallicRoughness");
+  CHECK(material.at("baseColorFactor") == nlohmann::json({1, 1, 1, 1}));
+  CHECK(material.at("metallicFactor") == 0);
+  CHECK(material.at("roughnessFactor") > 0.3);
+}
+
+TEST_CASE("an .obj has colours from 0 to 1 after coordinates") {
+  const bool has_normals = GENERATE(false, true);
+  const TriangleMesh mesh = colored_sphere(has_normals);
+  const auto path = written_folder.path() / "colored.obj";
+  write_mesh(mesh, path);
+  std::istringstream text(test::read_text(path));
+  std::size_t v = 0, normals = 0;
+  for (std::string line; std::getline(text, line);) {
+    std::istringstream words(line);
+    std::string key;
+    words >> key;
+    if (key == "vn") ++normals;
+    if (key != "v") continue;
+    double x = 0;
+    for (int i = 0; i < 3; ++i) words >> x;
+    for (std::size_t c = 0; c < 3; ++c) {
+      REQUIRE(words >> x);
+      REQUIRE(std::lround(255 * x) == mesh.colors.at(v)[c]);
+    }
+    ++v;
+  }
+  CHECK(v == mesh.vertices.size());
+  CHECK(normals == mesh.normals.size());
+  CHECK(read_mesh(path).triangles.size() == mesh.triangles.size());
+}
+
+TEST_CASE("what holds no colours is the same with and without them") {
+  for (const std::string name : {"plain.stl", "plain.off"}) {
+    CHECK_FALSE(holds_colors(name));
+    const auto path = written_folder.path() / name;
+    TriangleMesh mesh = colored_sphere(false);
+    write_mesh(mesh, path);
+    const std::string with = test::read_text(path);
+    mesh.colors.clear();
+    write_mesh(mesh, path);
+    CHECK(with == test::read_text(path));
+  }
+  for (const char* name : {"a.ply", "a.obj", "a.GLB"}) CHECK(holds_colors(name));
+  TriangleMesh mesh = colored_sphere(false);
+  mesh.colors.pop_back();
+  CHECK_THROWS_WITH(write_mesh(mesh, written_folder.path() / "few.ply"),
+                    Catch::Contains("colours"));
 }
 
 TEST_CASE("files stand upright where their format has an up, and keep coordinates elsewhere") {

@@ -114,6 +114,7 @@ TriangleMesh cut_away(const TriangleMesh& mesh, int axis, double most) {
     if (numbers[v] == kNone) {
       numbers[v] = added(mesh.vertices[v]);
       if (!mesh.normals.empty()) cut.normals.push_back(mesh.normals[v]);
+      if (!mesh.colors.empty()) cut.colors.push_back(mesh.colors[v]);
     }
     return numbers[v];
   };
@@ -129,6 +130,13 @@ TriangleMesh cut_away(const TriangleMesh& mesh, int axis, double most) {
     if (!mesh.normals.empty()) {
       const auto share = static_cast<float>(way);
       cut.normals.push_back(((1 - share) * mesh.normals[a] + share * mesh.normals[b]).normalized());
+    }
+    if (!mesh.colors.empty()) {
+      VertexColor& color = cut.colors.emplace_back();
+      for (std::size_t c = 0; c < color.size(); ++c) {
+        color[c] = static_cast<std::uint8_t>(
+            std::lround(std::lerp(mesh.colors[a][c], mesh.colors[b][c], way)));
+      }
     }
     return at->second = added(point);
   };

@@ -348,8 +348,10 @@ int run_batch(const BatchArguments& arguments, Session& session) {
 
 void describe_batch(Command command, BatchArguments& a) {
   a.all_but_status = {
-      command.file("MANIFEST", a.manifest, "", "What to fit: a TOML file, as above"),
-      command.file("-o,--output", a.folder, "FOLDER", "Folder for everything the batch writes"),
+      command.file("MANIFEST", a.manifest, "", "What to fit: a TOML file, as above")
+          .offers_files({".toml"}),
+      command.file("-o,--output", a.folder, "FOLDER", "Folder for everything the batch writes")
+          .offers_folders(),
       command.flag("--check", a.check, "Only say what is wrong with the manifest"),
       command.flag("--resume", a.resume,
                    "Keep what is complete for the same meshes and options, and do the rest"),
@@ -359,9 +361,11 @@ void describe_batch(Command command, BatchArguments& a) {
               "--jobs", "NUMBER|auto", [&a](const std::string& text) { a.jobs = jobs_in(text); },
               "Fits side by side on a CPU, 1 to 1024, or 'auto': 2, which keep it busy; a GPU "
               "always does one at a time")
-          .default_text("1")};
-  command.file("--status", a.status, "FOLDER",
-               "Only report the progress of the batch in this folder");
+          .default_text("1")
+          .offers({"auto"})};
+  command
+      .file("--status", a.status, "FOLDER", "Only report the progress of the batch in this folder")
+      .offers_folders();
   a.all_but_status.push_back(add_device(command, a.device));
 }
 

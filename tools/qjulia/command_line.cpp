@@ -221,6 +221,36 @@ std::string with_zero(const std::string& word) {
   return needs_zero ? "-0" + word.substr(1) : word;
 }
 
+OptionUsage usage_of(const CLI::Option& option, const CommandNotes& notes) {
+  OptionUsage usage;
+  usage.is_positional = option.get_positional();
+  usage.name = option.get_single_name();
+  if (!option.get_snames().empty()) usage.letter = "-" + option.get_snames().front();
+  if (!usage.is_positional) usage.name = "--" + usage.name;
+  if (option.get_items_expected_max() > 0 && !usage.is_positional) {
+    const std::string type = option.get_type_name();
+    const bool has_many = option.get_type_size() > 1 || option.get_expected_max() > 1;
+    usage.values = has_many ? base::split(type, ' ') : std::vector{type};
+  }
+  usage.description = option.get_description();
+  usage.default_text = option.get_default_str();
+  usage.group = option.get_group();
+  usage.is_required = option.get_required();
+  usage.is_repeated = option.get_type_size() > 1;
+  if (const auto found = notes.completions.find(&option); found != notes.completions.end()) {
+    usage.completion = found->second;
+  }
+  return usage;
+}
+
+CommandUsage usage_of(const CLI::App& app, const CommandNotes& notes) {
+  CommandUsage usage{app.get_name(), app.get_description(), app.get_footer(), {}};
+  for (const CLI::Option* option : app.get_options()) {
+    usage.options.push_back(usage_of(*option, notes));
+  }
+  return usage;
+}
+
 bool is_direction(std::string_view word) { return word == "-x" || word == "-y" || word == "-z"; }
 
 }  // namespace
@@ -263,6 +293,23 @@ Option Option::default_text(const std::string& text) const {
   return *this;
 }
 
+Option Option::offers(const std::vector<std::string>& words) const {
+  notes_->completions[option_].words = words;
+  return *this;
+}
+
+Option Option::offers_files(const std::vector<std::string>& extensions) const {
+  Completion& completion = notes_->completions[option_];
+  completion.takes_files = true;
+  completion.extensions = extensions;
+  return *this;
+}
+
+Option Option::offers_folders() const {
+  notes_->completions[option_].takes_folders = true;
+  return *this;
+}
+
 std::string Option::name() const { return option_->get_name(); }
 
 bool Option::given() const { return option_->count() > 0; }
@@ -274,7 +321,7 @@ Option Command::word(const std::string& names, const std::string& type,
                      take = std::move(take)](const CLI::results_t& words) {
     return read_for(option, [&] { take(words.front()); });
   };
-  return Option(app_->add_option(names, read, description)->type_name(type));
+  return {app_->add_option(names, read, description)->type_name(type), notes_};
 }
 
 Option Command::add(const std::string& names, Target target, const std::string& type,
@@ -295,38 +342,54 @@ Option Command::file(const std::string& names, std::string& target, const std::s
   return word(names, type, take, description);
 }
 
-void Command::input(const std::string& name, std::string& target,
-                    const std::string& description) const {
-  file(name, target, "", description).option_->required();
+Option Command::input(const std::string& name, std::string& target,
+                      const std::string& description) const {
+  const Option added = file(name, target, "", description);
+  added.option_->required();
+  return added;
 }
 
-void Command::output(std::string& target, const std::string& type,
-                     const std::string& description) const {
-  file("-o,--output", target, type, description).option_->required();
+Option Command::output(std::string& target, const std::string& type,
+                       const std::string& description) const {
+  const Option added = file("-o,--output", target, type, description);
+  added.option_->required();
+  return added;
+}
+
+Option Command::output(const std::string& names, OutputName& target,
+                       std::function<std::string()> named, const std::string& type,
+                       const std::string& description) const {
+  notes_->once_chosen[app_].emplace_back([&target, named = std::move(named)] {
+    if (!target.path.empty()) return;
+    target = {named(), true};
+  });
+  return file(names, target.path, type, description);
 }
 
 Option Command::flag(const std::string& names, bool& target, const std::string& description) const {
-  return Option(app_->add_flag(names, target, description));
+  return {app_->add_flag(names, target, description), notes_};
 }
 
 Option Command::numbers(const std::string& names, const std::string& type,
                         std::function<void(const std::vector<double>&)> take,
                         const std::string& description) const {
   const int count = count_words(type);
-  return Option(app_->add_option(names, number_reader(names, count, std::move(take)), description)
-                    ->expected(count)
-                    ->type_name(type));
+  return {app_->add_option(names, number_reader(names, count, std::move(take)), description)
+              ->expected(count)
+              ->type_name(type),
+          notes_};
 }
 
 Option Command::repeated_numbers(const std::string& names, const std::string& type, int most,
                                  std::function<void(const std::vector<double>&)> take,
                                  const std::string& description) const {
   const int count = count_words(type);
-  return Option(app_->add_option(names, number_reader(names, count, std::move(take)), description)
-                    ->type_name(type)
-                    ->type_size(count)
-                    ->expected(1, most)
-                    ->allow_extra_args(false));
+  return {app_->add_option(names, number_reader(names, count, std::move(take)), description)
+              ->type_name(type)
+              ->type_size(count)
+              ->expected(1, most)
+              ->allow_extra_args(false),
+          notes_};
 }
 
 Option Command::one_of(const std::string& names, const std::vector<std::string>& words,
@@ -340,15 +403,21 @@ Option Command::one_of(const std::string& names, const std::vector<std::string>&
     }
     take(static_cast<std::size_t>(found - words.begin()));
   };
-  return word(names, fmt::format("{}", fmt::join(words, "|")), find, description);
+  return word(names, fmt::format("{}", fmt::join(words, "|")), find, description).offers(words);
 }
 
 void Command::footer(const std::string& text) const { app_->footer(text); }
 
-void Command::on_chosen(std::function<void()> call) const { app_->callback(std::move(call)); }
+void Command::on_chosen(std::function<void()> call) const {
+  app_->callback([app = app_, notes = notes_, call = std::move(call)] {
+    for (const auto& before : notes->once_chosen[app]) before();
+    call();
+  });
+}
 
 CommandLine::CommandLine(const std::string& description, const std::string& name)
-    : app_(std::make_unique<CLI::App>(description, name)) {
+    : app_(std::make_unique<CLI::App>(description, name)),
+      notes_(std::make_unique<CommandNotes>()) {
   app_->formatter(std::make_shared<HelpFormat>());  // subcommands inherit it
   app_->require_subcommand(0, 1);
   if (name.empty()) app_->set_help_flag();  // no program, no help
@@ -356,17 +425,29 @@ CommandLine::CommandLine(const std::string& description, const std::string& name
 
 CommandLine::~CommandLine() = default;
 
-Command CommandLine::root() const { return Command(app_.get()); }
+Command CommandLine::root() const { return {app_.get(), notes_.get()}; }
 
 Command CommandLine::add_command(const std::string& name, const std::string& description) {
   CLI::App* const command = app_->add_subcommand(name, description);
   command->set_help_all_flag("--help-all", "Print this help with the options of all groups");
-  return Command(command);
+  return {command, notes_.get()};
 }
 
 void CommandLine::version(const std::string& text) { app_->set_version_flag("--version", text); }
 
 std::string CommandLine::help() const { return app_->help(); }
+
+bool CommandUsage::has(const std::string& option) const {
+  return std::ranges::find(options, option, &OptionUsage::name) != options.end();
+}
+
+ProgramUsage CommandLine::usage() const {
+  ProgramUsage program{usage_of(*app_, *notes_), {}};
+  for (const CLI::App* command : std::as_const(*app_).get_subcommands({})) {
+    program.commands.push_back(usage_of(*command, *notes_));
+  }
+  return program;
+}
 
 std::optional<int> CommandLine::parse(int argc, const char* const* argv) {
   std::vector<std::string> words;

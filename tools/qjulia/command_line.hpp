@@ -6,12 +6,15 @@
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <variant>
 #include <vector>
+
+#include "usage.hpp"
 
 namespace CLI {
 class App;
@@ -23,6 +26,19 @@ namespace qjulia::tools {
 /// @throws InputError for what is not a finite number.
 double finite_number(const std::string& word);
 int whole_number(const std::string& word);
+
+/// What CLI11 has no place for.
+struct CommandNotes {
+  std::map<const CLI::Option*, Completion> completions;
+  /// What happens to a command that was typed, before it is run.
+  std::map<const CLI::App*, std::vector<std::function<void()>>> once_chosen;
+};
+
+/// The file that a command writes.
+struct OutputName {
+  std::string path;
+  bool must_be_new = false;  ///< nobody named it: it is named after an input
+};
 
 /// One option or positional argument of a command. A handle: copies are the same option.
 class Option {
@@ -37,14 +53,20 @@ class Option {
   /// The value that holds without it, as the help shows it.
   Option default_text(const std::string& text) const;
 
+  /// What shells offer for its value: these words, files that end so (or any file), folders.
+  Option offers(const std::vector<std::string>& words) const;
+  Option offers_files(const std::vector<std::string>& extensions = {}) const;
+  Option offers_folders() const;
+
   /// "--detail".
   std::string name() const;
   bool given() const;
 
  private:
   friend class Command;
-  explicit Option(CLI::Option* option) : option_(option) {}
+  Option(CLI::Option* option, CommandNotes* notes) : option_(option), notes_(notes) {}
   CLI::Option* option_;
+  CommandNotes* notes_;
 };
 
 /// Where a value goes. An optional one stays empty unless the option is given; the others show
@@ -63,9 +85,13 @@ class Command {
   Option file(const std::string& names, std::string& target, const std::string& type,
               const std::string& description) const;
   /// A file that is always given, by its place: mostly the one that a command reads.
-  void input(const std::string& name, std::string& target, const std::string& description) const;
+  Option input(const std::string& name, std::string& target, const std::string& description) const;
   /// -o, the file that it writes: always given.
-  void output(std::string& target, const std::string& type, const std::string& description) const;
+  Option output(std::string& target, const std::string& type, const std::string& description) const;
+  /// The same where it may be left out. @param named says what the file is called then, once all
+  /// options are read; such a file must be new.
+  Option output(const std::string& names, OutputName& target, std::function<std::string()> named,
+                const std::string& type, const std::string& description) const;
   Option flag(const std::string& names, bool& target, const std::string& description) const;
   /// A word that `take` reads. @param take throws InputError saying what is wrong with it.
   Option word(const std::string& names, const std::string& type,
@@ -104,10 +130,11 @@ class Command {
 
  private:
   friend class CommandLine;
-  explicit Command(CLI::App* app) : app_(app) {}
+  Command(CLI::App* app, CommandNotes* notes) : app_(app), notes_(notes) {}
   Option one_of(const std::string& names, const std::vector<std::string>& words,
                 std::function<void(std::size_t)> take, const std::string& description) const;
   CLI::App* app_;
+  CommandNotes* notes_;
 };
 
 /// A program with its commands, or options alone.
@@ -124,6 +151,8 @@ class CommandLine {
   /// Adds --version.
   void version(const std::string& text);
   std::string help() const;
+  /// All of it as data.
+  ProgramUsage usage() const;
 
   /// Reads the program's arguments. @return an exit code when all is said (help, version) or
   /// nothing can be done (bad usage). @throws InputError naming an option whose value is no use.
@@ -139,6 +168,7 @@ class CommandLine {
 
  private:
   std::unique_ptr<CLI::App> app_;
+  std::unique_ptr<CommandNotes> notes_;
 };
 
 }  // namespace qjulia::tools

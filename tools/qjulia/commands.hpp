@@ -45,6 +45,12 @@ void add_command(CommandLine& program, ChosenCommand& chosen, const CommandText&
   });
 }
 
+/// What the program's help begins with.
+extern const char* const kProgramDescription;
+
+/// The whole program: its help, version and commands.
+void describe(CommandLine& program, ChosenCommand& chosen);
+
 void add_devices(CommandLine& program, ChosenCommand& chosen);
 void add_doctor(CommandLine& program, ChosenCommand& chosen);
 void add_fit(CommandLine& program, ChosenCommand& chosen);

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
+#include "files.hpp"
 #include "map_options.hpp"
 #include "picture_options.hpp"
 #include "provenance.hpp"
@@ -95,13 +96,17 @@ int run_compare(const CompareArguments& arguments, Session& session) {
 void describe_compare(Command command, CompareArguments& a) {
   a.view.width = 640;
   a.view.height = 480;
-  command.input("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'");
-  command.input("MESH", a.mesh, "The mesh it was fitted to: .obj, .off, .ply or .stl");
+  command.input("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'")
+      .offers_files(readable({FileContent::map}));
+  command.input("MESH", a.mesh, "The mesh it was fitted to: .obj, .off, .ply or .stl")
+      .offers_files(readable({FileContent::mesh}));
   command.add("--resolution", &a.options.resolution, "INT", "Cells along each side of the cube");
-  const Option picture = command.file(
-      "--picture", a.picture, "FILE.png",
-      "Also draw mesh, potential, set and the distance of set from mesh as colour: .png "
-      "of four pictures with a scale");
+  const Option picture =
+      command
+          .file("--picture", a.picture, "FILE.png",
+                "Also draw mesh, potential, set and the distance of set from mesh as colour: .png "
+                "of four pictures with a scale")
+          .offers_files({".png"});
   command.flag("--limbs", a.options.limbs,
                "Also count the mesh's limbs (arms, legs, ears; a tenth of its longest side and "
                "more), and those that the set keeps to the last quarter of their length");

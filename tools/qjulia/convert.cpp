@@ -1,9 +1,12 @@
-/// qjulia convert: a map of another program or version in, a map file out.
+/// qjulia convert: a map of another program or version in, a map file out, or a formula for another
+/// program.
 
 #include <fmt/format.h>
 
+#include "base/output_file.hpp"
 #include "commands.hpp"
 #include "files.hpp"
+#include "formula/formula.hpp"
 #include "map_options.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
@@ -16,7 +19,8 @@ namespace qjulia::tools {
 namespace {
 
 struct ConvertArguments {
-  std::string input, output, portals;
+  std::string input, portals;
+  OutputName output;
   DeviceChoice device;
   MapOptions map_options;
   std::optional<UpAxis> up;
@@ -35,15 +39,35 @@ int run_field(const ConvertArguments& arguments, Session& session) {
   if (!arguments.map_options.given().empty() || arguments.up || !arguments.portals.empty()) {
     throw InputError("options change maps, and a distance field becomes a mesh: give none");
   }
-  session.check_outputs({arguments.input},
-                        {{"OUT", arguments.output, extensions(FileContent::mesh, FileUse::write)}});
+  session.check_outputs(
+      {arguments.input},
+      {output_named("OUT", arguments.output, extensions(FileContent::mesh, FileUse::write))});
   const TriangleMesh mesh = mesh_of(read_sampled_distance(arguments.input));
-  write_mesh(mesh, arguments.output);
+  write_mesh(mesh, arguments.output.path);
   session.console.summary(
       fmt::format("{} triangles\nmesh: {}\nnext: qjulia shape {} -o map.qjulia.json",
-                  mesh.triangles.size(), arguments.output, shell_word(arguments.output)),
-      {{"mesh", arguments.output}, {"triangles", mesh.triangles.size()}});
+                  mesh.triangles.size(), arguments.output.path, shell_word(arguments.output.path)),
+      {{"mesh", arguments.output.path}, {"triangles", mesh.triangles.size()}});
   return kDone;
+}
+
+/// What a map may become.
+std::vector<std::string> map_outputs() {
+  auto types = extensions(FileContent::formula, FileUse::write);
+  types.insert(types.begin(), ".json");
+  return types;
+}
+
+void write_formula(const Map& map, const ConvertArguments& arguments, Session& session) {
+  const std::string& path = arguments.output.path;
+  const auto program =
+      extension_of(path) == ".frag" ? formula::Program::fragmentarium : formula::Program::shadertoy;
+  formula::expect_formula(map, program);
+  const Device device = session.open_device(arguments.device);
+  const formula::Reach reach = formula::reach_of(device, map, session.interrupts.token());
+  base::write_file(path, formula::formula_text(map, reach, program, name_of(arguments.input)));
+  session.console.summary(fmt::format("{} factors\nformula: {}", map.dynamics.factors.size(), path),
+                          {{"formula", path}, {"factors", map.dynamics.factors.size()}});
 }
 
 int run_convert(const ConvertArguments& arguments, Session& session) {
@@ -53,7 +77,7 @@ int run_convert(const ConvertArguments& arguments, Session& session) {
   }
   std::vector<std::filesystem::path> inputs{arguments.input};
   if (!arguments.portals.empty()) inputs.emplace_back(arguments.portals);
-  session.check_outputs(inputs, {{"OUT", arguments.output, {".json"}}});
+  session.check_outputs(inputs, {output_named("OUT", arguments.output, map_outputs())});
   Map map = read_any(arguments.input, session.interrupts.token());
   // A map that stays as it is needs no device.
   if (!arguments.map_options.given().empty()) {
@@ -67,23 +91,42 @@ int run_convert(const ConvertArguments& arguments, Session& session) {
     map.layers.portals = read_portal_text(arguments.portals, map.frame.shape_to_map);
   }
   if (arguments.up) map.frame.up = arguments.up;
-  write_map(map, arguments.output);
+  if (has_type(arguments.output.path, FileContent::formula, FileUse::write)) {
+    write_formula(map, arguments, session);
+    return kDone;
+  }
+  write_map(map, arguments.output.path);
   session.console.summary(
-      fmt::format("{} factors\nmap: {}", map.dynamics.factors.size(), arguments.output),
-      {{"map", arguments.output}, {"factors", map.dynamics.factors.size()}});
+      fmt::format("{} factors\nmap: {}", map.dynamics.factors.size(), arguments.output.path),
+      {{"map", arguments.output.path}, {"factors", map.dynamics.factors.size()}});
   return kDone;
 }
 
 void describe_convert(Command command, ConvertArguments& a) {
-  command.input("IN", a.input,
-                "Map: .qjulia.json, .o3d or .poly4d of the papers' programs; or .f3d, a distance "
-                "field of theirs, which becomes a mesh");
-  command.input("OUT", a.output,
-                "Map file to write, such as bunny.qjulia.json; of an .f3d a mesh: .ply, .obj, "
-                ".stl, .off or .glb");
-  command.file("--portals", a.portals, "TEXT",
-               "Portals from a text file of the papers' program, for a shape in its box of side 1 "
-               "about the origin; those of the map are replaced");
+  command
+      .input("IN", a.input,
+             "Map: .qjulia.json, .o3d or .poly4d of the papers' programs; or .f3d, a distance "
+             "field of theirs, which becomes a mesh")
+      .offers_files(
+          readable({FileContent::map, FileContent::original_map, FileContent::sampled_distance}));
+  const auto named = [&a] {
+    const bool becomes_mesh = has_type(a.input, FileContent::sampled_distance, FileUse::read);
+    return named_after(a.input, becomes_mesh ? ".ply" : ".qjulia.json");
+  };
+  auto types = extensions(FileContent::mesh, FileUse::write);
+  for (const std::string& type : map_outputs()) types.push_back(type);
+  command
+      .output("OUT", a.output, named, "",
+              "Map file to write, such as bunny.qjulia.json; or the map's formula in GLSL, .frag "
+              "for Fragmentarium and .glsl for Shadertoy; of an .f3d a mesh: .ply, .obj, .stl, "
+              ".off or .glb." +
+                  named_text("input", ".qjulia.json or .ply"))
+      .offers_files(types);
+  command
+      .file("--portals", a.portals, "TEXT",
+            "Portals from a text file of the papers' program, for a shape in its box of side 1 "
+            "about the origin; those of the map are replaced")
+      .offers_files({".txt"});
   add_up(command, a.up, "The shape's axis that points up; auto is what the map says");
   add_knobs(command, a.map_options);
   add_device(command, a.device);
@@ -92,19 +135,23 @@ void describe_convert(Command command, ConvertArguments& a) {
 }  // namespace
 
 void add_convert(CommandLine& program, ChosenCommand& chosen) {
-  add_command(program, chosen,
-              {"convert", "Make a map file of another map", std::string(R"(Examples:
+  add_command(
+      program, chosen,
+      {"convert", "Make a map file of another map, or a formula of it", std::string(R"(Examples:
   qjulia convert bunny.o3d bunny.qjulia.json      a map of the original program
   qjulia convert bunny.f3d bunny.ply              a distance field of the papers'
   qjulia convert bunny.poly4d versor.qjulia.json  a polynomial, for 'shape --versor'
   qjulia convert bunny.qjulia.json stack.qjulia.json --portals bunny.txt
   qjulia convert bunny.qjulia.json crust.qjulia.json --drift 0.8 --detail 0.03
   qjulia convert lying.qjulia.json standing.qjulia.json --up z
+  qjulia convert bunny.qjulia.json bunny.frag     a formula for Fragmentarium
+  qjulia convert bunny.qjulia.json bunny.glsl     the same for Shadertoy
 With knobs it writes a map with its settings baked in: 'surface' and 'render' make of it,
-without options, what they would make of the first with these.
+without options, what they would make of the first with these. Formulas are of maps that
+'fit' made, without portals and paint: see docs/formulas.md.
 )") + kMapOptionsHelp,
-               /*can_trace=*/false},
-              describe_convert, run_convert);
+       /*can_trace=*/false},
+      describe_convert, run_convert);
 }
 
 }  // namespace qjulia::tools

@@ -183,11 +183,15 @@ int run_explore(const ExploreArguments& arguments, Session& session) {
 }
 
 void describe_explore(Command command, ExploreArguments& a) {
-  command.input("MAP|MESH", a.input,
-                "Map file, a page with one, or a mesh (.obj, .off, .ply, .stl), which is fitted "
-                "first, on the page");
-  command.file("-o,--output", a.output, "MAP",
-               "Map file to write when a mesh is fitted. Default: none");
+  command
+      .input("MAP|MESH", a.input,
+             "Map file, a page with one, or a mesh (.obj, .off, .ply, .stl), which is fitted "
+             "first, on the page")
+      .offers_files(readable({FileContent::map, FileContent::mesh}));
+  command
+      .file("-o,--output", a.output, "MAP",
+            "Map file to write when a mesh is fitted. Default: none")
+      .offers_files({".json"});
   add_fit_size(command, a.fit,
                "Seconds after which a mesh's fit ends with what it has reached. Default: none");
   command.flag("--open", a.opens, "Open the page in the desktop's browser");

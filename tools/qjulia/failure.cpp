@@ -31,6 +31,19 @@ std::string option_name(std::string field) {
 
 }  // namespace
 
+std::span<const ExitStatus> exit_statuses() {
+  static constexpr std::array kStatuses = {
+      ExitStatus{kDone, "done", "Everything was written."},
+      ExitStatus{kFailed, "failed",
+                 "An output could not be written, the device failed, or a check found something."},
+      ExitStatus{kBadInput, "bad usage or input",
+                 "An option, its value or an input file is no use; nothing was computed."},
+      ExitStatus{kNoDevice, "no usable device", "There is no OpenCL device, or none of that name."},
+      ExitStatus{kInterrupted, "interrupted",
+                 "SIGINT, SIGTERM or SIGHUP came; a fit then saves what it reached."}};
+  return kStatuses;
+}
+
 int exit_code_of(const std::exception& error) {
   if (dynamic_cast<const InputError*>(&error) != nullptr) return kBadInput;
   if (dynamic_cast<const NoDeviceError*>(&error) != nullptr) return kNoDevice;

@@ -2,6 +2,7 @@
 /// Errors as the shell and its user see them.
 
 #include <exception>
+#include <span>
 #include <string>
 
 namespace qjulia::tools {
@@ -14,6 +15,15 @@ enum ExitCode : int {
   kNoDevice = 3,      ///< no usable OpenCL device
   kInterrupted = 130  ///< by SIGINT, SIGTERM or SIGHUP
 };
+
+struct ExitStatus {
+  ExitCode code;
+  const char* meaning;  ///< for help
+  const char* details;  ///< what else is to be said of it
+};
+
+/// Every code, with what it means.
+std::span<const ExitStatus> exit_statuses();
 
 int exit_code_of(const std::exception& error);
 

@@ -100,6 +100,27 @@ void check_map_name(const std::filesystem::path& path) {
                                path.string(), to_string(*content)));
 }
 
+std::vector<std::string> readable(std::initializer_list<FileContent> contents) {
+  std::vector<std::string> all;
+  for (const FileContent content : contents) {
+    for (std::string& extension : extensions(content, FileUse::read)) {
+      all.push_back(std::move(extension));
+    }
+  }
+  return all;
+}
+
+std::string named_after(const std::string& input, const std::string& extension) {
+  std::filesystem::path stem = std::filesystem::path(input).filename().stem();
+  if (extension_of(stem) == ".qjulia") stem = stem.stem();
+  return stem.string() + extension;
+}
+
+base::Output output_named(const std::string& option, const OutputName& name,
+                          std::vector<std::string> extensions) {
+  return {option, name.path, std::move(extensions), false, name.must_be_new};
+}
+
 std::string file_hash(const std::filesystem::path& path) {
   constexpr std::uint64_t kBlock = std::uint64_t{1} << 20;
   base::InputFile file(path, "file", kNoLimit);

@@ -3,10 +3,16 @@
 /// made.
 
 #include <filesystem>
+#include <initializer_list>
 #include <nlohmann/json_fwd.hpp>
 #include <stop_token>
 #include <string>
 #include <string_view>
+#include <vector>
+
+#include "base/output_check.hpp"
+#include "command_line.hpp"
+#include "qjulia/file_types.hpp"
 
 namespace qjulia::tools {
 
@@ -24,6 +30,18 @@ std::string name_of(const std::filesystem::path& path);
 
 /// @throws InputError when a map to be written has the name of another type, such as x.png.
 void check_map_name(const std::filesystem::path& path);
+
+/// The extensions of files that are read as any of these.
+std::vector<std::string> readable(std::initializer_list<FileContent> contents);
+
+/// "bunny.png" after "shapes/bunny.qjulia.json" and ".png": what a command writes for an input
+/// where nobody names it, in the folder the command runs in.
+std::string named_after(const std::string& input, const std::string& extension);
+
+/// A command's main output, to be checked. @param option what the user calls it.
+/// @param extensions it must end in one; empty: in any.
+base::Output output_named(const std::string& option, const OutputName& name,
+                          std::vector<std::string> extensions = {});
 
 /// Hexadecimal FNV-1a, 64 bits, of a file's bytes: tells whether two files are the same, and is no
 /// protection against somebody who wants them to seem so.

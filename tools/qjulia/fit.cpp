@@ -27,7 +27,8 @@ namespace qjulia::tools {
 namespace {
 
 struct FitCommandArguments {
-  std::string mesh, output;
+  std::string mesh;
+  OutputName output;
   DeviceChoice device;
   std::string report;  ///< folder; empty: none
   FitArguments fit;
@@ -37,14 +38,14 @@ struct FitCommandArguments {
 std::string summary(const FitCommandArguments& arguments, const FitResult& result, bool verbose) {
   return fmt::format("{}\n{}\nmap: {}\nnext: qjulia render {} -o picture.png",
                      verbose ? full_summary(result) : brief_summary(result),
-                     up_line(*result.map.frame.up, arguments.fit.options.up), arguments.output,
-                     shell_word(arguments.output));
+                     up_line(*result.map.frame.up, arguments.fit.options.up), arguments.output.path,
+                     shell_word(arguments.output.path));
 }
 
 nlohmann::json report(const FitCommandArguments& arguments, const FitResult& result,
                       double seconds) {
   nlohmann::json json = result.map.provenance.json();
-  json["map"] = arguments.output;
+  json["map"] = arguments.output.path;
   json["factors"] = result.map.dynamics.factors.size();
   json["up"] = to_string(*result.map.frame.up);
   json["seconds"] = seconds;
@@ -53,8 +54,8 @@ nlohmann::json report(const FitCommandArguments& arguments, const FitResult& res
 
 /// True when the output is the finished result of the same mesh and options.
 bool is_done(const FitCommandArguments& arguments, const FitOrigin& origin) {
-  if (!std::filesystem::is_regular_file(arguments.output)) return false;
-  const nlohmann::json made = read_map(arguments.output).provenance.json();
+  if (!std::filesystem::is_regular_file(arguments.output.path)) return false;
+  const nlohmann::json made = read_map(arguments.output.path).provenance.json();
   return made.is_object() && made.value("stopped", "interrupted") != "interrupted" &&
          made.value("options", nlohmann::json()) == origin.options &&
          made.value("mesh", nlohmann::json()) == origin.mesh;
@@ -66,18 +67,21 @@ std::filesystem::path report_file(const FitCommandArguments& arguments) {
 
 /// None for an output that is no file, such as /dev/null.
 std::filesystem::path checkpoint_file(const FitCommandArguments& arguments) {
-  if (base::is_special(arguments.output)) return {};
-  return arguments.output + ".checkpoint";
+  if (base::is_special(arguments.output.path)) return {};
+  return arguments.output.path + ".checkpoint";
 }
 
 void check_files(const FitCommandArguments& arguments, const FitOptions& options,
                  Session& session) {
-  check_map_name(arguments.output);
+  check_map_name(arguments.output.path);
   std::vector<std::filesystem::path> inputs{arguments.mesh};
   if (extension_of(options.schedule) == ".toml") inputs.emplace_back(options.schedule);
-  std::vector<base::Output> outputs{{"--output", arguments.output}};
+  OutputName output = arguments.output;
+  output.must_be_new = output.must_be_new && !arguments.resume;
+  std::vector<base::Output> outputs{output_named("--output", output)};
   if (const auto checkpoint = checkpoint_file(arguments); !checkpoint.empty()) {
-    outputs.push_back({"the checkpoint of --output", checkpoint});
+    outputs.push_back(
+        output_named("the checkpoint of --output", {checkpoint.string(), output.must_be_new}));
   }
   if (!arguments.report.empty()) {
     outputs.push_back({"--report", report_file(arguments), {}, true});
@@ -101,11 +105,11 @@ void make_report(const FitCommandArguments& arguments, const Device& device,
 /// What --resume does with a finished map: its report, if it is asked for.
 int show_finished(const FitCommandArguments& arguments, const DeviceChoice& device_choice,
                   Session& session) {
-  nlohmann::json json = {{"map", arguments.output}, {"resumed", false}};
+  nlohmann::json json = {{"map", arguments.output.path}, {"resumed", false}};
   std::string text =
-      fmt::format("map: {} is finished; there is nothing to resume", arguments.output);
+      fmt::format("map: {} is finished; there is nothing to resume", arguments.output.path);
   if (!arguments.report.empty()) {
-    const FitResult result = finished_fit(read_map(arguments.output), arguments.output);
+    const FitResult result = finished_fit(read_map(arguments.output.path), arguments.output.path);
     const TriangleMesh mesh = session.read_mesh(arguments.mesh);
     const Device device = session.open_device(device_choice);
     make_report(arguments, device, mesh, result, session);
@@ -156,6 +160,10 @@ FitStart start(const FitCommandArguments& arguments, const FitOptions& options,
     start.origin = origin_of(arguments.mesh, options);
     start.is_done = arguments.resume && is_done(arguments, start.origin);
     if (start.is_done) return start;
+    // With --resume the name may be that of an earlier run's map, whose checkpoint lies beside it.
+    if (arguments.output.must_be_new && !std::filesystem::exists(checkpoint_file(arguments))) {
+      base::check_writable(output_named("--output", arguments.output));
+    }
     start.mesh = read_in_time(arguments.mesh, options.time_limit, session);
     start.device = session.open_device(device);
   } else {
@@ -173,7 +181,7 @@ int save(const FitCommandArguments& arguments, const FitStart& start, FitResult 
   {
     const TraceStage stage(session.trace(), "save");
     result.map.provenance = provenance(start.origin, *start.device, result);
-    write_map(result.map, arguments.output);
+    write_map(result.map, arguments.output.path);
   }
   bool interrupted = result.stopped == StopReason::interrupted;
   if (!interrupted) {
@@ -227,15 +235,22 @@ int run_fit(const FitCommandArguments& arguments, Session& session) {
 }
 
 void describe_fit(Command command, FitCommandArguments& a) {
-  command.input("MESH", a.mesh, "Triangle mesh: .obj, .off, .ply or .stl");
-  command.output(a.output, "MAP", "Map file to write, such as bunny.qjulia.json");
+  command.input("MESH", a.mesh, "Triangle mesh: .obj, .off, .ply or .stl")
+      .offers_files(readable({FileContent::mesh}));
+  command
+      .output(
+          "-o,--output", a.output, [&a] { return named_after(a.mesh, ".qjulia.json"); }, "MAP",
+          "Map file to write, such as bunny.qjulia.json." + named_text("mesh", ".qjulia.json"))
+      .offers_files({".json"});
   add_fit_options(command, a.fit);
   command.flag("--resume", a.resume,
                "Go on where an earlier run of the same command was stopped or killed: it kept "
                "MAP.checkpoint. Without one, start afresh; with the finished map, do nothing");
-  command.file("--report", a.report, "DIR",
-               "Folder for report.html: pictures, curves, figures and options on one page that "
-               "needs nothing else. Made after the fit, in some seconds more");
+  command
+      .file("--report", a.report, "DIR",
+            "Folder for report.html: pictures, curves, figures and options on one page that "
+            "needs nothing else. Made after the fit, in some seconds more")
+      .offers_folders();
   add_device(command, a.device);
 }
 

@@ -35,7 +35,8 @@ void add_fit_size(Command command, FitArguments& a, const char* time_limit_help)
             "Factors of the map, 8 to 20000, or 'auto': as many as settle in the time limit on "
             "this device, or as the schedule says where there is none. More follow the shape more "
             "closely; the fit, surfaces and pictures take longer")
-      .default_text("auto");
+      .default_text("auto")
+      .offers({"auto"});
   command.add("--time-limit", &a.time_limit, "SECONDS", time_limit_help);
 }
 
@@ -57,9 +58,12 @@ void add_fit_options(Command command, FitArguments& a) {
               "Seed of all random choices. The same seed, options and device give the same factors "
               "bit for bit, unless a time limit ends the fit or 'qjulia profile --tune' has "
               "changed the device's settings");
-  command.add("--schedule", &a.options.schedule, "TEXT",
-              "What the fit does, level by level: 'tight', 'fast' (shorter, coarser), 'paper' (the "
-              "course of Kim 2015), or a .toml file of levels");
+  command
+      .add("--schedule", &a.options.schedule, "TEXT",
+           "What the fit does, level by level: 'tight', 'fast' (shorter, coarser), 'paper' (the "
+           "course of Kim 2015), or a .toml file of levels")
+      .offers({"tight", "fast", "paper"})
+      .offers_files({".toml"});
   command.flag("--polish", a.options.polish,
                "Spend the last two fifths of the fit on the iterated set itself, at the wanted "
                "detail: closer to the shape, and less rough");

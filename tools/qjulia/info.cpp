@@ -401,9 +401,15 @@ int run_info(const InfoArguments& arguments, Session& session) {
 }
 
 void describe_info(Command command, InfoArguments& a) {
-  command.input(
-      "FILE", a.file,
-      "Map, a page with one, mesh (.obj, .off, .ply, .stl), or a .png or .glb that qjulia made");
+  command
+      .input(
+          "FILE", a.file,
+          "Map, a page with one, mesh (.obj, .off, .ply, .stl), or a .png or .glb that qjulia made")
+      .offers_files([] {
+        auto types = readable({FileContent::map, FileContent::mesh});
+        types.insert(types.end(), {".png", ".glb"});
+        return types;
+      }());
   command.flag("--check-precision", a.check_precision,
                "Also count the points near a map's surface that are inside in single and outside "
                "in double precision, or the other way round");

@@ -58,14 +58,18 @@ Option add_detail(Command command, std::function<void(const DetailChoice&)> take
     knob_named("detail").expect_in_range(number);
     take(number);
   };
-  return command.word(
-      "--detail", "WORD|FRACTION", read,
-      "Thickness of the fractal shell: 'auto' gives the set a roughness of about 1.2 on a grid of "
-      "256 cells, by how unevenly the shape's radii are spread; 'smooth' is an eighth of it, "
-      "'clear' half, 'wild' twice as much. Or a number, the fraction of the shape's box diagonal, "
-      "from 0.0001 to 0.1: at 0.02 a round body is clearly grooved, at 0.01 a thin figure (in an "
-      "exact map at half of that). " +
-          description);
+  return command
+      .word("--detail", "WORD|FRACTION", read,
+            "Thickness of the fractal shell: 'auto' gives the set a roughness of about 1.2 on a "
+            "grid of "
+            "256 cells, by how unevenly the shape's radii are spread; 'smooth' is an eighth of it, "
+            "'clear' half, 'wild' twice as much. Or a number, the fraction of the shape's box "
+            "diagonal, "
+            "from 0.0001 to 0.1: at 0.02 a round body is clearly grooved, at 0.01 a thin figure "
+            "(in an "
+            "exact map at half of that). " +
+                description)
+      .offers({"auto", "smooth", "clear", "wild"});
 }
 
 /// The option that turns a knob by numbers.

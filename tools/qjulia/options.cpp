@@ -30,7 +30,9 @@ Option add_up(Command command, std::optional<UpAxis>& up, const std::string& des
       throw InputError(fmt::format("'{}' is no direction; give x, y, z, -x, -y, -z or auto", word));
     }
   };
-  return command.word("--up", "x|y|z|-x|-y|-z|auto", read, description).default_text("auto");
+  return command.word("--up", "x|y|z|-x|-y|-z|auto", read, description)
+      .default_text("auto")
+      .offers({"x", "y", "z", "-x", "-y", "-z", "auto"});
 }
 
 Option add_box(Command command, const std::string& name, std::optional<Box>& box,
@@ -58,23 +60,34 @@ Option add_device(Command command, DeviceChoice& device) {
       "Where to compute: gpu, cpu, P:D (platform and device number of 'qjulia devices') or "
       "part of a name. Default: $QJULIA_DEVICE, else the first GPU, else the first device "
       "there is");
+  option.offers({"gpu", "cpu"});
   const auto set_layout = [&device](const std::string& layout) {
     if (layout != "auto" && layout != "cpu" && layout != "gpu") {
       throw InputError(fmt::format("'{}' is no layout; give auto, cpu or gpu", layout));
     }
     device.layout = layout;
   };
-  command.word("--layout", "LAYOUT", set_layout,
-               "How kernels are cut into work-items: cpu (wide lanes), gpu (groups of work-items "
-               "that share local memory) or auto, what suits the device. Default: $QJULIA_LAYOUT, "
-               "else auto");
+  command
+      .word(
+          "--layout", "LAYOUT", set_layout,
+          "How kernels are cut into work-items: cpu (wide lanes), gpu (groups of work-items that "
+          "share local memory) or auto, what suits the device. Default: $QJULIA_LAYOUT, else auto")
+      .offers({"auto", "cpu", "gpu"});
   return option;
 }
 
 void add_trace(Command command, std::string& file) {
-  command.file("--trace", file, "FILE",
-               "Write what ran when, stages of the host and kernels of the device, as a "
-               "trace-event JSON for ui.perfetto.dev or chrome://tracing");
+  command
+      .file("--trace", file, "FILE",
+            "Write what ran when, stages of the host and kernels of the device, as a trace-event "
+            "JSON for ui.perfetto.dev or chrome://tracing")
+      .offers_files({".json"});
+}
+
+std::string named_text(const std::string& input, const std::string& extension) {
+  return fmt::format(
+      " Default: the {}'s name with {} in this folder, where a file that exists is not replaced",
+      input, extension);
 }
 
 std::string left_out_text(const LoosePieces& loose, const std::string& before) {

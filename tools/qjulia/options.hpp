@@ -36,6 +36,9 @@ Option add_device(Command command, DeviceChoice& device);
 /// --trace.
 void add_trace(Command command, std::string& file);
 
+/// What the help of -o says of a command that names its output after an input.
+std::string named_text(const std::string& input, const std::string& extension);
+
 /// "3 loose pieces left out, ..." after what comes before it; empty where none is.
 std::string left_out_text(const LoosePieces& loose, const std::string& before = {});
 

@@ -100,8 +100,10 @@ int run_paint(const PaintArguments& arguments, Session& session) {
 }
 
 void describe_paint(Command command, PaintArguments& a) {
-  command.input("MAP", a.map, "Map file of any kind; paint that it has is replaced");
-  command.output(a.output, "MAP", "Map file to write, such as painted.qjulia.json");
+  command.input("MAP", a.map, "Map file of any kind; paint that it has is replaced")
+      .offers_files(readable({FileContent::map}));
+  command.output(a.output, "MAP", "Map file to write, such as painted.qjulia.json")
+      .offers_files({".json"});
   command.repeated_numbers(
       "--ball", "X Y Z RADIUS SHARE", static_cast<int>(PaintOptions::kMostMarks),
       [&a](const std::vector<double>& v) {
@@ -122,9 +124,11 @@ void describe_paint(Command command, PaintArguments& a) {
   command.word("--ramp", "AXIS=LOW:HIGH", take_ramp,
                "Shares that change evenly along an axis, from the shape's low end to its high one, "
                "such as y=1:0.1");
-  command.file("--mesh", a.mesh, "MESH",
-               "The mesh with vertex colors: white places have all of the detail, black ones none. "
-               ".ply or .obj");
+  command
+      .file("--mesh", a.mesh, "MESH",
+            "The mesh with vertex colors: white places have all of the detail, black ones none. "
+            ".ply or .obj")
+      .offers_files({".ply", ".obj"});
   const auto take_property = [&a](const std::string& name) {
     if (name.empty()) throw InputError("the name is empty; name a property of the vertices");
     a.property = name;

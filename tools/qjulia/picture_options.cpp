@@ -35,36 +35,6 @@ Rgb color_of(const std::string& option, const std::string& word, const std::stri
   return *found;
 }
 
-/// A palette by name, or of the colours given: one for clay, several for other materials.
-Palette palette_of(const std::string& text, Material material) {
-  if (const auto named = palette_named(text)) return *named;
-  std::vector<Rgb> colors;
-  for (const std::string& word : base::split(text, ',')) {
-    colors.push_back(color_of("--palette", word,
-                              fmt::format("a palette: {}", fmt::join(palette_names(), ", "))));
-  }
-  const bool is_clay = material == Material::clay;
-  if (is_clay && colors.size() > 1) {
-    throw InputError(fmt::format(
-        "--palette: clay has one colour, and {} are given; give one, or --material iterations or "
-        "trap",
-        colors.size()));
-  }
-  if (!is_clay && (colors.size() < 2 || colors.size() > Palette::kMostStops)) {
-    throw InputError(
-        fmt::format("--palette: {} given; --material {} goes through 2 to {} colours, such as "
-                    "14281d,8a9a5b,e9e4c9",
-                    colors.size(), to_string(material), Palette::kMostStops));
-  }
-  Palette palette;
-  if (is_clay) {
-    palette.clay = colors.front();
-  } else {
-    palette.stops = std::move(colors);
-  }
-  return palette;
-}
-
 /// The option that gives a setting its value. That of a palette is `add_look`'s.
 class SettingOption {
  public:
@@ -112,6 +82,35 @@ class SettingOption {
 
 }  // namespace
 
+Palette palette_of(const std::string& text, Material material) {
+  if (const auto named = palette_named(text)) return *named;
+  std::vector<Rgb> colors;
+  for (const std::string& word : base::split(text, ',')) {
+    colors.push_back(color_of("--palette", word,
+                              fmt::format("a palette: {}", fmt::join(palette_names(), ", "))));
+  }
+  const bool is_clay = material == Material::clay;
+  if (is_clay && colors.size() > 1) {
+    throw InputError(fmt::format(
+        "--palette: clay has one colour, and {} are given; give one, or --material iterations or "
+        "trap",
+        colors.size()));
+  }
+  if (!is_clay && (colors.size() < 2 || colors.size() > Palette::kMostStops)) {
+    throw InputError(
+        fmt::format("--palette: {} given; --material {} goes through 2 to {} colours, such as "
+                    "14281d,8a9a5b,e9e4c9",
+                    colors.size(), to_string(material), Palette::kMostStops));
+  }
+  Palette palette;
+  if (is_clay) {
+    palette.clay = colors.front();
+  } else {
+    palette.stops = std::move(colors);
+  }
+  return palette;
+}
+
 Option add_size(Command command, PictureOptions& options) {
   const auto set_size = [&options](const std::string& text) {
     const auto [width, height] = parse_size(text);
@@ -137,6 +136,10 @@ Option add_material(Command command, PictureOptions& options) {
   return std::visit(SettingOption(command, setting, options), setting.value);
 }
 
+Option add_palette(Command command, std::string& palette, const std::string& description) {
+  return command.add("--palette", &palette, "NAME|COLOURS", description).offers(palette_names());
+}
+
 void add_look(Command command, LookOptions& look, PictureOptions& options) {
   command
       .add("--background", &look.background, "studio|transparent|COLOUR",
@@ -144,7 +147,8 @@ void add_look(Command command, LookOptions& look, PictureOptions& options) {
                        "alpha, in which the set's shadow is black and lets what is behind shine "
                        "through; or a colour: ") +
                kColorWords)
-      .group(kLookGroup);
+      .group(kLookGroup)
+      .offers({"studio", "transparent", "white", "black"});
   command.flag("--no-ground", look.no_ground, "Leave out the ground under the set, and its shadow")
       .group(kLookGroup);
   command
@@ -152,11 +156,10 @@ void add_look(Command command, LookOptions& look, PictureOptions& options) {
             "Draw all connected parts of the set. Default: parts less than a hundredth as large as "
             "the largest are left out, as 'qjulia surface' does")
       .group(kLookGroup);
-  command
-      .add("--palette", &look.palette, "NAME|COLOURS",
-           fmt::format("The set's colours: {}; or colours of your own, one for clay, 2 to {} with "
-                       "commas between for other materials, from low to high",
-                       fmt::join(palette_names(), ", "), Palette::kMostStops))
+  add_palette(command, look.palette,
+              fmt::format("The set's colours: {}; or colours of your own, one for clay, 2 to {} "
+                          "with commas between for other materials, from low to high",
+                          fmt::join(palette_names(), ", "), Palette::kMostStops))
       .group(kLookGroup);
   const PictureSetting& lamp = picture_setting_named("lamp");
   std::visit(SettingOption(command, lamp, options), lamp.value).group(kLookGroup);

@@ -18,6 +18,13 @@ std::vector<Option> add_camera(Command command, PictureOptions& options);
 /// --material.
 Option add_material(Command command, PictureOptions& options);
 
+/// --palette, for materials of several colours or of one.
+Option add_palette(Command command, std::string& palette, const std::string& description);
+
+/// A palette by name, or of the colours given: one for clay, several for other materials.
+/// @throws InputError naming the option.
+Palette palette_of(const std::string& text, Material material);
+
 struct LookOptions {
   std::string background = "studio";
   std::string palette = "earth";

@@ -60,8 +60,10 @@ int run_portals(const PortalsArguments& arguments, Session& session) {
 }
 
 void describe_portals(Command command, PortalsArguments& a) {
-  command.input("MAP", a.map, "Map file of any kind; portals that it has are replaced");
-  command.output(a.output, "MAP", "Map file to write, such as stacked.qjulia.json");
+  command.input("MAP", a.map, "Map file of any kind; portals that it has are replaced")
+      .offers_files(readable({FileContent::map}));
+  command.output(a.output, "MAP", "Map file to write, such as stacked.qjulia.json")
+      .offers_files({".json"});
   command.add("--count", &a.options.count, "N", "Copies on the shape itself, 1 to 16");
   command.add("--size", &a.options.size, "FRACTION",
               "Size of a copy as a fraction of the shape's, 0.02 to 0.6");

@@ -189,17 +189,20 @@ void describe_profile(Command command, ProfileArguments& a) {
       command
           .file("--baseline", a.baseline, "FILE",
                 "An earlier --json report: exit code 1 if a kernel has become slower")
-          .excludes({tune, scaling});
+          .excludes({tune, scaling})
+          .offers_files({".json"});
   command
       .file("--plot", a.plot, "PICTURE.png",
             "Draw a roofline: each kernel's speed over its work per byte of memory, under what the "
             "device can do at most")
-      .excludes({tune, scaling});
+      .excludes({tune, scaling})
+      .offers_files({".png"});
   command
       .file("--csv", a.csv, "FILE.csv",
             "Also write the figures as a table, a line for each kernel, or with --scaling for each "
             "size")
-      .excludes({tune});
+      .excludes({tune})
+      .offers_files({".csv"});
   command
       .add("--tolerance", &a.tolerance, "NUMBER",
            "What counts as slower: 0.2 is 20 % over the baseline's median")

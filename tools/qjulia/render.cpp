@@ -27,7 +27,8 @@ namespace qjulia::tools {
 namespace {
 
 struct RenderArguments {
-  std::string input, output;
+  std::string input;
+  OutputName output;
   DeviceChoice device;
   std::optional<std::string> sweep;
   std::optional<int> turntable;
@@ -280,7 +281,7 @@ void draw_preview(const Device& device, const Scene& scene, const RenderArgument
   const Image image =
       studio_of(device, scene, arguments.input, arguments.map_options, options, session)
           .picture(options.camera, session.monitor());
-  const auto path = preview_path(arguments.output);
+  const auto path = preview_path(arguments.output.path);
   write_picture(image, path, {{kPreviewNote, true}});
   session.console.note(fmt::format("preview: {}, {:.1f} s", path.string(), session.seconds()));
   session.written_so_far = "only the preview was written";
@@ -329,13 +330,15 @@ std::filesystem::path frame_path(const std::filesystem::path& sheet, std::size_t
 
 std::vector<base::Output> outputs_of(const RenderArguments& arguments,
                                      const std::optional<Sweep>& sweep) {
-  std::vector<base::Output> outputs{{"--output", arguments.output, {".png"}}};
-  if (arguments.preview) outputs.push_back({"--preview", preview_path(arguments.output)});
+  std::vector<base::Output> outputs{output_named("--output", arguments.output, {".png"})};
+  if (arguments.preview) outputs.push_back({"--preview", preview_path(arguments.output.path)});
   if (!arguments.layers.empty()) {
     for (const auto& path : layer_files(arguments.layers)) outputs.push_back({"--aov", path});
   }
   for (std::size_t i = 1; sweep && i <= sweep->values.size(); ++i) {
-    outputs.push_back({"the sweep's picture", frame_path(arguments.output, i)});
+    outputs.push_back(output_named(
+        "the sweep's picture",
+        {frame_path(arguments.output.path, i).string(), arguments.output.must_be_new}));
   }
   return outputs;
 }
@@ -395,7 +398,7 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
     if (image.loose.count > 0) session.console.note(left_out_text(image.loose));
     how = made_with(arguments.input, map_options, device.info());
     how["picture"] = to_json(frame_options);
-    files.push_back(frame_path(arguments.output, files.size() + 1).string());
+    files.push_back(frame_path(arguments.output.path, files.size() + 1).string());
     {
       const TraceStage stage(session.trace(), "write");
       write_picture(image, files.back(), how);
@@ -405,13 +408,15 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
   }
   const auto count = static_cast<int>(frames.size());
   how["sweep"] = {{"name", sweep.name}, {"values", sweep.values}};
-  write_picture(contact_sheet(frames, sheet_columns(count)), arguments.output, how);
+  write_picture(contact_sheet(frames, sheet_columns(count)), arguments.output.path, how);
   session.report_kernels(device);
   const double seconds = session.seconds();
-  session.console.summary(
-      fmt::format("{} pictures, {:.1f} s\nsheet: {}\npictures: {} to {}", count, seconds,
-                  arguments.output, files.front(), files.back()),
-      {{"sheet", arguments.output}, {"pictures", files}, {"made_with", how}, {"seconds", seconds}});
+  session.console.summary(fmt::format("{} pictures, {:.1f} s\nsheet: {}\npictures: {} to {}", count,
+                                      seconds, arguments.output.path, files.front(), files.back()),
+                          {{"sheet", arguments.output.path},
+                           {"pictures", files},
+                           {"made_with", how},
+                           {"seconds", seconds}});
   return kDone;
 }
 
@@ -422,7 +427,8 @@ int run_render(const RenderArguments& arguments, Session& session) {
     throw InputError("--aov and --preview need a single picture, without --sweep and --turntable");
   }
   session.check_outputs({arguments.input}, outputs_of(arguments, sweep));
-  if (arguments.preview) check_preview(preview_path(arguments.output), session.interrupts.token());
+  if (arguments.preview)
+    check_preview(preview_path(arguments.output.path), session.interrupts.token());
   if (sweep) return run_sweep(arguments, options, *sweep, session);
   const Scene scene = read_scene(arguments, session);
   const Device device = session.open_device(arguments.device);
@@ -437,7 +443,7 @@ int run_render(const RenderArguments& arguments, Session& session) {
   nlohmann::json how = made_with(arguments.input, arguments.map_options, device.info());
   how["picture"] = to_json(options);
   const TraceStage stage(session.trace(), "write");
-  write_picture(image, arguments.output, how);
+  write_picture(image, arguments.output.path, how);
   std::vector<std::string> layer_files;
   if (!arguments.layers.empty()) {
     for (const auto& path : write_layers(layers, image.width, arguments.layers)) {
@@ -445,7 +451,7 @@ int run_render(const RenderArguments& arguments, Session& session) {
     }
   }
   std::error_code ignored;
-  if (arguments.preview) std::filesystem::remove(preview_path(arguments.output), ignored);
+  if (arguments.preview) std::filesystem::remove(preview_path(arguments.output.path), ignored);
   if (const std::string lookups = to_text(studio.lookups()); !lookups.empty()) {
     session.console.detail(lookups);
   }
@@ -455,8 +461,8 @@ int run_render(const RenderArguments& arguments, Session& session) {
       layer_files.empty() ? "" : fmt::format("\nlayers: {}", fmt::join(layer_files, " "));
   session.console.summary(
       fmt::format("{} x {} pixels, {:.1f} s{}\npicture: {}{}", image.width, image.height, seconds,
-                  left_out_text(image.loose, "\n"), arguments.output, of_layers),
-      {{"picture", arguments.output},
+                  left_out_text(image.loose, "\n"), arguments.output.path, of_layers),
+      {{"picture", arguments.output.path},
        {"layers", layer_files},
        {"width", image.width},
        {"height", image.height},
@@ -469,10 +475,16 @@ int run_render(const RenderArguments& arguments, Session& session) {
 }
 
 void describe_render(Command command, RenderArguments& a) {
-  command.input("MAP", a.input,
-                "Map file of 'qjulia fit' or 'qjulia shape'; or a mesh (.obj, .off, .ply, .stl), "
-                "drawn in the same view and light for comparison");
-  command.output(a.output, "PICTURE", "Picture to write: .png");
+  command
+      .input("MAP", a.input,
+             "Map file of 'qjulia fit' or 'qjulia shape'; or a mesh (.obj, .off, .ply, .stl), "
+             "drawn in the same view and light for comparison")
+      .offers_files(readable({FileContent::map, FileContent::mesh}));
+  command
+      .output(
+          "-o,--output", a.output, [&a] { return named_after(a.input, ".png"); }, "PICTURE",
+          "Picture to write: .png." + named_text("input", ".png"))
+      .offers_files({".png"});
   add_size(command, a.options);
   command.add("--samples", &a.options.samples_per_axis, "INT",
               "Anti-aliasing: N x N rays per pixel");

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
+#include "files.hpp"
 #include "map_options.hpp"
 #include "provenance.hpp"
 #include "qjulia/file_types.hpp"
@@ -16,7 +17,8 @@ namespace qjulia::tools {
 namespace {
 
 struct SampleArguments {
-  std::string map, output;
+  std::string map;
+  OutputName output;
   DeviceChoice device;
   MapOptions map_options;
   SampleOptions options;
@@ -24,20 +26,21 @@ struct SampleArguments {
 
 int run_sample(const SampleArguments& arguments, Session& session) {
   const SampleOptions options = checked(arguments.options, arguments.map_options);
-  session.check_outputs({arguments.map}, {{"--output", arguments.output,
-                                           extensions(FileContent::field, FileUse::write)}});
+  session.check_outputs(
+      {arguments.map},
+      {output_named("--output", arguments.output, extensions(FileContent::field, FileUse::write))});
   const Map read = session.read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
   const Map map = with_knobs(device, read, arguments.map_options, arguments.map);
   nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
   const CellGrid grid =
-      write_field(device, map, options, arguments.output, one_line(how), session.monitor());
+      write_field(device, map, options, arguments.output.path, one_line(how), session.monitor());
   session.report_kernels(device);
   const double seconds = session.seconds();
   session.console.summary(fmt::format("{} x {} x {} cells, {} precision, {:.1f} s\nfield: {}",
                                       grid.cells[0], grid.cells[1], grid.cells[2],
-                                      to_string(options.precision), seconds, arguments.output),
-                          {{"field", arguments.output},
+                                      to_string(options.precision), seconds, arguments.output.path),
+                          {{"field", arguments.output.path},
                            {"cells", grid.cells},
                            {"box", value_json(grid.box)},
                            {"surface_level", map.dynamics.surface_level},
@@ -47,9 +50,14 @@ int run_sample(const SampleArguments& arguments, Session& session) {
 }
 
 void describe_sample(Command command, SampleArguments& a) {
-  command.input("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'");
-  command.output(a.output, "FIELD",
-                 "Field to write: " + extension_list(FileContent::field, FileUse::write));
+  command.input("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'")
+      .offers_files(readable({FileContent::map}));
+  command
+      .output(
+          "-o,--output", a.output, [&a] { return named_after(a.map, ".npy"); }, "FIELD",
+          "Field to write: " + extension_list(FileContent::field, FileUse::write) + "." +
+              named_text("map", ".npy"))
+      .offers_files(extensions(FileContent::field, FileUse::write));
   command.add("--resolution", &a.options.resolution, "INT", "Cells along the box's longest side");
   add_map_options(command, a.map_options, "Default: the shape's box plus 5 %",
                   "Default: 20, or more where the set or a portal reaches farther");

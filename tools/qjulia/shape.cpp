@@ -20,7 +20,8 @@ namespace qjulia::tools {
 namespace {
 
 struct ShapeArguments {
-  std::string mesh, output;
+  std::string mesh;
+  OutputName output;
   DeviceChoice device;
   std::string versor = "random:60:1";
   ExactMapOptions options;
@@ -109,8 +110,8 @@ int run_shape(const ShapeArguments& arguments, Session& session) {
       !is_noise(words) && !is_random(words)) {
     inputs.emplace_back(arguments.versor);
   }
-  check_map_name(arguments.output);
-  session.check_outputs(inputs, {{"--output", arguments.output}});
+  check_map_name(arguments.output.path);
+  session.check_outputs(inputs, {output_named("--output", arguments.output)});
   choose_versor(arguments.versor, options);
   options.validate();
   arguments.paint.validate();
@@ -122,7 +123,7 @@ int run_shape(const ShapeArguments& arguments, Session& session) {
     map.layers.paint = painted(device, map, arguments.paint, session.monitor());
   }
   map.provenance.set("shape", shape_provenance(mesh_file, options_json(arguments), device));
-  write_map(map, arguments.output);
+  write_map(map, arguments.output.path);
   session.report_kernels(device);
   const auto& distance = std::get<DistanceModulus>(map.dynamics.modulus);
   if (distance.inradius < distance.step) {
@@ -138,9 +139,9 @@ int run_shape(const ShapeArguments& arguments, Session& session) {
                   map.dynamics.factors.empty()
                       ? "noise"
                       : fmt::format("{} factors", map.dynamics.factors.size()),
-                  session.seconds(), up_line(*map.frame.up, arguments.options.up), arguments.output,
-                  shell_word(arguments.output)),
-      {{"map", arguments.output},
+                  session.seconds(), up_line(*map.frame.up, arguments.options.up),
+                  arguments.output.path, shell_word(arguments.output.path)),
+      {{"map", arguments.output.path},
        {"cells", {nx, ny, nz}},
        {"factors", map.dynamics.factors.size()},
        {"up", to_string(*map.frame.up)},
@@ -149,19 +150,27 @@ int run_shape(const ShapeArguments& arguments, Session& session) {
 }
 
 void describe_shape(Command command, ShapeArguments& a) {
-  command.input("MESH", a.mesh, "Triangle mesh: .obj, .off, .ply or .stl");
-  command.output(a.output, "MAP", "Map file to write, such as bunny.qjulia.json");
+  command.input("MESH", a.mesh, "Triangle mesh: .obj, .off, .ply or .stl")
+      .offers_files(readable({FileContent::mesh}));
+  command
+      .output(
+          "-o,--output", a.output, [&a] { return named_after(a.mesh, ".qjulia.json"); }, "MAP",
+          "Map file to write, such as bunny.qjulia.json." + named_text("mesh", ".qjulia.json"))
+      .offers_files({".json"});
   add_detail(command, a.options.detail);
   command.add(
       "--thickness", &a.paint.thickness, "FRACTION",
       "Paints the map: bounds the shell by this share of the shape's own thickness, 0.01 to 2, so "
       "that thin limbs keep their shape under a larger --detail. 0.15 is a good value");
   add_steepness_and_up(command, a.options.steepness, a.options.up);
-  command.add("--versor", &a.versor, "random:K:SEED|noise:N:SCALE:SEED|MAP",
-              "What gives the grooves their pattern: random:K:SEED for K roots placed at random in "
-              "the shape; noise:OCTAVES:SCALE:SEED for gradient noise, SCALE its cells along the "
-              "shape's longest side (noise4 the same in all four components); or a map file whose "
-              "factors are taken");
+  command
+      .add("--versor", &a.versor, "random:K:SEED|noise:N:SCALE:SEED|MAP",
+           "What gives the grooves their pattern: random:K:SEED for K roots placed at random in "
+           "the shape; noise:OCTAVES:SCALE:SEED for gradient noise, SCALE its cells along the "
+           "shape's longest side (noise4 the same in all four components); or a map file whose "
+           "factors are taken")
+      .offers({"random:60:1", "noise:2:9:1", "noise4:2:9:1"})
+      .offers_files(readable({FileContent::map}));
   command.add("--resolution", &a.options.resolution, "INT",
               "Cells of the grid along its longest side, 32 to 384: more where limbs are thinner "
               "than two cells");

@@ -14,24 +14,30 @@ namespace qjulia::tools {
 namespace {
 
 struct ShareArguments {
-  std::string map, output;
+  std::string map;
+  OutputName output;
 };
 
 int run_share(const ShareArguments& arguments, Session& session) {
-  session.check_outputs({arguments.map}, {{"--output", arguments.output, {".html"}}});
+  session.check_outputs({arguments.map}, {output_named("--output", arguments.output, {".html"})});
   const Map map = read_map(arguments.map, session.interrupts.token());
   const std::string page = explore::shared_page(map, name_of(arguments.map));
-  base::write_file(arguments.output, page);
+  base::write_file(arguments.output.path, page);
   session.console.summary(
       fmt::format("page: {}, {} KiB: open it in a browser, mail it, put it on any web space",
-                  arguments.output, (page.size() + 1023) / 1024),
-      {{"page", arguments.output}, {"bytes", page.size()}});
+                  arguments.output.path, (page.size() + 1023) / 1024),
+      {{"page", arguments.output.path}, {"bytes", page.size()}});
   return kDone;
 }
 
 void describe_share(Command command, ShareArguments& a) {
-  command.input("MAP", a.map, "Map file of 'qjulia fit', or a page made of one");
-  command.output(a.output, "PAGE", "Page to write: .html");
+  command.input("MAP", a.map, "Map file of 'qjulia fit', or a page made of one")
+      .offers_files(readable({FileContent::map}));
+  command
+      .output(
+          "-o,--output", a.output, [&a] { return named_after(a.map, ".html"); }, "PAGE",
+          "Page to write: .html." + named_text("map", ".html"))
+      .offers_files({".html"});
 }
 
 }  // namespace

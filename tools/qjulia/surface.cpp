@@ -3,33 +3,42 @@
 #include "qjulia/surface.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <future>
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
+#include "files.hpp"
 #include "map_options.hpp"
+#include "picture_options.hpp"
 #include "provenance.hpp"
 #include "qjulia/decimate.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/figures.hpp"
 #include "qjulia/file_types.hpp"
 #include "qjulia/picture.hpp"
+#include "qjulia/surface_colors.hpp"
 #include "qjulia/surface_file.hpp"
+#include "setting_json.hpp"
 
 namespace qjulia::tools {
 namespace {
 
 struct SurfaceArguments {
-  std::string map, output;
+  std::string map;
+  OutputName output;
   DeviceChoice device;
   MapOptions map_options;
   SurfaceOptions options;
   bool keep_loose = false, largest_component = false;
   std::optional<double> min_component;  ///< least area kept, over the largest one's
   std::optional<std::size_t> max_triangles;
-  std::optional<double> millimetres;  ///< instead of shape units
-  std::optional<UpAxis> up;           ///< instead of the map's; of files that stand upright
+  std::optional<double> millimetres;   ///< instead of shape units
+  std::optional<UpAxis> up;            ///< instead of the map's; of files that stand upright
+  Material material = Material::clay;  ///< of the vertices' colours; clay: none
+  std::string palette = "earth";
+  std::optional<Option> palette_option;
 };
 
 /// What was written.
@@ -39,6 +48,29 @@ struct WrittenSurface {
   std::size_t non_manifold_edges = 0;
   LoosePieces loose;  ///< not written
 };
+
+bool has_colors(const SurfaceArguments& arguments) { return arguments.material != Material::clay; }
+
+/// @throws InputError where colours are asked for that the file cannot hold, or a palette of no use
+///   or that is none.
+void check_colors(const SurfaceArguments& arguments) {
+  if (has_colors(arguments) && !holds_colors(arguments.output.path)) {
+    throw InputError(fmt::format("--material: {} files hold no colours; write .ply, .glb or .obj",
+                                 extension_of(arguments.output.path)));
+  }
+  if (!has_colors(arguments) && arguments.palette_option->given()) {
+    throw InputError(
+        "--palette: a mesh of clay has no colours; give --material iterations or trap, too");
+  }
+  static_cast<void>(palette_of(arguments.palette, arguments.material));
+}
+
+/// How the mesh is coloured.
+SurfaceColorOptions color_options(const SurfaceArguments& arguments,
+                                  const SurfaceOptions& options) {
+  return {arguments.material, palette_of(arguments.palette, arguments.material), options.iterations,
+          options.escape, options.precision};
+}
 
 /// The map with shapes that are as long as was asked for; a box that was given goes with it.
 Map scaled(Map map, std::optional<double> millimetres, const std::string& file,
@@ -58,17 +90,19 @@ bool drops_loose(const SurfaceArguments& arguments) {
   return !arguments.keep_loose && !arguments.largest_component && !arguments.min_component;
 }
 
-/// Whether the mesh can go straight to its file: one that needs no counts first, and whole.
+/// Whether the mesh can go straight to its file: one that needs no counts first, and whole. Colours
+/// are spread over what occurs in all of it.
 bool streams(const SurfaceArguments& arguments) {
-  return extension_of(arguments.output) == ".ply" && !arguments.largest_component &&
-         arguments.min_component.value_or(0) == 0 && !arguments.max_triangles;
+  return extension_of(arguments.output.path) == ".ply" && !arguments.largest_component &&
+         arguments.min_component.value_or(0) == 0 && !arguments.max_triangles &&
+         !has_colors(arguments);
 }
 
 /// Straight to the file; the mesh is never in memory.
 WrittenSurface stream(const SurfaceArguments& arguments, const Device& device, const Map& map,
                       const SurfaceOptions& options, const std::string& note,
                       const ProgressMonitor& monitor) {
-  PlyFile file(arguments.output, note);
+  PlyFile file(arguments.output.path, note);
   FigureSink sink(&file);
   WrittenSurface written;
   written.report = extract_surface(device, map, options, sink, monitor);
@@ -88,8 +122,8 @@ WrittenSurface stream(const SurfaceArguments& arguments, const Device& device, c
   return written;
 }
 
-/// By way of memory: for formats that need their counts first, to choose among components, and to
-/// decimate.
+/// By way of memory: for formats that need their counts first, to choose among components, to
+/// colour and to decimate.
 WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, const Map& map,
                        const SurfaceOptions& options, const std::string& note,
                        const ProgressMonitor& monitor) {
@@ -102,10 +136,14 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
   const TraceStage stage(monitor.trace, "measure and write");
   if (drops_loose(arguments)) written.loose = drop_loose_pieces(mesh);
   if (least > 0) mesh = large_components(mesh, least);
+  if (has_colors(arguments)) {
+    mesh.colors =
+        surface_colors(device, map, mesh, color_options(arguments, options), monitor).colors;
+  }
   if (arguments.max_triangles) {
     mesh = decimated(std::move(mesh), *arguments.max_triangles, monitor.stop);
   }
-  write_mesh(mesh, arguments.output, note, map.frame.up);
+  write_mesh(mesh, arguments.output.path, note, map.frame.up);
   const MeshReport report = inspect(mesh);
   written.report.vertices = report.vertices;
   written.report.triangles = report.triangles;
@@ -117,14 +155,16 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
 
 int run_surface(const SurfaceArguments& arguments, Session& session) {
   SurfaceOptions options = checked(arguments.options, arguments.map_options);
-  session.check_outputs({arguments.map}, {{"--output", arguments.output,
-                                           extensions(FileContent::mesh, FileUse::write)}});
-  if (arguments.up && !stands_upright(arguments.output)) {
+  session.check_outputs(
+      {arguments.map},
+      {output_named("--output", arguments.output, extensions(FileContent::mesh, FileUse::write))});
+  if (arguments.up && !stands_upright(arguments.output.path)) {
     throw InputError(
         fmt::format("--up: '{}' keeps the shape's own coordinates; leave --up out, or write .glb "
                     "or .stl, which stand upright",
-                    arguments.output));
+                    arguments.output.path));
   }
+  check_colors(arguments);
   const Map read = session.read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
   Map map = scaled(with_knobs(device, read, arguments.map_options, arguments.map),
@@ -135,7 +175,11 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   how["resolution"] = options.resolution;
   if (options.draft) how["draft"] = true;
   if (arguments.max_triangles) how["max_triangles"] = *arguments.max_triangles;
-  const bool is_turned = stands_upright(arguments.output) && map.frame.up;
+  if (has_colors(arguments)) {
+    how["material"] = value_json(arguments.material);
+    how["palette"] = value_json(color_options(arguments, options).palette);
+  }
+  const bool is_turned = stands_upright(arguments.output.path) && map.frame.up;
   if (is_turned) how["up"] = to_string(*map.frame.up);
   const WrittenSurface written = (streams(arguments) ? stream : collect)(
       arguments, device, map, options, one_line(how), session.monitor());
@@ -163,8 +207,8 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
       fmt::format("{} vertices, {} triangles, {} component{}, {}; {:.1f} s{}{}\nmesh: {}",
                   report.vertices, report.triangles, components, components == 1 ? "" : "s",
                   closed ? "closed and manifold" : "not closed", seconds,
-                  left_out_text(written.loose, "\n"), stands, arguments.output),
-      {{"mesh", arguments.output},
+                  left_out_text(written.loose, "\n"), stands, arguments.output.path),
+      {{"mesh", arguments.output.path},
        {"vertices", report.vertices},
        {"triangles", report.triangles},
        {"components", components},
@@ -182,9 +226,14 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
 }
 
 void describe_surface(Command command, SurfaceArguments& a) {
-  command.input("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'");
-  command.output(a.output, "MESH",
-                 "Mesh to write: " + extension_list(FileContent::mesh, FileUse::write));
+  command.input("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'")
+      .offers_files(readable({FileContent::map}));
+  command
+      .output(
+          "-o,--output", a.output, [&a] { return named_after(a.map, ".ply"); }, "MESH",
+          "Mesh to write: " + extension_list(FileContent::mesh, FileUse::write) + "." +
+              named_text("map", ".ply"))
+      .offers_files(extensions(FileContent::mesh, FileUse::write));
   command.add("--resolution", &a.options.resolution, "INT", "Cells along the box's longest side");
   command.add("--refine", &a.options.refine, "INT",
               "How many points to try, 0 to 20, on each grid edge that the surface crosses, to put "
@@ -223,6 +272,18 @@ void describe_surface(Command command, SurfaceArguments& a) {
             "Run the orbit of every point of the grid to its end: the same mesh, much slower, "
             "without trusting r_in, r_out and bounds")
       .excludes({draft});
+  command.choice("--material", a.material,
+                 {{to_string(Material::clay), Material::clay},
+                  {to_string(Material::iterations), Material::iterations},
+                  {to_string(Material::trap), Material::trap}},
+                 "What the colours of the vertices show, in .ply, .glb and .obj files: nothing, of "
+                 "clay; iterations, how late the orbit of a point is decided; or trap, how close "
+                 "two iterates come to the plane X = 0, seen from the origin");
+  a.palette_option = add_palette(
+      command, a.palette,
+      fmt::format("The colours of --material: {}; or 2 to {} of your own with commas between, from "
+                  "low to high",
+                  fmt::join(palette_names(), ", "), Palette::kMostStops));
   add_up(command, a.up,
          "The shape's axis that points up in .glb and .stl files, which stand upright (.ply, .obj "
          "and .off keep the shape's own coordinates); auto is what the map says");
@@ -240,6 +301,7 @@ void add_surface(CommandLine& program, ChosenCommand& chosen) {
   qjulia surface bunny.qjulia.json -o print.stl --millimetres 80
   qjulia surface bunny.qjulia.json -o light.glb --max-triangles 100000
   qjulia surface bunny.qjulia.json -o wild.ply --detail 0.03 --phase 0.8 0.6 0 0
+  qjulia surface bunny.qjulia.json -o colours.glb --material trap --palette ember
 The mesh lies in the fitted shape's own coordinates; .glb and .stl stand upright. Only the
 undecided shell about the surface is iterated: time grows with its volume, memory with the
 mesh and one slab.

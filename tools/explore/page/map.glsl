@@ -3,14 +3,7 @@
 #include lane_math.glsl
 #include quaternion.glsl
 
-uniform float map_log_scale;      // S
-uniform float map_slice;          // W of the points that 3-D coordinates stand for
-uniform vec4 map_phase;           // p
-uniform float map_log_escape;     // ln of the escape radius
-uniform float map_log_inner;      // ln r_in
-uniform float map_log_outer;      // ln r_out
-uniform float map_surface_level;  // L
-uniform float map_steeper;        // k - 1
+#include map_values.glsl
 
 // S + ln x, from log2 x^2.
 float map_scaled_log(float log2_x2) { return log2_x2 * (0.5 * QJ_LN2) + map_log_scale; }

@@ -1,0 +1,92 @@
+#include "device/handles.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "device/opencl.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia {
+namespace {
+
+/// Throws InputError where a question about a handle is answered by an error.
+void expect_answer(cl_int code, const char* what) {
+  if (code == CL_SUCCESS) return;
+  throw InputError(fmt::format("OpenCL says nothing of the {} ({}); give a valid one", what, code));
+}
+
+void expect_handle(const void* handle, const char* what) {
+  if (handle == nullptr) throw InputError(fmt::format("the {} is null; give a valid one", what));
+}
+
+void check_queue(const cl::CommandQueue& queue, cl_context context, cl_device_id device) {
+  cl_int code = CL_SUCCESS;
+  const auto queue_context = queue.getInfo<CL_QUEUE_CONTEXT>(&code);
+  expect_answer(code, "queue");
+  if (queue_context() != context) {
+    throw InputError(
+        "the queue belongs to another context; make one with clCreateCommandQueue in "
+        "the context that is given");
+  }
+  const auto queue_device = queue.getInfo<CL_QUEUE_DEVICE>(&code);
+  expect_answer(code, "queue");
+  if (queue_device() != device) {
+    throw InputError(
+        "the queue belongs to another device; make one with clCreateCommandQueue for "
+        "the device that is given");
+  }
+  const auto properties = queue.getInfo<CL_QUEUE_PROPERTIES>(&code);
+  expect_answer(code, "queue");
+  if ((properties & CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE) != 0) {
+    throw InputError(
+        "the queue runs commands out of order; make one without "
+        "CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE");
+  }
+}
+
+/// As `list_devices` says it; with −1 for its numbers where the device is not among these.
+DeviceInfo info_of(cl_device_id wanted) {
+  const auto platforms = device::platforms();
+  for (std::size_t p = 0; p < platforms.size(); ++p) {
+    const auto devices = device::devices(platforms[p]);
+    const auto found =
+        std::ranges::find_if(devices, [&](const cl::Device& d) { return d() == wanted; });
+    if (found != devices.end()) {
+      return device::describe(*found, static_cast<int>(p),
+                              static_cast<int>(found - devices.begin()));
+    }
+  }
+  return device::describe(cl::Device(wanted, true), -1, -1);
+}
+
+}  // namespace
+
+Device device_from_opencl(cl_context context, cl_device_id device, cl_command_queue queue) {
+  expect_handle(context, "context");
+  expect_handle(device, "device");
+  expect_handle(queue, "queue");
+  cl_int code = CL_SUCCESS;
+  const auto devices = cl::Context(context, true).getInfo<CL_CONTEXT_DEVICES>(&code);
+  expect_answer(code, "context");
+  if (std::ranges::none_of(devices, [&](const cl::Device& d) { return d() == device; })) {
+    throw InputError("the device is not in the context; give one of its CL_CONTEXT_DEVICES");
+  }
+  check_queue(cl::CommandQueue(queue, true), context, device);
+  return Device(
+      std::make_shared<device::Context>(info_of(device), device::Handles{context, device, queue}));
+}
+
+cl_context opencl_context(const Device& device) {
+  return device::Handles::of(device.context()).context;
+}
+
+cl_device_id opencl_device(const Device& device) {
+  return device::Handles::of(device.context()).device;
+}
+
+cl_command_queue opencl_queue(const Device& device) {
+  return device::Handles::of(device.context()).queue;
+}
+
+}  // namespace qjulia

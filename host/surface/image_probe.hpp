@@ -1,0 +1,61 @@
+#pragma once
+/// A map's F and U at points of all four dimensions, computed on the device, and how far an iterate
+/// moves points apart.
+
+#include <array>
+#include <stop_token>
+#include <vector>
+
+#include "base/random.hpp"
+#include "device/point_batch.hpp"
+#include "map/device_map.hpp"
+
+namespace qjulia::surface {
+
+using Point4 = std::array<double, 4>;  ///< X, Y, Z, W, map units
+
+double length(const Point4& p);
+double distance(const Point4& a, const Point4& b);
+
+/// The point e^f u.
+Point4 image_of(double f, const std::array<float, 4>& u);
+
+/// The median. @param values at least one; they are reordered.
+double median(std::vector<double>& values);
+
+class ImageProbe {
+ public:
+  ImageProbe(const map::DeviceMap& map, const std::stop_token& stop) : map_(map), stop_(stop) {}
+
+  std::vector<float> fields(const std::vector<Point4>& points) const;
+  std::vector<std::array<float, 4>> versors(const std::vector<Point4>& points) const;
+  /// Least and greatest F over cubes about the points. For maps that have bounds over cubes.
+  std::vector<std::array<double, 2>> bounds(const std::vector<Point4>& points,
+                                            double half_side) const;
+
+  /// Images of points that are undecided, and how far they move where the point does.
+  struct Moved {
+    std::vector<std::size_t> from;  ///< the points' numbers
+    std::vector<Point4> images;
+    std::vector<double> stretches;  ///< map units a map unit
+  };
+  /// @param axes along the first so many of which points are moved, in random directions.
+  Moved moved_images(const std::vector<Point4>& points, std::size_t axes,
+                     base::Random& random) const;
+  /// The same of `count` random points of the slice, those that are decided included in `count`.
+  Moved first_images(std::size_t count, base::Random& random) const;
+
+ private:
+  template <std::size_t kOutputs, class Take>
+  void run(const char* kernel, const std::vector<Point4>& points,
+           const std::vector<device::Argument>& more, const Take& take) const;
+
+  const map::DeviceMap& map_;
+  const std::stop_token& stop_;
+};
+
+/// How far the first image of an undecided point of the slice moves where the point does, map units
+/// a map unit: the median over some thousands of points, and at least 1. @throws Interrupted
+double first_stretch(const map::DeviceMap& map, const std::stop_token& stop);
+
+}  // namespace qjulia::surface

@@ -1,0 +1,498 @@
+import os
+from dataclasses import dataclass
+from typing import (
+    Any,
+    Callable,
+    Dict,
+    List,
+    Literal,
+    NamedTuple,
+    Optional,
+    Protocol,
+    Sequence,
+    SupportsIndex,
+    Tuple,
+    Union,
+    overload,
+)
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = [
+    "Device",
+    "DeviceError",
+    "Energy",
+    "Error",
+    "FitResult",
+    "InputError",
+    "KernelBuildError",
+    "Map",
+    "NoDeviceError",
+    "OptionError",
+    "OutputError",
+    "StageReport",
+    "Surface",
+    "__version__",
+    "compare",
+    "devices",
+    "fit",
+    "load",
+    "quadratic_map",
+    "read_mesh",
+    "render",
+    "sample_surface",
+    "save_png",
+    "shape",
+    "signed_distance",
+]
+
+__version__: str
+
+_Path = Union[str, os.PathLike[str]]
+_Up = Literal["auto", "x", "y", "z", "-x", "-y", "-z"]
+_Detail = Union[float, Literal["auto", "smooth", "clear", "wild"]]
+_Precision = Literal["single", "double"]
+_Space = Literal["shape", "map"]
+_Device = Union["Device", str, None]
+_Progress = Optional[Callable[[str, float, float, str], object]]
+_Doubles = NDArray[np.float64]
+_Singles = NDArray[np.float32]
+_Bytes = NDArray[np.uint8]
+_Loss = Union[Literal["distance", "tanh"], Callable[[_Doubles], Tuple[ArrayLike, ArrayLike]]]
+
+class _WithFaces(Protocol):
+    @property
+    def vertices(self) -> Any: ...
+    @property
+    def faces(self) -> Any: ...
+
+class _WithCells(Protocol):
+    @property
+    def points(self) -> Any: ...
+    @property
+    def cells_dict(self) -> Any: ...
+
+_Mesh = Union[Tuple[ArrayLike, ArrayLike], _WithFaces, _WithCells, _Path]
+
+class Error(Exception): ...
+class InputError(Error, ValueError): ...
+class OptionError(InputError): ...
+class OutputError(Error, OSError): ...
+class NoDeviceError(Error, RuntimeError): ...
+class DeviceError(Error, RuntimeError): ...
+class KernelBuildError(Error, RuntimeError): ...
+
+class Device:
+    def __init__(self, name: str = ..., *, layout: str = ..., tuned: bool = ...) -> None: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def info(self) -> Dict[str, Any]: ...
+    @property
+    def layout(self) -> str: ...
+
+def devices() -> List[Dict[str, Any]]: ...
+
+class Surface(NamedTuple):
+    vertices: _Doubles
+    faces: NDArray[np.uint32]
+    normals: _Singles
+    def save(
+        self, path: _Path, *, up: Optional[_Up] = ..., colors: Optional[ArrayLike] = ...
+    ) -> None: ...
+
+def read_mesh(path: _Path) -> Surface: ...
+def signed_distance(
+    mesh: _Mesh, points: ArrayLike, *, device: _Device = ..., precision: _Precision = ...
+) -> _Doubles: ...
+def sample_surface(
+    mesh: _Mesh, count: SupportsIndex, *, seed: int = ...
+) -> Tuple[_Doubles, _Doubles]: ...
+
+class Map:
+    def __init__(self, *_: Any, **__: Any) -> None: ...
+    @classmethod
+    def load(cls, path: _Path) -> Map: ...
+    def save(self, path: _Path) -> None: ...
+    @classmethod
+    def from_json(cls, text: str) -> Map: ...
+    def to_json(self) -> str: ...
+    @property
+    def factors(self) -> NDArray[np.void]: ...
+    def with_factors(
+        self,
+        factors: ArrayLike,
+        *,
+        log_scale: Optional[float] = ...,
+        surface_level: Optional[float] = ...,
+        calibrate: bool = ...,
+        device: _Device = ...,
+    ) -> Map: ...
+    def calibrated(self, *, device: _Device = ...) -> Map: ...
+    def with_knobs(
+        self,
+        *,
+        device: _Device = ...,
+        detail: Optional[float] = ...,
+        order_seed: Optional[int] = ...,
+        phase: Optional[ArrayLike] = ...,
+        slice: Optional[float] = ...,
+        rotate: Optional[ArrayLike] = ...,
+        drift: Optional[float] = ...,
+        translate: Optional[ArrayLike] = ...,
+        scale: Optional[float] = ...,
+        steepness: Optional[float] = ...,
+    ) -> Map: ...
+    @overload
+    def field(
+        self,
+        points: ArrayLike,
+        *,
+        device: _Device = ...,
+        n: SupportsIndex = ...,
+        gradient: Literal[False] = ...,
+        space: _Space = ...,
+        precision: _Precision = ...,
+        escape: Optional[float] = ...,
+    ) -> _Doubles: ...
+    @overload
+    def field(
+        self,
+        points: ArrayLike,
+        *,
+        gradient: Literal[True],
+        device: _Device = ...,
+        n: SupportsIndex = ...,
+        space: _Space = ...,
+        precision: _Precision = ...,
+        escape: Optional[float] = ...,
+    ) -> Tuple[_Doubles, _Doubles]: ...
+    def versors(
+        self,
+        points: ArrayLike,
+        *,
+        device: _Device = ...,
+        space: _Space = ...,
+        precision: _Precision = ...,
+    ) -> _Doubles: ...
+    def images(
+        self,
+        points: ArrayLike,
+        *,
+        device: _Device = ...,
+        n: SupportsIndex = ...,
+        space: _Space = ...,
+        precision: _Precision = ...,
+        escape: Optional[float] = ...,
+    ) -> _Doubles: ...
+    def orbits(
+        self,
+        points: ArrayLike,
+        *,
+        device: _Device = ...,
+        n: SupportsIndex = ...,
+        space: _Space = ...,
+        precision: _Precision = ...,
+        escape: Optional[float] = ...,
+    ) -> _Doubles: ...
+    def escape_counts(
+        self,
+        points: ArrayLike,
+        *,
+        device: _Device = ...,
+        n: SupportsIndex = ...,
+        space: _Space = ...,
+        precision: _Precision = ...,
+        escape: Optional[float] = ...,
+    ) -> NDArray[np.int32]: ...
+    def sample(
+        self,
+        resolution: SupportsIndex = ...,
+        *,
+        device: _Device = ...,
+        on_progress: _Progress = ...,
+        n: SupportsIndex = ...,
+        box: Optional[ArrayLike] = ...,
+        escape: Optional[float] = ...,
+        precision: _Precision = ...,
+    ) -> Tuple[NDArray[np.floating[Any]], _Doubles]: ...
+    def surface(
+        self,
+        resolution: SupportsIndex = ...,
+        *,
+        device: _Device = ...,
+        on_progress: _Progress = ...,
+        n: SupportsIndex = ...,
+        box: Optional[ArrayLike] = ...,
+        draft: bool = ...,
+        dense: bool = ...,
+        refine: Optional[int] = ...,
+        keep_loose: bool = ...,
+        largest_component: bool = ...,
+        min_component: Optional[float] = ...,
+        max_triangles: Optional[int] = ...,
+        escape: Optional[float] = ...,
+        precision: _Precision = ...,
+    ) -> Surface: ...
+    def surface_colors(
+        self,
+        mesh: _Mesh,
+        *,
+        device: _Device = ...,
+        on_progress: _Progress = ...,
+        material: Literal["iterations", "trap"] = ...,
+        palette: Union[str, Sequence[str], None] = ...,
+        n: SupportsIndex = ...,
+        escape: Optional[float] = ...,
+        precision: _Precision = ...,
+    ) -> NDArray[np.uint8]: ...
+    def paint(
+        self,
+        mesh: Optional[_Mesh] = ...,
+        shares: Optional[ArrayLike] = ...,
+        *,
+        device: _Device = ...,
+        on_progress: _Progress = ...,
+        balls: Optional[ArrayLike] = ...,
+        blocks: Optional[ArrayLike] = ...,
+        ramp: Optional[Tuple[Literal["x", "y", "z"], float, float]] = ...,
+        thickness: Optional[float] = ...,
+        elsewhere: float = ...,
+    ) -> Map: ...
+    def portals(
+        self,
+        count: SupportsIndex = ...,
+        *,
+        device: _Device = ...,
+        on_progress: _Progress = ...,
+        size: float = ...,
+        mask: Literal["outside", "inside", "none"] = ...,
+    ) -> Map: ...
+    def without_paint(self) -> Map: ...
+    def without_portals(self) -> Map: ...
+    @property
+    def provenance(self) -> Any: ...
+    def with_provenance(self, provenance: Any) -> Map: ...
+    @property
+    def kind(self) -> str: ...
+    @property
+    def degree(self) -> float: ...
+    @property
+    def log_scale(self) -> float: ...
+    @property
+    def surface_level(self) -> float: ...
+    @property
+    def slice(self) -> float: ...
+    @property
+    def phase(self) -> _Doubles: ...
+    @property
+    def detail(self) -> Optional[float]: ...
+    @property
+    def steepness(self) -> float: ...
+    @property
+    def inradius(self) -> Optional[float]: ...
+    @property
+    def up(self) -> Optional[str]: ...
+    @property
+    def box(self) -> Optional[_Doubles]: ...
+    @property
+    def is_painted(self) -> bool: ...
+    @property
+    def portal_count(self) -> int: ...
+    def to_map(self, points: ArrayLike) -> _Doubles: ...
+    def to_shape(self, points: ArrayLike) -> _Doubles: ...
+    def __copy__(self) -> Map: ...
+    def __deepcopy__(self, memo: Any) -> Map: ...
+    def __eq__(self, other: object) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __reduce__(self) -> Tuple[Callable[[str], Map], Tuple[str]]: ...
+    def _repr_png_(self) -> bytes: ...
+
+def load(path: _Path) -> Map: ...
+def quadratic_map(c: ArrayLike) -> Map: ...
+@overload
+def render(
+    subject: Union[Map, _Mesh],
+    *,
+    layers: Literal[False] = ...,
+    framed: Union[ArrayLike, Map, None] = ...,
+    device: _Device = ...,
+    on_progress: _Progress = ...,
+    size: Tuple[int, int] = ...,
+    n: SupportsIndex = ...,
+    azimuth: float = ...,
+    elevation: float = ...,
+    zoom: float = ...,
+    look_at: Optional[ArrayLike] = ...,
+    frame: Optional[ArrayLike] = ...,
+    field_of_view: float = ...,
+    up: Optional[_Up] = ...,
+    material: Literal["clay", "iterations", "trap"] = ...,
+    palette: Union[str, Sequence[str], None] = ...,
+    lamp: Optional[ArrayLike] = ...,
+    background: str = ...,
+    ground: bool = ...,
+    samples: SupportsIndex = ...,
+    box: Optional[ArrayLike] = ...,
+    cuts: Optional[Dict[str, Union[float, str]]] = ...,
+    keep_loose: bool = ...,
+    exact: bool = ...,
+    escape: Optional[float] = ...,
+    precision: _Precision = ...,
+) -> _Bytes: ...
+@overload
+def render(
+    subject: Map,
+    *,
+    layers: Literal[True],
+    device: _Device = ...,
+    on_progress: _Progress = ...,
+    size: Tuple[int, int] = ...,
+    n: SupportsIndex = ...,
+    azimuth: float = ...,
+    elevation: float = ...,
+    zoom: float = ...,
+    look_at: Optional[ArrayLike] = ...,
+    frame: Optional[ArrayLike] = ...,
+    field_of_view: float = ...,
+    up: Optional[_Up] = ...,
+    material: Literal["clay", "iterations", "trap"] = ...,
+    palette: Union[str, Sequence[str], None] = ...,
+    lamp: Optional[ArrayLike] = ...,
+    background: str = ...,
+    ground: bool = ...,
+    samples: SupportsIndex = ...,
+    box: Optional[ArrayLike] = ...,
+    cuts: Optional[Dict[str, Union[float, str]]] = ...,
+    keep_loose: bool = ...,
+    exact: bool = ...,
+    escape: Optional[float] = ...,
+    precision: _Precision = ...,
+) -> Tuple[_Bytes, Dict[str, _Singles]]: ...
+def save_png(image: _Bytes, path: _Path) -> None: ...
+@overload
+def compare(
+    map: Map,
+    mesh: _Mesh,
+    faces: None = ...,
+    *,
+    n: Union[SupportsIndex, Sequence[SupportsIndex]] = ...,
+    device: _Device = ...,
+    on_progress: _Progress = ...,
+    resolution: SupportsIndex = ...,
+    box: Optional[ArrayLike] = ...,
+    limbs: bool = ...,
+    escape: Optional[float] = ...,
+    precision: _Precision = ...,
+) -> List[Dict[str, Any]]: ...
+@overload
+def compare(
+    map: Map,
+    mesh: ArrayLike,
+    faces: ArrayLike,
+    *,
+    n: Union[SupportsIndex, Sequence[SupportsIndex]] = ...,
+    device: _Device = ...,
+    on_progress: _Progress = ...,
+    resolution: SupportsIndex = ...,
+    box: Optional[ArrayLike] = ...,
+    limbs: bool = ...,
+    escape: Optional[float] = ...,
+    precision: _Precision = ...,
+) -> List[Dict[str, Any]]: ...
+@dataclass(frozen=True)
+class StageReport:
+    name: str
+    evaluations: int
+    energy_before: float
+    energy_after: float
+    seconds: float
+    iou: float
+    n: int
+    map: Optional[Map] = ...
+
+@dataclass(frozen=True)
+class FitResult:
+    map: Map
+    stopped: str
+    evaluations: int
+    seconds: float
+    mean_distance: float
+    stages: List[StageReport]
+    warnings: List[str]
+    summary: str
+
+def fit(
+    vertices: Union[_Mesh, ArrayLike],
+    faces: Optional[ArrayLike] = ...,
+    *,
+    device: _Device = ...,
+    on_stage: Optional[Callable[[StageReport], object]] = ...,
+    on_evaluation: Optional[Callable[[float], object]] = ...,
+    on_progress: _Progress = ...,
+    factors: Optional[int] = ...,
+    max_factors: int = ...,
+    seed: int = ...,
+    detail: _Detail = ...,
+    time_limit: Optional[float] = ...,
+    max_evaluations: Optional[int] = ...,
+    target_iou: Optional[float] = ...,
+    schedule: str = ...,
+    schedule_text: str = ...,
+    initial: Optional[Map] = ...,
+    polish: bool = ...,
+    unknowns: Literal["all", "exponents"] = ...,
+    placement: Literal["depth", "paper"] = ...,
+    precision: _Precision = ...,
+    sample_parts: int = ...,
+    steepness: float = ...,
+    up: Optional[_Up] = ...,
+    checkpoint: Optional[_Path] = ...,
+    resume: bool = ...,
+) -> FitResult: ...
+def shape(
+    vertices: Union[_Mesh, ArrayLike],
+    faces: Optional[ArrayLike] = ...,
+    *,
+    versor: Union[Literal["random", "noise", "noise4"], Map, None] = ...,
+    device: _Device = ...,
+    on_progress: _Progress = ...,
+    roots: int = ...,
+    octaves: int = ...,
+    scale: float = ...,
+    seed: int = ...,
+    resolution: SupportsIndex = ...,
+    detail: _Detail = ...,
+    thickness: Optional[float] = ...,
+    steepness: float = ...,
+    up: Optional[_Up] = ...,
+    fourth: Literal["round", "ignored"] = ...,
+    phase: Optional[ArrayLike] = ...,
+) -> Map: ...
+
+class Energy:
+    def __init__(
+        self,
+        map: Map,
+        points: ArrayLike,
+        *,
+        device: _Device = ...,
+        sides: Optional[ArrayLike] = ...,
+        weights: Optional[ArrayLike] = ...,
+        targets: Optional[ArrayLike] = ...,
+        loss: _Loss = ...,
+        alpha: float = ...,
+        n: SupportsIndex = ...,
+        space: _Space = ...,
+        escape: Optional[float] = ...,
+        precision: _Precision = ...,
+    ) -> None: ...
+    @property
+    def size(self) -> int: ...
+    @property
+    def x0(self) -> _Doubles: ...
+    def value(self, x: ArrayLike) -> float: ...
+    def value_and_gradient(self, x: ArrayLike) -> Tuple[float, _Doubles]: ...
+    def field(self, x: ArrayLike) -> _Doubles: ...
+    def map_at(self, x: ArrayLike) -> Map: ...

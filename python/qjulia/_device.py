@@ -1,0 +1,98 @@
+"""Devices: what there is, and which one is used."""
+
+from __future__ import annotations
+
+import json
+import threading
+import warnings
+
+from . import _core
+
+
+class Device:
+    """An OpenCL device, ready to run kernels.
+
+    Parameters
+    ----------
+    name : str, optional
+        ``"gpu"``, ``"cpu"``, ``"P:D"`` (platform and device number, the ``"id"`` of `devices`) or
+        part of a name, in any case. Without it, the environment's ``QJULIA_DEVICE``, else the
+        first GPU, else the first device of any kind.
+    layout : str, optional
+        How kernels are cut into work-items: ``"cpu"``, ``"gpu"`` or ``"auto"``, which suits the
+        device.
+    tuned : bool, optional
+        Whether settings count that ``qjulia profile --tune`` has found for the device.
+
+    Raises
+    ------
+    NoDeviceError
+        If no device matches.
+    InputError
+        If the layout is none of those above.
+
+    Notes
+    -----
+    One thread at a time uses a device; others wait. For work side by side, open a device in each
+    thread. A process that was forked cannot use the devices of its parent: with `multiprocessing`,
+    use the start method ``"spawn"``.
+    """
+
+    __slots__ = ("_core", "_info")
+
+    def __init__(self, name="", *, layout="", tuned=True):
+        for argument, value in (("name", name), ("layout", layout)):
+            if not isinstance(value, str):
+                raise TypeError(f"{argument} must be a string, not {value!r}")
+        self._core, warning = _core.open_device(name, layout, bool(tuned))
+        self._info = json.loads(self._core.info)
+        if warning:
+            warnings.warn(warning, stacklevel=2)
+
+    @property
+    def name(self):
+        """The device's name, as OpenCL has it."""
+        return self._info["name"]
+
+    @property
+    def info(self):
+        """What OpenCL says of the device: kind, vendor, driver, memory and more, as a dict."""
+        return dict(self._info)
+
+    @property
+    def layout(self):
+        """``"cpu"`` or ``"gpu"``."""
+        return self._core.layout
+
+    def __repr__(self):
+        return f"<qjulia.Device {self._info['id']} {self.name}, {self.layout} layout>"
+
+
+def devices():
+    """Every usable device of every platform.
+
+    Returns
+    -------
+    list of dict
+        As `Device.info`; the ``"id"`` of each is a name for `Device`.
+    """
+    return json.loads(_core.list_devices())
+
+
+_default = None
+_opening = threading.Lock()
+
+
+def core_of(device):
+    """The device to use where `device` is a Device, a name, or None for the usual one."""
+    global _default
+    if isinstance(device, Device):
+        return device._core
+    if isinstance(device, str):
+        return Device(device)._core
+    if device is not None:
+        raise TypeError(f"device must be a Device or its name, not {device!r}")
+    with _opening:
+        if _default is None:
+            _default = Device()
+        return _default._core

@@ -1,0 +1,205 @@
+"""Maps from meshes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import List, Optional
+
+from . import _core, _device, _mesh
+from ._map import Map
+
+
+@dataclass(frozen=True)
+class StageReport:
+    """One stage of a fit, as it went.
+
+    Energies of different stages are over different samples, and compare only within a level.
+    """
+
+    name: str
+    """Its level's name."""
+    evaluations: int
+    """Evaluations of energy and gradient."""
+    energy_before: float
+    energy_after: float
+    seconds: float
+    iou: float
+    """Intersection over union of set and shape, on a coarse grid."""
+    n: int
+    """Iterations of energies and IoU."""
+    map: Optional[Map] = field(default=None, repr=False, compare=False)
+    """What the fit would give if it ended here; in callbacks alone."""
+
+    def __str__(self):
+        return (
+            f"{self.name}: {self.evaluations} evaluations, energy {self.energy_before:+.4f} to "
+            f"{self.energy_after:+.4f}, IoU {self.iou:.4f}, {self.seconds:.1f} s"
+        )
+
+
+@dataclass(frozen=True)
+class FitResult:
+    """What a fit has reached, and how it went."""
+
+    map: Map
+    """Calibrated, in the shape's own coordinates."""
+    stopped: str
+    """Why the fit ended: "schedule_done", "evaluations", "time_limit", "target_iou", "converged" or
+    "interrupted"."""
+    evaluations: int
+    """Evaluations of energy and gradient."""
+    seconds: float
+    mean_distance: float
+    """Of the fitted surface (n = 1) from the mesh, over the diagonal of the mesh's box."""
+    stages: List[StageReport]
+    warnings: List[str]
+    """What a user should know about the map, a sentence each."""
+    summary: str = field(repr=False)
+    """The same in words, a line for each stage."""
+
+    def __str__(self):
+        return self.summary
+
+
+def fit(
+    vertices,
+    faces=None,
+    *,
+    initial=None,
+    device=None,
+    on_stage=None,
+    on_evaluation=None,
+    on_progress=None,
+    **options,
+):
+    """Fits a map to a mesh.
+
+    Parameters
+    ----------
+    vertices : array (N, 3), mesh or path
+        Vertices, with faces after them; or a mesh alone: a pair of vertices and faces, an object
+        with `vertices` and `faces` (as trimesh has them) or with `points` and `cells_dict` (as
+        meshio has them), or the path of an .obj, .off, .ply or .stl file.
+    faces : array (M, 3) of whole numbers, optional
+        Counter-clockwise from outside.
+    factors : int, optional
+        8 to 20000. Without it, as many as pay.
+    max_factors : int, optional
+        The largest number that is chosen where `factors` is not given.
+    seed : int, optional
+        Of all random choices. The same seed, options and device give the same map.
+    detail : float or {"auto", "smooth", "clear", "wild"}, optional
+        The shell's thickness as a fraction of the box's diagonal.
+    time_limit : float, optional
+        Seconds of the whole fit.
+    max_evaluations : int, optional
+        The most evaluations of energy and gradient.
+    target_iou : float, optional
+        Ends the fit after a stage with this IoU.
+    schedule : str, optional
+        "tight", "fast", "paper", or the path of a .toml file.
+    schedule_text : str, optional
+        The text of such a file, in its place.
+    initial : Map, optional
+        A map to start from in place of a placement: its factors go where they are in the shape.
+    polish : bool, optional
+        Spends the last two fifths on the iterated set.
+    unknowns : {"all", "exponents"}, optional
+    placement : {"depth", "paper"}, optional
+    precision : {"single", "double"}, optional
+    sample_parts : int, optional
+    steepness : float, optional
+    up : {"auto", "x", "y", "z", "-x", "-y", "-z"}, optional
+    checkpoint : path-like, optional
+        A file that the fit is kept in while it is under way.
+    resume : bool, optional
+        Goes on from the checkpoint, where there is one.
+    device : Device or str, optional
+    on_stage : callable, optional
+        Called with a `StageReport` after each stage, whose `map` is what the fit would give. May
+        be `print`.
+    on_evaluation : callable, optional
+        Called with the energy of each evaluation.
+    on_progress : callable, optional
+        Called with activity, fraction done, seconds left (negative when unknown) and a detail.
+
+    Returns
+    -------
+    FitResult
+
+    Raises
+    ------
+    InputError
+        If the mesh or an option cannot be used; the message names it.
+    KeyboardInterrupt
+        If Ctrl-C came before there was anything to give.
+
+    Notes
+    -----
+    Other Python threads run on. Callbacks run on the calling thread; when one raises, the fit ends
+    and so does this call. Ctrl-C ends the fit with what it has reached: `stopped` is then
+    "interrupted". A callback does the same by raising `StopIteration`.
+    """
+    if initial is not None:
+        if not isinstance(initial, Map):
+            raise TypeError(f"initial must be a Map, not {type(initial).__name__}")
+        options["initial"] = initial._core
+    # A map is wrapped as it comes: users see no other.
+    watch = None
+    if on_stage is not None:
+
+        def watch(stage, map):
+            on_stage(StageReport(**stage, map=Map._of(map)))
+
+    found = _core.fit(
+        _device.core_of(device),
+        _mesh.core_of(vertices, faces),
+        watch,
+        on_evaluation,
+        on_progress,
+        options,
+    )
+    found["map"] = Map._of(found["map"])
+    found["stages"] = [StageReport(**stage) for stage in found["stages"]]
+    return FitResult(**found)
+
+
+def shape(vertices, faces=None, *, versor=None, device=None, on_progress=None, **options):
+    """A map that has a mesh's exact shape, without a fit.
+
+    Parameters
+    ----------
+    vertices, faces
+        See `fit`.
+    versor : {"random", "noise", "noise4"} or Map, optional
+        What gives the grooves their pattern: roots at random places; gradient noise, in three
+        components or four; or a fitted map's factors. It is "random".
+    roots : int, optional
+        Of "random", 1 to 1000. There are 60.
+    octaves : int, optional
+        Of a noise, 1 to 8. There are 2.
+    scale : float, optional
+        A noise's cells along the shape's longest side. They are 9.
+    seed : int, optional
+        Of the roots or the noise.
+    resolution : int, optional
+        Cells of the distance's grid along its longest side, 32 to 384. They are 192.
+    detail : float or {"auto", "smooth", "clear", "wild"}, optional
+    thickness : float, optional
+        Paints the map, as `Map.paint` does.
+    steepness : float, optional
+    up : {"auto", "x", "y", "z", "-x", "-y", "-z"}, optional
+    fourth : {"round", "ignored"}, optional
+        Where the shape ends along the fourth coordinate.
+    phase : array, (4,), optional
+    device : Device or str, optional
+    on_progress : callable, optional
+
+    Returns
+    -------
+    Map
+    """
+    options["versor"] = versor._core if isinstance(versor, Map) else versor
+    return Map._of(
+        _core.shape(_device.core_of(device), _mesh.core_of(vertices, faces), on_progress, options)
+    )

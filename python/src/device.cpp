@@ -1,0 +1,58 @@
+#include "device.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "keywords.hpp"
+#include "qjulia/tuning_cache.hpp"
+
+namespace py = pybind11;
+
+namespace qjulia::python {
+namespace {
+
+/// The device, with the settings that were tuned for it, as the command takes it; and a warning.
+py::tuple opened(const std::string& name, const std::string& layout, bool tuned) {
+  CachedTuning found = [&] {
+    const py::gil_scoped_release release;
+    Device device = Device::choose({name, layout});
+    return tuned ? with_cached_tuning(device) : CachedTuning{std::move(device), ""};
+  }();
+  return py::make_tuple(OpenDevice{std::move(found.device)}, found.warning);
+}
+
+std::string list_text() {
+  const py::gil_scoped_release release;
+  nlohmann::json all = nlohmann::json::array();
+  for (const DeviceInfo& info : list_devices()) all.push_back(to_json(info));
+  return all.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace
+
+DeviceUse::DeviceUse(const OpenDevice& device) : in_use_(device.in_use) {
+  if (in_use_->try_lock()) return;
+  while (true) {
+    bool is_mine = false;
+    {
+      const py::gil_scoped_release release;
+      is_mine = in_use_->try_lock_for(kBetweenLooks);
+    }
+    if (is_mine) return;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  }
+}
+
+void add_device(py::module_& module) {
+  py::class_<OpenDevice>(module, "Device")
+      .def_property_readonly("info",
+                             [](const OpenDevice& self) {
+                               return to_json(self.device.info())
+                                   .dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+                             })
+      .def_property_readonly(
+          "layout", [](const OpenDevice& self) { return to_string(self.device.layout()); });
+  module.def("open_device", &opened);
+  module.def("list_devices", &list_text);
+}
+
+}  // namespace qjulia::python

@@ -1,0 +1,141 @@
+/// Maps from maps: knobs, paint and portals.
+
+#include <string>
+#include <utility>
+
+#include "arrays.hpp"
+#include "keywords.hpp"
+#include "map.hpp"
+#include "parts.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/knob_table.hpp"
+#include "qjulia/painting.hpp"
+#include "qjulia/portal_choice.hpp"
+#include "watched.hpp"
+
+namespace py = pybind11;
+
+namespace qjulia::python {
+namespace {
+
+MapPointer turned(const KeptMap& self, const OpenDevice& device, const py::dict& given) {
+  MapKnobs knobs;
+  Keywords keywords("with_knobs", given);
+  for (const Knob& knob : knob_table()) {
+    std::visit([&](const auto member) { keywords.take(knob.name, knobs.*member); }, knob.value);
+    if (const auto* number = std::get_if<std::optional<double> MapKnobs::*>(&knob.value)) {
+      if (!(knobs.*(*number))) continue;
+      try {
+        knob.expect_in_range(*(knobs.*(*number)));
+      } catch (const InputError& error) {
+        throw InputError(knob.name + ": " + error.what());
+      }
+    }
+  }
+  keywords.expect_no_more();
+  knobs.validate();
+  return kept(watched(
+      device, [&](const std::stop_token&) { return with_knobs(device.device, self.map, knobs); }));
+}
+
+/// The table of knobs, for documentation: name, values, unit, range, help, more.
+py::list described_knobs() {
+  py::list all;
+  for (const Knob& knob : knob_table()) {
+    all.append(
+        py::make_tuple(knob.name, knob.values, knob.unit, knob.range_text(), knob.help, knob.more));
+  }
+  return all;
+}
+
+PaintRamp ramp_of(const py::handle& given) {
+  const auto sequence = py::reinterpret_borrow<py::object>(given);
+  if (!py::isinstance<py::sequence>(sequence) || py::len(sequence) != 3) {
+    throw py::value_error("ramp must be an axis and two shares, such as (\"y\", 1, 0.1), not " +
+                          shown(given));
+  }
+  PaintRamp ramp;
+  read_word(sequence[py::int_(0)], "ramp", ramp.axis, {{"x", 0}, {"y", 1}, {"z", 2}});
+  read(sequence[py::int_(1)], "ramp", ramp.low);
+  read(sequence[py::int_(2)], "ramp", ramp.high);
+  return ramp;
+}
+
+/// @param mesh None, or a Mesh whose vertices have `shares`.
+PaintOptions paint_options(const py::object& mesh, const py::object& shares,
+                           const py::dict& given) {
+  PaintOptions options;
+  Keywords keywords("paint", given);
+  keywords.take("elsewhere", options.elsewhere);
+  keywords.take("thickness", options.thickness);
+  if (const auto ramp = keywords.argument("ramp")) options.ramp = ramp_of(ramp);
+  if (const auto balls = keywords.argument("balls")) {
+    const DoubleArray rows = rows_of_numbers(balls, "balls", {5});
+    for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
+      options.balls.push_back(
+          {{rows.at(i, 0), rows.at(i, 1), rows.at(i, 2)}, rows.at(i, 3), rows.at(i, 4)});
+    }
+  }
+  if (const auto blocks = keywords.argument("blocks")) {
+    const DoubleArray rows = rows_of_numbers(blocks, "blocks", {7});
+    for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
+      options.blocks.push_back({{{rows.at(i, 0), rows.at(i, 1), rows.at(i, 2)},
+                                 {rows.at(i, 3), rows.at(i, 4), rows.at(i, 5)}},
+                                rows.at(i, 6)});
+    }
+  }
+  if (!mesh.is_none()) {
+    const auto& triangles = mesh.cast<const TriangleMesh&>();
+    PaintedMesh painted{triangles.vertices, triangles.triangles, {}};
+    for (const double share : numbers_for(shares, "shares", painted.vertices.size())) {
+      painted.shares.push_back(static_cast<float>(share));
+    }
+    options.mesh = std::move(painted);
+  }
+  keywords.expect_no_more();
+  options.validate();
+  return options;
+}
+
+MapPointer with_paint(const KeptMap& self, const OpenDevice& device, const py::object& mesh,
+                      const py::object& shares, const py::object& on_progress,
+                      const py::dict& given) {
+  const PaintOptions options = paint_options(mesh, shares, given);
+  Map map = without_paint(self.map);
+  Watcher watcher;
+  const ProgressMonitor monitor = watcher.monitor(on_progress);
+  watcher.run(device, [&] { map.layers.paint = painted(device.device, map, options, monitor); });
+  return kept(std::move(map));
+}
+
+MapPointer with_portals(const KeptMap& self, const OpenDevice& device,
+                        const py::object& on_progress, const py::dict& given) {
+  PortalOptions options;
+  Keywords keywords("portals", given);
+  keywords.take("count", options.count);
+  keywords.take("size", options.size);
+  std::vector<std::pair<std::string, PortalMask>> masks;
+  for (const auto mask : {PortalMask::outside, PortalMask::inside, PortalMask::none}) {
+    masks.emplace_back(to_string(mask), mask);
+  }
+  keywords.take_word("mask", options.mask, masks);
+  keywords.expect_no_more();
+  options.validate();
+  Map map = self.map;
+  Watcher watcher;
+  const ProgressMonitor monitor = watcher.monitor(on_progress);
+  watcher.run(device,
+              [&] { map.layers.portals = proposed_portals(device.device, map, options, monitor); });
+  return kept(std::move(map));
+}
+
+}  // namespace
+
+void add_edits(py::module_& module) {
+  module.def("with_knobs", &turned);
+  module.def("knob_table", &described_knobs);
+  module.def("paint", &with_paint);
+  module.def("portals", &with_portals);
+}
+
+}  // namespace qjulia::python

@@ -1,0 +1,260 @@
+#include "picture.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "arrays.hpp"
+#include "keywords.hpp"
+#include "map.hpp"
+#include "parts.hpp"
+#include "qjulia/picture.hpp"
+#include "qjulia/picture_settings.hpp"
+#include "watched.hpp"
+
+namespace py = pybind11;
+
+namespace qjulia::python {
+namespace {
+
+void take_size(Keywords& keywords, PictureOptions& options) {
+  const auto given = keywords.argument("size");
+  if (!given) return;
+  const auto size = py::reinterpret_borrow<py::object>(given);
+  if (!py::isinstance<py::sequence>(size) || py::len(size) != 2) {
+    throw py::value_error("size must be (width, height) in pixels, not " + shown(given));
+  }
+  read(size[py::int_(0)], "size", options.width);
+  read(size[py::int_(1)], "size", options.height);
+}
+
+/// "studio", "transparent" or a colour.
+void take_background(Keywords& keywords, PictureOptions& options) {
+  std::string word = "studio";
+  keywords.take("background", word);
+  if (word == "studio") return;
+  if (word == "transparent") {
+    options.backdrop = Backdrop::transparent;
+    return;
+  }
+  const auto color = color_named(word);
+  if (!color) {
+    throw py::value_error(
+        "background must be 'studio', 'transparent' or a colour such as "
+        "'#ff8000', not '" +
+        word + "'");
+  }
+  options.backdrop = Backdrop::plain;
+  options.background = *color;
+}
+
+Rgb color_of(const py::handle& given) {
+  std::string word;
+  read(given, "palette", word);
+  const auto color = color_named(word);
+  if (!color) {
+    std::string names;
+    for (const std::string& name : palette_names()) names += (names.empty() ? "" : ", ") + name;
+    throw py::value_error("palette: '" + word +
+                          "' is no colour such as '#ff8000', and no palette: " + names);
+  }
+  return *color;
+}
+
+}  // namespace
+
+void take_palette(Keywords& keywords, PictureOptions& options) {
+  const auto given = keywords.argument("palette");
+  if (!given) return;
+  std::vector<Rgb> colors;
+  if (py::isinstance<py::str>(given)) {
+    std::string name;
+    read(given, "palette", name);
+    if (const auto named = palette_named(name)) {
+      options.palette = *named;
+      return;
+    }
+    colors.push_back(color_of(given));
+  } else if (py::isinstance<py::sequence>(given)) {
+    for (const py::handle word : given) colors.push_back(color_of(word));
+  } else {
+    throw py::type_error("palette must be a name or a list of colours, not " + shown(given));
+  }
+  const bool is_clay = options.material == Material::clay;
+  const std::size_t least = is_clay ? 1 : 2;
+  const std::size_t most = is_clay ? 1 : Palette::kMostStops;
+  if (colors.size() < least || colors.size() > most) {
+    throw py::value_error("palette: " + std::to_string(colors.size()) + " colours are given; " +
+                          (is_clay ? "clay has one" : "this material goes through 2 to 8"));
+  }
+  if (is_clay) {
+    options.palette.clay = colors.front();
+  } else {
+    options.palette.stops = std::move(colors);
+  }
+}
+
+namespace {
+
+/// The settings of the library's table. A palette depends on the material, and is read last.
+void take_settings(Keywords& keywords, PictureOptions& options) {
+  for (const PictureSetting& setting : picture_settings()) {
+    const std::string name = argument_name(setting.name);
+    std::visit(
+        [&](const auto place) {
+          if constexpr (!std::is_same_v<decltype(place), Palette& (*const)(PictureOptions&)>) {
+            keywords.take(name, place(options));
+          }
+        },
+        setting.value);
+  }
+  take_palette(keywords, options);
+}
+
+void take_cuts(Keywords& keywords, PictureOptions& options) {
+  const auto given = keywords.argument("cuts");
+  if (!given) return;
+  if (!py::isinstance<py::dict>(given)) {
+    throw py::type_error("cuts must be a dict such as {\"z\": 0.2} or {\"z\": \"50%\"}, not " +
+                         shown(given));
+  }
+  for (const auto& [key, place] : py::reinterpret_borrow<py::dict>(given)) {
+    Cut cut;
+    read_word(key, "cuts", cut.axis, {{"x", 'x'}, {"y", 'y'}, {"z", 'z'}});
+    py::object number = py::reinterpret_borrow<py::object>(place);
+    if (py::isinstance<py::str>(place)) {
+      const py::str text = number;
+      if (!text.attr("endswith")("%").cast<bool>()) {
+        throw py::value_error("cuts: " + shown(place) + " is no place such as 0.2 or \"50%\"");
+      }
+      cut.is_percent = true;
+      number = py::module_::import("builtins").attr("float")(text[py::slice(0, -1, 1)]);
+    }
+    read(number, "cuts", cut.at);
+    options.cuts.push_back(cut);
+  }
+}
+
+PictureOptions picture_options(const py::dict& given) {
+  PictureOptions options;
+  Keywords keywords("render", given);
+  take_size(keywords, options);
+  take_settings(keywords, options);
+  take_background(keywords, options);
+  take_cuts(keywords, options);
+  keywords.take("ground", options.ground);
+  keywords.take("samples", options.samples_per_axis);
+  keywords.take("box", options.box);
+  keywords.take("escape", options.escape);
+  keywords.take("precision", options.precision);
+  keywords.take("keep_loose", options.keep_loose);
+  keywords.take("exact", options.exact);
+  keywords.expect_no_more();
+  options.validate();
+  return options;
+}
+
+/// (height, width, 3), or 4 where the picture has an alpha.
+py::array array_of_image(Image image) {
+  const py::ssize_t width = image.width, height = image.height;
+  if (image.alpha.empty())
+    return array_of<std::uint8_t>(std::move(image.pixels), {height, width, 3});
+  std::vector<std::uint8_t> all;
+  all.reserve(4 * image.alpha.size());
+  for (std::size_t i = 0; i < image.alpha.size(); ++i) {
+    all.insert(all.end(), {image.pixels[3 * i], image.pixels[3 * i + 1], image.pixels[3 * i + 2],
+                           image.alpha[i]});
+  }
+  return array_of<std::uint8_t>(std::move(all), {height, width, 4});
+}
+
+py::array rendered(const KeptMap& self, const OpenDevice& device, const py::object& on_progress,
+                   const py::dict& given) {
+  const PictureOptions options = picture_options(given);
+  Image image;
+  Watcher watcher;
+  const ProgressMonitor monitor = watcher.monitor(on_progress);
+  watcher.run(device, [&] { image = render(device.device, self.map, options, monitor); });
+  return array_of_image(std::move(image));
+}
+
+/// The picture, and depth, normal and position of what its pixels show.
+py::tuple layered(const KeptMap& self, const OpenDevice& device, const py::object& on_progress,
+                  const py::dict& given) {
+  const PictureOptions options = picture_options(given);
+  LayeredImage picture;
+  Watcher watcher;
+  const ProgressMonitor monitor = watcher.monitor(on_progress);
+  watcher.run(device, [&] { picture = layered_render(device.device, self.map, options, monitor); });
+  const py::ssize_t width = options.width, height = options.height;
+  py::dict layers;
+  layers["depth"] = array_of<float>(std::move(picture.layers.depth), {height, width});
+  layers["normal"] = array_of<float>(std::move(picture.layers.normal), {height, width, 3});
+  layers["position"] = array_of<float>(std::move(picture.layers.position), {height, width, 3});
+  return py::make_tuple(array_of_image(std::move(picture.image)), layers);
+}
+
+py::array rendered_mesh(const TriangleMesh& mesh, const OpenDevice& device,
+                        const py::object& on_progress, const py::object& framed,
+                        const py::dict& given) {
+  const PictureOptions options = picture_options(given);
+  mesh.validate();
+  Box box = mesh.box();
+  if (!framed.is_none()) read(framed, "framed", box);
+  Image image;
+  Watcher watcher;
+  const ProgressMonitor monitor = watcher.monitor(on_progress);
+  watcher.run(device, [&] { image = render_mesh(device.device, mesh, box, options, monitor); });
+  return array_of_image(std::move(image));
+}
+
+/// The PNG file of an array (height, width, 3 or 4) of bytes.
+py::bytes png_of(const py::object& given) {
+  const auto array = py::array::ensure(given);
+  if (!array || !array.dtype().equal(py::dtype::of<std::uint8_t>())) {
+    PyErr_Clear();
+    throw py::type_error("image must be an array of uint8");
+  }
+  if (array.ndim() != 3 || (array.shape(2) != 3 && array.shape(2) != 4)) {
+    throw py::value_error("image must have shape (height, width, 3) or (height, width, 4)");
+  }
+  constexpr py::ssize_t kMostPixels = 1 << 20;
+  if (array.shape(0) > kMostPixels || array.shape(1) > kMostPixels) {
+    throw py::value_error("image is too large");
+  }
+  const py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast> bytes(array);
+  Image image{static_cast<int>(array.shape(1)), static_cast<int>(array.shape(0)), {}};
+  const auto channels = static_cast<std::size_t>(array.shape(2));
+  const auto count = static_cast<std::size_t>(bytes.size()) / channels;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint8_t* const pixel = bytes.data() + i * channels;
+    image.pixels.insert(image.pixels.end(), pixel, pixel + 3);
+    if (channels == 4) image.alpha.push_back(pixel[3]);
+  }
+  const std::string file = [&] {
+    const py::gil_scoped_release release;
+    return png_bytes(image);
+  }();
+  return file;
+}
+
+/// The table of settings, for documentation: name, values, unit, range, help, more.
+py::list described_settings() {
+  py::list all;
+  for (const PictureSetting& setting : picture_settings()) {
+    all.append(py::make_tuple(argument_name(setting.name), setting.values, setting.unit,
+                              setting.range_text(), setting.help, setting.more));
+  }
+  return all;
+}
+
+}  // namespace
+
+void add_pictures(py::module_& module) {
+  module.def("render", &rendered);
+  module.def("render_layers", &layered);
+  module.def("render_mesh", &rendered_mesh);
+  module.def("png", &png_of);
+  module.def("picture_settings", &described_settings);
+}
+
+}  // namespace qjulia::python

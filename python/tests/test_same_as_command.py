@@ -1,0 +1,181 @@
+"""What Python computes equals what the command writes, bit for bit."""
+
+import json
+
+import numpy as np
+import pytest
+
+import qjulia
+from conftest import FIT
+
+
+def same_bits(a, b):
+    return a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
+
+
+def read_ply(path):
+    """Vertices, faces and normals of a file of the command."""
+    data = path.read_bytes()
+    header, body = data.split(b"end_header\n", 1)
+    counts = [int(line.split()[2]) for line in header.splitlines() if line.startswith(b"element")]
+    vertex = np.dtype([("position", "<f4", (3,)), ("normal", "<f4", (3,))])
+    vertices = np.frombuffer(body, vertex, counts[0])
+    face = np.dtype([("count", "u1"), ("corners", "<u4", (3,))])
+    faces = np.frombuffer(body, face, counts[1], vertices.nbytes)
+    return vertices["position"], faces["corners"], vertices["normal"]
+
+
+@pytest.fixture(scope="session")
+def fitted_file(command, torus_file, tmp_path_factory):
+    path = tmp_path_factory.mktemp("maps") / "torus.qjulia.json"
+    command(
+        "fit",
+        torus_file,
+        "-o",
+        path,
+        "--factors",
+        FIT["factors"],
+        "--max-evaluations",
+        FIT["max_evaluations"],
+    )
+    return path
+
+
+def test_a_fit_gives_the_same_map(fitted_file, torus_file, map, device):
+    theirs = qjulia.load(fitted_file)
+    assert same_bits(map.factors, theirs.factors)
+    assert map == theirs
+    assert qjulia.fit(torus_file, **FIT, device=device).map == theirs
+
+
+def test_an_exact_map_is_the_same(command, torus_file, torus, tmp_path, device):
+    for words, options in (
+        ("random:20:7", {"roots": 20, "seed": 7}),
+        ("noise:3:8:5", {"versor": "noise", "octaves": 3, "scale": 8, "seed": 5}),
+    ):
+        path = tmp_path / "exact.qjulia.json"
+        command("shape", torus_file, "-o", path, "--resolution", 32, "--versor", words)
+        assert qjulia.shape(*torus, resolution=32, **options, device=device) == qjulia.load(path)
+
+
+def test_knobs_turn_alike(command, fitted_file, map, tmp_path, device):
+    knobs = {
+        "detail": 0.02,
+        "order_seed": 3,
+        "phase": (1, 0.5, 0, 0.2),
+        "drift": 0.1,
+        "rotate": (0, 0, 1, 30),
+        "steepness": 2,
+    }
+    options = []
+    for name, value in knobs.items():
+        options += ["--" + name.replace("_", "-"), *np.atleast_1d(value)]
+    command("sample", fitted_file, "-o", tmp_path / "field.npy", "--resolution", 24, *options)
+    turned = map.with_knobs(**knobs, device=device)
+    values, _ = turned.sample(24, device=device)
+    assert same_bits(values, np.load(tmp_path / "field.npy"))
+
+
+def test_a_field_is_the_same_on_a_grid_and_at_points(command, fitted_file, map, tmp_path, device):
+    box = np.array([[-1.2, -1.2, -0.4], [1.2, 1.2, 0.4]])
+    command(
+        "sample",
+        fitted_file,
+        "-o",
+        tmp_path / "field.npy",
+        "--resolution",
+        12,
+        "--box",
+        *box.ravel(),
+        "--iterations",
+        3,
+    )
+    theirs = np.load(tmp_path / "field.npy")
+    values, its_box = map.sample(12, box=box, n=3, device=device)
+    assert same_bits(values, theirs)
+    assert np.array_equal(its_box, box)
+    cell = (box[1] - box[0]) / theirs.shape
+    centers = np.stack(
+        np.meshgrid(
+            *[box[0][i] + cell[i] * (np.arange(n) + 0.5) for i, n in enumerate(theirs.shape)],
+            indexing="ij",
+        ),
+        -1,
+    )
+    at_points = map.field(centers.reshape(-1, 3), n=3, device=device).astype(np.float32)
+    # Centres are computed in another order of sums; one rounding of them shows.
+    assert np.mean(at_points == theirs.ravel()) > 0.5
+    assert np.allclose(at_points, theirs.ravel(), atol=1e-4)
+
+
+def test_a_surface_is_the_same(command, fitted_file, map, tmp_path, device):
+    for resolution, options, keywords in ((40, [], {}), (24, ["--iterations", 1], {"n": 1})):
+        command(
+            "surface", fitted_file, "-o", tmp_path / "set.ply", "--resolution", resolution, *options
+        )
+        vertices, faces, normals = read_ply(tmp_path / "set.ply")
+        ours = map.surface(resolution, **keywords, device=device)
+        assert same_bits(ours.vertices.astype(np.float32), vertices)
+        assert same_bits(ours.faces, faces)
+        assert same_bits(ours.normals, normals)
+
+
+def test_a_picture_is_the_same(command, fitted_file, map, tmp_path, device):
+    image = pytest.importorskip("PIL.Image")
+    command(
+        "render",
+        fitted_file,
+        "-o",
+        tmp_path / "set.png",
+        "--size",
+        "64x48",
+        "--azimuth",
+        50,
+        "--material",
+        "trap",
+        "--palette",
+        "ice",
+        "--lamp",
+        -40,
+        30,
+        1.5,
+        "--background",
+        "transparent",
+        "--cut",
+        "z=50%",
+    )
+    ours = qjulia.render(
+        map,
+        size=(64, 48),
+        azimuth=50,
+        material="trap",
+        palette="ice",
+        lamp=(-40, 30, 1.5),
+        background="transparent",
+        cuts={"z": "50%"},
+        device=device,
+    )
+    assert np.array_equal(ours, np.asarray(image.open(tmp_path / "set.png")))
+    qjulia.save_png(ours, tmp_path / "ours.png")
+    assert np.array_equal(ours, np.asarray(image.open(tmp_path / "ours.png")))
+
+
+def test_figures_are_the_same(command, fitted_file, torus_file, map, torus, device):
+    theirs = json.loads(
+        command("compare", fitted_file, torus_file, "--resolution", 24, "--json", "--iterations", 4)
+    )["metrics"]
+    ours = qjulia.compare(map, torus, n=[4, 1], resolution=24, device=device)
+    assert [row["n"] for row in ours] == [4, 1]
+    for row, expected in zip(reversed(ours), theirs):
+        for name in set(row) - {"n"}:
+            assert row[name] == expected[name], name
+
+
+def test_paint_and_portals_are_the_same(command, fitted_file, map, tmp_path, device):
+    path = tmp_path / "edited.qjulia.json"
+    command("paint", fitted_file, "-o", path, "--ramp", "y=1:0.1", "--ball", 1, 0, 0, 0.3, 0)
+    assert map.paint(ramp=("y", 1, 0.1), balls=[[1, 0, 0, 0.3, 0]], device=device) == qjulia.load(
+        path
+    )
+    command("portals", fitted_file, "-o", path, "--count", 1, "--size", 0.2)
+    assert map.portals(1, size=0.2, device=device) == qjulia.load(path)

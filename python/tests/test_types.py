@@ -1,0 +1,120 @@
+"""The stubs say what the package has, and the library's tables are what they list."""
+
+import ast
+import glob
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import qjulia
+from qjulia import _core
+
+FOLDER = os.path.dirname(qjulia.__file__)
+EXAMPLES = os.path.join(os.path.dirname(__file__), "..", "..", "examples", "python")
+
+
+def keywords_in_stub():
+    """Names of keyword-only arguments by function, as "Map.field"; overloads together."""
+    with open(os.path.join(FOLDER, "__init__.pyi")) as file:
+        tree = ast.parse(file.read())
+    found = {}
+
+    def visit(body, prefix):
+        for node in body:
+            if isinstance(node, ast.ClassDef):
+                visit(node.body, node.name + ".")
+            elif isinstance(node, ast.FunctionDef):
+                names = found.setdefault(prefix + node.name, set())
+                names.update(argument.arg for argument in node.args.kwonlyargs)
+
+    visit(tree.body, "")
+    return found
+
+
+def keywords_known(call):
+    """What the function says it takes when it is given a keyword that it does not know."""
+    with pytest.raises(TypeError, match="it takes") as raised:
+        call(qqqqqq=1)
+    return set(str(raised.value).split("it takes ")[1].split(", "))
+
+
+PYTHONS_OWN = {"device", "on_progress", "on_stage", "on_evaluation", "layers", "framed", "faces"}
+
+
+def test_stubs_list_every_keyword(map, torus, device):
+    stub = keywords_in_stub()
+    points = np.zeros((1, 3))
+    known = {
+        "Map.with_knobs": keywords_known(map.with_knobs),
+        "Map.field": keywords_known(lambda **k: map.field(points, **k)),
+        "Map.orbits": keywords_known(lambda **k: map.orbits(points, **k)),
+        "Map.sample": keywords_known(lambda **k: map.sample(**k)) - {"resolution"},
+        "Map.surface": keywords_known(lambda **k: map.surface(**k)) - {"resolution"},
+        "Map.surface_colors": keywords_known(lambda **k: map.surface_colors(torus, **k)),
+        "Map.paint": keywords_known(lambda **k: map.paint(**k)),
+        "Map.portals": keywords_known(lambda **k: map.portals(**k)) - {"count"},
+        "render": keywords_known(lambda **k: qjulia.render(map, **k)),
+        "compare": keywords_known(lambda **k: qjulia.compare(map, torus, **k)),
+        "fit": keywords_known(lambda **k: qjulia.fit(*torus, **k)),
+        "shape": keywords_known(lambda **k: qjulia.shape(*torus, **k))
+        | keywords_known(lambda **k: qjulia.shape(*torus, versor="noise", **k)),
+        "signed_distance": keywords_known(lambda **k: qjulia.signed_distance(torus, points, **k)),
+        "Energy.__init__": keywords_known(lambda **k: qjulia.Energy(map, points, **k)),
+    }
+    for name, keywords in known.items():
+        assert stub[name] - PYTHONS_OWN == keywords - PYTHONS_OWN - {"versor"} | (
+            {"versor"} if name == "shape" else set()
+        ), name
+
+
+def test_tables_are_all_there_and_documented(map):
+    knobs = {row[0] for row in _core.knob_table()}
+    assert {"detail", "drift", "steepness"} <= knobs
+    assert keywords_in_stub()["Map.with_knobs"] == knobs | {"device"}
+    for name, values, unit, limits, help_, more in _core.knob_table():
+        assert f"\n{name} : {values}" in qjulia.Map.with_knobs.__doc__
+    for name, *_ in _core.picture_settings():
+        assert f"\n{name} : " in qjulia.render.__doc__
+
+
+def test_everything_public_is_documented():
+    for name in qjulia.__all__:
+        thing = getattr(qjulia, name)
+        if name == "__version__":
+            continue
+        assert thing.__doc__, name
+        assert thing.__module__ == "qjulia", name
+        if isinstance(thing, type) and not issubclass(thing, Exception):
+            for member, value in vars(thing).items():
+                if not member.startswith("_") and (callable(value) or isinstance(value, property)):
+                    assert value.__doc__, f"{name}.{member}"
+
+
+def run_mypy(*arguments, tmp_path):
+    pytest.importorskip("mypy")
+    path = os.path.dirname(FOLDER)
+    done = subprocess.run(
+        [sys.executable, "-m", *arguments],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "MYPYPATH": path, "PYTHONPATH": path},
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_stubs_and_examples_are_clean(tmp_path):
+    scripts = sorted(glob.glob(os.path.join(os.path.abspath(EXAMPLES), "*.py")))
+    options = ["mypy", "--strict", "--ignore-missing-imports"]
+    run_mypy(*options, os.path.join(FOLDER, "__init__.pyi"), tmp_path=tmp_path)
+    for script in scripts:
+        run_mypy(*options, script, tmp_path=tmp_path)
+
+
+def test_stubs_agree_with_the_package(tmp_path):
+    allowed = tmp_path / "allowed"
+    allowed.write_text(r"qjulia\._.*" + "\n")
+    run_mypy("mypy.stubtest", "qjulia", "--allowlist", str(allowed), tmp_path=tmp_path)

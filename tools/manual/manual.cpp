@@ -1,0 +1,64 @@
+/// Writes what other programs read of the command line: manual pages, completions of shells, and
+/// the page of the environment.
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "base/output_file.hpp"
+#include "commands.hpp"
+#include "pages.hpp"
+
+namespace qjulia::manual {
+
+std::string brief(const std::string& description) {
+  std::string text = description.substr(0, description.find_first_of(":;"));
+  text = text.substr(0, text.find(". "));
+  if (const auto bracket = text.find(" ("); bracket != std::string::npos) text.resize(bracket);
+  return text;
+}
+
+namespace {
+
+ProgramUsage usage() {
+  tools::CommandLine program(tools::kProgramDescription, "qjulia");
+  tools::ChosenCommand chosen;
+  tools::describe(program, chosen);
+  return program.usage();
+}
+
+/// @param folder of the build, which need not exist.
+void write(const std::filesystem::path& folder, const std::string& date) {
+  const ProgramUsage program = usage();
+  std::filesystem::create_directories(folder);
+  base::write_file(folder / "qjulia.1", program_page(program, date));
+  for (const CommandUsage& command : program.commands) {
+    base::write_file(folder / fmt::format("qjulia-{}.1", command.name),
+                     command_page(program, command, date));
+  }
+  base::write_file(folder / "qjulia.bash", bash_completion(program));
+  base::write_file(folder / "_qjulia", zsh_completion(program));
+  base::write_file(folder / "qjulia.fish", fish_completion(program));
+}
+
+}  // namespace
+}  // namespace qjulia::manual
+
+int main(int argc, char** argv) {
+  const std::string what = argc > 1 ? argv[1] : "";
+  try {
+    if (what == "environment" && argc == 2) {
+      fmt::print("{}", qjulia::manual::environment_page());
+      return 0;
+    }
+    if (what == "write" && argc == 4) {
+      qjulia::manual::write(argv[2], argv[3]);
+      return 0;
+    }
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "qjulia_manual: {}\n", error.what());
+    return 1;
+  }
+  fmt::print(stderr, "usage: qjulia_manual environment | qjulia_manual write FOLDER DATE\n");
+  return 2;
+}

@@ -1,0 +1,34 @@
+#pragma once
+/// The program's usage as texts for other programs: manual pages, completions of shells, a page of
+/// the documentation.
+
+#include <string>
+
+#include "usage.hpp"
+
+namespace qjulia::manual {
+
+using tools::CommandUsage;
+using tools::Completion;
+using tools::OptionUsage;
+using tools::ProgramUsage;
+
+/// The page of the program itself (qjulia.1), in roff for man.
+/// @param date as in "2026-01-31"; empty: none.
+std::string program_page(const ProgramUsage& program, const std::string& date);
+
+/// The page of one command, such as qjulia-fit.1.
+std::string command_page(const ProgramUsage& program, const CommandUsage& command,
+                         const std::string& date);
+
+std::string bash_completion(const ProgramUsage& program);
+std::string zsh_completion(const ProgramUsage& program);
+std::string fish_completion(const ProgramUsage& program);
+
+/// docs/reference/environment.md.
+std::string environment_page();
+
+/// What completions say of an option: the first clause of its description.
+std::string brief(const std::string& description);
+
+}  // namespace qjulia::manual

@@ -1,0 +1,48 @@
+#pragma once
+/// What a command line takes, as data: help, manual pages and shells' completions say the same.
+
+#include <string>
+#include <vector>
+
+namespace qjulia::tools {
+
+/// What a shell offers for a value.
+struct Completion {
+  std::vector<std::string> words{};       ///< of which one is given, or may be
+  std::vector<std::string> extensions{};  ///< of files, as in ".obj"
+  bool takes_files = false;               ///< of any name where there are no extensions
+  bool takes_folders = false;
+
+  bool operator==(const Completion&) const = default;
+};
+
+/// An option or a positional argument.
+struct OptionUsage {
+  std::string letter;               ///< "-o"; empty: none
+  std::string name;                 ///< "--output"; of a positional argument "MESH"
+  std::vector<std::string> values;  ///< what the help calls them; empty for a flag
+  std::string description;
+  std::string default_text;  ///< empty: none that the description does not say
+  std::string group;         ///< its title in the help
+  bool is_positional = false;
+  bool is_required = false;
+  bool is_repeated = false;
+  Completion completion;
+};
+
+struct CommandUsage {
+  std::string name;
+  std::string description;
+  std::string footer;
+  std::vector<OptionUsage> options;  ///< in the help's order
+
+  /// "--device": whether it is one of the options.
+  bool has(const std::string& option) const;
+};
+
+struct ProgramUsage {
+  CommandUsage root;
+  std::vector<CommandUsage> commands;
+};
+
+}  // namespace qjulia::tools
