@@ -15,8 +15,9 @@ namespace {
 
 /// How far behind a triangle its points lie, over the mesh's mean edge.
 constexpr double kBehind = 0.25;
-/// The corners' weights at the points of a triangle: a third of its area around each corner.
-constexpr double kNear = 2.0 / 3, kFar = 1.0 / 6;
+/// A point of a triangle stands for the third of its area about a corner. These are the weights of
+/// that corner and of each of the two others.
+constexpr double kOwnWeight = 2.0 / 3, kOtherWeight = 1.0 / 6;
 /// Shares of the vertices below the palette's beginning and above its end.
 constexpr double kTail = 0.02;
 /// Triangles whose points are on the device at a time.
@@ -43,7 +44,8 @@ std::vector<Eigen::Vector3d> points_behind(const TriangleMesh& mesh, std::size_t
     const Eigen::Vector3d inward = -behind * (x[1] - x[0]).cross(x[2] - x[0]).normalized();
     const Eigen::Vector3d sum = x[0] + x[1] + x[2];
     for (const Eigen::Vector3d& corner : x) {
-      points.push_back(to_map.to_map(kFar * sum + (kNear - kFar) * corner + inward));
+      points.push_back(
+          to_map.to_map(kOtherWeight * sum + (kOwnWeight - kOtherWeight) * corner + inward));
     }
   }
   return points;
