@@ -10,8 +10,8 @@
 
 namespace qjulia {
 
-/// A map file, or a page (.html) that holds one in <script type="application/json"
-/// id="qjulia-map">.
+/// A map file, or a page (.html) that holds one: as JSON, in the script element whose id is
+/// qjulia-map.
 /// @throws InputError naming the file and the key that is missing, of the wrong type or not finite.
 /// @param stop ends waiting for a pipe: Interrupted.
 Map read_map(const std::filesystem::path& path, std::stop_token stop = {});
