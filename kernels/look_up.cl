@@ -1,4 +1,5 @@
-// F_n at points whose orbits are looked up, rather than computed, for surfaces as drafts.
+// F_n at points whose orbits are looked up rather than computed, for drafts of surfaces and for the
+// loose pieces of pictures.
 // Work-items are scalar, whatever the lane width.
 
 #include "block_points.clh"

@@ -199,7 +199,7 @@ class MarchSource : public DepthSource {
   /// Finds the loose pieces at the first view, by what serves its rays.
   void leave_out_loose(const View& view) {
     // Copies in portals may be smaller than what the grid shows of where they stand.
-    if (set_.keeps_loose || !set_.map.layers.portals.empty()) return;
+    if (has_sought_loose_ || set_.keeps_loose || !set_.map.layers.portals.empty()) return;
     if (set_.part) {
       // What is cut away may be what a piece hangs on.
       MarchedSet whole = set_;
@@ -211,7 +211,7 @@ class MarchSource : public DepthSource {
     grid_.leave_out(loose_);
     if (loose_.bits.empty()) whole_.reset();
     send_loose();
-    set_.keeps_loose = true;  // those that are left
+    has_sought_loose_ = true;
   }
   /// Null where orbits cannot be looked up for this displacement.
   std::shared_ptr<const surface::OrbitLookup> lookup(const View& view, double displacement) {
@@ -440,6 +440,7 @@ class MarchSource : public DepthSource {
   const map::DeviceMap& map_ = grid_.map();
   device::Kernel kernel_;
   surface::LoosePlaces loose_;
+  bool has_sought_loose_ = false;
   device::RealBuffer loose_layout_;
   device::Buffer<std::uint32_t> loose_bits_, finer_cells_, finer_bits_;
   std::unique_ptr<BandGrid> whole_;  ///< where `grid_` is over a part

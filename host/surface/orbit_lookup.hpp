@@ -1,6 +1,6 @@
 #pragma once
-/// Orbits that are looked up rather than computed, for drafts of surfaces
-/// (kernels/looked_up_orbit.clh).
+/// Orbits that are looked up rather than computed, for drafts of surfaces and for the loose pieces
+/// of pictures (kernels/looked_up_orbit.clh).
 
 #include <memory>
 #include <stop_token>

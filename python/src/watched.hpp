@@ -17,8 +17,9 @@ namespace qjulia::python {
 
 class Watcher {
  public:
-  /// @param keeps_result whether work that is told to stop returns what it has reached. Ctrl-C and
-  /// a callback's KeyboardInterrupt or StopIteration are then no errors.
+  /// @param keeps_result true for work that returns what it has reached when it is asked to stop.
+  ///   Ctrl-C, or KeyboardInterrupt or StopIteration from a callback, then ends it without an
+  ///   error.
   explicit Watcher(bool keeps_result = false) : keeps_result_(keeps_result) {}
 
   /// For the work: asks it to stop.

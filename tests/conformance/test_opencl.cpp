@@ -191,7 +191,7 @@ TEST_CASE("a device made of a program's own OpenCL computes what the chosen one 
   }
   const auto times = own.kernel_times();
   REQUIRE(times.contains("field_at_points"));
-  CHECK(times.at("field_at_points").seconds > 0);
+  CHECK(times.at("field_at_points").launches >= 2);
 }
 
 TEST_CASE("a device keeps the program's OpenCL and lets it go") {

@@ -24,22 +24,7 @@ run() {
 number_after() { grep -oE -e "$1[0-9.e-]+" said | tail -n 1 | sed "s/^$1//"; }
 is() { awk "BEGIN { exit !($1) }" || { echo "not so: $1"; exit 1; }; }
 
-cat >wedge.obj <<END
-v 0 0 0
-v 3 0 0
-v 0 2 0
-v 0 0 2
-v 3 0 2
-v 0 2 2
-f 1 3 2
-f 4 5 6
-f 1 2 5
-f 1 5 4
-f 2 3 6
-f 2 6 5
-f 3 1 4
-f 3 4 6
-END
+cp "$repository/tests/data/wedge.obj" .
 cp "$repository/tests/data/icosahedron.obj" ball.obj
 
 run fit_and_draw wedge.obj 8 fast 80
