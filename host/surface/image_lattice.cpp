@@ -81,11 +81,13 @@ ImageLattice::ImageLattice(const map::DeviceMap& map, const Box& box, const Cell
   layout_ = context.upload_real(grid_layout(grid), map.precision());
   trusted_ = context.upload<std::uint8_t>(std::vector<std::uint8_t>(size));
   const std::vector<std::int32_t> nodes = nodes_of(grid, cells);
-  std::vector<std::int32_t> places(size, kNotStored);
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    places[static_cast<std::size_t>(nodes[i])] = device::narrow(i);
+  {
+    std::vector<std::int32_t> places(size, kNotStored);
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      places[static_cast<std::size_t>(nodes[i])] = device::narrow(i);
+    }
+    places_ = context.upload<std::int32_t>(places);
   }
-  places_ = context.upload<std::int32_t>(places);
   const std::size_t stored = map.groups(nodes.size() + 1) * map.lanes();
   field_ = context.allocate_real(stored, map.precision());
   versors_ = context.allocate_real(4 * stored, map.precision());
