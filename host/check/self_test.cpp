@@ -15,6 +15,7 @@
 #include "device/point_batch.hpp"
 #include "fit/curvature.hpp"
 #include "fit/evaluator.hpp"
+#include "layout/image_lattice.h"
 #include "layout/image_table.h"
 #include "map/reference_iteration.hpp"
 #include "picture/band_grid.hpp"
@@ -378,11 +379,13 @@ double cholesky(const Device& device, Precision /*precision*/) {
 }
 
 /// How many cells are trusted or distrusted wrongly. F and U are linear, and their fourth
-/// differences vanish, but for a few nodes at which one of them is wrong.
+/// differences vanish, but for a few nodes at which one of them is wrong. Some others are not
+/// stored.
 double image_lattice(const Device& device, Precision precision) {
-  const surface::Grid grid{Vector3d(-1, 0.5, 2), 0.25, {9, 8, 7}};
+  const surface::Grid grid{Vector3d(-1, 0.5, 2), 0.25, {12, 8, 7}};
   constexpr std::size_t kEveryNode = 97;
   const auto is_wrong = [](std::size_t number) { return number % kEveryNode == 50; };
+  const auto is_stored = [](std::size_t number) { return number % kEveryNode != 40; };
   std::vector<double> field, versors;
   surface::for_points(grid.points, [&](std::size_t number, const Eigen::Vector3i& at) {
     const Vector3d p = grid.point(at);
@@ -390,15 +393,18 @@ double image_lattice(const Device& device, Precision precision) {
     for (const double slope : {0.5, 1.0, -1.0, 2.0}) versors.push_back(slope * p.sum());
     if (is_wrong(number)) (number % 2 == 0 ? field : versors).back() += 1;
   });
-  // A difference about an end of one of the two edges, along each axis.
-  const auto differs = [&](const Eigen::Vector3i& node, int axis) {
+  // How many nodes are wrong of the five that lie about one along an axis; negative if one of these
+  // is not stored.
+  const auto wrong_about = [&](const Eigen::Vector3i& node, int axis) {
     Eigen::Vector3i at = node;
     int wrong = 0;
     for (at[axis] = node[axis] - 2; at[axis] <= node[axis] + 2; ++at[axis]) {
-      if (at[axis] < 0 || at[axis] >= grid.points[axis]) return false;
-      wrong += is_wrong(surface::number_of(at, grid.points)) ? 1 : 0;
+      if (at[axis] < 0 || at[axis] >= grid.points[axis]) return -1;
+      const std::size_t number = surface::number_of(at, grid.points);
+      if (!is_stored(number)) return -1;
+      wrong += is_wrong(number) ? 1 : 0;
     }
-    return wrong > 0;
+    return wrong;
   };
   std::vector<std::int32_t> cells;
   std::vector<std::uint8_t> right(field.size()), found(field.size());
@@ -409,14 +415,18 @@ double image_lattice(const Device& device, Precision precision) {
     right[number] = 1;
     for (int axis = 0; axis < 3; ++axis) {
       const Eigen::Vector3i along = Eigen::Vector3i::Unit(axis);
-      for (const Eigen::Vector3i& node :
-           {low, Eigen::Vector3i(low + along), high, Eigen::Vector3i(high - along)}) {
-        if (differs(node, axis)) right[number] = 0;
-      }
+      const int most = std::max({wrong_about(low, axis), wrong_about(low + along, axis),
+                                 wrong_about(high, axis), wrong_about(high - along, axis)});
+      if (most != 0) right[number] = 0;
     }
   });
-  std::vector<std::int32_t> places(field.size());
-  std::iota(places.begin(), places.end(), 0);
+  std::vector<std::int32_t> places(field.size() / QJ_LATTICE_GROUP);
+  for (std::size_t number = 0; number < field.size(); ++number) {
+    std::int32_t& group = places[number / QJ_LATTICE_GROUP];
+    const auto member = device::narrow(number % QJ_LATTICE_GROUP);
+    if (member == 0) group = device::narrow(number) << QJ_LATTICE_GROUP;
+    if (is_stored(number)) group |= 1 << member;
+  }
   device::Context& context = device.context();
   const auto kernel = context.kernel("image_lattice.cl", "trust_cells",
                                      {device.lane_width(precision), precision, {}});
