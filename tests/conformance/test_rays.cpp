@@ -13,6 +13,7 @@
 #include "base/larger_error.hpp"
 #include "device/context.hpp"
 #include "distance_map.hpp"
+#include "layout/image_lattice.h"
 #include "layout/picture_layout.h"
 #include "map/reference_iteration.hpp"
 #include "picture/band_grid.hpp"
@@ -511,8 +512,11 @@ TEST_CASE("a lattice trusts cells where it interpolates_images images, and no ot
       for (int k = -1; k <= 2; ++k) {
         for (int j = -1; j <= 2; ++j) {
           for (int i = -1; i <= 2; ++i) {
-            const auto node = static_cast<std::size_t>(places.at(
-                static_cast<std::size_t>(((at[2] + k) * ny + at[1] + j) * nx + at[0] + i)));
+            const int at_node = ((at[2] + k) * ny + at[1] + j) * nx + at[0] + i;
+            const int group = places.at(static_cast<std::size_t>(at_node / QJ_LATTICE_GROUP));
+            const int member = at_node % QJ_LATTICE_GROUP;
+            REQUIRE((group >> member & 1) == 1);
+            const auto node = static_cast<std::size_t>((group >> QJ_LATTICE_GROUP) + member);
             const double w = weight(i, way[0]) * weight(j, way[1]) * weight(k, way[2]);
             f += w * field[node];
             u += w * Eigen::Vector4d(versors[4 * node], versors[4 * node + 1],
