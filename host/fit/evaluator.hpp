@@ -24,6 +24,16 @@ struct EnergySettings {
   double escape = kUsualEscape;  ///< escape radius, map units
 };
 
+/// What a sample adds to the energy, and its derivatives by F_n.
+struct LossTerm {
+  double energy = 0;
+  double slope = 0;
+  double curvature = 0;  ///< as in a Gauss-Newton matrix: never negative
+};
+/// That of the i-th sample where F_n is `field`.
+LossTerm loss_term(const Samples& samples, std::size_t i, double field,
+                   const EnergySettings& options);
+
 /// Unknowns of a map in one vector: S, then five arrays over the K factors: exponents, centres' X,
 /// Y, Z, W. Gradients have the same layout. Length 1 + 5K.
 std::vector<double> to_unknowns(const Map& map);

@@ -92,10 +92,44 @@ TEST_CASE("gradients of the energy agree with central differences") {
   if (!test::can_check(device, Precision::dbl)) return;
   EnergyOptions options = with_loss(loss, iterations);
   options.alpha = 1.3;
+  options.slice = true;
   if (loss == EnergyLoss::own) options.own = quartic;
-  const Energy energy(device, map_to_fit(), samples_in_4d(), options);
+  EnergySamples samples = samples_in_4d();
+  samples.points[3].x = 1.2 * kUsualEscape;  // its field depends on the slice alone
+  const Energy energy(device, map_to_fit(), samples, options);
   CAPTURE(iterations, variant);
   CHECK(energy_gradient_error(energy, energy.unknowns()) < 1e-6);
+}
+
+TEST_CASE("an energy whose slice is an unknown has it last, and samples move with it") {
+  if (!test::can_check(test::shared_device(), Precision::dbl)) return;
+  const int iterations = GENERATE(1, 3);
+  const Map map = map_to_fit();
+  EnergySamples samples = samples_in_4d();
+  EnergyOptions options = with_loss(EnergyLoss::distance, iterations);
+  const Energy fixed(test::shared_device(), map, samples, options);
+  options.slice = true;
+  const Energy energy(test::shared_device(), map, samples, options);
+  auto x = energy.unknowns();
+  REQUIRE(x.size() == fixed.size() + 1);
+  CHECK(energy.size() == x.size());
+  CHECK(x.back() == map.dynamics.slice);
+  CHECK(energy.value(x) == fixed.value(fixed.unknowns()));
+  auto gradient = energy_gradient(energy, x);
+  gradient.pop_back();
+  CHECK(gradient == energy_gradient(fixed, fixed.unknowns()));
+  // Elsewhere it is the energy of samples that have been moved.
+  x.back() = 0.3;
+  for (Quaternion& point : samples.points) point.w += 0.3 - map.dynamics.slice;
+  Map moved = map;
+  moved.dynamics.slice = 0.3;
+  CHECK(energy.map_at(x).dynamics.slice == 0.3);
+  options.slice = false;
+  const Energy expected(test::shared_device(), moved, samples, options);
+  CHECK(energy.value(x) == Approx(expected.value(expected.unknowns())).epsilon(1e-12));
+  // Beyond what a map may have, it says so without an error.
+  x.back() = 1e18;
+  CHECK(std::isnan(energy_gradient(energy, x).back()));
 }
 
 TEST_CASE("the energy is the reference's") {
@@ -258,4 +292,7 @@ TEST_CASE("bad samples, options and unknowns of an energy are refused by name") 
   refuses_by_name("x", [&] { energy.value(x); });
   x.back() = 1e12;
   CHECK_THROWS_AS(energy.map_at(x), InputError);
+  EnergyOptions with_slice;
+  with_slice.slice = true;
+  refuses_by_name("x", [&] { Energy(device, map, good, with_slice).value(energy.unknowns()); });
 }

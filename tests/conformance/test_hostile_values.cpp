@@ -313,6 +313,14 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   fitted.factors = 8;
   fitted.max_evaluations = 2;
   use("fit", [&] { fit(on_device(), mesh, fitted); });
+  use("Fit", [&] {
+    FitOptions weighted = fitted;
+    weighted.weights = [](auto points) { return std::vector<double>(points.size(), 1); };
+    Fit stepped(on_device(), mesh, weighted);
+    stepped.step();
+    static_cast<void>(stepped.map());
+    stepped.result();
+  });
   use("fit from a map", [&] {
     FitOptions started = fitted;
     started.initial = good_map();
@@ -537,7 +545,7 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
     survives("versors_at", [&] { field.versors_at(odd_points); });
     survives("images_at", [&] { field.images_at(odd_points, 2); });
     survives("gradient_at", [&] { field.gradient_at(odd_points, 2); });
-    for (int which = 0; which < 6; ++which) {
+    for (int which = 0; which < 7; ++which) {
       CAPTURE(which);
       survives("Energy", [&] {
         EnergySamples samples = three_samples();
@@ -547,9 +555,10 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
         if (which == 3) samples.points[1].y = x;
         if (which == 4) options.alpha = x;
         if (which == 5) options.escape = x;
+        options.slice = which == 6;
         const Energy energy(on_device(), map, samples, options);
         auto unknowns = energy.unknowns();
-        unknowns[2] = x;
+        unknowns.at(which == 6 ? unknowns.size() - 1 : 2) = x;
         energy.value_and_gradient(unknowns, unknowns);
       });
     }
