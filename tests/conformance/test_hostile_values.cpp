@@ -379,6 +379,7 @@ void for_map_functions(const Map& map, const std::filesystem::path& folder, cons
   use("find_stop_radii", [&] { find_stop_radii(on_device(), map); });
   use("steepened", [&] { steepened(map, 2); });
   use("with_detail", [&] { with_detail(map, 0.01); });
+  use("detail_for", [&] { detail_for(on_device(), map, DetailWord::clear); });
   use("with_measured_detail", [&] { with_measured_detail(on_device(), map, surface); });
   use("with_knobs",
       [&] { with_knobs(on_device(), map, changed(MapKnobs{}, [](auto& k) { k.steepness = 2; })); });

@@ -217,6 +217,7 @@ TEST_CASE("weights say where a fit follows the shape, and equal ones change noth
   };
   options.weights = one_half;
   const FitResult weighted = fit(device, mesh, options);
+  CAPTURE(by_tanh);
   CHECK(share_of_error(weighted.map, mesh, 1) < 0.7 * share_of_error(plain.map, mesh, 1));
 }
 
