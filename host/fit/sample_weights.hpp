@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "fit/samples.hpp"
+#include "fit/energy_names.hpp"
 #include "qjulia/fit.hpp"
 #include "qjulia/map.hpp"
 

@@ -8,7 +8,7 @@
 #include "base/random.hpp"
 #include "fit/budget.hpp"
 #include "fit/checkpoint.hpp"
-#include "fit/evaluator.hpp"
+#include "fit/energy_names.hpp"
 #include "fit/misplaced.hpp"
 #include "fit/problem.hpp"
 #include "fit/schedule.hpp"

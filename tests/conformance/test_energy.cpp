@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "base/larger_error.hpp"
-#include "fit/evaluator.hpp"
+#include "energy/evaluator.hpp"
 #include "map_checks.hpp"
 #include "qjulia/energy.hpp"
 #include "qjulia/error.hpp"
@@ -27,7 +27,7 @@ Map map_to_fit() {
 
 /// Of four dimensions.
 EnergySamples samples_in_4d() {
-  const fitting::Samples random = test::random_samples(kSamples, 82);
+  const energy::Samples random = test::random_samples(kSamples, 82);
   EnergySamples samples;
   samples.points = test::random_points(83, kSamples, 1.4, 0.5);
   samples.targets = random.target;
@@ -137,7 +137,7 @@ TEST_CASE("the energy is the reference's") {
   const int iterations = GENERATE(1, 3);
   const Map map = map_to_fit();
   const EnergySamples given = samples_in_4d();
-  fitting::Samples samples;
+  energy::Samples samples;
   for (std::size_t i = 0; i < kSamples; ++i) {
     const Quaternion& q = given.points[i];
     samples.add({q.x, q.y, q.z}, given.weights[i], given.targets[i], given.sides[i],
@@ -145,11 +145,11 @@ TEST_CASE("the energy is the reference's") {
   }
   const Energy energy(test::shared_device(), map, given,
                       with_loss(EnergyLoss::distance, iterations));
-  const auto reference = fitting::make_reference_evaluator(
-      samples, {fitting::Loss::distance, iterations, 1, kUsualEscape});
+  const auto reference = energy::make_reference_evaluator(
+      samples, {energy::Loss::distance, iterations, 1, kUsualEscape});
   const auto expected = reference->evaluate(map, true);
   CHECK(energy.size() == 56);
-  CHECK(energy.unknowns() == fitting::to_unknowns(map));
+  CHECK(energy.unknowns() == energy::to_unknowns(map));
   CHECK(energy.value(energy.unknowns()) == Approx(expected.energy).epsilon(1e-10));
   std::vector<double> gradient(energy.size());
   CHECK(energy.value_and_gradient(energy.unknowns(), gradient) ==

@@ -12,7 +12,7 @@ SHOWN = re.compile(r"^(?:(?:typeinfo(?: name)?|vtable|VTT) for )?qjulia::(~?\w+|
 PRIVATE = "QJULIA_PRIVATE_"
 # The shared libraries, and the rooms in each that others of them need.
 LIBRARIES = {
-    "qjulia_field": {"base", "device", "map", "reference"},
+    "qjulia_field": {"base", "device", "map", "reference", "energy"},
     "qjulia_mesh": {"shape", "surface"},
     "qjulia_fit": {"fitting"},
     "qjulia_picture": {"picture"},

@@ -67,7 +67,7 @@ TEST_CASE("a stage's samples have the shares, targets and sides it asks for") {
   CHECK(within < 60);
 
   level.off_slice_weight = 0;
-  level.loss = fitting::Loss::tanh;
+  level.loss = energy::Loss::tanh;
   const auto sided = pool.draw(level, random);
   double inside = 0;
   double outside = 0;
@@ -110,15 +110,15 @@ TEST_CASE("monopoles on a sphere make its electrostatic field") {
 
 TEST_CASE("weights by place keep sums, of either side with the tanh loss, and leave others alone") {
   const auto pool = sphere_pool(5000);
-  const auto loss = GENERATE(fitting::Loss::distance, fitting::Loss::tanh);
+  const auto loss = GENERATE(energy::Loss::distance, energy::Loss::tanh);
   fitting::Level level = small_level();
   level.samples = 1000;
   level.loss = loss;
-  if (loss == fitting::Loss::distance) level.off_slice_weight = 0.25;
+  if (loss == energy::Loss::distance) level.off_slice_weight = 0.25;
   base::Random random(3);
-  const fitting::Samples before = pool.draw(level, random);
+  const energy::Samples before = pool.draw(level, random);
   const ShapeToMap frame{2, {1, 0, 0}};
-  fitting::Samples samples = before;
+  energy::Samples samples = before;
   const auto weight_at = [](const Eigen::Vector3d& x) { return x.z() > 0 ? 5.0 : 1.0; };
   const SampleWeights weights = [&](std::span<const Eigen::Vector3d> points) {
     std::vector<double> all;
@@ -129,7 +129,7 @@ TEST_CASE("weights by place keep sums, of either side with the tanh loss, and le
   double sums[2][2] = {};
   double scale[2] = {};
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    const bool is_below = loss == fitting::Loss::tanh && samples.side[i] < 0;
+    const bool is_below = loss == energy::Loss::tanh && samples.side[i] < 0;
     if (samples.off_slice[i] != 0) {
       CHECK(samples.weight[i] == before.weight[i]);
       continue;

@@ -10,12 +10,12 @@
 #include <string>
 
 #include "base/range_check.hpp"
-#include "fit/evaluator.hpp"
+#include "energy/evaluator.hpp"
 #include "map/checks.hpp"
 
 namespace qjulia {
 
-using namespace fitting;
+using namespace energy;
 
 namespace {
 

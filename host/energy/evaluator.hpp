@@ -8,13 +8,13 @@
 #include <span>
 #include <vector>
 
-#include "fit/curvature.hpp"
-#include "fit/samples.hpp"
+#include "energy/curvature.hpp"
+#include "energy/samples.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/map.hpp"
 
-namespace qjulia::fitting {
+namespace qjulia::energy {
 
 /// What an evaluator sums.
 struct EnergySettings {
@@ -102,4 +102,4 @@ std::unique_ptr<Evaluator> make_device_evaluator(const Device& device, const Sam
 using EvaluatorFactory =
     std::function<std::unique_ptr<Evaluator>(const Samples&, const EnergySettings&)>;
 
-}  // namespace qjulia::fitting
+}  // namespace qjulia::energy

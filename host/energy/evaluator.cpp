@@ -1,11 +1,11 @@
-#include "fit/evaluator.hpp"
+#include "energy/evaluator.hpp"
 
 #include <cmath>
 #include <stdexcept>
 
 #include "map/reference_iteration.hpp"
 
-namespace qjulia::fitting {
+namespace qjulia::energy {
 namespace {
 
 class ReferenceEvaluator final : public Evaluator {
@@ -151,4 +151,4 @@ std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples,
   return std::make_unique<ReferenceEvaluator>(std::move(samples), options);
 }
 
-}  // namespace qjulia::fitting
+}  // namespace qjulia::energy
