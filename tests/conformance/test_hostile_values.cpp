@@ -341,6 +341,10 @@ void for_map_functions(const Map& map, const std::filesystem::path& folder, cons
   const std::vector<Eigen::Vector3d> surface{{0.5, 0, 0}};
   use("validate", [&] { map.validate(); });
   use("map_buffer", [&] { map_buffer(on_device(), map); });
+  use("BufferField", [&] {
+    const BufferField field(on_device(), map);
+    static_cast<void>(field.stride(3));
+  });
   use("build_kernel", [&] {
     const char* const source = "#include \"map.clh\"\nkernel void k(global real* x) { *x = 1; }";
     clReleaseKernel(build_kernel(on_device(), map, Precision::single, source, "k"));
@@ -996,6 +1000,9 @@ TEST_CASE("hostile wishes for devices are refused") {
   survives("tuning_file", [] { tuning_file({}); });
   survives("with_cached_tuning", [] { with_cached_tuning(on_device()); });
   survives("to_json", [] { to_json(DeviceInfo{}); });
+  const BufferField field(on_device(), good_map());
+  refuses("BufferField's points", [&] { field.at(nullptr, 1, 1, nullptr); });
+  refuses("BufferField's gradient", [&] { field.gradient_at(nullptr, 1, nullptr); });
   refuses("device_from_opencl", [] { device_from_opencl(nullptr, nullptr, nullptr); });
   refuses("device_from_opencl of another context", [] {
     const Device other = Device::choose({"cpu"});
