@@ -117,6 +117,18 @@ cmake --build "$work/energy_build"
 "$work/energy_build/mine" | tee "$work/energies"
 awk '/^energy [0-9]/ { if (!first) first = $2; last = $2 } END { exit !(last < first / 5) }' "$work/energies"
 
+# A fit, stage by stage.
+mkdir -p "$work/fit"
+block cpp 4 >"$work/fit/main.cpp"
+sed 's/COMPONENTS field/COMPONENTS fit/; s/qjulia::field/qjulia::fit/' "$work/field/CMakeLists.txt" >"$work/fit/CMakeLists.txt"
+cmake -S "$work/fit" -B "$work/fit_by_stages" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$work/prefix" \
+  -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags" "${without_pictures[@]}"
+cmake --build "$work/fit_by_stages"
+"$work/fit_by_stages/field" "$repository/tests/data/wedge.obj" "$work/by_stages.qjulia.json" | tee "$work/stages"
+grep -q '^ended: ' "$work/stages"
+test "$(grep -c ': IoU 0\.[5-9]' "$work/stages")" -ge 1
+test -s "$work/by_stages.qjulia.json"
+
 # The same with the shared libraries, which need no more to be found than Eigen and JSON, and with
 # pkg-config.
 mkdir -p "$work/shared"
