@@ -13,8 +13,8 @@
 #include "check/lane_probe.hpp"
 #include "check/unit_ball.hpp"
 #include "device/point_batch.hpp"
-#include "fit/curvature.hpp"
-#include "fit/evaluator.hpp"
+#include "energy/curvature.hpp"
+#include "energy/evaluator.hpp"
 #include "layout/image_lattice.h"
 #include "layout/image_table.h"
 #include "map/reference_iteration.hpp"
@@ -49,15 +49,15 @@ constexpr int kBallCells = 48;
 /// 300 samples and 24 factors: no number is a multiple of a group.
 Workload small_work() { return profiling::make_workload({.samples = 300, .factors = 24}); }
 
-std::vector<double> fields(fitting::Evaluator& evaluator, const Map& map) {
+std::vector<double> fields(energy::Evaluator& evaluator, const Map& map) {
   return evaluator.field(map);
 }
 
-std::vector<double> gradient(fitting::Evaluator& evaluator, const Map& map) {
+std::vector<double> gradient(energy::Evaluator& evaluator, const Map& map) {
   return evaluator.evaluate(map, true).gradient;
 }
 
-std::vector<double> gauss_newton(fitting::Evaluator& evaluator, const Map& map) {
+std::vector<double> gauss_newton(energy::Evaluator& evaluator, const Map& map) {
   const Eigen::MatrixXd h = evaluator.gauss_newton(map);
   return {h.data(), h.data() + h.size()};
 }
@@ -66,9 +66,9 @@ std::vector<double> gauss_newton(fitting::Evaluator& evaluator, const Map& map) 
 template <auto kCompute, int kOrbit>
 double evaluated(const Device& device, Precision precision) {
   const Workload work = small_work();
-  const fitting::EnergySettings options{fitting::Loss::distance, kOrbit, 1, kNoEscape};
-  const auto found = fitting::make_device_evaluator(device, work.samples, options, precision);
-  const auto right = fitting::make_reference_evaluator(work.samples, options);
+  const energy::EnergySettings options{energy::Loss::distance, kOrbit, 1, kNoEscape};
+  const auto found = energy::make_device_evaluator(device, work.samples, options, precision);
+  const auto right = energy::make_reference_evaluator(work.samples, options);
   return largest_difference(kCompute(*found, work.map), kCompute(*right, work.map));
 }
 
@@ -366,10 +366,10 @@ double cholesky(const Device& device, Precision /*precision*/) {
   std::iota(place.begin(), place.end(), 0);
   const auto rows = device.context().upload_real({h.data(), static_cast<std::size_t>(h.size())});
   const auto found =
-      fitting::factorised(device, {rows, kOrder, place, Eigen::VectorXd::Ones(kOrder)}, kDamping);
+      energy::factorised(device, {rows, kOrder, place, Eigen::VectorXd::Ones(kOrder)}, kDamping);
   if (!found) return kInfinite;
   const Eigen::MatrixXf difference = found->lower.topLeftCorner(kOrder, kOrder) -
-                                     fitting::factorised(h.cast<double>(), kDamping).lower;
+                                     energy::factorised(h.cast<double>(), kDamping).lower;
   double worst = 0;
   for (Eigen::Index j = 0; j < kOrder; ++j) {
     for (Eigen::Index i = j; i < kOrder; ++i)

@@ -330,6 +330,26 @@ Handles Handles::of(const Context& context) {
 
 cl_mem Handles::of(const Memory& memory) { return memory.handle_->buffer(); }
 
+Memory Handles::borrowed(const Context& context, const char* name, cl_mem buffer,
+                         std::size_t bytes) {
+  if (buffer == nullptr) throw OptionError(name, "is null; give a buffer");
+  const cl::Buffer kept(buffer, true);
+  if (kept.getInfo<CL_MEM_TYPE>() != CL_MEM_OBJECT_BUFFER) {
+    throw OptionError(name, "is an image; give a buffer");
+  }
+  if (kept.getInfo<CL_MEM_CONTEXT>()() != context.impl_->context()) {
+    throw OptionError(name, "belongs to another context; give a buffer of the device's");
+  }
+  if (const auto size = kept.getInfo<CL_MEM_SIZE>(); size < bytes) {
+    throw OptionError(name, fmt::format("has {} bytes; give at least {}", size, bytes));
+  }
+  Memory memory;
+  memory.bytes_ = bytes;
+  memory.handle_ = std::make_shared<Memory::Handle>();
+  memory.handle_->buffer = kept;
+  return memory;
+}
+
 cl_kernel Handles::build(const Context& context, const std::string& source, const std::string& name,
                          const BuildOptions& options) {
   const Context::Impl& impl = *context.impl_;

@@ -164,6 +164,14 @@ StopReason Stages::run() {
   return *stopped_;
 }
 
+void Stages::end() {
+  if (stopped_) return;
+  budget_.update();
+  checkpoint_.save(next_state());
+  stopped_ = StopReason::interrupted;
+  lift_misplaced();
+}
+
 MisplacedFactors Stages::misplaced(const Level& level) {
   if (!regresses(level)) return {};
   return misplaced_factors(map_, problem_.distances(points_at_centers(map_)), level);

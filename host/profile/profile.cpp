@@ -10,7 +10,7 @@
 
 #include "base/range_check.hpp"
 #include "device/point_batch.hpp"
-#include "fit/evaluator.hpp"
+#include "energy/evaluator.hpp"
 #include "profile/cost.hpp"
 #include "profile/instruction_counts.hpp"
 #include "profile/workload.hpp"
@@ -211,10 +211,10 @@ void time_evaluator(Bench& bench, const Device& device, const Workload& work, in
 /// H = JᵀWJ, in multiply-adds of its upper triangle.
 void time_gauss_newton(Bench& bench, const Device& device, Workload work, Precision precision) {
   const std::size_t samples = std::min<std::size_t>(
-      work.samples.size(), fitting::curvature_samples(1 + 5 * work.map.dynamics.factors.size()));
-  fitting::Samples part;
+      work.samples.size(), energy::curvature_samples(1 + 5 * work.map.dynamics.factors.size()));
+  energy::Samples part;
   for (std::size_t i = 0; i < samples; ++i) part.add(work.samples, i);
-  const auto evaluator = fitting::make_device_evaluator(device, part, {}, precision);
+  const auto evaluator = energy::make_device_evaluator(device, part, {}, precision);
   const double order = 1 + 5 * static_cast<double>(work.map.dynamics.factors.size());
   const double slots =
       0.5 * order * (order + 1) / static_cast<double>(work.map.dynamics.factors.size());

@@ -18,6 +18,7 @@
 #include "qjulia/knobs.hpp"
 #include "qjulia/label_check.hpp"
 #include "qjulia/map.hpp"
+#include "qjulia/map_detail.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/original_file.hpp"

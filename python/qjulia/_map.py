@@ -126,6 +126,11 @@ Returns
 -------
 Map
 
+Notes
+-----
+`detail` may also be "auto", "smooth", "clear" or "wild", as for `fit`: it is then chosen for the
+map's own shape, which takes about as long as its surface at n = 1.
+
 Raises
 ------
 TypeError

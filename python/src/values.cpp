@@ -150,6 +150,21 @@ void read(const py::handle& given, const std::string& name, Precision& value) {
   read_word(given, name, value, words);
 }
 
+void read(const py::handle& given, const std::string& name, DetailChoice& value) {
+  if (!py::isinstance<py::str>(given)) {
+    double number = 0;
+    read(given, name, number);
+    value = number;
+    return;
+  }
+  std::vector<std::pair<std::string, DetailChoice>> words;
+  for (const auto word :
+       {DetailWord::automatic, DetailWord::smooth, DetailWord::clear, DetailWord::wild}) {
+    words.emplace_back(to_string(word), word);
+  }
+  read_word(given, name, value, words);
+}
+
 void read(const py::handle& given, const std::string& name, std::optional<UpAxis>& value) {
   std::vector<std::pair<std::string, std::optional<UpAxis>>> words{{"auto", std::nullopt}};
   for (const auto axis :

@@ -313,6 +313,14 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   fitted.factors = 8;
   fitted.max_evaluations = 2;
   use("fit", [&] { fit(on_device(), mesh, fitted); });
+  use("Fit", [&] {
+    FitOptions weighted = fitted;
+    weighted.weights = [](auto points) { return std::vector<double>(points.size(), 1); };
+    Fit stepped(on_device(), mesh, weighted);
+    stepped.step();
+    static_cast<void>(stepped.map());
+    stepped.result();
+  });
   use("fit from a map", [&] {
     FitOptions started = fitted;
     started.initial = good_map();
@@ -333,6 +341,10 @@ void for_map_functions(const Map& map, const std::filesystem::path& folder, cons
   const std::vector<Eigen::Vector3d> surface{{0.5, 0, 0}};
   use("validate", [&] { map.validate(); });
   use("map_buffer", [&] { map_buffer(on_device(), map); });
+  use("BufferField", [&] {
+    const BufferField field(on_device(), map);
+    static_cast<void>(field.stride(3));
+  });
   use("build_kernel", [&] {
     const char* const source = "#include \"map.clh\"\nkernel void k(global real* x) { *x = 1; }";
     clReleaseKernel(build_kernel(on_device(), map, Precision::single, source, "k"));
@@ -371,6 +383,7 @@ void for_map_functions(const Map& map, const std::filesystem::path& folder, cons
   use("find_stop_radii", [&] { find_stop_radii(on_device(), map); });
   use("steepened", [&] { steepened(map, 2); });
   use("with_detail", [&] { with_detail(map, 0.01); });
+  use("detail_for", [&] { detail_for(on_device(), map, DetailWord::clear); });
   use("with_measured_detail", [&] { with_measured_detail(on_device(), map, surface); });
   use("with_knobs",
       [&] { with_knobs(on_device(), map, changed(MapKnobs{}, [](auto& k) { k.steepness = 2; })); });
@@ -537,7 +550,7 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
     survives("versors_at", [&] { field.versors_at(odd_points); });
     survives("images_at", [&] { field.images_at(odd_points, 2); });
     survives("gradient_at", [&] { field.gradient_at(odd_points, 2); });
-    for (int which = 0; which < 6; ++which) {
+    for (int which = 0; which < 7; ++which) {
       CAPTURE(which);
       survives("Energy", [&] {
         EnergySamples samples = three_samples();
@@ -547,9 +560,10 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
         if (which == 3) samples.points[1].y = x;
         if (which == 4) options.alpha = x;
         if (which == 5) options.escape = x;
+        options.slice = which == 6;
         const Energy energy(on_device(), map, samples, options);
         auto unknowns = energy.unknowns();
-        unknowns[2] = x;
+        unknowns.at(which == 6 ? unknowns.size() - 1 : 2) = x;
         energy.value_and_gradient(unknowns, unknowns);
       });
     }
@@ -986,6 +1000,9 @@ TEST_CASE("hostile wishes for devices are refused") {
   survives("tuning_file", [] { tuning_file({}); });
   survives("with_cached_tuning", [] { with_cached_tuning(on_device()); });
   survives("to_json", [] { to_json(DeviceInfo{}); });
+  const BufferField field(on_device(), good_map());
+  refuses("BufferField's points", [&] { field.at(nullptr, 1, 1, nullptr); });
+  refuses("BufferField's gradient", [&] { field.gradient_at(nullptr, 1, nullptr); });
   refuses("device_from_opencl", [] { device_from_opencl(nullptr, nullptr, nullptr); });
   refuses("device_from_opencl of another context", [] {
     const Device other = Device::choose({"cpu"});

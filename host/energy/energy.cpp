@@ -4,16 +4,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <numeric>
 #include <string>
 
 #include "base/range_check.hpp"
-#include "fit/evaluator.hpp"
+#include "energy/evaluator.hpp"
 #include "map/checks.hpp"
 
 namespace qjulia {
 
-using namespace fitting;
+using namespace energy;
 
 namespace {
 
@@ -30,11 +32,11 @@ void check_numbers(const char* field, const std::vector<double>& values, std::si
   }
 }
 
-void check_length(const char* name, std::size_t given, std::size_t wanted) {
+void check_length(const char* name, std::size_t given, std::size_t wanted, bool with_slice) {
   if (given == wanted) return;
   throw OptionError(name, fmt::format("has {} numbers; give {}, as the map has unknowns: S, then "
-                                      "exponents, centres' X, Y, Z, W",
-                                      given, wanted));
+                                      "exponents, centres' X, Y, Z, W{}",
+                                      given, wanted, with_slice ? ", then the slice" : ""));
 }
 
 void check_sides(const EnergySamples& samples, EnergyLoss loss) {
@@ -105,35 +107,80 @@ struct Energy::Impl {
   EnergyOptions options;
   std::unique_ptr<Evaluator> evaluator;
 
-  std::size_t size() const { return 1 + 5 * map.dynamics.factors.size(); }
+  std::size_t size_of_factors() const { return 1 + 5 * map.dynamics.factors.size(); }
+  std::size_t size() const { return size_of_factors() + (options.slice ? 1 : 0); }
+
+  void check_size(const char* name, std::size_t given) const {
+    check_length(name, given, size(), options.slice);
+  }
 
   Map bare_at(std::span<const double> x) const {
-    check_length("x", x.size(), size());
+    check_size("x", x.size());
     const auto wrong = std::ranges::find_if(x, [](double v) { return !std::isfinite(v); });
     if (wrong != x.end()) {
       throw OptionError("x", fmt::format("number {} is {}; give finite numbers (they count from 0)",
                                          wrong - x.begin(), *wrong));
     }
-    return with_unknowns(bare, x);
+    Map at = with_unknowns(bare, x.first(size_of_factors()));
+    if (options.slice) at.dynamics.slice = x.back();
+    return at;
   }
 
-  /// The energy of a loss of one's own, and the gradient where there is room for it.
+  /// The energy and, where there is room for it, the gradient.
+  double evaluate(const Map& at, std::span<double> gradient) const {
+    if (options.own) return evaluate_own(at, gradient);
+    const Evaluation found = evaluator->evaluate(at, !gradient.empty());
+    if (gradient.empty()) return found.energy;
+    std::ranges::copy(found.gradient, gradient.begin());
+    if (options.slice) {
+      std::vector<double> slopes = evaluator->field(at);
+      for (std::size_t i = 0; i < slopes.size(); ++i) {
+        slopes[i] = loss_term(samples, i, slopes[i], settings_of(options)).slope;
+      }
+      gradient.back() = slope_by_slice(at, slopes);
+    }
+    return found.energy;
+  }
+
+  /// The same for a loss of one's own.
   double evaluate_own(const Map& at, std::span<double> gradient) const {
-    const std::vector<double> field = evaluator->field(at);
-    Samples slopes = samples;
+    std::vector<double> slopes = evaluator->field(at);
+    Samples linear_samples = samples;
     double energy = 0;
-    for (std::size_t i = 0; i < field.size(); ++i) {
-      const auto [value, slope] = options.own(field[i], i);
+    for (std::size_t i = 0; i < slopes.size(); ++i) {
+      const auto [value, slope] = options.own(slopes[i], i);
       energy += samples.weight[i] * value;
-      slopes.target[i] = slope;
+      linear_samples.target[i] = slope;
+      slopes[i] = samples.weight[i] * slope;
     }
     if (gradient.empty()) return energy;
     EnergySettings linear = settings_of(options);
     linear.loss = Loss::linear;
     const Evaluation found =
-        make_device_evaluator(device, slopes, linear, options.precision)->evaluate(at, true);
+        make_device_evaluator(device, linear_samples, linear, options.precision)
+            ->evaluate(at, true);
     std::ranges::copy(found.gradient, gradient.begin());
+    if (options.slice) gradient.back() = slope_by_slice(at, slopes);
     return energy;
+  }
+
+  /// ∂E by the slice: the sum over samples of ∂F_n/∂W times ∂E/∂F_n. NaN where the map is beyond
+  /// what a field takes.
+  double slope_by_slice(const Map& at, const std::vector<double>& slopes) const {
+    std::vector<Quaternion> points;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const Eigen::Vector3d& x = samples.position[i];
+      points.push_back({x.x(), x.y(), x.z(), at.dynamics.slice + samples.off_slice[i]});
+    }
+    try {
+      const Field field(device, at, options.precision, {.escape = options.escape});
+      const auto gradients = field.gradient_at(points, options.iterations);
+      return std::transform_reduce(
+          slopes.begin(), slopes.end(), gradients.begin(), 0.0, std::plus<>(),
+          [](double slope, const Quaternion& by_point) { return slope * by_point.w; });
+    } catch (const InputError&) {
+      return std::numeric_limits<double>::quiet_NaN();
+    }
   }
 };
 
@@ -161,21 +208,20 @@ Energy& Energy::operator=(Energy&&) noexcept = default;
 
 std::size_t Energy::size() const { return impl_->size(); }
 
-std::vector<double> Energy::unknowns() const { return to_unknowns(impl_->map); }
+std::vector<double> Energy::unknowns() const {
+  std::vector<double> x = to_unknowns(impl_->map);
+  if (impl_->options.slice) x.push_back(impl_->map.dynamics.slice);
+  return x;
+}
 
 double Energy::value(std::span<const double> x) const {
-  const Map at = impl_->bare_at(x);
-  if (impl_->options.own) return impl_->evaluate_own(at, {});
-  return impl_->evaluator->evaluate(at, false).energy;
+  return impl_->evaluate(impl_->bare_at(x), {});
 }
 
 double Energy::value_and_gradient(std::span<const double> x, std::span<double> gradient) const {
   const Map at = impl_->bare_at(x);
-  check_length("gradient", gradient.size(), size());
-  if (impl_->options.own) return impl_->evaluate_own(at, gradient);
-  const Evaluation found = impl_->evaluator->evaluate(at, true);
-  std::ranges::copy(found.gradient, gradient.begin());
-  return found.energy;
+  impl_->check_size("gradient", gradient.size());
+  return impl_->evaluate(at, gradient);
 }
 
 std::vector<double> Energy::field_at(std::span<const double> x) const {

@@ -8,13 +8,13 @@
 #include <span>
 #include <vector>
 
-#include "fit/curvature.hpp"
-#include "fit/samples.hpp"
+#include "energy/curvature.hpp"
+#include "energy/samples.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/map.hpp"
 
-namespace qjulia::fitting {
+namespace qjulia::energy {
 
 /// What an evaluator sums.
 struct EnergySettings {
@@ -23,6 +23,16 @@ struct EnergySettings {
   double alpha = 1;              ///< sharpness of the tanh
   double escape = kUsualEscape;  ///< escape radius, map units
 };
+
+/// What a sample adds to the energy, and its derivatives by F_n.
+struct LossTerm {
+  double energy = 0;
+  double slope = 0;
+  double curvature = 0;  ///< as in a Gauss-Newton matrix: never negative
+};
+/// That of the i-th sample where F_n is `field`.
+LossTerm loss_term(const Samples& samples, std::size_t i, double field,
+                   const EnergySettings& options);
 
 /// Unknowns of a map in one vector: S, then five arrays over the K factors: exponents, centres' X,
 /// Y, Z, W. Gradients have the same layout. Length 1 + 5K.
@@ -92,4 +102,4 @@ std::unique_ptr<Evaluator> make_device_evaluator(const Device& device, const Sam
 using EvaluatorFactory =
     std::function<std::unique_ptr<Evaluator>(const Samples&, const EnergySettings&)>;
 
-}  // namespace qjulia::fitting
+}  // namespace qjulia::energy

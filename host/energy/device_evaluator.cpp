@@ -4,16 +4,16 @@
 #include <stdexcept>
 
 #include "device/context.hpp"
-#include "fit/curvature.hpp"
-#include "fit/evaluator.hpp"
-#include "fit/panel_products.hpp"
+#include "energy/curvature.hpp"
+#include "energy/evaluator.hpp"
+#include "energy/panel_products.hpp"
 #include "layout/gradient_layout.h"
 #include "layout/loss.h"
 #include "layout/panel_layout.h"
 #include "map/device_map.hpp"
 #include "qjulia/error.hpp"
 
-namespace qjulia::fitting {
+namespace qjulia::energy {
 namespace {
 
 using device::Context;
@@ -468,4 +468,4 @@ std::unique_ptr<Evaluator> make_device_evaluator(const Device& device, const Sam
   return std::make_unique<DeviceEvaluator>(device, samples, options, precision);
 }
 
-}  // namespace qjulia::fitting
+}  // namespace qjulia::energy

@@ -1,15 +1,15 @@
-#include "fit/curvature.hpp"
+#include "energy/curvature.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "base/large_pages.hpp"
-#include "fit/panel_products.hpp"
+#include "energy/panel_products.hpp"
 #include "layout/panel_layout.h"
 #include "qjulia/error.hpp"
 
-namespace qjulia::fitting {
+namespace qjulia::energy {
 namespace {
 
 using device::narrow;
@@ -176,4 +176,4 @@ std::optional<CurvatureFactor> factorised(const Device& device, const DeviceMatr
   return result;
 }
 
-}  // namespace qjulia::fitting
+}  // namespace qjulia::energy

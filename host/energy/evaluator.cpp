@@ -1,19 +1,12 @@
-#include "fit/evaluator.hpp"
+#include "energy/evaluator.hpp"
 
 #include <cmath>
 #include <stdexcept>
 
 #include "map/reference_iteration.hpp"
 
-namespace qjulia::fitting {
+namespace qjulia::energy {
 namespace {
-
-/// What a sample adds to the energy, and its derivatives by F.
-struct Term {
-  double energy = 0;
-  double slope = 0;
-  double curvature = 0;  ///< as in a Gauss-Newton matrix: never negative
-};
 
 class ReferenceEvaluator final : public Evaluator {
  public:
@@ -26,7 +19,7 @@ class ReferenceEvaluator final : public Evaluator {
     Eigen::VectorXd slopes(static_cast<Eigen::Index>(f.size()));
     Evaluation result;
     for (std::size_t i = 0; i < f.size(); ++i) {
-      const Term term = term_of(i, f[i]);
+      const LossTerm term = term_of(i, f[i]);
       result.energy += term.energy;
       slopes[static_cast<Eigen::Index>(i)] = term.slope;
     }
@@ -86,28 +79,31 @@ class ReferenceEvaluator final : public Evaluator {
     return starts;
   }
 
-  Term term_of(std::size_t i, double f) const {
-    const double w = samples_.weight[i];
-    const double side = samples_.side[i];
-    if (options_.loss == Loss::tanh) {
-      const double t = std::tanh(options_.alpha * (f - samples_.target[i]));
-      const double slope = options_.alpha * (1 - t * t);
-      return {-w * side * t, -w * side * slope, w * options_.alpha * slope};
-    }
-    if (options_.loss == Loss::linear) {
-      const double slope = w * samples_.target[i];
-      return {slope * f, slope, 0};
-    }
-    const double residual = f - samples_.target[i];
-    if (side * residual > 0) return {};
-    return {0.5 * w * residual * residual, w * residual, w};
-  }
+  LossTerm term_of(std::size_t i, double f) const { return loss_term(samples_, i, f, options_); }
 
   Samples samples_;
   EnergySettings options_;
 };
 
 }  // namespace
+
+LossTerm loss_term(const Samples& samples, std::size_t i, double field,
+                   const EnergySettings& options) {
+  const double w = samples.weight[i];
+  const double side = samples.side[i];
+  const double residual = field - samples.target[i];
+  if (options.loss == Loss::tanh) {
+    const double t = std::tanh(options.alpha * residual);
+    const double slope = options.alpha * (1 - t * t);
+    return {-w * side * t, -w * side * slope, w * options.alpha * slope};
+  }
+  if (options.loss == Loss::linear) {
+    const double slope = w * samples.target[i];
+    return {slope * field, slope, 0};
+  }
+  if (side * residual > 0) return {};
+  return {0.5 * w * residual * residual, w * residual, w};
+}
 
 std::vector<double> to_unknowns(const Map& map) {
   const std::size_t k = map.dynamics.factors.size();
@@ -155,4 +151,4 @@ std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples,
   return std::make_unique<ReferenceEvaluator>(std::move(samples), options);
 }
 
-}  // namespace qjulia::fitting
+}  // namespace qjulia::energy

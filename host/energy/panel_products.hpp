@@ -3,7 +3,7 @@
 
 #include "device/context.hpp"
 
-namespace qjulia::fitting {
+namespace qjulia::energy {
 
 class PanelProducts {
  public:
@@ -31,4 +31,4 @@ class PanelProducts {
   Precision precision_;
 };
 
-}  // namespace qjulia::fitting
+}  // namespace qjulia::energy

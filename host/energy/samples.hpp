@@ -8,7 +8,7 @@
 
 #include "layout/loss.h"
 
-namespace qjulia::fitting {
+namespace qjulia::energy {
 
 /// How F at a sample becomes a term of the energy; kernels know it by the same number.
 enum class Loss {
@@ -49,4 +49,4 @@ struct Samples {
   }
 };
 
-}  // namespace qjulia::fitting
+}  // namespace qjulia::energy

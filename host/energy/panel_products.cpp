@@ -1,6 +1,6 @@
-#include "fit/panel_products.hpp"
+#include "energy/panel_products.hpp"
 
-namespace qjulia::fitting {
+namespace qjulia::energy {
 
 device::Kernel PanelProducts::kernel(const char* name) const {
   return context_.kernel("gauss_newton.cl", name, {static_cast<int>(width_), precision_, {}});
@@ -33,4 +33,4 @@ void PanelProducts::operator()(const device::RealBuffer& panels, std::size_t sam
   launch(kernel("panel_products"), {{left / 8, left / (2 * width_), 1}, {}});
 }
 
-}  // namespace qjulia::fitting
+}  // namespace qjulia::energy

@@ -9,7 +9,7 @@
 
 #include "device/context.hpp"
 
-namespace qjulia::fitting {
+namespace qjulia::energy {
 
 /// S (H + λ diag H) S = L Lᵀ for a symmetric matrix H of order n, where S = diag(scale) makes the
 /// diagonal one.
@@ -86,4 +86,4 @@ struct DeviceMatrix {
 std::optional<CurvatureFactor> factorised(const Device& device, const DeviceMatrix& h,
                                           double damping);
 
-}  // namespace qjulia::fitting
+}  // namespace qjulia::energy
