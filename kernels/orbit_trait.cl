@@ -6,11 +6,14 @@
 #include "map.clh"
 
 #define TRAIT_CORNERS 4  // of a tetrahedron in the ball, run in turn
+// Of an iterate of a point of the surface, where it is not resolved. On a fitted bunny, points that
+// are resolved have as large a sum over six iterates as this gives.
+#define TRAIT_MEAN_OPENNESS 0.7f
 
 // 1 where images are close together, falling to 0 where they are apart: `square` is their mean
 // square distance from their mean.
 static inline lane trait_resolved(lane square) {
-  lane t = clamp((square - (real)0.02) * (real)(1 / 0.13), lane_of(0), lane_of(1));
+  lane t = clamp((square - (real)0.01) * (real)(1 / 0.07), lane_of(0), lane_of(1));
   return 1 - t * t * (3 - 2 * t);
 }
 
@@ -124,8 +127,8 @@ static inline lane trait_of_orbits(global real* corners, int stride, int g, glob
 #pragma unroll 1
   for (; m < last && lane_any(isgreater(resolved * open, lane_of((real)1e-4f))); ++m) {
     trait_images images = trait_iterate(corners, stride, g, map, factors, band);
-    open *=
-        trait_mixed(lane_of((real)0.5), images.openness, resolved * trait_resolved(images.risen));
+    open *= trait_mixed(lane_of((real)TRAIT_MEAN_OPENNESS), images.openness,
+                        resolved * trait_resolved(images.risen));
     if (kind != QJ_TRAIT_ITERATIONS) open = lane_of(1);
     count += open;
     resolved *= trait_resolved(images.turned);
@@ -140,8 +143,10 @@ static inline lane trait_of_orbits(global real* corners, int stride, int g, glob
   }
   if (kind == QJ_TRAIT_TRAP) return trait_closest(closeness, iterations);
   if (kind == QJ_TRAIT_GROOVE) return groove;
-  // Of the iterates left, half stay undecided each time.
-  return (count + open * (1 - exp2((real)(m - iterations)))) / (real)iterations;
+  // The iterates left are not resolved: a geometric series.
+  real left = 1 - exp2((real)(iterations - m) * log2((real)TRAIT_MEAN_OPENNESS));
+  real series = (real)(TRAIT_MEAN_OPENNESS / (1 - TRAIT_MEAN_OPENNESS)) * left;
+  return (count + series * open) / (real)iterations;
 }
 
 // |q - c|^2 from the centre of the k-th factor.
@@ -160,8 +165,8 @@ static inline real trait_number(int k, real exponent) {
   return exponent > 0 ? own + (real)0.5 : own;
 }
 
-// The number of the factor whose |a| / |q - c| is the greatest. Where factors are about equal, or
-// closer together than the ball is wide, the mean of theirs.
+// The number of the nearest factor. Where factors are about as near as each other, or closer
+// together than the ball is wide, the mean of theirs.
 static inline lane trait_factor(global const real* corners, int stride, int g,
                                 global const real* map, int factors) {
   global const real* exponents = MAP_COMPONENT(map, factors, QJ_MAP_EXPONENT);
@@ -172,25 +177,20 @@ static inline lane trait_factor(global const real* corners, int stride, int g,
   }
   q = q_scale(lane_of((real)1 / TRAIT_CORNERS), q);
   qlane out = q_make(a.x - q.x, a.y - q.y, a.z - q.z, a.w - q.w);
-  lane width = 2 * sqrt(q_dot(out, out));
-  // The least |q - c|^2 / a^2, and that |q - c|^2.
-  lane least = lane_of((real)1e30f), nearest = least;
+  lane width = 2 * sqrt(q_dot(out, out)), nearest = lane_of((real)1e30f);
 #pragma unroll 1
   for (int k = 0; k < factors; ++k) {
-    if (exponents[k] == 0) continue;
-    lane away = trait_away(q, map, factors, k), far = away / (exponents[k] * exponents[k]);
-    ilane is_nearer = isless(far, least);
-    least = lane_where(is_nearer, far, least);
-    nearest = lane_where(is_nearer, away, nearest);
+    lane away = trait_away(q, map, factors, k);
+    if (exponents[k] != 0) nearest = fmin(nearest, away);
   }
   // The change from one to the next is as wide as the ball.
-  lane sharpness = sqrt(nearest) / fmax(width, lane_of((real)1e-9f)), log_least = lane_log2(least);
-  lane sum = lane_of(0), weights = lane_of(0);
+  lane sharpness = sqrt(nearest) / fmax(width, lane_of((real)1e-9f));
+  lane log_nearest = lane_log2(nearest), sum = lane_of(0), weights = lane_of(0);
 #pragma unroll 1
   for (int k = 0; k < factors; ++k) {
     if (exponents[k] == 0) continue;
-    lane far = trait_away(q, map, factors, k) / (exponents[k] * exponents[k]);
-    lane weight = exp2(fmax(sharpness * (log_least - lane_log2(far)), lane_of(-60)));
+    lane log_away = lane_log2(trait_away(q, map, factors, k));
+    lane weight = exp2(fmax(sharpness * (log_nearest - log_away), lane_of(-60)));
     sum = fma(weight, lane_of(trait_number(k, exponents[k])), sum);
     weights += weight;
   }

@@ -12,9 +12,9 @@ namespace {
 using Eigen::Vector3d;
 
 /// Shares of what occurs below the palette's beginning and above its end.
-constexpr double kTail = 0.02;
-/// The set is looked at from six sides, by kRangeSide × kRangeSide rays each. The band's grid need not be
-/// fine for so few.
+constexpr double kTail = 0.05;
+/// The set is looked at from six sides, by kRangeSide × kRangeSide rays each. The band's grid need
+/// not be fine for so few.
 constexpr int kRangeSide = 32, kRangeCells = 72;
 /// What points stand for, over the diagonal of the shape's box.
 constexpr double kPointWidth = 1.0 / 500;
@@ -40,7 +40,8 @@ std::vector<Vector3d> seen_points(DepthSource& source, double width) {
       const std::vector<float> depths = source.depths(view, 0, view.rows);
       for (int i = 0; i < kRangeSide * kRangeSide; ++i) {
         const double depth = double{depths[static_cast<std::size_t>(i)]};
-        if (depth >= 0) points.push_back(view.at(i % kRangeSide + 0.5, i / kRangeSide + 0.5, depth));
+        if (depth >= 0)
+          points.push_back(view.at(i % kRangeSide + 0.5, i / kRangeSide + 0.5, depth));
       }
     }
   }

@@ -63,8 +63,7 @@ enum class Material {
   trap,        ///< how close two iterates come to the plane X = 0, seen from the origin, 0 … 1
   groove,      ///< from the bottoms of grooves to the tips of what stands out, 0 … 1
   height,      ///< along the up axis, shape units
-  /// The factor that pulls F hardest, |exponent| over distance: a number of its own, 0 … ½ for a
-  /// pole and ½ … 1 for a root.
+  /// The nearest factor: a number of its own, 0 … ½ for a pole and ½ … 1 for a root.
   factor,
 };
 
@@ -176,7 +175,7 @@ class Studio {
   /// The same picture, with what its pixels show.
   LayeredImage layered_picture(const Camera& camera, const ProgressMonitor& monitor = {});
 
-  /// Where the palette begins and ends: as the options say, or else from the 2nd to the 98th
+  /// Where the palette begins and ends: as the options say, or else from the 5th to the 95th
   /// percentile of what the material shows on the whole set, seen from six sides at a 500th of the
   /// diagonal of the shape's box, and at least 0.1 apart where that goes from 0 to 1. No camera,
   /// cut or size changes it. A film whose pictures have studios of their own keeps its colours by

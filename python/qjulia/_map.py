@@ -523,7 +523,7 @@ size : (int, int), optional
     Width and height in pixels. They are 1280 and 960.
 {_described(_core.picture_settings())}
 range : sequence of float, optional
-    What the material shows where the palette begins and ends. Without it, the 2nd and the 98th
+    What the material shows where the palette begins and ends. Without it, the 5th and the 95th
     percentile of what occurs on the whole set.
 background : str, optional
     "studio", "transparent", or a colour such as "#ff8000" or "white".

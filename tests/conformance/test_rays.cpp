@@ -654,7 +654,7 @@ class TraitReference {
       const double middle = (level_ - low_) / (high_ - low_);
       const double share = std::clamp((images.f - low_) / (high_ - low_), 0.0, 1.0);
       if (m == 0) groove = std::lerp(middle, share, resolved(images.risen));
-      open *= std::lerp(0.5, images.openness, told * resolved(images.risen));
+      open *= std::lerp(0.7, images.openness, told * resolved(images.risen));
       count += open;
       told *= resolved(images.turned);
       if (m > 1) continue;
@@ -673,7 +673,7 @@ class TraitReference {
   };
 
   static double resolved(double square) {
-    const double t = std::clamp((square - 0.02) / 0.13, 0.0, 1.0);
+    const double t = std::clamp((square - 0.01) / 0.07, 0.0, 1.0);
     return 1 - t * t * (3 - 2 * t);
   }
   /// The mean of min(a, |X|) over unit quaternions, by its integral.
@@ -750,7 +750,7 @@ TEST_CASE("points are coloured by the orbits about them, as far as these stay to
   }
 }
 
-TEST_CASE("a point has the number of the factor that pulls hardest, and edges are soft") {
+TEST_CASE("a point has the number of the nearest factor, and edges are soft") {
   Map map = test::random_map(7, 0.3, 0.5, 3);
   map.frame.box = Box{{-1.5, -1.5, -1.5}, {1.5, 1.5, 1.5}};
   map.dynamics.factors.push_back({{0, 0, 0, 0}, 3});
@@ -769,10 +769,8 @@ TEST_CASE("a point has the number of the factor that pulls hardest, and edges ar
   std::set<int> rulers;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Quaternion q{points[i].x(), points[i].y(), points[i].z(), map.dynamics.slice};
-    const auto pull = [&](const Factor& factor) {
-      return std::abs(factor.exponent) / norm(q - factor.center);
-    };
-    const auto ruler = std::ranges::max_element(factors, {}, pull);
+    const auto ruler = std::ranges::min_element(
+        factors, {}, [&](const Factor& factor) { return norm(q - factor.center); });
     const double turns = static_cast<double>(ruler - factors.begin() + 1) * 0.618034;
     const double own = 0.5 * (turns - std::floor(turns)) + (ruler->exponent > 0 ? 0.5 : 0);
     if (std::abs(found[i] - own) > 1e-3) ++wrong;

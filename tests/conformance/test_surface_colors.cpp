@@ -9,6 +9,7 @@
 #include "armed_ball.hpp"
 #include "base/srgb.hpp"
 #include "check/unit_ball.hpp"
+#include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/surface_colors.hpp"
 #include "shapes.hpp"

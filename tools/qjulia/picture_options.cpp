@@ -151,7 +151,7 @@ Option add_range(Command command, std::optional<MaterialRange>& range) {
   return command.numbers(
       "--range", "LOW HIGH", take,
       "What --material shows where the palette begins and ends. Default: the "
-      "2nd and the 98th percentile of what occurs on the whole set, of the "
+      "5th and the 95th percentile of what occurs on the whole set, of the "
       "first picture where there are several; the note in a picture tells it, and given "
       "again it keeps the colours for other pictures, maps and meshes");
 }

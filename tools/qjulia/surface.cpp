@@ -284,7 +284,7 @@ void describe_surface(Command command, SurfaceArguments& a) {
       "what they show in pictures: iterations, how long the orbit of a point stays undecided; "
       "trap, how close two iterates come to the plane X = 0, seen from the origin; groove, from "
       "the bottoms of grooves to the tips of what stands out; height, along the up axis; or "
-      "factor, which factor of the map pulls hardest");
+      "factor, which factor of the map is nearest");
   a.palette_option = add_palette(
       command, a.palette,
       fmt::format("The colours of --material: {}; or 2 to {} of your own with commas between, from "

@@ -40,7 +40,7 @@ function drawTraits(scene, { view, depths }, jitter, width) {
 
 let spread = { key: "", ends: [0, 1] };  // of what the material shows: between these the palette is spread
 
-/** From the 2nd to the 98th percentile of what is seen when material, iterations or knobs change; the camera changes nothing. */
+/** From the 5th to the 95th percentile of what is seen when material, iterations or knobs change; the camera changes nothing. */
 function rangeOf(scene, result, jitter) {
   const key = JSON.stringify([state.material, state.iterations, knobsOf()]), { columns, rows } = result.view;
   if (key === spread.key) return spread.ends;
@@ -51,7 +51,7 @@ function rangeOf(scene, result, jitter) {
   const found = all.filter((value, i) => i % 4 === 0 && value > -1e29).sort();
   if (found.length === 0) return spread.ends;
   const at = (share) => found[Math.round(share * (found.length - 1))];
-  const middle = (at(0.02) + at(0.98)) / 2, half = Math.max(at(0.98) - at(0.02), state.material === "height" ? 1e-9 : 0.1) / 2;
+  const middle = (at(0.05) + at(0.95)) / 2, half = Math.max(at(0.95) - at(0.05), state.material === "height" ? 1e-9 : 0.1) / 2;
   spread = { key, ends: [middle - half, middle + half] };
   return spread.ends;
 }

@@ -10,7 +10,7 @@ uniform int iterations;
 uniform int kind;  // as in layout/picture_layout.h; 4: height
 out vec4 result;
 
-float resolved_of(float square) { return 1.0 - smoothstep(0.02, 0.15, square); }
+float resolved_of(float square) { return 1.0 - smoothstep(0.01, 0.08, square); }
 
 float low, high;
 
@@ -50,7 +50,7 @@ float orbit_trait(vec4 corners[4]) {
   int m = 0;
   for (; m < last && resolved * open > 1e-4; ++m) {
     iterate(corners);
-    if (kind == 0) open *= mix(0.5, openness, resolved * resolved_of(risen));
+    if (kind == 0) open *= mix(0.7, openness, resolved * resolved_of(risen));
     count += open;
     if (m == 0) {
       float middle = (map_surface_level - low) / (high - low);
@@ -60,7 +60,7 @@ float orbit_trait(vec4 corners[4]) {
     if (m < 2) closeness[m] = angle, told[m] = resolved;
   }
   if (kind == 2) return groove;
-  if (kind == 0) return (count + open * (1.0 - exp2(float(m - iterations)))) / float(iterations);
+  if (kind == 0) return (count + open * 0.7 / 0.3 * (1.0 - pow(0.7, float(iterations - m)))) / float(iterations);
   float a = closeness.x;
   if (iterations == 1) return mix(0.4244, a, told.x);
   float lesser = a * (1.0 + a * (-0.6366 + a * (-0.0292 + a * 0.0902)));
@@ -69,22 +69,20 @@ float orbit_trait(vec4 corners[4]) {
 
 #ifdef CENTER
 float factor_trait(vec4 q) {
-  float least = 1e30, nearest = 1e30;
+  float nearest = 1e30, sum = 0.0, weights = 0.0;
   for (int g = 0; g < groups; ++g) {
     for (int j = 0; j < 4; ++j) {
-      float a = EXPONENTS(g)[j];
       vec4 d = q - CENTER(4 * g + j);
-      float away = max(dot(d, d), 1e-12), far = away / (a * a);
-      if (a != 0.0 && far < least) least = far, nearest = away;
+      if (EXPONENTS(g)[j] != 0.0) nearest = min(nearest, max(dot(d, d), 1e-12));
     }
   }
-  float sharpness = sqrt(nearest) / max(width, 1e-9), sum = 0.0, weights = 0.0;
+  float sharpness = sqrt(nearest) / max(width, 1e-9);
   for (int g = 0; g < groups; ++g) {
     for (int j = 0; j < 4; ++j) {
       float a = EXPONENTS(g)[j];
       if (a == 0.0) continue;
       vec4 d = q - CENTER(4 * g + j);
-      float weight = exp2(max(sharpness * log2(least * a * a / max(dot(d, d), 1e-12)), -60.0));
+      float weight = exp2(max(sharpness * log2(nearest / max(dot(d, d), 1e-12)), -60.0));
       sum += weight * 0.5 * (fract(float(4 * g + j + 1) * 0.618034) + (a > 0.0 ? 1.0 : 0.0));
       weights += weight;
     }
