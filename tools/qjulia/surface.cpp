@@ -68,6 +68,7 @@ void check_colors(const SurfaceArguments& arguments) {
         "--range: a mesh of clay has no colours; give --material iterations or another, too");
   }
   static_cast<void>(palette_of(arguments.palette, arguments.material));
+  SurfaceColorOptions{.range = arguments.range}.validate();
 }
 
 /// How the mesh is coloured.
