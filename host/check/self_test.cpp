@@ -7,6 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <span>
 
 #include "base/larger_error.hpp"
 #include "base/random.hpp"
@@ -256,7 +257,7 @@ double depths(const Device& device, Precision precision) {
 }
 
 /// Compares traits of points just inside the unit sphere. A point at an angle t to the real axis
-/// has iterates at 2t and 4t, which are still undecided.
+/// has iterates at 2t and 4t.
 double orbit_trait(const Device& device, Precision precision) {
   const auto source =
       picture::march_source(device, {unit_ball(), 6, {}, {}, precision, Material::trap});
@@ -268,7 +269,8 @@ double orbit_trait(const Device& device, Precision precision) {
     points.push_back(kRadius * Vector3d(std::cos(t), 0.6 * std::sin(t), 0.8 * std::sin(t)));
     right.push_back(std::min(std::abs(std::cos(2 * t)), std::abs(std::cos(4 * t))));
   }
-  const auto found = source->traits(points);
+  constexpr double kWidth = 1e-4;
+  const auto found = source->traits(points, std::span(&kWidth, 1));
   return largest_difference({found.begin(), found.end()}, right);
 }
 

@@ -281,16 +281,18 @@ InputError
         )
 
     def surface_colors(self, mesh, *, device=None, on_progress=None, **options):
-        """Colours of the vertices of the set's mesh, by the orbits that begin just inside it.
+        """Colours of the vertices of the set's mesh, as pictures of the map have them.
 
         Parameters
         ----------
         mesh : mesh
             What `surface` returned. See `fit` for what else a mesh can be.
-        material : {"iterations", "trap"}, optional
-            How late an orbit is decided, or how close two iterates come to the plane X = 0.
+        material : {"iterations", "trap", "groove", "height", "factor"}, optional
+            See `render`. It is "iterations".
         palette : str or sequence of str, optional
-            See `render`. It is spread over what occurs in the mesh.
+            See `render`.
+        range : sequence of float, optional
+            See `render`.
         n : int, optional
             As for `surface`. It is 6.
         escape : float, optional
@@ -525,6 +527,9 @@ subject : Map or mesh
 size : (int, int), optional
     Width and height in pixels. They are 1280 and 960.
 {_described(_core.picture_settings())}
+range : sequence of float, optional
+    What the material shows where the palette begins and ends. Without it, the 5th and the 95th
+    percentile of what occurs on the whole set.
 background : str, optional
     "studio", "transparent", or a colour such as "#ff8000" or "white".
 ground : bool, optional

@@ -99,6 +99,7 @@ py::array colors_of(const KeptMap& self, const OpenDevice& device, const Triangl
   keywords.take("material", look.material);
   take_palette(keywords, look);
   SurfaceColorOptions options{.material = look.material, .palette = look.palette};
+  keywords.take("range", options.range);
   keywords.take("n", options.iterations);
   keywords.take("precision", options.precision);
   keywords.take("escape", options.escape);

@@ -136,9 +136,14 @@ void read(const py::handle& given, const std::string& name, Lamp& value) {
   value = {v[0], v[1], v[2]};
 }
 
+void read(const py::handle& given, const std::string& name, MaterialRange& value) {
+  const auto v = numbers(given, name, 2, "LOW HIGH");
+  value = {v[0], v[1]};
+}
+
 void read(const py::handle& given, const std::string& name, Material& value) {
   std::vector<std::pair<std::string, Material>> words;
-  for (const auto material : {Material::clay, Material::iterations, Material::trap}) {
+  for (const Material material : materials()) {
     words.emplace_back(to_string(material), material);
   }
   read_word(given, name, value, words);

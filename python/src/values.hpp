@@ -36,6 +36,7 @@ void read(const pybind11::handle& given, const std::string& name, Rotation& valu
 void read(const pybind11::handle& given, const std::string& name, Box& value);
 void read(const pybind11::handle& given, const std::string& name, Lamp& value);
 void read(const pybind11::handle& given, const std::string& name, Material& value);
+void read(const pybind11::handle& given, const std::string& name, MaterialRange& value);
 void read(const pybind11::handle& given, const std::string& name, Precision& value);
 /// A number, or "auto", "smooth", "clear" or "wild".
 void read(const pybind11::handle& given, const std::string& name, DetailChoice& value);

@@ -619,7 +619,7 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
       options.box = box;
       static_cast<void>(to_json(compare(on_device(), map, mesh, options).front()));
     });
-    PictureOptions pictures[8];
+    PictureOptions pictures[9];
     pictures[0].box = box;
     pictures[1].camera.azimuth = x;
     pictures[2].camera.elevation = pictures[2].camera.zoom = x;
@@ -628,6 +628,8 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
     pictures[5].lamp = {x, x, x};
     pictures[6].background = pictures[6].palette.clay = Rgb::Constant(x);
     pictures[7].cuts = {{'z', x, false}, {'?', x, true}};
+    pictures[8].material = Material::trap;
+    pictures[8].range = {x, -x};
     for (PictureOptions options : pictures) {
       options.width = options.height = 8;
       options.iterations = 2;
@@ -802,6 +804,7 @@ TEST_CASE("hostile counts and sizes are refused or do no harm") {
     refuses("resize", [&] {
       Studio studio(on_device(), map, small_picture());
       to_text(studio.lookups());
+      static_cast<void>(studio.range());
       studio.resize(std::min(n, 0), n);
       studio.picture({});
     });
@@ -948,7 +951,10 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
     refuses("schedule_text", [&] { schedule_text(text); });
     refuses("knob_named", [&] { knob_named(text); });
     refuses("picture_setting_named", [&] { picture_setting_named(text); });
-    survives("material_named", [&] { static_cast<void>(material_named(text)); });
+    survives("material_named", [&] {
+      static_cast<void>(material_named(text));
+      static_cast<void>(materials().size());
+    });
     survives("names", [&] {
       static_cast<void>(color_named(text));
       static_cast<void>(palette_named(text));

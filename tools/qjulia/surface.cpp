@@ -38,7 +38,8 @@ struct SurfaceArguments {
   std::optional<UpAxis> up;            ///< instead of the map's; of files that stand upright
   Material material = Material::clay;  ///< of the vertices' colours; clay: none
   std::string palette = "earth";
-  std::optional<Option> palette_option;
+  std::optional<MaterialRange> range;
+  std::optional<Option> palette_option, range_option;
 };
 
 /// What was written.
@@ -60,16 +61,22 @@ void check_colors(const SurfaceArguments& arguments) {
   }
   if (!has_colors(arguments) && arguments.palette_option->given()) {
     throw InputError(
-        "--palette: a mesh of clay has no colours; give --material iterations or trap, too");
+        "--palette: a mesh of clay has no colours; give --material iterations or another, too");
+  }
+  if (!has_colors(arguments) && arguments.range_option->given()) {
+    throw InputError(
+        "--range: a mesh of clay has no colours; give --material iterations or another, too");
   }
   static_cast<void>(palette_of(arguments.palette, arguments.material));
+  SurfaceColorOptions{.range = arguments.range}.validate();
 }
 
 /// How the mesh is coloured.
 SurfaceColorOptions color_options(const SurfaceArguments& arguments,
                                   const SurfaceOptions& options) {
-  return {arguments.material, palette_of(arguments.palette, arguments.material), options.iterations,
-          options.escape, options.precision};
+  return {arguments.material, palette_of(arguments.palette, arguments.material),
+          options.iterations, options.escape,
+          options.precision,  arguments.range};
 }
 
 /// The map with shapes that are as long as was asked for; a box that was given goes with it.
@@ -90,8 +97,8 @@ bool drops_loose(const SurfaceArguments& arguments) {
   return !arguments.keep_loose && !arguments.largest_component && !arguments.min_component;
 }
 
-/// Whether the mesh can go straight to its file: one that needs no counts first, and whole. Colours
-/// are spread over what occurs in all of it.
+/// Whether the mesh can go straight to its file: one that needs no counts first, and no colours,
+/// which take the lengths of all edges about a vertex.
 bool streams(const SurfaceArguments& arguments) {
   return extension_of(arguments.output.path) == ".ply" && !arguments.largest_component &&
          arguments.min_component.value_or(0) == 0 && !arguments.max_triangles &&
@@ -272,18 +279,19 @@ void describe_surface(Command command, SurfaceArguments& a) {
             "Run the orbit of every point of the grid to its end: the same mesh, much slower, "
             "without trusting r_in, r_out and bounds")
       .excludes({draft});
-  command.choice("--material", a.material,
-                 {{to_string(Material::clay), Material::clay},
-                  {to_string(Material::iterations), Material::iterations},
-                  {to_string(Material::trap), Material::trap}},
-                 "What the colours of the vertices show, in .ply, .glb and .obj files: nothing, of "
-                 "clay; iterations, how late the orbit of a point is decided; or trap, how close "
-                 "two iterates come to the plane X = 0, seen from the origin");
+  add_material_choice(
+      command, a.material,
+      "What the colours of the vertices show, in .ply, .glb and .obj files: nothing, of clay; or "
+      "what they show in pictures: iterations, how long the orbit of a point stays undecided; "
+      "trap, how close two iterates come to the plane X = 0, seen from the origin; groove, from "
+      "the bottoms of grooves to the tips of what stands out; height, along the up axis; or "
+      "factor, which factor of the map is nearest");
   a.palette_option = add_palette(
       command, a.palette,
       fmt::format("The colours of --material: {}; or 2 to {} of your own with commas between, from "
                   "low to high",
                   fmt::join(palette_names(), ", "), Palette::kMostStops));
+  a.range_option = add_range(command, a.range);
   add_up(command, a.up,
          "The shape's axis that points up in .glb and .stl files, which stand upright (.ply, .obj "
          "and .off keep the shape's own coordinates); auto is what the map says");
