@@ -1,6 +1,7 @@
 /// Which device is chosen, and what is said where there is none: on platforms that a fake driver
 /// shows.
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 

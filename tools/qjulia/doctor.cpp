@@ -148,7 +148,7 @@ void add_doctor(CommandLine& program, ChosenCommand& chosen) {
   add_command(program, chosen,
               {"doctor", "Check that a device computes what it should", R"(Examples:
   qjulia doctor                   the device that commands would use
-  qjulia doctor --device gpu      the first GPU
+  qjulia doctor --device gpu      the GPU that ranks first
   qjulia doctor --json > report.json
 Builds every program in the layout and precision that commands would use, and compares small
 results with references on the host: a few seconds, more while a driver compiles for the
