@@ -33,8 +33,7 @@ const char* advice(int code) {
   }
   if (means_lost_device(code)) {
     return "; the driver has lost the device, as after a crash, a launch that a watchdog ended or "
-           "a "
-           "suspended machine: start again, and 'qjulia doctor' says whether it still works";
+           "a suspended machine: start again, and 'qjulia doctor' says whether it still works";
   }
   return "";
 }

@@ -14,6 +14,7 @@ std::vector<base::Finding> machine_findings() {
   if (const std::string obstacle = device_obstacle(); !obstacle.empty()) {
     found.push_back({"limit", "", obstacle});
   }
+  if (!descriptor_obstacle().empty()) return found;  // drivers must not be asked
   for (const DeviceInfo& d : list_devices()) {
     if (d.same_as.empty()) continue;
     const std::string id = fmt::format("{}:{}", d.platform, d.index);
