@@ -102,8 +102,11 @@ std::vector<cl::Platform> platforms(cl_int* code) {
 }
 
 std::vector<cl::Device> devices(const cl::Platform& platform, cl_int* code) {
+  // The C++ binding does not tell the code of a platform without devices.
+  cl_uint count = 0;
+  cl_int told = ::clGetDeviceIDs(platform(), CL_DEVICE_TYPE_ALL, 0, nullptr, &count);
   std::vector<cl::Device> found;
-  const cl_int told = platform.getDevices(CL_DEVICE_TYPE_ALL, &found);
+  if (told == CL_SUCCESS) told = platform.getDevices(CL_DEVICE_TYPE_ALL, &found);
   if (code != nullptr) *code = told;
   if (told != CL_SUCCESS) return {};
   std::erase_if(found, [](const cl::Device& d) { return !d.getInfo<CL_DEVICE_AVAILABLE>(); });

@@ -23,6 +23,7 @@ ProcessResult with_platforms(const std::string& platforms, std::vector<std::stri
   RunOptions options;
   options.environment = {{"OCL_ICD_VENDORS", folder.path()},
                          {"QJULIA_TEST_PLATFORMS", platforms},
+                         {"OCL_ICD_PLATFORM_SORT", "none"},
                          {"QJULIA_DEVICE", ""},
                          {"ASAN_OPTIONS", "detect_leaks=0"}};
   return run_command(std::move(arguments), options);
