@@ -220,7 +220,7 @@ TEST_CASE("a fit whose device is lost keeps what it reached, and --resume goes o
                                    std::pair{"-9999", "NVIDIA's (-9999)"}}) {
     const std::string map = std::string("lost") + code + ".qjulia.json";
     const ProcessResult lost =
-        fit(map, {}, {{"QJULIA_TEST_LOST", std::string("400:") + code + ":pthread"}});
+        fit(map, {}, {{"QJULIA_TEST_LOST", std::string("150:") + code + ":pthread"}});
     CAPTURE(lost.err);
     CHECK(lost.exit_code == 1);
     CHECK_THAT(lost.err, Contains(name) && Contains("the driver has lost the device") &&
@@ -247,8 +247,8 @@ TEST_CASE("a driver that waits busily is slept for, and doctor and the trace say
     options.environment["LD_PRELOAD"] = QJULIA_FAULTY_OPENCL;
     options.environment["ASAN_OPTIONS"] = "detect_leaks=0:verify_asan_link_order=0";
     const ProcessResult result = run_command(
-        {"fit", bench.mesh, "-o", bench.folder / "m.qjulia.json", "--factors", "331",
-         "--max-evaluations", "100", "--device", "pthread", "--layout", "cpu", "--trace", trace},
+        {"fit", bench.mesh, "-o", bench.folder / "m.qjulia.json", "--factors", "200",
+         "--max-evaluations", "400", "--device", "pthread", "--layout", "cpu", "--trace", trace},
         options);
     CAPTURE(result.err);
     REQUIRE(result.exit_code == 0);
@@ -257,8 +257,8 @@ TEST_CASE("a driver that waits busily is slept for, and doctor and the trace say
   const json busy = waiting({{"QJULIA_TEST_BUSY_WAITS", "1"}});
   CAPTURE(busy.dump());
   const double waited = busy["waited_seconds"];
-  CHECK(busy["waiting_slept_seconds"].get<double>() > 0.3 * waited);
-  CHECK(busy["waiting_processor_seconds"].get<double>() < 0.6 * waited);
+  CHECK(busy["waiting_slept_seconds"].get<double>() > 0.2 * waited);
+  CHECK(busy["waiting_processor_seconds"].get<double>() < 0.75 * waited);
   // PoCL's own waits use no core, and are left as they are.
   const json patient = waiting({});
   CAPTURE(patient.dump());
