@@ -311,7 +311,12 @@ std::optional<StopReason> Stages::run_stage() {
   preparation_ = budget_.seconds() - began;
   const Evaluate evaluate = recorded(*evaluator, options_.observer, before, checkpoint_);
   auto result = part("minimise", [&] {
-    return minimize(evaluate, map_, subspace, scaling, level.steps, budget_);
+    try {
+      return minimize(evaluate, map_, subspace, scaling, level.steps, budget_);
+    } catch (const DeviceError&) {
+      checkpoint_.save(before);  // another run need not evaluate again what this one has
+      throw;
+    }
   });
   if (result.stopped == StopReason::interrupted) checkpoint_.save(before);
   map_ = std::move(result.map);

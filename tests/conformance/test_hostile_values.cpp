@@ -993,7 +993,7 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
     Trace trace;
     trace.add("\xff", Trace::Row::host, Trace::Timer::wall, Trace::Clock::time_point::min(), {});
     { const TraceStage stage(nullptr, ""); }
-    trace.write(nowhere / "trace.json", "\xff");
+    trace.write(nowhere / "trace.json", "\xff", {{"\xff", std::nan("")}});
   });
 }
 

@@ -25,6 +25,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kMostTries = 3;        ///< that an entry has when devices fail
 constexpr std::size_t kEntriesToRetire = 3;  ///< that a device fails in a row
+constexpr int kLossesToRetire = 2;           ///< of a device in a row: opening it anew did not help
 constexpr std::chrono::seconds kBetweenStatuses{2};
 
 double seconds_since(Clock::time_point start) {
@@ -84,6 +85,7 @@ struct Runner {
   BatchWorker worker{};
   std::set<std::size_t> failed_here{};
   std::set<std::size_t> failed_in_a_row{};
+  int losses_in_a_row = 0;
 
   void run() {
     while (const auto index = queue.next(number, failed_here, stop)) {
@@ -115,10 +117,13 @@ struct Runner {
       status.figures = std::move(result.figures);
       put_back(EntryState::done);
       failed_in_a_row.clear();
+      losses_in_a_row = 0;
     } catch (const Interrupted&) {
       put_back(EntryState::interrupted);
       tell(Kind::interrupted, &status);
     } catch (const std::exception& error) {
+      const auto* const of_device = dynamic_cast<const DeviceError*>(&error);
+      losses_in_a_row = of_device != nullptr && of_device->is_lost() ? losses_in_a_row + 1 : 0;
       if (is_of_device(error)) return blame_device(index, status, error.what(), put_back);
       put_back(EntryState::failed, base::message_of(error));
     }
@@ -175,9 +180,11 @@ struct Runner {
       put_back(EntryState::waiting, why);
       tell(Kind::given_back, &status, why);
     }
-    if (failed_in_a_row.size() < kEntriesToRetire) return true;
+    const bool is_lost = losses_in_a_row >= kLossesToRetire;
+    if (failed_in_a_row.size() < kEntriesToRetire && !is_lost) return true;
     tell(Kind::retired, nullptr,
-         fmt::format("it failed {} entries in a row, last: {}", kEntriesToRetire, why));
+         is_lost ? fmt::format("it was lost {} times in a row: {}", kLossesToRetire, why)
+                 : fmt::format("it failed {} entries in a row, last: {}", kEntriesToRetire, why));
     return false;
   }
 };

@@ -59,7 +59,8 @@ std::string message_of(const std::exception& error) {
     // With too few descriptors drivers are not even asked.
     const std::string obstacle = device_obstacle();
     if (!obstacle.empty() && (obstacle == descriptor_obstacle() || list_devices().empty())) {
-      return "no OpenCL device can be used: " + obstacle;
+      const std::string text = "no OpenCL device can be used: " + obstacle;
+      return obstacle == error.what() ? text : text + "\n(" + base::message_of(error) + ")";
     }
   }
   return base::message_of(error);
