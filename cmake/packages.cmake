@@ -47,8 +47,8 @@ set(CPACK_DEBIAN_COMMAND_PACKAGE_RECOMMENDS "pocl-opencl-icd | opencl-icd")
 set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS "qjulia-doc, xdg-utils")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "pocl-opencl-icd | opencl-icd")
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "${package_of_runtime} ${exactly}, libeigen3-dev (>= 3.4), \
-nlohmann-json3-dev, ocl-icd-opencl-dev, zlib1g-dev, libfmt-dev, libopenmesh-dev, libpng-dev, \
-libcairo2-dev, pkgconf")
+nlohmann-json3-dev, ocl-icd-opencl-dev, zlib1g-dev, libfmt-dev, libopenmesh-dev, libexpat1-dev, \
+libpng-dev, libcairo2-dev, pkgconf")
 set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "qjulia-doc, liblbfgspp-dev")
 set(CPACK_DEBIAN_DOC_PACKAGE_ARCHITECTURE all)
 if(TARGET qjulia_python)

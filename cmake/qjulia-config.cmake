@@ -1,6 +1,6 @@
 # find_package(qjulia) gives
 #   qjulia::qjulia        all of the library, static
-#   qjulia::field         what evaluates maps, static; it needs none of OpenMesh, PNG and cairo
+#   qjulia::field         what evaluates maps, static; it needs none of OpenMesh, Expat, PNG and cairo
 #   qjulia::shared        all of the library, shared
 #   qjulia::field_shared  what evaluates maps, shared
 # With COMPONENTS field it gives qjulia::field alone, with COMPONENTS shared the shared ones alone, with
@@ -30,6 +30,7 @@ if(NOT qjulia_wanted STREQUAL "shared")
 endif()
 if(qjulia_wanted STREQUAL "all")
   find_dependency(OpenMesh)
+  find_dependency(EXPAT)
   find_dependency(PNG)
   find_dependency(Threads)
   find_dependency(PkgConfig)
