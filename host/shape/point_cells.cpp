@@ -17,6 +17,8 @@ constexpr std::size_t kNeighbours = 24;
 constexpr std::size_t kPointsPolled = std::size_t{1} << 12;
 /// Normals with a larger cosine belong to the same side of a surface.
 constexpr double kSameSide = 0.5;
+/// Those with a smaller one belong to the other side of a thin body.
+constexpr double kOtherSide = -0.3;
 
 /// Points as nanoflann wants them.
 struct PointList {
@@ -122,9 +124,11 @@ class Cells {
       cell.emplace_back(outer * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
     }
     for (const std::uint32_t j : near(i)) {
+      const double cosine = normal.dot(normals_[j]);
+      if (cosine < kOtherSide) continue;
       const Eigen::Vector3d to_neighbour = points_[j] - points_[i];
       const Eigen::Vector2d across(to_neighbour.dot(u), to_neighbour.dot(v));
-      const bool is_same_side = normal.dot(normals_[j]) > kSameSide;
+      const bool is_same_side = cosine > kSameSide;
       cut_cell(cell, across, (is_same_side ? across.squaredNorm() : to_neighbour.squaredNorm()) / 2,
                spare);
     }

@@ -17,7 +17,8 @@ namespace qjulia::shape {
 ///
 /// Two neighbours whose normals are within 60 degrees share the plane as their feet in it do, so
 /// that noise across a surface does not count its area twice; others as they lie in space, so that
-/// cells end at sharp edges, and thin plates keep both their sides.
+/// cells end at sharp edges; and those beyond 107 degrees not at all, so that thin plates keep both
+/// their sides.
 ///
 /// O(points · log points). @param points finite, no two equal. @param normals one for each, of
 /// length 1. @throws Interrupted

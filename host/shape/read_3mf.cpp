@@ -180,6 +180,11 @@ class ThreeMfReader {
 
   /// An object that is named by its number, in this part or in another one.
   PlacedObject placed(const XmlAttributes& attributes) {
+    constexpr std::size_t kMostPlacements = std::size_t{1} << 20;
+    if (++placements_ > kMostPlacements) {
+      file_.refuse(fmt::format("it has more than {} items and components; export it as one mesh",
+                               kMostPlacements));
+    }
     PlacedObject placed{{part_, text(attributes, "objectid")}, Eigen::Affine3d::Identity()};
     if (const auto path = attributes.find("path")) {
       placed.key.part = part_name(*path);
@@ -228,6 +233,7 @@ class ThreeMfReader {
   std::set<std::string> seen_;        ///< parts that were read
   std::map<ObjectKey, ModelObject> objects_;
   std::vector<PlacedObject> items_;
+  std::size_t placements_ = 0;     ///< items and components
   double millimetres_ = 1;         ///< of the model's unit
   std::string part_;               ///< the one that is being read
   ModelObject* object_ = nullptr;  ///< the one whose elements are being read

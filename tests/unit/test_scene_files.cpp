@@ -142,13 +142,13 @@ TEST_CASE("glb: indices of every width, strips, fans and none") {
   };
   check_same(glb(tetrahedron(5123, 24), kCorners + indices<std::uint16_t>()));
   check_same(glb(tetrahedron(5125, 48), kCorners + indices<std::uint32_t>()));
-  CHECK(read_scene("strip.glb", changed_glb("/meshes/0/primitives/0/mode", 5)).triangles.size() ==
-        8);
-  CHECK(read_scene("fan.glb", changed_glb("/meshes/0/primitives/0/mode", 6)).triangles.size() > 3);
   json bare = tetrahedron();
   bare["meshes"][0]["primitives"][0].erase("indices");
+  bare["meshes"][0]["primitives"][0]["mode"] = 5;
+  CHECK(read_scene("strip.glb", glb(bare)).triangles ==
+        std::vector<Triangle>{{0, 1, 2}, {2, 1, 3}});
   bare["meshes"][0]["primitives"][0]["mode"] = 6;
-  CHECK(read_scene("bare.glb", glb(bare)).triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
+  CHECK(read_scene("fan.glb", glb(bare)).triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
 }
 
 TEST_CASE("glb: numbers that are shares, with gaps between") {
@@ -217,7 +217,7 @@ TEST_CASE("glb: what is wrong is refused") {
   std::string old = whole;
   old[4] = 1;
   check_scene_refused("old.glb", old, "glTF version 1");
-  check_scene_refused("other.glb", "solid but not a scene", "JSON");
+  check_scene_refused("other.glb", "solid but not a scene", ".stl");
   check_scene_refused("json.glb", "glTF" + word(2) + word(24) + word(4) + "JSON{...", "JSON");
   check_scene_refused("sparse.glb", changed_glb("/accessors/0/sparse", json::object()), "sparse");
   check_scene_refused("draco.glb",
@@ -251,7 +251,7 @@ TEST_CASE("glb: a small file does not become a large mesh") {
   json scene = tetrahedron();
   scene["nodes"] = json::array();
   json all = json::array();
-  for (int i = 0; i < 300'000; ++i) {
+  for (int i = 0; i < 20'000; ++i) {
     scene["nodes"].push_back({{"mesh", 0}});
     all.push_back(i);
   }
