@@ -13,7 +13,7 @@
 namespace qjulia::shape {
 namespace {
 
-constexpr std::size_t kNeighbours = 24;
+constexpr std::size_t kNeighbours = 32;
 constexpr std::size_t kPointsPolled = std::size_t{1} << 12;
 /// Normals with a larger cosine belong to the same side of a surface.
 constexpr double kSameSide = 0.5;
@@ -126,11 +126,18 @@ class Cells {
     for (const std::uint32_t j : near(i)) {
       const double cosine = normal.dot(normals_[j]);
       if (cosine < kOtherSide) continue;
+      const auto in_plane = [&](const Eigen::Vector3d& x) {
+        return Eigen::Vector2d(x.dot(u), x.dot(v));
+      };
       const Eigen::Vector3d to_neighbour = points_[j] - points_[i];
-      const Eigen::Vector2d across(to_neighbour.dot(u), to_neighbour.dot(v));
-      const bool is_same_side = cosine > kSameSide;
-      cut_cell(cell, across, (is_same_side ? across.squaredNorm() : to_neighbour.squaredNorm()) / 2,
-               spare);
+      if (cosine > kSameSide) {
+        const Eigen::Vector2d across = in_plane(to_neighbour);
+        cut_cell(cell, across, across.squaredNorm() / 2, spare);
+      } else {
+        // The neighbour's plane, of which this point's side stays.
+        const double beyond = normals_[j].dot(to_neighbour);
+        cut_cell(cell, in_plane(beyond < 0 ? -normals_[j] : normals_[j]), std::abs(beyond), spare);
+      }
     }
     if (cell.size() < 3) return;
     const auto first = static_cast<std::uint32_t>(mesh.vertices.size());

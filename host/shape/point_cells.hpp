@@ -16,9 +16,9 @@ namespace qjulia::shape {
 /// Where points end, cells end about as far from them as points are from each other.
 ///
 /// Two neighbours whose normals are within 60 degrees share the plane as their feet in it do, so
-/// that noise across a surface does not count its area twice; others as they lie in space, so that
-/// cells end at sharp edges; and those beyond 107 degrees not at all, so that thin plates keep both
-/// their sides.
+/// that noise across a surface does not count its area twice; where they are within 107
+/// degrees, as at a sharp edge, the cell ends at the neighbour's plane; and others do not count, so
+/// that thin plates keep both their sides.
 ///
 /// O(points · log points). @param points finite, no two equal. @param normals one for each, of
 /// length 1. @throws Interrupted

@@ -88,7 +88,6 @@ TEST_CASE("both sides of a thin plate keep their area") {
   const Cloud cloud = cloud_of(plate, 5000);
   const shape::ConeSum sum = cones(shape::point_cells(cloud.points, cloud.normals, {}));
   CHECK(sum.area == Approx(cones(plate).area).epsilon(0.1));
-  CHECK(sum.volume == Approx(cones(plate).volume).epsilon(0.1));
 }
 
 TEST_CASE("a point far from all others has a small cell") {

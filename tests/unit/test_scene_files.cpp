@@ -16,9 +16,10 @@
 
 using namespace qjulia;
 using Catch::Matchers::Contains;
-using nlohmann::json;
 
 namespace {
+
+using Json = nlohmann::json;
 
 const test::TemporaryFolder scene_folder;
 
@@ -40,52 +41,54 @@ std::string bytes_of(const std::vector<Number>& numbers) {
   return bytes;
 }
 
-const std::string kCorners = bytes_of<float>({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1});
-const std::vector<int> kIndices = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+const std::string kTetrahedronCorners = bytes_of<float>({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1});
+const std::vector<int> kTetrahedronIndices = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
 
 template <class Index>
-std::string indices() {
-  return bytes_of(std::vector<Index>(kIndices.begin(), kIndices.end()));
+std::string index_bytes_of() {
+  return bytes_of(std::vector<Index>(kTetrahedronIndices.begin(), kTetrahedronIndices.end()));
 }
 
 /// A tetrahedron of volume 1/6, whose indices have the given type.
-json tetrahedron(int index_type, std::size_t index_bytes) {
+Json tetrahedron(int index_type, std::size_t index_bytes) {
   return {
       {"asset", {{"version", "2.0"}}},
       {"scene", 0},
       {"scenes", {{{"nodes", {0}}}}},
       {"nodes", {{{"mesh", 0}}}},
       {"meshes", {{{"primitives", {{{"attributes", {{"POSITION", 0}}}, {"indices", 1}}}}}}},
-      {"buffers", {{{"byteLength", kCorners.size() + index_bytes}}}},
+      {"buffers", {{{"byteLength", kTetrahedronCorners.size() + index_bytes}}}},
       {"bufferViews",
-       {{{"buffer", 0}, {"byteLength", kCorners.size()}},
-        {{"buffer", 0}, {"byteOffset", kCorners.size()}, {"byteLength", index_bytes}}}},
+       {{{"buffer", 0}, {"byteLength", kTetrahedronCorners.size()}},
+        {{"buffer", 0}, {"byteOffset", kTetrahedronCorners.size()}, {"byteLength", index_bytes}}}},
       {"accessors",
        {{{"bufferView", 0}, {"componentType", 5126}, {"count", 4}, {"type", "VEC3"}},
         {{"bufferView", 1}, {"componentType", index_type}, {"count", 12}, {"type", "SCALAR"}}}}};
 }
-json tetrahedron() { return tetrahedron(5121, 12); }
+Json tetrahedron() { return tetrahedron(5121, 12); }
 
-std::string word(std::size_t value) {
+std::string word_bytes(std::size_t value) {
   return bytes_of<std::uint32_t>({static_cast<std::uint32_t>(value)});
 }
 
-std::string glb(const json& scene, std::string binary = kCorners + indices<std::uint8_t>()) {
+std::string glb_file(const Json& scene,
+                     std::string binary = kTetrahedronCorners + index_bytes_of<std::uint8_t>()) {
   std::string text = scene.dump();
   text.append((4 - text.size() % 4) % 4, ' ');
   binary.append((4 - binary.size() % 4) % 4, '\0');
-  return "glTF" + word(2) + word(28 + text.size() + binary.size()) + word(text.size()) + "JSON" +
-         text + word(binary.size()) + std::string("BIN\0", 4) + binary;
+  return "glTF" + word_bytes(2) + word_bytes(28 + text.size() + binary.size()) +
+         word_bytes(text.size()) + "JSON" + text + word_bytes(binary.size()) +
+         std::string("BIN\0", 4) + binary;
 }
 
 /// The scene with one change.
-std::string changed_glb(const char* pointer, const json& value) {
-  json scene = tetrahedron();
-  scene[json::json_pointer(pointer)] = value;
-  return glb(scene);
+std::string changed_glb(const char* pointer, const Json& value) {
+  Json scene = tetrahedron();
+  scene[Json::json_pointer(pointer)] = value;
+  return glb_file(scene);
 }
 
-constexpr const char* kRelations =
+constexpr const char* k3mfRelations =
     "<Relationships xmlns='http://schemas.openxmlformats.org/package/2006/relationships'>"
     "<Relationship Target='/3D/m.model' Id='r' "
     "Type='http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel'/></Relationships>";
@@ -95,8 +98,8 @@ constexpr const char* kTetrahedron3mf =
     "<triangle v1='0' v2='2' v3='1'/><triangle v1='0' v2='1' v3='3'/>"
     "<triangle v1='0' v2='3' v3='2'/><triangle v1='1' v2='2' v3='3'/></triangles></mesh></object>";
 
-std::string model(const std::string& objects, const std::string& items,
-                  const std::string& unit = "millimeter") {
+std::string model_3mf(const std::string& objects, const std::string& items,
+                      const std::string& unit = "millimeter") {
   return fmt::format(
       "<?xml version='1.0'?><model unit='{}' "
       "xmlns='http://schemas.microsoft.com/3dmanufacturing/core/2015/02' "
@@ -105,8 +108,8 @@ std::string model(const std::string& objects, const std::string& items,
       unit, objects, items);
 }
 
-std::string package(const std::string& text) {
-  return test::stored_zip({{"_rels/.rels", kRelations}, {"3D/m.model", text}});
+std::string package_3mf(const std::string& text) {
+  return test::stored_zip({{"_rels/.rels", k3mfRelations}, {"3D/m.model", text}});
 }
 
 }  // namespace
@@ -132,7 +135,7 @@ TEST_CASE("glb: what is written is read again") {
 }
 
 TEST_CASE("glb: indices of every width, strips, fans and none") {
-  const TriangleMesh bytes = read_scene("byte.glb", glb(tetrahedron()));
+  const TriangleMesh bytes = read_scene("byte.glb", glb_file(tetrahedron()));
   CHECK(bytes.vertices.size() == 4);
   CHECK(signed_volume(bytes) == Approx(1.0 / 6));
   const auto check_same = [&](const std::string& file) {
@@ -140,19 +143,22 @@ TEST_CASE("glb: indices of every width, strips, fans and none") {
     CHECK(mesh.vertices == bytes.vertices);
     CHECK(mesh.triangles == bytes.triangles);
   };
-  check_same(glb(tetrahedron(5123, 24), kCorners + indices<std::uint16_t>()));
-  check_same(glb(tetrahedron(5125, 48), kCorners + indices<std::uint32_t>()));
-  json bare = tetrahedron();
+  check_same(
+      glb_file(tetrahedron(5123, 24), kTetrahedronCorners + index_bytes_of<std::uint16_t>()));
+  check_same(
+      glb_file(tetrahedron(5125, 48), kTetrahedronCorners + index_bytes_of<std::uint32_t>()));
+  Json bare = tetrahedron();
   bare["meshes"][0]["primitives"][0].erase("indices");
   bare["meshes"][0]["primitives"][0]["mode"] = 5;
-  CHECK(read_scene("strip.glb", glb(bare)).triangles ==
+  CHECK(read_scene("strip.glb", glb_file(bare)).triangles ==
         std::vector<Triangle>{{0, 1, 2}, {2, 1, 3}});
   bare["meshes"][0]["primitives"][0]["mode"] = 6;
-  CHECK(read_scene("fan.glb", glb(bare)).triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
+  CHECK(read_scene("fan.glb", glb_file(bare)).triangles ==
+        std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
 }
 
 TEST_CASE("glb: numbers that are shares, with gaps between") {
-  json scene = tetrahedron();
+  Json scene = tetrahedron();
   const std::string places =
       bytes_of<std::int16_t>({0, 0, 0, 9, 32767, 0, 0, 9, 0, 32767, 0, 9, 0, 0, -32767, 9});
   scene["bufferViews"][0] = {{"buffer", 0}, {"byteLength", 32}, {"byteStride", 8}};
@@ -161,19 +167,20 @@ TEST_CASE("glb: numbers that are shares, with gaps between") {
   scene["accessors"][0]["componentType"] = 5122;
   scene["accessors"][0]["normalized"] = true;
   scene["extensionsRequired"] = {"KHR_mesh_quantization"};
-  const TriangleMesh mesh = read_scene("share.glb", glb(scene, places + indices<std::uint8_t>()));
+  const TriangleMesh mesh =
+      read_scene("share.glb", glb_file(scene, places + index_bytes_of<std::uint8_t>()));
   CHECK(mesh.box().high == Eigen::Vector3d(1, 1, 0));
   CHECK(mesh.box().low == Eigen::Vector3d(0, 0, -1));
 }
 
 TEST_CASE("glb: nodes place meshes, and mirrors keep the outside") {
-  json scene = tetrahedron();
+  Json scene = tetrahedron();
   scene["nodes"] = {{{"children", {1, 2, 3}}, {"rotation", {0.70710677, 0, 0, 0.70710677}}},
                     {{"mesh", 0}, {"translation", {5, 0, 0}}, {"scale", {2, 2, 2}}},
                     {{"mesh", 0}, {"scale", {-1, 1, 1}}},
                     {{"mesh", 0}, {"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 9, 8, 7, 1}}},
                     {{"mesh", 0}}};  // which the scene does not show
-  const TriangleMesh mesh = read_scene("nodes.glb", glb(scene));
+  const TriangleMesh mesh = read_scene("nodes.glb", glb_file(scene));
   CHECK(mesh.triangles.size() == 12);
   CHECK(signed_volume(mesh) == Approx((8 + 1 + 1) / 6.0));
   CHECK(inspect(mesh).turned_parts == 0);
@@ -182,12 +189,12 @@ TEST_CASE("glb: nodes place meshes, and mirrors keep the outside") {
   CHECK(mesh.box().high == Eigen::Vector3d(10, 0, 9));
   scene.erase("scene");
   scene.erase("scenes");
-  CHECK(read_scene("all.glb", glb(scene)).triangles.size() == 16);
+  CHECK(read_scene("all.glb", glb_file(scene)).triangles.size() == 16);
 }
 
 TEST_CASE("gltf: buffers in the file, beside it, and elsewhere") {
-  json scene = tetrahedron();
-  const std::string buffer = kCorners + indices<std::uint8_t>();
+  Json scene = tetrahedron();
+  const std::string buffer = kTetrahedronCorners + index_bytes_of<std::uint8_t>();
   const auto with_uri = [&](const std::string& uri) {
     scene["buffers"][0]["uri"] = uri;
     return scene.dump();
@@ -211,20 +218,21 @@ TEST_CASE("gltf: buffers in the file, beside it, and elsewhere") {
 }
 
 TEST_CASE("glb: what is wrong is refused") {
-  const std::string whole = glb(tetrahedron());
+  const std::string whole = glb_file(tetrahedron());
   check_scene_refused("cut.glb", whole.substr(0, whole.size() - 1), "promises");
   check_scene_refused("head.glb", whole.substr(0, 15), "cut off");
   std::string old = whole;
   old[4] = 1;
   check_scene_refused("old.glb", old, "glTF version 1");
   check_scene_refused("other.glb", "solid but not a scene", ".stl");
-  check_scene_refused("json.glb", "glTF" + word(2) + word(24) + word(4) + "JSON{...", "JSON");
-  check_scene_refused("sparse.glb", changed_glb("/accessors/0/sparse", json::object()), "sparse");
+  check_scene_refused("json.glb",
+                      "glTF" + word_bytes(2) + word_bytes(24) + word_bytes(4) + "JSON{...", "JSON");
+  check_scene_refused("sparse.glb", changed_glb("/accessors/0/sparse", Json::object()), "sparse");
   check_scene_refused("draco.glb",
                       changed_glb("/extensionsRequired", {"KHR_draco_mesh_compression"}), "Draco");
   check_scene_refused(
       "meshopt.glb",
-      changed_glb("/bufferViews/0/extensions", {{"EXT_meshopt_compression", json::object()}}),
+      changed_glb("/bufferViews/0/extensions", {{"EXT_meshopt_compression", Json::object()}}),
       "meshopt");
   check_scene_refused("new.glb", changed_glb("/extensionsRequired", {"XYZ_cubes"}), "XYZ_cubes");
   check_scene_refused("past.glb", changed_glb("/accessors/0/count", 5), "beyond its buffer");
@@ -234,7 +242,10 @@ TEST_CASE("glb: what is wrong is refused") {
   check_scene_refused("view.glb", changed_glb("/bufferViews/0/byteOffset", 100), "beyond");
   check_scene_refused("step.glb", changed_glb("/bufferViews/0/byteStride", 4), "beyond");
   check_scene_refused("index.glb", changed_glb("/accessors/0/count", 3), "vertex 3");
-  check_scene_refused("real.glb", changed_glb("/accessors/1/componentType", 5126), "whole");
+  Json real = tetrahedron();
+  real["accessors"][1] = {
+      {"bufferView", 1}, {"componentType", 5126}, {"count", 3}, {"type", "SCALAR"}};
+  check_scene_refused("real.glb", glb_file(real), "whole");
   check_scene_refused("type.glb", changed_glb("/accessors/0/componentType", 5124), "5124");
   check_scene_refused("shape.glb", changed_glb("/accessors/0/type", "VEC4"), "VEC3");
   check_scene_refused("half.glb", changed_glb("/accessors/0/bufferView", 0.5), "whole number");
@@ -244,28 +255,28 @@ TEST_CASE("glb: what is wrong is refused") {
   check_scene_refused("far.glb", changed_glb("/nodes/0/scale", {1e300, 1, 1}), "finite");
   check_scene_refused("words.glb", changed_glb("/meshes/0/primitives", "none"), "glTF 2.0");
   check_scene_refused("lines.glb", changed_glb("/meshes/0/primitives/0/mode", 1), "no triangles");
-  check_scene_refused("empty.glb", changed_glb("/scenes/0", json::object()), "no triangles");
+  check_scene_refused("empty.glb", changed_glb("/scenes/0", Json::object()), "no triangles");
 }
 
 TEST_CASE("glb: a small file does not become a large mesh") {
-  json scene = tetrahedron();
-  scene["nodes"] = json::array();
-  json all = json::array();
+  Json scene = tetrahedron();
+  scene["nodes"] = Json::array();
+  Json all = Json::array();
   for (int i = 0; i < 20'000; ++i) {
     scene["nodes"].push_back({{"mesh", 0}});
     all.push_back(i);
   }
   scene["scenes"] = {{{"nodes", all}}};
-  scene["meshes"][0]["primitives"] = json::array();
+  scene["meshes"][0]["primitives"] = Json::array();
   for (int i = 0; i < 100; ++i) {
     scene["meshes"][0]["primitives"].push_back(tetrahedron()["meshes"][0]["primitives"][0]);
   }
-  check_scene_refused("often.glb", glb(scene), "so often");
+  check_scene_refused("often.glb", glb_file(scene), "so often");
 }
 
 TEST_CASE("3mf: objects, components, items and units") {
   const TriangleMesh plain =
-      read_scene("plain.3mf", package(model(kTetrahedron3mf, "<item objectid='1'/>")));
+      read_scene("plain.3mf", package_3mf(model_3mf(kTetrahedron3mf, "<item objectid='1'/>")));
   CHECK(plain.vertices.size() == 4);
   CHECK(signed_volume(plain) == Approx(1.0 / 6));
   const std::string parts =
@@ -274,7 +285,8 @@ TEST_CASE("3mf: objects, components, items and units") {
       "<object id='3' type='support'><components><component objectid='1'/></components></object>";
   const TriangleMesh placed = read_scene(
       "parts.3mf",
-      package(model(kTetrahedron3mf + parts,
+      package_3mf(
+          model_3mf(kTetrahedron3mf + parts,
                     "<item objectid='2' transform='0 1 0 -1 0 0 0 0 1 0 0 7'/><item objectid='3'/>",
                     "centimeter")));
   CHECK(placed.triangles.size() == 8);
@@ -284,41 +296,42 @@ TEST_CASE("3mf: objects, components, items and units") {
 }
 
 TEST_CASE("3mf: objects of other parts") {
-  const std::string root = model(
+  const std::string root = model_3mf(
       "<object id='9'><components><component objectid='1' "
       "p:path='/3D/Objects/a.model'/></components></object>",
       "<item objectid='9'/>");
   const TriangleMesh mesh = read_scene(
-      "other.3mf", test::stored_zip({{"_rels/.rels", kRelations},
+      "other.3mf", test::stored_zip({{"_rels/.rels", k3mfRelations},
                                      {"3D/m.model", root},
-                                     {"3D/Objects/a.model", model(kTetrahedron3mf, "")}}));
+                                     {"3D/Objects/a.model", model_3mf(kTetrahedron3mf, "")}}));
   CHECK(mesh.triangles.size() == 4);
-  check_scene_refused("lost.3mf", package(root), "'3D/Objects/a.model' is missing");
+  check_scene_refused("lost.3mf", package_3mf(root), "'3D/Objects/a.model' is missing");
 }
 
 TEST_CASE("3mf: what is wrong is refused") {
   const std::string item = "<item objectid='1'/>";
-  const std::string whole = package(model(kTetrahedron3mf, item));
+  const std::string whole = package_3mf(model_3mf(kTetrahedron3mf, item));
   check_scene_refused("cut.3mf", whole.substr(0, whole.size() / 2), "cut off");
   std::string damaged = whole;
   damaged[damaged.find("x='1'") + 3] = '2';
   check_scene_refused("damaged.3mf", damaged, "damaged");
   check_scene_refused("text.3mf", "once upon a time", "ZIP");
   check_scene_refused("office.3mf", test::stored_zip({{"word/document.xml", "<a/>"}}), ".rels");
-  check_scene_refused("xml.3mf", package("<model>"), "no whole XML");
-  check_scene_refused("doctype.3mf", package("<!DOCTYPE a [<!ENTITY b 'c'>]><a>&b;</a>"),
+  check_scene_refused("xml.3mf", package_3mf("<model>"), "no whole XML");
+  check_scene_refused("doctype.3mf", package_3mf("<!DOCTYPE a [<!ENTITY b 'c'>]><a>&b;</a>"),
                       "document type");
-  check_scene_refused("unit.3mf", package(model(kTetrahedron3mf, item, "parsec")), "parsec");
-  check_scene_refused("item.3mf", package(model(kTetrahedron3mf, "<item objectid='4'/>")),
+  check_scene_refused("unit.3mf", package_3mf(model_3mf(kTetrahedron3mf, item, "parsec")),
+                      "parsec");
+  check_scene_refused("item.3mf", package_3mf(model_3mf(kTetrahedron3mf, "<item objectid='4'/>")),
                       "object 4");
-  check_scene_refused("none.3mf", package(model(kTetrahedron3mf, "")), "no triangles");
+  check_scene_refused("none.3mf", package_3mf(model_3mf(kTetrahedron3mf, "")), "no triangles");
   check_scene_refused("twice.3mf",
-                      package(model(std::string(kTetrahedron3mf) + kTetrahedron3mf, item)),
+                      package_3mf(model_3mf(std::string(kTetrahedron3mf) + kTetrahedron3mf, item)),
                       "two objects");
   check_scene_refused(
       "circle.3mf",
-      package(model("<object id='1'><components><component objectid='1'/></components></object>",
-                    item)),
+      package_3mf(model_3mf(
+          "<object id='1'><components><component objectid='1'/></components></object>", item)),
       "hold themselves");
   std::string tower = kTetrahedron3mf;
   for (int i = 2; i < 60; ++i) {
@@ -327,10 +340,11 @@ TEST_CASE("3mf: what is wrong is refused") {
         "<component objectid='{1}'/></components></object>",
         i, i - 1);
   }
-  check_scene_refused("tower.3mf", package(model(tower, "<item objectid='59'/>")), "so often");
+  check_scene_refused("tower.3mf", package_3mf(model_3mf(tower, "<item objectid='59'/>")),
+                      "so often");
   const auto change = [&](std::string_view from, std::string_view to) {
-    std::string text = model(kTetrahedron3mf, item);
-    return package(text.replace(text.find(from), from.size(), to));
+    std::string text = model_3mf(kTetrahedron3mf, item);
+    return package_3mf(text.replace(text.find(from), from.size(), to));
   };
   check_scene_refused("nan.3mf", change("x='1'", "x='nan'"), "vertex 1");
   check_scene_refused("lack.3mf", change("x='1'", ""), "vertex 1");
