@@ -15,7 +15,7 @@ install(FILES ${QJULIA_MANUAL}/qjulia.fish DESTINATION ${completions}/fish/vendo
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/host/fit/schedules DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples
         COMPONENT command FILES_MATCHING PATTERN *.toml)
 
-# The field's part of the library has packages of its own, which need neither OpenMesh nor PNG nor cairo.
+# The field's part of the library has packages of its own, which need none of OpenMesh, Expat, PNG and cairo.
 install(TARGETS libqjulia_field EXPORT qjulia_field_targets ARCHIVE COMPONENT field_dev)
 install(TARGETS libqjulia_field_shared EXPORT qjulia_field_shared_targets
         LIBRARY COMPONENT field_runtime NAMELINK_COMPONENT field_dev)
@@ -67,7 +67,7 @@ set(same "= ${PROJECT_VERSION}")
 install_pkg_config(qjulia-field field_dev qjulia_field "Evaluates the maps of qjulia"
   REQUIRES eigen3 nlohmann_json PRIVATE OpenCL zlib fmt)
 install_pkg_config(qjulia-mesh dev qjulia_mesh "Meshes of qjulia's maps, and maps of meshes"
-  REQUIRES "qjulia-field ${same}" PRIVATE fmt LIBS -lOpenMeshTools -lOpenMeshCore -pthread)
+  REQUIRES "qjulia-field ${same}" PRIVATE expat fmt LIBS -lOpenMeshTools -lOpenMeshCore -pthread)
 install_pkg_config(qjulia-fit dev qjulia_fit "Fits the maps of qjulia to meshes"
   REQUIRES "qjulia-mesh ${same}" PRIVATE fmt LIBS -pthread)
 install_pkg_config(qjulia-picture dev qjulia_picture "Pictures of qjulia's maps"

@@ -1,8 +1,8 @@
 # find_package(qjulia) gives all of the library:
-#   qjulia::field         what evaluates maps; it needs none of OpenMesh, PNG and cairo
-#   qjulia::mesh          meshes of maps, and exact maps of meshes; it needs OpenMesh too
+#   qjulia::field         what evaluates maps; it needs none of OpenMesh, Expat, PNG and cairo
+#   qjulia::mesh          meshes of maps, and exact maps of meshes; it needs OpenMesh and Expat too
 #   qjulia::fit           what fits maps to meshes; it needs what qjulia::mesh needs
-#   qjulia::picture       pictures; it needs OpenMesh, PNG and cairo
+#   qjulia::picture       pictures; it needs OpenMesh, Expat, PNG and cairo
 #   qjulia::qjulia        all of these, and what measures devices
 #   qjulia::shared        the same, shared; parts of it are NAME_shared
 # With COMPONENTS, which are field, mesh, fit, picture, field_shared and shared, it gives those and what
@@ -54,6 +54,7 @@ if("field" IN_LIST qjulia_wanted)
 endif()
 if("mesh" IN_LIST qjulia_wanted)
   find_dependency(OpenMesh)
+  find_dependency(EXPAT)
   find_dependency(Threads)
 endif()
 if("picture" IN_LIST qjulia_wanted)

@@ -28,6 +28,11 @@ class MeshFile {
   /// @throws InputError where they are UTF-16 or UTF-32.
   std::string_view text() const;
 
+  /// All of a file that this one names, which must lie in the same folder or below it.
+  /// @param name as in URIs: with slashes and escapes such as %20.
+  /// @throws InputError where it does not, or cannot be read.
+  std::string read_beside(const std::string& name) const;
+
   /// @throws InputError "cannot read mesh 'path': what".
   [[noreturn]] void refuse(std::string_view what) const;
   [[noreturn]] void refuse_line(std::size_t line, std::string_view what) const;
@@ -57,6 +62,8 @@ class FaceList {
     std::size_t count;
   };
   std::vector<Polygon> polygons;
+  /// One for each vertex of a file that has points and no faces; of any length but 0.
+  std::vector<Eigen::Vector3d> normals;
   std::vector<float> shares;      ///< one for each vertex, where they are asked for
   std::size_t dropped_faces = 0;  ///< with fewer than three different vertices
   bool is_soup = false;           ///< each triangle has vertices of its own
@@ -79,6 +86,8 @@ FaceList read_obj(const MeshFile& file, const std::string* share);
 FaceList read_off(const MeshFile& file);
 FaceList read_ply(const MeshFile& file, const std::string* share);
 FaceList read_stl(const MeshFile& file);
+FaceList read_gltf(const MeshFile& file);
+FaceList read_3mf(const MeshFile& file);
 
 /// Hands out lines without their ends, comments (from `comment` on) and outer blanks. Lines end
 /// with LF or CR LF, or with CR where the text has no LF.

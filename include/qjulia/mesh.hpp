@@ -43,6 +43,7 @@ struct MeshReport {
   std::size_t non_manifold_edges = 0;  ///< edges with more than two triangles, or badly oriented
   std::size_t welded_vertices = 0;     ///< duplicates merged while reading
   std::size_t dropped_triangles = 0;   ///< without area, removed while reading
+  std::size_t points = 0;  ///< of a file that has no faces; `triangles` are cut from their cells
   std::size_t bad_polygons = 0;  ///< crossing themselves or without area, cut up while reading
   std::size_t duplicate_triangles = 0;  ///< with the corners and winding of another, removed
   std::size_t two_sided_triangles = 0;  ///< pairs with the same corners and opposite windings
@@ -56,14 +57,24 @@ struct MeshReport {
   std::vector<std::string> warnings() const;
 };
 
-/// Reads .obj, .off, .ply or .stl by its extension, with coordinates in single precision. Polygons
-/// are cut into triangles, equal vertices welded, and triangles without area, triangles that repeat
-/// another and vertices without triangles left out. Nothing else is lost: open, non-manifold and
-/// inside-out meshes and triangle soups come as they are.
+/// Reads .obj, .off, .ply, .stl, .glb, .gltf or .3mf by its extension, with coordinates in single
+/// precision. Polygons are cut into triangles, equal vertices welded, and triangles without area,
+/// triangles that repeat another and vertices without triangles left out. Nothing else is lost:
+/// open, non-manifold and inside-out meshes and triangle soups come as they are.
+///
+/// Scenes (.glb, .gltf, .3mf) come as one mesh, in the coordinates of the scene: those of glTF have
+/// Y up; those of .3mf are millimetres, whatever its unit, with Z up. Skins and morph targets are
+/// left out. A .gltf file may name other files in its folder.
+///
+/// A .ply file of points with normals (nx, ny, nz) and without faces comes as a polygon for each
+/// point: the cell of a plane across its normal that is nearer to it than to its neighbours.
+/// Distances and winding numbers of these polygons are those of the surface that the points were
+/// taken from.
 /// @param stop ends reading.
 /// @throws InputError naming the file: missing, empty, of another type, truncated, an index out of
 ///   range, a coordinate that is not finite or beyond ±1e12, no triangle with area, a longest side
-///   below 1e-12.
+///   below 1e-12, points without normals, compressed (by Draco, meshopt or encryption), or so often
+///   repeated or so strongly packed that it would be much larger than its file.
 TriangleMesh read_mesh(const std::filesystem::path& path, std::stop_token stop = {});
 
 /// A mesh, and what is wrong with the file it came from.

@@ -94,7 +94,8 @@ def fit(
     vertices : array (N, 3), mesh or path
         Vertices, with faces after them; or a mesh alone: a pair of vertices and faces, an object
         with `vertices` and `faces` (as trimesh has them) or with `points` and `cells_dict` (as
-        meshio has them), or the path of an .obj, .off, .ply or .stl file.
+        meshio has them), or the path of an .obj, .off, .ply, .stl, .glb, .gltf or
+        .3mf file; a .ply file may also hold points with normals (nx, ny, nz) and no faces.
     faces : array (M, 3) of whole numbers, optional
         Counter-clockwise from outside.
     factors : int, optional

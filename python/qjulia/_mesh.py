@@ -84,7 +84,8 @@ def read_mesh(path):
     Parameters
     ----------
     path : path-like
-        An .obj, .off, .ply or .stl file.
+        An .obj, .off, .ply, .stl, .glb, .gltf or .3mf file. Scenes come as one mesh, and a .ply
+        file of points with normals (nx, ny, nz) as a small polygon for each point.
 
     Returns
     -------

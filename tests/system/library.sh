@@ -22,7 +22,7 @@ cmake -S "$work/project" -B "$work/build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
   -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags"
 cmake --build "$work/build"
 
-# The field of a map alone, which needs neither OpenMesh nor PNG nor cairo.
+# The field of a map alone, which needs neither OpenMesh nor Expat nor PNG nor cairo.
 mkdir -p "$work/field"
 block cpp 2 >"$work/field/main.cpp"
 cat >"$work/field/CMakeLists.txt" <<END
@@ -39,7 +39,7 @@ cmake -S "$work/field" -B "$work/field_build" -G Ninja -DCMAKE_BUILD_TYPE=Releas
 cmake --build "$work/field_build"
 "$work/field_build/field" "$repository/docs/maps/bunny.qjulia.json" | tee "$work/field_at_origin"
 test "$(grep -c 'inside: 1' "$work/field_at_origin")" = 2  # the box's centre and the origin are inside
-if ldd "$work/field_build/field" | grep -iE 'openmesh|cairo|png'; then
+if ldd "$work/field_build/field" | grep -iE 'openmesh|cairo|expat|png'; then
   echo "^ the field of a map needs these"
   exit 1
 fi

@@ -250,7 +250,10 @@ int run_fit(const FitCommandArguments& arguments, Session& session) {
 }
 
 void describe_fit(Command command, FitCommandArguments& a) {
-  command.input("MESH", a.mesh, "Triangle mesh: .obj, .off, .ply or .stl")
+  command
+      .input("MESH", a.mesh,
+             "Triangle mesh, or points with normals: " +
+                 extension_list(FileContent::mesh, FileUse::read))
       .offers_files(readable({FileContent::mesh}));
   command
       .output(

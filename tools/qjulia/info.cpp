@@ -13,6 +13,7 @@
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/figures.hpp"
+#include "qjulia/file_types.hpp"
 #include "qjulia/label_check.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/mesh.hpp"
@@ -153,11 +154,13 @@ Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
   const UpAxis up = guess_up(mesh);
   Answer answer;
   answer.text = fmt::format(
-      "{}: mesh, {}\n"
+      "{}: {}, {}\n"
       "vertices      {}\ntriangles     {}\ncomponents    {}\n{}\n{}\n"
       "up            probably {}",
-      arguments.file, report.closed() ? "closed and manifold" : "not closed", report.vertices,
-      report.triangles, report.components, to_text(box), to_text(figures), to_string(up));
+      arguments.file,
+      report.points > 0 ? fmt::format("{} points with normals", report.points) : "mesh",
+      report.closed() ? "closed and manifold" : "not closed", report.vertices, report.triangles,
+      report.components, to_text(box), to_text(figures), to_string(up));
   answer.json = {{"file", arguments.file},
                  {"type", "mesh"},
                  {"vertices", report.vertices},
@@ -167,6 +170,7 @@ Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
                  {"non_manifold_edges", report.non_manifold_edges},
                  {"welded_vertices", report.welded_vertices},
                  {"dropped_triangles", report.dropped_triangles},
+                 {"points", report.points},
                  {"bad_polygons", report.bad_polygons},
                  {"duplicate_triangles", report.duplicate_triangles},
                  {"two_sided_triangles", report.two_sided_triangles},
@@ -366,21 +370,31 @@ Answer map_info(const InfoArguments& arguments, const Session& session) {
   return answer;
 }
 
-/// A picture or scene of ours: what it shows, and how it was made.
-Answer note_info(const InfoArguments& arguments, const Session& session) {
-  const nlohmann::json note = embedded_note(arguments.file, session.interrupts.token());
-  const nlohmann::json& made = note.at("made_with");
-  const bool is_picture = note.contains("width");
-  Answer answer{is_picture ? fmt::format("{}: picture, {} x {} pixels", arguments.file,
-                                         note.at("width").dump(), note.at("height").dump())
-                           : fmt::format("{}: mesh, {} vertices, {} triangles", arguments.file,
-                                         note.at("vertices").dump(), note.at("triangles").dump()),
-                {{"file", arguments.file}, {"type", is_picture ? "picture" : "mesh"}}};
-  answer.json.update(note);
+void add_making(const nlohmann::json& made, Answer& answer) {
   if (made.contains("input") && made["input"].contains("name")) {
     answer.add("made from     " + made["input"]["name"].dump());
   }
-  answer.add("made with     " + made.dump());
+  answer.add("made with     " + made.dump(), "made_with", made);
+}
+
+/// How a .glb was made, if this program made it.
+void describe_making(const InfoArguments& arguments, const std::stop_token& stop, Answer& answer) {
+  if (!can_hold_note(arguments.file)) return;
+  try {
+    add_making(embedded_note(arguments.file, stop).at("made_with"), answer);
+  } catch (const InputError&) {
+    // Another program made it.
+  }
+}
+
+/// A picture of ours: what it shows, and how it was made.
+Answer picture_info(const InfoArguments& arguments, const Session& session) {
+  const nlohmann::json note = embedded_note(arguments.file, session.interrupts.token());
+  Answer answer{fmt::format("{}: picture, {} x {} pixels", arguments.file, note.at("width").dump(),
+                            note.at("height").dump()),
+                {{"file", arguments.file}, {"type", "picture"}}};
+  answer.json.update(note);
+  add_making(note.at("made_with"), answer);
   return answer;
 }
 
@@ -393,21 +407,22 @@ int run_info(const InfoArguments& arguments, Session& session) {
   if (arguments.printable && !mesh) {
     throw InputError(fmt::format("--printable needs a mesh, and '{}' is not one", arguments.file));
   }
-  const Answer answer = mesh ? mesh_info(arguments, session.monitor().stop)
-                        : can_hold_note(arguments.file) ? note_info(arguments, session)
-                                                        : map_info(arguments, session);
+  Answer answer = mesh                            ? mesh_info(arguments, session.monitor().stop)
+                  : can_hold_note(arguments.file) ? picture_info(arguments, session)
+                                                  : map_info(arguments, session);
+  if (mesh) describe_making(arguments, session.monitor().stop, answer);
   session.console.result(answer.text, answer.json);
   return kDone;
 }
 
 void describe_info(Command command, InfoArguments& a) {
   command
-      .input(
-          "FILE", a.file,
-          "Map, a page with one, mesh (.obj, .off, .ply, .stl), or a .png or .glb that qjulia made")
+      .input("FILE", a.file,
+             "Map, a page with one, mesh (" + extension_list(FileContent::mesh, FileUse::read) +
+                 "), or a .png that qjulia made")
       .offers_files([] {
         auto types = readable({FileContent::map, FileContent::mesh});
-        types.insert(types.end(), {".png", ".glb"});
+        types.emplace_back(".png");
         return types;
       }());
   command.flag("--check-precision", a.check_precision,

@@ -19,6 +19,7 @@
 #include "picture_options.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/file_types.hpp"
 #include "qjulia/knob_table.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/picture_settings.hpp"
@@ -491,8 +492,9 @@ int run_render(const RenderArguments& arguments, Session& session) {
 void describe_render(Command command, RenderArguments& a) {
   command
       .input("MAP", a.input,
-             "Map file of 'qjulia fit' or 'qjulia shape'; or a mesh (.obj, .off, .ply, .stl), "
-             "drawn in the same view and light for comparison")
+             "Map file of 'qjulia fit' or 'qjulia shape'; or a mesh (" +
+                 extension_list(FileContent::mesh, FileUse::read) +
+                 "), drawn in the same view and light for comparison")
       .offers_files(readable({FileContent::map, FileContent::mesh}));
   command
       .output(
