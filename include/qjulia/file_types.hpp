@@ -16,6 +16,7 @@ enum class FileContent {
   sampled_distance,
   picture,
   field,
+  volume,  ///< of OpenVDB
   manifest,
   report,
   formula  ///< a map in GLSL, for other programs

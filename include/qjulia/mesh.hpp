@@ -22,9 +22,10 @@ using VertexColor = std::array<std::uint8_t, 3>;
 struct TriangleMesh {
   std::vector<Eigen::Vector3d> vertices;
   std::vector<Triangle> triangles;  ///< counter-clockwise from outside
-  /// Outward normals of vertices, of length 1; or none. Written to .ply, .obj and .glb, never read.
+  /// Outward normals of vertices, of length 1; or none. Never read; formats that hold them: .ply,
+  /// .obj, .glb and .usda.
   std::vector<Eigen::Vector3f> normals{};
-  /// Colours of vertices; or none. Written to .ply, .obj and .glb, never read.
+  /// Colours of vertices; or none. Never read; `holds_colors` tells which files hold them.
   std::vector<VertexColor> colors{};
 
   Box box() const;
@@ -85,18 +86,40 @@ struct InspectedMesh {
 /// The same, with a report of what was found and left out.
 InspectedMesh read_and_inspect_mesh(const std::filesystem::path& path, std::stop_token stop = {});
 
-/// Writes by extension (.ply, .stl and .glb binary, .obj and .off text), coordinates in single
-/// precision, under a temporary name that is renamed.
-/// @param up how the mesh stands. A .glb then stands upright, with Y up as the format wants it, and
-///   an .stl with Z up, as printers want it. Other formats keep the mesh's own coordinates, and so
-///   does .stl where nothing is known; a .glb then has Z up.
-/// @param note a line of text, ASCII, that .ply and .obj hold as a comment and .glb under
-///   asset.extras; .stl and .off have no room for it.
+/// How a mesh is written, and what its file says besides its triangles.
+struct MeshFileOptions {
+  /// A line of text, ASCII: a comment of .ply, .obj and .usda, in .glb under asset.extras, in .3mf
+  /// its description. Other formats have no room for it.
+  std::string note{};
+  /// The mesh's axis that points up. Formats with an up of their own then stand upright: .glb and
+  /// .usda with Y up, .stl and .3mf with Z up. Where nothing is known, Z is up.
+  std::optional<UpAxis> up{};
+  /// For .ply, .obj and .off, which have no up: the file's axis that `up` (by default `kDefaultUp`)
+  /// is turned to. By default they keep the mesh's own coordinates.
+  std::optional<UpAxis> file_up{};
+  /// Of the object in .glb, .obj, .usda and .3mf; by default the file's.
+  std::string name{};
+  /// What a unit of the mesh's coordinates measures, above 0. By default it is the format's own
+  /// unit: a metre in .glb and .usda, a millimetre in .3mf. Other formats have no unit.
+  std::optional<double> metres_per_unit{};
+
+  /// The rotation of meshes in formats that have no up.
+  Eigen::Matrix3d file_turn() const;
+  void validate() const;  ///< @throws OptionError
+};
+
+/// Writes by extension (.ply, .stl, .glb and .3mf binary, .obj, .off and .usda text), coordinates
+/// in single precision, under a temporary name that is renamed. In .3mf each connected part is an
+/// object, cavities with what they are in. Colours in .obj have a material beside it, of their mean
+/// colour, under the same name with .mtl.
 /// @throws OutputError, or InputError for another extension.
+void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
+                const MeshFileOptions& options);
+/// The same with a note and with how the mesh stands.
 void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
                 const std::string& note = {}, std::optional<UpAxis> up = {});
 
-/// Whether `write_mesh` turns meshes that it writes under this name.
+/// Whether files of this name have an up of their own, so that `write_mesh` stands meshes upright.
 bool stands_upright(const std::filesystem::path& path);
 
 /// Whether `write_mesh` writes the colours of meshes, and not only their triangles, under this

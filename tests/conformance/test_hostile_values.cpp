@@ -281,8 +281,14 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   use("oriented_outward", [&] { oriented_outward(mesh); });
   use("guess_up", [&] { guess_up(mesh); });
   use("radial_spread", [&] { radial_spread(mesh, Eigen::Vector3d::Zero()); });
-  for (const char* name : {"m.ply", "m.obj", "m.stl", "m.off", "m.glb"}) {
+  for (const char* name : {"m.ply", "m.obj", "m.stl", "m.off", "m.glb", "m.3mf", "m.usda"}) {
     use("write_mesh", [&] { write_mesh(mesh, folder / name, "a\xff note", UpAxis::x); });
+    use("MeshFileOptions", [&] {
+      const MeshFileOptions options{
+          .file_up = UpAxis::minus_x, .name = "a\n\xff", .metres_per_unit = 1e300};
+      static_cast<void>(options.file_turn());
+      write_mesh(mesh, folder / name, options);
+    });
   }
   use("measure", [&] { static_cast<void>(to_json(measure(mesh))); });
   use("FigureSink", [&] {

@@ -187,7 +187,8 @@ TEST_CASE("bad option values are refused") {
   for (const char* value : {"0", "-4", "1e99"}) surface("--resolution", {value});
   for (const char* value : {"0", "17", "-1"}) surface("--iterations", {value});
   surface("--order-seed", {"-1"});
-  surface("--up", {"z"});  // a .ply keeps its coordinates
+  surface("--metres", {"0"});
+  surface("--metres", {"1", "--millimetres", "1"});
   surface("--up", {"w"});
   surface("--material", {"gold"});
   surface("--palette", {"ember"});  // what a mesh without colours has none of

@@ -25,10 +25,10 @@ struct ManifestOption {
 
 /// What is written of a fit beside its map.
 struct BatchOutputs {
-  std::optional<std::string>
-      surface;  ///< extension of the mesh: ".ply", ".obj", ".stl", ".off" or ".glb"
-  int surface_resolution = 256;  ///< cells along the box's longest side
-  bool report = false;           ///< NAME.report.html
+  std::optional<std::string> surface;  ///< extension of the mesh: ".ply", ".obj", ".stl", ".off",
+                                       ///< ".glb", ".3mf" or ".usda"
+  int surface_resolution = 256;        ///< cells along the box's longest side
+  bool report = false;                 ///< NAME.report.html
   bool picture = false;
   int picture_width = 640;
   int picture_height = 480;

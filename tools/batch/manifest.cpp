@@ -196,7 +196,8 @@ class Reader {
         outputs.surface = extension_of("surface." + *kind);
       } else {
         complain(line,
-                 "'surface' must be true, false, \"ply\", \"obj\", \"stl\", \"off\" or \"glb\"");
+                 "'surface' must be true, false, \"ply\", \"obj\", \"stl\", \"off\", \"glb\", "
+                 "\"3mf\" or \"usda\"");
       }
     } else if (name == "surface_resolution") {
       read_whole(node, 2, 8192, line, "'surface_resolution'", outputs.surface_resolution);
