@@ -124,7 +124,7 @@ std::vector<std::uint32_t> distinct(const std::vector<VertexColor>& colors) {
   std::vector<std::uint32_t> all(colors.size());
   std::ranges::transform(colors, all.begin(), packed);
   std::ranges::sort(all);
-  all.erase(std::ranges::unique(all).begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
   all.shrink_to_fit();
   return all;
 }

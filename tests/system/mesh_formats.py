@@ -124,6 +124,7 @@ def check_usda(bench):
           "triangles of the .usda")
     check((numbers("int[] faceVertexCounts", 1) == 3).all(), "corners of the .usda's triangles")
     check(near(volume_of(points, triangles), told["figures"]["volume"]), "volume of the .usda")
+    check(near(np.ptp(points, axis=0).max(), 0.5, 0.05), "the size of the .usda")
     check(np.allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-4), "normals of the .usda")
     check(colors.min() >= 0 and colors.max() <= 1 and np.ptp(colors) > 0.1, "colours of the .usda")
     for line in ("metersPerUnit = 1\n", 'upAxis = "Y"', "def Camera", f'defaultPrim = "{bench.name}"'):

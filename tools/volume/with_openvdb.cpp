@@ -8,7 +8,9 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "base/output_file.hpp"
@@ -140,7 +142,7 @@ CellGrid write_grids(const Device& device, const Map& map, const SampleOptions& 
                      const VolumeNote& about, const std::filesystem::path& path,
                      const ProgressMonitor& monitor) {
   openvdb::initialize();
-  const CellGrid cells = sample_grid(device, map, options, monitor.stop);
+  CellGrid cells = sample_grid(device, map, options, monitor.stop);
   const auto transform = transform_of(cells);
   const double level = map.dynamics.surface_level;
   // Beyond the box lies what is outside.
