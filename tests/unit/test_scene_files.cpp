@@ -35,22 +35,22 @@ TriangleMesh read_scene(const std::string& name, std::string_view bytes) {
 }
 
 template <class Number>
-std::string bytes_of(const std::vector<Number>& numbers) {
+std::string raw_bytes(const std::vector<Number>& numbers) {
   std::string bytes(numbers.size() * sizeof(Number), '\0');
   std::memcpy(bytes.data(), numbers.data(), bytes.size());
   return bytes;
 }
 
-const std::string kTetrahedronCorners = bytes_of<float>({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1});
+const std::string kTetrahedronCorners = raw_bytes<float>({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1});
 const std::vector<int> kTetrahedronIndices = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
 
 template <class Index>
 std::string index_bytes_of() {
-  return bytes_of(std::vector<Index>(kTetrahedronIndices.begin(), kTetrahedronIndices.end()));
+  return raw_bytes(std::vector<Index>(kTetrahedronIndices.begin(), kTetrahedronIndices.end()));
 }
 
 /// A tetrahedron of volume 1/6, whose indices have the given type.
-Json tetrahedron(int index_type, std::size_t index_bytes) {
+Json tetrahedron_scene(int index_type, std::size_t index_bytes) {
   return {
       {"asset", {{"version", "2.0"}}},
       {"scene", 0},
@@ -65,10 +65,10 @@ Json tetrahedron(int index_type, std::size_t index_bytes) {
        {{{"bufferView", 0}, {"componentType", 5126}, {"count", 4}, {"type", "VEC3"}},
         {{"bufferView", 1}, {"componentType", index_type}, {"count", 12}, {"type", "SCALAR"}}}}};
 }
-Json tetrahedron() { return tetrahedron(5121, 12); }
+Json tetrahedron_scene() { return tetrahedron_scene(5121, 12); }
 
 std::string word_bytes(std::size_t value) {
-  return bytes_of<std::uint32_t>({static_cast<std::uint32_t>(value)});
+  return raw_bytes<std::uint32_t>({static_cast<std::uint32_t>(value)});
 }
 
 std::string glb_file(const Json& scene,
@@ -83,7 +83,7 @@ std::string glb_file(const Json& scene,
 
 /// The scene with one change.
 std::string changed_glb(const char* pointer, const Json& value) {
-  Json scene = tetrahedron();
+  Json scene = tetrahedron_scene();
   scene[Json::json_pointer(pointer)] = value;
   return glb_file(scene);
 }
@@ -135,7 +135,7 @@ TEST_CASE("glb: what is written is read again") {
 }
 
 TEST_CASE("glb: indices of every width, strips, fans and none") {
-  const TriangleMesh bytes = read_scene("byte.glb", glb_file(tetrahedron()));
+  const TriangleMesh bytes = read_scene("byte.glb", glb_file(tetrahedron_scene()));
   CHECK(bytes.vertices.size() == 4);
   CHECK(signed_volume(bytes) == Approx(1.0 / 6));
   const auto check_same = [&](const std::string& file) {
@@ -144,10 +144,10 @@ TEST_CASE("glb: indices of every width, strips, fans and none") {
     CHECK(mesh.triangles == bytes.triangles);
   };
   check_same(
-      glb_file(tetrahedron(5123, 24), kTetrahedronCorners + index_bytes_of<std::uint16_t>()));
+      glb_file(tetrahedron_scene(5123, 24), kTetrahedronCorners + index_bytes_of<std::uint16_t>()));
   check_same(
-      glb_file(tetrahedron(5125, 48), kTetrahedronCorners + index_bytes_of<std::uint32_t>()));
-  Json bare = tetrahedron();
+      glb_file(tetrahedron_scene(5125, 48), kTetrahedronCorners + index_bytes_of<std::uint32_t>()));
+  Json bare = tetrahedron_scene();
   bare["meshes"][0]["primitives"][0].erase("indices");
   bare["meshes"][0]["primitives"][0]["mode"] = 5;
   CHECK(read_scene("strip.glb", glb_file(bare)).triangles ==
@@ -158,9 +158,9 @@ TEST_CASE("glb: indices of every width, strips, fans and none") {
 }
 
 TEST_CASE("glb: numbers that are shares, with gaps between") {
-  Json scene = tetrahedron();
+  Json scene = tetrahedron_scene();
   const std::string places =
-      bytes_of<std::int16_t>({0, 0, 0, 9, 32767, 0, 0, 9, 0, 32767, 0, 9, 0, 0, -32767, 9});
+      raw_bytes<std::int16_t>({0, 0, 0, 9, 32767, 0, 0, 9, 0, 32767, 0, 9, 0, 0, -32767, 9});
   scene["bufferViews"][0] = {{"buffer", 0}, {"byteLength", 32}, {"byteStride", 8}};
   scene["bufferViews"][1]["byteOffset"] = 32;
   scene["buffers"][0]["byteLength"] = 44;
@@ -174,7 +174,7 @@ TEST_CASE("glb: numbers that are shares, with gaps between") {
 }
 
 TEST_CASE("glb: nodes place meshes, and mirrors keep the outside") {
-  Json scene = tetrahedron();
+  Json scene = tetrahedron_scene();
   scene["nodes"] = {{{"children", {1, 2, 3}}, {"rotation", {0.70710677, 0, 0, 0.70710677}}},
                     {{"mesh", 0}, {"translation", {5, 0, 0}}, {"scale", {2, 2, 2}}},
                     {{"mesh", 0}, {"scale", {-1, 1, 1}}},
@@ -193,7 +193,7 @@ TEST_CASE("glb: nodes place meshes, and mirrors keep the outside") {
 }
 
 TEST_CASE("gltf: buffers in the file, beside it, and elsewhere") {
-  Json scene = tetrahedron();
+  Json scene = tetrahedron_scene();
   const std::string buffer = kTetrahedronCorners + index_bytes_of<std::uint8_t>();
   const auto with_uri = [&](const std::string& uri) {
     scene["buffers"][0]["uri"] = uri;
@@ -214,11 +214,11 @@ TEST_CASE("gltf: buffers in the file, beside it, and elsewhere") {
   scene_folder.file("short.bin", "short");
   check_scene_refused("short.gltf", with_uri("short.bin"), "should have 60 bytes");
   CHECK_THROWS_WITH(read_scene("gone.gltf", with_uri("gone.bin")), Contains("gone.bin"));
-  check_scene_refused("none.gltf", tetrahedron().dump(), "has no data");
+  check_scene_refused("none.gltf", tetrahedron_scene().dump(), "has no data");
 }
 
 TEST_CASE("glb: what is wrong is refused") {
-  const std::string whole = glb_file(tetrahedron());
+  const std::string whole = glb_file(tetrahedron_scene());
   check_scene_refused("cut.glb", whole.substr(0, whole.size() - 1), "promises");
   check_scene_refused("head.glb", whole.substr(0, 15), "cut off");
   std::string old = whole;
@@ -242,7 +242,7 @@ TEST_CASE("glb: what is wrong is refused") {
   check_scene_refused("view.glb", changed_glb("/bufferViews/0/byteOffset", 100), "beyond");
   check_scene_refused("step.glb", changed_glb("/bufferViews/0/byteStride", 4), "beyond");
   check_scene_refused("index.glb", changed_glb("/accessors/0/count", 3), "vertex 3");
-  Json real = tetrahedron();
+  Json real = tetrahedron_scene();
   real["accessors"][1] = {
       {"bufferView", 1}, {"componentType", 5126}, {"count", 3}, {"type", "SCALAR"}};
   check_scene_refused("real.glb", glb_file(real), "whole");
@@ -259,7 +259,7 @@ TEST_CASE("glb: what is wrong is refused") {
 }
 
 TEST_CASE("glb: a small file does not become a large mesh") {
-  Json scene = tetrahedron();
+  Json scene = tetrahedron_scene();
   scene["nodes"] = Json::array();
   Json all = Json::array();
   for (int i = 0; i < 20'000; ++i) {
@@ -269,7 +269,7 @@ TEST_CASE("glb: a small file does not become a large mesh") {
   scene["scenes"] = {{{"nodes", all}}};
   scene["meshes"][0]["primitives"] = Json::array();
   for (int i = 0; i < 100; ++i) {
-    scene["meshes"][0]["primitives"].push_back(tetrahedron()["meshes"][0]["primitives"][0]);
+    scene["meshes"][0]["primitives"].push_back(tetrahedron_scene()["meshes"][0]["primitives"][0]);
   }
   check_scene_refused("often.glb", glb_file(scene), "so often");
 }
