@@ -46,7 +46,9 @@ std::optional<Answer> answer(const cl::Device& device, cl_device_info question) 
   return given;
 }
 
+/// Empty for the place of the bus's own bridge, which drivers say that do not know theirs.
 std::string pci_text(unsigned domain, unsigned bus, unsigned slot, unsigned function) {
+  if (bus == 0 && slot == 0 && function == 0) return {};
   return fmt::format("{:04x}:{:02x}:{:02x}.{:x}", domain, bus, slot, function);
 }
 

@@ -123,6 +123,12 @@ TEST_CASE("a GPU that two platforms show is one device, and either can be asked 
   // Another place on the bus: two cards of one make.
   const json two = devices_on(kOld + ";rusticl=gpu|GT 1030|NVIDIA|3|1468|0|khr:4|");
   for (const json& device : two["devices"]) CHECK(device["same_as"].is_null());
+  // The place of the bus's bridge is no GPU's.
+  const json unknown = devices_on(kIntegrated + ";rusticl=gpu|Mali|ARM|4|900|1|khr:0|");
+  for (const json& device : unknown["devices"]) {
+    CHECK(device["same_as"].is_null());
+    CHECK(device["pci_address"].is_null());
+  }
   // AMD's own question gives the same address as the common one.
   const json amd = devices_on("rusticl=gpu|RX|AMD|96|2500|0|khr:3|;" + kNew);
   CHECK(amd["devices"][0]["same_as"] == "1:0");

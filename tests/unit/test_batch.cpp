@@ -235,6 +235,57 @@ TEST_CASE("a device that keeps failing is retired and its work done by another")
   }
 }
 
+TEST_CASE("a device that is lost is retired before its entry has failed, and another does it") {
+  const TemporaryFolder folder;
+  const batch::Manifest manifest = manifest_of({"a", "b"});
+  const batch::BatchOptions options = options_for(folder);
+  const auto lock = batch::prepare_batch(manifest, options);
+  std::vector<std::string> retired;
+  batch::run_batch(manifest,
+                   {device("lost",
+                           [](const auto&, const auto&, const auto&) -> batch::EntryResult {
+                             throw DeviceError("lost", "clFinish", -36);
+                           }),
+                    device("good",
+                           [](const auto& entry, const auto& path, const auto& monitor) {
+                             // Slow enough for the other to fail three times.
+                             std::this_thread::sleep_for(std::chrono::milliseconds(200));
+                             return write_map(entry, path, monitor);
+                           })},
+                   options, [&](const batch::BatchEvent& event) {
+                     if (event.kind == batch::BatchEvent::Kind::retired) {
+                       retired.push_back(event.message);
+                     }
+                   });
+  REQUIRE(retired.size() == 1);
+  CHECK_THAT(retired.front(), Contains("it was lost 2 times in a row") &&
+                                  Contains("CL_INVALID_COMMAND_QUEUE (-36)"));
+  for (const batch::EntryStatus& status : batch::read_batch(folder.path(), false)) {
+    CHECK(status.state == batch::EntryState::done);
+    CHECK(status.device == "good");
+  }
+}
+
+TEST_CASE("an entry that a device has failed at goes to an idle one") {
+  for (int i = 0; i < 10; ++i) {  // who is first differs
+    const TemporaryFolder folder;
+    const batch::Manifest manifest = manifest_of({"a"});
+    const batch::BatchOptions options = options_for(folder);
+    const auto lock = batch::prepare_batch(manifest, options);
+    batch::run_batch(manifest,
+                     {device("broken",
+                             [](const auto& entry, const auto& path, const auto& monitor) {
+                               // Slow enough for the other to ask for work.
+                               std::this_thread::sleep_for(std::chrono::milliseconds(100));
+                               return broken(entry, path, monitor);
+                             }),
+                      device("good", write_map)},
+                     options);
+    CHECK(status_of(folder, "a").state == batch::EntryState::done);
+    CHECK(status_of(folder, "a").failed_tries.size() <= 1);
+  }
+}
+
 TEST_CASE("an entry that every device fails at has failed; the device goes on") {
   const TemporaryFolder folder;
   const batch::Manifest manifest = manifest_of({"huge", "a", "b"});
