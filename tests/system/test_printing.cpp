@@ -69,13 +69,18 @@ TEST_CASE("admesh has nothing to repair") {
   const double wall = info["printable"]["median_wall"];
   CHECK(wall > 0.5);
   CHECK(wall < 20);
-  // Two lines of a nozzle fit the median wall, or do not.
-  const auto with_nozzle = [&](double width) {
-    return made({"info", stl, "--printable", "--nozzle", std::to_string(width)})["printable"];
+  // The thinnest walls decide: as thick as two lines of the nozzle, or as was asked for.
+  const double thinnest = info["printable"]["thinnest_wall"];
+  const auto judged = [&](const char* option, double width) {
+    return made({"info", stl, "--printable", option, std::to_string(width)})["printable"];
   };
-  CHECK(with_nozzle(0.45 * wall)["ready"] == true);
-  CHECK(with_nozzle(0.55 * wall)["ready"] == false);
-  CHECK_THAT(with_nozzle(0.55 * wall)["advice"].get<std::string>(), Contains("--millimetres"));
+  CHECK(judged("--nozzle", 0.49 * thinnest)["ready"] == true);
+  CHECK(judged("--nozzle", 0.51 * thinnest)["ready"] == false);
+  CHECK(judged("--min-wall", 0.99 * thinnest)["ready"] == true);
+  CHECK(judged("--min-wall", 1.01 * thinnest)["ready"] == false);
+  CHECK_THAT(judged("--min-wall", 1.01 * thinnest)["advice"].get<std::string>(),
+             Contains("--min-wall"));
+  CHECK_THAT(judged("--min-wall", 1.1 * wall)["advice"].get<std::string>(), Contains("--longest"));
   // The shape's box, 2.4 a side, is 20 mm long.
   const double length = info["box"][1][0].get<double>() - info["box"][0][0].get<double>();
   CHECK(length > 10);

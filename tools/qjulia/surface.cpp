@@ -12,12 +12,13 @@
 #include "files.hpp"
 #include "map_options.hpp"
 #include "picture_options.hpp"
+#include "print_options.hpp"
 #include "provenance.hpp"
-#include "qjulia/decimate.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/figures.hpp"
 #include "qjulia/file_types.hpp"
 #include "qjulia/picture.hpp"
+#include "qjulia/print.hpp"
 #include "qjulia/surface_colors.hpp"
 #include "qjulia/surface_file.hpp"
 #include "setting_json.hpp"
@@ -33,7 +34,7 @@ struct SurfaceArguments {
   SurfaceOptions options;
   bool keep_loose = false, largest_component = false;
   std::optional<double> min_component;  ///< least area kept, over the largest one's
-  std::optional<std::size_t> max_triangles;
+  PrintOptions print;
   std::optional<double> millimetres;   ///< instead of shape units
   std::optional<UpAxis> up;            ///< instead of the map's; of files that stand upright
   Material material = Material::clay;  ///< of the vertices' colours; clay: none
@@ -47,6 +48,7 @@ struct WrittenSurface {
   SurfaceFigures figures;
   std::size_t non_manifold_edges = 0;
   LoosePieces loose;  ///< not written
+  PrintReport print;
 };
 
 bool has_colors(const SurfaceArguments& arguments) { return arguments.material != Material::clay; }
@@ -94,7 +96,7 @@ bool drops_loose(const SurfaceArguments& arguments) {
 /// are spread over what occurs in all of it.
 bool streams(const SurfaceArguments& arguments) {
   return extension_of(arguments.output.path) == ".ply" && !arguments.largest_component &&
-         arguments.min_component.value_or(0) == 0 && !arguments.max_triangles &&
+         arguments.min_component.value_or(0) == 0 && !arguments.print.is_any() &&
          !has_colors(arguments);
 }
 
@@ -122,8 +124,20 @@ WrittenSurface stream(const SurfaceArguments& arguments, const Device& device, c
   return written;
 }
 
+/// Colours of a mesh whose coordinates are `scale` times those of the map's set.
+std::vector<VertexColor> colors_of(const SurfaceArguments& arguments, const Device& device,
+                                   const Map& map, const SurfaceOptions& options,
+                                   const TriangleMesh& mesh, double scale,
+                                   const ProgressMonitor& monitor) {
+  const SurfaceColorOptions wanted = color_options(arguments, options);
+  if (scale == 1) return surface_colors(device, map, mesh, wanted, monitor).colors;
+  TriangleMesh set{mesh.vertices, mesh.triangles};
+  for (Eigen::Vector3d& x : set.vertices) x /= scale;
+  return surface_colors(device, map, set, wanted, monitor).colors;
+}
+
 /// By way of memory: for formats that need their counts first, to choose among components, to
-/// colour and to decimate.
+/// colour and to print.
 WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, const Map& map,
                        const SurfaceOptions& options, const std::string& note,
                        const ProgressMonitor& monitor) {
@@ -136,12 +150,16 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
   const TraceStage stage(monitor.trace, "measure and write");
   if (drops_loose(arguments)) written.loose = drop_loose_pieces(mesh);
   if (least > 0) mesh = large_components(mesh, least);
-  if (has_colors(arguments)) {
-    mesh.colors =
-        surface_colors(device, map, mesh, color_options(arguments, options), monitor).colors;
+  if (arguments.print.is_any()) {
+    PrintOptions print = arguments.print;
+    print.up = map.frame.up.value_or(UpAxis::z);
+    print.keep_loose = !drops_loose(arguments);
+    PrintMesh made = made_printable(std::move(mesh), print, monitor);
+    mesh = std::move(made.mesh);
+    written.print = made.report;
   }
-  if (arguments.max_triangles) {
-    mesh = decimated(std::move(mesh), *arguments.max_triangles, monitor.stop);
+  if (has_colors(arguments)) {
+    mesh.colors = colors_of(arguments, device, map, options, mesh, written.print.scale, monitor);
   }
   write_mesh(mesh, arguments.output.path, note, map.frame.up);
   const MeshReport report = inspect(mesh);
@@ -165,6 +183,7 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
                     arguments.output.path));
   }
   check_colors(arguments);
+  arguments.print.validate();
   const Map read = session.read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
   Map map = scaled(with_knobs(device, read, arguments.map_options, arguments.map),
@@ -174,7 +193,7 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
   how["resolution"] = options.resolution;
   if (options.draft) how["draft"] = true;
-  if (arguments.max_triangles) how["max_triangles"] = *arguments.max_triangles;
+  how.update(to_json(arguments.print));
   if (has_colors(arguments)) {
     how["material"] = value_json(arguments.material);
     how["palette"] = value_json(color_options(arguments, options).palette);
@@ -203,11 +222,14 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   }
   session.report_kernels(device);
   const double seconds = session.seconds();
+  nlohmann::json print;
+  if (arguments.print.is_any()) print = to_json(written.print, arguments.print);
   session.console.summary(
       fmt::format("{} vertices, {} triangles, {} component{}, {}; {:.1f} s{}{}\nmesh: {}",
                   report.vertices, report.triangles, components, components == 1 ? "" : "s",
                   closed ? "closed and manifold" : "not closed", seconds,
-                  left_out_text(written.loose, "\n"), stands, arguments.output.path),
+                  left_out_text(written.loose, "\n"),
+                  to_text(written.print, arguments.print) + stands, arguments.output.path),
       {{"mesh", arguments.output.path},
        {"vertices", report.vertices},
        {"triangles", report.triangles},
@@ -218,6 +240,7 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
        {"non_manifold_edges", written.non_manifold_edges},
        {"closed", closed},
        {"figures", to_json(written.figures)},
+       {"print", print},
        {"made_with", how},
        {"resolution", options.resolution},
        {"points", to_json(report)},
@@ -252,15 +275,12 @@ void describe_surface(Command command, SurfaceArguments& a) {
            "area")
       .excludes({largest, keep})
       .range(0.0, 1.0);
-  command
-      .add(
-          "--max-triangles", &a.max_triangles, "INT",
-          "Decimate the mesh to at most so many triangles, edge by edge, the flattest places first")
-      .range(4, 1e9);
-  command
-      .add("--millimetres", &a.millimetres, "LENGTH",
-           "Scale the mesh so that the fitted shape's longest side has this length")
-      .range(1e-6, 1e9);
+  const Option millimetres =
+      command
+          .add("--millimetres", &a.millimetres, "LENGTH",
+               "Scale the mesh so that the fitted shape's longest side has this length")
+          .range(1e-6, 1e9);
+  add_print_options(command, a.print, millimetres);
   const Option draft = command.flag(
       "--draft", a.options.draft,
       "Look orbits up in tables instead of computing them: two to three times as fast for maps of "
@@ -298,7 +318,7 @@ void add_surface(CommandLine& program, ChosenCommand& chosen) {
   add_command(program, chosen, {"surface", "Make a mesh of a map's set", std::string(R"(Examples:
   qjulia surface bunny.qjulia.json -o bunny.ply
   qjulia surface bunny.qjulia.json -o fine.stl --resolution 512 --detail 0.03
-  qjulia surface bunny.qjulia.json -o print.stl --millimetres 80
+  qjulia surface bunny.qjulia.json -o print.stl --height 80 --min-wall 0.8
   qjulia surface bunny.qjulia.json -o light.glb --max-triangles 100000
   qjulia surface bunny.qjulia.json -o wild.ply --detail 0.03 --phase 0.8 0.6 0 0
   qjulia surface bunny.qjulia.json -o colours.glb --material trap --palette ember

@@ -1,0 +1,23 @@
+#pragma once
+/// Options that make a mesh ready for a printer, and what is said of it.
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "command_line.hpp"
+#include "qjulia/print.hpp"
+
+namespace qjulia::tools {
+
+/// --height, --longest, --max-triangles, --max-error, --min-wall, --flat-foot, --shell, --drain.
+/// @param millimetres what else scales the mesh.
+void add_print_options(Command command, PrintOptions& options, const Option& millimetres);
+
+/// Those that are given, by their names with underscores.
+nlohmann::json to_json(const PrintOptions& options);
+
+/// Lines, each after a line break, and figures.
+std::string to_text(const PrintReport& report, const PrintOptions& options);
+nlohmann::json to_json(const PrintReport& report, const PrintOptions& options);
+
+}  // namespace qjulia::tools
