@@ -22,18 +22,20 @@ using namespace surface;
 namespace {
 
 /// A wall is so many steps thick at least: fewer make balls that look like dice; more cost time.
-constexpr double kStepsAWall = 5, kMostStepsAWall = 16;
+constexpr double kStepsAWall = 4, kMostStepsAWall = 16;
 /// Cells along the longest side, where the mesh's edges are longer than these.
 constexpr double kFewestCells = 128;
 constexpr double kStepsADrain = 6, kStepsACavityWall = 4;
 /// Of the least wall: what stands out by less is taken off, not thickened.
 constexpr double kTolerance = 0.2;
 /// The radius of the first try, in least walls; walls that come out thinner are tried again.
-constexpr double kFirstRadius = 0.51;
+constexpr double kFirstRadius = 0.62;
 constexpr int kWallTries = 6;
 constexpr double kLeastGrowth = 1.02, kMostGrowth = 1.3;
 /// Triangles are read back in single precision, and walls are measured on them.
 constexpr double kWallSlack = 1.003;
+/// Coarser triangles make walls come out thinner: so much thicker they are before.
+constexpr double kDecimationSlack = 1.06;
 /// A mesh that has the size asked for but for this share is scaled, with its walls; else walls are
 /// made again, at another scale.
 constexpr double kSizeSlack = 1e-3;
@@ -249,21 +251,22 @@ class PrintJob {
       thinnest = scale_ * wall_thickness(mesh_, monitor_.stop).thinnest;
       report_.thinnest_before = thinnest;
     }
-    double radius = thinnest < wall_ ? kFirstRadius * wall_ : 0;
+    const double wanted = wall_ * (decimates() ? kDecimationSlack : 1);
+    double radius = thinnest < wall_ ? kFirstRadius * wanted : 0;
     for (int i = 0; i < kWallTries; ++i) {
       TriangleMesh body = solid(radius);
       thinnest = thinnest_of(body);
-if(getenv("DBG"))fprintf(stderr,"radius %g thinnest %g corr %g\n",radius,thinnest,correction(body,options_));
       const bool has_size = std::abs(correction(body, options_) - 1) < kSizeSlack;
       if (!has_size) scale_ *= correction(body, options_);
-      if (has_size && thinnest >= wall_) {
+      const bool can_stay = radius == 0 ? thinnest >= wall_ : thinnest >= wanted;
+      if (has_size && can_stay) {
         body = decimated_to_options(std::move(body));
         thinnest = thinnest_of(body);
         if (thinnest >= wall_) return finished(std::move(body), thinnest);
       }
-      if (thinnest < wall_) {
-        radius = radius == 0 ? kFirstRadius * wall_
-                             : radius * std::clamp(wall_ / thinnest, kLeastGrowth, kMostGrowth);
+      if (thinnest < wanted) {
+        radius = radius == 0 ? kFirstRadius * wanted
+                             : radius * std::clamp(wanted / thinnest, kLeastGrowth, kMostGrowth);
       }
     }
     throw Error(
@@ -274,6 +277,8 @@ if(getenv("DBG"))fprintf(stderr,"radius %g thinnest %g corr %g\n",radius,thinnes
   }
 
  private:
+  bool decimates() const { return options_.max_triangles || options_.max_error; }
+
   double thinnest_of(const TriangleMesh& mesh) const {
     return wall_ > 0 ? wall_thickness(mesh, monitor_.stop).thinnest / kWallSlack : 0;
   }
@@ -301,7 +306,7 @@ if(getenv("DBG"))fprintf(stderr,"radius %g thinnest %g corr %g\n",radius,thinnes
   }
 
   TriangleMesh decimated_to_options(TriangleMesh mesh) const {
-    if (!options_.max_triangles && !options_.max_error) return mesh;
+    if (!decimates()) return mesh;
     monitor_.report({"decimating", -1, -1, {}});
     return decimated(std::move(mesh), {options_.max_triangles, options_.max_error}, monitor_.stop);
   }

@@ -60,7 +60,7 @@ void add_print_options(Command command, PrintOptions& options, const Option& mil
       .needs(shell);
 }
 
-nlohmann::json to_json(const PrintOptions& options) {
+nlohmann::json print_json(const PrintOptions& options) {
   nlohmann::json json = nlohmann::json::object();
   for_given(options, [&](const char* name, double value) { json[name] = value; });
   if (options.max_triangles) json["max_triangles"] = *options.max_triangles;
@@ -68,7 +68,7 @@ nlohmann::json to_json(const PrintOptions& options) {
   return json;
 }
 
-std::string to_text(const PrintReport& report, const PrintOptions& options) {
+std::string print_text(const PrintReport& report, const PrintOptions& options) {
   std::string text;
   if (options.min_wall) {
     text += fmt::format("\nwalls: 1 % of the surface was under {:.3g} and is under {:.3g} now",
@@ -82,7 +82,7 @@ std::string to_text(const PrintReport& report, const PrintOptions& options) {
   return text;
 }
 
-nlohmann::json to_json(const PrintReport& report, const PrintOptions& options) {
+nlohmann::json print_json(const PrintReport& report, const PrintOptions& options) {
   nlohmann::json json{{"scale", report.scale},
                       {"volume_before", report.volume},
                       {"volume", report.printed_volume},

@@ -14,10 +14,10 @@ namespace qjulia::tools {
 void add_print_options(Command command, PrintOptions& options, const Option& millimetres);
 
 /// Those that are given, by their names with underscores.
-nlohmann::json to_json(const PrintOptions& options);
+nlohmann::json print_json(const PrintOptions& options);
 
 /// Lines, each after a line break, and figures.
-std::string to_text(const PrintReport& report, const PrintOptions& options);
-nlohmann::json to_json(const PrintReport& report, const PrintOptions& options);
+std::string print_text(const PrintReport& report, const PrintOptions& options);
+nlohmann::json print_json(const PrintReport& report, const PrintOptions& options);
 
 }  // namespace qjulia::tools

@@ -193,7 +193,7 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
   how["resolution"] = options.resolution;
   if (options.draft) how["draft"] = true;
-  how.update(to_json(arguments.print));
+  how.update(print_json(arguments.print));
   if (has_colors(arguments)) {
     how["material"] = value_json(arguments.material);
     how["palette"] = value_json(color_options(arguments, options).palette);
@@ -223,13 +223,13 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   session.report_kernels(device);
   const double seconds = session.seconds();
   nlohmann::json print;
-  if (arguments.print.is_any()) print = to_json(written.print, arguments.print);
+  if (arguments.print.is_any()) print = print_json(written.print, arguments.print);
   session.console.summary(
       fmt::format("{} vertices, {} triangles, {} component{}, {}; {:.1f} s{}{}\nmesh: {}",
                   report.vertices, report.triangles, components, components == 1 ? "" : "s",
                   closed ? "closed and manifold" : "not closed", seconds,
                   left_out_text(written.loose, "\n"),
-                  to_text(written.print, arguments.print) + stands, arguments.output.path),
+                  print_text(written.print, arguments.print) + stands, arguments.output.path),
       {{"mesh", arguments.output.path},
        {"vertices", report.vertices},
        {"triangles", report.triangles},
