@@ -23,6 +23,7 @@
 #include "base/range_check.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/progress.hpp"
+#include "shape/decimate_blocks.hpp"
 
 namespace qjulia {
 namespace {
@@ -221,7 +222,7 @@ TriangleMesh decimated_at_once(TriangleMesh mesh, const DecimateOptions& options
 }
 
 /// The triangles in blocks that are as large as each other, side by side along the longest side.
-std::vector<std::vector<Triangle>> blocks_of(const TriangleMesh& mesh) {
+std::vector<std::vector<Triangle>> blocks_of(const TriangleMesh& mesh, std::size_t most) {
   Eigen::Index axis = 0;
   mesh.box().size().maxCoeff(&axis);
   std::vector<std::uint32_t> order(mesh.triangles.size());
@@ -230,7 +231,7 @@ std::vector<std::vector<Triangle>> blocks_of(const TriangleMesh& mesh) {
     const auto& [a, b, c] = mesh.triangles[t];
     return mesh.vertices[a][axis] + mesh.vertices[b][axis] + mesh.vertices[c][axis];
   };
-  const std::size_t count = (order.size() + kMostInABlock - 1) / kMostInABlock;
+  const std::size_t count = (order.size() + most - 1) / most;
   std::vector<std::vector<Triangle>> blocks(count);
   auto begin = order.begin();
   for (std::size_t block = 0; block < count; ++block) {
@@ -297,10 +298,11 @@ MeshBlock block_of(const TriangleMesh& whole, std::span<const Triangle> triangle
   return block;
 }
 
-/// Decimates block after block, with the vertices between them left where they are.
-TriangleMesh decimated_in_blocks(TriangleMesh mesh, const DecimateOptions& options,
-                                 const std::stop_token& stop) {
-  std::vector<std::vector<Triangle>> blocks = blocks_of(mesh);
+}  // namespace
+
+TriangleMesh shape::decimated_in_blocks(TriangleMesh mesh, const DecimateOptions& options,
+                                        std::size_t most_in_a_block, const std::stop_token& stop) {
+  std::vector<std::vector<Triangle>> blocks = blocks_of(mesh, most_in_a_block);
   const std::size_t before = std::exchange(mesh.triangles, {}).size();
   const bool has_normals = !std::exchange(mesh.normals, {}).empty();
   const std::vector<bool> seam = seam_of(mesh.vertices.size(), blocks);
@@ -340,8 +342,6 @@ TriangleMesh decimated_in_blocks(TriangleMesh mesh, const DecimateOptions& optio
   return result;
 }
 
-}  // namespace
-
 void DecimateOptions::validate() const {
   if (!most && !error) throw OptionError("most", "give it, or an error, or both");
   if (most && *most < kFewestTriangles) {
@@ -361,7 +361,7 @@ TriangleMesh decimated(TriangleMesh mesh, const DecimateOptions& options,
     if (left.error) *left.error /= 2;
     DecimateOptions first = left;
     if (first.most) *first.most *= kLeftToChoose;
-    mesh = decimated_in_blocks(std::move(mesh), first, stop);
+    mesh = shape::decimated_in_blocks(std::move(mesh), first, kMostInABlock, stop);
   }
   if (mesh.triangles.size() <= most) return mesh;
   return decimated_at_once(std::move(mesh), left, {}, stop);

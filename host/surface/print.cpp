@@ -35,7 +35,7 @@ constexpr double kLeastGrowth = 1.02, kMostGrowth = 1.3;
 /// Triangles are read back in single precision, and walls are measured on them.
 constexpr double kWallSlack = 1.003;
 /// Coarser triangles make walls come out thinner: so much thicker they are before.
-constexpr double kDecimationSlack = 1.06;
+constexpr double kDecimationSlack = 1.02;
 /// A mesh that has the size asked for but for this share is scaled, with its walls; else walls are
 /// made again, at another scale.
 constexpr double kSizeSlack = 1e-3;
@@ -245,7 +245,6 @@ class PrintJob {
 
   /// Tries wider balls until walls are thick enough.
   PrintMesh run() {
-    PrintMesh made;
     double thinnest = 0;
     if (wall_ > 0) {
       thinnest = scale_ * wall_thickness(mesh_, monitor_.stop).thinnest;
