@@ -11,6 +11,7 @@
 #include <OpenMesh/Tools/Decimater/ModNormalFlippingT.hh>
 #include <OpenMesh/Tools/Decimater/ModQuadricT.hh>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -24,6 +25,7 @@
 #include "qjulia/error.hpp"
 #include "qjulia/progress.hpp"
 #include "shape/decimate_blocks.hpp"
+#include "shape/triangle_tree.hpp"
 
 namespace qjulia {
 namespace {
@@ -41,6 +43,10 @@ constexpr std::size_t kFewestTriangles = 4;
 /// the number that is wanted.
 constexpr std::size_t kMostInABlock = std::size_t{1} << 21;
 constexpr std::size_t kLeftToChoose = 3;
+/// Degrees by which a collapse may turn a triangle where an error is given: what is turned farther
+/// leaves the surface between its corners.
+constexpr float kMostTurned = 30;
+constexpr double kMeasureSlack = 0.02;
 
 /// Ends the decimation when a stop is asked for.
 class StopObserver : public OpenMesh::Decimater::Observer {
@@ -192,6 +198,7 @@ TriangleMesh decimated_at_once(TriangleMesh mesh, const DecimateOptions& options
   decimater.add(folds);
   OpenMesh::Decimater::ModHausdorffT<HalfEdgeMesh>::Handle bound;
   if (options.error) {
+    decimater.module(folds).set_max_normal_deviation(kMostTurned);
     decimater.add(bound);
     decimater.module(bound).set_tolerance(*options.error);
   }
@@ -219,6 +226,44 @@ TriangleMesh decimated_at_once(TriangleMesh mesh, const DecimateOptions& options
     }
   }
   return result;
+}
+
+/// The farthest of the middles of the mesh's triangles and edges from a surface.
+double farthest_middle(const TriangleMesh& mesh, const shape::TriangleTree& surface,
+                       const std::stop_token& stop) {
+  double farthest = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (t % kCollapsesPolled == 0) throw_if_stopped(stop);
+    const auto& [a, b, c] = mesh.triangles[t];
+    const auto& x = mesh.vertices;
+    const std::array<Eigen::Vector3d, 4> middles{(x[a] + x[b]) / 2, (x[b] + x[c]) / 2,
+                                                 (x[c] + x[a]) / 2, (x[a] + x[b] + x[c]) / 3};
+    for (const Eigen::Vector3d& middle : middles) {
+      farthest = std::max(farthest, surface.nearest(middle, kMeasureSlack).distance);
+    }
+  }
+  return farthest;
+}
+
+/// Decimates with less and less freedom until middles of triangles and edges, of the mesh and of
+/// the result, are within the error of each other's surface; the mesh itself where they never are.
+TriangleMesh decimated_within_error(const TriangleMesh& mesh, DecimateOptions options,
+                                    const std::vector<bool>& seam, const std::stop_token& stop) {
+  const double error = *options.error;
+  const shape::TriangleTree before(mesh, stop);
+  for (const double share : {0.7, 0.4, 0.2, 0.1}) {
+    options.error = share * error;
+    TriangleMesh result = decimated_at_once(mesh, options, seam, stop);
+    if (farthest_middle(result, before, stop) > error) continue;
+    if (farthest_middle(mesh, shape::TriangleTree(result, stop), stop) <= error) return result;
+  }
+  return mesh;
+}
+
+TriangleMesh decimated_as_asked(TriangleMesh mesh, const DecimateOptions& options,
+                                const std::vector<bool>& seam, const std::stop_token& stop) {
+  if (options.error) return decimated_within_error(mesh, options, seam, stop);
+  return decimated_at_once(std::move(mesh), options, seam, stop);
 }
 
 /// The triangles in blocks that are as large as each other, side by side along the longest side.
@@ -321,7 +366,7 @@ TriangleMesh shape::decimated_in_blocks(TriangleMesh mesh, const DecimateOptions
                             static_cast<std::size_t>(part * static_cast<double>(*options.most)));
     }
     std::vector<Triangle>().swap(triangles);
-    const TriangleMesh part = decimated_at_once(std::move(block.mesh), share, locked, stop);
+    const TriangleMesh part = decimated_as_asked(std::move(block.mesh), share, locked, stop);
     // The seam's are never collapsed and come first, so that they keep their numbers.
     std::vector<std::uint32_t> places(part.vertices.size());
     for (std::size_t v = 0; v < places.size(); ++v) {
@@ -364,7 +409,7 @@ TriangleMesh decimated(TriangleMesh mesh, const DecimateOptions& options,
     mesh = shape::decimated_in_blocks(std::move(mesh), first, kMostInABlock, stop);
   }
   if (mesh.triangles.size() <= most) return mesh;
-  return decimated_at_once(std::move(mesh), left, {}, stop);
+  return decimated_as_asked(std::move(mesh), left, {}, stop);
 }
 
 TriangleMesh decimated(TriangleMesh mesh, std::size_t most, const std::stop_token& stop) {

@@ -29,7 +29,7 @@ constexpr double kStepsADrain = 6, kStepsACavityWall = 4;
 /// Of the least wall: what stands out by less is taken off, not thickened.
 constexpr double kTolerance = 0.2;
 /// The radius of the first try, in least walls; walls that come out thinner are tried again.
-constexpr double kFirstRadius = 0.62;
+constexpr double kFirstRadius = 0.52;
 constexpr int kWallTries = 6;
 constexpr double kLeastGrowth = 1.02, kMostGrowth = 1.3;
 /// Triangles are read back in single precision, and walls are measured on them.
@@ -155,8 +155,8 @@ TriangleMesh solid_of(const TriangleMesh& mesh, double radius, double min_wall, 
   const ThickWalls walls{static_cast<float>(radius / step),
                          static_cast<float>(kTolerance * min_wall / step)};
   const int halo = thickens ? halo_of(walls) : 0;
-  const Grid grid = checked_grid(mesh, step, kPrintMargin + radius / step, halo, foot,
-                                 thickens ? "min_wall" : "flat_foot");
+  const Grid grid = checked_grid(mesh, step, kPrintMargin + (thickens ? margin_of(walls) : 0), halo,
+                                 foot, thickens ? "min_wall" : "flat_foot");
   TriangleMesh result = meshed(
       mesh, grid, halo, thickens ? "thickening walls" : "cutting the foot",
       [&](SlabField near, int first) {

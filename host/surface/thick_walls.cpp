@@ -76,6 +76,10 @@ void smooth(SlabField& field) {
 
 }  // namespace
 
+double margin_of(const ThickWalls& walls) {
+  return double{walls.radius} + double{reach_beyond(walls)} + 1;
+}
+
 int halo_of(const ThickWalls& walls) {
   const float r = walls.radius;
   const float to_depth = r + kDeeper + 1 + kNearReach;

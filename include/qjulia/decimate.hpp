@@ -12,7 +12,7 @@ namespace qjulia {
 /// When to stop: where one of the two forbids to go on.
 struct DecimateOptions {
   std::optional<std::size_t> most;  ///< triangles; from 4 on
-  /// No vertex of the mesh as it was ends farther from the result, units of the mesh.
+  /// How far mesh and result may be from each other, units of the mesh.
   std::optional<double> error;
   void validate() const;  ///< @throws OptionError also where neither is given
 };
@@ -25,8 +25,11 @@ struct DecimateOptions {
 /// `mesh` has none. Colours are means, too, of all vertices that went into one. A mesh that is
 /// small enough already comes back as it is.
 ///
-/// Where an error is given, a collapse that would take a vertex of the mesh farther than that from
-/// the surface is left out; vertices of the result are vertices of the mesh.
+/// Where an error is given, a collapse that would take a vertex of the mesh too far from the
+/// surface is left out. Then distances are measured: from the middles of all triangles and edges of
+/// the mesh to the result, and from those of the result to the mesh. Where one is larger than the
+/// error, the mesh is decimated again, more carefully, four times at most; it comes back as it is
+/// if that does not help. Vertices of the result are vertices of the mesh.
 ///
 /// A mesh of more than two million triangles is decimated in blocks first, with the vertices
 /// between blocks left alone and half of the error, and then as a whole: beside the mesh, memory
