@@ -59,11 +59,11 @@ Selection selection(Keywords& keywords) {
     throw InputError(
         "keep_loose, largest_component and min_component exclude each other; give one of them");
   }
+  print.keep_loose = wanted.keep_loose || min_component.has_value();
   // Who chooses among components has no loose pieces dropped before.
   wanted.keep_loose = wanted.keep_loose || largest || min_component.has_value();
   wanted.min_component = largest ? 1 : min_component.value_or(0);
   if (max_triangles) print.max_triangles = static_cast<std::size_t>(*max_triangles);
-  print.keep_loose = wanted.keep_loose;
   print.validate();
   return wanted;
 }

@@ -43,9 +43,10 @@ void add_print_options(Command command, PrintOptions& options, const Option& mil
            "Decimate the mesh to at most so many triangles, edge by edge, the flattest places "
            "first")
       .range(4, 1e9);
-  length("--max-error", options.max_error,
-         "Decimate the mesh as far as no vertex of it ends farther from the result, in the file's "
-         "units; with --max-triangles, until either forbids to go on");
+  length(
+      "--max-error", options.max_error,
+      "Decimate the mesh as far as it stays so near to itself, measured both ways, in the file's "
+      "units; with --max-triangles, until either forbids to go on");
   length("--min-wall", options.min_wall,
          "Thicken walls that are thinner than this, until a hundredth of the surface at most has "
          "thinner ones, as 'info --printable' measures them; edges are rounded for it");

@@ -153,7 +153,7 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
   if (arguments.print.is_any()) {
     PrintOptions print = arguments.print;
     print.up = map.frame.up.value_or(UpAxis::z);
-    print.keep_loose = !drops_loose(arguments);
+    print.keep_loose = arguments.keep_loose || arguments.min_component;
     PrintMesh made = made_printable(std::move(mesh), print, monitor);
     mesh = std::move(made.mesh);
     written.print = made.report;
