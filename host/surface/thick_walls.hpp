@@ -21,7 +21,8 @@ double margin_of(const ThickWalls& walls);
 
 /// The distance from the union of two kinds of balls: those of at least that radius that fit into
 /// the solid, and those of just that radius about the middle of what stands out from the first by
-/// more than the tolerance; and from fillets between the latter. It is negative inside, and right near its zeros.
+/// more than the tolerance; and from fillets between the latter. It is negative inside, and right
+/// near its zeros.
 /// @param near the solid's, as `MeshInGrid::distances`.
 SlabField thickened(const SlabField& near, const ThickWalls& walls, const std::stop_token& stop);
 
