@@ -29,6 +29,7 @@
 #include "qjulia/picture_settings.hpp"
 #include "qjulia/portal.hpp"
 #include "qjulia/portal_choice.hpp"
+#include "qjulia/print.hpp"
 #include "qjulia/ranks.hpp"
 #include "qjulia/rotation.hpp"
 #include "qjulia/sample.hpp"

@@ -234,6 +234,13 @@ class Map:
         largest_component: bool = ...,
         min_component: Optional[float] = ...,
         max_triangles: Optional[int] = ...,
+        max_error: Optional[float] = ...,
+        height: Optional[float] = ...,
+        longest: Optional[float] = ...,
+        min_wall: Optional[float] = ...,
+        flat_foot: Optional[float] = ...,
+        shell: Optional[float] = ...,
+        drain: float = ...,
         escape: Optional[float] = ...,
         precision: _Precision = ...,
     ) -> Surface: ...

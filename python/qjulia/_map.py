@@ -263,6 +263,18 @@ InputError
             The least area of parts that stay, where the largest one's is 1.
         max_triangles : int, optional
             The mesh is decimated to at most so many.
+        max_error : float, optional
+            The mesh is decimated as far as it stays so near to itself, in the units of the result.
+        height, longest : float, optional
+            The mesh is scaled to this height along the map's up axis, or so that the longest side
+            of its box has this length. All lengths below are in the same units.
+        min_wall : float, optional
+            Walls that are thinner are thickened.
+        flat_foot : float, optional
+            So much of the lower end is cut off, flat.
+        shell, drain : float, optional
+            The mesh is hollowed out, with a wall of this thickness and a hole of this diameter
+            from the cavity's lowest place straight down. The hole is 3 wide; 0 makes none.
         escape : float, optional
         precision : {"single", "double"}, optional
         device : Device or str, optional

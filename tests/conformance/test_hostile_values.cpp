@@ -298,6 +298,10 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   use("kept_of", [&] { FigureSink().kept_of(mesh); });
   use("large_components", [&] { large_components(mesh, 0.5); });
   use("decimated", [&] { decimated(mesh, 3); });
+  use("decimated within an error", [&] { decimated(mesh, {std::nullopt, 0.1}); });
+  use("made_printable", [&] {
+    made_printable(mesh, {.height = 2, .min_wall = 0.5, .flat_foot = 0.1, .shell = 0.5});
+  });
   use("drop_loose_pieces", [&] {
     TriangleMesh copy = mesh;
     drop_loose_pieces(copy);

@@ -61,6 +61,7 @@ struct InfoArguments {
   DeviceChoice device;
   bool check_precision = false, printable = false;
   double nozzle = 0.4;
+  std::optional<double> min_wall;  ///< two lines of the nozzle without
 };
 
 /// The device, or none where none was asked for by name and there is none: a file can be described
@@ -92,9 +93,10 @@ void describe_interior(const TriangleMesh& mesh, const Device& device, const std
   }
 }
 
-/// What to do before this mesh, in millimetres, is printed; empty when nothing.
+/// What to do before this mesh, in millimetres, is printed with walls of at least `least`; empty
+/// when nothing.
 std::string print_advice(const TriangleMesh& mesh, const MeshReport& report,
-                         const WallThickness& walls, double nozzle) {
+                         const WallThickness& walls, double least) {
   if (!report.closed() || report.is_inside_out) {
     return "close its surface first; 'qjulia surface' writes closed meshes";
   }
@@ -104,45 +106,45 @@ std::string print_advice(const TriangleMesh& mesh, const MeshReport& report,
         "smaller --detail makes fewer",
         report.components);
   }
-  // Slicers want two lines a wall.
-  const double least = 2 * nozzle;
-  if (walls.median >= least) return "";
+  if (walls.thinnest >= least) return "";
+  if (walls.median < least) {
+    return fmt::format(
+        "half of its walls are thinner than {:.3g}; make it {:.0f} mm long, as 'qjulia surface "
+        "--longest' does",
+        least, std::ceil(mesh.box().size().maxCoeff() * least / walls.median));
+  }
   return fmt::format(
-      "half of its walls are thinner than two lines; make it {:.0f} mm long, as "
-      "'qjulia surface --millimetres' does",
-      std::ceil(mesh.box().size().maxCoeff() * least / walls.median));
-}
-
-/// What a line as wide as the nozzle smooths away: edges, and grooves finer than it.
-std::string lost_detail(const WallThickness& walls, double nozzle) {
-  if (walls.thinnest >= nozzle) return "all detail shows";
-  return fmt::format("{} than a tenth of the surface is finer than a line and comes out smoother",
-                     walls.tenth < nozzle ? "more" : "less");
+      "{} of its surface has walls thinner than {:.3g}; "
+      "'qjulia surface --min-wall {:.3g}' thickens them",
+      walls.tenth < least ? "more than a tenth" : "a hundredth or more", least, least);
 }
 
 /// What a printer needs: no open edge, one body, walls it can make.
-void describe_print(const TriangleMesh& mesh, const MeshReport& report, double nozzle,
-                    const std::stop_token& stop, Answer& answer) {
+void describe_print(const TriangleMesh& mesh, const MeshReport& report,
+                    const InfoArguments& arguments, const std::stop_token& stop, Answer& answer) {
   const WallThickness walls = wall_thickness(mesh, stop);
+  // Slicers want two lines a wall.
+  const double least = arguments.min_wall.value_or(2 * arguments.nozzle);
   const bool printable = report.closed() && report.components == 1 && !report.is_inside_out;
-  const std::string advice = print_advice(mesh, report, walls, nozzle);
+  const std::string advice = print_advice(mesh, report, walls, least);
   answer.add(
       fmt::format("printing      {}: {} open edges, {} non-manifold edges, {} {}\n"
                   "walls         1 % are under {:.3g}, 10 % under {:.3g}; the median is {:.3g} "
                   "(units of the "
                   "file)\n"
-                  "verdict       {} with a nozzle of {:.3g} mm (units taken as millimetres): {}",
+                  "verdict       {} with walls of {:.3g} mm (units taken as millimetres){}{}",
                   printable ? "one closed body" : "not one closed body", report.open_edges,
                   report.non_manifold_edges, report.components,
                   report.components == 1 ? "body" : "bodies", walls.thinnest, walls.tenth,
-                  walls.median, advice.empty() ? "ready to print" : "not yet", nozzle,
-                  advice.empty() ? lost_detail(walls, nozzle) : advice),
+                  walls.median, advice.empty() ? "ready to print" : "not ready to print", least,
+                  advice.empty() ? "" : ": ", advice),
       "printable",
       {{"closed_body", printable},
        {"thinnest_wall", walls.thinnest},
        {"tenth_of_walls_below", walls.tenth},
        {"median_wall", walls.median},
-       {"nozzle", nozzle},
+       {"nozzle", arguments.nozzle},
+       {"min_wall", least},
        {"ready", advice.empty()},
        {"advice", advice}});
 }
@@ -183,7 +185,7 @@ Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
   if (const auto device = device_for(arguments, answer)) {
     describe_interior(mesh, *device, stop, answer);
   }
-  if (arguments.printable) describe_print(mesh, report, arguments.nozzle, stop, answer);
+  if (arguments.printable) describe_print(mesh, report, arguments, stop, answer);
   for (const std::string& warning : report.warnings()) answer.add("note          " + warning);
   return answer;
 }
@@ -430,11 +432,20 @@ void describe_info(Command command, InfoArguments& a) {
                "in double precision, or the other way round");
   const Option printable =
       command.flag("--printable", a.printable,
-                   "Also say if a mesh is ready to print: one closed body, with walls that the "
-                   "nozzle can make");
-  command.add("--nozzle", &a.nozzle, "NUMBER", "Width of the printer's nozzle, millimetres")
-      .range(0.01, 10)
-      .needs(printable);
+                   "Also say if a mesh is ready to print: one closed body, with walls that are "
+                   "thick enough on all but a hundredth of its surface");
+  const Option nozzle =
+      command
+          .add("--nozzle", &a.nozzle, "NUMBER",
+               "Width of the printer's nozzle, millimetres; walls are two such lines")
+          .range(0.01, 10)
+          .needs(printable);
+  command
+      .add("--min-wall", &a.min_wall, "LENGTH",
+           "How thick walls have to be, millimetres, instead of two lines")
+      .range(1e-6, 1e9)
+      .needs(printable)
+      .excludes({nozzle});
   add_device(command, a.device);
 }
 
@@ -445,6 +456,7 @@ void add_info(CommandLine& program, ChosenCommand& chosen) {
               {"info", "Say what is in a map or mesh", R"(Examples:
   qjulia info bunny.obj                    is it closed? how large? how thick inside?
   qjulia info bunny.stl --printable        is it ready to print?
+  qjulia info bunny.stl --printable --min-wall 1.2
   qjulia info bunny.qjulia.json            factors, detail, radii, how deep its origin lies
   qjulia info bunny.qjulia.json --verbose  and how it was made
 Orbits within r_in stay for ever, orbits beyond r_out leave. F1 at the origin should be

@@ -14,12 +14,13 @@
 #include "files.hpp"
 #include "map_options.hpp"
 #include "picture_options.hpp"
+#include "print_options.hpp"
 #include "provenance.hpp"
-#include "qjulia/decimate.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/figures.hpp"
 #include "qjulia/file_types.hpp"
 #include "qjulia/picture.hpp"
+#include "qjulia/print.hpp"
 #include "qjulia/surface_colors.hpp"
 #include "qjulia/surface_file.hpp"
 #include "setting_json.hpp"
@@ -36,7 +37,7 @@ struct SurfaceArguments {
   SurfaceOptions options;
   bool keep_loose = false, largest_component = false;
   std::optional<double> min_component;  ///< least area kept, over the largest one's
-  std::optional<std::size_t> max_triangles;
+  PrintOptions print;
   std::optional<double> millimetres, metres;  ///< instead of shape units
   std::optional<UpAxis> up;  ///< instead of the map's; the file's, where it has no up of its own
   Material material = Material::clay;  ///< of the vertices' colours; clay: none
@@ -51,6 +52,7 @@ struct WrittenSurface {
   SurfaceFigures figures;
   std::size_t non_manifold_edges = 0;
   LoosePieces loose;  ///< not written
+  PrintReport print;
 };
 
 bool has_colors(const SurfaceArguments& arguments) { return arguments.material != Material::clay; }
@@ -121,7 +123,8 @@ MeshFileOptions file_options(const SurfaceArguments& arguments, const Map& map,
   MeshFileOptions options{.note = note, .up = map.frame.up, .name = named_after(arguments.map, "")};
   if (!stands_upright(arguments.output.path)) options.file_up = arguments.up;
   constexpr double kMillimetre = 1e-3;
-  if (arguments.millimetres) options.metres_per_unit = kMillimetre;
+  const PrintOptions& print = arguments.print;
+  if (arguments.millimetres || print.height || print.longest) options.metres_per_unit = kMillimetre;
   if (arguments.metres) options.metres_per_unit = 1;
   return options;
 }
@@ -135,7 +138,7 @@ bool drops_loose(const SurfaceArguments& arguments) {
 /// which take the lengths of all edges about a vertex.
 bool streams(const SurfaceArguments& arguments) {
   return extension_of(arguments.output.path) == ".ply" && !arguments.largest_component &&
-         arguments.min_component.value_or(0) == 0 && !arguments.max_triangles &&
+         arguments.min_component.value_or(0) == 0 && !arguments.print.is_any() &&
          !has_colors(arguments);
 }
 
@@ -163,8 +166,20 @@ WrittenSurface stream(const SurfaceArguments& arguments, const Device& device, c
   return written;
 }
 
+/// Colours of a mesh whose coordinates are `scale` times those of the map's set.
+std::vector<VertexColor> colors_of(const SurfaceArguments& arguments, const Device& device,
+                                   const Map& map, const SurfaceOptions& options,
+                                   const TriangleMesh& mesh, double scale,
+                                   const ProgressMonitor& monitor) {
+  const SurfaceColorOptions wanted = color_options(arguments, options);
+  if (scale == 1) return surface_colors(device, map, mesh, wanted, monitor).colors;
+  TriangleMesh set{mesh.vertices, mesh.triangles};
+  for (Eigen::Vector3d& x : set.vertices) x /= scale;
+  return surface_colors(device, map, set, wanted, monitor).colors;
+}
+
 /// By way of memory: for formats that need their counts first, to choose among components, to
-/// colour and to decimate.
+/// colour and to print.
 WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, const Map& map,
                        const SurfaceOptions& options, const MeshFileOptions& about,
                        const ProgressMonitor& monitor) {
@@ -177,12 +192,16 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
   const TraceStage stage(monitor.trace, "measure and write");
   if (drops_loose(arguments)) written.loose = drop_loose_pieces(mesh);
   if (least > 0) mesh = large_components(mesh, least);
-  if (has_colors(arguments)) {
-    mesh.colors =
-        surface_colors(device, map, mesh, color_options(arguments, options), monitor).colors;
+  if (arguments.print.is_any()) {
+    PrintOptions print = arguments.print;
+    print.up = map.frame.up.value_or(kDefaultUp);
+    print.keep_loose = arguments.keep_loose || arguments.min_component;
+    PrintMesh made = made_printable(std::move(mesh), print, monitor);
+    mesh = std::move(made.mesh);
+    written.print = made.report;
   }
-  if (arguments.max_triangles) {
-    mesh = decimated(std::move(mesh), *arguments.max_triangles, monitor.stop);
+  if (has_colors(arguments)) {
+    mesh.colors = colors_of(arguments, device, map, options, mesh, written.print.scale, monitor);
   }
   if (is_volume(arguments)) {
     if (written.report.open_edges > 0) {
@@ -212,6 +231,7 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
                         {output_named("--output", arguments.output, surface_types())});
   if (is_volume(arguments)) volume::expect_openvdb(arguments.output.path);
   check_colors(arguments);
+  arguments.print.validate();
   const Map read = session.read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
   Map map =
@@ -223,7 +243,7 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
   how["resolution"] = options.resolution;
   if (options.draft) how["draft"] = true;
-  if (arguments.max_triangles) how["max_triangles"] = *arguments.max_triangles;
+  how.update(print_json(arguments.print));
   if (has_colors(arguments)) {
     how["material"] = value_json(arguments.material);
     how["palette"] = value_json(color_options(arguments, options).palette);
@@ -258,11 +278,14 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   }
   session.report_kernels(device);
   const double seconds = session.seconds();
+  nlohmann::json print;
+  if (arguments.print.is_any()) print = print_json(written.print, arguments.print);
   session.console.summary(
       fmt::format("{} vertices, {} triangles, {} component{}, {}; {:.1f} s{}{}\nmesh: {}",
                   report.vertices, report.triangles, components, components == 1 ? "" : "s",
                   closed ? "closed and manifold" : "not closed", seconds,
-                  left_out_text(written.loose, "\n"), stands, arguments.output.path),
+                  left_out_text(written.loose, "\n"),
+                  print_text(written.print, arguments.print) + stands, arguments.output.path),
       {{"mesh", arguments.output.path},
        {"vertices", report.vertices},
        {"triangles", report.triangles},
@@ -273,6 +296,7 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
        {"non_manifold_edges", written.non_manifold_edges},
        {"closed", closed},
        {"figures", to_json(written.figures)},
+       {"print", print},
        {"made_with", how},
        {"resolution", options.resolution},
        {"points", to_json(report)},
@@ -307,23 +331,20 @@ void describe_surface(Command command, SurfaceArguments& a) {
            "area")
       .excludes({largest, keep})
       .range(0.0, 1.0);
-  command
-      .add(
-          "--max-triangles", &a.max_triangles, "INT",
-          "Decimate the mesh to at most so many triangles, edge by edge, the flattest places first")
-      .range(4, 1e9);
   const Option millimetres =
       command
           .add("--millimetres", &a.millimetres, "LENGTH",
                "Scale the mesh so that the fitted shape's longest side has this length, in "
                "millimetres")
           .range(1e-6, 1e9);
-  command
-      .add("--metres", &a.metres, "LENGTH",
-           "The same in metres. Without either, a unit of the shape is a metre in .glb and .usda, "
-           "and a millimetre in .3mf")
-      .excludes({millimetres})
-      .range(1e-9, 1e6);
+  const Option metres =
+      command
+          .add("--metres", &a.metres, "LENGTH",
+               "The same in metres. Without either, a unit of the shape is a metre in .glb and "
+               ".usda, and a millimetre in .3mf")
+          .excludes({millimetres})
+          .range(1e-9, 1e6);
+  add_print_options(command, a.print, {millimetres, metres});
   const Option draft = command.flag(
       "--draft", a.options.draft,
       "Look orbits up in tables instead of computing them: two to three times as fast for maps of "
@@ -367,7 +388,7 @@ void add_surface(CommandLine& program, ChosenCommand& chosen) {
   add_command(program, chosen, {"surface", "Make a mesh of a map's set", std::string(R"(Examples:
   qjulia surface bunny.qjulia.json -o bunny.ply
   qjulia surface bunny.qjulia.json -o fine.stl --resolution 512 --detail 0.03
-  qjulia surface bunny.qjulia.json -o print.3mf --millimetres 80
+  qjulia surface bunny.qjulia.json -o print.3mf --height 80 --min-wall 0.8
   qjulia surface bunny.qjulia.json -o scene.glb --metres 0.2
   qjulia surface bunny.qjulia.json -o blender.ply --up z
   qjulia surface bunny.qjulia.json -o cloud.vdb
