@@ -140,7 +140,8 @@ TEST_CASE("doctor tells of a GPU that two platforms show") {
   const ProcessResult result = with_platforms(twice, {"doctor", "--json", "--device", "no such"});
   CHECK(result.exit_code == 3);
   bool is_told = false;
-  for (const json& finding : json::parse(result.out)["findings"]) {
+  const json report = json::parse(result.out);
+  for (const json& finding : report["findings"]) {
     if (finding["kind"] != "same-device") continue;
     is_told = true;
     CHECK(finding["path"] == "1:0");
