@@ -65,7 +65,7 @@ bool lists_drivers(const fs::path& list) {
 
 /// A node's path as this machine's user knows it: below the root.
 std::string name_of(const fs::path& node, const fs::path& root) {
-  return "/" + node.lexically_relative(root).string();
+  return (fs::path("/") / node.lexically_relative(root)).string();
 }
 
 bool is_container(const fs::path& root) {
