@@ -224,6 +224,9 @@ void expect_solid(const TriangleMesh& mesh) {
                     "walls, a foot and an inside",
                     report.open_edges, report.non_manifold_edges));
   }
+  if (!(signed_volume(mesh) > 0)) {
+    throw InputError("the surface encloses no volume, or is inside out; turn its triangles");
+  }
 }
 
 void expect_some(const TriangleMesh& mesh) {
