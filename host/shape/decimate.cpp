@@ -38,7 +38,7 @@ using HalfEdgeMesh = OpenMesh::TriMesh_ArrayKernelT<DoubleTraits>;
 using Decimater = OpenMesh::Decimater::DecimaterT<HalfEdgeMesh>;
 
 constexpr std::size_t kCollapsesPolled = 1024;
-constexpr std::size_t kFewestTriangles = 4;
+constexpr std::size_t kFewestLeft = 4;
 /// Larger meshes are decimated in blocks of at most so many triangles first, down to so many times
 /// the number that is wanted.
 constexpr std::size_t kMostInABlock = std::size_t{1} << 21;
@@ -362,7 +362,7 @@ TriangleMesh shape::decimated_in_blocks(TriangleMesh mesh, const DecimateOptions
     DecimateOptions share = options;
     if (options.most) {
       const double part = static_cast<double>(triangles.size()) / static_cast<double>(before);
-      share.most = std::max(kFewestTriangles,
+      share.most = std::max(kFewestLeft,
                             static_cast<std::size_t>(part * static_cast<double>(*options.most)));
     }
     std::vector<Triangle>().swap(triangles);
@@ -389,7 +389,7 @@ TriangleMesh shape::decimated_in_blocks(TriangleMesh mesh, const DecimateOptions
 
 void DecimateOptions::validate() const {
   if (!most && !error) throw OptionError("most", "give it, or an error, or both");
-  if (most && *most < kFewestTriangles) {
+  if (most && *most < kFewestLeft) {
     throw OptionError("most", fmt::format("{} triangles close no surface; give 4 or more", *most));
   }
   if (error) base::expect_positive("error", *error);

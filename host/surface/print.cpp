@@ -22,12 +22,12 @@ using namespace surface;
 namespace {
 
 /// A wall is so many steps thick at least: fewer make balls that look like dice; more cost time.
-constexpr double kStepsAWall = 4, kMostStepsAWall = 16;
+constexpr double kStepsAWall = 4, kMostStepsAWall = 10;
 /// Cells along the longest side, where the mesh's edges are longer than these.
 constexpr double kFewestCells = 128;
 constexpr double kStepsADrain = 6, kStepsACavityWall = 4;
 /// Of the least wall: what stands out by less is taken off, not thickened.
-constexpr double kTolerance = 0.2;
+constexpr double kShavedShare = 0.2;
 /// The radius of the first try, in least walls; walls that come out thinner are tried again.
 constexpr double kFirstRadius = 0.52;
 constexpr int kWallTries = 6;
@@ -45,7 +45,7 @@ constexpr std::size_t kSlabPoints = std::size_t{1} << 25;
 constexpr std::size_t kMostSlabPoints = std::size_t{1} << 27;
 constexpr int kFewestSlices = 8;
 
-double mean_edge(const TriangleMesh& mesh) {
+double mean_edge_of(const TriangleMesh& mesh) {
   double sum = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
     const auto& x = mesh.vertices;
@@ -54,7 +54,7 @@ double mean_edge(const TriangleMesh& mesh) {
   return sum / (3 * static_cast<double>(mesh.triangles.size()));
 }
 
-void turn(TriangleMesh& mesh, const Eigen::Matrix3d& rotation) {
+void turn_mesh(TriangleMesh& mesh, const Eigen::Matrix3d& rotation) {
   for (Eigen::Vector3d& x : mesh.vertices) x = rotation * x;
   for (Eigen::Vector3f& n : mesh.normals) n = rotation.cast<float>() * n;
 }
@@ -153,7 +153,7 @@ TriangleMesh solid_of(const TriangleMesh& mesh, double radius, double min_wall, 
   double step = edge;
   if (thickens) step = std::clamp(edge, min_wall / kMostStepsAWall, min_wall / kStepsAWall);
   const ThickWalls walls{static_cast<float>(radius / step),
-                         static_cast<float>(kTolerance * min_wall / step)};
+                         static_cast<float>(kShavedShare * min_wall / step)};
   const int halo = thickens ? halo_of(walls) : 0;
   const Grid grid = checked_grid(mesh, step, kPrintMargin + (thickens ? margin_of(walls) : 0), halo,
                                  foot, thickens ? "min_wall" : "flat_foot");
@@ -209,7 +209,7 @@ double scale_for(const Eigen::Vector3d& size, const PrintOptions& options) {
 }
 
 /// How far it is from the size that is asked for.
-double correction(const TriangleMesh& mesh, const PrintOptions& options) {
+double size_correction(const TriangleMesh& mesh, const PrintOptions& options) {
   const Eigen::Vector3d size = mesh.box().size();
   if (options.height) return *options.height / size.z();
   if (options.longest) return *options.longest / size.maxCoeff();
@@ -223,6 +223,9 @@ void expect_solid(const TriangleMesh& mesh) {
         fmt::format("the surface has {} open and {} non-manifold edges; only a closed one has "
                     "walls, a foot and an inside",
                     report.open_edges, report.non_manifold_edges));
+  }
+  if (!(signed_volume(mesh) > 0)) {
+    throw InputError("the surface encloses no volume, or is inside out; turn its triangles");
   }
 }
 
@@ -255,8 +258,8 @@ class PrintJob {
     for (int i = 0; i < kWallTries; ++i) {
       TriangleMesh body = solid(radius);
       thinnest = thinnest_of(body);
-      const bool has_size = std::abs(correction(body, options_) - 1) < kSizeSlack;
-      if (!has_size) scale_ *= correction(body, options_);
+      const bool has_size = std::abs(size_correction(body, options_) - 1) < kSizeSlack;
+      if (!has_size) scale_ *= size_correction(body, options_);
       const bool can_stay = radius == 0 ? thinnest >= wall_ : thinnest >= wanted;
       if (has_size && can_stay) {
         body = decimated_to_options(std::move(body));
@@ -288,7 +291,7 @@ class PrintJob {
     enlarge(mesh, scale_);
     report_.volume = signed_volume(mesh);
     const Box box = mesh.box();
-    const double edge = std::min(mean_edge(mesh), box.size().maxCoeff() / kFewestCells);
+    const double edge = std::min(mean_edge_of(mesh), box.size().maxCoeff() / kFewestCells);
     std::optional<double> height;
     if (options_.flat_foot) height = box.low.z() + *options_.flat_foot;
     const Foot foot(height);
@@ -311,7 +314,7 @@ class PrintJob {
   }
 
   PrintMesh finished(TriangleMesh mesh, double thinnest) {
-    const double last = correction(mesh, options_);
+    const double last = size_correction(mesh, options_);
     enlarge(mesh, last);
     report_.scale = scale_ * last;
     report_.thinnest = last * thinnest;
@@ -361,11 +364,11 @@ PrintMesh made_printable(TriangleMesh mesh, const PrintOptions& options,
   if (mesh.triangles.empty()) throw InputError("the mesh has no triangles");
   if (options.min_wall || options.flat_foot || options.shell) expect_solid(mesh);
   const Eigen::Matrix3d upright = quarter_turns(options.up, UpAxis::z);
-  turn(mesh, upright);
+  turn_mesh(mesh, upright);
   if (!(mesh.box().size().minCoeff() > 0))
     throw InputError("the mesh is flat; give one with a volume");
   PrintMesh made = PrintJob(std::move(mesh), options, monitor).run();
-  turn(made.mesh, upright.transpose());
+  turn_mesh(made.mesh, upright.transpose());
   return made;
 }
 

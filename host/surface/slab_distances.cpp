@@ -73,8 +73,8 @@ class Crossings {
 };
 
 /// Lowers values near a triangle to its distance.
-void add_triangle(SlabField& field, const double* triangle, const Eigen::AlignedBox3d& box,
-                  int first) {
+void lower_near(SlabField& field, const double* triangle, const Eigen::AlignedBox3d& box,
+                int first) {
   const Eigen::Vector3i shift(0, 0, first);
   const Eigen::Vector3i low =
       ((box.min().array() - kNearReach).ceil().cast<int>().matrix() - shift).cwiseMax(0);
@@ -119,7 +119,7 @@ SlabField MeshInGrid::distances(int first, int count, const std::stop_token& sto
     box.extend(vertices_[b]).extend(vertices_[c]);
     if (box.max().z() < first - 2 || box.min().z() > first + count + 1) continue;
     shape::flatten(vertices_[a], vertices_[b], vertices_[c], flat.data());
-    add_triangle(field, flat.data(), box, first);
+    lower_near(field, flat.data(), box, first);
     crossings.add(mesh_.triangles[t], box);
   }
   const std::vector<std::int16_t> windings = std::move(crossings).windings();

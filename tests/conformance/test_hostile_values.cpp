@@ -300,7 +300,8 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   use("decimated", [&] { decimated(mesh, 3); });
   use("decimated within an error", [&] { decimated(mesh, {std::nullopt, 0.1}); });
   use("made_printable", [&] {
-    made_printable(mesh, {.height = 2, .min_wall = 0.5, .flat_foot = 0.1, .shell = 0.5});
+    made_printable(mesh, {.height = 2, .min_wall = 1, .flat_foot = 0.1});
+    made_printable(mesh, {.longest = 2, .shell = 0.5, .drain = 0.3});
   });
   use("drop_loose_pieces", [&] {
     TriangleMesh copy = mesh;
