@@ -13,17 +13,17 @@ namespace qjulia {
 
 /// Lengths are in the units of the result; for printers, millimetres.
 struct PrintOptions {
-  UpAxis up = UpAxis::z;           ///< of the mesh
-  std::optional<double> height;    ///< of the result along the up axis
-  std::optional<double> longest;   ///< the longest side of its box; height and longest exclude each
-                                   ///< other, and without both the mesh keeps its size
-  std::optional<double> min_wall;  ///< what the result's `WallThickness::thinnest` is at least
-  std::optional<double> flat_foot;  ///< so much is cut off at the lower end, flat
-  std::optional<double> shell;      ///< thickness of the wall about a cavity
+  UpAxis up = UpAxis::z;            ///< of the mesh
+  std::optional<double> height{};   ///< of the result along the up axis
+  std::optional<double> longest{};  ///< the longest side of its box; height and longest exclude
+                                    ///< each other, and without both the mesh keeps its size
+  std::optional<double> min_wall{};   ///< what the result's `WallThickness::thinnest` is at least
+  std::optional<double> flat_foot{};  ///< so much is cut off at the lower end, flat
+  std::optional<double> shell{};      ///< thickness of the wall about a cavity
   /// Diameter of the hole that leads from the cavity's lowest place straight down; 0 makes none.
   double drain = 3;
-  std::optional<std::size_t> max_triangles;  ///< as `DecimateOptions`
-  std::optional<double> max_error;
+  std::optional<std::size_t> max_triangles{};  ///< as `DecimateOptions`
+  std::optional<double> max_error{};
   bool keep_loose = false;  ///< else parts below a hundredth of the largest are left out again
 
   void validate() const;  ///< @throws OptionError, InputError
