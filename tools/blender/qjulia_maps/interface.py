@@ -28,14 +28,15 @@ def _draw_state(layout, obj) -> None:
 
 
 def _draw_knobs(layout, obj) -> None:
-    group, box = None, layout
+    boxes = {}
     for control in properties.table_of(obj).controls:
         key = properties.key_of(control)
         if key not in obj:
             continue
-        if control.group != group:
-            group, box = control.group, layout.box()
-            box.label(text=group)
+        if control.group not in boxes:
+            boxes[control.group] = layout.box()
+            boxes[control.group].label(text=control.group)
+        box = boxes[control.group]
         if not control.words:
             box.prop(obj, f'["{key}"]', text=control.label)
             continue
@@ -56,9 +57,9 @@ class _Panel:
     def draw(self, context):
         obj, layout = context.object, self.layout
         layout.prop(obj.qjulia, "live")
-        row = layout.row(align=True)
-        row.prop(obj.qjulia, "preview_cells")
-        row.prop(obj.qjulia, "final_cells")
+        column = layout.column(align=True)
+        column.prop(obj.qjulia, "preview_cells")
+        column.prop(obj.qjulia, "final_cells")
         _draw_state(layout, obj)
         row = layout.row(align=True)
         row.operator("qjulia.surprise")

@@ -9,6 +9,7 @@ import json
 import os
 import threading
 import time
+import traceback
 
 import bpy
 
@@ -17,6 +18,7 @@ from . import ply, properties, server, shapes
 _SECONDS_BETWEEN = 0.1
 
 servers = server.Servers(properties.how_to_start)
+_is_busy = False  # when the panel was drawn last
 is_paused = False  # while frames are rendered, which `frames` makes meshes for
 
 
@@ -111,8 +113,10 @@ def show(obj, made: ply.Mesh, wanted: Wanted) -> None:
 
 def _report(text: str) -> None:
     """To Blender's reports, where somebody can read them."""
-    if not bpy.app.background:
-        bpy.ops.qjulia.report("INVOKE_DEFAULT", text=text)
+    windows = bpy.context.window_manager.windows
+    if not bpy.app.background and windows:
+        with bpy.context.temp_override(window=windows[0]):
+            bpy.ops.qjulia.report("INVOKE_DEFAULT", text=text)
 
 
 def _take(obj, job: _Job) -> None:
@@ -165,18 +169,30 @@ def _follow_live(obj) -> None:
         begin(obj, wanted)
 
 
+def _follow_safely(obj) -> None:
+    """An error in one object must not end `tick`, which Blender would not call again."""
+    try:
+        _follow_live(obj)
+    except Exception as error:  # pylint: disable=broad-except
+        traceback.print_exc()
+        tell(obj, f"the add-on failed: {error}; the console says where")
+
+
 def tick() -> float:
     """Now and then, in the main thread."""
     if not is_paused:
         for obj in bpy.data.objects:
             if properties.is_map(obj):
-                _follow_live(obj)
+                _follow_safely(obj)
     _redraw()
     return _SECONDS_BETWEEN
 
 
 def _redraw() -> None:
-    if not any(state.job for state in _states.values()):
+    """While a mesh is being made, and once after it."""
+    global _is_busy
+    was_busy, _is_busy = _is_busy, any(state.job for state in _states.values())
+    if not (was_busy or _is_busy):
         return
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:

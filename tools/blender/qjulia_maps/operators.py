@@ -217,9 +217,18 @@ class QJULIA_OT_report(bpy.types.Operator):
 
     text: bpy.props.StringProperty()
 
-    def execute(self, _context):
+    # What an operator reports at once goes to the script that called it, as an exception.
+    def invoke(self, context, _event):
+        self._timer = context.window_manager.event_timer_add(0.01, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        context.window_manager.event_timer_remove(self._timer)
         self.report({"ERROR"}, self.text)
-        return {"CANCELLED"}
+        return {"FINISHED"}
 
 
 _classes = (QJULIA_OT_add, QJULIA_OT_final, QJULIA_OT_cancel, QJULIA_OT_restart, QJULIA_OT_choose, QJULIA_OT_reset,

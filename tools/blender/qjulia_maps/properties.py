@@ -20,10 +20,10 @@ class QjuliaMap(bpy.types.PropertyGroup):
     live: bpy.props.BoolProperty(name="Live", default=True, options=set(),
                                  description="Make a preview when a knob is turned, or the frame changes")
     preview_cells: bpy.props.IntProperty(
-        name="Preview", default=64, min=16, max=1024, soft_max=256, options=set(),
+        name="Preview cells", default=64, min=16, max=1024, soft_max=256, options=set(),
         description="Cells along the longest side, for previews")
     final_cells: bpy.props.IntProperty(
-        name="Final", default=256, min=16, max=1024, options=set(),
+        name="Final cells", default=256, min=16, max=1024, options=set(),
         description="Cells along the longest side for final meshes, rendered animations and baking: "
                     "more show finer grooves, and take longer")
     # Of the mesh that the object has now.
