@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 import time
+import zipfile
 from pathlib import Path
 
 SKIPPED = 77
@@ -46,6 +47,18 @@ def prepare(program, map_file, folder):
     (folder / "settings.json").write_text(re.search(r'id="settings">(.*?)</script>', page, re.DOTALL)[1])
 
 
+def check_versions(program, archive):
+    """The add-on's are the program's."""
+    version = subprocess.run([program, "--version"], capture_output=True, text=True).stdout.split()[1]
+    with zipfile.ZipFile(archive) as packed:
+        manifest = packed.read("qjulia_maps/blender_manifest.toml").decode()
+        module = packed.read("qjulia_maps/__init__.py").decode()
+    told = [re.search(r'^version = "(.*)"$', manifest, re.MULTILINE)[1],
+            re.search(r'"version": \((.*)\)', module)[1].replace(", ", ".")]
+    if told != [version, version]:
+        sys.exit(f"blender_addon: qjulia {version} comes with an add-on that calls itself {told}")
+
+
 def is_running(number):
     return os.path.exists(f"/proc/{number}")
 
@@ -60,6 +73,7 @@ def main():
     (folder / "scripts" / "addons").mkdir(parents=True)
     os.environ["BLENDER_USER_SCRIPTS"] = str(folder / "scripts")
     os.environ["BLENDER_USER_CONFIG"] = str(folder / "config")
+    check_versions(program, archive)
     prepare(program, map_file, folder)
     code, said = in_blender(program, archive, map_file, str(folder))
     print(re.sub(r"^Fra:.*\n", "", said, flags=re.MULTILINE))

@@ -24,7 +24,6 @@ def _draw_state(layout, obj) -> None:
     if live.message(obj):
         for number, line in enumerate(textwrap.wrap(live.message(obj), 48)):
             layout.label(text=line, icon="ERROR" if number == 0 else "BLANK1")
-        layout.operator("qjulia.restart")
 
 
 def _draw_knobs(layout, obj) -> None:
@@ -71,6 +70,7 @@ class _Panel:
         box.operator("qjulia.bake")
         box.prop(obj.qjulia, "uses_bake")
         layout.prop(obj.qjulia, "map_file")
+        layout.operator("qjulia.restart")
 
 
 class QJULIA_PT_sidebar(_Panel, bpy.types.Panel):

@@ -12,6 +12,7 @@ import os
 import re
 import select
 import shutil
+import signal
 import subprocess
 import tempfile
 import threading
@@ -101,7 +102,7 @@ class Server:
         self._errors = tempfile.TemporaryFile()
         try:
             self._process = subprocess.Popen(["/bin/sh", "-c", _WATCHED, "sh", *words], stdin=subprocess.PIPE,
-                                             stdout=subprocess.PIPE, stderr=self._errors)
+                                             stdout=subprocess.PIPE, stderr=self._errors, start_new_session=True)
         except OSError as error:
             raise ProgramError(f"'{path}' cannot be run: {error.strerror}") from error
         try:
@@ -161,7 +162,7 @@ class Server:
         except (OSError, http.client.HTTPException, ValueError) as error:
             if request.is_cancelled:
                 raise Cancelled() from error
-            raise ProgramError(f"qjulia does not answer any more ({error}); press 'Start again'") from error
+            raise ProgramError(f"qjulia does not answer any more ({error}); press 'Start again' in the panel") from error
         finally:
             connection.close()
 
@@ -190,7 +191,7 @@ class Server:
         try:
             self._process.wait(5)
         except subprocess.TimeoutExpired:
-            self._process.kill()
+            os.killpg(self._process.pid, signal.SIGKILL)  # the shell, and the program
             self._process.wait()
         self._process.stdout.close()
 
