@@ -52,7 +52,7 @@ describe_package(python python "library that fits quaternion rational maps to sh
 
 set(exactly "(= ${PROJECT_VERSION}-1)")
 set(CPACK_DEBIAN_COMMAND_PACKAGE_RECOMMENDS "pocl-opencl-icd | opencl-icd")
-set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS "qjulia-doc, xdg-utils")
+set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS "qjulia-doc, xdg-utils, blender (>= 3.4)")
 set(CPACK_DEBIAN_FIELD_RUNTIME_PACKAGE_RECOMMENDS "pocl-opencl-icd | opencl-icd")
 set(CPACK_DEBIAN_FIELD_DEV_PACKAGE_DEPENDS "${package_of_field_runtime} ${exactly}, \
 libeigen3-dev (>= 3.4), nlohmann-json3-dev, ocl-icd-opencl-dev, zlib1g-dev, libfmt-dev")
