@@ -8,7 +8,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <ranges>
 
 #include "batch_display.hpp"
 #include "commands.hpp"
@@ -152,7 +151,9 @@ class FitWorker {
                              const Map& map, const ProgressMonitor& monitor) const {
     std::map<int, FitMetrics> by_iterations;
     // The largest first: each comparison gives n = 1, too.
-    for (const int n : std::views::reverse(entry.outputs.compare)) {
+    std::vector<int> descending = entry.outputs.compare;
+    std::ranges::reverse(descending);
+    for (const int n : descending) {
       if (by_iterations.contains(n)) continue;
       CompareOptions options;
       options.resolution = entry.outputs.compare_resolution;
