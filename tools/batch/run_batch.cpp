@@ -140,7 +140,9 @@ struct Runner {
     if (known) status.files = std::move(known->files);  // there until others take their place
     if (known && known->state != EntryState::done && known->key == status.key) {
       status.failed_tries = std::move(known->failed_tries);
+      status.earlier_seconds = known->earlier_seconds + known->seconds;
     }
+    status.settings = settings_of(entry, options);
     status.state = EntryState::running;
     status.host = host_name();
     status.process = ::getpid();
@@ -194,7 +196,7 @@ std::vector<base::Output> outputs_of(const Manifest& manifest,
                                      const std::filesystem::path& folder) {
   std::vector<base::Output> outputs;
   for (const char* name :
-       {"batch.json", "summary.json", "summary.csv", "contact_sheet.png", ".lock"}) {
+       {"batch.json", "summary.json", "summary.csv", "index.html", "contact_sheet.png", ".lock"}) {
     outputs.push_back({"the batch's", folder / name});
   }
   for (const BatchEntry& entry : manifest.entries) {
@@ -246,7 +248,7 @@ FolderLock prepare_batch(const Manifest& manifest, const BatchOptions& options) 
     if (forget) remove_file(status_path(folder, entry.name));
     if (!options.resume) remove_file(folder / (entry.name + ".checkpoint"));
   }
-  write_index(folder, manifest);
+  write_index(manifest, options);
   return lock;
 }
 

@@ -38,7 +38,9 @@ std::span<const ExitStatus> exit_statuses() {
                  "An output could not be written, the device failed, or a check found something."},
       ExitStatus{kBadInput, "bad usage or input",
                  "An option, its value or an input file is no use; nothing was computed."},
-      ExitStatus{kNoDevice, "no usable device", "There is no OpenCL device, or none of that name."},
+      ExitStatus{kNoDevice, "no usable device",
+                 "There is no OpenCL device, or none of that name. 'profile compare', which needs "
+                 "none, could not decide."},
       ExitStatus{kInterrupted, "interrupted",
                  "SIGINT, SIGTERM or SIGHUP came; a fit then saves what it reached."}};
   return kStatuses;

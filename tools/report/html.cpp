@@ -45,12 +45,12 @@ std::string figure(const Image& image, const std::string& caption) {
       label, image.width, image.height, base::base64(png_bytes(image)));
 }
 
-std::string page(const std::string& title, const std::string& body) {
+std::string page(const std::string& title, const std::string& body, const std::string& head) {
   return fmt::format(
       "<!DOCTYPE html>\n<html xmlns=\"http://www.w3.org/1999/xhtml\" lang=\"en\"><head>"
-      "<meta charset=\"utf-8\"/><title>{0}</title><style>{1}</style></head>\n"
+      "<meta charset=\"utf-8\"/><title>{0}</title><style>{1}</style>{3}</head>\n"
       "<body>\n<h1>{0}</h1>\n{2}</body></html>\n",
-      escaped(title), kStyle, body);
+      escaped(title), kStyle, body, head);
 }
 
 }  // namespace qjulia::html
