@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <png.h>
 
 #include <algorithm>
@@ -25,10 +26,9 @@ std::string csv_field(const std::string& text) {
   return quoted + '"';
 }
 
-std::string csv_line(const std::vector<std::string>& fields) {
-  std::string line;
-  for (const std::string& field : fields) line += (line.empty() ? "" : ",") + csv_field(field);
-  return line + '\n';
+std::string csv_line(std::vector<std::string> fields) {
+  std::ranges::transform(fields, fields.begin(), csv_field);
+  return fmt::format("{}\n", fmt::join(fields, ","));
 }
 
 std::string csv(const SummaryTable& table) {
