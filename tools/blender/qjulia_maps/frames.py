@@ -53,7 +53,7 @@ def _on_load(*_):
     live.forget()
 
 
-_handlers = (("frame_change_post", _on_frame), ("render_pre", _on_frame), ("render_init", _on_render_begin),
+_handlers = (("frame_change_post", _on_frame), ("render_init", _on_render_begin),
              ("render_complete", _on_render_end), ("render_cancel", _on_render_end), ("load_pre", _on_load))
 
 
