@@ -178,6 +178,7 @@ def check_final(obj, live):
     bpy.ops.qjulia.final()
     check(len(obj.data.vertices) > 1.5 * before and live.is_current(obj), "a final mesh is finer")
     live.wait()
+    bpy.context.scene.frame_set(2)
     check(live.is_current(obj), "and stays while no knob is turned")
 
 

@@ -22,7 +22,8 @@ def _follow_frame(obj, scene, depsgraph) -> None:
     evaluated = obj.evaluated_get(depsgraph) if depsgraph else obj
     cells = obj.qjulia.final_cells if live.is_paused else obj.qjulia.preview_cells
     wanted = live.Wanted(obj, properties.values_of(evaluated), cells)
-    if obj.qjulia.shown != wanted.shown and not live.is_refused(obj, wanted):
+    is_right = obj.qjulia.shown == wanted.shown if live.is_paused else live.has_knobs(obj, wanted)
+    if not is_right and not live.is_refused(obj, wanted):
         live.make(obj, wanted)
 
 
