@@ -178,6 +178,7 @@ def check_final(obj, live):
     bpy.ops.qjulia.final()
     check(len(obj.data.vertices) > 1.5 * before and live.is_current(obj), "a final mesh is finer")
     live.wait()
+    bpy.context.scene.frame_set(2)
     check(live.is_current(obj), "and stays while no knob is turned")
 
 
@@ -255,6 +256,9 @@ def check_bake(obj, scene, live, preferences):
     check(differ(meshes[0], meshes[1]) and differ(meshes[1], meshes[2]), "and play without the program")
     check(not differ(meshes[2], meshes[3]) and live.message(obj) == "", "the last one holds afterwards")
     check_pictures(obj, scene, "baked")
+    off = [float(numpy.abs(pixels(folder / f"baked_{frame:04d}.png") - pixels(folder / f"live_{frame:04d}.png")).max())
+           for frame in (1, 2, 3)]
+    check(max(off) < 0.01, f"pictures of baked meshes are those of live ones: {off}")
     preferences.program = PROGRAM
     obj.qjulia.uses_bake = False
 

@@ -22,7 +22,8 @@ def _follow_frame(obj, scene, depsgraph) -> None:
     evaluated = obj.evaluated_get(depsgraph) if depsgraph else obj
     cells = obj.qjulia.final_cells if live.is_paused else obj.qjulia.preview_cells
     wanted = live.Wanted(obj, properties.values_of(evaluated), cells)
-    if obj.qjulia.shown != wanted.shown and not live.is_refused(obj, wanted):
+    is_right = obj.qjulia.shown == wanted.shown if live.is_paused else live.has_knobs(obj, wanted)
+    if not is_right and not live.is_refused(obj, wanted):
         live.make(obj, wanted)
 
 
@@ -53,7 +54,7 @@ def _on_load(*_):
     live.forget()
 
 
-_handlers = (("frame_change_post", _on_frame), ("render_pre", _on_frame), ("render_init", _on_render_begin),
+_handlers = (("frame_change_post", _on_frame), ("render_init", _on_render_begin),
              ("render_complete", _on_render_end), ("render_cancel", _on_render_end), ("load_pre", _on_load))
 
 

@@ -104,6 +104,11 @@ def is_current(obj) -> bool:
     return obj.qjulia.shown == Wanted(obj, properties.values_of(obj), obj.qjulia.final_cells).shown
 
 
+def has_knobs(obj, wanted: Wanted) -> bool:
+    """Whether the object's mesh is the one that is wanted, of any fineness."""
+    return obj.qjulia.shown.partition(" ")[2] == wanted.knobs
+
+
 def show(obj, made: ply.Mesh, wanted: Wanted) -> None:
     shapes.fill(obj.data, made, wanted.up, wanted.clay)
     if not obj.data.materials:
@@ -165,7 +170,7 @@ def _follow_live(obj) -> None:
     if state.job or not obj.qjulia.live or obj.qjulia.uses_bake:
         return  # a preview is never cut short: while a knob is dragged, previews are what keeps up
     wanted = Wanted(obj, properties.values_of(obj), obj.qjulia.preview_cells)
-    if obj.qjulia.shown.partition(" ")[2] != wanted.knobs and not is_refused(obj, wanted):
+    if not has_knobs(obj, wanted) and not is_refused(obj, wanted):
         begin(obj, wanted)
 
 
