@@ -655,11 +655,19 @@ TEST_CASE("the summary has a row for every entry and n, and every option is a co
 TEST_CASE("seconds of all runs count those that were stopped") {
   const TemporaryFolder folder;
   const batch::Manifest manifest = manifest_of({"a"});
-  run(manifest, options_for(folder), [](const auto&, const auto&, const auto&) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(30));
-    throw Interrupted();
-    return batch::EntryResult{};
-  });
+  std::stop_source stop;
+  {
+    const batch::BatchOptions options = options_for(folder);
+    const auto lock = batch::prepare_batch(manifest, options);
+    batch::run_batch(manifest,
+                     {device("one",
+                             [&](const auto&, const auto&, const auto&) -> batch::EntryResult {
+                               std::this_thread::sleep_for(std::chrono::milliseconds(30));
+                               stop.request_stop();
+                               throw Interrupted();
+                             })},
+                     options, {}, stop.get_token());
+  }
   const double first = status_of(folder, "a").seconds;
   CHECK(first > 0.02);
   run(manifest, options_for(folder, true));

@@ -23,6 +23,7 @@ std::vector<double> exact_chances(std::size_t first, std::size_t second) {
   }
   const long double all = std::accumulate(ways.begin(), ways.end(), 0.0L);
   std::vector<double> chances;
+  chances.reserve(ways.size());
   for (const long double way : ways) chances.push_back(static_cast<double>(way / all));
   return chances;
 }
