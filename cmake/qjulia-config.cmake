@@ -54,12 +54,12 @@ if("field" IN_LIST qjulia_wanted)
 endif()
 if("mesh" IN_LIST qjulia_wanted)
   find_dependency(OpenMesh)
+  find_dependency(PkgConfig)  # which FindEXPAT calls without looking for it
   find_dependency(EXPAT)
   find_dependency(Threads)
 endif()
 if("picture" IN_LIST qjulia_wanted)
   find_dependency(PNG)
-  find_dependency(PkgConfig)
   pkg_check_modules(cairo REQUIRED IMPORTED_TARGET cairo)
 endif()
 foreach(qjulia_part IN LISTS qjulia_parts)  # those that others are built on come first

@@ -22,7 +22,7 @@ using namespace surface;
 namespace {
 
 /// A wall is so many steps thick at least: fewer make balls that look like dice; more cost time.
-constexpr double kStepsAWall = 4, kMostStepsAWall = 10;
+constexpr double kStepsAWall = 4, kMostStepsAWall = 16;
 /// Cells along the longest side, where the mesh's edges are longer than these.
 constexpr double kFewestCells = 128;
 constexpr double kStepsADrain = 6, kStepsACavityWall = 4;
