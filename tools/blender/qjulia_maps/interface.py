@@ -40,7 +40,7 @@ def _draw_knobs(layout, obj) -> None:
             box.prop(obj, f'["{key}"]', text=control.label)
             continue
         box.label(text=control.label)
-        grid = box.grid_flow(columns=3, align=True)
+        grid = box.grid_flow(columns=3 if max(map(len, control.words)) < 8 else 2, align=True)
         for word in control.words:
             button = grid.operator("qjulia.choose", text=word, depress=obj[key] == word)
             button.control, button.word = control.name, word
