@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <png.h>
 
 #include <algorithm>
@@ -26,9 +27,11 @@ std::string csv_field(const std::string& text) {
   return quoted + '"';
 }
 
-std::string csv_line(std::vector<std::string> fields) {
-  std::ranges::transform(fields, fields.begin(), csv_field);
-  return fmt::format("{}\n", fmt::join(fields, ","));
+std::string csv_line(const std::vector<std::string>& fields) {
+  std::vector<std::string> quoted;
+  quoted.reserve(fields.size());
+  for (const std::string& field : fields) quoted.push_back(csv_field(field));
+  return fmt::format("{}\n", fmt::join(quoted, ","));
 }
 
 std::string csv(const SummaryTable& table) {
