@@ -436,10 +436,14 @@ class Reader {
     if (meshes.size() <= 1 || !section.name || section.name->find('*') != std::string::npos) {
       return meshes;
     }
+    std::string patterns;
+    for (const std::string& pattern : section.meshes) {
+      patterns += fmt::format("{}'{}'", patterns.empty() ? "" : ", ", pattern);
+    }
     complain(section.line,
-             fmt::format("'{}' matches {} meshes, which cannot all be named '{}'; put an "
-                         "asterisk where each mesh's own name shall stand",
-                         fmt::join(section.meshes, "', '"), meshes.size(), *section.name));
+             fmt::format("{} matches {} meshes, which cannot all be named '{}'; put an asterisk "
+                         "where each mesh's own name shall stand",
+                         patterns, meshes.size(), *section.name));
     return std::nullopt;
   }
 

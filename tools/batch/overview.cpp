@@ -91,14 +91,16 @@ std::vector<std::size_t> shown_columns(const SummaryTable& table) {
 
 std::string body_row(const EntryStatus& entry, const SummaryTable& table, const SummaryRow& row,
                      const std::vector<std::size_t>& shown) {
-  std::string text = "<tr>" + picture_cell(entry);
+  std::string text = fmt::format("<tr>{}", picture_cell(entry));
   for (const std::size_t column : shown) {
     const std::string& cell = row.cells[column];
     const bool is_map = table.columns[column] == "name" && entry.state == EntryState::done;
     text +=
-        "<td>" + (is_map ? link(entry.name + ".qjulia.json", cell) : html::escaped(cell)) + "</td>";
+        fmt::format("<td>{}</td>", is_map ? link(fmt::format("{}.qjulia.json", entry.name), cell)
+                                          : html::escaped(cell));
   }
-  return text + "</tr>\n";
+  text += "</tr>\n";
+  return text;
 }
 
 std::string same_for_all(const SummaryTable& table) {
@@ -111,7 +113,7 @@ std::string same_for_all(const SummaryTable& table) {
       rows.push_back({name, cell});
   }
   if (rows.empty()) return {};
-  return "<h2>The same for all</h2>\n" + html::table({"column", "value"}, rows);
+  return fmt::format("<h2>The same for all</h2>\n{}", html::table({"column", "value"}, rows));
 }
 
 std::string words_of(const std::vector<EntryStatus>& entries) {
@@ -126,7 +128,8 @@ std::string words_of(const std::vector<EntryStatus>& entries) {
       items += fmt::format("<li>{}: {}</li>\n", html::escaped(entry.name), html::escaped(word));
     }
   }
-  return items.empty() ? "" : "<h2>Warnings and errors</h2>\n<ul>\n" + items + "</ul>\n";
+  if (items.empty()) return {};
+  return fmt::format("<h2>Warnings and errors</h2>\n<ul>\n{}</ul>\n", items);
 }
 
 }  // namespace
@@ -144,7 +147,8 @@ std::string overview(const std::vector<EntryStatus>& entries, const SummaryTable
   }
   body += "</tr></thead>\n<tbody>\n";
   for (const SummaryRow& row : table.rows) body += body_row(entries[row.entry], table, row, shown);
-  body += "</tbody></table></div>\n" + same_for_all(table) + words_of(entries) + kScript;
+  body += fmt::format("</tbody></table></div>\n{}{}{}", same_for_all(table), words_of(entries),
+                      kScript);
   return html::page("Batch", body, kHead);
 }
 

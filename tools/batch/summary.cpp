@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 #include <png.h>
 
 #include <algorithm>
@@ -26,9 +25,14 @@ std::string csv_field(const std::string& text) {
   return quoted + '"';
 }
 
-std::string csv_line(std::vector<std::string> fields) {
-  std::ranges::transform(fields, fields.begin(), csv_field);
-  return fmt::format("{}\n", fmt::join(fields, ","));
+std::string csv_line(const std::vector<std::string>& fields) {
+  std::string line;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    if (i > 0) line += ',';
+    line += csv_field(fields[i]);
+  }
+  line += '\n';
+  return line;
 }
 
 std::string csv(const SummaryTable& table) {
