@@ -173,6 +173,16 @@ def check_drag(obj, live, server):
     live.wait()
 
 
+def check_cut(obj, live):
+    whole = numpy.ptp(vertices(obj), axis=0)
+    obj["qjulia_cuty"] = 50.0
+    live.wait()
+    sides = numpy.ptp(vertices(obj), axis=0) / whole
+    check(abs(sides[2] - 0.5) < 0.1 and min(sides[0], sides[1]) > 0.6, f"the upper half is cut away: {sides}")
+    bpy.ops.qjulia.reset()
+    live.wait()
+
+
 def check_final(obj, live):
     before = len(obj.data.vertices)
     bpy.ops.qjulia.final()
@@ -297,6 +307,7 @@ def main():
     obj, scene = added(), bpy.context.scene
     check_knobs(obj, live)
     check_drag(obj, live, server)
+    check_cut(obj, live)
     check_final(obj, live)
     check_colors(obj, live)
     check_keys(obj, scene)

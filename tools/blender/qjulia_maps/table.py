@@ -65,8 +65,9 @@ class Table:
         self._palettes = given["palettes"]
         self.controls = [_control(control, setting["group"]) for setting in self._settings
                          for control in setting["controls"]]
-        self.controls += [Control(f"cut{axis}", f"{axis} up to", f"Per cent of the shape's box that is kept along {axis}: "
-                                  "below 100 the set is cut open", "Cut open", 100.0, 1.0, 100.0) for axis in _AXES]
+        for axis in _AXES:
+            told = f"Per cent of the shape's box that is kept along {axis}: below 100 the set is cut open"
+            self.controls.append(Control(f"cut{axis}", f"{axis} up to", told, "Cut open", 100.0, 1.0, 100.0))
 
     def usual(self) -> dict[str, Any]:
         return {control.name: control.usual for control in self.controls}
