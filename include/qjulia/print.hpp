@@ -13,10 +13,10 @@ namespace qjulia {
 
 /// Lengths are in the units of the result; for printers, millimetres.
 struct PrintOptions {
-  UpAxis up = UpAxis::z;            ///< of the mesh
-  std::optional<double> height{};   ///< of the result along the up axis
-  std::optional<double> longest{};  ///< the longest side of its box; height and longest exclude
-                                    ///< each other, and without both the mesh keeps its size
+  UpAxis up = UpAxis::z;              ///< of the mesh
+  std::optional<double> height{};     ///< of the result along the up axis
+  std::optional<double> longest{};    ///< the longest side of its box; height and longest exclude
+                                      ///< each other, and without both the mesh keeps its size
   std::optional<double> min_wall{};   ///< what the result's `WallThickness::thinnest` is at least
   std::optional<double> flat_foot{};  ///< so much is cut off at the lower end, flat
   std::optional<double> shell{};      ///< thickness of the wall about a cavity
