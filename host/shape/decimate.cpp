@@ -115,6 +115,11 @@ HalfEdgeMesh half_edges_of(const TriangleMesh& mesh, const std::stop_token& stop
   std::call_once(is_silent, [] { omerr().disable(); });
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (t % kCollapsesPolled == 0) throw_if_stopped(stop);
+    const auto& [a, b, c] = mesh.triangles[t];
+    if (a == b || b == c || c == a) {
+      throw InputError(
+          fmt::format("triangle {} has a vertex twice: only a manifold mesh can be decimated", t));
+    }
     const auto corner = [&](std::size_t i) {
       return OpenMesh::VertexHandle(static_cast<int>(mesh.triangles[t][i]));
     };
@@ -397,8 +402,8 @@ void DecimateOptions::validate() const {
 
 TriangleMesh decimated(TriangleMesh mesh, const DecimateOptions& options,
                        const std::stop_token& stop) {
-  options.validate();
   mesh.validate();
+  options.validate();
   const std::size_t most = options.most.value_or(0);
   if (mesh.triangles.size() <= most) return mesh;
   DecimateOptions left = options;
