@@ -1,8 +1,10 @@
 #include <sys/stat.h>
 
 #include <catch2/catch.hpp>
+#include <limits>
 
 #include "batch/batch.hpp"
+#include "batch/sweep.hpp"
 #include "qjulia/error.hpp"
 #include "temporary_folder.hpp"
 
@@ -279,6 +281,8 @@ mesh = "a.obj"
                                  "x-a-factors9-polishtrue", "x-a-factors9-polishfalse"});
   CHECK(names_of("[[sweep]]\nmesh = \"a.obj\"\nschedule = [\"in/v.toml\", \"fast\"]\n") ==
         std::vector<std::string>{"a-schedulev", "a-schedulefast"});
+  CHECK(names_of("[[sweep]]\nmesh = \"a.obj\"\nschedule = [\"in/v*\"]\n") ==
+        std::vector<std::string>{"a-schedulein_v_"});
   CHECK(names_of("[[sweep]]\nmesh = \"a.obj\"\n") == std::vector<std::string>{"a"});
 }
 
@@ -329,4 +333,13 @@ factors = )" + many + "\ntime_limit = " + many + "\n");
   CHECK_THAT(
       problems(folder, "[[fit]]\nmesh = \"a.obj\"\nfactors = [1, 2]\n"),
       Contains("m.toml:3: 'factors' must be a number") && Contains("lists stand in a [[sweep]]"));
+}
+
+TEST_CASE("combinations without number are counted as the largest one") {
+  const batch::SweepAxis axis{"factors", {{"1", std::nullopt}, {"2", std::nullopt}}};
+  CHECK(batch::combination_count({}) == 1);
+  CHECK(batch::combination_count({axis, axis, axis}) == 8);
+  CHECK(batch::combination_count({axis, {"detail", {}}}) == 0);
+  CHECK(batch::combination_count(std::vector<batch::SweepAxis>(64, axis)) ==
+        std::numeric_limits<std::size_t>::max());
 }

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <nlohmann/json.hpp>
 #include <string_view>
+#include <system_error>
 
 #include "report/html.hpp"
 
@@ -69,6 +71,15 @@ std::string picture_cell(const EntryStatus& entry) {
   return "<td></td>";
 }
 
+/// What the page shows of a cell: numbers with a fraction to four digits.
+std::string short_text(const std::string& cell) {
+  double number = 0;
+  const char* const end = cell.data() + cell.size();
+  const auto [read, error] = std::from_chars(cell.data(), end, number);
+  const bool is_fraction = cell.find_first_of(".e") != std::string::npos;
+  return error == std::errc() && read == end && is_fraction ? fmt::format("{:.4g}", number) : cell;
+}
+
 /// Whether all rows say the same in this column.
 bool is_same(const SummaryTable& table, std::size_t column) {
   return std::ranges::all_of(table.rows, [&](const SummaryRow& row) {
@@ -94,10 +105,11 @@ std::string body_row(const EntryStatus& entry, const SummaryTable& table, const 
   std::string text = fmt::format("<tr>{}", picture_cell(entry));
   for (const std::size_t column : shown) {
     const std::string& cell = row.cells[column];
-    const bool is_map = table.columns[column] == "name" && entry.state == EntryState::done;
-    text +=
-        fmt::format("<td>{}</td>", is_map ? link(fmt::format("{}.qjulia.json", entry.name), cell)
-                                          : html::escaped(cell));
+    const bool is_name = table.columns[column] == "name";
+    const std::string shown_cell = is_name && entry.state == EntryState::done
+                                       ? link(fmt::format("{}.qjulia.json", entry.name), cell)
+                                       : html::escaped(is_name ? cell : short_text(cell));
+    text += fmt::format("<td>{}</td>", shown_cell);
   }
   text += "</tr>\n";
   return text;
