@@ -90,7 +90,7 @@ configure_parts() {
   cmake -S "$work/parts" -B "$work/$1" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$work/prefix" \
     -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags" "${@:2}"
 }
-without_pictures=(-DCMAKE_DISABLE_FIND_PACKAGE_PNG=ON -DCMAKE_DISABLE_FIND_PACKAGE_PkgConfig=ON)
+without_pictures=(-DCMAKE_DISABLE_FIND_PACKAGE_PNG=ON)  # PkgConfig is what finds Expat
 configure_parts fit_build "-DPARTS=fit;mesh" "${without_pictures[@]}"
 configure_parts picture_build -DPARTS=picture
 configure_parts shared_parts "-DPARTS=fit;mesh;picture" -DSHARED=_shared -DCOMPONENTS=shared
