@@ -94,9 +94,9 @@ TEST_CASE("a print has the size and the walls that were asked for") {
   const TemporaryFolder folder;
   const std::string map = crumbly_map(folder);
   const std::string stl = folder / "print.stl";
-  const json surface =
-      made({"surface", map, "-o", stl, "--resolution", "64", "--up", "y", "--height", "20",
-            "--min-wall", "0.8", "--max-triangles", "30000", "--flat-foot", "0.5"});
+  const json surface = made({"surface", map, "-o", stl, "--resolution", "64", "--up", "y",
+                             "--height", "20", "--min-wall", "0.8", "--max-triangles", "30000",
+                             "--flat-foot", "0.5", "--largest-component"});
   CHECK(surface["closed"] == true);
   CHECK(surface["components"] == 1);
   CHECK(surface["triangles"].get<int>() <= 30'000);
