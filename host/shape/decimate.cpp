@@ -6,6 +6,7 @@
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Core/Utils/Property.hh>
 #include <OpenMesh/Tools/Decimater/DecimaterT.hh>
+#include <OpenMesh/Tools/Decimater/ModAspectRatioT.hh>
 #include <OpenMesh/Tools/Decimater/ModBaseT.hh>
 #include <OpenMesh/Tools/Decimater/ModHausdorffT.hh>
 #include <OpenMesh/Tools/Decimater/ModNormalFlippingT.hh>
@@ -46,6 +47,9 @@ constexpr std::size_t kLeftToChoose = 3;
 /// Degrees by which a collapse may turn a triangle where an error is given: what is turned farther
 /// leaves the surface between its corners.
 constexpr float kMostTurned = 30;
+/// The longest edge of a triangle over its height that a collapse may leave: files have single
+/// precision, in which thinner ones may have no area.
+constexpr float kMostSlender = 1000;
 constexpr double kMeasureSlack = 0.02;
 
 /// Ends the decimation when a stop is asked for.
@@ -201,6 +205,9 @@ TriangleMesh decimated_at_once(TriangleMesh mesh, const DecimateOptions& options
   decimater.module(harm).unset_max_err();  // it ranks collapses and forbids none
   OpenMesh::Decimater::ModNormalFlippingT<HalfEdgeMesh>::Handle folds;
   decimater.add(folds);
+  OpenMesh::Decimater::ModAspectRatioT<HalfEdgeMesh>::Handle slivers;
+  decimater.add(slivers);
+  decimater.module(slivers).set_aspect_ratio(kMostSlender);
   OpenMesh::Decimater::ModHausdorffT<HalfEdgeMesh>::Handle bound;
   if (options.error) {
     decimater.module(folds).set_max_normal_deviation(kMostTurned);
