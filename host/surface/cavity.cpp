@@ -39,15 +39,21 @@ std::vector<std::size_t> part_from(const SlabField& field, std::size_t start,
   return part;
 }
 
+/// @throws OptionError when the grid would be too fine.
+Grid cavity_grid(const Box& box, double shell) {
+  const double step = shell / kStepsAShell;
+  const double points = (box.size().array() / step + 2 * kCavityMargin + 2).prod();
+  if (!(points <= static_cast<double>(kMostCavityPoints))) {
+    throw OptionError("shell", fmt::format("{} is too thin for a mesh {} long; give a thicker one",
+                                           shell, box.size().maxCoeff()));
+  }
+  return grid_around(box, step, kCavityMargin);
+}
+
 }  // namespace
 
 Cavity::Cavity(const TriangleMesh& body, double shell, double drain, const std::stop_token& stop)
-    : grid_(grid_around(body.box(), shell / kStepsAShell, kCavityMargin)) {
-  const double points = grid_.points.cast<double>().prod();
-  if (points > static_cast<double>(kMostCavityPoints)) {
-    throw OptionError("shell", fmt::format("{} is too thin for a mesh {} long; give a thicker one",
-                                           shell, body.box().size().maxCoeff()));
-  }
+    : grid_(cavity_grid(body.box(), shell)) {
   const SlabField near = MeshInGrid(body, grid_).distances(0, grid_.points.z(), stop);
   const auto thick = static_cast<float>(kStepsAShell);
   values_ = depths(near, thick + kCavityReach, stop);

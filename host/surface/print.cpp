@@ -26,6 +26,8 @@ constexpr double kStepsAWall = 4, kMostStepsAWall = 16;
 /// Cells along the longest side, where the mesh's edges are longer than these.
 constexpr double kFewestCells = 128;
 constexpr double kStepsADrain = 6, kStepsACavityWall = 4;
+/// A drain is at most this share of the mesh's width.
+constexpr double kWidestDrain = 0.5;
 /// Of the least wall: what stands out by less is taken off, not thickened.
 constexpr double kShavedShare = 0.2;
 /// The radius of the first try, in least walls; walls that come out thinner are tried again.
@@ -179,6 +181,12 @@ struct HollowMesh {
 HollowMesh hollowed(const TriangleMesh& mesh, const PrintOptions& options, double edge,
                     const Foot& foot, const ProgressMonitor& monitor) {
   const double shell = *options.shell;
+  const double narrowest = mesh.box().size().head<2>().minCoeff();
+  if (options.drain > kWidestDrain * narrowest) {
+    throw OptionError("drain", fmt::format("a hole of {:.4g} is too wide for a mesh that is {:.4g} "
+                                           "across; give a smaller one, or 0 for none",
+                                           options.drain, narrowest));
+  }
   double step = std::min(edge, shell / kStepsACavityWall);
   if (options.drain > 0) step = std::min(step, options.drain / kStepsADrain);
   const Cavity cavity(mesh, shell, options.drain, monitor.stop);
@@ -235,6 +243,16 @@ void expect_some(const TriangleMesh& mesh) {
   }
 }
 
+/// What the scale has to be multiplied by, at which the foot that was cut off stays as it is.
+double scale_correction(const TriangleMesh& mesh, const PrintOptions& options) {
+  const Eigen::Vector3d size = mesh.box().size();
+  const double wanted = options.height ? *options.height : options.longest.value_or(0);
+  const bool is_upright = options.height || size.z() >= size.head<2>().maxCoeff();
+  if (wanted == 0 || !is_upright) return size_correction(mesh, options);
+  const double foot = options.flat_foot.value_or(0);
+  return (wanted + foot) / (size.z() + foot);
+}
+
 /// A mesh on its way to the printer.
 class PrintJob {
  public:
@@ -255,11 +273,12 @@ class PrintJob {
     }
     const double wanted = wall_ * (decimates() ? kDecimationSlack : 1);
     double radius = thinnest < wall_ ? kFirstRadius * wanted : 0;
+    bool has_size = false;
     for (int i = 0; i < kWallTries; ++i) {
       TriangleMesh body = solid(radius);
       thinnest = thinnest_of(body);
-      const bool has_size = std::abs(size_correction(body, options_) - 1) < kSizeSlack;
-      if (!has_size) scale_ *= size_correction(body, options_);
+      has_size = std::abs(size_correction(body, options_) - 1) < kSizeSlack;
+      if (!has_size) scale_ *= scale_correction(body, options_);
       const bool can_stay = radius == 0 ? thinnest >= wall_ : thinnest >= wanted;
       if (has_size && can_stay) {
         body = decimated_to_options(std::move(body));
@@ -270,6 +289,9 @@ class PrintJob {
         radius = radius == 0 ? kFirstRadius * wanted
                              : radius * std::clamp(wanted / thinnest, kLeastGrowth, kMostGrowth);
       }
+    }
+    if (!has_size) {
+      throw Error("the mesh does not come to the size that was asked for; cut a lower foot off");
     }
     throw Error(
         fmt::format("a hundredth of the surface stays thinner than {:.4g}, and a wall of "
@@ -303,6 +325,14 @@ class PrintJob {
       auto [hollow, cavity] = hollowed(mesh, options_, edge, foot, monitor_);
       mesh = std::move(hollow);
       report_.cavity = cavity;
+      // A closed cavity is a part of its own, which is not loose.
+      if (options_.drain > 0 && !options_.keep_loose) {
+        const LoosePieces cut = drop_loose_pieces(mesh);
+        report_.loose.count += cut.count;
+        report_.loose.volume += cut.volume;
+        report_.loose.share += cut.share;
+      }
+      expect_some(mesh);
     }
     return mesh;
   }

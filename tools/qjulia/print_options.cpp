@@ -26,28 +26,27 @@ void for_given(const PrintOptions& options, const Use& use) {
 
 }  // namespace
 
-void add_print_options(Command command, PrintOptions& options,
-                       std::initializer_list<Option> sizes) {
+void add_print_options(Command command, PrintOptions& options, const Option& millimetres,
+                       const Option& metres) {
   const auto length = [&](const char* name, std::optional<double>& target, const char* text) {
-    return command.add(name, &target, "LENGTH", text).range(kShortest, kLongest);
+    return command.add(name, &target, "LENGTH", text).range(kShortest, kLongest).excludes({metres});
   };
   const Option height =
       length("--height", options.height,
              "Scale the mesh so that it is so many millimetres high along its up axis")
-          .excludes(sizes);
+          .excludes({millimetres});
   length("--longest", options.longest,
          "Scale the mesh so that the longest side of its box has this length, in millimetres")
-      .excludes(sizes)
-      .excludes({height});
+      .excludes({millimetres, height});
   command
       .add("--max-triangles", &options.max_triangles, "INT",
            "Decimate the mesh to at most so many triangles, edge by edge, the flattest places "
            "first")
       .range(4, 1e9);
-  length(
-      "--max-error", options.max_error,
-      "Decimate the mesh as far as it stays so near to itself, measured both ways, in the file's "
-      "units; with --max-triangles, until either forbids to go on");
+  length("--max-error", options.max_error,
+         "Decimate the mesh as far as it stays so near to itself, measured both ways, in "
+         "millimetres where the mesh has a size in these, else in the shape's units; with "
+         "--max-triangles, until either forbids to go on");
   length("--min-wall", options.min_wall,
          "Thicken walls that are thinner than this, until a hundredth of the surface at most has "
          "thinner ones, as 'info --printable' measures them; edges are rounded for it");
@@ -81,7 +80,7 @@ std::string print_text(const PrintReport& report, const PrintOptions& options) {
                         100 * (report.printed_volume / report.volume - 1));
   }
   if (options.shell) text += fmt::format("\ncavity: {:.4g}", report.cavity);
-  return text;
+  return text + left_out_text(report.loose, "\n");
 }
 
 nlohmann::json print_json(const PrintReport& report, const PrintOptions& options) {
@@ -94,6 +93,8 @@ nlohmann::json print_json(const PrintReport& report, const PrintOptions& options
     json["thinnest_wall"] = report.thinnest;
   }
   if (options.shell) json["cavity"] = report.cavity;
+  json["loose_pieces"] = report.loose.count;
+  json["loose_volume"] = report.loose.volume;
   return json;
 }
 

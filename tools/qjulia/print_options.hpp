@@ -1,7 +1,6 @@
 #pragma once
 /// Options that make a mesh ready for a printer, and what is said of it.
 
-#include <initializer_list>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
@@ -11,8 +10,10 @@
 namespace qjulia::tools {
 
 /// --height, --longest, --max-triangles, --max-error, --min-wall, --flat-foot, --shell, --drain.
-/// @param sizes the other options that scale the mesh, which --height and --longest exclude.
-void add_print_options(Command command, PrintOptions& options, std::initializer_list<Option> sizes);
+/// Lengths are not given together with --metres. @param millimetres, metres what else scales
+/// meshes.
+void add_print_options(Command command, PrintOptions& options, const Option& millimetres,
+                       const Option& metres);
 
 /// Those that are given, by their names with underscores.
 nlohmann::json print_json(const PrintOptions& options);

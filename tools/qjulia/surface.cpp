@@ -344,7 +344,7 @@ void describe_surface(Command command, SurfaceArguments& a) {
                ".usda, and a millimetre in .3mf")
           .excludes({millimetres})
           .range(1e-9, 1e6);
-  add_print_options(command, a.print, {millimetres, metres});
+  add_print_options(command, a.print, millimetres, metres);
   const Option draft = command.flag(
       "--draft", a.options.draft,
       "Look orbits up in tables instead of computing them: two to three times as fast for maps of "

@@ -133,7 +133,8 @@ std::unique_ptr<FieldGrids> field_grids(const Cells& cells, double level) {
 
 extern "C" const OpenVdb* qjulia_openvdb() {
   openvdb::initialize();
-  static const OpenVdb functions{openvdb::getLibraryVersionString(), write_level_set, field_grids};
+  static const OpenVdb functions{QJULIA_MODULE_VERSION, openvdb::getLibraryVersionString(),
+                                 write_level_set, field_grids};
   return &functions;
 }
 

@@ -37,7 +37,8 @@ class FieldGrids {
 
 /// Its functions throw std::exceptions where a file cannot be written.
 struct OpenVdb {
-  const char* version;
+  const char* built_with;  ///< qjulia's version; stays the first
+  const char* version;     ///< OpenVDB's
   void (*write_level_set)(const TriangleMesh& mesh, double voxel, const Eigen::Matrix3d& turn,
                           const VolumeNote& about, std::ostream& out);
   /// @param level the surface's.

@@ -5,6 +5,7 @@
 
 #include <exception>
 #include <functional>
+#include <string_view>
 
 #include "base/output_file.hpp"
 #include "qjulia/error.hpp"
@@ -27,11 +28,16 @@ std::filesystem::path module_path() {
 
 Module load_module() {
   const std::filesystem::path path = module_path();
+  if (!path.is_absolute()) return {nullptr, "/proc is missing"};
   void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (library == nullptr) return {nullptr, dlerror()};
   void* const function = dlsym(library, "qjulia_openvdb");
-  if (function == nullptr) return {nullptr, path.string() + " is another program's"};
-  return {reinterpret_cast<decltype(&qjulia_openvdb)>(function)(), {}};
+  const auto functions =
+      function == nullptr ? nullptr : reinterpret_cast<decltype(&qjulia_openvdb)>(function)();
+  if (functions == nullptr || std::string_view(functions->built_with) != QJULIA_MODULE_VERSION) {
+    return {nullptr, path.string() + " belongs to another version"};
+  }
+  return {functions, {}};
 }
 
 /// Loaded at the first call.
