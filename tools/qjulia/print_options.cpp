@@ -31,28 +31,26 @@ void add_print_options(Command command, PrintOptions& options,
   const auto length = [&](const char* name, std::optional<double>& target, const char* text) {
     return command.add(name, &target, "LENGTH", text).range(kShortest, kLongest);
   };
-  const Option height =
-      length("--height", options.height,
-             "Scale the mesh so that it is so many millimetres high along its up axis")
-          .excludes(sizes);
+  const Option height = length("--height", options.height,
+                               "Scale the mesh to this height along its up axis, in millimetres")
+                            .excludes(sizes);
   length("--longest", options.longest,
          "Scale the mesh so that the longest side of its box has this length, in millimetres")
       .excludes(sizes)
       .excludes({height});
   command
       .add("--max-triangles", &options.max_triangles, "INT",
-           "Decimate the mesh to at most so many triangles, edge by edge, the flattest places "
-           "first")
+           "Decimate the mesh to at most this number of triangles, edge by edge, the flattest "
+           "places first")
       .range(4, 1e9);
-  length(
-      "--max-error", options.max_error,
-      "Decimate the mesh as far as it stays so near to itself, measured both ways, in the file's "
-      "units; with --max-triangles, until either forbids to go on");
+  length("--max-error", options.max_error,
+         "Decimate the mesh as long as the result and the mesh stay within this distance of each "
+         "other, in the file's units; with --max-triangles, until either limit is reached");
   length("--min-wall", options.min_wall,
-         "Thicken walls that are thinner than this, until a hundredth of the surface at most has "
-         "thinner ones, as 'info --printable' measures them; edges are rounded for it");
+         "Thicken walls that are thinner than this, until at most a hundredth of the surface has "
+         "thinner ones, as 'info --printable' measures them. This rounds edges");
   length("--flat-foot", options.flat_foot,
-         "Cut so much off the lower end, flat, so that the print stands");
+         "Cut this length off the lower end, flat, so that the print stands");
   const Option shell = length("--shell", options.shell,
                               "Hollow the mesh out, with a wall of this thickness, and drain it");
   command
