@@ -69,7 +69,7 @@ nlohmann::json to_json(const DeviceInfo& info);
 /// Every usable device of every platform, in the loader's order, with its rank: GPUs with memory of
 /// their own, GPUs that share the host's, other accelerators, CPUs; the fastest of a kind first. A
 /// GPU that two platforms show is recognised by its PCI address or UUID: one of the two entries has
-/// `same_as`, and ranks last. An empty or broken platform is skipped.
+/// `same_as`, and ranks behind the others of its kind. An empty or broken platform is skipped.
 std::vector<DeviceInfo> list_devices();
 
 /// How often a kernel ran and how long it took on the device.
