@@ -71,8 +71,9 @@ nlohmann::json print_json(const PrintOptions& options) {
 std::string print_text(const PrintReport& report, const PrintOptions& options) {
   std::string text;
   if (options.min_wall) {
-    text += fmt::format("\nwalls: 1 % of the surface was under {:.3g} and is under {:.3g} now",
-                        report.thinnest_before, report.thinnest);
+    text += fmt::format(
+        "\nwalls: the thinnest 1 % of the surface was under {:.3g} and is under {:.3g} now",
+        report.thinnest_before, report.thinnest);
   }
   if (options.min_wall || options.flat_foot || options.shell) {
     text += fmt::format("\nvolume: {:.6g}, which is {:+.2f} %", report.printed_volume,
