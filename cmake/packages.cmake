@@ -38,13 +38,13 @@ describe_package(command graphics "program that fits iterated quaternion rationa
 describe_package(field_runtime libs "library that evaluates quaternion rational maps"
   "${about}This package has the shared library that evaluates maps.")
 describe_package(field_dev libdevel "library that evaluates quaternion rational maps (development)"
-  "${about}This package has what programs need that evaluate maps: headers, a static\nlibrary, and what CMake and \
-pkg-config read.")
+  "${about}This package has headers, a static library, and files for CMake and pkg-config\n\
+for programs that evaluate maps.")
 describe_package(runtime libs "library that fits quaternion rational maps to shapes"
   "${about}This package has the shared libraries for meshes, fits and pictures.")
 describe_package(dev libdevel "library that fits quaternion rational maps to shapes (development)"
-  "${about}This package has headers and static libraries for meshes, fits and pictures,\nwhat CMake and pkg-config \
-read, and examples.")
+  "${about}This package has headers and static libraries for meshes, fits and pictures,\nfiles for CMake and \
+pkg-config, and examples.")
 describe_package(doc doc "documentation of qjulia, which fits quaternion maps to shapes"
   "${about}This package has the documentation, with pictures, some maps, and examples in\nPython.")
 describe_package(python python "library that fits quaternion rational maps to shapes (Python)"

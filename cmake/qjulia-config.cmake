@@ -1,12 +1,12 @@
 # find_package(qjulia) gives all of the library:
-#   qjulia::field         what evaluates maps; it needs none of OpenMesh, Expat, PNG and cairo
-#   qjulia::mesh          meshes of maps, and exact maps of meshes; it needs OpenMesh and Expat too
-#   qjulia::fit           what fits maps to meshes; it needs what qjulia::mesh needs
+#   qjulia::field         evaluates maps; it needs none of OpenMesh, Expat, PNG and cairo
+#   qjulia::mesh          meshes of maps, and exact maps of meshes; it also needs OpenMesh and Expat
+#   qjulia::fit           fits maps to meshes; it has the dependencies of qjulia::mesh
 #   qjulia::picture       pictures; it needs OpenMesh, Expat, PNG and cairo
-#   qjulia::qjulia        all of these, and what measures devices
-#   qjulia::shared        the same, shared; parts of it are NAME_shared
-# With COMPONENTS, which are field, mesh, fit, picture, field_shared and shared, it gives those and what
-# they are built on, and asks for no library that they do not need.
+#   qjulia::qjulia        all of these, and measurements of devices
+#   qjulia::shared        all of it as a shared library; its parts are qjulia::NAME_shared
+# With COMPONENTS, which are field, mesh, fit, picture, field_shared and shared, it gives these components
+# and those that they are built on, and looks only for the dependencies of these.
 include(CMakeFindDependencyMacro)
 set(qjulia_parts field mesh fit picture all field_shared shared)
 set(qjulia_with_field field)

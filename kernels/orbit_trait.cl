@@ -1,6 +1,6 @@
-// What colours a point of the set, by what lies in a small ball about it that stands for a pixel or
-// a facet. So that no grain shows, an iterate whose images of the ball are far apart counts as the
-// mean of all that it may be.
+// The value that colours a point of the set, averaged over a small ball about it as large as a
+// pixel or a facet. To avoid grain, an iterate whose images of the ball are far apart is replaced
+// by the mean over all its possible values.
 
 #include "layout/picture_layout.h"
 #include "map.clh"

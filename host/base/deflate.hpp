@@ -1,5 +1,5 @@
 #pragma once
-/// Bytes made small by zlib (RFC 1950), or by deflate alone (RFC 1951), as ZIP archives hold them.
+/// Compression by zlib (RFC 1950), and plain deflate streams (RFC 1951), as in ZIP archives.
 
 #include <cstddef>
 #include <cstdint>
@@ -16,12 +16,12 @@ std::string deflated(std::string_view bytes);
 /// Memory grows with what is found, and never beyond twice `size`.
 std::optional<std::string> inflated(std::string_view bytes, std::size_t size);
 
-/// Hands what a bare deflate stream was made of to `take`, a part at a time, while that returns
-/// true.
-/// @return whether `bytes` are a whole stream and no more, and all of it was taken.
+/// Unpacks a plain deflate stream and passes the bytes to `take`, part by part, as long as it
+/// returns true.
+/// @return whether `bytes` are exactly one complete stream, and `take` accepted all of it.
 bool inflate_bare(std::string_view bytes, const std::function<bool(std::string_view part)>& take);
 
-/// The CRC-32 of ZIP and PNG, of `bytes` after those that gave `before`.
+/// The CRC-32 of ZIP and PNG, of `bytes`, continued from the checksum `before` of preceding bytes.
 std::uint32_t crc_32(std::string_view bytes, std::uint32_t before = 0);
 
 }  // namespace qjulia::base

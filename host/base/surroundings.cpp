@@ -115,7 +115,7 @@ void add_container(const fs::path& root, std::vector<Finding>& found) {
   const char* const sign = is_there(root / ".dockerenv") ? "/.dockerenv" : "/run/.containerenv";
   found.push_back(
       {"container", sign,
-       fmt::format("this is a container ({}) that no GPU was passed to: start it with '--device "
+       fmt::format("this is a container ({}) to which no GPU was passed: start it with '--device "
                    "/dev/dri' (Intel, AMD), with '--device /dev/dri --device /dev/kfd' (AMD's "
                    "ROCm) or with '--gpus all' (NVIDIA's container toolkit, for /dev/nvidia*)",
                    sign)});
@@ -132,7 +132,7 @@ void add_wsl(const fs::path& root, std::vector<Finding>& found) {
            "this is Windows' Subsystem for Linux, which shows GPUs by /dev/dxg ({}): an Intel GPU "
            "needs 'apt-get install intel-opencl-icd'; NVIDIA's driver has no OpenCL there "
            "(microsoft/WSL, issue 6951): use PoCL, which runs on the CPU ('apt-get install "
-           "pocl-opencl-icd'), or qjulia on Windows' own or a Linux machine's driver",
+           "pocl-opencl-icd'), or run qjulia on a Linux machine with NVIDIA's driver",
            has_node ? "it is there"
                     : "it is not there: 'wsl --update', version 2, and a GPU driver in Windows")});
 }
@@ -159,7 +159,7 @@ void add_drivers(const fs::path& root, std::vector<Finding>& found) {
       name, is_own ? ", which OCL_ICD_VENDORS names," : "");
   if (is_container(root)) {
     text +=
-        ". Install it in the container's image, since the host's drivers do not count there; for "
+        ". Install it in the container's image, since it does not see the host's drivers; for "
         "NVIDIA write 'libnvidia-opencl.so.1' into /etc/OpenCL/vendors/nvidia.icd and start it "
         "with '-e NVIDIA_DRIVER_CAPABILITIES=compute,utility'";
   }

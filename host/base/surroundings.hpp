@@ -1,5 +1,6 @@
 #pragma once
-/// What of a machine, or of the container a process runs in, keeps OpenCL from its devices.
+/// Properties of a machine, or of the container that a process runs in, that keep OpenCL from its
+/// devices.
 
 #include <filesystem>
 #include <string>
@@ -13,9 +14,8 @@ struct Finding {
   std::string text;  ///< what is wrong, and what to do
 };
 
-/// All that applies: containers without device nodes, Windows' Subsystem for Linux, flatpak, nodes
-/// of GPUs that this process may not open, no list of drivers. Empty where nothing is known to be
-/// wrong.
+/// All findings that apply: containers without device nodes, Windows' Subsystem for Linux, flatpak,
+/// nodes of GPUs that this process may not open, no list of drivers. Empty if no problem is found.
 /// @param root the folder that stands for `/`.
 std::vector<Finding> surroundings(const std::filesystem::path& root = "/");
 

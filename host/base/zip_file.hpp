@@ -13,18 +13,18 @@ namespace qjulia::base {
 /// Entries have the date 1980-01-01, so that the same contents give the same bytes.
 class ZipFile {
  public:
-  /// @param out is empty yet, and can be sought in: sizes are filled in behind an entry.
+  /// @param out is empty and seekable: sizes are filled in after each entry.
   explicit ZipFile(std::ostream& out);
   ~ZipFile();
   ZipFile(const ZipFile&) = delete;
   ZipFile& operator=(const ZipFile&) = delete;
 
-  /// Begins an entry, after the one before has ended. What is written to the stream, until the next
-  /// entry or `finish`, is its contents.
+  /// Ends the previous entry and begins a new one. Its contents are what is written to the stream
+  /// until the next entry or `finish`.
   /// @param name ASCII, with slashes. @param most_bytes the entry is not longer; from about 4 GiB
   ///   on, it is of ZIP64's kind.
   std::ostream& begin(const std::string& name, std::uint64_t most_bytes);
-  /// Ends the last entry and writes the directory. Whether all was written, `out` tells.
+  /// Ends the last entry and writes the directory. Check the state of `out` for errors.
   void finish();
 
  private:

@@ -55,7 +55,7 @@ constexpr const char* kInstallHint =
 std::string what_to_do() {
   std::string text;
   for (const base::Finding& finding : base::surroundings()) text += "\n  " + finding.text;
-  return text.empty() ? kInstallHint : "what is known of this machine:" + text;
+  return text.empty() ? kInstallHint : "findings about this machine:" + text;
 }
 
 DeviceInfo find_device(const std::string& wanted) {

@@ -33,7 +33,8 @@ const char* advice(int code) {
   }
   if (means_lost_device(code)) {
     return "; the driver has lost the device, as after a crash, a launch that a watchdog ended or "
-           "a suspended machine: start again, and 'qjulia doctor' says whether it still works";
+           "a suspended machine: start the program again; 'qjulia doctor' checks whether the "
+           "device still works";
   }
   return "";
 }

@@ -12,7 +12,7 @@
 
 namespace qjulia::device {
 
-/// What a device and its siblings have waited, added up by several threads.
+/// The total waiting time for a device and its siblings, summed over threads.
 class WaitTotal {
  public:
   void add(const WaitTime& more) {
@@ -37,18 +37,18 @@ class PatientWait {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// @param may_sleep not on CPUs, whose drivers compute in the thread that waits.
+  /// @param may_sleep false for CPUs, whose drivers compute in the waiting thread.
   PatientWait(bool may_sleep, std::shared_ptr<WaitTotal> total)
       : may_sleep_(may_sleep), total_(std::move(total)) {}
 
-  /// A launch that is expected to take so long has been queued.
+  /// Records that a launch with this expected duration has been queued.
   void expect(double seconds) {
     ready_ = std::max(ready_, Clock::now()) +
              std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
   }
 
-  /// Calls `wait`, which comes back when the queue is empty, and before it sleeps, `flush`, which
-  /// hands the device what is queued. @return what `wait` does.
+  /// Calls `wait`, which returns when the queue is empty. Before it sleeps, it calls `flush`, which
+  /// passes the queued work to the device. @return what `wait` does.
   template <class Flush, class Wait>
   auto operator()(const Flush& flush, const Wait& wait) {
     const auto begin = Clock::now();
@@ -99,12 +99,12 @@ class PatientWait {
   std::shared_ptr<WaitTotal> total_;
 };
 
-/// How long launches of one kernel take, from those before.
+/// Estimates the duration of a kernel's launches from earlier ones.
 class LaunchTime {
  public:
-  /// Seconds that a launch of so many units may be expected to take at least; 0: nothing is known.
+  /// Seconds that a launch of this many units is expected to take at least; 0 if unknown.
   double expected(double units) const { return rate_ * units; }
-  /// Quick to expect less and slow to expect more, so that nobody sleeps for too long.
+  /// The estimate falls quickly and rises slowly, so that sleeps are not too long.
   void learn(double units, double seconds) {
     if (units <= 0 || seconds <= 0) return;
     const double rate = seconds / units;

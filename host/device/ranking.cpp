@@ -14,7 +14,7 @@ namespace {
 
 bool has(const std::string& text, const char* part) { return text.find(part) != std::string::npos; }
 
-/// Multiply-adds a clock of what its vendor calls a compute unit.
+/// Multiply-adds per clock of one compute unit, as its vendor counts units.
 double lanes_of_unit(const DeviceInfo& info) {
   if (info.kind == DeviceKind::cpu) return info.native_float_lanes;
   const std::string vendor = base::lower_case(info.vendor + ' ' + info.name);
@@ -25,10 +25,10 @@ double lanes_of_unit(const DeviceInfo& info) {
   return 32;
 }
 
-/// The lower, the sooner it is used.
+/// Devices of a lower class are used first.
 int class_of(const DeviceInfo& info) {
-  // Mesa's CPU takes what other CPU drivers do in parts of the time, also where it says it is a
-  // GPU.
+  // Mesa's CPU device takes several times as long as other CPU drivers; sometimes it says that it
+  // is a GPU.
   if (is_llvmpipe(info)) return 4;
   switch (info.kind) {
     case DeviceKind::gpu:
@@ -42,7 +42,7 @@ int class_of(const DeviceInfo& info) {
   return 3;
 }
 
-/// The lower, the better a platform serves a GPU that others serve too.
+/// Platforms of a lower class are preferred for a GPU that several platforms show.
 int platform_class(const DeviceInfo& info) {
   const std::string name = base::lower_case(info.platform_name);
   if (has(name, "clover")) return 3;

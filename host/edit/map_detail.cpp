@@ -18,7 +18,7 @@ double detail_for(const Device& device, const Map& map, DetailWord word,
   const TriangleMesh mesh = extract_surface(device, without_portals(map), options, monitor);
   if (mesh.triangles.empty()) {
     throw OptionError("detail",
-                      "the map's own shape is empty, so that no word suits it; give a "
+                      "the map's own shape is empty, so a word cannot be used; give a "
                       "number");
   }
   const bool is_exact = std::holds_alternative<DistanceModulus>(map.dynamics.modulus);

@@ -20,7 +20,7 @@ class FitRun {
 
   Stages& stages() { return *stages_; }
   const Stages& stages() const { return *stages_; }
-  /// What the fit would give if it ended here.
+  /// The map that the fit would give if it ended here.
   Map map() const;
   /// Of a fit that has ended.
   FitResult result();
@@ -30,7 +30,7 @@ class FitRun {
  private:
   /// The map with all that a user gets with it: its steepness, and which axis is up.
   Map dressed(Map map) const;
-  /// Has the observer see maps as users do.
+  /// Makes the observer see maps as users do.
   void dress_observed(FitObserver& observer) const;
 
   FitOptions options_;

@@ -1,5 +1,5 @@
 #pragma once
-/// Weights of samples that a fit's caller gives, by where they lie.
+/// Weights of samples that the caller of a fit gives by position.
 
 #include <span>
 #include <vector>
@@ -10,7 +10,7 @@
 
 namespace qjulia::fitting {
 
-/// What `weights` gives for these points, in the mesh's coordinates.
+/// The values of `weights` at these points, in the mesh's coordinates.
 /// @throws OptionError naming `weights` unless it is a finite number of 0 or more for each.
 std::vector<double> weights_at(const SampleWeights& weights,
                                std::span<const Eigen::Vector3d> points);

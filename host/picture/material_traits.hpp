@@ -1,6 +1,6 @@
 #pragma once
-/// What a material shows at points of a set, for pictures and for meshes alike, and between which
-/// numbers of it a palette is spread.
+/// The values of a material at points of a set, for pictures and meshes alike, and the range of
+/// values that a palette covers.
 
 #include <Eigen/Core>
 #include <functional>
@@ -26,7 +26,7 @@ struct Coloring {
 using OrbitsTell = std::function<std::vector<float>(const std::vector<Eigen::Vector3d>& points,
                                                     std::span<const double> widths)>;
 
-/// One number a point. @param orbits are asked where the material is of orbits.
+/// One number per point. @param orbits are asked where the material is of orbits.
 /// @throws what `orbits` throws.
 std::vector<float> material_traits(const OrbitsTell& orbits, const Coloring& coloring,
                                    const std::vector<Eigen::Vector3d>& points,

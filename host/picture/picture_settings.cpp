@@ -135,7 +135,7 @@ std::vector<PictureSetting> light_settings() {
         .unit = "",
         .help = "What colours the set: clay; iterations, how long the orbit of a point stays "
                 "undecided; trap, how close two iterates come to the plane X = 0, seen from the "
-                "origin; groove, from the bottoms of grooves to the tips of what stands out; "
+                "origin; groove, from the bottoms of grooves to the tips of ridges; "
                 "height, along the up axis; or factor, which factor of the map is nearest, "
                 "poles in the lower half of the palette and roots in the upper",
         .more = "",

@@ -40,12 +40,12 @@ using Decimater = OpenMesh::Decimater::DecimaterT<HalfEdgeMesh>;
 
 constexpr std::size_t kCollapsesPolled = 1024;
 constexpr std::size_t kFewestLeft = 4;
-/// Larger meshes are decimated in blocks of at most so many triangles first, down to so many times
-/// the number that is wanted.
+/// Larger meshes are first decimated in blocks of at most this many triangles, down to this
+/// multiple of the requested number.
 constexpr std::size_t kMostInABlock = std::size_t{1} << 21;
 constexpr std::size_t kLeftToChoose = 3;
-/// Degrees by which a collapse may turn a triangle where an error is given: what is turned farther
-/// leaves the surface between its corners.
+/// Degrees by which a collapse may turn a triangle if an error is given: a triangle that turns
+/// farther leaves the surface between its corners.
 constexpr float kMostTurned = 30;
 /// The longest edge of a triangle over its height that a collapse may leave: files have single
 /// precision, in which thinner ones may have no area.
@@ -173,8 +173,8 @@ TriangleMesh collected(HalfEdgeMesh& mesh) {
   return result;
 }
 
-/// Lets no vertex collapse into one that is locked: two blocks would otherwise make the same edge
-/// between two vertices of their seam.
+/// Prevents collapses into locked vertices: two blocks could otherwise make the same edge between
+/// two vertices of their seam.
 template <class Mesh>
 class SeamKeeper : public OpenMesh::Decimater::ModBaseT<Mesh> {
  public:
@@ -257,8 +257,8 @@ double farthest_middle(const TriangleMesh& mesh, const shape::TriangleTree& surf
   return farthest;
 }
 
-/// Decimates with less and less freedom until middles of triangles and edges, of the mesh and of
-/// the result, are within the error of each other's surface; the mesh itself where they never are.
+/// Decimates with ever smaller errors until the midpoints of triangles and edges, of the mesh and
+/// of the result, are within the error of the other surface. Returns the mesh itself if this fails.
 TriangleMesh decimated_within_error(const TriangleMesh& mesh, DecimateOptions options,
                                     const std::vector<bool>& seam, const std::stop_token& stop) {
   const double error = *options.error;
@@ -278,7 +278,7 @@ TriangleMesh decimated_as_asked(TriangleMesh mesh, const DecimateOptions& option
   return decimated_at_once(std::move(mesh), options, seam, stop);
 }
 
-/// The triangles in blocks that are as large as each other, side by side along the longest side.
+/// Divides the triangles into blocks of equal size, side by side along the longest side.
 std::vector<std::vector<Triangle>> blocks_of(const TriangleMesh& mesh, std::size_t most) {
   Eigen::Index axis = 0;
   mesh.box().size().maxCoeff(&axis);

@@ -161,7 +161,7 @@ std::string MeshFile::read_beside(const std::string& name) const {
     refuse(fmt::format("it names the file '{}', {}", base::to_utf8(name), why));
   };
   const auto decoded = from_uri(name);
-  if (!decoded || decoded->empty()) refuse_name("which is no file name; export it again");
+  if (!decoded || decoded->empty()) refuse_name("which is not a file name; export it again");
   const std::filesystem::path beside(*decoded);
   // A colon ends the scheme of an address.
   const bool leaves = beside.is_absolute() || decoded->find_first_of(":\\") != std::string::npos ||

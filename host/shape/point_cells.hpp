@@ -9,16 +9,17 @@
 
 namespace qjulia::shape {
 
-/// A polygon for each point: of the plane through it and across its normal, what is nearer to this
-/// point than to any of its neighbours. Together they tile the surface that the points were taken
-/// from. Its winding numbers are those of the points as dipoles, each as strong as its cell is
-/// large (Barill et al. 2018), and distances to it are distances to the surface and not to points.
-/// Where points end, cells end about as far from them as points are from each other.
+/// A polygon for each point: the part of the plane through it and across its normal that is nearer
+/// to this point than to any of its neighbours. Together they tile the surface that the points were
+/// taken from. Its winding numbers are those of the points as dipoles, each as strong as its cell
+/// is large (Barill et al. 2018), and distances to it are distances to the surface and not to
+/// points. At the border of the points, cells extend about as far from them as points are from each
+/// other.
 ///
-/// Two neighbours whose normals are within 60 degrees share the plane as their feet in it do, so
-/// that noise across a surface does not count its area twice; where they are within 107
-/// degrees, as at a sharp edge, the cell ends at the neighbour's plane; and others do not count, so
-/// that thin plates keep both their sides.
+/// If the normals of two neighbours are within 60 degrees, their cells meet half-way between their
+/// projections into the plane, so that noise across a surface does not count its area twice. If
+/// they are within 107 degrees, as at a sharp edge, the cell ends at the neighbour's plane. Other
+/// neighbours are ignored, so that thin plates keep both sides.
 ///
 /// O(points · log points). @param points finite, no two equal. @param normals one for each, of
 /// length 1. @throws Interrupted

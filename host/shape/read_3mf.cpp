@@ -146,7 +146,7 @@ class ThreeMfReader {
     for (const auto& [unit, millimetres] : kUnits) {
       if (unit == name) return millimetres;
     }
-    file_.refuse(fmt::format("its unit is '{}', which no .3mf file has; export it again",
+    file_.refuse(fmt::format("its unit is '{}', which 3MF does not have; export it again",
                              base::to_utf8(name)));
   }
 

@@ -85,7 +85,8 @@ class GltfScene {
     if (base::is_json_too_deep(text)) file.refuse("it is nested too deeply; export it again");
     scene_ = json::parse(text, nullptr, /*allow_exceptions=*/false);
     if (!scene_.is_object()) {
-      file.refuse("its description is no whole JSON object; it may be cut off, export it again");
+      file.refuse(
+          "its description is not a complete JSON object; it may be cut off, export it again");
     }
     check_version();
     check_extensions();
@@ -173,7 +174,7 @@ std::string_view GltfScene::split_chunks() {
     bytes.remove_prefix(std::min(bytes.size(), (length + 3) / 4 * 4));
     if (!description) break;
   }
-  if (!description) file_.refuse("its first chunk is no description in JSON; export it again");
+  if (!description) file_.refuse("its first chunk is not a description in JSON; export it again");
   return *description;
 }
 
@@ -220,7 +221,7 @@ std::string_view GltfScene::named_buffer(const std::string& uri) {
     auto decoded = mark == std::string::npos
                        ? std::nullopt
                        : base::from_base64(std::string_view(uri).substr(mark + kMark.size()));
-    if (!decoded) file_.refuse("a buffer in it is not whole base64; export it again as .glb");
+    if (!decoded) file_.refuse("a buffer in it is not complete base64; export it again as .glb");
     bytes = std::move(*decoded);
   } else {
     bytes = file_.read_beside(uri);
@@ -434,7 +435,7 @@ class GltfFaces {
     if (primitive.contains("indices")) {
       const Accessor indices = scene_.accessor(scene_.whole(primitive, "indices", {}), "SCALAR");
       if (indices.type.is_real || indices.is_share) {
-        file_.refuse("its indices are no whole numbers; export it again");
+        file_.refuse("its indices are not whole numbers; export it again");
       }
       faces_.set_bytes(scene_.bytes());
       faces_.spend(indices.count);
@@ -469,7 +470,7 @@ FaceList read_gltf(const MeshFile& file) {
   try {
     return GltfFaces(file).read();
   } catch (const json::exception& error) {
-    file.refuse(fmt::format("its description is not as glTF 2.0 wants it ({}); export it again",
+    file.refuse(fmt::format("its description is not valid glTF 2.0 ({}); export it again",
                             base::to_utf8(error.what())));
   }
 }

@@ -11,13 +11,13 @@ namespace qjulia::shape {
 
 class SceneFaces {
  public:
-  /// @param bytes what the scene's meshes take in their files. A scene may place meshes again and
-  ///   again, but it does not become much larger than this.
+  /// @param bytes size of the scene's meshes in their files. A scene may place meshes repeatedly,
+  /// but the result may not be much larger than this.
   SceneFaces(const MeshFile& file, std::size_t bytes);
   void set_bytes(std::size_t bytes);
 
   /// Counts `items` that have to be looked at.
-  /// @throws InputError where a small file asks for far too much work.
+  /// @throws InputError if a small file would take far too much work.
   void spend(std::size_t items);
 
   /// Adds triangles and those of the vertices that they use. A transformation that mirrors turns

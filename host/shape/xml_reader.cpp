@@ -65,7 +65,7 @@ struct XmlReader::State {
     if (status == XML_STATUS_OK) return;
     const XML_Error error = XML_GetErrorCode(parser.get());
     if (error == XML_ERROR_NO_MEMORY) throw std::bad_alloc();
-    file.refuse(fmt::format("'{}' in it is no whole XML: line {}: {}; export it again", part,
+    file.refuse(fmt::format("'{}' in it is not well-formed XML: line {}: {}; export it again", part,
                             XML_GetCurrentLineNumber(parser.get()), XML_ErrorString(error)));
   }
 };

@@ -12,7 +12,8 @@
 namespace qjulia::shape {
 namespace {
 
-constexpr std::string_view kCut = "it is no whole ZIP archive; it may be cut off, export it again";
+constexpr std::string_view kCut =
+    "it is not a complete ZIP archive; it may be cut off, export it again";
 
 /// A little-endian number of an archive, whose place was checked before.
 template <class Number>
@@ -138,7 +139,7 @@ void ZipArchive::unpack(const Entry& entry,
     unpacked_ += part.size();
     if (unpacked_ > most) {
       file_.refuse(
-          fmt::format("it unpacks to more than {}, which no mesh does; is it meant to "
+          fmt::format("it unpacks to more than {}, which is too much for a mesh; is it meant to "
                       "exhaust memory?",
                       base::size_text(most)));
     }

@@ -9,14 +9,15 @@
 
 namespace qjulia::surface {
 
-/// The largest connected part of what is deeper in a solid than its shell is thick, with a round
-/// hole from its lowest place straight down to the outside. Lengths are in the mesh's units.
+/// The largest connected part of a solid that is deeper below the surface than the thickness of the
+/// shell, with a round hole from its lowest place straight down to the outside. Lengths are in the
+/// mesh's units.
 class Cavity {
  public:
   /// @param body closed, standing on its lower end along z.
   /// @param drain the hole's diameter; 0 for none.
-  /// @throws OptionError naming "shell" where nothing is so deep, or where the grid, a quarter of
-  ///   the shell wide, would have too many points; Interrupted.
+  /// @throws OptionError naming "shell" if no part is that deep, or if the grid, whose cells are a
+  /// quarter of the shell's thickness, would have too many points; Interrupted.
   Cavity(const TriangleMesh& body, double shell, double drain, const std::stop_token& stop);
 
   /// Negative in the cavity and in its hole; near their surfaces, the distance from them.

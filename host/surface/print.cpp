@@ -21,14 +21,14 @@ namespace qjulia {
 using namespace surface;
 namespace {
 
-/// A wall is so many steps thick at least: fewer make balls that look like dice; more cost time.
+/// The least number of grid steps per wall: with fewer, balls look like cubes; more take longer.
 constexpr double kStepsAWall = 4, kMostStepsAWall = 16;
 /// Cells along the longest side, where the mesh's edges are longer than these.
 constexpr double kFewestCells = 128;
 constexpr double kStepsADrain = 6, kStepsACavityWall = 4;
 /// A drain is at most this share of the mesh's width.
 constexpr double kWidestDrain = 0.5;
-/// Of the least wall: what stands out by less is taken off, not thickened.
+/// A share of the least wall: parts that stand out by less are removed, not thickened.
 constexpr double kShavedShare = 0.2;
 /// The radius of the first try, in least walls; walls that come out thinner are tried again.
 constexpr double kFirstRadius = 0.52;
@@ -36,12 +36,12 @@ constexpr int kWallTries = 6;
 constexpr double kLeastGrowth = 1.02, kMostGrowth = 1.3;
 /// Triangles are read back in single precision, and walls are measured on them.
 constexpr double kWallSlack = 1.003;
-/// Coarser triangles make walls come out thinner: so much thicker they are before.
+/// Coarser triangles make walls thinner; walls are made thicker by this factor beforehand.
 constexpr double kDecimationSlack = 1.02;
-/// A mesh that has the size asked for but for this share is scaled, with its walls; else walls are
-/// made again, at another scale.
+/// A mesh whose size is within this share of the requested one is scaled together with its walls;
+/// otherwise walls are made again at another scale.
 constexpr double kSizeSlack = 1e-3;
-/// Some part of a step, so that no line of the grid runs along that of the mesh.
+/// An arbitrary part of a step, so that no line of the grid coincides with lines of the mesh.
 constexpr double kPrintMargin = 3.3713, kHollowMargin = 3.4231;
 constexpr std::size_t kSlabPoints = std::size_t{1} << 25;
 constexpr std::size_t kMostSlabPoints = std::size_t{1} << 27;
@@ -216,7 +216,7 @@ double scale_for(const Eigen::Vector3d& size, const PrintOptions& options) {
                    (*options.longest + foot) / size.z()});
 }
 
-/// How far it is from the size that is asked for.
+/// How far the mesh is from the requested size.
 double size_correction(const TriangleMesh& mesh, const PrintOptions& options) {
   const Eigen::Vector3d size = mesh.box().size();
   if (options.height) return *options.height / size.z();

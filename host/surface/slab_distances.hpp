@@ -32,11 +32,11 @@ void for_each_point(const SlabField& field, const std::stop_token& stop, const V
   });
 }
 
-/// What stands for a distance that is not known.
+/// Marks an unknown distance.
 constexpr float kFarAway = 1e6F;
 
-/// Distances that are known are at most so long, in steps. No end of an edge that the surface
-/// crosses is farther away.
+/// The largest known distance, in steps. The ends of an edge that the surface crosses are never
+/// farther away.
 constexpr float kNearReach = 1.001F;
 
 /// A closed mesh in a grid's coordinates.
@@ -54,8 +54,8 @@ class MeshInGrid {
   std::vector<Eigen::Vector3d> vertices_;  ///< in steps, from the grid's first point on
 };
 
-/// How deep points lie in the solid, the negative of distances: right down to `deepest` steps, and
-/// kFarAway below. Outside it is less than 0.
+/// How deep points lie in the solid, which is the negative distance: exact up to `deepest` steps,
+/// and kFarAway beyond. Outside it is less than 0.
 /// @param near the solid's, as `MeshInGrid::distances`.
 SlabField depths(const SlabField& near, float deepest, const std::stop_token& stop);
 

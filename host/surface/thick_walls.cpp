@@ -38,7 +38,7 @@ bool is_on_ridge(const SlabField& depth, std::size_t number, const Eigen::Vector
   return is_ridge;
 }
 
-/// Values are right so far beyond a surface.
+/// Values are exact up to this distance beyond a surface.
 float reach_beyond(const ThickWalls& walls) { return kFillet * walls.radius + kDeeper + 1; }
 
 /// Fills what balls rolled along the outside do not reach, near ridge balls.
@@ -59,8 +59,8 @@ void add_fillets(SlabField& field, const SlabField& ridges, const ThickWalls& wa
   }
 }
 
-/// Takes the mean over neighbours, by 1, 2 and 1 along each axis. Balls about points of the grid
-/// look like dice, and the normals of dice say nothing.
+/// Smooths with weights 1, 2 and 1 along each axis. Unions of balls about grid points have stepped
+/// surfaces, whose normals would be useless.
 void smooth(SlabField& field) {
   constexpr float kMostSmoothed = 4;
   for (float& value : field.values) value = std::clamp(value, -kMostSmoothed, kMostSmoothed);

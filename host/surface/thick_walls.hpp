@@ -10,19 +10,19 @@ namespace qjulia::surface {
 /// In steps.
 struct ThickWalls {
   float radius = 0;     ///< half the least thickness
-  float tolerance = 0;  ///< what stands out by less beyond the balls that fit in is taken off
+  float tolerance = 0;  ///< parts that stand out from the fitting balls by less are removed
 };
 
-/// Slices on either side that the result at a slice depends on.
+/// Number of slices on either side that the result at a slice depends on.
 int halo_of(const ThickWalls& walls);
 
 /// Steps that a grid has to reach beyond the solid on all sides.
 double margin_of(const ThickWalls& walls);
 
 /// The distance from the union of two kinds of balls: those of at least that radius that fit into
-/// the solid, and those of just that radius about the middle of what stands out from the first by
-/// more than the tolerance; and from fillets between the latter. It is negative inside, and right
-/// near its zeros.
+/// the solid, and those of exactly that radius along the middles of parts that stand out from the
+/// first by more than the tolerance; and from fillets between the latter. It is negative inside,
+/// and exact near its zeros.
 /// @param near the solid's, as `MeshInGrid::distances`.
 SlabField thickened(const SlabField& near, const ThickWalls& walls, const std::stop_token& stop);
 

@@ -29,9 +29,9 @@ struct Palette {
 };
 
 /// "earth", the one above, "ember", "ice", "moss" or "grey"; or one whose lightness rises evenly:
-/// "fern", from violet through green to yellow, "slate", blue to yellow, which looks alike to
-/// colour-blind eyes, and "dusk", black through red to cream; or "wheel", whose end is its
-/// beginning. None for another name.
+/// "fern", from violet through green to yellow, "slate", blue to yellow, which looks the same to
+/// colour-blind people, and "dusk", black through red to cream; or "wheel", which is cyclic. None
+/// for another name.
 std::optional<Palette> palette_named(std::string_view name);
 /// All names, the default's first.
 std::vector<std::string> palette_names();

@@ -9,10 +9,10 @@
 
 namespace qjulia {
 
-/// When to stop: where one of the two forbids to go on.
+/// When to stop: at whichever of the two limits is reached first.
 struct DecimateOptions {
-  std::optional<std::size_t> most;  ///< triangles; from 4 on
-  /// How far mesh and result may be from each other, units of the mesh.
+  std::optional<std::size_t> most;  ///< the largest number of triangles, 4 or more
+  /// The largest distance between mesh and result, units of the mesh.
   std::optional<double> error;
   void validate() const;  ///< @throws OptionError also where neither is given
 };
@@ -25,15 +25,16 @@ struct DecimateOptions {
 /// `mesh` has none. Colours are means, too, of all vertices that went into one. A mesh that is
 /// small enough already comes back as it is.
 ///
-/// Where an error is given, a collapse that would take a vertex of the mesh too far from the
-/// surface is left out. Then distances are measured: from the middles of all triangles and edges of
-/// the mesh to the result, and from those of the result to the mesh. Where one is larger than the
-/// error, the mesh is decimated again, more carefully, four times at most; it comes back as it is
-/// if that does not help. Vertices of the result are vertices of the mesh.
+/// If an error is given, a collapse that would take a vertex of the mesh too far from the surface
+/// is left out. Then distances are measured from the midpoints of all triangles and edges of the
+/// mesh to the result, and from those of the result to the mesh. If one exceeds the error, the mesh
+/// is decimated again with a smaller error, up to four times in all; if that does not help, the
+/// mesh is returned unchanged. Vertices of the result are vertices of the mesh.
 ///
-/// A mesh of more than two million triangles is decimated in blocks first, with the vertices
-/// between blocks left alone and half of the error, and then as a whole: beside the mesh, memory
-/// holds about a kilobyte for each triangle of a block, or of three times `most`.
+/// A mesh of more than two million triangles is decimated in blocks first, with half of the error
+/// and with the vertices on the borders of blocks kept fixed, and then as a whole. In addition to
+/// the mesh, this takes about a kilobyte of memory for each triangle of a block, or for each of
+/// three times `most` triangles.
 /// @throws InputError where an edge has more than two triangles or is badly oriented; OptionError;
 ///   Interrupted.
 TriangleMesh decimated(TriangleMesh mesh, const DecimateOptions& options,

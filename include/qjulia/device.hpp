@@ -51,12 +51,12 @@ struct DeviceInfo {
   std::size_t largest_work_group = 0;    ///< work-items
   bool has_double = false;               ///< cl_khr_fp64
   bool shares_memory = false;            ///< with the host, as integrated GPUs do
-  std::string pci_address{};             ///< of a GPU, "0000:01:00.0"; empty: the driver says none
-  std::string uuid{};                    ///< of a GPU, 32 hexadecimal digits; empty as above
-  /// Billions of multiply-adds a second, at most: compute units by clock by the lanes that a unit
-  /// of its vendor's has. Drivers do not tell lanes, so it is a guess, good enough to choose by.
+  std::string pci_address{};             ///< of a GPU, "0000:01:00.0"; empty if not reported
+  std::string uuid{};                    ///< of a GPU, 32 hexadecimal digits; empty if not reported
+  /// Peak rate in billions of multiply-adds per second: compute units times clock times the lanes
+  /// of a compute unit. Drivers do not report lanes, so this is an estimate by vendor.
   double estimated_speed = 0;
-  int rank = 0;           ///< among all devices; 1: what is used where nothing is asked for
+  int rank = 0;           ///< among all devices; rank 1 is the default device
   std::string same_as{};  ///< "P:D" of the same GPU under a better platform; empty: none
 };
 
@@ -68,8 +68,8 @@ nlohmann::json to_json(const DeviceInfo& info);
 
 /// Every usable device of every platform, in the loader's order, with its rank: GPUs with memory of
 /// their own, GPUs that share the host's, other accelerators, CPUs; the fastest of a kind first. A
-/// GPU that two platforms show is told by its PCI address or UUID: one of them has `same_as`, and
-/// ranks behind. A platform that is empty or broken is passed over.
+/// GPU that two platforms show is recognised by its PCI address or UUID: one of the two entries has
+/// `same_as`, and ranks behind the others of its kind. An empty or broken platform is skipped.
 std::vector<DeviceInfo> list_devices();
 
 /// How often a kernel ran and how long it took on the device.
@@ -78,11 +78,11 @@ struct KernelTime {
   double seconds = 0;
 };
 
-/// How long threads have waited for a device. Some drivers keep a core busy meanwhile: then most of
-/// the time that launches are known to take is slept through, and only the rest is left to them.
+/// How long threads have waited for a device. If a driver keeps a core busy while it waits, the
+/// library sleeps for most of the time that launches are known to take before it calls the driver.
 struct WaitTime {
-  double seconds = 0;            ///< of the wall clock, sleep included
-  double processor_seconds = 0;  ///< that the waiting threads used
+  double seconds = 0;            ///< wall time, including sleep
+  double processor_seconds = 0;  ///< processor time of the waiting threads
   double slept_seconds = 0;
 };
 

@@ -44,8 +44,8 @@ struct EnergyOptions {
   double escape = kUsualEscape;
   /// Set `dbl` for optimisers that ask for more than six digits. Not every device has it.
   Precision precision = Precision::single;
-  /// Makes the map's slice an unknown too, the last one. Samples move with it: each keeps its W
-  /// less the slice's. Gradients then take up to twice as long.
+  /// Makes the map's slice an unknown too, the last one. Samples move with it: the difference
+  /// between a sample's W and the slice stays the same. Gradients then take up to twice as long.
   bool slice = false;
 
   /// @throws OptionError naming the field.

@@ -1,5 +1,5 @@
 #pragma once
-/// What the words for detail mean for a map that there is already.
+/// The meaning of the words for detail, such as "smooth", for an existing map.
 
 #include <stop_token>
 

@@ -44,7 +44,7 @@ struct MeshReport {
   std::size_t non_manifold_edges = 0;  ///< edges with more than two triangles, or badly oriented
   std::size_t welded_vertices = 0;     ///< duplicates merged while reading
   std::size_t dropped_triangles = 0;   ///< without area, removed while reading
-  std::size_t points = 0;  ///< of a file that has no faces; `triangles` are cut from their cells
+  std::size_t points = 0;        ///< of a file without faces; their cells are cut into `triangles`
   std::size_t bad_polygons = 0;  ///< crossing themselves or without area, cut up while reading
   std::size_t duplicate_triangles = 0;  ///< with the corners and winding of another, removed
   std::size_t two_sided_triangles = 0;  ///< pairs with the same corners and opposite windings
@@ -67,15 +67,15 @@ struct MeshReport {
 /// Y up; those of .3mf are millimetres, whatever its unit, with Z up. Skins and morph targets are
 /// left out. A .gltf file may name other files in its folder.
 ///
-/// A .ply file of points with normals (nx, ny, nz) and without faces comes as a polygon for each
-/// point: the cell of a plane across its normal that is nearer to it than to its neighbours.
-/// Distances and winding numbers of these polygons are those of the surface that the points were
-/// taken from.
+/// A .ply file of points with normals (nx, ny, nz) and without faces is read as one polygon for
+/// each point: the part of the plane across its normal that is nearer to it than to its neighbours.
+/// Distances and winding numbers of these polygons approximate those of the surface that the points
+/// were taken from.
 /// @param stop ends reading.
 /// @throws InputError naming the file: missing, empty, of another type, truncated, an index out of
 ///   range, a coordinate that is not finite or beyond ±1e12, no triangle with area, a longest side
-///   below 1e-12, points without normals, compressed (by Draco, meshopt or encryption), or so often
-///   repeated or so strongly packed that it would be much larger than its file.
+///   below 1e-12, points without normals, compressed (by Draco, meshopt or encryption), or a scene
+///   whose repeated parts or packed data would make it much larger than its file.
 TriangleMesh read_mesh(const std::filesystem::path& path, std::stop_token stop = {});
 
 /// A mesh, and what is wrong with the file it came from.
@@ -86,18 +86,18 @@ struct InspectedMesh {
 /// The same, with a report of what was found and left out.
 InspectedMesh read_and_inspect_mesh(const std::filesystem::path& path, std::stop_token stop = {});
 
-/// How a mesh is written, and what its file says besides its triangles.
+/// How a mesh is written, and what its file holds besides its triangles.
 struct MeshFileOptions {
   /// A line of text, ASCII: a comment of .ply, .obj and .usda, in .glb under asset.extras, in .3mf
   /// its description. Other formats have no room for it.
   std::string note{};
   /// The mesh's axis that points up. Formats with an up of their own then stand upright: .glb and
-  /// .usda with Y up, .stl and .3mf with Z up. Where nothing is known, Z is up.
+  /// .usda with Y up, .stl and .3mf with Z up. If it is not set, Z is up.
   std::optional<UpAxis> up{};
   /// For .ply, .obj and .off, which have no up: the file's axis that `up` (by default `kDefaultUp`)
   /// is turned to. By default they keep the mesh's own coordinates.
   std::optional<UpAxis> file_up{};
-  /// Of the object in .glb, .obj, .usda and .3mf; by default the file's.
+  /// The object's name in .glb, .obj, .usda and .3mf; by default the file's name.
   std::string name{};
   /// What a unit of the mesh's coordinates measures, above 0. By default it is the format's own
   /// unit: a metre in .glb and .usda, a millimetre in .3mf. Other formats have no unit.
@@ -110,8 +110,8 @@ struct MeshFileOptions {
 
 /// Writes by extension (.ply, .stl, .glb and .3mf binary, .obj, .off and .usda text), coordinates
 /// in single precision, under a temporary name that is renamed. In .3mf each connected part is an
-/// object, cavities with what they are in. Colours in .obj have a material beside it, of their mean
-/// colour, under the same name with .mtl.
+/// object, together with its cavities. Beside a coloured .obj, a material of the mean colour is
+/// written under the same name with .mtl.
 /// @throws OutputError, or InputError for another extension.
 void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
                 const MeshFileOptions& options);
@@ -119,7 +119,8 @@ void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
 void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
                 const std::string& note = {}, std::optional<UpAxis> up = {});
 
-/// Whether files of this name have an up of their own, so that `write_mesh` stands meshes upright.
+/// Whether files of this name have a fixed up axis, so that `write_mesh` makes meshes stand
+/// upright.
 bool stands_upright(const std::filesystem::path& path);
 
 /// Whether `write_mesh` writes the colours of meshes, and not only their triangles, under this

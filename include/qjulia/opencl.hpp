@@ -57,8 +57,8 @@ MapBuffer map_buffer(const Device& device, const Map& map, Precision precision =
                      const StopRadii& stops = {});
 
 /// The field of one map at points that are in buffers of the device's context, with results that
-/// stay there. Where `Field` takes points from the host, this copies nothing, and takes the points
-/// as they are: coordinates that are not finite give fields that are not.
+/// stay there. While `Field` takes points from the host, this class copies nothing and does not
+/// check the points: coordinates that are not finite give values that are not finite.
 ///
 /// Arrays have `stride(count)` reals for `count` points; those past the points may have any value.
 /// Points are four such arrays, X, Y, Z and W in map coordinates. Each function below puts one
@@ -74,7 +74,7 @@ class BufferField {
   /// The least multiple of the lane width that is not below `count`.
   std::size_t stride(std::size_t count) const;
 
-  /// F_n with the escape radius alone, the bits that Field::at gives, into one array.
+  /// F_n with the escape radius alone, bit for bit as Field::at gives it, into one array.
   /// @throws OptionError naming `iterations` unless n is 1 … kMostIterations, or `count` where
   ///   there are more than 2³¹ − 1 points.
   void at(cl_mem points, std::size_t count, int iterations, cl_mem field) const;

@@ -56,18 +56,18 @@ struct Cut {
   bool is_percent = false;  ///< what `at` is
 };
 
-/// What gives the set its colour. Of what is finer than a pixel, the mean is shown.
+/// What gives the set its colour. Detail that is finer than a pixel is averaged.
 enum class Material {
   clay,        ///< one colour
   iterations,  ///< for how many iterates the orbit of a point stays undecided, 0 … 1
   trap,        ///< how close two iterates come to the plane X = 0, seen from the origin, 0 … 1
-  groove,      ///< from the bottoms of grooves to the tips of what stands out, 0 … 1
+  groove,      ///< from the bottoms of grooves to the tips of ridges, 0 … 1
   height,      ///< along the up axis, shape units
-  /// The nearest factor: a number of its own, 0 … ½ for a pole and ½ … 1 for a root.
+  /// The nearest factor, by a number of its own: 0 … ½ for a pole and ½ … 1 for a root.
   factor,
 };
 
-/// What a material shows where the palette begins and ends.
+/// The values of a material at which the palette begins and ends.
 struct MaterialRange {
   double low = 0, high = 1;
   friend bool operator==(const MaterialRange&, const MaterialRange&) = default;
@@ -177,9 +177,10 @@ class Studio {
 
   /// Where the palette begins and ends: as the options say, or else from the 5th to the 95th
   /// percentile of what the material shows on the whole set, seen from six sides at a 500th of the
-  /// diagonal of the shape's box, and at least 0.1 apart where that goes from 0 to 1. No camera,
-  /// cut or size changes it. A film whose pictures have studios of their own keeps its colours by
-  /// giving the first one's range to the others. 0 to 1 for clay and for meshes.
+  /// diagonal of the shape's box, and at least 0.1 apart for materials that go from 0 to 1. It does
+  /// not depend on the camera, cut or size. To keep the colours of a film whose pictures have
+  /// studios of their own, give the first one's range to the others. 0 to 1 for clay and for
+  /// meshes.
   MaterialRange range() const;
 
   /// What orbits are looked up in: the tables that were made last.

@@ -17,8 +17,8 @@ struct PrintOptions {
   std::optional<double> height{};     ///< of the result along the up axis
   std::optional<double> longest{};    ///< the longest side of its box; height and longest exclude
                                       ///< each other, and without both the mesh keeps its size
-  std::optional<double> min_wall{};   ///< what the result's `WallThickness::thinnest` is at least
-  std::optional<double> flat_foot{};  ///< so much is cut off at the lower end, flat
+  std::optional<double> min_wall{};   ///< the least `WallThickness::thinnest` of the result
+  std::optional<double> flat_foot{};  ///< length that is cut off at the lower end, flat
   std::optional<double> shell{};      ///< thickness of the wall about a cavity
   /// Diameter of the hole that leads from the cavity's lowest place straight down; 0 makes none.
   double drain = 3;
@@ -38,7 +38,7 @@ struct PrintReport {
   /// The thinnest walls before and after, where `min_wall` was asked for.
   double thinnest_before = 0, thinnest = 0;
   double cavity = 0;  ///< the cavity's volume, as far as its cells tell
-  LoosePieces loose;  ///< that came off on the way, and were left out
+  LoosePieces loose;  ///< parts that came off on the way and were left out
 };
 
 struct PrintMesh {
@@ -46,16 +46,16 @@ struct PrintMesh {
   PrintReport report;
 };
 
-/// A mesh made ready, in this order: scaled; cut flat at its foot and thickened where its walls are
-/// thinner than `min_wall`; hollowed out; decimated; and scaled again by next to nothing, so that
-/// it has the size asked for to the last bit of single precision.
+/// Makes a mesh ready for a printer. In this order, the mesh is scaled; cut flat at its foot and
+/// thickened where its walls are thinner than `min_wall`; hollowed out; decimated; and scaled once
+/// more by a tiny amount, so that it has the requested size exactly in single precision.
 ///
-/// Thickening is local. Balls of half the least wall, in all places in which they fit, keep the
-/// surface as it is, but that they round edges and take off what stands out by less than a fifth of
-/// the wall. What stands out farther is thin: balls are put about its middle, too, so that walls
-/// and thorns grow around it. Half the wall is enlarged until the walls that `wall_thickness` finds
-/// are thick enough. All three make a new mesh of signed distances on a grid, by marching cubes, so
-/// that it is closed and 2-manifold.
+/// Thickening is local. The union of all balls of radius `min_wall` / 2 that fit into the mesh is
+/// kept; this rounds edges and removes parts that stand out from the union by less than a fifth of
+/// the wall. Parts that stand out farther are thin walls and thorns: balls are placed along their
+/// middles, too, so that they grow. The radius is enlarged until the walls that `wall_thickness`
+/// finds are thick enough. Cutting, thickening and hollowing make a new mesh by marching cubes from
+/// signed distances on a grid, so that it is closed and 2-manifold.
 ///
 /// Memory is that of a few meshes and of one slab of the grid.
 /// @param mesh closed and manifold, oriented outward.

@@ -48,8 +48,8 @@ struct KernelFigures {
   double max_seconds = 0;
   double wall_seconds = 0;          ///< median, host time included
   std::vector<double> run_seconds;  ///< of every run, on the device
-  /// The multiply-add limit, measured once more after every run: what other work, heat or a clock
-  /// took from the run, it took from this, too.
+  /// The multiply-add limit, measured again after every run: other work, heat or a lower clock slow
+  /// it down as they slow down the run.
   std::vector<double> run_fma_per_second;
   /// Iterates × factors that were really computed; none where orbits or rays end early.
   std::optional<double> executed_factor_iterations;

@@ -20,8 +20,8 @@ struct SurfaceColorOptions {
   /// Radius beyond which orbits end, map units; by default where none returns from.
   std::optional<double> escape = std::nullopt;
   Precision precision = Precision::single;  ///< arithmetic of the orbits
-  /// What the material shows where the palette begins and ends. By default as in pictures of the
-  /// map: what `Studio::range` says.
+  /// The values of the material at which the palette begins and ends. By default as in pictures of
+  /// the map, by `Studio::range`.
   std::optional<MaterialRange> range = std::nullopt;
   void validate() const;  ///< @throws OptionError
 };
@@ -31,10 +31,10 @@ struct SurfaceColors {
   MaterialRange range{};            ///< the palette's
 };
 
-/// The colours of pictures of the map, at vertices: as a point of a picture stands for a ball as
-/// wide as a pixel, a vertex stands for one as wide as the edges about it are long, in the mean.
-/// The up axis, for heights, is the map's, else `kDefaultUp`. The cost is that of four orbits a
-/// vertex, and of a small picture where no range is given.
+/// The colours of pictures of the map, at vertices. As the colour of a pixel is that of a ball as
+/// wide as the pixel, the colour of a vertex is that of a ball whose diameter is the mean length of
+/// the edges at the vertex. The up axis, for heights, is the map's, else `kDefaultUp`. The cost is
+/// that of four orbits a vertex, and of a small picture where no range is given.
 /// @param mesh of the map's set, shape units.
 /// @throws InputError naming the option or what is wrong with the map or the mesh; Interrupted.
 SurfaceColors surface_colors(const Device& device, const Map& map, const TriangleMesh& mesh,

@@ -119,9 +119,10 @@ def fit(
     initial : Map, optional
         A map to start from in place of a placement: its factors go where they are in the shape.
     weights : callable, optional
-        What samples' weights are multiplied by: a function that takes points of the shape, an array
-        (N, 3), and returns N numbers of 0 or more. It is called once a stage, and gives the same
-        numbers for the same points. Weights are then scaled so that their sum stays as it was.
+        A function that takes points in the shape's coordinates, an array (N, 3), and returns N
+        numbers of 0 or more, by which the weights of samples are multiplied. It is called once per
+        stage and must return the same numbers for the same points. The weights are then scaled so
+        that their sum does not change.
     polish : bool, optional
         Spends the last two fifths on the iterated set.
     unknowns : {"all", "exponents"}, optional
@@ -180,25 +181,25 @@ def fit(
 
 
 class Fit:
-    """A fit that is taken stage by stage.
+    """A fit that is run stage by stage.
 
     >>> fit = qjulia.Fit(vertices, faces, factors=331)
     >>> for stage in fit:
     ...     print(stage, fit.map.field(points).mean())
     >>> result = fit.result()
 
-    Its maps are those of `qjulia.fit`, bit for bit, unless there is a time limit, which goes on
-    between the stages. A loop may be left with ``break``, and gone on with by another one.
+    Its maps are those of `qjulia.fit`, bit for bit, unless there is a time limit, which includes
+    the time between stages. A loop may be left with ``break``, and another loop may continue the fit.
 
     Parameters
     ----------
     vertices, faces, initial, device, on_evaluation, on_progress, **options
-        As those of `qjulia.fit`, which says what is raised, too.
+        As for `qjulia.fit`, and with the same exceptions.
 
     Notes
     -----
-    Ctrl-C during a stage ends the fit with what it has reached, and so the loop: `stopped` is then
-    "interrupted".
+    Ctrl-C during a stage ends the fit, and so the loop, with what the fit has reached: `stopped` is
+    then "interrupted".
     """
 
     __slots__ = ("_callbacks", "_core")
@@ -231,12 +232,12 @@ class Fit:
         Returns
         -------
         StageReport or None
-            None where there was no further stage.
+            None if there was no further stage.
 
         Raises
         ------
         RuntimeError
-            If another call of this fit has not returned yet; so do the other methods.
+            If another call of this fit has not returned yet. The other methods raise it, too.
         """
         stage = self._core.step()
         return None if stage is None else StageReport(**stage)
@@ -252,7 +253,7 @@ class Fit:
 
     @property
     def map(self):
-        """What the fit would give if it ended here. Takes some tenths of a second."""
+        """The map that the fit would give if it ended here. Takes some tenths of a second."""
         return Map._of(self._core.map())
 
     @property
@@ -262,11 +263,11 @@ class Fit:
 
     @property
     def stopped(self):
-        """Why the fit has ended, as `FitResult.stopped`; None while there are further stages."""
+        """Why the fit has ended, like `FitResult.stopped`; None while there are further stages."""
         return self._core.stopped()
 
     def result(self):
-        """Ends the fit, where there are further stages as "interrupted".
+        """Ends the fit; if there are further stages, it counts as "interrupted".
 
         Returns
         -------

@@ -128,8 +128,8 @@ Map
 
 Notes
 -----
-`detail` may also be "auto", "smooth", "clear" or "wild", as for `fit`: it is then chosen for the
-map's own shape, which takes about as long as its surface at n = 1.
+`detail` may also be "auto", "smooth", "clear" or "wild", as for `fit`. The value is then chosen for
+the map's own shape, which takes about as long as its surface at n = 1.
 
 Raises
 ------
@@ -264,17 +264,19 @@ InputError
         max_triangles : int, optional
             The mesh is decimated to at most so many.
         max_error : float, optional
-            The mesh is decimated as far as it stays so near to itself, in the units of the result.
+            The mesh is decimated as long as it stays within this distance of the original, in the
+            units of the result.
         height, longest : float, optional
             The mesh is scaled to this height along the map's up axis, or so that the longest side
             of its box has this length. All lengths below are in the same units.
         min_wall : float, optional
             Walls that are thinner are thickened.
         flat_foot : float, optional
-            So much of the lower end is cut off, flat.
+            This length is cut off the lower end, flat.
         shell, drain : float, optional
             The mesh is hollowed out, with a wall of this thickness and a hole of this diameter
-            from the cavity's lowest place straight down. The hole is 3 wide; 0 makes none.
+            from the cavity's lowest place straight down. The diameter is 3 by default; 0 makes no
+            hole.
         escape : float, optional
         precision : {"single", "double"}, optional
         device : Device or str, optional
@@ -540,8 +542,8 @@ size : (int, int), optional
     Width and height in pixels. They are 1280 and 960.
 {_described(_core.picture_settings())}
 range : sequence of float, optional
-    What the material shows where the palette begins and ends. Without it, the 5th and the 95th
-    percentile of what occurs on the whole set.
+    The values of the material at which the palette begins and ends. By default, the 5th and the
+    95th percentile of the values on the whole set.
 background : str, optional
     "studio", "transparent", or a colour such as "#ff8000" or "white".
 ground : bool, optional

@@ -28,8 +28,8 @@ class Surface(NamedTuple):
         ----------
         path : path-like
         up : {"x", "y", "z", "-x", "-y", "-z"}, optional
-            The axis that points up, such as `Map.up`: .glb, .usda, .stl and .3mf files then stand
-            upright.
+            The axis that points up, such as `Map.up`. Meshes in .glb, .usda, .stl and .3mf files
+            then stand upright.
         colors : array, (N, 3), optional
             sRGB, 0 to 255, such as `Map.surface_colors` gives. All but .stl and .off hold them.
         """
@@ -85,8 +85,8 @@ def read_mesh(path):
     Parameters
     ----------
     path : path-like
-        An .obj, .off, .ply, .stl, .glb, .gltf or .3mf file. Scenes come as one mesh, and a .ply
-        file of points with normals (nx, ny, nz) as a small polygon for each point.
+        An .obj, .off, .ply, .stl, .glb, .gltf or .3mf file. A scene is read as one mesh, and a
+        .ply file of points with normals (nx, ny, nz) as a small polygon for each point.
 
     Returns
     -------

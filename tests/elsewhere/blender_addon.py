@@ -92,7 +92,7 @@ def imported(name):
 
 def check_errors(preferences):
     """Programs that are missing, wrong or too old."""
-    for given, told in ((str(folder / "nowhere"), "is no program"),
+    for given, told in ((str(folder / "nowhere"), "is not a program"),
                         (program("old", "import sys; sys.exit('explore: unknown command')"), "is too old"),
                         (program("silent", ""), "ended without a word"),
                         (program("pageless", "import http.server\n"
@@ -107,7 +107,7 @@ def check_errors(preferences):
         check(told in said, f"a program is refused: {said.strip()}")
     preferences.program = PROGRAM
     said = refusal(bpy.ops.qjulia.add, filepath=str(folder / "nothing.qjulia.json"))
-    check("is not there" in said, f"a map that is missing is told: {said.strip()}")
+    check("does not exist" in said, f"a map that is missing is told: {said.strip()}")
     (folder / "broken.qjulia.json").write_text("{")
     said = refusal(bpy.ops.qjulia.add, filepath=str(folder / "broken.qjulia.json"))
     check("broken.qjulia.json" in said, f"a map that is none is told by the program: {said.strip()}")

@@ -332,7 +332,7 @@ factors = )" + many + "\ntime_limit = " + many + "\n");
   }
   CHECK_THAT(
       problems(folder, "[[fit]]\nmesh = \"a.obj\"\nfactors = [1, 2]\n"),
-      Contains("m.toml:3: 'factors' must be a number") && Contains("lists stand in a [[sweep]]"));
+      Contains("m.toml:3: 'factors' must be a number") && Contains("lists belong in a [[sweep]]"));
 }
 
 TEST_CASE("combinations without number are counted as the largest one") {

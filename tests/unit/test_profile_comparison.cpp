@@ -190,7 +190,7 @@ TEST_CASE("what cannot be compared is refused by name") {
   const ProfileComparison part = compare_profiles(good, changed("/kernels/0/kernel", "new"), {});
   CHECK(part.kernels.size() == 7);
   CHECK(part.left_out ==
-        std::vector<std::string>{"energy, n = 1: in OLD alone", "new, n = 1: in NEW alone"});
+        std::vector<std::string>{"energy, n = 1: only in OLD", "new, n = 1: only in NEW"});
   for (const double confidence : {0.5, 1.0, -1.0, std::nan("")}) {
     ComparisonOptions options;
     options.confidence = confidence;

@@ -317,7 +317,7 @@ TEST_CASE("3mf: what is wrong is refused") {
   check_scene_refused("damaged.3mf", damaged, "damaged");
   check_scene_refused("text.3mf", "once upon a time", "ZIP");
   check_scene_refused("office.3mf", test::stored_zip({{"word/document.xml", "<a/>"}}), ".rels");
-  check_scene_refused("xml.3mf", package_3mf("<model>"), "no whole XML");
+  check_scene_refused("xml.3mf", package_3mf("<model>"), "not well-formed XML");
   check_scene_refused("doctype.3mf", package_3mf("<!DOCTYPE a [<!ENTITY b 'c'>]><a>&b;</a>"),
                       "document type");
   check_scene_refused("unit.3mf", package_3mf(model_3mf(kTetrahedron3mf, item, "parsec")),

@@ -55,7 +55,8 @@ using FitOptionsCheck = std::function<void(const std::vector<ManifestOption>&)>;
 
 /// Reads a TOML manifest (docs/batch.md). Paths in it are relative to the manifest's folder. A
 /// [[sweep]] gives an entry for each mesh and each combination of the values that it lists; the
-/// names tell the values, so that an entry keeps its name when others are added or lines are moved.
+/// names contain the values, so that an entry keeps its name when others are added or lines are
+/// moved.
 /// @param meshes_may_be_missing entries whose mesh does not exist are kept: for a batch that is
 ///   resumed after a mesh has vanished.
 /// @param stop ends waiting for a pipe: Interrupted.
@@ -103,8 +104,8 @@ struct EntryStatus {
   long process = 0;
   std::string device;
   std::string started;         ///< UTC, ISO 8601
-  double seconds = 0;          ///< of the run that began it last
-  double earlier_seconds = 0;  ///< of runs before it, for the same key, that did not end it
+  double seconds = 0;          ///< of the latest run
+  double earlier_seconds = 0;  ///< of earlier runs for the same key that did not finish it
   /// Every option, by name, of the fit, "version" of the program and "compare"; empty when a
   /// version of the program wrote it that did not keep them.
   nlohmann::json settings = nlohmann::json::object();

@@ -343,7 +343,7 @@ class Reader {
       option.values.push_back(is_file ? (folder() / *text).string() : *text);
     } else {
       complain(line, fmt::format("'{}' must be a number, a string without NUL, true or false{}",
-                                 name, node.is_array() ? "; lists stand in a [[sweep]]" : ""));
+                                 name, node.is_array() ? "; lists belong in a [[sweep]]" : ""));
       return std::nullopt;
     }
     try {
@@ -442,7 +442,7 @@ class Reader {
     }
     complain(section.line,
              fmt::format("{} matches {} meshes, which cannot all be named '{}'; put an asterisk "
-                         "where each mesh's own name shall stand",
+                         "where each mesh's own name should stand",
                          patterns, meshes.size(), *section.name));
     return std::nullopt;
   }

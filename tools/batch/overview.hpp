@@ -9,9 +9,9 @@
 
 namespace qjulia::batch {
 
-/// index.html: a picture of each entry that has one, beside what sets it apart and what came of it,
-/// in a table that is sorted by a click on a heading; below, what is the same for all, warnings and
-/// errors. Pictures and maps are named, not held: the page belongs in the batch's folder.
+/// index.html: a table that a click on a heading sorts, with each entry's picture, the settings in
+/// which entries differ, and the results; below it the common settings, warnings and errors. The
+/// page links to pictures and maps and does not contain them, so it belongs in the batch's folder.
 /// @param table of these entries.
 std::string overview(const std::vector<EntryStatus>& entries, const SummaryTable& table);
 

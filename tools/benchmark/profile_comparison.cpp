@@ -159,7 +159,7 @@ Pairs common_kernels(const Profile& before, const Profile& after,
   for (const KernelRuns& old : before.kernels) {
     const KernelRuns* const now = find(after.kernels, old);
     if (now == nullptr) {
-      left_out.push_back(fmt::format("{}, n = {}: in OLD alone", old.name, old.iterations));
+      left_out.push_back(fmt::format("{}, n = {}: only in OLD", old.name, old.iterations));
     } else if (old.samples != now->samples || old.factors != now->factors) {
       throw InputError(fmt::format(
           "{}, n = {}, was measured with {} samples and {} factors in OLD, "
@@ -171,10 +171,10 @@ Pairs common_kernels(const Profile& before, const Profile& after,
   }
   for (const KernelRuns& now : after.kernels) {
     if (find(before.kernels, now) == nullptr) {
-      left_out.push_back(fmt::format("{}, n = {}: in NEW alone", now.name, now.iterations));
+      left_out.push_back(fmt::format("{}, n = {}: only in NEW", now.name, now.iterations));
     }
   }
-  if (pairs.empty()) throw InputError("OLD and NEW have no kernel in common; nothing to compare");
+  if (pairs.empty()) throw InputError("OLD and NEW have no kernel in common; profile both again");
   return pairs;
 }
 
@@ -214,9 +214,10 @@ ProfileComparison compare_profiles(const json& before, const json& after,
   ProfileComparison comparison;
   comparison.differences = differences(old, now);
   if (!comparison.differences.empty() && !options.across_devices) {
-    throw InputError(fmt::format(
-        "the profiles cannot be compared: {}; measure both alike, or give --across-devices",
-        fmt::join(comparison.differences, "; ")));
+    throw InputError(
+        fmt::format("the profiles cannot be compared: {}; measure both in the same way, or give "
+                    "--across-devices",
+                    fmt::join(comparison.differences, "; ")));
   }
   const bool is_one_device = std::equal(old.circumstances.begin(), old.circumstances.begin() + 3,
                                         now.circumstances.begin());
@@ -228,7 +229,7 @@ ProfileComparison compare_profiles(const json& before, const json& after,
     const auto ratio = ratio_bounds(costs(*x, is_one_device), costs(*y, is_one_device), error);
     if (!ratio) {
       throw InputError(
-          fmt::format("{} and {} runs a kernel are too few for a confidence of {} in {} kernels; "
+          fmt::format("{} and {} runs per kernel are too few for a confidence of {} in {} kernels; "
                       "profile with more --repeats, or give a lower --confidence",
                       x->seconds.size(), y->seconds.size(), options.confidence, pairs.size()));
     }

@@ -11,11 +11,11 @@
 namespace qjulia::benchmark {
 
 struct ComparisonOptions {
-  /// The chance, over all kernels together, that none is called slower that is not, and likewise
-  /// for faster. ½ … 1, neither included.
+  /// The probability, for all kernels together, that no kernel is wrongly called slower, and
+  /// likewise for faster. Above ½ and below 1.
   double confidence = 0.95;
   double tolerance = 0.02;      ///< a kernel is slower if it takes longer by more than this share
-  bool across_devices = false;  ///< also what was measured otherwise than the kernels' own code
+  bool across_devices = false;  ///< also compare profiles whose device or settings differ
   void validate() const;        ///< @throws InputError
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-/// How many times as long one thing takes as another, by a few runs of each.
+/// The ratio of two durations, estimated from a few runs of each.
 
 #include <cstddef>
 #include <optional>
@@ -18,10 +18,10 @@ struct RatioBounds {
 /// by the normal distribution beyond.
 double mann_whitney_chance(std::size_t first, std::size_t second, std::size_t u);
 
-/// Bounds of after / before. No distribution is assumed but that runs are independent and that both
-/// have the same one but for the ratio.
+/// Bounds of after / before. It is assumed only that runs are independent and that both have the
+/// same distribution up to the ratio.
 /// @param before, after seconds, positive and finite.
-/// @param error the chance at most that the ratio lies below `low`, and the same for above `high`;
+/// @param error the largest probability that the ratio lies below `low`, and likewise above `high`;
 ///   0 … ½.
 /// @return nothing where there are too few runs for any bound.
 /// O(k log k) for k pairs of runs, O(k min(before, after)) where the chance is exact.

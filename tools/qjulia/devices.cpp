@@ -24,8 +24,8 @@ std::string reason(const DeviceChoice& wanted, std::size_t devices) {
   }
   if (devices == 1) return "it is the only one";
   return "it ranks first: GPUs with memory of their own come before those that share the host's, "
-         "other accelerators and CPUs, and within a kind the one with the most compute units by "
-         "clock by lanes of its vendor's units";
+         "other accelerators and CPUs, and within a kind the one with the highest estimated speed, "
+         "which is compute units times clock times multiply-adds per clock of a unit, comes first";
 }
 
 std::string to_text(const DeviceInfo& d, bool chosen, bool verbose) {
@@ -39,8 +39,8 @@ std::string to_text(const DeviceInfo& d, bool chosen, bool verbose) {
                       d.rank, kind_text(d), d.estimated_speed);
   if (!d.same_as.empty()) {
     text += fmt::format(
-        "      the same GPU as {}, whose platform serves it better; --device {}:{} chooses this "
-        "one\n",
+        "      the same GPU as {}, which is used because its platform is preferred; --device {}:{} "
+        "chooses this one\n",
         d.same_as, d.platform, d.index);
   }
   if (verbose) {

@@ -39,8 +39,8 @@ std::span<const ExitStatus> exit_statuses() {
       ExitStatus{kBadInput, "bad usage or input",
                  "An option, its value or an input file is no use; nothing was computed."},
       ExitStatus{kNoDevice, "no usable device",
-                 "There is no OpenCL device, or none of that name. 'profile compare', which needs "
-                 "none, could not decide."},
+                 "There is no OpenCL device, or none of that name; or 'profile compare', which "
+                 "needs no device, could not decide."},
       ExitStatus{kInterrupted, "interrupted",
                  "SIGINT, SIGTERM or SIGHUP came; a fit then saves what it reached."}};
   return kStatuses;

@@ -434,15 +434,15 @@ void describe_info(Command command, InfoArguments& a) {
       command.flag("--printable", a.printable,
                    "Also say if a mesh is ready to print: one closed body, with walls that are "
                    "thick enough on all but a hundredth of its surface");
-  const Option nozzle =
-      command
-          .add("--nozzle", &a.nozzle, "NUMBER",
-               "Width of the printer's nozzle, millimetres; walls are two such lines")
-          .range(0.01, 10)
-          .needs(printable);
+  const Option nozzle = command
+                            .add("--nozzle", &a.nozzle, "NUMBER",
+                                 "Width of the printer's nozzle, in millimetres; walls must be two "
+                                 "lines of this width thick")
+                            .range(0.01, 10)
+                            .needs(printable);
   command
       .add("--min-wall", &a.min_wall, "LENGTH",
-           "How thick walls have to be, millimetres, instead of two lines")
+           "The required thickness of walls, in millimetres, instead of two lines of the nozzle")
       .range(1e-6, 1e9)
       .needs(printable)
       .excludes({nozzle});

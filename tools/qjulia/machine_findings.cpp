@@ -18,11 +18,10 @@ std::vector<base::Finding> machine_findings() {
   for (const DeviceInfo& d : list_devices()) {
     if (d.same_as.empty()) continue;
     const std::string id = fmt::format("{}:{}", d.platform, d.index);
-    found.push_back(
-        {"same-device", id,
-         fmt::format("{} on '{}' is the same GPU as {}, which is used in its place: its platform "
-                     "serves it better; '--device {}' chooses it all the same",
-                     describe(d), d.platform_name, d.same_as, id)});
+    found.push_back({"same-device", id,
+                     fmt::format("{} on '{}' is the same GPU as {}, which is used instead because "
+                                 "its platform is preferred; '--device {}' still chooses this one",
+                                 describe(d), d.platform_name, d.same_as, id)});
   }
   return found;
 }
@@ -34,8 +33,8 @@ std::vector<base::Finding> waiting_findings(const Device& device) {
   if (awake < kLeast || waited.processor_seconds < 0.5 * awake) return {};
   if (device.info().kind == DeviceKind::cpu) return {};  // it may compute in the thread that waits
   return {{"waiting", "",
-           fmt::format("the driver keeps a core busy while it waits: {}. Most of the time that "
-                       "launches are known to take is slept through",
+           fmt::format("the driver keeps a core busy while it waits: {}. The program sleeps for "
+                       "most of the time that launches are known to take",
                        describe(waited))}};
 }
 

@@ -150,10 +150,10 @@ Option add_range(Command command, std::optional<MaterialRange>& range) {
   const auto take = [&range](const std::vector<double>& v) { range = {v[0], v[1]}; };
   return command.numbers(
       "--range", "LOW HIGH", take,
-      "What --material shows where the palette begins and ends. Default: the "
-      "5th and the 95th percentile of what occurs on the whole set, of the "
-      "first picture where there are several; the note in a picture tells it, and given "
-      "again it keeps the colours for other pictures, maps and meshes");
+      "The values of --material at which the palette begins and ends. Default: the 5th and the "
+      "95th percentile of the values on the whole set, in a series of pictures those of the first. "
+      "The note in a picture holds its range; give it again to keep the colours in other pictures, "
+      "maps and meshes");
 }
 
 void add_look(Command command, LookOptions& look, PictureOptions& options) {

@@ -31,27 +31,26 @@ void add_print_options(Command command, PrintOptions& options, const Option& mil
   const auto length = [&](const char* name, std::optional<double>& target, const char* text) {
     return command.add(name, &target, "LENGTH", text).range(kShortest, kLongest).excludes({metres});
   };
-  const Option height =
-      length("--height", options.height,
-             "Scale the mesh so that it is so many millimetres high along its up axis")
-          .excludes({millimetres});
+  const Option height = length("--height", options.height,
+                               "Scale the mesh to this height along its up axis, in millimetres")
+                            .excludes({millimetres});
   length("--longest", options.longest,
          "Scale the mesh so that the longest side of its box has this length, in millimetres")
       .excludes({millimetres, height});
   command
       .add("--max-triangles", &options.max_triangles, "INT",
-           "Decimate the mesh to at most so many triangles, edge by edge, the flattest places "
-           "first")
+           "Decimate the mesh to at most this number of triangles, edge by edge, the flattest "
+           "places first")
       .range(4, 1e9);
   length("--max-error", options.max_error,
-         "Decimate the mesh as far as it stays so near to itself, measured both ways, in "
-         "millimetres where the mesh has a size in these, else in the shape's units; with "
-         "--max-triangles, until either forbids to go on");
+         "Decimate the mesh as long as the result and the mesh stay within this distance of each "
+         "other, in millimetres if the mesh has a size in millimetres, else in the shape's units; "
+         "with --max-triangles, until either limit is reached");
   length("--min-wall", options.min_wall,
-         "Thicken walls that are thinner than this, until a hundredth of the surface at most has "
-         "thinner ones, as 'info --printable' measures them; edges are rounded for it");
+         "Thicken walls that are thinner than this, until at most a hundredth of the surface has "
+         "thinner ones, as 'info --printable' measures them. This rounds edges");
   length("--flat-foot", options.flat_foot,
-         "Cut so much off the lower end, flat, so that the print stands");
+         "Cut this length off the lower end, flat, so that the print stands");
   const Option shell = length("--shell", options.shell,
                               "Hollow the mesh out, with a wall of this thickness, and drain it");
   command
@@ -72,8 +71,9 @@ nlohmann::json print_json(const PrintOptions& options) {
 std::string print_text(const PrintReport& report, const PrintOptions& options) {
   std::string text;
   if (options.min_wall) {
-    text += fmt::format("\nwalls: 1 % of the surface was under {:.3g} and is under {:.3g} now",
-                        report.thinnest_before, report.thinnest);
+    text += fmt::format(
+        "\nwalls: the thinnest 1 % of the surface was under {:.3g} and is under {:.3g} now",
+        report.thinnest_before, report.thinnest);
   }
   if (options.min_wall || options.flat_foot || options.shell) {
     text += fmt::format("\nvolume: {:.6g}, which is {:+.2f} %", report.printed_volume,

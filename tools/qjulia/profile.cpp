@@ -148,7 +148,7 @@ int run_compare_profiles(const ProfileArguments& arguments, Session& session) {
 
 int run_profile(const ProfileArguments& arguments, Session& session) {
   if (!arguments.action.empty()) return run_compare_profiles(arguments, session);
-  refuse(arguments.of_comparing, "only 'profile compare' has such options");
+  refuse(arguments.of_comparing, "these options belong to 'profile compare'");
   arguments.options.validate();
   if (!(arguments.tolerance >= 0)) throw InputError("--tolerance must not be negative");
   std::vector<std::filesystem::path> inputs;
@@ -192,7 +192,7 @@ void describe_comparison(Command command, ProfileArguments& a) {
                 }
                 a.action = word;
               },
-              "'compare': say which kernels became slower from OLD to NEW; measures nothing")
+              "'compare': say which kernels became slower from OLD to NEW, without measuring")
           .offers({"compare"});
   command.file("OLD", a.before, "", "With 'compare': an earlier --json report")
       .needs(action)
@@ -203,9 +203,8 @@ void describe_comparison(Command command, ProfileArguments& a) {
   a.of_comparing = {
       command
           .add("--confidence", &a.confidence, "NUMBER",
-               "With 'compare': 0.95 lets a kernel that is not slower be called so in one "
-               "comparison "
-               "of twenty at most, of all kernels together")
+               "With 'compare': the confidence for all kernels together. With 0.95, at most one "
+               "comparison in twenty wrongly calls a kernel slower")
           .default_text("0.95"),
       command.flag("--across-devices", a.across_devices,
                    "With 'compare': compare although device, driver, layout, width, precision or "
@@ -274,7 +273,7 @@ void add_profile(CommandLine& program, ChosenCommand& chosen) {
   qjulia profile
   qjulia profile --json > before.json
   qjulia profile --baseline before.json --tolerance 0.1    exit code 1 if slower
-  qjulia profile compare before.json after.json            by all runs, with bounds
+  qjulia profile compare before.json after.json            compare all runs, with bounds
   qjulia profile --plot roofline.png
   qjulia profile --scaling                                 cost against size
   qjulia profile --tune                                    once a device; a minute or two
@@ -286,9 +285,10 @@ instructions, as counted for GPUs, and its memory traffic take at these limits. 
 distances end early by design: they have times only. Times are from the device's own
 clock. The spread is that of the runs, over their median; a warning says so when the
 machine was not idle.
-'compare' takes two --json reports. Each run is set against the multiply-add limit that was
-measured beside it. A kernel is slower if it surely takes over 2 % longer. Exit code 0: none
-is; 1: some are; 3: undecided, because the machine was busy or runs lie too far apart.
+'compare' takes two --json reports. The time of each run is multiplied by the multiply-add
+limit measured right after it. A kernel is slower if the lower bound of its slowdown is over
+2 %. Exit code 0: no kernel is slower; 1: some are; 3: undecided, because the machine was
+busy or runs differ too much.
 Tuned settings are kept for the device, its driver and this program in
 $XDG_CACHE_HOME/qjulia (~/.cache/qjulia), and every command uses them from then on. Sums
 are then taken in another order: maps fitted before and after differ slightly,

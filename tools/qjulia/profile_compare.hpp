@@ -10,7 +10,7 @@ namespace qjulia::tools {
 
 /// Shows what became of each kernel from the profile in file `before` to that in `after`.
 /// @return kDone when none is slower, kFailed when any is, kUndecided when the machine was too busy
-///   to tell.
+/// or runs differ too much.
 /// @throws InputError naming the file that cannot be read, or what cannot be compared.
 int compare_profiles(const std::string& before, const std::string& after,
                      const benchmark::ComparisonOptions& options, Session& session);

@@ -126,7 +126,8 @@ void Session::report_kernels(const Device& device) {
 
 std::string describe(const WaitTime& waited) {
   return fmt::format(
-      "waited for the device {:.3f} s, of which {:.3f} s asleep; the processor {:.3f} s",
+      "waited {:.3f} s for the device, of which {:.3f} s asleep; waiting took {:.3f} s of "
+      "processor time",
       waited.seconds, waited.slept_seconds, waited.processor_seconds);
 }
 

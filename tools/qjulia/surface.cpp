@@ -337,13 +337,13 @@ void describe_surface(Command command, SurfaceArguments& a) {
                "Scale the mesh so that the fitted shape's longest side has this length, in "
                "millimetres")
           .range(1e-6, 1e9);
-  const Option metres =
-      command
-          .add("--metres", &a.metres, "LENGTH",
-               "The same in metres. Without either, a unit of the shape is a metre in .glb and "
-               ".usda, and a millimetre in .3mf")
-          .excludes({millimetres})
-          .range(1e-9, 1e6);
+  const Option metres = command
+                            .add("--metres", &a.metres, "LENGTH",
+                                 "Like --millimetres, but in metres. Without either, a unit of the "
+                                 "shape is a metre in .glb and "
+                                 ".usda, and a millimetre in .3mf")
+                            .excludes({millimetres})
+                            .range(1e-9, 1e6);
   add_print_options(command, a.print, millimetres, metres);
   const Option draft = command.flag(
       "--draft", a.options.draft,
@@ -359,24 +359,21 @@ void describe_surface(Command command, SurfaceArguments& a) {
   add_material_choice(
       command, a.material,
       "What the colours of the vertices show, in " + colored_types() +
-          " files: nothing, of clay; or what they show in pictures: iterations, how long the orbit "
-          "of a point stays undecided; "
-          "trap, how close two iterates come to the plane X = 0, seen from the origin; groove, "
-          "from "
-          "the bottoms of grooves to the tips of what stands out; height, along the up axis; or "
-          "factor, which factor of the map is nearest");
+          " files: clay, no colours; or the same as in pictures: iterations, how long the orbit "
+          "of a point stays undecided; trap, how close two iterates come to the plane X = 0, seen "
+          "from the origin; groove, from the bottoms of grooves to the tips of ridges; height, "
+          "along the up axis; or factor, which factor of the map is nearest");
   a.palette_option = add_palette(
       command, a.palette,
       fmt::format("The colours of --material: {}; or 2 to {} of your own with commas between, from "
                   "low to high",
                   fmt::join(palette_names(), ", "), Palette::kMostStops));
   a.range_option = add_range(command, a.range);
-  add_up(
-      command, a.up,
-      "In .glb, .usda, .stl and .3mf files, which stand upright, the shape's axis that points up; "
-      "auto is what the map says. In .ply, .obj, .off and .vdb files, the file's axis that the "
-      "map's up is turned to; auto keeps the shape's own coordinates. Blender reads a .ply with "
-      "z up and an .obj with y up");
+  add_up(command, a.up,
+         "In .glb, .usda, .stl and .3mf files, which stand upright, the shape's axis that points "
+         "up; auto takes it from the map. In .ply, .obj, .off and .vdb files, the axis of the file "
+         "that the map's up axis is turned to; auto keeps the shape's own coordinates. Blender "
+         "takes z for up in a .ply and y in an .obj");
   add_map_options(command, a.map_options,
                   "Default: the shape's box plus 5 %, grown until the set fits in");
   add_device(command, a.device);

@@ -14,7 +14,7 @@ from . import live, ply, properties
 
 
 class BakeError(Exception):
-    """What a person should read."""
+    """A message for the user."""
 
 
 def folder_of(obj) -> str:
@@ -23,7 +23,7 @@ def folder_of(obj) -> str:
     if not given:
         given = "//qjulia_" + re.sub(r"[^\w.-]", "_", obj.name)
     if given.startswith("//") and not bpy.data.filepath:
-        raise BakeError("save the .blend file first, beside which baked meshes are kept, or give a folder")
+        raise BakeError("save the .blend file first, since baked meshes are kept beside it, or give a folder")
     return bpy.path.abspath(given)
 
 
@@ -32,7 +32,7 @@ def file_of(obj, frame: int) -> str:
 
 
 def _write(path: str, data: bytes) -> None:
-    """Whole or not at all."""
+    """Writes the file completely or not at all."""
     try:
         os.makedirs(os.path.dirname(path), exist_ok=True)
         with open(path + ".part", "wb") as file:
@@ -43,11 +43,11 @@ def _write(path: str, data: bytes) -> None:
 
 
 def frames(obj, scene):
-    """Bakes the scene's frames, a frame a step; yields how many are done, and how many there are.
+    """Bakes the scene's frames, one per step; yields the number of finished frames and of all frames.
     @raises ProgramError, BakeError"""
     folder_of(obj)
     obj.qjulia.uses_bake, was_live = False, obj.qjulia.live
-    obj.qjulia.live = False  # or frames would be made twice
+    obj.qjulia.live = False  # else each frame would be made twice
     before, numbers = scene.frame_current, range(scene.frame_start, scene.frame_end + 1)
     try:
         for done, frame in enumerate(numbers, 1):
@@ -62,7 +62,7 @@ def frames(obj, scene):
 
 
 def show_frame(obj, frame: int) -> None:
-    """The frame's mesh, or where it was not baked the nearest frame's. @raises BakeError"""
+    """The frame's mesh, or that of the nearest baked frame. @raises BakeError"""
     path = file_of(obj, frame)
     if not os.path.isfile(path):
         path = _nearest(obj, frame)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0 OR GPL-3.0-or-later
 # Part of qjulia, which is under the Apache License 2.0. This add-on may be used under the GNU General
 # Public License, version 3 or later, as well, which is what Blender asks of add-ons.
-"""Meshes follow frames, and files that are opened."""
+"""Handlers that keep meshes up to date when the frame changes or a file is opened."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from . import bake, live, properties, server
 
 
 def _follow_frame(obj, scene, depsgraph) -> None:
-    """The frame's mesh, before it is drawn: what was baked, or in the final fineness what is rendered.
+    """Sets the frame's mesh before it is drawn: the baked mesh, or the final mesh when rendering.
     @raises ProgramError, BakeError"""
     if obj.qjulia.uses_bake:
         bake.show_frame(obj, scene.frame_current)
         return
     if not live.is_paused and not (bpy.app.background and obj.qjulia.live):
-        return  # `live.tick` follows
+        return  # `live.tick` makes the preview
     evaluated = obj.evaluated_get(depsgraph) if depsgraph else obj
     cells = obj.qjulia.final_cells if live.is_paused else obj.qjulia.preview_cells
     wanted = live.Wanted(obj, properties.values_of(evaluated), cells)

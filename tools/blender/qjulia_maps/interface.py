@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0 OR GPL-3.0-or-later
 # Part of qjulia, which is under the Apache License 2.0. This add-on may be used under the GNU General
 # Public License, version 3 or later, as well, which is what Blender asks of add-ons.
-"""The panel with every knob, in the sidebar and among the object's properties, and the menu's entry."""
+"""The panel with all knobs, in the sidebar and in the object's properties, and the menu entry."""
 
 from __future__ import annotations
 

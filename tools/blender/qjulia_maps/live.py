@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0 OR GPL-3.0-or-later
 # Part of qjulia, which is under the Apache License 2.0. This add-on may be used under the GNU General
 # Public License, version 3 or later, as well, which is what Blender asks of add-ons.
-"""Meshes follow knobs: requests in threads of their own, and their results in Blender's main thread."""
+"""Remakes meshes when knobs change: requests run in threads, results are used in Blender's main thread."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from . import ply, properties, server, shapes
 _SECONDS_BETWEEN = 0.1
 
 servers = server.Servers(properties.how_to_start)
-_is_busy = False  # when the panel was drawn last
+_is_busy = False  # its value when the panel was last drawn
 is_paused = False  # while frames are rendered, which `frames` makes meshes for
 
 
 class _Job(threading.Thread):
-    """One mesh. Touches nothing of Blender."""
+    """A request for one mesh. Does not use Blender."""
 
     def __init__(self, wanted: "Wanted"):
         super().__init__(daemon=True)
@@ -47,29 +47,29 @@ class _Job(threading.Thread):
 
 
 class Wanted:
-    """What an object's mesh is to be."""
+    """The mesh that an object should have."""
 
     def __init__(self, obj, values: dict, cells: int):
         table = properties.table_of(obj)
         self.choice = servers.choice(os.path.realpath(bpy.path.abspath(obj.qjulia.map_file)))
         self.query = table.query(values)
         self.up, self.clay, self.cells = table.up(values), table.clay(values), cells
-        # The same for meshes that differ in their fineness alone.
+        # Equal for meshes that differ only in their resolution.
         self.knobs = json.dumps([os.path.basename(self.choice[1]), self.query, self.up, self.clay])
 
     @property
     def shown(self) -> str:
-        """What the object keeps of a mesh that is this one."""
+        """The text by which the object remembers that it has this mesh."""
         return f"{self.cells} {self.knobs}"
 
 
 class _State:
-    """Of an object; by its name."""
+    """The state of an object, stored by the object's name."""
 
     def __init__(self) -> None:
         self.job: _Job | None = None
-        self.message = ""  # what went wrong last
-        self.refused = ""  # the knobs for which it did
+        self.message = ""  # the last error
+        self.refused = ""  # the knobs that caused it
 
 
 _states: dict[str, _State] = {}
@@ -80,12 +80,12 @@ def _state(obj) -> _State:
 
 
 def is_refused(obj, wanted: Wanted) -> bool:
-    """Whether the program has refused to make this very mesh."""
+    """Whether the program has refused to make exactly this mesh."""
     return _state(obj).refused == wanted.shown
 
 
 def tell(obj, text: str) -> None:
-    """What went wrong, in the object's panel."""
+    """Shows an error in the object's panel."""
     _state(obj).message = text
 
 
@@ -94,18 +94,18 @@ def message(obj) -> str:
 
 
 def progress(obj) -> tuple[float, str] | None:
-    """How far the mesh is that is being made, if one is."""
+    """The progress of the mesh that is being made, if any."""
     job = _state(obj).job
     return (job.request.share, job.request.activity) if job else None
 
 
 def is_current(obj) -> bool:
-    """Whether the object's mesh is that of its knobs, in its final fineness."""
+    """Whether the object has the final mesh of its current knobs."""
     return obj.qjulia.shown == Wanted(obj, properties.values_of(obj), obj.qjulia.final_cells).shown
 
 
 def has_knobs(obj, wanted: Wanted) -> bool:
-    """Whether the object's mesh is the one that is wanted, of any fineness."""
+    """Whether the object has the mesh that is wanted, at any resolution."""
     return obj.qjulia.shown.partition(" ")[2] == wanted.knobs
 
 
@@ -117,7 +117,7 @@ def show(obj, made: ply.Mesh, wanted: Wanted) -> None:
 
 
 def _report(text: str) -> None:
-    """To Blender's reports, where somebody can read them."""
+    """Shows a text in Blender's reports, if there is a window."""
     windows = bpy.context.window_manager.windows
     if not bpy.app.background and windows:
         with bpy.context.temp_override(window=windows[0]):
@@ -125,7 +125,7 @@ def _report(text: str) -> None:
 
 
 def _take(obj, job: _Job) -> None:
-    """What a job has come to."""
+    """Uses the result of a finished job."""
     state = _state(obj)
     if job.mesh is not None:
         show(obj, job.mesh, job.wanted)
@@ -136,7 +136,7 @@ def _take(obj, job: _Job) -> None:
 
 
 def begin(obj, wanted: Wanted) -> None:
-    """A mesh in place of one that is being made."""
+    """Starts a mesh and cancels the one that is being made."""
     cancel(obj)
     job = _state(obj).job = _Job(wanted)
     job.start()
@@ -150,7 +150,7 @@ def cancel(obj) -> None:
 
 
 def make(obj, wanted: Wanted) -> bytes:
-    """The same at once. @return its file @raises ProgramError"""
+    """Makes a mesh and waits for it. @return its file @raises ProgramError"""
     cancel(obj)
     job = _Job(wanted)
     job.run()
@@ -163,12 +163,12 @@ def make(obj, wanted: Wanted) -> bytes:
 def _follow_live(obj) -> None:
     state = _state(obj)
     if obj.mode != "OBJECT":
-        return  # Blender holds the mesh
+        return  # Blender is using the mesh
     if state.job and not state.job.is_alive():
         job, state.job = state.job, None
         _take(obj, job)
     if state.job or not obj.qjulia.live or obj.qjulia.uses_bake:
-        return  # a preview is never cut short: while a knob is dragged, previews are what keeps up
+        return  # previews are not cancelled, else none would be shown while a knob is dragged
     wanted = Wanted(obj, properties.values_of(obj), obj.qjulia.preview_cells)
     if not has_knobs(obj, wanted) and not is_refused(obj, wanted):
         begin(obj, wanted)
@@ -180,11 +180,11 @@ def _follow_safely(obj) -> None:
         _follow_live(obj)
     except Exception as error:  # pylint: disable=broad-except
         traceback.print_exc()
-        tell(obj, f"the add-on failed: {error}; the console says where")
+        tell(obj, f"the add-on failed: {error}; see the console for details")
 
 
 def tick() -> float:
-    """Now and then, in the main thread."""
+    """Runs regularly in the main thread."""
     if not is_paused:
         for obj in bpy.data.objects:
             if properties.is_map(obj):
@@ -194,7 +194,7 @@ def tick() -> float:
 
 
 def _redraw() -> None:
-    """While a mesh is being made, and once after it."""
+    """Redraws panels while a mesh is being made, and once after it."""
     global _is_busy
     was_busy, _is_busy = _is_busy, any(state.job for state in _states.values())
     if not (was_busy or _is_busy):
@@ -206,12 +206,12 @@ def _redraw() -> None:
 
 
 def wait(seconds: float = 120) -> None:
-    """Until no mesh is being made, for programs without windows. @raises TimeoutError"""
+    """Waits until no mesh is being made, for use without windows. @raises TimeoutError"""
     until = time.monotonic() + seconds
     tick()
     while any(state.job for state in _states.values()):
         if time.monotonic() > until:
-            raise TimeoutError(f"meshes are not made after {seconds:g} s")
+            raise TimeoutError(f"meshes are still not made after {seconds:g} s")
         time.sleep(0.02)
         tick()
 

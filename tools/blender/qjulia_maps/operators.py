@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0 OR GPL-3.0-or-later
 # Part of qjulia, which is under the Apache License 2.0. This add-on may be used under the GNU General
 # Public License, version 3 or later, as well, which is what Blender asks of add-ons.
-"""What buttons and menus do. What goes wrong is in Blender's reports."""
+"""The operators behind buttons and menus. Errors go to Blender's reports."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from . import bake, live, properties, server
 
 
 class _OfMap:
-    """An operator on the active object, which is a map's."""
+    """Base of operators on the active object, which must be a map."""
 
     @classmethod
     def poll(cls, context):
@@ -23,7 +23,7 @@ class _OfMap:
 
 
 class QJULIA_OT_add(bpy.types.Operator, ImportHelper):
-    """Add a map of qjulia as an object, with all of its knobs"""
+    """Add a map of qjulia as an object with all of its knobs"""
 
     bl_idname = "qjulia.add"
     bl_label = "Qjulia map"
@@ -51,7 +51,7 @@ class QJULIA_OT_add(bpy.types.Operator, ImportHelper):
 
 
 def _begin(operator, obj, cells: int):
-    """A mesh in the background; at once where there are no windows."""
+    """Starts a mesh in the background; without windows, waits for it."""
     wanted = live.Wanted(obj, properties.values_of(obj), cells)
     if not bpy.app.background:
         live.begin(obj, wanted)
@@ -65,7 +65,7 @@ def _begin(operator, obj, cells: int):
 
 
 class QJULIA_OT_final(_OfMap, bpy.types.Operator):
-    """Make the mesh of the knobs as they stand, in its final fineness"""
+    """Make the final mesh for the current knobs"""
 
     bl_idname = "qjulia.final"
     bl_label = "Final mesh"
@@ -76,7 +76,7 @@ class QJULIA_OT_final(_OfMap, bpy.types.Operator):
 
 
 class QJULIA_OT_cancel(_OfMap, bpy.types.Operator):
-    """Do not make this mesh after all"""
+    """Cancel the mesh that is being made"""
 
     bl_idname = "qjulia.cancel"
     bl_label = "Cancel"
@@ -87,7 +87,7 @@ class QJULIA_OT_cancel(_OfMap, bpy.types.Operator):
 
 
 class QJULIA_OT_restart(_OfMap, bpy.types.Operator):
-    """Start the program again, and read the map file again: knobs keep their values"""
+    """Restart the program and read the map file again. Knobs keep their values"""
 
     bl_idname = "qjulia.restart"
     bl_label = "Start again"
@@ -107,7 +107,7 @@ class QJULIA_OT_restart(_OfMap, bpy.types.Operator):
 
 
 class QJULIA_OT_choose(_OfMap, bpy.types.Operator):
-    """Choose this"""
+    """Choose this value"""
 
     bl_idname = "qjulia.choose"
     bl_label = "Choose"
@@ -128,12 +128,12 @@ class QJULIA_OT_choose(_OfMap, bpy.types.Operator):
                 obj[properties.key_of(control)] = self.word
                 obj.update_tag()
                 return {"FINISHED"}
-        self.report({"ERROR"}, f"'{self.word}' is none of what '{self.control}' can be")
+        self.report({"ERROR"}, f"'{self.word}' is not a value of '{self.control}'")
         return {"CANCELLED"}
 
 
 class QJULIA_OT_reset(_OfMap, bpy.types.Operator):
-    """Turn all knobs back to where the map has them"""
+    """Set all knobs back to the values of the map"""
 
     bl_idname = "qjulia.reset"
     bl_label = "Reset knobs"
@@ -148,7 +148,7 @@ class QJULIA_OT_reset(_OfMap, bpy.types.Operator):
 
 
 class QJULIA_OT_surprise(_OfMap, bpy.types.Operator):
-    """A random pattern of grooves on the same shape: phase and order"""
+    """Set a random phase and order, which make another pattern of grooves on the same shape"""
 
     bl_idname = "qjulia.surprise"
     bl_label = "Surprise me"
@@ -209,7 +209,7 @@ class QJULIA_OT_bake(_OfMap, bpy.types.Operator):
 
 
 class QJULIA_OT_report(bpy.types.Operator):
-    """Put a text into Blender's reports"""
+    """Show a text in Blender's reports"""
 
     bl_idname = "qjulia.report"
     bl_label = "Qjulia"

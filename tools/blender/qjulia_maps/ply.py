@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0 OR GPL-3.0-or-later
 # Part of qjulia, which is under the Apache License 2.0. This add-on may be used under the GNU General
 # Public License, version 3 or later, as well, which is what Blender asks of add-ons.
-"""Meshes in the binary .ply files that the program writes. Nothing of Blender."""
+"""Reads the binary .ply files that the program writes. Does not use Blender."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class Mesh:
 
 
 def _header(data: bytes) -> tuple[list[list[str]], int]:
-    """The header's lines in words, and where the numbers begin."""
+    """The header's lines, split into words, and the offset of the data."""
     mark = b"end_header\n"
     end = data.find(mark)
     if not data.startswith(b"ply\n") or end < 0:
-        raise ValueError("this is no .ply file")
+        raise ValueError("this is not a .ply file")
     return [line.split() for line in data[:end].decode("ascii", "replace").splitlines()], end + len(mark)
 
 
@@ -41,14 +41,14 @@ def read(data: bytes) -> Mesh:
         elif words[0] == "property" and words[1] != "list":
             fields.append((words[2], _TYPES[words[1]]))
     if list(counts) != ["vertex", "face"] or ["property", "list", "uchar", "uint", "vertex_indices"] not in lines:
-        raise ValueError("this .ply file holds something else than vertices and triangles")
+        raise ValueError("this .ply file holds something other than vertices and triangles")
     vertex, face = numpy.dtype(fields), numpy.dtype([("count", "u1"), ("corners", "<u4", 3)])
     if len(data) != begin + counts["vertex"] * vertex.itemsize + counts["face"] * face.itemsize:
         raise ValueError("this .ply file is cut short")
     points = numpy.frombuffer(data, vertex, counts["vertex"], begin)
     faces = numpy.frombuffer(data, face, counts["face"], begin + points.nbytes)
     if (faces["count"] != 3).any() or (faces["corners"] >= max(1, len(points))).any():
-        raise ValueError("this .ply file has faces that are no triangles")
+        raise ValueError("this .ply file has faces that are not triangles")
 
     def columns(*names: str) -> numpy.ndarray:
         return numpy.stack([points[name] for name in names], axis=1)
@@ -59,7 +59,7 @@ def read(data: bytes) -> Mesh:
 
 
 def turned_upright(vertices: numpy.ndarray, up: str) -> numpy.ndarray:
-    """The vertices with the axis "x", "-x" ... as z, by quarter turns."""
+    """The vertices, rotated by quarter turns so that the axis "x", "-x" ... becomes z."""
     z = numpy.array([0, 0, 1])
     axis = numpy.zeros(3, int)
     axis["xyz".index(up[-1])] = -1 if up.startswith("-") else 1

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0 OR GPL-3.0-or-later
 # Part of qjulia, which is under the Apache License 2.0. This add-on may be used under the GNU General
 # Public License, version 3 or later, as well, which is what Blender asks of add-ons.
-"""What an object keeps of its map, and its knobs: custom properties, which can be key-framed and driven."""
+"""An object's settings, and its knobs as custom properties, which can be key-framed and driven."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ import bpy
 
 from .table import Control, Table
 
-_tables: dict[str, Table] = {}  # by their texts
+_tables: dict[str, Table] = {}  # by their JSON texts
 
 
 class QjuliaMap(bpy.types.PropertyGroup):
-    """Of an object; it is a map's where `map_file` is not empty."""
+    """Settings of an object; the object is a map if `map_file` is not empty."""
 
     map_file: bpy.props.StringProperty(name="Map", subtype="FILE_PATH", options=set())
     table: bpy.props.StringProperty(options={"HIDDEN"})
     live: bpy.props.BoolProperty(name="Live", default=True, options=set(),
-                                 description="Make a preview when a knob is turned, or the frame changes")
+                                 description="Make a preview when a knob is turned or the frame changes")
     preview_cells: bpy.props.IntProperty(
         name="Preview cells", default=64, min=16, max=1024, soft_max=256, options=set(),
         description="Cells along the longest side, for previews")
@@ -30,16 +30,16 @@ class QjuliaMap(bpy.types.PropertyGroup):
     shown: bpy.props.StringProperty(options={"HIDDEN"})
     bake_folder: bpy.props.StringProperty(
         name="Folder", subtype="DIR_PATH", options=set(),
-        description="Where a mesh for each frame is kept. Empty: beside the .blend file")
+        description="Folder for the meshes of frames. Empty: a folder beside the .blend file")
     uses_bake: bpy.props.BoolProperty(name="Play what was baked", options=set(),
-                                      description="Take frames' meshes from the folder, without the program")
+                                      description="Read the meshes of frames from the folder, without the program")
 
 
 class QjuliaPreferences(bpy.types.AddonPreferences):
     bl_idname = __package__
 
     program: bpy.props.StringProperty(name="Program", subtype="FILE_PATH",
-                                      description="Path of qjulia. Empty: the one that the shell finds")
+                                      description="Path of qjulia. Empty: the one in PATH")
     device: bpy.props.StringProperty(name="Device",
                                      description="As for 'qjulia --device': cpu, gpu, or a name of 'qjulia devices'. "
                                                  "Empty: the fastest")
@@ -50,7 +50,7 @@ class QjuliaPreferences(bpy.types.AddonPreferences):
 
 
 def how_to_start() -> tuple[str, str]:
-    """The program and the device of the preferences."""
+    """The program and the device, from the preferences."""
     addon = bpy.context.preferences.addons.get(__package__)
     if addon is None or addon.preferences is None:
         return "", ""
@@ -95,7 +95,7 @@ def _offer(obj, control: Control) -> None:
 
 
 def set_up(obj, map_file: str, table: str) -> None:
-    """Gives an object a map's knobs; those that it has already keep their values."""
+    """Gives an object the knobs of a map; knobs that it already has keep their values."""
     old = {key_of(control) for control in table_of(obj).controls} if obj.qjulia.table else set()
     obj.qjulia.map_file, obj.qjulia.table = map_file, table
     controls = table_of(obj).controls

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0 OR GPL-3.0-or-later
 # Part of qjulia, which is under the Apache License 2.0. This add-on may be used under the GNU General
 # Public License, version 3 or later, as well, which is what Blender asks of add-ons.
-"""'qjulia explore' as a child process, and requests to it. Nothing of Blender."""
+"""Runs 'qjulia explore' as a child process and sends requests to it. Does not use Blender."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ _WATCHED = '"$@" </dev/null & exec >&-; read -r _; kill "$!" 2>/dev/null; wait "
 
 
 class ProgramError(Exception):
-    """What a person should read: what is wrong, and what to do."""
+    """A message for the user: what is wrong, and what to do."""
 
 
 class Cancelled(Exception):
-    """The request was taken back."""
+    """The request was cancelled."""
 
 
 class _PageParts(html.parser.HTMLParser):
@@ -61,7 +61,7 @@ def found_program(given: str) -> str:
     if found:
         return found
     if given:
-        raise ProgramError(f"'{given}' is no program that can be run: correct the path in the add-on's preferences")
+        raise ProgramError(f"'{given}' is not a program that can be run: correct the path in the add-on's preferences")
     raise ProgramError("the program qjulia was not found: install it, or give its path in the add-on's preferences")
 
 
@@ -70,7 +70,7 @@ class Request:
 
     def __init__(self) -> None:
         self.is_cancelled = False
-        self.share, self.activity = 0.0, ""  # how far the program is
+        self.share, self.activity = 0.0, ""  # the progress of the program
         self._connection: http.client.HTTPConnection | None = None
         self._lock = threading.Lock()
 
@@ -97,7 +97,7 @@ class Server:
         self.map_file = map_file
         path = found_program(program)
         if not os.path.isfile(map_file):
-            raise ProgramError(f"'{map_file}' is not there: choose the map file again")
+            raise ProgramError(f"'{map_file}' does not exist: choose the map file again")
         words = [path, "explore", map_file, "--quiet", *(["--device", device] if device else [])]
         self._errors = tempfile.TemporaryFile()
         try:
@@ -153,7 +153,7 @@ class Server:
             data = bytearray()
             while part := answer.read1(1 << 20):
                 data += part
-                while data[:1] == b"~" and b"\n" in data:  # how far it is
+                while data[:1] == b"~" and b"\n" in data:  # progress
                     line = data[1:data.index(b"\n")]
                     del data[:len(line) + 2]
                     share, _, request.activity = line.decode("utf-8", "replace").partition(" ")
@@ -185,7 +185,7 @@ class Server:
         return self._process.poll() is None
 
     def stop(self) -> None:
-        """Ends the program; more than once does no harm."""
+        """Ends the program. May be called more than once."""
         assert self._process.stdin and self._process.stdout
         self._process.stdin.close()
         try:
@@ -197,7 +197,7 @@ class Server:
 
 
 class Servers:
-    """One for each map, started when it is asked for first."""
+    """One server for each map, started by the first request."""
 
     def __init__(self, how: Callable[[], tuple[str, str]]):
         self._how = how  # the program and the device, from the preferences
@@ -205,12 +205,12 @@ class Servers:
         self._lock = threading.Lock()
 
     def choice(self, map_file: str) -> tuple[str, str, str]:
-        """What a server is started with; in Blender's main thread."""
+        """The settings to start a server with. To be called in Blender's main thread."""
         program, device = self._how()
         return program, map_file, device
 
     def of(self, choice: tuple[str, str, str]) -> Server:
-        """Any thread may ask. @raises ProgramError"""
+        """The server of a map. May be called in any thread. @raises ProgramError"""
         with self._lock:
             server = self._all.get(choice)
             if server and server.is_running():

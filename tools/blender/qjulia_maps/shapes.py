@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0 OR GPL-3.0-or-later
 # Part of qjulia, which is under the Apache License 2.0. This add-on may be used under the GNU General
 # Public License, version 3 or later, as well, which is what Blender asks of add-ons.
-"""Meshes and materials of Blender from the program's files."""
+"""Makes Blender's meshes and materials from the program's files."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _paint(mesh, colors, clay) -> None:
 
 
 def fill(mesh, made: ply.Mesh, up: str, clay: tuple[float, float, float]) -> None:
-    """The mesh becomes the one that was made, upright, smooth and coloured; its materials stay."""
+    """Replaces the contents of a mesh, upright, smooth and coloured; its materials stay."""
     count = len(made.triangles)
     mesh.clear_geometry()
     mesh.vertices.add(len(made.vertices))
@@ -41,7 +41,7 @@ def fill(mesh, made: ply.Mesh, up: str, clay: tuple[float, float, float]) -> Non
     mesh.loops.foreach_set("vertex_index", made.triangles.astype(numpy.int32).ravel())
     mesh.polygons.add(count)
     mesh.polygons.foreach_set("loop_start", numpy.arange(0, 3 * count, 3, dtype=numpy.int32))
-    if bpy.app.version < (4, 0, 0):  # later ones know it from the starts
+    if bpy.app.version < (4, 0, 0):  # later versions derive it from the loop starts
         mesh.polygons.foreach_set("loop_total", numpy.full(count, 3, numpy.int32))
     mesh.polygons.foreach_set("use_smooth", numpy.ones(count, bool))
     _paint(mesh, made.colors, clay)
@@ -49,7 +49,7 @@ def fill(mesh, made: ply.Mesh, up: str, clay: tuple[float, float, float]) -> Non
 
 
 def material():
-    """The one that shows vertex colours; all maps share it until somebody gives another."""
+    """The material that shows vertex colours. All maps share it until the user assigns another."""
     made = bpy.data.materials.get(_MATERIAL)
     if made is not None:
         return made

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0 OR GPL-3.0-or-later
 # Part of qjulia, which is under the Apache License 2.0. This add-on may be used under the GNU General
 # Public License, version 3 or later, as well, which is what Blender asks of add-ons.
-"""The program's table of knobs, and how their values stand in a request. Nothing of Blender."""
+"""The program's table of knobs, and the text of their values in a request. Does not use Blender."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _AXES = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
 
 @dataclass(frozen=True)
 class Control:
-    """What sets a knob, or a part of it: a number between soft limits, or one of some words."""
+    """A control that sets a knob or a part of it: a number between soft limits, or one of several words."""
 
     name: str
     label: str
@@ -51,7 +51,7 @@ def _phase(degrees: list[float]) -> list[float]:
 
 
 class Table:
-    """The knobs that a map bears, with their usual values and ranges for this map.
+    """The knobs that a map can have, with their usual values and ranges for this map.
 
     @param text JSON with "settings" and "palettes", as the program's page holds them.
     @raises ValueError, KeyError or TypeError where it is something else.
@@ -73,7 +73,7 @@ class Table:
         return {control.name: control.usual for control in self.controls}
 
     def query(self, values: Mapping[str, Any]) -> dict[str, str]:
-        """Names and values of a request: what differs from the usual."""
+        """Names and values of a request: those that differ from the usual."""
         usual = self.usual()
         values = {**usual, **values}
         query = {}
