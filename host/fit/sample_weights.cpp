@@ -52,7 +52,10 @@ void weigh(Samples& samples, const SampleWeights& weights, const ShapeToMap& fra
                                              "sum is above 0 and finite",
                                              which, after[g]));
   }
-  for (const std::size_t i : numbers) samples.weight[i] *= before[group(i)] / after[group(i)];
+  for (const std::size_t i : numbers) {
+    const std::size_t g = group(i);
+    if (before[g] > 0) samples.weight[i] *= before[g] / after[g];  // else all of them are 0
+  }
 }
 
 }  // namespace qjulia::fitting

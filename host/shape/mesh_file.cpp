@@ -16,7 +16,6 @@
 namespace qjulia::shape {
 namespace {
 
-constexpr std::uint64_t kLargestFile = std::uint64_t{16} << 30;
 constexpr std::size_t kHead = std::size_t{1} << 16;  ///< enough to tell a file's type by
 
 bool is_blank(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
@@ -156,7 +155,7 @@ std::string_view MeshFile::text() const {
   return base::without_byte_order_mark(bytes_);
 }
 
-std::string MeshFile::read_beside(const std::string& name) const {
+std::filesystem::path MeshFile::place_beside(const std::string& name) const {
   const auto refuse_name = [&](std::string_view why) {
     refuse(fmt::format("it names the file '{}', {}", base::to_utf8(name), why));
   };
@@ -169,8 +168,12 @@ std::string MeshFile::read_beside(const std::string& name) const {
   if (leaves) {
     refuse_name("and only files in its own folder are read; put the file there, or export as .glb");
   }
+  return beside.lexically_normal();
+}
+
+std::string MeshFile::read_beside(const std::filesystem::path& place) const {
   std::string bytes;
-  base::InputFile(path_.parent_path() / beside, "mesh", kLargestFile, stop_).read_all(bytes);
+  base::InputFile(path_.parent_path() / place, "mesh", kLargestFile, stop_).read_all(bytes);
   return bytes;
 }
 

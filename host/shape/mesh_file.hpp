@@ -16,6 +16,7 @@
 namespace qjulia::shape {
 
 constexpr std::size_t kPolled = std::size_t{1} << 16;  ///< vertices or faces between two polls
+constexpr std::uint64_t kLargestFile = std::uint64_t{16} << 30;  ///< bytes
 
 /// A mesh file in memory, with what is needed to complain about it.
 class MeshFile {
@@ -28,10 +29,13 @@ class MeshFile {
   /// @throws InputError where they are UTF-16 or UTF-32.
   std::string_view text() const;
 
-  /// All of a file that this one names, which must lie in the same folder or below it.
+  /// The place of a file that this one names, from this one's folder: the same for all ways to
+  /// write it, such as a.bin, ./a.bin and %61.bin.
   /// @param name as in URIs: with slashes and escapes such as %20.
-  /// @throws InputError where it does not, or cannot be read.
-  std::string read_beside(const std::string& name) const;
+  /// @throws InputError where it lies neither in the same folder nor below it.
+  std::filesystem::path place_beside(const std::string& name) const;
+  /// All of the file at such a place. @throws InputError where it cannot be read.
+  std::string read_beside(const std::filesystem::path& place) const;
 
   /// @throws InputError "cannot read mesh 'path': what".
   [[noreturn]] void refuse(std::string_view what) const;

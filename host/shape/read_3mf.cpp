@@ -57,7 +57,7 @@ class ThreeMfReader {
       waiting_.pop_back();
       if (seen_.insert(part).second) read_model(part);
     }
-    SceneFaces faces(file_, file_.bytes().size() + archive_.unpacked());
+    SceneFaces faces(file_, file_.bytes().size() + parsed_items());
     Eigen::Affine3d to_millimetres = Eigen::Affine3d::Identity();
     to_millimetres.scale(millimetres_);
     for (const PlacedObject& item : items_) {
@@ -67,6 +67,16 @@ class ThreeMfReader {
   }
 
  private:
+  /// Vertices and triangles of all objects. What is unpacked besides, such as blanks, must not let
+  /// a scene grow.
+  std::size_t parsed_items() const {
+    std::size_t items = 0;
+    for (const auto& [key, object] : objects_) {
+      items += object.vertices.size() + object.triangles.size();
+    }
+    return items;
+  }
+
   void unpack(const std::string& part, const XmlReader::Start& start, const XmlReader::End& end) {
     const ZipArchive::Entry* entry = archive_.find(part);
     if (entry == nullptr) {

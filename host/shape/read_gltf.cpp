@@ -141,7 +141,7 @@ class GltfScene {
   const MeshFile& file_;
   json scene_;
   std::optional<std::string_view> chunk_;
-  std::map<std::string, std::string, std::less<>> buffers_;  ///< by what names them
+  std::map<std::string, std::string, std::less<>> buffers_;  ///< by place, or by their data's URI
   std::size_t bytes_beside_ = 0;
 };
 
@@ -213,9 +213,11 @@ void GltfScene::check_extensions() const {
 }
 
 std::string_view GltfScene::named_buffer(const std::string& uri) {
-  if (const auto known = buffers_.find(uri); known != buffers_.end()) return known->second;
+  const bool is_data = uri.starts_with("data:");
+  const std::string name = is_data ? uri : file_.place_beside(uri).generic_string();
+  if (const auto known = buffers_.find(name); known != buffers_.end()) return known->second;
   std::string bytes;
-  if (uri.starts_with("data:")) {
+  if (is_data) {
     constexpr std::string_view kMark = ";base64,";
     const std::size_t mark = uri.find(kMark);
     auto decoded = mark == std::string::npos
@@ -224,10 +226,16 @@ std::string_view GltfScene::named_buffer(const std::string& uri) {
     if (!decoded) file_.refuse("a buffer in it is not complete base64; export it again as .glb");
     bytes = std::move(*decoded);
   } else {
-    bytes = file_.read_beside(uri);
+    bytes = file_.read_beside(name);
     bytes_beside_ += bytes.size();
+    if (bytes_beside_ > kLargestFile) {
+      file_.refuse(
+          fmt::format("the files that it names have more than {} together; export the scene in "
+                      "parts",
+                      base::size_text(kLargestFile)));
+    }
   }
-  return buffers_.emplace(uri, std::move(bytes)).first->second;
+  return buffers_.emplace(name, std::move(bytes)).first->second;
 }
 
 std::string_view GltfScene::buffer(std::size_t index) {

@@ -86,6 +86,17 @@ std::vector<Eigen::AlignedBox3d> boxes_of(const TriangleMesh& mesh, const Parts&
   return boxes;
 }
 
+/// The parts that are no cavities, from the smallest box to the largest.
+std::vector<std::size_t> by_box_volume(const Objects& objects,
+                                       const std::vector<Eigen::AlignedBox3d>& boxes) {
+  std::vector<std::size_t> sorted;
+  for (std::size_t part = 0; part < boxes.size(); ++part) {
+    if (!objects.is_cavity(part)) sorted.push_back(part);
+  }
+  std::ranges::stable_sort(sorted, {}, [&](std::size_t part) { return boxes[part].volume(); });
+  return sorted;
+}
+
 /// A part that encloses a negative volume is a cavity: it belongs to the part with the smallest box
 /// that its own box lies in.
 Objects objects_of(const TriangleMesh& mesh) {
@@ -102,15 +113,16 @@ Objects objects_of(const TriangleMesh& mesh) {
   }
   if (!has_cavities) return objects;
   const std::vector<Eigen::AlignedBox3d> boxes = boxes_of(mesh, objects.parts);
+  const std::vector<std::size_t> sorted = by_box_volume(objects, boxes);
   for (std::size_t part = 0; part < parts; ++part) {
     if (!objects.is_cavity(part)) continue;
-    std::size_t holder = part;
-    for (std::size_t other = 0; other < parts; ++other) {
-      if (objects.is_cavity(other) || !boxes[other].contains(boxes[part])) continue;
-      if (holder == part || boxes[other].volume() < boxes[holder].volume()) holder = other;
-    }
-    objects.of_part[part] =
-        holder == part ? static_cast<std::uint32_t>(objects.count++) : objects.of_part[holder];
+    // Smaller boxes cannot hold it, and the first that does is the smallest.
+    const auto first = std::ranges::lower_bound(sorted, boxes[part].volume(), {},
+                                                [&](std::size_t i) { return boxes[i].volume(); });
+    const auto holder = std::find_if(first, sorted.end(),
+                                     [&](std::size_t i) { return boxes[i].contains(boxes[part]); });
+    objects.of_part[part] = holder == sorted.end() ? static_cast<std::uint32_t>(objects.count++)
+                                                   : objects.of_part[*holder];
   }
   return objects;
 }

@@ -156,7 +156,9 @@ void write_usd(const TriangleMesh& mesh, const std::string& name, const std::str
       "    matrix4d xformOp:transform = {}\n"
       "    uniform token[] xformOpOrder = [\"xformOp:transform\"]\n",
       model, usd_matrix(turn));
-  print_mesh(file, mesh, prim, "/" + model);
+  // The material beside the mesh has this name, too.
+  const bool is_taken = !mesh.colors.empty() && prim == "vertex_colours";
+  print_mesh(file, mesh, is_taken ? prim + "_mesh" : prim, "/" + model);
   if (!mesh.colors.empty()) file.print("{}", usd_material("/" + model));
   file.print("}}\n");
   const Box box = mesh.box();

@@ -95,16 +95,15 @@ void ZipArchive::add_entries(std::uint64_t first, std::uint64_t count) {
     const std::size_t comment = number_at<std::uint16_t>(header, 32);
     entry.name = part_of(file_, first + kHeader, name);
     read_wide_numbers(part_of(file_, first + kHeader + name, extra), entry);
+    places_.try_emplace(base::lower_case(std::string(entry.name)), entries_.size());
     entries_.push_back(entry);
     first += kHeader + name + extra + comment;
   }
 }
 
 const ZipArchive::Entry* ZipArchive::find(std::string_view name) const {
-  const std::string lower = base::lower_case(std::string(name));
-  const auto found = std::ranges::find_if(
-      entries_, [&](const Entry& entry) { return is_word(entry.name, lower); });
-  return found == entries_.end() ? nullptr : &*found;
+  const auto found = places_.find(base::lower_case(std::string(name)));
+  return found == places_.end() ? nullptr : &entries_[found->second];
 }
 
 std::string_view ZipArchive::packed_bytes(const Entry& entry) const {

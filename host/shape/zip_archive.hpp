@@ -4,6 +4,8 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -26,7 +28,8 @@ class ZipArchive {
   /// @param file must outlive the archive. @throws InputError where it is no whole archive.
   explicit ZipArchive(const MeshFile& file);
 
-  /// The entry of that name, in any case of its letters; null where there is none.
+  /// The entry of that name, in any case of its letters, the first of several; null where there is
+  /// none. Takes logarithmic time.
   const Entry* find(std::string_view name) const;
 
   /// Hands an entry's bytes to `take`, a part at a time. All that is unpacked together may be 100
@@ -35,15 +38,14 @@ class ZipArchive {
   ///   way.
   void unpack(const Entry& entry, const std::function<void(std::string_view part)>& take);
 
-  std::uint64_t unpacked() const { return unpacked_; }  ///< bytes so far
-
  private:
   std::string_view packed_bytes(const Entry& entry) const;
   void add_entries(std::uint64_t first, std::uint64_t count);
 
   const MeshFile& file_;
   std::vector<Entry> entries_;
-  std::uint64_t unpacked_ = 0;
+  std::map<std::string, std::size_t, std::less<>> places_;  ///< in entries_, by lower-case names
+  std::uint64_t unpacked_ = 0;                              ///< bytes so far
 };
 
 }  // namespace qjulia::shape

@@ -138,6 +138,13 @@ TEST_CASE("runs that lie far apart decide nothing") {
   CHECK(verdict(before, after) == Verdict::undecided);
 }
 
+TEST_CASE("a tolerance above 25 % is kept") {
+  Machine machine(3);
+  const json before = profile_on(machine, 8), after = profile_on(machine, 8, 1, 1.3);
+  CHECK(compare_profiles(before, after, {.tolerance = 0.27}).verdict == Verdict::slower);
+  CHECK(compare_profiles(before, after, {.tolerance = 0.4}).kernels[1].verdict == Verdict::same);
+}
+
 TEST_CASE("what was measured otherwise is refused, or shown as such") {
   Machine machine(1);
   const json before = profile_on(machine, 8);

@@ -146,3 +146,21 @@ TEST_CASE("weights by place keep sums, of either side with the tanh loss, and le
   CHECK(sums[1][1] == Approx(sums[1][0]));
   CHECK(scale[0] < 0.8);
 }
+
+TEST_CASE("weights by place leave a side alone whose samples do not count") {
+  fitting::Level level = small_level();
+  level.loss = energy::Loss::tanh;
+  base::Random random(3);
+  energy::Samples samples = sphere_pool(5000).draw(level, random);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (samples.side[i] < 0) samples.weight[i] = 0;
+  }
+  const auto twice = [](std::span<const Eigen::Vector3d> points) {
+    return std::vector<double>(points.size(), 2.0);
+  };
+  const energy::Samples before = samples;
+  fitting::weigh(samples, twice, {2, {1, 0, 0}}, level.loss);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    CHECK(samples.weight[i] == Approx(before.weight[i]));  // never NaN
+  }
+}

@@ -6,8 +6,10 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "base/base64.hpp"
+#include "base/zip_file.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/mesh.hpp"
 #include "shapes.hpp"
@@ -110,6 +112,18 @@ std::string model_3mf(const std::string& objects, const std::string& items,
 
 std::string package_3mf(const std::string& text) {
   return test::stored_zip({{"_rels/.rels", k3mfRelations}, {"3D/m.model", text}});
+}
+
+/// Objects of which each holds the one before twice: the last one has 2^(top - 1) tetrahedra.
+std::string tower_3mf(int top) {
+  std::string tower = kTetrahedron3mf;
+  for (int i = 2; i <= top; ++i) {
+    tower += fmt::format(
+        "<object id='{0}'><components><component objectid='{1}'/>"
+        "<component objectid='{1}'/></components></object>",
+        i, i - 1);
+  }
+  return tower;
 }
 
 }  // namespace
@@ -217,6 +231,34 @@ TEST_CASE("gltf: buffers in the file, beside it, and elsewhere") {
   check_scene_refused("none.gltf", tetrahedron_scene().dump(), "has no data");
 }
 
+TEST_CASE("gltf: a file beside it counts once, however its name is written") {
+  constexpr std::size_t kRepeats = 100'000;
+  std::string buffer = kTetrahedronCorners;
+  for (std::size_t i = 0; i < kRepeats; ++i) buffer += index_bytes_of<std::uint8_t>();
+  scene_folder.file("a.bin", buffer);
+  const std::size_t indices = kRepeats * kTetrahedronIndices.size();
+  Json scene = tetrahedron_scene(5121, indices);
+  scene["accessors"][1]["count"] = indices;
+  const Json buffer_0 = scene["buffers"][0], views = scene["bufferViews"];
+  const Json accessors = scene["accessors"];
+  for (const char* list : {"buffers", "bufferViews", "accessors"}) scene[list] = Json::array();
+  Json& primitives = scene["meshes"][0]["primitives"] = Json::array();
+  // More triangles than one copy of the file allows, and fewer than four copies would.
+  for (const char* uri : {"a.bin", "./a.bin", "%61.bin", ".//a.bin"}) {
+    const std::size_t number = scene["buffers"].size();
+    scene["buffers"].push_back(buffer_0);
+    scene["buffers"].back()["uri"] = uri;
+    for (std::size_t i = 0; i < 2; ++i) {
+      scene["bufferViews"].push_back(views[i]);
+      scene["bufferViews"].back()["buffer"] = number;
+      scene["accessors"].push_back(accessors[i]);
+      scene["accessors"].back()["bufferView"] = 2 * number + i;
+    }
+    primitives.push_back({{"attributes", {{"POSITION", 2 * number}}}, {"indices", 2 * number + 1}});
+  }
+  check_scene_refused("names.gltf", scene.dump(), "so often");
+}
+
 TEST_CASE("glb: what is wrong is refused") {
   const std::string whole = glb_file(tetrahedron_scene());
   check_scene_refused("cut.glb", whole.substr(0, whole.size() - 1), "promises");
@@ -308,6 +350,25 @@ TEST_CASE("3mf: objects of other parts") {
   check_scene_refused("lost.3mf", package_3mf(root), "'3D/Objects/a.model' is missing");
 }
 
+TEST_CASE("3mf: the first part of a name is read, in any case of its letters") {
+  const std::string model = model_3mf(kTetrahedron3mf, "<item objectid='1'/>");
+  const TriangleMesh mesh = read_scene(
+      "case.3mf", test::stored_zip(
+                      {{"_RELS/.rels", k3mfRelations}, {"3d/M.MODEL", model}, {"3D/m.model", ""}}));
+  CHECK(mesh.triangles.size() == 4);
+}
+
+TEST_CASE("3mf: blanks do not let a small file become a large mesh") {
+  std::ostringstream out;
+  base::ZipFile zip(out);
+  zip.begin("_rels/.rels", 1000) << k3mfRelations;
+  constexpr std::size_t kBlanks = std::size_t{12} << 20;
+  zip.begin("3D/m.model", 2 * kBlanks)
+      << model_3mf(tower_3mf(20) + std::string(kBlanks, ' '), "<item objectid='20'/>");
+  zip.finish();
+  check_scene_refused("blanks.3mf", out.str(), "so often");
+}
+
 TEST_CASE("3mf: what is wrong is refused") {
   const std::string item = "<item objectid='1'/>";
   const std::string whole = package_3mf(model_3mf(kTetrahedron3mf, item));
@@ -333,14 +394,7 @@ TEST_CASE("3mf: what is wrong is refused") {
       package_3mf(model_3mf(
           "<object id='1'><components><component objectid='1'/></components></object>", item)),
       "hold themselves");
-  std::string tower = kTetrahedron3mf;
-  for (int i = 2; i < 60; ++i) {
-    tower += fmt::format(
-        "<object id='{0}'><components><component objectid='{1}'/>"
-        "<component objectid='{1}'/></components></object>",
-        i, i - 1);
-  }
-  check_scene_refused("tower.3mf", package_3mf(model_3mf(tower, "<item objectid='59'/>")),
+  check_scene_refused("tower.3mf", package_3mf(model_3mf(tower_3mf(59), "<item objectid='59'/>")),
                       "so often");
   const auto change = [&](std::string_view from, std::string_view to) {
     std::string text = model_3mf(kTetrahedron3mf, item);

@@ -104,6 +104,23 @@ TEST_CASE("in a .3mf each body is an object, together with its cavities") {
   }
 }
 
+TEST_CASE("in a .3mf a cavity belongs to the smallest body around it") {
+  const auto cube = [](double half) {
+    return shapes::box(Eigen::Vector3d::Constant(-half), Eigen::Vector3d::Constant(half));
+  };
+  const TriangleMesh ball = shapes::sphere(1, 0.5);
+  TriangleMesh mesh = shapes::joined(cube(10), cube(2));
+  mesh = shapes::joined(mesh, shapes::inside_out(ball));     // within both
+  mesh = shapes::joined(mesh, shapes::inside_out(cube(5)));  // within the larger one
+  mesh = shapes::joined(mesh, shapes::inside_out(shapes::box({20, 0, 0}, {21, 1, 1})));
+  const PrintModel model = written(mesh, {});
+  REQUIRE(model.objects.size() == 3);
+  const std::size_t box = cube(1).triangles.size();
+  CHECK(model.objects[0].mesh.triangles.size() == 2 * box);
+  CHECK(model.objects[1].mesh.triangles.size() == box + ball.triangles.size());
+  CHECK(model.objects[2].mesh.triangles.size() == box);
+}
+
 TEST_CASE("a .3mf is in millimetres and stands on the plate") {
   const TriangleMesh mesh = shapes::box({-1, -2, -3}, {4, 8, 16});
   const Box own = written(mesh, {}).objects.at(0).mesh.box();

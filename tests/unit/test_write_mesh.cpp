@@ -335,6 +335,16 @@ TEST_CASE("a .usda says its unit, its up, its normals and linear colours") {
   CHECK(count("int[] faceVertexCounts", '3') == mesh.triangles.size());
 }
 
+TEST_CASE("in a .usda mesh and material have different names") {
+  const auto path = written_folder.path() / "vertex_colours.usda";
+  write_mesh(colored_sphere(false), path);
+  const std::string colored = test::read_text(path);
+  CHECK(colored.find("def Mesh \"vertex_colours_mesh\"") != std::string::npos);
+  CHECK(colored.find("def Material \"vertex_colours\"") != std::string::npos);
+  write_mesh(shapes::box(), path);
+  CHECK(test::read_text(path).find("def Mesh \"vertex_colours\"") != std::string::npos);
+}
+
 TEST_CASE("writing to an unknown format or a missing folder fails") {
   CHECK_THROWS_AS(write_mesh(shapes::box(), written_folder.path() / "box.gltf"), InputError);
   CHECK_THROWS_AS(write_mesh(shapes::box(), written_folder.path() / "no" / "box.ply"), OutputError);

@@ -17,7 +17,8 @@ using nlohmann::json;
 /// How far a limit's runs spread on an idle machine, and between two profiles, over the median;
 /// the highest and lowest tenth left out.
 constexpr double kUsualDrift = 0.1;
-/// A kernel whose bounds allow this to be the slowdown is not called the same.
+/// A kernel whose bounds allow more than this to be the slowdown is not called the same, unless the
+/// tolerance is larger.
 constexpr double kTooWide = 0.25;
 
 struct KernelRuns {
@@ -141,7 +142,7 @@ Verdict verdict_of(const RatioBounds& ratio, bool is_busy, double tolerance) {
   if (ratio.low > 1 + tolerance) return is_busy ? Verdict::undecided : Verdict::slower;
   if (is_busy) return ratio.high <= 1 + tolerance ? Verdict::same : Verdict::undecided;
   if (ratio.high < 1) return Verdict::faster;
-  return ratio.high > 1 + kTooWide ? Verdict::undecided : Verdict::same;
+  return ratio.high > 1 + std::max(kTooWide, tolerance) ? Verdict::undecided : Verdict::same;
 }
 
 const KernelRuns* find(const std::vector<KernelRuns>& kernels, const KernelRuns& wanted) {
