@@ -296,6 +296,8 @@ def check_crash(obj, live, server):
     """A program that has ended, or does not answer, is started again for the next preview."""
     before, started = vertices(obj), children()
     os.kill(started[0], signal.SIGKILL)
+    while children():
+        time.sleep(0.01)
     obj["qjulia_scale"] = 1.3
     live.wait()
     check(live.message(obj) == "" and differ(vertices(obj), before) and len(children()) == 1 and children() != started,
