@@ -167,7 +167,8 @@ class Server:
             if request.is_cancelled:
                 raise Cancelled() from error
             self._is_lost = not isinstance(error, ValueError)
-            raise ProgramError(f"qjulia does not answer any more ({error}); turn a knob or press 'Start again' in the panel") from error
+            raise ProgramError(f"qjulia does not answer any more ({error}); turn a knob, or press 'Start "
+                               "again' in the panel") from error
         finally:
             connection.close()
 
