@@ -121,7 +121,7 @@ def test_surfaces_are_meshes_too(map, tmp_path, device):
 
 def test_a_surface_has_colours(map, tmp_path, device):
     surface = map.surface(24, device=device)
-    colors = map.surface_colors(surface, material="trap", palette="ember", device=device)
+    colors = map.surface_colors(surface, material="height", palette="ember", device=device)
     assert colors.shape == (len(surface.vertices), 3) and colors.dtype == np.uint8
     assert len(np.unique(colors, axis=0)) > 50
     surface.save(tmp_path / "set.ply", colors=colors)

@@ -292,6 +292,59 @@ def check_saved(obj, live):
     check(differ(vertices(obj), before) and len(children()) == 1, "a knob starts it again")
 
 
+def check_crash(obj, live, server):
+    """A program that has ended, or does not answer, is started again for the next preview."""
+    before, started = vertices(obj), children()
+    os.kill(started[0], signal.SIGKILL)
+    while children():
+        time.sleep(0.01)
+    obj["qjulia_scale"] = 1.3
+    live.wait()
+    check(live.message(obj) == "" and differ(vertices(obj), before) and len(children()) == 1 and children() != started,
+          f"a program that was killed is started again: {live.message(obj)}")
+
+    before, started = vertices(obj), children()
+    choice = live.Wanted(obj, {}, CELLS).choice
+    lost = live.servers.of(choice)
+    lost._port = 1  # where nobody listens
+    try:
+        lost.mesh({}, CELLS)
+        check(False, "a program that does not answer is told")
+    except server.ProgramError as error:
+        check("does not answer" in str(error) and not lost.is_running(), f"a program does not answer: {error}")
+    obj["qjulia_scale"] = 1.1
+    live.wait()
+    check(live.message(obj) == "" and differ(vertices(obj), before), "the next preview has a new one")
+    check(len(children()) == 1 and children() != started, "and the old one has ended")
+
+
+def check_renamed(obj, live):
+    """Work for an object of another name ends, and begins again for the new one."""
+    obj["qjulia_scale"] = 1.25
+    live.tick()
+    old = obj.name_full
+    job = live._states[old].job
+    obj.name = "renamed"
+    before = vertices(obj)
+    live.wait()
+    check(job.request.is_cancelled and old not in live._states, "a renamed object's work ends")
+    check(differ(vertices(obj), before) and live.message(obj) == "", "and begins again")
+
+
+def check_files():
+    """Meshes that are none are refused with a ValueError."""
+    from qjulia_maps import ply
+    head = ("ply\nformat binary_little_endian 1.0\nelement vertex 0\nproperty float x\nproperty float y\n{}\n"
+            "element face 0\nproperty list uchar uint vertex_indices\nend_header\n")
+    check(len(ply.read(head.format("property float z").encode()).vertices) == 0, "an empty .ply file is read")
+    for line in ("property half z", "property float", "element", "comment", "property float z\nelement vertex -1"):
+        try:
+            ply.read(head.format(line).encode())
+            check(False, f"a .ply file with '{line}' is refused")
+        except ValueError as error:
+            check("this .ply file" in str(error), f"a .ply file is refused: {error}")
+
+
 def main():
     bpy.ops.preferences.addon_install(filepath=ARCHIVE, overwrite=True)
     bpy.ops.preferences.addon_enable(module="qjulia_maps")
@@ -305,6 +358,7 @@ def main():
         os.kill(os.getpid(), signal.SIGKILL)
     check_errors(preferences)
     obj, scene = added(), bpy.context.scene
+    name = obj.name
     check_knobs(obj, live)
     check_drag(obj, live, server)
     check_cut(obj, live)
@@ -315,6 +369,10 @@ def main():
     check_pictures(obj, scene, "live")
     check_bake(obj, scene, live, preferences)
     check_saved(obj, live)
+    obj = bpy.data.objects[name]
+    check_crash(obj, live, server)
+    check_renamed(obj, live)
+    check_files()
     started = children()
     bpy.ops.preferences.addon_disable(module="qjulia_maps")
     check(not any(Path(f"/proc/{number}").exists() for number in started) and not hasattr(bpy.types.Object, "qjulia"), "nothing is left of an add-on that is disabled")

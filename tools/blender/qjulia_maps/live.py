@@ -44,6 +44,9 @@ class _Job(threading.Thread):
             pass
         except (server.ProgramError, ValueError) as error:
             self.error = str(error)
+        except Exception as error:  # pylint: disable=broad-except
+            traceback.print_exc()
+            self.error = f"the add-on failed: {error!r}; the console says where"
 
 
 class Wanted:
@@ -183,9 +186,19 @@ def _follow_safely(obj) -> None:
         tell(obj, f"the add-on failed: {error}; see the console for details")
 
 
+def _drop_stale() -> None:
+    """Ends the work for objects that were deleted or have another name now; a renamed one begins afresh."""
+    names = {obj.name_full for obj in bpy.data.objects}
+    for name in [name for name in _states if name not in names]:
+        state = _states.pop(name)
+        if state.job:
+            state.job.request.cancel()
+
+
 def tick() -> float:
     """Runs regularly in the main thread."""
     if not is_paused:
+        _drop_stale()
         for obj in bpy.data.objects:
             if properties.is_map(obj):
                 _follow_safely(obj)

@@ -28,18 +28,32 @@ def _header(data: bytes) -> tuple[list[list[str]], int]:
     return [line.split() for line in data[:end].decode("ascii", "replace").splitlines()], end + len(mark)
 
 
+def _layout(lines: list[list[str]]) -> tuple[dict[str, int], list[tuple[str, str]]]:
+    """The numbers of elements, and names and types of a vertex's properties. @raises ValueError"""
+    counts: dict[str, int] = {}
+    fields: list[tuple[str, str]] = []
+    try:
+        for words in filter(None, lines):
+            if words[0] == "element":
+                counts[words[1]] = int(words[2])
+            elif words[0] == "property" and words[1] != "list":
+                fields.append((words[2], _TYPES[words[1]]))
+    except (IndexError, KeyError, ValueError) as error:
+        raise ValueError(f"this .ply file has a header line that cannot be read: '{' '.join(words)}'") from error
+    names = {name for name, _ in fields}
+    if not names >= {"x", "y", "z"} or ("red" in names and not names >= {"green", "blue"}):
+        raise ValueError("this .ply file's vertices lack a coordinate or a colour")
+    if min(counts.values(), default=0) < 0:
+        raise ValueError("this .ply file has a negative number of elements")
+    return counts, fields
+
+
 def read(data: bytes) -> Mesh:
     """@raises ValueError for a file of another form, or one that is cut short."""
     lines, begin = _header(data)
     if ["format", "binary_little_endian", "1.0"] not in lines:
         raise ValueError("this .ply file is not binary")
-    counts: dict[str, int] = {}
-    fields: list[tuple[str, str]] = []
-    for words in lines:
-        if words[0] == "element":
-            counts[words[1]] = int(words[2])
-        elif words[0] == "property" and words[1] != "list":
-            fields.append((words[2], _TYPES[words[1]]))
+    counts, fields = _layout(lines)
     if list(counts) != ["vertex", "face"] or ["property", "list", "uchar", "uint", "vertex_indices"] not in lines:
         raise ValueError("this .ply file holds something other than vertices and triangles")
     vertex, face = numpy.dtype(fields), numpy.dtype([("count", "u1"), ("corners", "<u4", 3)])

@@ -23,8 +23,11 @@ from typing import Callable, Mapping
 _START_SECONDS = 120  # a device's first start compiles kernels
 _ANSWER_SECONDS = 3600
 
-# Ends the program when this shell's standard input closes, even where Blender was killed.
-_WATCHED = '"$@" </dev/null & exec >&-; read -r _; kill "$!" 2>/dev/null; wait "$!"'
+# The shell becomes the program, so that the child process is the program itself. A watcher beside it ends both when
+# the standard input closes, even where Blender was killed. It signals its own process group and no process number:
+# the number of a program that has crashed may belong to another process by then. It reads a copy of the standard
+# input, because shells give background jobs an empty one, and does not hold the output open.
+_WATCHED = 'exec 3<&0; { read -r _ <&3; kill 0; } >&- & exec "$@" </dev/null 3<&-'
 
 
 class ProgramError(Exception):
@@ -99,6 +102,7 @@ class Server:
         if not os.path.isfile(map_file):
             raise ProgramError(f"'{map_file}' does not exist: choose the map file again")
         words = [path, "explore", map_file, "--quiet", *(["--device", device] if device else [])]
+        self._is_lost = False  # whether a request got no answer
         self._errors = tempfile.TemporaryFile()
         try:
             self._process = subprocess.Popen(["/bin/sh", "-c", _WATCHED, "sh", *words], stdin=subprocess.PIPE,
@@ -162,7 +166,9 @@ class Server:
         except (OSError, http.client.HTTPException, ValueError) as error:
             if request.is_cancelled:
                 raise Cancelled() from error
-            raise ProgramError(f"qjulia does not answer any more ({error}); press 'Start again' in the panel") from error
+            self._is_lost = not isinstance(error, ValueError)
+            raise ProgramError(f"qjulia does not answer any more ({error}); turn a knob, or press 'Start "
+                               "again' in the panel") from error
         finally:
             connection.close()
 
@@ -182,7 +188,8 @@ class Server:
         raise ProgramError(data.decode("utf-8", "replace").strip() or f"qjulia answers {status}")
 
     def is_running(self) -> bool:
-        return self._process.poll() is None
+        """False where the program has ended, and where it has left a request without an answer."""
+        return not self._is_lost and self._process.poll() is None
 
     def stop(self) -> None:
         """Ends the program. May be called more than once."""
@@ -191,7 +198,7 @@ class Server:
         try:
             self._process.wait(5)
         except subprocess.TimeoutExpired:
-            os.killpg(self._process.pid, signal.SIGKILL)  # the shell, and the program
+            os.killpg(self._process.pid, signal.SIGKILL)  # the program, and its watcher
             self._process.wait()
         self._process.stdout.close()
 
@@ -201,8 +208,10 @@ class Servers:
 
     def __init__(self, how: Callable[[], tuple[str, str]]):
         self._how = how  # the program and the device, from the preferences
+        self._lock = threading.Lock()  # for what follows, and never held while a program starts or ends
         self._all: dict[tuple[str, str, str], Server] = {}
-        self._lock = threading.Lock()
+        self._starting: dict[tuple[str, str, str], threading.Lock] = {}  # held by the thread that starts a server
+        self._generation = 0  # how often `stop` was called
 
     def choice(self, map_file: str) -> tuple[str, str, str]:
         """The settings to start a server with. To be called in Blender's main thread."""
@@ -210,16 +219,37 @@ class Servers:
         return program, map_file, device
 
     def of(self, choice: tuple[str, str, str]) -> Server:
-        """The server of a map. May be called in any thread. @raises ProgramError"""
+        """The server of a map. May be called in any thread.
+
+        @raises ProgramError; Cancelled where `stop` was called meanwhile
+        """
         with self._lock:
-            server = self._all.get(choice)
-            if server and server.is_running():
-                return server
-            server = self._all[choice] = Server(*choice)
-            return server
+            generation = self._generation
+            starting = self._starting.setdefault(choice, threading.Lock())
+        with starting:
+            with self._lock:
+                if generation != self._generation:
+                    raise Cancelled()
+                old = self._all.get(choice)
+                if old and old.is_running():
+                    return old
+                self._all.pop(choice, None)
+            if old:
+                old.stop()
+            server = Server(*choice)
+            with self._lock:
+                if generation == self._generation:
+                    self._all[choice] = server
+                    return server
+            server.stop()
+            raise Cancelled()
 
     def stop(self) -> None:
+        """Ends all servers. One that is starting in another thread ends there as soon as it has started."""
         with self._lock:
-            for server in self._all.values():
-                server.stop()
+            self._generation += 1
+            ended = list(self._all.values())
             self._all.clear()
+            self._starting.clear()  # who asks from now on does not wait for those threads
+        for server in ended:
+            server.stop()
