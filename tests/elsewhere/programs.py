@@ -5,6 +5,7 @@ The map is the bunny of docs/maps: y is up, and its sides are as 2 : 1.98 : 1.55
 """
 
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -20,7 +21,9 @@ def check(holds, what):
 
 
 def run(*words):
-    done = subprocess.run(words, capture_output=True, text=True)
+    # Blender's Python looks for its modules beside the first python3 in PATH, which may be another.
+    path = os.path.dirname(shutil.which(words[0])) + os.pathsep + os.environ["PATH"]
+    done = subprocess.run(words, capture_output=True, text=True, env=dict(os.environ, PATH=path))
     check(done.returncode == 0, f"{words}: {done.stderr}")
     return done.stdout
 
