@@ -1,7 +1,7 @@
 # qjulia_exports(TARGET PRIVATE NAMESPACE…): what a shared library shows: the names that stand in the
 # namespace qjulia itself, under QJULIA_MAJOR.MINOR, which is what public headers declare. Names in
-# namespaces within it, the rooms', are hidden, but those in PRIVATE ones, which the other shared
-# library of the same version needs: they have a version of their own, as glibc's GLIBC_PRIVATE.
+# namespaces within it, the rooms', are hidden, but those in PRIVATE ones, which other shared libraries
+# of the same version need: they have a version of their own, as glibc's GLIBC_PRIVATE.
 function(qjulia_exports target)
   if(APPLE)  # whose linker takes no such scripts
     return()

@@ -3,10 +3,12 @@
 set(package_maintainer "qjulia developers <qjulia@example.org>")
 
 set(package_of_command qjulia)
+set(package_of_field_runtime libqjulia-field${PROJECT_VERSION_MAJOR})
+set(package_of_field_dev libqjulia-field-dev)
 set(package_of_runtime libqjulia${PROJECT_VERSION_MAJOR})
 set(package_of_dev libqjulia-dev)
 set(package_of_doc qjulia-doc)
-set(components command runtime dev doc)
+set(components command field_runtime field_dev runtime dev doc)
 if(TARGET qjulia_python)
   set(package_of_python python3-qjulia)
   list(APPEND components python)
@@ -33,10 +35,16 @@ have the shape of a given triangle mesh. It computes on CPUs and GPUs\n\
 with OpenCL.\n\n")
 describe_package(command graphics "program that fits iterated quaternion rational maps to shapes"
   "${about}This package has the command, which makes maps, and of maps surfaces,\npictures and pages.")
+describe_package(field_runtime libs "library that evaluates quaternion rational maps"
+  "${about}This package has the shared library that evaluates maps.")
+describe_package(field_dev libdevel "library that evaluates quaternion rational maps (development)"
+  "${about}This package has headers, a static library, and files for CMake and pkg-config\n\
+for programs that evaluate maps.")
 describe_package(runtime libs "library that fits quaternion rational maps to shapes"
-  "${about}This package has the shared libraries.")
+  "${about}This package has the shared libraries for meshes, fits and pictures.")
 describe_package(dev libdevel "library that fits quaternion rational maps to shapes (development)"
-  "${about}This package has headers, static libraries, what CMake and\npkg-config read, and examples.")
+  "${about}This package has headers and static libraries for meshes, fits and pictures,\nfiles for CMake and \
+pkg-config, and examples.")
 describe_package(doc doc "documentation of qjulia, which fits quaternion maps to shapes"
   "${about}This package has the documentation, with pictures, some maps, and examples in\nPython.")
 describe_package(python python "library that fits quaternion rational maps to shapes (Python)"
@@ -44,11 +52,16 @@ describe_package(python python "library that fits quaternion rational maps to sh
 
 set(exactly "(= ${PROJECT_VERSION}-1)")
 set(CPACK_DEBIAN_COMMAND_PACKAGE_RECOMMENDS "pocl-opencl-icd | opencl-icd")
-set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS "qjulia-doc, xdg-utils")
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "pocl-opencl-icd | opencl-icd")
-set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "${package_of_runtime} ${exactly}, libeigen3-dev (>= 3.4), \
-nlohmann-json3-dev, ocl-icd-opencl-dev, zlib1g-dev, libfmt-dev, libopenmesh-dev, libpng-dev, \
-libcairo2-dev, pkgconf")
+set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS "qjulia-doc, xdg-utils, blender (>= 3.4)")
+set(CPACK_DEBIAN_FIELD_RUNTIME_PACKAGE_RECOMMENDS "pocl-opencl-icd | opencl-icd")
+set(CPACK_DEBIAN_FIELD_DEV_PACKAGE_DEPENDS "${package_of_field_runtime} ${exactly}, \
+libeigen3-dev (>= 3.4), nlohmann-json3-dev, ocl-icd-opencl-dev, zlib1g-dev, libfmt-dev")
+set(CPACK_DEBIAN_FIELD_DEV_PACKAGE_SUGGESTS "qjulia-doc")
+# The parts call each other's inner functions, so that all are of one version.
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_DEPENDS "${package_of_field_runtime} ${exactly}")
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "${package_of_runtime} ${exactly}, \
+${package_of_field_dev} ${exactly}, libopenmesh-dev, libexpat1-dev, libpng-dev, libcairo2-dev, \
+pkgconf")
 set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "qjulia-doc, liblbfgspp-dev")
 set(CPACK_DEBIAN_DOC_PACKAGE_ARCHITECTURE all)
 if(TARGET qjulia_python)
@@ -74,7 +87,9 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/host)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY ">=")
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/packaging/debian/triggers)
+foreach(component FIELD_RUNTIME RUNTIME)
+  set(CPACK_DEBIAN_${component}_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/packaging/debian/triggers)
+endforeach()
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_PRE_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/packaging/debian/finish.cmake)

@@ -17,8 +17,9 @@ static inline real fourth_difference(image_lattice lattice, int node, int at, in
   real4 u = (real4)(0);
   const real weights[5] = {1, -4, 6, -4, 1};
   for (int m = 0; m < 5; ++m) {
-    int place = lattice.places[node + (m - 2) * stride];
-    if (place < 0) return -1;
+    uint other = (uint)(node + (m - 2) * stride);
+    if (!is_node_stored(lattice, other)) return -1;
+    int place = node_place(lattice, other);
     f = fma(weights[m], lattice.field[place], f);
     u += weights[m] * vload4((size_t)place, lattice.versors);
   }

@@ -25,7 +25,10 @@ constexpr std::array kTypes = {
     FileType{".off", FileContent::mesh, true, true},
     FileType{".ply", FileContent::mesh, true, true},
     FileType{".stl", FileContent::mesh, true, true},
-    FileType{".glb", FileContent::mesh, false, true},
+    FileType{".glb", FileContent::mesh, true, true},
+    FileType{".gltf", FileContent::mesh, true, false},
+    FileType{".3mf", FileContent::mesh, true, true},
+    FileType{".usda", FileContent::mesh, false, true},
     FileType{".json", FileContent::map, true, true},
     FileType{".o3d", FileContent::original_map, true, false},
     FileType{".poly4d", FileContent::original_map, true, false},
@@ -33,6 +36,7 @@ constexpr std::array kTypes = {
     FileType{".png", FileContent::picture, false, true},
     FileType{".npy", FileContent::field, false, true},
     FileType{".vti", FileContent::field, false, true},
+    FileType{".vdb", FileContent::volume, false, true},
     FileType{".toml", FileContent::manifest, true, false},
     FileType{".html", FileContent::report, false, true},
     FileType{".frag", FileContent::formula, false, true},
@@ -65,6 +69,8 @@ const char* to_string(FileContent content) {
       return "picture";
     case FileContent::field:
       return "field";
+    case FileContent::volume:
+      return "volume";
     case FileContent::manifest:
       return "manifest";
     case FileContent::report:

@@ -40,12 +40,16 @@ void Trace::add(std::string_view name, Row row, Timer timer, Clock::time_point s
   events_.push_back({*kept, row, timer, since.count(), length.count()});
 }
 
-void Trace::write(const std::filesystem::path& path, const std::string& device_name) const {
+void Trace::write(const std::filesystem::path& path, const std::string& device_name,
+                  const std::map<std::string, double>& figures) const {
   OutputFile file(path);
   auto& out = file.stream();
-  out << fmt::format(R"({{"displayTimeUnit":"ms","otherData":{{"program":{},"device":{}}},)",
-                     json_text(std::string("qjulia ") + version()), json_text(device_name))
-      << "\"traceEvents\":[\n"
+  out << fmt::format(R"({{"displayTimeUnit":"ms","otherData":{{"program":{},"device":{})",
+                     json_text(std::string("qjulia ") + version()), json_text(device_name));
+  for (const auto& [name, number] : figures) {
+    out << fmt::format(",{}:{}", json_text(name), nlohmann::json(number).dump());
+  }
+  out << "},\"traceEvents\":[\n"
       << row_name(Row::host, "host") << ",\n"
       << row_name(Row::device, "device: " + device_name);
   for (const auto& [row, name] :

@@ -7,14 +7,16 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <span>
 
 #include "base/larger_error.hpp"
 #include "base/random.hpp"
 #include "check/lane_probe.hpp"
 #include "check/unit_ball.hpp"
 #include "device/point_batch.hpp"
-#include "fit/curvature.hpp"
-#include "fit/evaluator.hpp"
+#include "energy/curvature.hpp"
+#include "energy/evaluator.hpp"
+#include "layout/image_lattice.h"
 #include "layout/image_table.h"
 #include "map/reference_iteration.hpp"
 #include "picture/band_grid.hpp"
@@ -48,15 +50,15 @@ constexpr int kBallCells = 48;
 /// 300 samples and 24 factors: no number is a multiple of a group.
 Workload small_work() { return profiling::make_workload({.samples = 300, .factors = 24}); }
 
-std::vector<double> fields(fitting::Evaluator& evaluator, const Map& map) {
+std::vector<double> fields(energy::Evaluator& evaluator, const Map& map) {
   return evaluator.field(map);
 }
 
-std::vector<double> gradient(fitting::Evaluator& evaluator, const Map& map) {
+std::vector<double> gradient(energy::Evaluator& evaluator, const Map& map) {
   return evaluator.evaluate(map, true).gradient;
 }
 
-std::vector<double> gauss_newton(fitting::Evaluator& evaluator, const Map& map) {
+std::vector<double> gauss_newton(energy::Evaluator& evaluator, const Map& map) {
   const Eigen::MatrixXd h = evaluator.gauss_newton(map);
   return {h.data(), h.data() + h.size()};
 }
@@ -65,9 +67,9 @@ std::vector<double> gauss_newton(fitting::Evaluator& evaluator, const Map& map) 
 template <auto kCompute, int kOrbit>
 double evaluated(const Device& device, Precision precision) {
   const Workload work = small_work();
-  const fitting::EnergySettings options{fitting::Loss::distance, kOrbit, 1, kNoEscape};
-  const auto found = fitting::make_device_evaluator(device, work.samples, options, precision);
-  const auto right = fitting::make_reference_evaluator(work.samples, options);
+  const energy::EnergySettings options{energy::Loss::distance, kOrbit, 1, kNoEscape};
+  const auto found = energy::make_device_evaluator(device, work.samples, options, precision);
+  const auto right = energy::make_reference_evaluator(work.samples, options);
   return largest_difference(kCompute(*found, work.map), kCompute(*right, work.map));
 }
 
@@ -255,7 +257,7 @@ double depths(const Device& device, Precision precision) {
 }
 
 /// Compares traits of points just inside the unit sphere. A point at an angle t to the real axis
-/// has iterates at 2t and 4t, which are still undecided.
+/// has iterates at 2t and 4t.
 double orbit_trait(const Device& device, Precision precision) {
   const auto source =
       picture::march_source(device, {unit_ball(), 6, {}, {}, precision, Material::trap});
@@ -267,7 +269,8 @@ double orbit_trait(const Device& device, Precision precision) {
     points.push_back(kRadius * Vector3d(std::cos(t), 0.6 * std::sin(t), 0.8 * std::sin(t)));
     right.push_back(std::min(std::abs(std::cos(2 * t)), std::abs(std::cos(4 * t))));
   }
-  const auto found = source->traits(points);
+  constexpr double kWidth = 1e-4;
+  const auto found = source->traits(points, std::span(&kWidth, 1));
   return largest_difference({found.begin(), found.end()}, right);
 }
 
@@ -365,10 +368,10 @@ double cholesky(const Device& device, Precision /*precision*/) {
   std::iota(place.begin(), place.end(), 0);
   const auto rows = device.context().upload_real({h.data(), static_cast<std::size_t>(h.size())});
   const auto found =
-      fitting::factorised(device, {rows, kOrder, place, Eigen::VectorXd::Ones(kOrder)}, kDamping);
+      energy::factorised(device, {rows, kOrder, place, Eigen::VectorXd::Ones(kOrder)}, kDamping);
   if (!found) return kInfinite;
   const Eigen::MatrixXf difference = found->lower.topLeftCorner(kOrder, kOrder) -
-                                     fitting::factorised(h.cast<double>(), kDamping).lower;
+                                     energy::factorised(h.cast<double>(), kDamping).lower;
   double worst = 0;
   for (Eigen::Index j = 0; j < kOrder; ++j) {
     for (Eigen::Index i = j; i < kOrder; ++i)
@@ -378,11 +381,13 @@ double cholesky(const Device& device, Precision /*precision*/) {
 }
 
 /// How many cells are trusted or distrusted wrongly. F and U are linear, and their fourth
-/// differences vanish, but for a few nodes at which one of them is wrong.
+/// differences vanish, but for a few nodes at which one of them is wrong. Some others are not
+/// stored.
 double image_lattice(const Device& device, Precision precision) {
-  const surface::Grid grid{Vector3d(-1, 0.5, 2), 0.25, {9, 8, 7}};
+  const surface::Grid grid{Vector3d(-1, 0.5, 2), 0.25, {12, 8, 7}};
   constexpr std::size_t kEveryNode = 97;
   const auto is_wrong = [](std::size_t number) { return number % kEveryNode == 50; };
+  const auto is_stored = [](std::size_t number) { return number % kEveryNode != 40; };
   std::vector<double> field, versors;
   surface::for_points(grid.points, [&](std::size_t number, const Eigen::Vector3i& at) {
     const Vector3d p = grid.point(at);
@@ -390,15 +395,18 @@ double image_lattice(const Device& device, Precision precision) {
     for (const double slope : {0.5, 1.0, -1.0, 2.0}) versors.push_back(slope * p.sum());
     if (is_wrong(number)) (number % 2 == 0 ? field : versors).back() += 1;
   });
-  // A difference about an end of one of the two edges, along each axis.
-  const auto differs = [&](const Eigen::Vector3i& node, int axis) {
+  // How many nodes are wrong of the five that lie about one along an axis; negative if one of these
+  // is not stored.
+  const auto wrong_about = [&](const Eigen::Vector3i& node, int axis) {
     Eigen::Vector3i at = node;
     int wrong = 0;
     for (at[axis] = node[axis] - 2; at[axis] <= node[axis] + 2; ++at[axis]) {
-      if (at[axis] < 0 || at[axis] >= grid.points[axis]) return false;
-      wrong += is_wrong(surface::number_of(at, grid.points)) ? 1 : 0;
+      if (at[axis] < 0 || at[axis] >= grid.points[axis]) return -1;
+      const std::size_t number = surface::number_of(at, grid.points);
+      if (!is_stored(number)) return -1;
+      wrong += is_wrong(number) ? 1 : 0;
     }
-    return wrong > 0;
+    return wrong;
   };
   std::vector<std::int32_t> cells;
   std::vector<std::uint8_t> right(field.size()), found(field.size());
@@ -409,14 +417,18 @@ double image_lattice(const Device& device, Precision precision) {
     right[number] = 1;
     for (int axis = 0; axis < 3; ++axis) {
       const Eigen::Vector3i along = Eigen::Vector3i::Unit(axis);
-      for (const Eigen::Vector3i& node :
-           {low, Eigen::Vector3i(low + along), high, Eigen::Vector3i(high - along)}) {
-        if (differs(node, axis)) right[number] = 0;
-      }
+      const int most = std::max({wrong_about(low, axis), wrong_about(low + along, axis),
+                                 wrong_about(high, axis), wrong_about(high - along, axis)});
+      if (most != 0) right[number] = 0;
     }
   });
-  std::vector<std::int32_t> places(field.size());
-  std::iota(places.begin(), places.end(), 0);
+  std::vector<std::int32_t> places(field.size() / QJ_LATTICE_GROUP);
+  for (std::size_t number = 0; number < field.size(); ++number) {
+    std::int32_t& group = places[number / QJ_LATTICE_GROUP];
+    const auto member = device::narrow(number % QJ_LATTICE_GROUP);
+    if (member == 0) group = device::narrow(number) << QJ_LATTICE_GROUP;
+    if (is_stored(number)) group |= 1 << member;
+  }
   device::Context& context = device.context();
   const auto kernel = context.kernel("image_lattice.cl", "trust_cells",
                                      {device.lane_width(precision), precision, {}});

@@ -15,6 +15,7 @@
 #include "device/handles.hpp"
 #include "device/launch_sizer.hpp"
 #include "device/opencl.hpp"
+#include "device/patient_wait.hpp"
 #include "device/program_source.hpp"
 #include "device/quirks.hpp"
 #include "qjulia/error.hpp"
@@ -29,6 +30,12 @@ DeviceTimes times_of(const cl::Event& event) {
   return {at(event.getProfilingInfo<CL_PROFILING_COMMAND_QUEUED>()),
           at(event.getProfilingInfo<CL_PROFILING_COMMAND_START>()),
           at(event.getProfilingInfo<CL_PROFILING_COMMAND_END>())};
+}
+
+double items_of(const Range& range) {
+  double items = 1;
+  for (const std::size_t side : range.global) items *= static_cast<double>(side);
+  return items;
 }
 
 /// Which of this process's queues this is: the least number, from 0, that no other has.
@@ -86,6 +93,7 @@ struct Kernel::Handle {
   cl_uint argument_count = 0;
   std::size_t group = 1;  ///< work-items of a group where a launch does not say
   LaunchSizer sizer;
+  LaunchTime launch_time;
 };
 
 struct Context::Impl {
@@ -101,7 +109,8 @@ struct Context::Impl {
 
   struct Pending {
     std::shared_ptr<Kernel::Handle> kernel;
-    double work;
+    double work;   ///< 0: not said
+    double units;  ///< the same, or work-items
     cl::Event event;
     Trace::Clock::time_point before, after;  ///< around the call that launched it
   };
@@ -113,6 +122,20 @@ struct Context::Impl {
   Trace::Row row = Trace::Row::device;
   DeviceClock clock;
   QueueNumber number;
+  std::shared_ptr<WaitTotal> waited;
+  PatientWait patient_wait;
+
+  /// @param sharing whose waits are counted with this one's; null: none.
+  Impl(const DeviceInfo& described, const Impl* sharing)
+      : info(described),
+        waited(sharing != nullptr ? sharing->waited : std::make_shared<WaitTotal>()),
+        patient_wait(info.kind != DeviceKind::cpu, waited) {}
+
+  /// Calls what comes back when the queue is empty.
+  template <class Call>
+  cl_int wait(const Call& call) {
+    return patient_wait([&] { queue.flush(); }, call);
+  }
 
   void expect(cl_int code, const std::string& call) const {
     if (code != CL_SUCCESS) throw DeviceError(info.name, call, code);
@@ -136,8 +159,8 @@ Argument Argument::real(double value, Precision precision) {
   return precision == Precision::dbl ? of(value) : of(static_cast<float>(value));
 }
 
-Context::Context(const DeviceInfo& info, const Context* sharing) : impl_(std::make_unique<Impl>()) {
-  impl_->info = info;
+Context::Context(const DeviceInfo& info, const Context* sharing)
+    : impl_(std::make_unique<Impl>(info, sharing == nullptr ? nullptr : sharing->impl_.get())) {
   cl_int code = CL_SUCCESS;
   if (sharing != nullptr) {
     impl_->device = sharing->impl_->device;
@@ -152,8 +175,8 @@ Context::Context(const DeviceInfo& info, const Context* sharing) : impl_(std::ma
   impl_->expect(code, "clCreateCommandQueue");
 }
 
-Context::Context(const DeviceInfo& info, const Handles& handles) : impl_(std::make_unique<Impl>()) {
-  impl_->info = info;
+Context::Context(const DeviceInfo& info, const Handles& handles)
+    : impl_(std::make_unique<Impl>(info, nullptr)) {
   impl_->device = cl::Device(handles.device, true);
   impl_->context = cl::Context(handles.context, true);
   impl_->queue = cl::CommandQueue(handles.queue, true);
@@ -252,8 +275,9 @@ void Context::write_bytes(const Memory& memory, std::span<const std::byte> bytes
   if (count > memory.bytes()) throw std::logic_error("write past the end of a device buffer");
   if (count == 0) return;
   const cl::Buffer& to = memory.handle_->buffer;
-  impl_->expect(impl_->queue.enqueueWriteBuffer(to, CL_TRUE, 0, count, bytes.data()),
-                "clEnqueueWriteBuffer");
+  const cl_int code = impl_->wait(
+      [&] { return impl_->queue.enqueueWriteBuffer(to, CL_TRUE, 0, count, bytes.data()); });
+  impl_->expect(code, "clEnqueueWriteBuffer");
 }
 
 void Context::read_bytes(const Memory& memory, std::span<std::byte> bytes) {
@@ -261,8 +285,9 @@ void Context::read_bytes(const Memory& memory, std::span<std::byte> bytes) {
   if (count > memory.bytes()) throw std::logic_error("read past the end of a device buffer");
   if (count == 0) return;
   const cl::Buffer& from = memory.handle_->buffer;
-  impl_->expect(impl_->queue.enqueueReadBuffer(from, CL_TRUE, 0, count, bytes.data()),
-                "clEnqueueReadBuffer");
+  const cl_int code = impl_->wait(
+      [&] { return impl_->queue.enqueueReadBuffer(from, CL_TRUE, 0, count, bytes.data()); });
+  impl_->expect(code, "clEnqueueReadBuffer");
   impl_->collect_times();
 }
 
@@ -329,6 +354,26 @@ Handles Handles::of(const Context& context) {
 }
 
 cl_mem Handles::of(const Memory& memory) { return memory.handle_->buffer(); }
+
+Memory Handles::borrowed(const Context& context, const char* name, cl_mem buffer,
+                         std::size_t bytes) {
+  if (buffer == nullptr) throw OptionError(name, "is null; give a buffer");
+  const cl::Buffer kept(buffer, true);
+  if (kept.getInfo<CL_MEM_TYPE>() != CL_MEM_OBJECT_BUFFER) {
+    throw OptionError(name, "is an image; give a buffer");
+  }
+  if (kept.getInfo<CL_MEM_CONTEXT>()() != context.impl_->context()) {
+    throw OptionError(name, "belongs to another context; give a buffer of the device's");
+  }
+  if (const auto size = kept.getInfo<CL_MEM_SIZE>(); size < bytes) {
+    throw OptionError(name, fmt::format("has {} bytes; give at least {}", size, bytes));
+  }
+  Memory memory;
+  memory.bytes_ = bytes;
+  memory.handle_ = std::make_shared<Memory::Handle>();
+  memory.handle_->buffer = kept;
+  return memory;
+}
 
 cl_kernel Handles::build(const Context& context, const std::string& source, const std::string& name,
                          const BuildOptions& options) {
@@ -401,14 +446,17 @@ void Context::launch(const Kernel& kernel, const Range& range, std::span<const A
     code = enqueue();
   }
   impl_->expect(code, fmt::format("launching kernel {}", handle.name));
-  const Impl::Pending launched{kernel.handle_, work, event, before, Trace::Clock::now()};
+  const double units = work > 0 ? work : items_of(range);
+  const Impl::Pending launched{kernel.handle_, work, units, event, before, Trace::Clock::now()};
+  impl_->patient_wait.expect(handle.launch_time.expected(units));
   if (impl_->events_have_times.value_or(false)) {
     impl_->pending.push_back(launched);
     constexpr std::size_t kMostPending = 1024;
     if (impl_->pending.size() >= kMostPending) impl_->collect_times();
     return;
   }
-  impl_->expect(event.wait(), fmt::format("running kernel {}", handle.name));
+  impl_->expect(impl_->wait([&] { return event.wait(); }),
+                fmt::format("running kernel {}", handle.name));
   const std::chrono::nanoseconds length = Trace::Clock::now() - before;
   if (!impl_->events_have_times) {
     impl_->events_have_times = event.getProfilingInfo<CL_PROFILING_COMMAND_END>() != 0;
@@ -433,6 +481,7 @@ void Context::Impl::add_time(const Pending& launch, std::chrono::nanoseconds len
   ++time.launches;
   time.seconds += seconds;
   if (launch.work > 0) launch.kernel->sizer.learn(launch.work, seconds);
+  launch.kernel->launch_time.learn(launch.units, seconds);
 }
 
 void Context::Impl::collect_time(const Pending& launch) {
@@ -447,7 +496,7 @@ void Context::Impl::collect_time(const Pending& launch) {
 }
 
 void Context::Impl::collect_times() {
-  expect(queue.finish(), "clFinish");
+  expect(wait([&] { return queue.finish(); }), "clFinish");
   for (const Pending& launch : pending) collect_time(launch);
   pending.clear();
 }
@@ -458,6 +507,8 @@ std::map<std::string, KernelTime> Context::kernel_times() {
   impl_->collect_times();
   return impl_->times;
 }
+
+WaitTime Context::wait_time() const { return impl_->waited->value(); }
 
 void Context::record(std::shared_ptr<Trace> trace, Trace::Row row) {
   impl_->collect_times();

@@ -207,6 +207,8 @@ class Context {
   /// As `Device::kernel_times` says.
   std::map<std::string, KernelTime> kernel_times();
   void reset_kernel_times();
+  /// As `Device::wait_time` says.
+  WaitTime wait_time() const;
 
   /// Launches, on `row`, and builds are added to `trace` from now on; empty: no longer.
   void record(std::shared_ptr<Trace> trace, Trace::Row row = Trace::Row::device);

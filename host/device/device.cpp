@@ -1,16 +1,19 @@
 #include "qjulia/device.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "base/surroundings.hpp"
 #include "base/text.hpp"
 #include "device/context.hpp"
 #include "device/opencl.hpp"
 #include "device/quirks.hpp"
+#include "device/ranking.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia {
@@ -48,22 +51,31 @@ constexpr const char* kInstallHint =
     "install an OpenCL driver: 'apt-get install pocl-opencl-icd' runs on any CPU; a GPU needs its "
     "vendor's OpenCL package";
 
+/// What fits the surroundings, else what always does.
+std::string what_to_do() {
+  std::string text;
+  for (const base::Finding& finding : base::surroundings()) text += "\n  " + finding.text;
+  return text.empty() ? kInstallHint : "findings about this machine:" + text;
+}
+
 DeviceInfo find_device(const std::string& wanted) {
-  const auto all = list_devices();
-  if (all.empty()) throw NoDeviceError(fmt::format("no OpenCL device was found; {}", kInstallHint));
-  if (wanted.empty()) {
-    const auto gpu = std::ranges::find(all, DeviceKind::gpu, &DeviceInfo::kind);
-    return gpu != all.end() ? *gpu : all.front();
+  const device::Inventory all = device::take_inventory();
+  if (all.devices.empty()) {
+    throw NoDeviceError(fmt::format("no OpenCL device was found ({}); {}",
+                                    fmt::join(all.problems, "; "), what_to_do()));
   }
-  const auto found = std::ranges::find_if(
-      all, [&](const DeviceInfo& d) { return matches(d, base::lower_case(wanted)); });
-  if (found != all.end()) return *found;
+  std::vector<DeviceInfo> matching = all.devices;
+  std::erase_if(matching, [&](const DeviceInfo& d) {
+    return !wanted.empty() && !matches(d, base::lower_case(wanted));
+  });
+  if (!matching.empty()) return *std::ranges::min_element(matching, {}, &DeviceInfo::rank);
   std::string names;
-  for (const auto& d : all) {
-    names += fmt::format("\n  {}:{}  {}  {}", d.platform, d.index, to_string(d.kind), d.name);
+  for (const auto& d : all.devices) {
+    names += fmt::format("\n  {}  {}  {}", device::device_id(d), to_string(d.kind), d.name);
   }
+  for (const std::string& problem : all.problems) names += "\n  " + problem;
   throw NoDeviceError(
-      fmt::format("no device matches '{}'; there are:{}\n({})", wanted, names, kInstallHint));
+      fmt::format("no device matches '{}'; there are:{}\n({})", wanted, names, what_to_do()));
 }
 
 }  // namespace
@@ -97,7 +109,10 @@ std::string to_string(Layout layout) {
 }
 
 nlohmann::json to_json(const DeviceInfo& d) {
-  return {{"id", fmt::format("{}:{}", d.platform, d.index)},
+  const auto text_or_null = [](const std::string& text) {
+    return text.empty() ? nlohmann::json() : nlohmann::json(text);
+  };
+  return {{"id", device::device_id(d)},
           {"kind", to_string(d.kind)},
           {"name", d.name},
           {"vendor", d.vendor},
@@ -112,20 +127,16 @@ nlohmann::json to_json(const DeviceInfo& d) {
           {"local_memory", d.local_memory},
           {"largest_work_group", d.largest_work_group},
           {"double_precision", d.has_double},
+          {"shares_memory", d.shares_memory},
+          {"pci_address", text_or_null(d.pci_address)},
+          {"uuid", text_or_null(d.uuid)},
+          {"estimated_speed", d.estimated_speed},
+          {"rank", d.rank},
+          {"same_as", text_or_null(d.same_as)},
           {"layout", to_string(device::suited_layout(d))}};
 }
 
-std::vector<DeviceInfo> list_devices() {
-  std::vector<DeviceInfo> found;
-  const auto platforms = device::platforms();
-  for (std::size_t p = 0; p < platforms.size(); ++p) {
-    const auto devices = device::devices(platforms[p]);
-    for (std::size_t d = 0; d < devices.size(); ++d) {
-      found.push_back(device::describe(devices[d], static_cast<int>(p), static_cast<int>(d)));
-    }
-  }
-  return found;
-}
+std::vector<DeviceInfo> list_devices() { return device::take_inventory().devices; }
 
 Device Device::choose(const DeviceChoice& choice) {
   const auto layout = wanted_layout(choice);
@@ -182,6 +193,8 @@ Device Device::sibling(Trace::Row row) const {
 std::map<std::string, KernelTime> Device::kernel_times() const { return context_->kernel_times(); }
 
 void Device::reset_kernel_times() const { context_->reset_kernel_times(); }
+
+WaitTime Device::wait_time() const { return context_->wait_time(); }
 
 void Device::record(std::shared_ptr<Trace> trace) const { context_->record(std::move(trace)); }
 

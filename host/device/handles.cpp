@@ -48,14 +48,9 @@ void check_queue(const cl::CommandQueue& queue, cl_context context, cl_device_id
 /// As `list_devices` says it; with −1 for its numbers where the device is not among these.
 DeviceInfo info_of(cl_device_id wanted) {
   const auto platforms = device::platforms();
-  for (std::size_t p = 0; p < platforms.size(); ++p) {
-    const auto devices = device::devices(platforms[p]);
-    const auto found =
-        std::ranges::find_if(devices, [&](const cl::Device& d) { return d() == wanted; });
-    if (found != devices.end()) {
-      return device::describe(*found, static_cast<int>(p),
-                              static_cast<int>(found - devices.begin()));
-    }
+  for (const DeviceInfo& info : device::take_inventory().devices) {
+    const auto devices = device::devices(platforms.at(static_cast<std::size_t>(info.platform)));
+    if (devices.at(static_cast<std::size_t>(info.index))() == wanted) return info;
   }
   return device::describe(cl::Device(wanted, true), -1, -1);
 }

@@ -17,6 +17,10 @@ struct Handles {
   static Handles of(const Context& context);
   /// It belongs to the memory.
   static cl_mem of(const Memory& memory);
+  /// A program's own buffer, which is retained, of at least so many bytes.
+  /// @throws OptionError naming `name`.
+  static Memory borrowed(const Context& context, const char* name, cl_mem buffer,
+                         std::size_t bytes);
   /// A kernel of a source that may include embedded files; the caller releases it.
   /// @throws KernelBuildError; InputError when the source has no such kernel.
   static cl_kernel build(const Context& context, const std::string& source, const std::string& name,

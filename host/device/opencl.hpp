@@ -14,11 +14,21 @@
 namespace qjulia::device {
 
 /// The loader's platforms that answer; empty when there is no loader configuration at all.
-std::vector<cl::Platform> platforms();
+/// @param code what the loader says, where it is wanted.
+std::vector<cl::Platform> platforms(cl_int* code = nullptr);
 
 /// A platform's devices that answer; empty when it has none or is broken.
-std::vector<cl::Device> devices(const cl::Platform& platform);
+/// @param code what the platform says, where it is wanted.
+std::vector<cl::Device> devices(const cl::Platform& platform, cl_int* code = nullptr);
 
+/// All devices as `list_devices` gives them.
+struct Inventory {
+  std::vector<DeviceInfo> devices;
+  std::vector<std::string> problems;  ///< why a platform, or all of them, shows none
+};
+Inventory take_inventory();
+
+/// Without what other devices have a say in: its rank, and whether it is one of them.
 DeviceInfo describe(const cl::Device& device, int platform_index, int device_index);
 
 /// Whether a launch's groups were too large for the device.

@@ -5,10 +5,9 @@
 
 namespace qjulia::device {
 
-namespace {
-
-/// Mesa's llvmpipe: a CPU whose compiler makes its vectors out of neighbouring work-items.
 bool is_llvmpipe(const DeviceInfo& info) { return info.name.find("llvmpipe") != std::string::npos; }
+
+namespace {
 
 int preferred_lane_width(const DeviceInfo& info, Precision precision, Layout layout) {
   if (layout == Layout::gpu || is_llvmpipe(info)) return 1;

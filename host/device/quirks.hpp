@@ -5,6 +5,9 @@
 
 namespace qjulia::device {
 
+/// Mesa's llvmpipe: a CPU whose compiler makes its vectors out of neighbouring work-items.
+bool is_llvmpipe(const DeviceInfo& info);
+
 /// The layout a device is chosen with. CPUs need explicit vectors: PoCL does not vectorise across
 /// work-items. GPUs are made of lanes: one to each work-item.
 Layout suited_layout(const DeviceInfo& info);

@@ -11,6 +11,7 @@
 #include "base/fnv_hash.hpp"
 #include "base/input_file.hpp"
 #include "base/output_file.hpp"
+#include "fit/sample_weights.hpp"
 #include "fit/schedule.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
@@ -54,13 +55,17 @@ std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const D
   schedule_hash.add(text_of_schedule(options));
   base::FnvHash initial_hash;
   if (options.initial) initial_hash.add(to_json(*options.initial).dump());
+  base::FnvHash weights_hash;
+  if (options.weights) {
+    for (const double weight : weights_at(options.weights, mesh.vertices)) weights_hash.add(weight);
+  }
   // Not the time limit: what is left of it differs from run to run.
-  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", version(), hash.text(),
-                     options.factors.value_or(0), options.max_factors, to_string(options.detail),
-                     options.seed, options.max_evaluations.value_or(0),
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", version(),
+                     hash.text(), options.factors.value_or(0), options.max_factors,
+                     to_string(options.detail), options.seed, options.max_evaluations.value_or(0),
                      static_cast<int>(options.unknowns), static_cast<int>(options.placement),
                      static_cast<int>(options.precision), schedule_hash.text(), initial_hash.text(),
-                     options.polish, options.sample_parts, device.info().name,
+                     weights_hash.text(), options.polish, options.sample_parts, device.info().name,
                      device.info().driver_version,
                      to_json(device.tuning(options.precision)).dump());
 }

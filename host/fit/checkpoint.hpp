@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "fit/evaluator.hpp"
+#include "fit/energy_names.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/fit.hpp"
 

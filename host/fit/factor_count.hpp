@@ -2,7 +2,7 @@
 /// How many factors a fit has when its caller leaves that to it.
 
 #include "fit/budget.hpp"
-#include "fit/evaluator.hpp"
+#include "fit/energy_names.hpp"
 #include "fit/sample_pool.hpp"
 #include "fit/schedule.hpp"
 

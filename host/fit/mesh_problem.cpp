@@ -26,17 +26,24 @@ std::vector<Eigen::Vector3d> coarse_grid(const Box& box) {
 
 }  // namespace
 
-MeshProblem::MeshProblem(const Device& device, MeasuredMesh mesh, Precision precision,
-                         std::stop_token stop)
-    : device_(device), mesh_(std::move(mesh)), precision_(precision), stop_(std::move(stop)) {
+MeshProblem::MeshProblem(const Device& device, MeasuredMesh mesh, SampleWeights weights,
+                         Precision precision, std::stop_token stop)
+    : device_(device),
+      mesh_(std::move(mesh)),
+      weights_(std::move(weights)),
+      precision_(precision),
+      stop_(std::move(stop)) {
   const auto points = coarse_grid(mesh_.shape.mesh.box());
   cells_ = on_slice(points, 0);
   for (const double d : mesh_.distance.at(points, stop_)) inside_.push_back(d < 0);
 }
 
 Samples MeshProblem::draw(const Level& level, base::Random& random) const {
-  return level.points == Points::grid ? grid_samples(mesh_.shape, mesh_.distance, level, stop_)
-                                      : mesh_.pool.draw(level, random);
+  Samples samples = level.points == Points::grid
+                        ? grid_samples(mesh_.shape, mesh_.distance, level, stop_)
+                        : mesh_.pool.draw(level, random);
+  if (weights_) weigh(samples, weights_, mesh_.shape.shape_to_map, level.loss);
+  return samples;
 }
 
 std::unique_ptr<Evaluator> MeshProblem::evaluator(const Samples& samples,

@@ -5,6 +5,7 @@
 
 #include "fit/problem.hpp"
 #include "fit/sample_pool.hpp"
+#include "fit/sample_weights.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/shape.hpp"
 
@@ -21,9 +22,9 @@ struct MeasuredMesh {
 
 class MeshProblem final : public Problem {
  public:
-  /// @param precision of energies and gradients. @param stop makes this and `draw` throw
-  ///   Interrupted.
-  MeshProblem(const Device& device, MeasuredMesh mesh, Precision precision,
+  /// @param weights of samples, or none. @param precision of energies and gradients. @param stop
+  ///   makes this and `draw` throw Interrupted.
+  MeshProblem(const Device& device, MeasuredMesh mesh, SampleWeights weights, Precision precision,
               std::stop_token stop = {});
 
   Samples draw(const Level& level, base::Random& random) const override;
@@ -41,6 +42,7 @@ class MeshProblem final : public Problem {
  private:
   Device device_;
   MeasuredMesh mesh_;
+  SampleWeights weights_;
   Precision precision_;
   std::stop_token stop_;
   std::vector<Quaternion> cells_;  ///< centres of a coarse grid's cells about the shape

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "fit/budget.hpp"
-#include "fit/evaluator.hpp"
+#include "fit/energy_names.hpp"
 #include "fit/subspace.hpp"
 
 namespace qjulia::fitting {

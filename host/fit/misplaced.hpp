@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "fit/samples.hpp"
+#include "fit/energy_names.hpp"
 #include "fit/schedule.hpp"
 #include "qjulia/map.hpp"
 

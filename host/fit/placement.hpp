@@ -1,7 +1,7 @@
 #pragma once
 /// Where the factors start.
 
-#include "fit/evaluator.hpp"
+#include "fit/energy_names.hpp"
 #include "fit/sample_pool.hpp"
 #include "qjulia/map.hpp"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/random.hpp"
-#include "fit/evaluator.hpp"
+#include "fit/energy_names.hpp"
 #include "fit/schedule.hpp"
 
 namespace qjulia::fitting {

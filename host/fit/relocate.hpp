@@ -2,7 +2,7 @@
 /// Moving factors that matter little to where the fit is worst.
 
 #include "base/random.hpp"
-#include "fit/evaluator.hpp"
+#include "fit/energy_names.hpp"
 
 namespace qjulia::fitting {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/random.hpp"
-#include "fit/samples.hpp"
+#include "fit/energy_names.hpp"
 #include "fit/schedule.hpp"
 #include "qjulia/shape.hpp"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "fit/samples.hpp"
+#include "fit/energy_names.hpp"
 
 namespace qjulia {
 struct FitOptions;

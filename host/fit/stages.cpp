@@ -164,6 +164,14 @@ StopReason Stages::run() {
   return *stopped_;
 }
 
+void Stages::end() {
+  if (stopped_) return;
+  budget_.update();
+  checkpoint_.save(next_state());
+  stopped_ = StopReason::interrupted;
+  lift_misplaced();
+}
+
 MisplacedFactors Stages::misplaced(const Level& level) {
   if (!regresses(level)) return {};
   return misplaced_factors(map_, problem_.distances(points_at_centers(map_)), level);
@@ -303,7 +311,12 @@ std::optional<StopReason> Stages::run_stage() {
   preparation_ = budget_.seconds() - began;
   const Evaluate evaluate = recorded(*evaluator, options_.observer, before, checkpoint_);
   auto result = part("minimise", [&] {
-    return minimize(evaluate, map_, subspace, scaling, level.steps, budget_);
+    try {
+      return minimize(evaluate, map_, subspace, scaling, level.steps, budget_);
+    } catch (const DeviceError&) {
+      checkpoint_.save(before);  // another run need not evaluate again what this one has
+      throw;
+    }
   });
   if (result.stopped == StopReason::interrupted) checkpoint_.save(before);
   map_ = std::move(result.map);

@@ -8,7 +8,7 @@
 #include "base/random.hpp"
 #include "fit/budget.hpp"
 #include "fit/checkpoint.hpp"
-#include "fit/evaluator.hpp"
+#include "fit/energy_names.hpp"
 #include "fit/misplaced.hpp"
 #include "fit/problem.hpp"
 #include "fit/schedule.hpp"
@@ -40,6 +40,10 @@ class Stages {
   std::optional<StopReason> step();
   /// Takes steps until the fit has ended.
   StopReason run();
+  /// Ends the fit as a stop request does, unless it has ended.
+  void end();
+  /// Why it has ended; nothing while there are further stages.
+  std::optional<StopReason> stopped() const { return stopped_; }
 
   /// The map with the wanted detail, and all warnings so far.
   FinishedMap finished() const;

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <vector>
 
@@ -28,8 +29,12 @@ class DepthSource {
   /// Computes what the rays of a perspective view need, before the first of them.
   virtual void prepare(const View& /*view*/) {}
 
-  /// What colours the points given, 0 … 1 each; empty where nothing does.
-  virtual std::vector<float> traits(const std::vector<Eigen::Vector3d>& /*points*/) { return {}; }
+  /// What orbits tell to colour points, 0 … 1 each; empty where nothing does.
+  /// @param widths of the balls that points stand for: one for all, or one for each.
+  virtual std::vector<float> traits(const std::vector<Eigen::Vector3d>& /*points*/,
+                                    std::span<const double> /*widths*/) {
+    return {};
+  }
 
   /// What was left out of the views so far, in their units.
   virtual LoosePieces loose_pieces() const { return {}; }

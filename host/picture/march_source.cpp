@@ -173,9 +173,10 @@ class MarchSource : public DepthSource {
     look_finer(view);
   }
 
-  std::vector<float> traits(const std::vector<Eigen::Vector3d>& points) override {
-    if (set_.material == Material::clay) return {};
-    return orbit_traits(map_, points, set_.iterations, set_.material, set_.stop);
+  std::vector<float> traits(const std::vector<Eigen::Vector3d>& points,
+                            std::span<const double> widths) override {
+    if (set_.material == Material::clay || set_.material == Material::height) return {};
+    return orbit_traits(map_, points, widths, set_.iterations, set_.material, set_.stop);
   }
 
   Box bounds() const override { return grid_.bounds(); }

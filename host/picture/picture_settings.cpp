@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 
 #include "qjulia/error.hpp"
@@ -130,17 +131,20 @@ std::vector<PictureSetting> camera_frame_settings() {
 std::vector<PictureSetting> light_settings() {
   return {
       {{.name = "material",
-        .values = "clay|iterations|trap",
+        .values = "clay|iterations|trap|groove|height|factor",
         .unit = "",
-        .help = "What colours the set: clay; iterations, how late the orbit of a point is decided; "
-                "or trap, how close two iterates come to the plane X = 0, seen from the origin",
+        .help = "What colours the set: clay; iterations, how long the orbit of a point stays "
+                "undecided; trap, how close two iterates come to the plane X = 0, seen from the "
+                "origin; groove, from the bottoms of grooves to the tips of ridges; "
+                "height, along the up axis; or factor, which factor of the map is nearest, "
+                "poles in the lower half of the palette and roots in the upper",
         .more = "",
         .interpolation = Interpolation::none,
         .group = "Look",
         .controls = {{.name = "material",
                       .label = "material",
                       .help = "",
-                      .words = {"clay", "iterations", "trap"}}}},
+                      .words = {"clay", "iterations", "trap", "groove", "height", "factor"}}}},
        [](PictureOptions& p) -> Material& { return p.material; }},
       {{.name = "palette",
         .values = "NAME|COLOURS",
@@ -201,8 +205,20 @@ const char* to_string(Material material) {
       return "iterations";
     case Material::trap:
       return "trap";
+    case Material::groove:
+      return "groove";
+    case Material::height:
+      return "height";
+    case Material::factor:
+      return "factor";
   }
   return "";
+}
+
+std::span<const Material> materials() {
+  static constexpr std::array kAll{Material::clay,   Material::iterations, Material::trap,
+                                   Material::groove, Material::height,     Material::factor};
+  return kAll;
 }
 
 const char* to_string(Backdrop backdrop) {
@@ -231,7 +247,7 @@ const PictureSetting& picture_setting_named(const std::string& name) {
 }
 
 std::optional<Material> material_named(std::string_view name) {
-  for (const Material material : {Material::clay, Material::iterations, Material::trap}) {
+  for (const Material material : materials()) {
     if (name == to_string(material)) return material;
   }
   return std::nullopt;

@@ -11,6 +11,7 @@
 #include "map/checks.hpp"
 #include "map/portals.hpp"
 #include "picture/depth_grid.hpp"
+#include "picture/material_traits.hpp"
 #include "picture/shading.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
@@ -52,24 +53,28 @@ double lowest(DepthSource& source, const Vector3d& up, double fineness) {
   return view.eye.dot(up) + nearest;
 }
 
-/// What colours the strip's samples: none where all is clay. A pixel behind the surface: on it,
-/// orbits part, and neighbours have nothing in common.
-std::vector<float> traits_of(const View& view, const Strip& strip, DepthSource& source) {
+/// How far through the palette the strip's samples are: none where all is clay. Each stands for a
+/// ball as wide as a pixel.
+std::vector<float> traits_of(const View& view, const Strip& strip, DepthSource& source,
+                             const Coloring& coloring, const MaterialRange& range) {
   std::vector<Vector3d> points;
   std::vector<std::size_t> numbers;
   const int first_row = strip.first_row * strip.samples - strip.halo;
   const auto wide = static_cast<std::size_t>(view.columns);
-  const double behind = view.footprint * view.samples;
+  const double pixel = view.footprint * view.samples;
   for (std::size_t i = 0; i < strip.depths.size(); ++i) {
     if (strip.depths[i] < 0) continue;
     const int column = static_cast<int>(i % wide), row = first_row + static_cast<int>(i / wide);
-    points.push_back(view.at(column + 0.5, row + 0.5, double{strip.depths[i]} + behind));
+    points.push_back(view.at(column + 0.5, row + 0.5, double{strip.depths[i]}));
     numbers.push_back(i);
   }
-  const std::vector<float> found = source.traits(points);
-  if (found.empty()) return {};
+  const std::vector<float> found =
+      material_traits([&](const auto& p, auto widths) { return source.traits(p, widths); },
+                      coloring, points, std::span(&pixel, 1));
   std::vector<float> traits(strip.depths.size());
-  for (std::size_t i = 0; i < found.size(); ++i) traits[numbers[i]] = found[i];
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    traits[numbers[i]] = static_cast<float>(share_of(range, double{found[i]}));
+  }
   return traits;
 }
 
@@ -183,6 +188,13 @@ void PictureOptions::validate() const {
     throw OptionError("palette", fmt::format("{} colours to go through; give 2 to {}",
                                              palette.stops.size(), Palette::kMostStops));
   }
+  if (range) {
+    base::expect_finite("range", range->low);
+    base::expect_finite("range", range->high);
+    if (!(range->low < range->high)) {
+      throw OptionError("range", "the palette's beginning is not below its end");
+    }
+  }
   map::expect_box(camera.frame, "frame");
   if (camera.look_at) {
     for (const double c : *camera.look_at) base::expect_finite("look_at", c);
@@ -230,7 +242,9 @@ struct Studio::Impl {
   bool is_draft = false;
   UpAxis known_up = kDefaultUp;  ///< where the camera does not say
   std::stop_token stop{};        ///< ends pictures that have no other
-  std::optional<UpAxis> up{};    ///< for which sky and ground were made
+  Coloring coloring{};
+  MaterialRange range{};
+  std::optional<UpAxis> up{};  ///< for which sky and ground were made
   std::vector<Light> sky{};
   double ground = 0;  ///< height along up
   GroundLight ground_light{};
@@ -281,9 +295,17 @@ std::unique_ptr<Studio::Impl> Studio::Impl::of_map(const Device& device, const M
   if (is_draft) set.finest_cells = kDraftFinestCells;
   auto source = march_source(device, set);
   const Box framed = framed_box(map, options.box, *source);
+  const UpAxis up = map.frame.up.value_or(kDefaultUp);
+  const Coloring coloring{options.material, direction(options.camera.up.value_or(up)),
+                          map.frame.shape_to_map};
+  MaterialRange range = options.range.value_or(MaterialRange{});
+  if (!options.range && options.material != Material::clay) {
+    range = material_range(device, map,
+                           {options.iterations, options.escape, options.precision, coloring}, stop);
+  }
   return std::make_unique<Impl>(Impl{device, options, std::move(source), framed,
-                                     map.frame.shape_to_map, fineness, is_draft,
-                                     map.frame.up.value_or(kDefaultUp), stop});
+                                     map.frame.shape_to_map, fineness, is_draft, up, stop, coloring,
+                                     range});
 }
 
 Studio::Studio(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -302,6 +324,8 @@ std::string to_text(const LookupReport& report) {
 }
 
 LookupReport Studio::lookups() const { return impl_->source->lookups(); }
+
+MaterialRange Studio::range() const { return impl_->range; }
 
 Studio::Studio(const Device& device, const Map& map, const PictureOptions& options,
                const std::stop_token& stop)
@@ -381,7 +405,9 @@ void Studio::Impl::draw(const View& view, const Shading& shading, bool with_laye
       const TraceStage stage(work.monitor.trace, "rays");
       strip.depths = source->depths(view, from, to - from);
     }
-    if (options.material != Material::clay) strip.traits = traits_of(view, strip, *source);
+    if (options.material != Material::clay) {
+      strip.traits = traits_of(view, strip, *source, coloring, range);
+    }
     throw_if_stopped(work.monitor.stop);
     const TraceStage stage(work.monitor.trace, "shade");
     const Shaded shaded = shading.shade(view, strip, with_layers);

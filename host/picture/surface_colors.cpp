@@ -1,97 +1,60 @@
 #include "qjulia/surface_colors.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "base/srgb.hpp"
+#include "map/device_map.hpp"
+#include "picture/material_traits.hpp"
 #include "picture/orbit_traits.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 
 namespace qjulia {
+
+using namespace picture;
 namespace {
 
-/// How far behind a triangle its points lie, over the mesh's mean edge.
-constexpr double kBehind = 0.25;
-/// A point of a triangle stands for the third of its area about a corner. These are the weights of
-/// that corner and of each of the two others.
-constexpr double kOwnWeight = 2.0 / 3, kOtherWeight = 1.0 / 6;
-/// Shares of the vertices below the palette's beginning and above its end.
-constexpr double kTail = 0.02;
-/// Triangles whose points are on the device at a time.
-constexpr std::size_t kTrianglesAtOnce = std::size_t{1} << 17;
+/// Vertices whose numbers are found between two reports of progress.
+constexpr std::size_t kVerticesAtOnce = std::size_t{1} << 18;
 
-double mean_edge(const TriangleMesh& mesh) {
-  double sum = 0;
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const auto& x = mesh.vertices;
-    sum += (x[b] - x[a]).norm() + (x[c] - x[b]).norm() + (x[a] - x[c]).norm();
-  }
-  return sum / (3 * static_cast<double>(std::max<std::size_t>(1, mesh.triangles.size())));
-}
-
-/// Triangles `first` … `last` − 1: three points `behind` each of them, map units.
-std::vector<Eigen::Vector3d> points_behind(const TriangleMesh& mesh, std::size_t first,
-                                           std::size_t last, double behind,
-                                           const ShapeToMap& to_map) {
-  std::vector<Eigen::Vector3d> points;
-  points.reserve(3 * (last - first));
-  for (std::size_t t = first; t < last; ++t) {
-    std::array<Eigen::Vector3d, 3> x;
-    for (std::size_t i = 0; i < x.size(); ++i) x[i] = mesh.vertices[mesh.triangles[t][i]];
-    const Eigen::Vector3d inward = -behind * (x[1] - x[0]).cross(x[2] - x[0]).normalized();
-    const Eigen::Vector3d sum = x[0] + x[1] + x[2];
-    for (const Eigen::Vector3d& corner : x) {
-      points.push_back(
-          to_map.to_map(kOtherWeight * sum + (kOwnWeight - kOtherWeight) * corner + inward));
-    }
-  }
-  return points;
-}
-
-/// What the material shows at each vertex.
-std::vector<float> vertex_traits(const map::DeviceMap& device_map, const ShapeToMap& to_map,
-                                 const TriangleMesh& mesh, const SurfaceColorOptions& options,
-                                 const ProgressMonitor& monitor) {
-  const double edge = mean_edge(mesh);
-  std::vector<double> sums(mesh.vertices.size()), weights(mesh.vertices.size());
-  for (std::size_t first = 0; first < mesh.triangles.size(); first += kTrianglesAtOnce) {
-    const std::size_t last = std::min(first + kTrianglesAtOnce, mesh.triangles.size());
-    monitor.report({"colouring the surface",
-                    static_cast<double>(first) / static_cast<double>(mesh.triangles.size()), -1,
-                    ""});
-    const std::vector<float> traits =
-        picture::orbit_traits(device_map, points_behind(mesh, first, last, kBehind * edge, to_map),
-                              options.iterations, options.material, monitor.stop);
-    for (std::size_t t = first; t < last; ++t) {
-      const auto at = traits.begin() + static_cast<std::ptrdiff_t>(3 * (t - first));
-      const double mean = (double{at[0]} + double{at[1]} + double{at[2]}) / 3;
-      const auto& [a, b, c] = mesh.triangles[t];
-      const auto& x = mesh.vertices;
-      // A triangle without area counts a little, for vertices that have no other.
-      const double weight = (x[b] - x[a]).cross(x[c] - x[a]).norm() + 1e-6 * edge * edge;
-      for (const std::uint32_t v : mesh.triangles[t]) {
-        sums[v] += weight * mean;
-        weights[v] += weight;
+/// The mean length of the edges about each vertex, map units: what it stands for. 0 without any.
+std::vector<double> widths_of(const TriangleMesh& mesh, const ShapeToMap& to_map) {
+  std::vector<double> sums(mesh.vertices.size()), counts(mesh.vertices.size());
+  for (const auto& corners : mesh.triangles) {
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const std::uint32_t a = corners[i], b = corners[(i + 1) % corners.size()];
+      const double length = to_map.scale * (mesh.vertices[b] - mesh.vertices[a]).norm();
+      for (const std::uint32_t v : {a, b}) {
+        sums[v] += length;
+        counts[v] += 1;
       }
     }
   }
-  std::vector<float> traits(sums.size());
-  for (std::size_t v = 0; v < sums.size(); ++v) {
-    // None without triangles, or where areas are beyond all numbers.
-    const double mean = sums[v] / weights[v];
-    if (std::isfinite(mean)) traits[v] = static_cast<float>(mean);
-  }
-  return traits;
+  for (std::size_t v = 0; v < sums.size(); ++v) sums[v] /= std::max(1.0, counts[v]);
+  return sums;
 }
 
-double percentile(std::vector<float>& values, double share) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(
-                                       std::lround(share * static_cast<double>(values.size() - 1)));
-  std::ranges::nth_element(values, at);
-  return double{*at};
+/// What the material shows at each vertex.
+std::vector<float> vertex_traits(const OrbitsTell& orbits, const Coloring& coloring,
+                                 const TriangleMesh& mesh, const ProgressMonitor& monitor) {
+  const std::vector<double> widths = widths_of(mesh, coloring.to_scene);
+  std::vector<float> traits;
+  for (std::size_t first = 0; first < widths.size(); first += kVerticesAtOnce) {
+    const std::size_t count = std::min(kVerticesAtOnce, widths.size() - first);
+    monitor.report({"colouring the surface",
+                    static_cast<double>(first) / static_cast<double>(widths.size()), -1, ""});
+    std::vector<Eigen::Vector3d> points;
+    for (std::size_t v = first; v < first + count; ++v) {
+      points.push_back(coloring.to_scene.to_map(mesh.vertices[v]));
+    }
+    const std::vector<float> found =
+        material_traits(orbits, coloring, points, std::span(widths).subspan(first, count));
+    traits.insert(traits.end(), found.begin(), found.end());
+  }
+  return traits;
 }
 
 /// Through the palette's colours, in linear light as pictures go.
@@ -112,11 +75,12 @@ VertexColor color_at(const Palette& palette, double share) {
 
 void SurfaceColorOptions::validate() const {
   if (material == Material::clay) {
-    throw OptionError("material", "clay has one colour everywhere; give iterations or trap");
+    throw OptionError("material", "clay has one colour everywhere; give another material");
   }
   PictureOptions shared;
   shared.iterations = iterations;
   shared.palette = palette;
+  shared.range = range;
   shared.validate();
 }
 
@@ -127,20 +91,24 @@ SurfaceColors surface_colors(const Device& device, const Map& map, const Triangl
   mesh.validate();
   SurfaceColors found;
   if (mesh.vertices.empty()) return found;
-  const StopRadii stops = find_stop_radii(device, map, options.escape, monitor.stop);
   const TraceStage stage(monitor.trace, "colour the surface");
-  const std::vector<float> traits = vertex_traits({device, map, stops, options.precision},
-                                                  map.frame.shape_to_map, mesh, options, monitor);
-  std::vector<float> sorted = traits;
-  const double low = percentile(sorted, kTail), high = percentile(sorted, 1 - kTail);
-  if (high > low) {
-    found.low = low;
-    found.high = high;
-  }
-  found.colors.reserve(traits.size());
-  for (const float trait : traits) {
-    found.colors.push_back(
-        color_at(options.palette, (double{trait} - found.low) / (found.high - found.low)));
+  const Coloring coloring{options.material, direction(map.frame.up.value_or(kDefaultUp)),
+                          map.frame.shape_to_map};
+  found.range =
+      options.range
+          ? *options.range
+          : material_range(device, map,
+                           {options.iterations, options.escape, options.precision, coloring},
+                           monitor.stop);
+  const map::DeviceMap device_map(
+      device, map, find_stop_radii(device, map, options.escape, monitor.stop), options.precision);
+  const OrbitsTell orbits = [&](const auto& points, auto widths) {
+    return orbit_traits(device_map, points, widths, options.iterations, options.material,
+                        monitor.stop);
+  };
+  found.colors.reserve(mesh.vertices.size());
+  for (const float trait : vertex_traits(orbits, coloring, mesh, monitor)) {
+    found.colors.push_back(color_at(options.palette, share_of(found.range, double{trait})));
   }
   return found;
 }

@@ -49,7 +49,8 @@ nlohmann::json to_json(const KernelFigures& f) {
           {"share_of_limit", or_null(f.share_of_limit)},
           {"predicted_seconds", or_null(f.predicted_seconds)},
           {"measured_over_predicted", or_null(measured_over_predicted(f))},
-          {"limit", f.limit.empty() ? nlohmann::json(nullptr) : nlohmann::json(f.limit)}};
+          {"limit", f.limit.empty() ? nlohmann::json(nullptr) : nlohmann::json(f.limit)},
+          {"runs", {{"seconds", f.run_seconds}, {"fma_per_second", f.run_fma_per_second}}}};
 }
 
 bool same_work(const KernelFigures& f, const nlohmann::json& old) {
@@ -68,6 +69,7 @@ nlohmann::json to_json(const ProfileReport& report) {
             {"platform", report.device.platform_name},
             {"driver", report.device.driver_version},
             {"compute_units", report.device.compute_units}}},
+          {"layout", to_string(report.layout)},
           {"tuned", report.is_tuned},
           {"tuning", to_json(report.tuning)},
           {"limits",

@@ -44,10 +44,10 @@ Workload make_workload(const ProfileOptions& options) {
   return work;
 }
 
-std::unique_ptr<fitting::Evaluator> make_evaluator(const Device& device, const Workload& work,
-                                                   int iterations, Precision precision) {
-  return fitting::make_device_evaluator(device, work.samples,
-                                        {.iterations = iterations, .escape = kNoEscape}, precision);
+std::unique_ptr<energy::Evaluator> make_evaluator(const Device& device, const Workload& work,
+                                                  int iterations, Precision precision) {
+  return energy::make_device_evaluator(device, work.samples,
+                                       {.iterations = iterations, .escape = kNoEscape}, precision);
 }
 
 TriangleMesh make_sphere(int rings) {
@@ -105,8 +105,7 @@ std::vector<double> TuneBench::run(TuneJob job) {
   }
   const bool with_gradient = job == TuneJob::gradient || job == TuneJob::orbit_gradient;
   const bool with_orbit = job == TuneJob::orbit_energy || job == TuneJob::orbit_gradient;
-  fitting::Evaluation evaluation =
-      (with_orbit ? orbit_ : potential_)->evaluate(map_, with_gradient);
+  energy::Evaluation evaluation = (with_orbit ? orbit_ : potential_)->evaluate(map_, with_gradient);
   if (!with_gradient) return {evaluation.energy};
   return std::move(evaluation.gradient);
 }

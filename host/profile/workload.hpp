@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "fit/evaluator.hpp"
-#include "fit/samples.hpp"
+#include "energy/evaluator.hpp"
+#include "energy/samples.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/map.hpp"
@@ -24,7 +24,7 @@ struct KernelSeconds {
 KernelSeconds timed(const Device& device, const std::function<void()>& work);
 
 struct Workload {
-  fitting::Samples samples;
+  energy::Samples samples;
   Map map;
 };
 Workload make_workload(const ProfileOptions& options);
@@ -36,8 +36,8 @@ TriangleMesh make_sphere(int rings);
 constexpr double kNoEscape = kLargestEscape;
 
 /// An evaluator of the energy of so many iterates. Every orbit runs all of them.
-std::unique_ptr<fitting::Evaluator> make_evaluator(const Device& device, const Workload& work,
-                                                   int iterations, Precision precision);
+std::unique_ptr<energy::Evaluator> make_evaluator(const Device& device, const Workload& work,
+                                                  int iterations, Precision precision);
 
 /// What settings are tried with.
 enum class TuneJob { energy, gradient, orbit_energy, orbit_gradient, gauss_newton };
@@ -58,7 +58,7 @@ class TuneBench {
  private:
   Device device_;
   const Map& map_;
-  std::unique_ptr<fitting::Evaluator> potential_, orbit_;
+  std::unique_ptr<energy::Evaluator> potential_, orbit_;
 };
 
 }  // namespace qjulia::profiling

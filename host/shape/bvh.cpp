@@ -8,6 +8,7 @@
 
 #include "layout/bvh.h"
 #include "qjulia/progress.hpp"
+#include "shape/flat_triangle.hpp"
 
 namespace qjulia::shape {
 namespace {
@@ -166,23 +167,10 @@ class Builder {
   }
 
   void add_triangle(const Triangle& triangle) {
-    const Eigen::Vector3d a = mesh_.vertices[triangle[0]];
-    const Eigen::Vector3d ab = mesh_.vertices[triangle[1]] - a;
-    const Eigen::Vector3d ac = mesh_.vertices[triangle[2]] - a;
-    const auto inverse_square = [](const Eigen::Vector3d& edge) {
-      const double square = edge.squaredNorm();
-      return square > 0 ? 1 / square : 0;
-    };
     const std::size_t start = bvh_.triangles.size();
     bvh_.triangles.resize(start + QJ_TRIANGLE_REALS);
-    double* reals = bvh_.triangles.data() + start;
-    Eigen::Map<Eigen::Vector3d>(reals + QJ_TRIANGLE_A) = a;
-    Eigen::Map<Eigen::Vector3d>(reals + QJ_TRIANGLE_AB) = ab;
-    Eigen::Map<Eigen::Vector3d>(reals + QJ_TRIANGLE_AC) = ac;
-    Eigen::Map<Eigen::Vector3d>(reals + QJ_TRIANGLE_NORMAL) = ab.cross(ac).normalized();
-    reals[QJ_TRIANGLE_AB2] = inverse_square(ab);
-    reals[QJ_TRIANGLE_AC2] = inverse_square(ac);
-    reals[QJ_TRIANGLE_BC2] = inverse_square(ac - ab);
+    const auto& [a, b, c] = triangle;
+    flatten(mesh_.vertices[a], mesh_.vertices[b], mesh_.vertices[c], bvh_.triangles.data() + start);
   }
 
   const TriangleMesh& mesh_;

@@ -6,15 +6,27 @@
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Core/Utils/Property.hh>
 #include <OpenMesh/Tools/Decimater/DecimaterT.hh>
+#include <OpenMesh/Tools/Decimater/ModAspectRatioT.hh>
 #include <OpenMesh/Tools/Decimater/ModBaseT.hh>
+#include <OpenMesh/Tools/Decimater/ModHausdorffT.hh>
 #include <OpenMesh/Tools/Decimater/ModNormalFlippingT.hh>
 #include <OpenMesh/Tools/Decimater/ModQuadricT.hh>
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <mutex>
+#include <numeric>
 #include <optional>
+#include <span>
+#include <utility>
+#include <vector>
 
+#include "base/range_check.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/progress.hpp"
+#include "shape/decimate_blocks.hpp"
+#include "shape/triangle_tree.hpp"
 
 namespace qjulia {
 namespace {
@@ -27,6 +39,18 @@ using HalfEdgeMesh = OpenMesh::TriMesh_ArrayKernelT<DoubleTraits>;
 using Decimater = OpenMesh::Decimater::DecimaterT<HalfEdgeMesh>;
 
 constexpr std::size_t kCollapsesPolled = 1024;
+constexpr std::size_t kFewestLeft = 4;
+/// Larger meshes are first decimated in blocks of at most this many triangles, down to this
+/// multiple of the requested number.
+constexpr std::size_t kMostInABlock = std::size_t{1} << 21;
+constexpr std::size_t kLeftToChoose = 3;
+/// Degrees by which a collapse may turn a triangle if an error is given: a triangle that turns
+/// farther leaves the surface between its corners.
+constexpr float kMostTurned = 30;
+/// The longest edge of a triangle over its height that a collapse may leave: files have single
+/// precision, in which thinner ones may have no area.
+constexpr float kMostSlender = 1000;
+constexpr double kMeasureSlack = 0.02;
 
 /// Ends the decimation when a stop is asked for.
 class StopObserver : public OpenMesh::Decimater::Observer {
@@ -95,6 +119,11 @@ HalfEdgeMesh half_edges_of(const TriangleMesh& mesh, const std::stop_token& stop
   std::call_once(is_silent, [] { omerr().disable(); });
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (t % kCollapsesPolled == 0) throw_if_stopped(stop);
+    const auto& [a, b, c] = mesh.triangles[t];
+    if (a == b || b == c || c == a) {
+      throw InputError(
+          fmt::format("triangle {} has a vertex twice: only a manifold mesh can be decimated", t));
+    }
     const auto corner = [&](std::size_t i) {
       return OpenMesh::VertexHandle(static_cast<int>(mesh.triangles[t][i]));
     };
@@ -122,14 +151,17 @@ std::vector<Eigen::Vector3f> normals_of(const TriangleMesh& mesh) {
   return normals;
 }
 
-/// The faces that are left, and the vertices that they have, in the order in which they were.
+/// The faces that are left, and the vertices that they have. Those before the first one that was
+/// collapsed keep their numbers.
 TriangleMesh collected(HalfEdgeMesh& mesh) {
   mesh.garbage_collection();
   TriangleMesh result;
+  result.vertices.reserve(mesh.n_vertices());
   for (const auto vertex : mesh.vertices()) {
     const OpenMesh::Vec3d& x = mesh.point(vertex);
     result.vertices.emplace_back(x[0], x[1], x[2]);
   }
+  result.triangles.reserve(mesh.n_faces());
   for (const auto face : mesh.faces()) {
     Triangle corners{};
     std::size_t i = 0;
@@ -141,11 +173,24 @@ TriangleMesh collected(HalfEdgeMesh& mesh) {
   return result;
 }
 
-}  // namespace
+/// Prevents collapses into locked vertices: two blocks could otherwise make the same edge between
+/// two vertices of their seam.
+template <class Mesh>
+class SeamKeeper : public OpenMesh::Decimater::ModBaseT<Mesh> {
+ public:
+  using Base = OpenMesh::Decimater::ModBaseT<Mesh>;
+  using Handle = OpenMesh::Decimater::ModHandleT<SeamKeeper>;
+  explicit SeamKeeper(Mesh& mesh) : Base(mesh, true) {}
 
-TriangleMesh decimated(TriangleMesh mesh, std::size_t most, const std::stop_token& stop) {
-  mesh.validate();
-  if (mesh.triangles.size() <= most) return mesh;
+  float collapse_priority(const typename Base::CollapseInfo& collapse) override {
+    return Base::mesh().status(collapse.v1).locked() ? float{Base::ILLEGAL_COLLAPSE}
+                                                     : float{Base::LEGAL_COLLAPSE};
+  }
+};
+
+/// @param seam marks vertices to leave alone; or empty.
+TriangleMesh decimated_at_once(TriangleMesh mesh, const DecimateOptions& options,
+                               const std::vector<bool>& seam, const std::stop_token& stop) {
   HalfEdgeMesh half_edges = half_edges_of(mesh, stop);
   const bool has_normals = !mesh.normals.empty();
   std::optional<ColorProperty> colors;
@@ -160,6 +205,20 @@ TriangleMesh decimated(TriangleMesh mesh, std::size_t most, const std::stop_toke
   decimater.module(harm).unset_max_err();  // it ranks collapses and forbids none
   OpenMesh::Decimater::ModNormalFlippingT<HalfEdgeMesh>::Handle folds;
   decimater.add(folds);
+  OpenMesh::Decimater::ModAspectRatioT<HalfEdgeMesh>::Handle slivers;
+  decimater.add(slivers);
+  decimater.module(slivers).set_aspect_ratio(kMostSlender);
+  OpenMesh::Decimater::ModHausdorffT<HalfEdgeMesh>::Handle bound;
+  if (options.error) {
+    decimater.module(folds).set_max_normal_deviation(kMostTurned);
+    decimater.add(bound);
+    decimater.module(bound).set_tolerance(*options.error);
+  }
+  SeamKeeper<HalfEdgeMesh>::Handle keeper;
+  if (!seam.empty()) decimater.add(keeper);
+  for (std::size_t v = 0; v < seam.size(); ++v) {
+    half_edges.status(OpenMesh::VertexHandle(static_cast<int>(v))).set_locked(seam[v]);
+  }
   ColorAdder<HalfEdgeMesh>::Handle adder;
   if (colors) {
     decimater.add(adder);
@@ -168,7 +227,7 @@ TriangleMesh decimated(TriangleMesh mesh, std::size_t most, const std::stop_toke
   StopObserver observer(stop);
   decimater.set_observer(&observer);
   decimater.initialize();
-  decimater.decimate_to_faces(0, most);
+  decimater.decimate_to_faces(0, options.most.value_or(0));
   throw_if_stopped(stop);
 
   TriangleMesh result = collected(half_edges);
@@ -179,6 +238,194 @@ TriangleMesh decimated(TriangleMesh mesh, std::size_t most, const std::stop_toke
     }
   }
   return result;
+}
+
+/// The farthest of the middles of the mesh's triangles and edges from a surface.
+double farthest_middle(const TriangleMesh& mesh, const shape::TriangleTree& surface,
+                       const std::stop_token& stop) {
+  double farthest = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (t % kCollapsesPolled == 0) throw_if_stopped(stop);
+    const auto& [a, b, c] = mesh.triangles[t];
+    const auto& x = mesh.vertices;
+    const std::array<Eigen::Vector3d, 4> middles{(x[a] + x[b]) / 2, (x[b] + x[c]) / 2,
+                                                 (x[c] + x[a]) / 2, (x[a] + x[b] + x[c]) / 3};
+    for (const Eigen::Vector3d& middle : middles) {
+      farthest = std::max(farthest, surface.nearest(middle, kMeasureSlack).distance);
+    }
+  }
+  return farthest;
+}
+
+/// Decimates with ever smaller errors until the midpoints of triangles and edges, of the mesh and
+/// of the result, are within the error of the other surface. Returns the mesh itself if this fails.
+TriangleMesh decimated_within_error(const TriangleMesh& mesh, DecimateOptions options,
+                                    const std::vector<bool>& seam, const std::stop_token& stop) {
+  const double error = *options.error;
+  const shape::TriangleTree before(mesh, stop);
+  for (const double share : {0.7, 0.4, 0.2, 0.1}) {
+    options.error = share * error;
+    TriangleMesh result = decimated_at_once(mesh, options, seam, stop);
+    if (farthest_middle(result, before, stop) > error) continue;
+    if (farthest_middle(mesh, shape::TriangleTree(result, stop), stop) <= error) return result;
+  }
+  return mesh;
+}
+
+TriangleMesh decimated_as_asked(TriangleMesh mesh, const DecimateOptions& options,
+                                const std::vector<bool>& seam, const std::stop_token& stop) {
+  if (options.error) return decimated_within_error(mesh, options, seam, stop);
+  return decimated_at_once(std::move(mesh), options, seam, stop);
+}
+
+/// Divides the triangles into blocks of equal size, side by side along the longest side.
+std::vector<std::vector<Triangle>> blocks_of(const TriangleMesh& mesh, std::size_t most) {
+  Eigen::Index axis = 0;
+  mesh.box().size().maxCoeff(&axis);
+  std::vector<std::uint32_t> order(mesh.triangles.size());
+  std::iota(order.begin(), order.end(), 0U);
+  const auto place = [&](std::uint32_t t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    return mesh.vertices[a][axis] + mesh.vertices[b][axis] + mesh.vertices[c][axis];
+  };
+  const std::size_t count = (order.size() + most - 1) / most;
+  std::vector<std::vector<Triangle>> blocks(count);
+  auto begin = order.begin();
+  for (std::size_t block = 0; block < count; ++block) {
+    const auto end =
+        order.begin() + static_cast<std::ptrdiff_t>((block + 1) * order.size() / count);
+    if (end != order.end()) std::ranges::nth_element(begin, end, order.end(), {}, place);
+    for (auto t = begin; t != end; ++t) blocks[block].push_back(mesh.triangles[*t]);
+    begin = end;
+  }
+  return blocks;
+}
+
+/// Which vertices have triangles of more than one block.
+std::vector<bool> seam_of(std::size_t vertices, const std::vector<std::vector<Triangle>>& blocks) {
+  constexpr auto kNone = std::numeric_limits<std::uint16_t>::max();
+  std::vector<std::uint16_t> owner(vertices, kNone);
+  std::vector<bool> seam(vertices);
+  for (std::size_t block = 0; block < blocks.size(); ++block) {
+    const auto own = static_cast<std::uint16_t>(block);
+    for (const Triangle& triangle : blocks[block]) {
+      for (const std::uint32_t v : triangle) {
+        if (owner[v] == kNone) owner[v] = own;
+        if (owner[v] != own) seam[v] = true;
+      }
+    }
+  }
+  return seam;
+}
+
+constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
+
+/// A part of a mesh; vertices of the seam come first, in the order of their numbers.
+struct MeshBlock {
+  TriangleMesh mesh;
+  std::vector<std::uint32_t> seam;  ///< their numbers in the whole mesh
+};
+
+/// @param numbers scratch: as many as the whole mesh has vertices, all kNoVertex; so again after.
+MeshBlock block_of(const TriangleMesh& whole, std::span<const Triangle> triangles,
+                   const std::vector<bool>& seam, std::vector<std::uint32_t>& numbers) {
+  MeshBlock block;
+  std::vector<std::uint32_t> inner;
+  for (const Triangle& triangle : triangles) {
+    for (const std::uint32_t v : triangle) {
+      if (numbers[v] != kNoVertex) continue;
+      numbers[v] = 0;
+      (seam[v] ? block.seam : inner).push_back(v);
+    }
+  }
+  std::ranges::sort(block.seam);
+  std::ranges::sort(inner);
+  std::vector<std::uint32_t> all = block.seam;
+  all.insert(all.end(), inner.begin(), inner.end());
+  for (const std::uint32_t v : all) {
+    numbers[v] = static_cast<std::uint32_t>(block.mesh.vertices.size());
+    block.mesh.vertices.push_back(whole.vertices[v]);
+    if (!whole.colors.empty()) block.mesh.colors.push_back(whole.colors[v]);
+  }
+  block.mesh.triangles.reserve(triangles.size());
+  for (const auto& [a, b, c] : triangles) {
+    block.mesh.triangles.push_back({numbers[a], numbers[b], numbers[c]});
+  }
+  for (const std::uint32_t v : all) numbers[v] = kNoVertex;
+  return block;
+}
+
+}  // namespace
+
+TriangleMesh shape::decimated_in_blocks(TriangleMesh mesh, const DecimateOptions& options,
+                                        std::size_t most_in_a_block, const std::stop_token& stop) {
+  std::vector<std::vector<Triangle>> blocks = blocks_of(mesh, most_in_a_block);
+  const std::size_t before = std::exchange(mesh.triangles, {}).size();
+  const bool has_normals = !std::exchange(mesh.normals, {}).empty();
+  const std::vector<bool> seam = seam_of(mesh.vertices.size(), blocks);
+  std::vector<std::uint32_t> numbers(mesh.vertices.size(), kNoVertex);
+  std::vector<std::uint32_t> joined(mesh.vertices.size(), kNoVertex);  // seam's, in the result
+  TriangleMesh result;
+  for (std::vector<Triangle>& triangles : blocks) {
+    MeshBlock block = block_of(mesh, triangles, seam, numbers);
+    const std::size_t fixed = block.seam.size();
+    std::vector<bool> locked(block.mesh.vertices.size());
+    std::fill_n(locked.begin(), fixed, true);
+    DecimateOptions share = options;
+    if (options.most) {
+      const double part = static_cast<double>(triangles.size()) / static_cast<double>(before);
+      share.most = std::max(kFewestLeft,
+                            static_cast<std::size_t>(part * static_cast<double>(*options.most)));
+    }
+    std::vector<Triangle>().swap(triangles);
+    const TriangleMesh part = decimated_as_asked(std::move(block.mesh), share, locked, stop);
+    // The seam's are never collapsed and come first, so that they keep their numbers.
+    std::vector<std::uint32_t> places(part.vertices.size());
+    for (std::size_t v = 0; v < places.size(); ++v) {
+      std::uint32_t fresh = kNoVertex;
+      std::uint32_t& place = v < fixed ? joined[block.seam[v]] : fresh;
+      if (place == kNoVertex) {
+        place = static_cast<std::uint32_t>(result.vertices.size());
+        result.vertices.push_back(part.vertices[v]);
+        if (!part.colors.empty()) result.colors.push_back(part.colors[v]);
+      }
+      places[v] = place;
+    }
+    for (const auto& [a, b, c] : part.triangles) {
+      result.triangles.push_back({places[a], places[b], places[c]});
+    }
+  }
+  if (has_normals) result.normals = normals_of(result);
+  return result;
+}
+
+void DecimateOptions::validate() const {
+  if (!most && !error) throw OptionError("most", "give it, or an error, or both");
+  if (most && *most < kFewestLeft) {
+    throw OptionError("most", fmt::format("{} triangles close no surface; give 4 or more", *most));
+  }
+  if (error) base::expect_positive("error", *error);
+}
+
+TriangleMesh decimated(TriangleMesh mesh, const DecimateOptions& options,
+                       const std::stop_token& stop) {
+  mesh.validate();
+  options.validate();
+  const std::size_t most = options.most.value_or(0);
+  if (mesh.triangles.size() <= most) return mesh;
+  DecimateOptions left = options;
+  if (mesh.triangles.size() > kMostInABlock && most < mesh.triangles.size() / kLeftToChoose) {
+    if (left.error) *left.error /= 2;
+    DecimateOptions first = left;
+    if (first.most) *first.most *= kLeftToChoose;
+    mesh = shape::decimated_in_blocks(std::move(mesh), first, kMostInABlock, stop);
+  }
+  if (mesh.triangles.size() <= most) return mesh;
+  return decimated_as_asked(std::move(mesh), left, {}, stop);
+}
+
+TriangleMesh decimated(TriangleMesh mesh, std::size_t most, const std::stop_token& stop) {
+  return decimated(std::move(mesh), DecimateOptions{most, std::nullopt}, stop);
 }
 
 }  // namespace qjulia

@@ -149,8 +149,12 @@ std::vector<std::string> MeshReport::warnings() const {
   const auto warn_where = [&](bool is_so, const std::string& warning) {
     if (is_so) warnings.push_back(warning);
   };
+  warn_where(points > 0,
+             fmt::format("the file has {} points and no faces: each stands for a small polygon "
+                         "across its normal",
+                         points));
   warn_where(
-      open_edges > 0,
+      open_edges > 0 && points == 0,
       fmt::format("the mesh has {} open edges: where it has holes, the inside is an estimate",
                   open_edges));
   warn_where(non_manifold_edges > 0,

@@ -16,7 +16,6 @@
 namespace qjulia::shape {
 namespace {
 
-constexpr std::uint64_t kLargestFile = std::uint64_t{16} << 30;
 constexpr std::size_t kHead = std::size_t{1} << 16;  ///< enough to tell a file's type by
 
 bool is_blank(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
@@ -43,6 +42,7 @@ bool looks_like_obj(std::string_view head) {
 struct DetectedType {
   std::string_view name;
   std::string_view extension;  ///< a mesh file's; empty for anything else
+  bool is_sure = true;         ///< else it may also be something without a mesh
 };
 
 /// What the beginning of a file tells of its type, such as "a PNG picture". All is empty when
@@ -58,7 +58,7 @@ DetectedType detected_type(std::string_view head) {
       {"\xFF\xD8\xFF"sv, {"a JPEG picture", ""}},
       {"GIF8"sv, {"a GIF picture", ""}},
       {"%PDF"sv, {"a PDF document", ""}},
-      {"PK\3\4"sv, {"a ZIP archive (.zip, .3mf); if it holds a mesh, unpack it first", ""}},
+      {"PK\3\4"sv, {"a ZIP archive; if it holds a mesh, unpack it first", ".3mf", false}},
       {"\x1F\x8B"sv, {"compressed by gzip; unpack it with gunzip first", ""}},
       {"BZh"sv, {"compressed by bzip2; unpack it with bunzip2 first", ""}},
       {"\3757zXZ"sv, {"compressed by xz; unpack it with unxz first", ""}},
@@ -67,7 +67,7 @@ DetectedType detected_type(std::string_view head) {
       {"Rar!"sv, {"a RAR archive; if it holds a mesh, unpack it first", ""}},
       {"BLENDER"sv, {"a Blender file; export its mesh from Blender", ""}},
       {"Kaydara FBX"sv, {"an FBX scene", ""}},
-      {"glTF"sv, {"a binary glTF scene (.glb)", ""}},
+      {"glTF"sv, {"a binary glTF scene", ".glb"}},
       {"\177ELF"sv, {"a program", ""}},
       {"#VRML"sv, {"a VRML scene", ""}},
       {"version https://git-lfs"sv, {"a Git LFS pointer; fetch the file with 'git lfs pull'", ""}},
@@ -86,7 +86,9 @@ DetectedType detected_type(std::string_view head) {
     return {"an HTML page, as when a download fails; download it again", ""};
   }
   if (word.starts_with('<')) return {"an XML document", ""};
-  if (word.starts_with('{')) return {"a JSON document, such as a map or a .gltf scene", ""};
+  if (word.starts_with('{')) {
+    return {"a JSON document, such as a map or a .gltf scene", ".gltf", false};
+  }
   if (is_word(word, "solid") && head.find('\0') == std::string_view::npos) {
     return {"an .stl file in text", ".stl"};
   }
@@ -106,6 +108,29 @@ std::optional<float> to_coordinate(std::string_view word) {
     return wide && std::abs(*wide) < 1 ? std::optional(static_cast<float>(*wide)) : std::nullopt;
   }
   return error == std::errc() && std::isfinite(value) ? std::optional(value) : std::nullopt;
+}
+
+/// The name with its escapes, a % and two hexadecimal digits, replaced; none where one is wrong or
+/// there is a zero byte.
+std::optional<std::string> from_uri(std::string_view uri) {
+  std::string name;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    char c = uri[i];
+    if (c == '%') {
+      constexpr int kHexadecimal = 16;
+      unsigned char byte = 0;
+      const std::string_view digits = uri.substr(i + 1, 2);
+      const auto end = digits.data() + digits.size();
+      if (digits.size() < 2 || std::from_chars(digits.data(), end, byte, kHexadecimal).ptr != end) {
+        return std::nullopt;
+      }
+      c = static_cast<char>(byte);
+      i += 2;
+    }
+    if (c == '\0') return std::nullopt;
+    name += c;
+  }
+  return name;
 }
 
 }  // namespace
@@ -130,6 +155,28 @@ std::string_view MeshFile::text() const {
   return base::without_byte_order_mark(bytes_);
 }
 
+std::filesystem::path MeshFile::place_beside(const std::string& name) const {
+  const auto refuse_name = [&](std::string_view why) {
+    refuse(fmt::format("it names the file '{}', {}", base::to_utf8(name), why));
+  };
+  const auto decoded = from_uri(name);
+  if (!decoded || decoded->empty()) refuse_name("which is not a file name; export it again");
+  const std::filesystem::path beside(*decoded);
+  // A colon ends the scheme of an address.
+  const bool leaves = beside.is_absolute() || decoded->find_first_of(":\\") != std::string::npos ||
+                      std::ranges::find(beside, "..") != beside.end();
+  if (leaves) {
+    refuse_name("and only files in its own folder are read; put the file there, or export as .glb");
+  }
+  return beside.lexically_normal();
+}
+
+std::string MeshFile::read_beside(const std::filesystem::path& place) const {
+  std::string bytes;
+  base::InputFile(path_.parent_path() / place, "mesh", kLargestFile, stop_).read_all(bytes);
+  return bytes;
+}
+
 void MeshFile::refuse(std::string_view what) const {
   throw InputError(fmt::format("cannot read mesh '{}': {}", base::to_utf8(path_.string()), what));
 }
@@ -139,9 +186,9 @@ void MeshFile::refuse_line(std::size_t line, std::string_view what) const {
 }
 
 void MeshFile::refuse_type(std::string_view what) const {
-  const auto [name, extension] = detected_type(std::string_view(bytes_).substr(0, kHead));
+  const auto [name, extension, is_sure] = detected_type(std::string_view(bytes_).substr(0, kHead));
   if (name.empty() || extension == extension_) refuse(what);
-  if (!extension.empty()) {
+  if (!extension.empty() && is_sure) {
     refuse(
         fmt::format("it seems to be {}; rename it so that its name ends in {}", name, extension));
   }

@@ -16,6 +16,7 @@
 namespace qjulia::shape {
 
 constexpr std::size_t kPolled = std::size_t{1} << 16;  ///< vertices or faces between two polls
+constexpr std::uint64_t kLargestFile = std::uint64_t{16} << 30;  ///< bytes
 
 /// A mesh file in memory, with what is needed to complain about it.
 class MeshFile {
@@ -27,6 +28,14 @@ class MeshFile {
   /// The bytes as text without a byte order mark.
   /// @throws InputError where they are UTF-16 or UTF-32.
   std::string_view text() const;
+
+  /// The place of a file that this one names, from this one's folder: the same for all ways to
+  /// write it, such as a.bin, ./a.bin and %61.bin.
+  /// @param name as in URIs: with slashes and escapes such as %20.
+  /// @throws InputError where it lies neither in the same folder nor below it.
+  std::filesystem::path place_beside(const std::string& name) const;
+  /// All of the file at such a place. @throws InputError where it cannot be read.
+  std::string read_beside(const std::filesystem::path& place) const;
 
   /// @throws InputError "cannot read mesh 'path': what".
   [[noreturn]] void refuse(std::string_view what) const;
@@ -57,6 +66,8 @@ class FaceList {
     std::size_t count;
   };
   std::vector<Polygon> polygons;
+  /// One for each vertex of a file that has points and no faces; of any length but 0.
+  std::vector<Eigen::Vector3d> normals;
   std::vector<float> shares;      ///< one for each vertex, where they are asked for
   std::size_t dropped_faces = 0;  ///< with fewer than three different vertices
   bool is_soup = false;           ///< each triangle has vertices of its own
@@ -79,6 +90,8 @@ FaceList read_obj(const MeshFile& file, const std::string* share);
 FaceList read_off(const MeshFile& file);
 FaceList read_ply(const MeshFile& file, const std::string* share);
 FaceList read_stl(const MeshFile& file);
+FaceList read_gltf(const MeshFile& file);
+FaceList read_3mf(const MeshFile& file);
 
 /// Hands out lines without their ends, comments (from `comment` on) and outer blanks. Lines end
 /// with LF or CR LF, or with CR where the text has no LF.

@@ -3,12 +3,14 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "qjulia/error.hpp"
 #include "qjulia/file_types.hpp"
 #include "qjulia/painted_mesh.hpp"
 #include "shape/mesh_file.hpp"
 #include "shape/mesh_report.hpp"
+#include "shape/point_cells.hpp"
 #include "shape/triangulate.hpp"
 
 namespace qjulia {
@@ -22,6 +24,8 @@ FaceList read_faces(const MeshFile& file, const std::string& extension,
   if (extension == ".obj") return read_obj(file, share);
   if (extension == ".off") return read_off(file);
   if (extension == ".ply") return read_ply(file, share);
+  if (extension == ".glb" || extension == ".gltf") return read_gltf(file);
+  if (extension == ".3mf") return read_3mf(file);
   return read_stl(file);
 }
 
@@ -171,6 +175,37 @@ void drop_duplicates(const MeshFile& file, TriangleMesh& mesh, MeshReport& repor
   mesh.triangles = std::move(rest);
 }
 
+/// The surface of points without faces; of points at the same place the first one counts.
+/// @throws InputError for a point without a normal.
+TriangleMesh surface_of_points(const MeshFile& file, const FaceList& raw, MeshReport& report,
+                               const std::stop_token& stop) {
+  const std::vector<std::uint32_t> first = first_at_same_place(file, raw.vertices);
+  std::vector<Eigen::Vector3d> points, normals;
+  for (std::uint32_t v = 0; v < first.size(); ++v) {
+    if (first[v] != v) {
+      ++report.welded_vertices;
+      continue;
+    }
+    const Eigen::Vector3d& normal = raw.normals[v];
+    const double length = normal.stableNorm();
+    if (!std::isfinite(length) || length == 0) {
+      file.refuse(
+          fmt::format("point {} has the normal ({}, {}, {}), which is no direction; leave such "
+                      "points out, or compute the normals again",
+                      v, normal.x(), normal.y(), normal.z()));
+    }
+    points.push_back(raw.vertices[v]);
+    normals.emplace_back((normal / length).normalized());
+  }
+  report.points = points.size();
+  constexpr std::size_t kFewest = 4;  // which have an inside
+  if (points.size() < kFewest) {
+    file.refuse(fmt::format("it has no faces, and only {} different points; export more of them",
+                            points.size()));
+  }
+  return point_cells(points, normals, stop);
+}
+
 /// The mesh, and a report of what was left out on the way.
 InspectedMesh read(const std::filesystem::path& path, const std::stop_token& stop) {
   const std::string extension = expect_type(path, FileContent::mesh, FileUse::read);
@@ -179,14 +214,16 @@ InspectedMesh read(const std::filesystem::path& path, const std::stop_token& sto
     const MeshFile file(path, extension, stop);
     FaceList faces = read_faces(file, extension);
     found.bad_polygons = triangulate_polygons(file, faces);
-    TriangleMesh mesh = weld(file, faces, found);
+    const bool is_cloud = !faces.normals.empty();
+    TriangleMesh mesh =
+        is_cloud ? surface_of_points(file, faces, found, stop) : weld(file, faces, found);
     if (mesh.triangles.empty()) {
       file.refuse("none of its triangles has an area (are all vertices equal or in one line?)");
     }
     if (const std::string problem = size_problem(mesh.box()); !problem.empty()) {
       file.refuse(problem);
     }
-    drop_duplicates(file, mesh, found);
+    if (!is_cloud) drop_duplicates(file, mesh, found);
     found.dropped_triangles += faces.dropped_faces;
     return InspectedMesh{std::move(mesh), found};
   });

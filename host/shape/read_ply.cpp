@@ -275,10 +275,21 @@ class Shares {
   double most_ = -std::numeric_limits<double>::infinity();
 };
 
-/// @param shares null if they are not asked for.
-void read_vertices(Body& body, const Element& element, Shares* shares, FaceList& mesh) {
+/// 0, 1 or 2 for "nx", "ny" and "nz".
+std::optional<Eigen::Index> normal_axis(const Property& property) {
+  const std::string& name = property.name;
+  if (property.is_list || name.size() != 2 || name[0] != 'n') return std::nullopt;
+  if (name[1] < 'x' || name[1] > 'z') return std::nullopt;
+  return name[1] - 'x';
+}
+
+/// @param shares null if they are not asked for. @param has_faces points need normals, and vertices
+/// of faces do not.
+void read_vertices(Body& body, const Element& element, Shares* shares, bool has_faces,
+                   FaceList& mesh) {
   for (std::size_t i = 0; i < element.count; ++i) {
     Eigen::Vector3f x = Eigen::Vector3f::Zero();
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     double share = 0;
     for (std::size_t p = 0; p < element.properties.size(); ++p) {
       const Property& property = element.properties[p];
@@ -291,12 +302,15 @@ void read_vertices(Body& body, const Element& element, Shares* shares, FaceList&
         value = double{coordinate};
       } else if (makes_share) {
         value = body.next(property.type);
+      } else if (const auto along = normal_axis(property); along && !has_faces) {
+        normal[*along] = body.next(property.type);
       } else {
         body.skip(property);
       }
       if (makes_share) share += shares->part(i, property, value);
     }
     mesh.add_vertex(x);
+    if (!has_faces) mesh.normals.push_back(normal);
     if (shares != nullptr) {
       mesh.shares.push_back(static_cast<float>(std::clamp(share, 0.0, 1.0)));
     }
@@ -327,45 +341,65 @@ void read_faces(Body& body, const Element& element, FaceList& mesh) {
   }
 }
 
-/// The element of that name, which must have at least one row.
-const Element& find_element(const MeshFile& file, const Header& header, const char* name,
-                            const char* missing) {
+/// The element of that name that has rows; null where there is none.
+const Element* find_element(const Header& header, const char* name) {
   const auto found = std::ranges::find(header.elements, name, &Element::name);
-  if (found == header.elements.end() || found->count == 0) file.refuse(missing);
-  return *found;
+  return found == header.elements.end() || found->count == 0 ? nullptr : &*found;
+}
+
+/// What the file must have before its body is read.
+/// @param faces null for points. @param is_painted is it read for its colors?
+void check_elements(const MeshFile& file, const Header& header, const Element* vertices,
+                    const Element* faces, bool is_painted) {
+  if (std::ranges::count(header.elements, "tristrips", &Element::name) > 0) {
+    file.refuse("it holds triangle strips; export it with plain faces");
+  }
+  if (vertices == nullptr) file.refuse("it has no vertices; export it again");
+  for (const char* axis : {"x", "y", "z"}) {
+    const auto found = std::ranges::find(vertices->properties, axis, &Property::name);
+    if (found == vertices->properties.end() || found->is_list) {
+      file.refuse(fmt::format("its vertices have no {}; export it again", axis));
+    }
+  }
+  if (faces == nullptr) {
+    if (is_painted) {
+      file.refuse(
+          "it has no faces, only points, and paint needs a surface; export a mesh with "
+          "faces");
+    }
+    if (std::ranges::count_if(vertices->properties,
+                              [](const auto& p) { return normal_axis(p).has_value(); }) != 3) {
+      file.refuse(
+          "it has no faces, only points, and these have no normals (nx, ny, nz), which tell the "
+          "inside; compute them, as MeshLab and CloudCompare do, and save them with the points, or "
+          "export a mesh with faces");
+    }
+    return;
+  }
+  if (std::ranges::count_if(faces->properties, is_corner_list) != 1) {
+    file.refuse("its faces have no list 'vertex_indices'; export it again");
+  }
+  if (faces < vertices) file.refuse("its faces come before its vertices; export it again");
 }
 
 }  // namespace
 
 FaceList read_ply(const MeshFile& file, const std::string* share) {
   const Header header = read_header(file);
-  if (std::ranges::count(header.elements, "tristrips", &Element::name) > 0) {
-    file.refuse("it holds triangle strips; export it with plain faces");
-  }
-  const auto& vertices =
-      find_element(file, header, "vertex", "it has no vertices; export it again");
-  const auto& faces =
-      find_element(file, header, "face", "it has no faces, only points; export a mesh with faces");
-  for (const char* axis : {"x", "y", "z"}) {
-    const auto found = std::ranges::find(vertices.properties, axis, &Property::name);
-    if (found == vertices.properties.end() || found->is_list) {
-      file.refuse(fmt::format("its vertices have no {}; export it again", axis));
-    }
-  }
-  if (std::ranges::count_if(faces.properties, is_corner_list) != 1) {
-    file.refuse("its faces have no list 'vertex_indices'; export it again");
-  }
-  if (&faces < &vertices) file.refuse("its faces come before its vertices; export it again");
+  const Element* vertices = find_element(header, "vertex");
+  const Element* faces = find_element(header, "face");
+  check_elements(file, header, vertices, faces, share != nullptr);
 
   FaceList mesh(file);
   Body body(file, header);
   std::optional<Shares> shares;
-  if (share != nullptr) shares.emplace(file, vertices, *share);
+  if (share != nullptr) shares.emplace(file, *vertices, *share);
   for (const auto& element : header.elements) {
     body.expect_rows(element);
-    if (&element == &vertices) {
-      read_vertices(body, element, shares ? &*shares : nullptr, mesh);
-    } else if (&element == &faces) {
+    if (&element == vertices) {
+      read_vertices(body, element, shares ? &*shares : nullptr, faces != nullptr, mesh);
+      if (faces == nullptr) break;
+    } else if (&element == faces) {
       read_faces(body, element, mesh);
       break;  // what follows the faces is of no use here
     } else {

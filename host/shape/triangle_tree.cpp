@@ -9,6 +9,7 @@
 
 #include "layout/bvh.h"
 #include "qjulia/progress.hpp"
+#include "shape/flat_triangle.hpp"
 
 namespace qjulia::shape {
 namespace {
@@ -17,34 +18,6 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// A ray that misses a triangle by less than this share of its size counts as meeting it, so that
 /// none slips between two neighbours.
 constexpr double kEdgeMargin = 1e-9;
-
-Eigen::Vector3d vector_at(const double* reals) { return {reals[0], reals[1], reals[2]}; }
-
-/// The point nearest to v on the segment from the origin to `edge`, where `inverse` = 1 / |edge|².
-Eigen::Vector3d nearest_on_segment(const Eigen::Vector3d& v, const Eigen::Vector3d& edge,
-                                   double inverse) {
-  return std::clamp(v.dot(edge) * inverse, 0.0, 1.0) * edge;
-}
-
-Eigen::Vector3d nearest_on_triangle(const Eigen::Vector3d& p, const double* triangle) {
-  const Eigen::Vector3d a = vector_at(triangle + QJ_TRIANGLE_A);
-  const Eigen::Vector3d ab = vector_at(triangle + QJ_TRIANGLE_AB);
-  const Eigen::Vector3d ac = vector_at(triangle + QJ_TRIANGLE_AC);
-  const Eigen::Vector3d normal = vector_at(triangle + QJ_TRIANGLE_NORMAL);
-  const Eigen::Vector3d v = p - a;
-  const Eigen::Vector3d bc = ac - ab;
-  // In the plane, normal × edge points to the inner side of each edge.
-  if (v.dot(normal.cross(ab)) > 0 && (v - ab).dot(normal.cross(bc)) > 0 &&
-      v.dot(ac.cross(normal)) > 0) {
-    return p - v.dot(normal) * normal;
-  }
-  const std::array<Eigen::Vector3d, 3> candidates{
-      nearest_on_segment(v, ab, triangle[QJ_TRIANGLE_AB2]),
-      nearest_on_segment(v, ac, triangle[QJ_TRIANGLE_AC2]),
-      ab + nearest_on_segment(v - ab, bc, triangle[QJ_TRIANGLE_BC2])};
-  return a + *std::ranges::min_element(
-                 candidates, {}, [&](const Eigen::Vector3d& x) { return (v - x).squaredNorm(); });
-}
 
 struct HalfLine {
   Eigen::Vector3d origin, direction;

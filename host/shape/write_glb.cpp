@@ -36,8 +36,8 @@ nlohmann::json plain_material() {
 }
 
 /// The JSON that describes a buffer of indices, positions, normals and colours, in this order.
-nlohmann::json description(const TriangleMesh& mesh, const std::string& name, UpAxis up,
-                           std::size_t bytes) {
+nlohmann::json description(const TriangleMesh& mesh, const std::string& name,
+                           const nlohmann::json& node, std::size_t bytes) {
   const std::size_t indices = 12 * mesh.triangles.size();
   const std::size_t positions = 12 * mesh.vertices.size();
   const auto view = [](std::size_t offset, std::size_t length, int target) -> nlohmann::json {
@@ -73,7 +73,7 @@ nlohmann::json description(const TriangleMesh& mesh, const std::string& name, Up
       {"asset", {{"version", "2.0"}, {"generator", "qjulia"}}},
       {"scene", 0},
       {"scenes", {{{"nodes", {0}}}}},
-      {"nodes", {{{"name", name}, {"mesh", 0}, {"rotation", rotation(up)}}}},
+      {"nodes", nlohmann::json::array({node})},
       {"meshes", {{{"name", name}, {"primitives", nlohmann::json::array({primitive})}}}},
       {"buffers", {{{"byteLength", bytes}}}},
       {"bufferViews", views},
@@ -85,10 +85,12 @@ nlohmann::json description(const TriangleMesh& mesh, const std::string& name, Up
 }  // namespace
 
 void write_glb(const TriangleMesh& mesh, const std::string& name, const std::string& note,
-               UpAxis up, std::ostream& out) {
+               UpAxis up, double scale, std::ostream& out) {
   const std::size_t vectors = mesh.vertices.size() + mesh.normals.size();
   const std::size_t bytes = 12 * (mesh.triangles.size() + vectors) + 4 * mesh.colors.size();
-  nlohmann::json about = description(mesh, name, up, bytes);
+  nlohmann::json node = {{"name", name}, {"mesh", 0}, {"rotation", rotation(up)}};
+  if (scale != 1) node["scale"] = {scale, scale, scale};
+  nlohmann::json about = description(mesh, name, node, bytes);
   if (!note.empty()) about["asset"]["extras"] = {{"made_with", note}};
   // File names in the note may hold any bytes.
   std::string json = about.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);

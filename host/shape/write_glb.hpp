@@ -9,10 +9,10 @@ namespace qjulia::shape {
 /// Binary glTF 2.0: one mesh of one primitive, Y up as the format wants it: the node is turned so
 /// that the mesh's `up` is. https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html
 /// Colours are linear, as the format wants them, and have a material that shows them as they are.
-/// @param name of the node and of the mesh. @param note stands under asset.extras.made_with, unless
-/// empty.
+/// @param note stands under asset.extras.made_with, unless empty. @param scale of the node: metres
+/// in a unit of the mesh.
 /// @throws OutputError beyond 4 GiB, which the format cannot hold.
 void write_glb(const TriangleMesh& mesh, const std::string& name, const std::string& note,
-               UpAxis up, std::ostream& out);
+               UpAxis up, double scale, std::ostream& out);
 
 }  // namespace qjulia::shape

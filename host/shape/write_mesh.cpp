@@ -1,70 +1,51 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <string>
 
 #include "base/output_file.hpp"
+#include "base/range_check.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/file_types.hpp"
 #include "qjulia/mesh.hpp"
 #include "shape/ply_format.hpp"
 #include "shape/record_stream.hpp"
+#include "shape/write_3mf.hpp"
 #include "shape/write_glb.hpp"
+#include "shape/write_obj.hpp"
+#include "shape/write_usd.hpp"
 
 namespace qjulia {
 namespace {
 
 using shape::RecordStream;
 
-void write_ply(const TriangleMesh& mesh, const std::string& note, std::ostream& out) {
+void write_ply(const TriangleMesh& mesh, const std::string& note, const Eigen::Matrix3d& turn,
+               std::ostream& out) {
   const shape::VertexParts parts{!mesh.normals.empty(), !mesh.colors.empty()};
   out << shape::ply_header(mesh.vertices.size(), mesh.triangles.size(), parts, note);
   RecordStream file(out);
+  const Eigen::Matrix3f turn_normal = turn.cast<float>();
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    for (const double c : mesh.vertices[v]) file.add(static_cast<float>(c));
+    const Eigen::Vector3d x = turn * mesh.vertices[v];
+    for (const double c : x) file.add(static_cast<float>(c));
     if (parts.normals) {
-      for (const float c : mesh.normals[v]) file.add(c);
+      const Eigen::Vector3f normal = turn_normal * mesh.normals[v];
+      for (const float c : normal) file.add(c);
     }
     if (parts.colors) file.add(mesh.colors[v]);
   }
   for (const Triangle& t : mesh.triangles) file.add(shape::PlyFace(t));
 }
 
-// Nine digits are enough to read the same float back.
-
-/// Corners are numbered from 1; a normal has the number of its vertex. A colour follows its
-/// vertex's coordinates, sRGB from 0 to 1.
-void write_obj(const TriangleMesh& mesh, const std::string& note, std::ostream& out) {
-  RecordStream file(out);
-  if (!note.empty()) file.print("# {}\n", note);
-  file.print("# {} vertices, {} faces\n", mesh.vertices.size(), mesh.triangles.size());
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    const Eigen::Vector3f x = mesh.vertices[v].cast<float>();
-    file.print("v {:.9g} {:.9g} {:.9g}", x.x(), x.y(), x.z());
-    if (!mesh.colors.empty()) {
-      for (const std::uint8_t c : mesh.colors[v]) file.print(" {:.4f}", c / 255.0);
-    }
-    file.print("\n");
-    if (mesh.normals.empty()) continue;
-    const Eigen::Vector3f& n = mesh.normals[v];
-    file.print("vn {:.9g} {:.9g} {:.9g}\n", n.x(), n.y(), n.z());
-  }
-  for (const auto& [a, b, c] : mesh.triangles) {
-    if (mesh.normals.empty()) {
-      file.print("f {} {} {}\n", a + 1, b + 1, c + 1);
-    } else {
-      file.print("f {0}//{0} {1}//{1} {2}//{2}\n", a + 1, b + 1, c + 1);
-    }
-  }
-}
-
 /// Without normals: many readers of .off know none and refuse a file that starts with "NOFF".
-void write_off(const TriangleMesh& mesh, std::ostream& out) {
+void write_off(const TriangleMesh& mesh, const Eigen::Matrix3d& turn, std::ostream& out) {
   RecordStream file(out);
   file.print("OFF\n{} {} 0\n", mesh.vertices.size(), mesh.triangles.size());
   for (const Eigen::Vector3d& vertex : mesh.vertices) {
-    const Eigen::Vector3f x = vertex.cast<float>();
+    const Eigen::Vector3f x = (turn * vertex).cast<float>();
     file.print("{:.9g} {:.9g} {:.9g}\n", x.x(), x.y(), x.z());
   }
   for (const auto& [a, b, c] : mesh.triangles) file.print("3 {} {} {}\n", a, b, c);
@@ -92,36 +73,83 @@ void write_stl(const TriangleMesh& mesh, const Eigen::Matrix3d& turn, std::ostre
   }
 }
 
+/// All but .obj, which may have a second file.
+void write_contents(const TriangleMesh& mesh, const std::string& extension,
+                    const MeshFileOptions& options, std::ostream& out) {
+  const UpAxis up = options.up.value_or(UpAxis::z);
+  const double metres = options.metres_per_unit.value_or(1);
+  const Eigen::Matrix3d turn = options.file_turn();
+  if (extension == ".ply") write_ply(mesh, options.note, turn, out);
+  if (extension == ".off") write_off(mesh, turn, out);
+  if (extension == ".stl") write_stl(mesh, quarter_turns(up, UpAxis::z), out);
+  if (extension == ".glb") shape::write_glb(mesh, options.name, options.note, up, metres, out);
+  if (extension == ".usda") shape::write_usd(mesh, options.name, options.note, up, metres, out);
+  if (extension == ".3mf") {
+    constexpr double kMillimetres = 1000;  // in a metre
+    const double scale = options.metres_per_unit ? kMillimetres * metres : 1;
+    shape::write_3mf(mesh, options.name, options.note, quarter_turns(up, UpAxis::z), scale, out);
+  }
+}
+
+/// The file of an .obj's material: for colours, unless `path` does not stand for a file of its own
+/// or the name does not fit in a line. Empty: none.
+std::filesystem::path obj_material_file(const TriangleMesh& mesh,
+                                        const std::filesystem::path& path) {
+  const auto material = std::filesystem::path(path).replace_extension(".mtl");
+  const bool fits =
+      std::ranges::none_of(material.filename().string(), [](unsigned char c) { return c < ' '; });
+  return !mesh.colors.empty() && fits && !base::is_special(path) ? material
+                                                                 : std::filesystem::path();
+}
+
 }  // namespace
+
+Eigen::Matrix3d MeshFileOptions::file_turn() const {
+  if (!file_up) return Eigen::Matrix3d::Identity();
+  return quarter_turns(up.value_or(kDefaultUp), *file_up);
+}
+
+void MeshFileOptions::validate() const {
+  if (metres_per_unit) base::expect_positive("metres_per_unit", *metres_per_unit);
+}
 
 bool stands_upright(const std::filesystem::path& path) {
   const std::string extension = extension_of(path);
-  return extension == ".glb" || extension == ".stl";
+  return extension == ".glb" || extension == ".stl" || extension == ".3mf" || extension == ".usda";
 }
 
 bool holds_colors(const std::filesystem::path& path) {
   const std::string extension = extension_of(path);
-  return extension == ".ply" || extension == ".obj" || extension == ".glb";
+  return extension == ".ply" || extension == ".obj" || extension == ".glb" || extension == ".3mf" ||
+         extension == ".usda";
 }
 
 void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
-                const std::string& note, std::optional<UpAxis> up) {
+                const MeshFileOptions& given) {
   const std::string extension = expect_type(path, FileContent::mesh, FileUse::write);
   mesh.validate();
+  given.validate();
+  MeshFileOptions options = given;
+  if (options.name.empty()) options.name = path.stem().string();
   base::OutputFile file(path);
-  if (extension == ".ply") write_ply(mesh, note, file.stream());
-  if (extension == ".obj") write_obj(mesh, note, file.stream());
-  if (extension == ".off") write_off(mesh, file.stream());
-  if (extension == ".stl") {
-    write_stl(mesh, quarter_turns(up.value_or(UpAxis::z), UpAxis::z), file.stream());
-  }
-  if (extension == ".glb") {
-    shape::write_glb(mesh, path.stem().string(), note, up.value_or(UpAxis::z), file.stream());
+  std::filesystem::path material;
+  if (extension == ".obj") {
+    material = obj_material_file(mesh, path);
+    shape::write_obj(mesh, options.name, options.note, options.file_turn(),
+                     material.filename().string(), file.stream());
+  } else {
+    write_contents(mesh, extension, options, file.stream());
   }
   if (!file.stream()) {
     throw OutputError(fmt::format("cannot write mesh '{}'; check the space left", path.string()));
   }
+  if (!material.empty()) base::write_file(material, shape::obj_material(mesh));
   file.commit();
+}
+
+void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
+                const std::string& note, std::optional<UpAxis> up) {
+  write_mesh(mesh, path, MeshFileOptions{.note = note, .up = up});
 }
 
 }  // namespace qjulia

@@ -4,6 +4,12 @@
 #include <utility>
 
 namespace qjulia::surface {
+namespace {
+
+/// About as many points are asked about together, for memory's sake.
+constexpr std::size_t kPlacesAtOnce = std::size_t{1} << 17;
+
+}  // namespace
 
 using Index = Eigen::Vector3i;
 
@@ -41,7 +47,11 @@ void FineBodies::want(const Index& middle, int reach) {
 bool FineBodies::look() {
   if (wanted_.empty()) return false;
   std::vector<Eigen::Vector3d> points;
-  points.reserve(wanted_.size() * block_.size());
+  const auto ask = [&] {
+    const std::vector<bool> found = insides_(points);
+    inside_.insert(inside_.end(), found.begin(), found.end());
+    points.clear();
+  };
   for (const std::size_t block : wanted_) {
     slots_[block] = static_cast<std::int32_t>(blocks_.size());
     blocks_.push_back(block);
@@ -50,10 +60,10 @@ bool FineBodies::look() {
       points.push_back(fine_.point(lower + in_block));
       bodies_.add();
     });
+    if (points.size() >= kPlacesAtOnce) ask();
   }
+  if (!points.empty()) ask();
   wanted_.clear();
-  const std::vector<bool> found = insides_(points);
-  inside_.insert(inside_.end(), found.begin(), found.end());
   return true;
 }
 

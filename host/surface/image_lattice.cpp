@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <utility>
 
 #include "device/point_batch.hpp"
+#include "layout/image_lattice.h"
 #include "qjulia/progress.hpp"
 #include "surface/grid_layout.hpp"
 #include "surface/interpolated_orbits.hpp"
@@ -18,8 +17,6 @@ namespace {
 constexpr double kError = 0.07;
 /// Nodes that are computed between two looks at the stop token: about half a second's work.
 constexpr std::size_t kNodesAtOnce = std::size_t{1} << 17;
-/// The place of a node that no cell needs.
-constexpr std::int32_t kNotStored = -1;
 /// Radians from node to node.
 constexpr double kNearest = 0.1, kFarthest = 0.8;
 /// A lattice whose nodes would lie more than this many times as far apart as they should serves too
@@ -50,6 +47,28 @@ std::vector<std::int32_t> nodes_of(const Grid& grid, const std::vector<std::int3
   return nodes;
 }
 
+/// Where nodes are stored (layout/image_lattice.h).
+struct Storage {
+  std::vector<std::int32_t> places;  ///< by group of nodes
+  std::vector<std::int32_t> slots;   ///< by node stored
+  std::size_t size = 0;              ///< slots, those that stay empty included
+
+  /// @param nodes numbers of those to store, rising. @param all how many the lattice has.
+  Storage(const std::vector<std::int32_t>& nodes, std::size_t all)
+      : places((all + QJ_LATTICE_GROUP - 1) / QJ_LATTICE_GROUP), slots(nodes.size()) {
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      const std::int32_t member = nodes[i] % QJ_LATTICE_GROUP;
+      std::int32_t& group = places[static_cast<std::size_t>(nodes[i] / QJ_LATTICE_GROUP)];
+      if (group == 0) {
+        group = device::narrow(size << QJ_LATTICE_GROUP);
+        size += QJ_LATTICE_GROUP;
+      }
+      group |= 1 << member;
+      slots[i] = (group >> QJ_LATTICE_GROUP) + member;
+    }
+  }
+};
+
 }  // namespace
 
 ImageLattice::ImageLattice(const map::DeviceMap& map)
@@ -75,30 +94,27 @@ ImageLattice::ImageLattice(const map::DeviceMap& map, const Box& box, const Cell
   const double step = std::max(turn / fineness.stretch, finest);
   if (step > kCoarsest * turn / fineness.stretch) return;
   // Cells about the box with the nodes that they are interpolated from.
-  const Grid grid = grid_around(box, step, 1.5);
+  Grid grid = grid_around(box, step, 1.5);
+  grid.points.x() += -grid.points.x() & (QJ_LATTICE_GROUP - 1);  // whole groups of nodes
   const std::size_t size = whole(grid).size();
   const std::vector<std::int32_t> cells = cells_of(grid);
   layout_ = context.upload_real(grid_layout(grid), map.precision());
   trusted_ = context.upload<std::uint8_t>(std::vector<std::uint8_t>(size));
-  const std::vector<std::int32_t> nodes = nodes_of(grid, cells);
-  std::vector<std::int32_t> places(size, kNotStored);
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    places[static_cast<std::size_t>(nodes[i])] = device::narrow(i);
-  }
-  places_ = context.upload<std::int32_t>(places);
-  const std::size_t stored = map.groups(nodes.size() + 1) * map.lanes();
-  field_ = context.allocate_real(stored, map.precision());
-  versors_ = context.allocate_real(4 * stored, map.precision());
-  nodes_ = nodes.size();
   if (cells.empty()) return;
+  const std::vector<std::int32_t> nodes = nodes_of(grid, cells);
+  const Storage storage(nodes, size);
+  places_ = context.upload<std::int32_t>(storage.places);
+  field_ = context.allocate_real(storage.size, map.precision());
+  versors_ = context.allocate_real(4 * storage.size, map.precision());
+  nodes_ = nodes.size();
   for (std::size_t first = 0; first < nodes.size(); first += kNodesAtOnce) {
     throw_if_stopped(stop);
     const std::size_t count = std::min(kNodesAtOnce, nodes.size() - first);
     const auto begin = nodes.begin() + static_cast<std::ptrdiff_t>(first);
-    std::vector<std::int32_t> slots(count);
-    std::iota(slots.begin(), slots.end(), device::narrow(first));
-    block_images(map, grid, whole(grid), 1, {begin, begin + static_cast<std::ptrdiff_t>(count)},
-                 std::move(slots), field_, versors_);
+    const auto slot = storage.slots.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto size_of_part = static_cast<std::ptrdiff_t>(count);
+    block_images(map, grid, whole(grid), 1, {begin, begin + size_of_part},
+                 {slot, slot + size_of_part}, field_, versors_);
     context.finish();
   }
   context.launch(map.kernel("image_lattice.cl", "trust_cells"), {{cells.size(), 1, 1}, {}},

@@ -23,6 +23,10 @@ Point4 direction(std::size_t axes, base::Random& random) {
   }
 }
 
+auto numbered(const std::vector<Point4>& points) {
+  return [&points](std::size_t i) { return points[i]; };
+}
+
 }  // namespace
 
 double length(const Point4& p) {
@@ -46,12 +50,12 @@ double median(std::vector<double>& values) {
 }
 
 template <std::size_t kOutputs, class Take>
-void ImageProbe::run(const char* kernel, const std::vector<Point4>& points,
+void ImageProbe::run(const char* kernel, std::size_t points, const PointOf& point_of,
                      const std::vector<device::Argument>& more, const Take& take) const {
   device::PointBatch batch(map_.context(), map_.kernel("image_table.cl", kernel), map_.precision(),
                            map_.lanes(), map_.step_cost());
   batch.run<4, kOutputs>(
-      points.size(), [&](std::size_t i) { return points[i]; },
+      points, point_of,
       [&](const device::PointBatch::Part& part) {
         std::vector<device::Argument> list{part.in, device::narrow(part.stride),
                                            device::narrow(part.items)};
@@ -64,17 +68,18 @@ void ImageProbe::run(const char* kernel, const std::vector<Point4>& points,
       take, 0, stop_);
 }
 
-std::vector<float> ImageProbe::fields(const std::vector<Point4>& points) const {
-  std::vector<float> fields(points.size());
-  run<1>("node_fields", points, {}, [&](std::size_t i, const std::array<double, 1>& f) {
+std::vector<float> ImageProbe::fields(std::size_t points, const PointOf& point_of) const {
+  std::vector<float> fields(points);
+  run<1>("node_fields", points, point_of, {}, [&](std::size_t i, const std::array<double, 1>& f) {
     fields[i] = static_cast<float>(f[0]);
   });
   return fields;
 }
 
-std::vector<std::array<float, 4>> ImageProbe::versors(const std::vector<Point4>& points) const {
-  std::vector<std::array<float, 4>> versors(points.size());
-  run<4>("node_versors", points, {}, [&](std::size_t i, const Point4& u) {
+std::vector<std::array<float, 4>> ImageProbe::versors(std::size_t points,
+                                                      const PointOf& point_of) const {
+  std::vector<std::array<float, 4>> versors(points);
+  run<4>("node_versors", points, point_of, {}, [&](std::size_t i, const Point4& u) {
     std::ranges::transform(u, versors[i].begin(), [](double c) { return static_cast<float>(c); });
   });
   return versors;
@@ -83,14 +88,14 @@ std::vector<std::array<float, 4>> ImageProbe::versors(const std::vector<Point4>&
 std::vector<std::array<double, 2>> ImageProbe::bounds(const std::vector<Point4>& points,
                                                       double half_side) const {
   std::vector<std::array<double, 2>> bounds(points.size());
-  run<2>("cube_bounds", points, {map_.real(half_side)},
+  run<2>("cube_bounds", points.size(), numbered(points), {map_.real(half_side)},
          [&](std::size_t i, const std::array<double, 2>& found) { bounds[i] = found; });
   return bounds;
 }
 
 ImageProbe::Moved ImageProbe::moved_images(const std::vector<Point4>& points, std::size_t axes,
                                            base::Random& random) const {
-  const std::vector<float> all_fields = fields(points);
+  const std::vector<float> all_fields = fields(points.size(), numbered(points));
   std::vector<Point4> undecided, nearby;
   Moved moved;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -101,8 +106,9 @@ ImageProbe::Moved ImageProbe::moved_images(const std::vector<Point4>& points, st
     nearby.push_back(points[i]);
     for (std::size_t c = 0; c < 4; ++c) nearby.back()[c] += kMove * way[c];
   }
-  const auto turns = versors(undecided), nearby_turns = versors(nearby);
-  const std::vector<float> nearby_fields = fields(nearby);
+  const auto turns = versors(undecided.size(), numbered(undecided)),
+             nearby_turns = versors(nearby.size(), numbered(nearby));
+  const std::vector<float> nearby_fields = fields(nearby.size(), numbered(nearby));
   for (std::size_t i = 0; i < undecided.size(); ++i) {
     moved.images.push_back(image_of(all_fields[moved.from[i]], turns[i]));
     moved.stretches.push_back(

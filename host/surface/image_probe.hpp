@@ -3,6 +3,7 @@
 /// moves points apart.
 
 #include <array>
+#include <functional>
 #include <stop_token>
 #include <vector>
 
@@ -27,8 +28,11 @@ class ImageProbe {
  public:
   ImageProbe(const map::DeviceMap& map, const std::stop_token& stop) : map_(map), stop_(stop) {}
 
-  std::vector<float> fields(const std::vector<Point4>& points) const;
-  std::vector<std::array<float, 4>> versors(const std::vector<Point4>& points) const;
+  /// Point i of a number of points.
+  using PointOf = std::function<Point4(std::size_t)>;
+
+  std::vector<float> fields(std::size_t points, const PointOf& point_of) const;
+  std::vector<std::array<float, 4>> versors(std::size_t points, const PointOf& point_of) const;
   /// Least and greatest F over cubes about the points. For maps that have bounds over cubes.
   std::vector<std::array<double, 2>> bounds(const std::vector<Point4>& points,
                                             double half_side) const;
@@ -47,7 +51,7 @@ class ImageProbe {
 
  private:
   template <std::size_t kOutputs, class Take>
-  void run(const char* kernel, const std::vector<Point4>& points,
+  void run(const char* kernel, std::size_t points, const PointOf& point_of,
            const std::vector<device::Argument>& more, const Take& take) const;
 
   const map::DeviceMap& map_;

@@ -74,7 +74,13 @@ class NodeList {
         blocks_(static_cast<std::size_t>(std::pow(lattice.bricks + 1, 4)), kNone) {}
 
   std::size_t size() const { return places_.size(); }
-  const std::vector<Place>& places() const { return places_; }
+  /// Of the node with this number.
+  Place place(std::size_t number) const {
+    Place at{};
+    std::ranges::copy(places_[number], at.begin());
+    return at;
+  }
+  Point4 point(std::size_t number) const { return lattice_.node(place(number)); }
 
   /// The node's number; it is added where it has none.
   std::int32_t add(const Place& at) {
@@ -86,7 +92,8 @@ class NodeList {
     std::int32_t& number = numbers_[slot_of(block, at)];
     if (number == kNone) {
       number = device::narrow(places_.size());
-      places_.push_back(at);
+      SmallPlace& stored = places_.emplace_back();
+      std::ranges::transform(at, stored.begin(), [](int i) { return static_cast<std::int8_t>(i); });
     }
     return number;
   }
@@ -98,14 +105,11 @@ class NodeList {
     const std::int32_t block = blocks_[block_of(at)];
     return block == kNone ? kNone : numbers_[slot_of(block, at)];
   }
-  std::vector<Point4> points() const {
-    std::vector<Point4> points(places_.size());
-    std::ranges::transform(places_, points.begin(),
-                           [&](const Place& at) { return lattice_.node(at); });
-    return points;
-  }
 
  private:
+  /// There are millions of nodes.
+  using SmallPlace = std::array<std::int8_t, 4>;
+  static_assert(kCells * kMostBricks <= std::numeric_limits<std::int8_t>::max());
   static constexpr std::int32_t kNone = -1;
   static constexpr std::size_t kBlock = std::size_t{kCells} * kCells * kCells * kCells;
 
@@ -121,7 +125,7 @@ class NodeList {
   Lattice lattice_;
   std::vector<std::int32_t> blocks_;   ///< of kCells nodes along each axis
   std::vector<std::int32_t> numbers_;  ///< of the nodes in each block
-  std::vector<Place> places_;
+  std::vector<SmallPlace> places_;
 };
 
 /// The images that a table gives of points.
@@ -160,7 +164,7 @@ std::vector<Value> fitted(const NodeList& nodes, const std::vector<Value>& value
   std::vector<Value> result = values;
   for (std::size_t i = 0; i < values.size(); ++i) {
     for (std::size_t axis = 0; axis < 4; ++axis) {
-      Place before = nodes.places()[i], after = before;
+      Place before = nodes.place(i), after = before;
       --before[axis], ++after[axis];
       const std::int32_t one = nodes.find(before), other = nodes.find(after);
       if (one < 0 || other < 0) continue;
@@ -226,7 +230,7 @@ class Builder {
       }
     }
     const std::vector<float> values =
-        fitted(nodes_, probe_.fields(nodes_.points()),
+        fitted(nodes_, probe_.fields(nodes_.size(), [&](std::size_t i) { return nodes_.point(i); }),
                [](float& sum, float value, float weight) { sum += weight * value; });
     std::vector<std::uint16_t> stored(values.size());
     std::ranges::transform(values, stored.begin(), [&](float f) {
@@ -241,15 +245,14 @@ class Builder {
   /// U at the corners of cells whose interpolated F may be undecided.
   void make_versors() {
     const NodeList turned = undecided_nodes();
-    const std::vector<Versor4> values =
-        fitted(turned, probe_.versors(turned.points()),
-               [](Versor4& sum, const Versor4& value, float weight) {
-                 for (std::size_t c = 0; c < 4; ++c) sum[c] += weight * value[c];
-               });
+    const std::vector<Versor4> values = fitted(
+        turned, probe_.versors(turned.size(), [&](std::size_t i) { return turned.point(i); }),
+        [](Versor4& sum, const Versor4& value, float weight) {
+          for (std::size_t c = 0; c < 4; ++c) sum[c] += weight * value[c];
+        });
     versors_.resize(4 * node_of_.size());
     for (std::size_t i = 0; i < node_of_.size(); ++i) {
-      const std::int32_t number =
-          turned.find(nodes_.places()[static_cast<std::size_t>(node_of_[i])]);
+      const std::int32_t number = turned.find(nodes_.place(static_cast<std::size_t>(node_of_[i])));
       if (number < 0) continue;
       const Versor4& u = values[static_cast<std::size_t>(number)];
       for (std::size_t c = 0; c < 4; ++c) {
@@ -309,7 +312,7 @@ class Builder {
     }
     NodeList needed(lattice_);
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
-      if (is_needed[i]) needed.add(nodes_.places()[i]);
+      if (is_needed[i]) needed.add(nodes_.place(i));
     }
     return needed;
   }

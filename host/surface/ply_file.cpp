@@ -46,13 +46,14 @@ void for_records(std::istream& stream, std::size_t count, const Use& use) {
 struct PlyFile::Impl {
   std::filesystem::path path;
   std::string note;
+  Eigen::Matrix3d turn;
   base::OutputFile file;
   std::optional<base::ScratchFile> vertices, faces;
   std::size_t vertex_count = 0, face_count = 0;
   std::uint32_t last_vertex = 0;  ///< the largest index of a triangle
 
-  Impl(const std::filesystem::path& path_, const std::string& note_)
-      : path(path_), note(note_), file(path_), vertices(path_), faces(path_) {}
+  Impl(const std::filesystem::path& path_, const std::string& note_, const Eigen::Matrix3d& turn_)
+      : path(path_), note(note_), turn(turn_), file(path_), vertices(path_), faces(path_) {}
 
   /// @throws InputError if the file has been committed: then nothing is left to write to.
   void expect_open() const {
@@ -86,8 +87,9 @@ struct PlyFile::Impl {
   }
 };
 
-PlyFile::PlyFile(const std::filesystem::path& path, const std::string& note)
-    : impl_(std::make_unique<Impl>(path, note)) {}
+PlyFile::PlyFile(const std::filesystem::path& path, const std::string& note,
+                 const Eigen::Matrix3d& turn)
+    : impl_(std::make_unique<Impl>(path, note, turn)) {}
 
 PlyFile::~PlyFile() = default;
 
@@ -100,8 +102,8 @@ void PlyFile::vertices(std::span<const Eigen::Vector3d> positions,
   }
   std::vector<PlyVertex> records(positions.size());
   for (std::size_t i = 0; i < positions.size(); ++i) {
-    Eigen::Map<Eigen::Vector3f>(records[i].data()) = positions[i].cast<float>();
-    Eigen::Map<Eigen::Vector3f>(records[i].data() + 3) = normals[i].cast<float>();
+    Eigen::Map<Eigen::Vector3f>(records[i].data()) = (impl_->turn * positions[i]).cast<float>();
+    Eigen::Map<Eigen::Vector3f>(records[i].data() + 3) = (impl_->turn * normals[i]).cast<float>();
   }
   impl_->vertex_count += records.size();
   write_records<PlyVertex>(impl_->vertices->stream(), records);

@@ -28,7 +28,10 @@ struct Palette {
       {0.13, 0.15, 0.36}, {0.13, 0.42, 0.46}, {0.80, 0.68, 0.42}, {0.62, 0.20, 0.10}};
 };
 
-/// "earth", the one above, "ember", "ice", "moss" or "grey". None for another name.
+/// "earth", the one above, "ember", "ice", "moss" or "grey"; or one whose lightness rises evenly:
+/// "fern", from violet through green to yellow, "slate", blue to yellow, which looks the same to
+/// colour-blind people, and "dusk", black through red to cream; or "wheel", which is cyclic. None
+/// for another name.
 std::optional<Palette> palette_named(std::string_view name);
 /// All names, the default's first.
 std::vector<std::string> palette_names();

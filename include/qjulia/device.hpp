@@ -50,6 +50,14 @@ struct DeviceInfo {
   std::uint64_t local_memory = 0;        ///< bytes of one work-group
   std::size_t largest_work_group = 0;    ///< work-items
   bool has_double = false;               ///< cl_khr_fp64
+  bool shares_memory = false;            ///< with the host, as integrated GPUs do
+  std::string pci_address{};             ///< of a GPU, "0000:01:00.0"; empty if not reported
+  std::string uuid{};                    ///< of a GPU, 32 hexadecimal digits; empty if not reported
+  /// Peak rate in billions of multiply-adds per second: compute units times clock times the lanes
+  /// of a compute unit. Drivers do not report lanes, so this is an estimate by vendor.
+  double estimated_speed = 0;
+  int rank = 0;           ///< among all devices; rank 1 is the default device
+  std::string same_as{};  ///< "P:D" of the same GPU under a better platform; empty: none
 };
 
 std::string to_string(DeviceKind kind);
@@ -58,7 +66,10 @@ std::string to_string(Layout layout);
 /// All of it, with the layout that suits the device and "P:D" as its "id".
 nlohmann::json to_json(const DeviceInfo& info);
 
-/// Every usable device of every platform. A platform that is empty or broken is passed over.
+/// Every usable device of every platform, in the loader's order, with its rank: GPUs with memory of
+/// their own, GPUs that share the host's, other accelerators, CPUs; the fastest of a kind first. A
+/// GPU that two platforms show is recognised by its PCI address or UUID: one of the two entries has
+/// `same_as`, and ranks behind the others of its kind. An empty or broken platform is skipped.
 std::vector<DeviceInfo> list_devices();
 
 /// How often a kernel ran and how long it took on the device.
@@ -67,11 +78,19 @@ struct KernelTime {
   double seconds = 0;
 };
 
+/// How long threads have waited for a device. If a driver keeps a core busy while it waits, the
+/// library sleeps for most of the time that launches are known to take before it calls the driver.
+struct WaitTime {
+  double seconds = 0;            ///< wall time, including sleep
+  double processor_seconds = 0;  ///< processor time of the waiting threads
+  double slept_seconds = 0;
+};
+
 /// A device and a layout, as a user asks for them.
 struct DeviceChoice {
   /// `gpu`, `cpu`, `P:D` (platform and device number as `list_devices` gives them) or part of a
-  /// name, in any case. Empty: the environment's QJULIA_DEVICE, else the first GPU, else the first
-  /// device of any kind.
+  /// name, in any case; of several that match, the one that ranks first. Empty: the environment's
+  /// QJULIA_DEVICE, else the device that ranks first.
   std::string name{};
   /// `cpu`, `gpu` or `auto`, the one that suits the device. Empty: the environment's QJULIA_LAYOUT,
   /// else `auto`.
@@ -123,6 +142,9 @@ class Device {
   /// carry no times, launches are waited for one by one and timed by the wall clock.
   std::map<std::string, KernelTime> kernel_times() const;
   void reset_kernel_times() const;
+
+  /// How long this device, its copies and siblings have been waited for.
+  WaitTime wait_time() const;
 
   /// Internal: launches, buffers, programs. `qjulia/opencl.hpp` has what programs may use of them.
   explicit Device(std::shared_ptr<device::Context> context);

@@ -40,10 +40,13 @@ struct EnergyOptions {
   /// n, 1 … kMostIterations. Larger n fit the iterated set itself; the energy is then rough.
   int iterations = 1;
   /// Escape radius, map units, above 0 and at most kLargestEscape: a sample that is not nearer to
-  /// the origin has a field that no unknown changes.
+  /// the origin has a field that no unknown but the slice changes.
   double escape = kUsualEscape;
   /// Set `dbl` for optimisers that ask for more than six digits. Not every device has it.
   Precision precision = Precision::single;
+  /// Makes the map's slice an unknown too, the last one. Samples move with it: the difference
+  /// between a sample's W and the slice stays the same. Gradients then take up to twice as long.
+  bool slice = false;
 
   /// @throws OptionError naming the field.
   void validate() const;
@@ -65,10 +68,11 @@ struct EnergySamples {
 };
 
 /// The energy of rational maps with one number K of factors, as a function of their unknowns x: S,
-/// then five arrays over the factors: exponents, centres' X, Y, Z, W. That is 1 + 5K numbers.
+/// then five arrays over the factors: exponents, centres' X, Y, Z, W. That is 1 + 5K numbers; with
+/// EnergyOptions::slice one more, the slice.
 ///
 /// It is that of the map's dynamics: steepness, paint and portals are left aside, as in a fit. All
-/// else of the map, its phase and slice included, stays as it is.
+/// else of the map, its phase included, stays as it is.
 ///
 /// An object is for one thread at a time. Functions that take x throw OptionError naming `x` unless
 /// it has `size()` finite numbers, and DeviceError where the device refuses. Where unknowns are
@@ -83,7 +87,7 @@ class Energy {
   Energy(Energy&&) noexcept;
   Energy& operator=(Energy&&) noexcept;
 
-  std::size_t size() const;              ///< unknowns, 1 + 5K
+  std::size_t size() const;              ///< unknowns, 1 + 5K or 2 + 5K
   std::vector<double> unknowns() const;  ///< of the map given
 
   /// The sum over samples. Takes time in proportion to samples × K × n.

@@ -59,6 +59,9 @@ class DeviceError : public Error {
  public:
   DeviceError(const std::string& device, const std::string& call, int error_code);
   int code() const noexcept { return code_; }
+  /// Whether the driver has lost the device: after a crash, a launch that a watchdog ended, or a
+  /// machine that slept. Only a new Device may work.
+  bool is_lost() const noexcept;
 
  private:
   int code_;

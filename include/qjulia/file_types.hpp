@@ -16,6 +16,7 @@ enum class FileContent {
   sampled_distance,
   picture,
   field,
+  volume,  ///< of OpenVDB
   manifest,
   report,
   formula  ///< a map in GLSL, for other programs
@@ -37,7 +38,7 @@ bool has_type(const std::filesystem::path& path, FileContent content, FileUse us
 /// The extensions of all such files.
 std::vector<std::string> extensions(FileContent content, FileUse use);
 
-/// The same as a list for people, as in ".obj, .off, .ply or .stl".
+/// The same as a list for people, as in ".npy or .vti".
 std::string extension_list(FileContent content, FileUse use);
 
 /// `extension_of` a file that has this type.

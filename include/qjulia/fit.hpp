@@ -1,11 +1,14 @@
 #pragma once
 /// From a mesh to a rational map.
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -47,6 +50,10 @@ struct FitObserver {
   /// The map is what the fit would give if it ended there.
   std::function<void(const StageReport&, const Map&)> on_stage;
 };
+
+/// Weights of samples by their positions: for points in the mesh's coordinates, it returns a number
+/// of 0 or more for each. It must return the same numbers for the same points in every call.
+using SampleWeights = std::function<std::vector<double>(std::span<const Eigen::Vector3d>)>;
 
 /// Every field has a value that suits most shapes; each says when another is better.
 struct FitOptions {
@@ -101,6 +108,15 @@ struct FitOptions {
   /// are those of any fit: early ones are coarse and move factors that have been settled already,
   /// unless the schedule leaves them out.
   std::optional<Map> initial{};
+  /// Multiplies the weights of samples. Use it if some parts of a shape matter more than others,
+  /// such as a face; parts with weight 0 do not matter at all. It is called once per stage, with
+  /// all samples of the stage that lie on the slice, in the thread that runs the fit. Weights are
+  /// scaled afterwards so that their sum does not change; with the loss tanh, the sums of either
+  /// side. The fit throws OptionError naming `weights` if there are too few or too many numbers, or
+  /// if numbers are below 0, not finite, or 0 for all samples. The initial placement of factors,
+  /// IoU and mean distance do not depend on it. A checkpoint identifies it by its values at the
+  /// mesh's vertices. Empty: 1 everywhere.
+  SampleWeights weights{};
   /// Spends the last two fifths of the budget on the second iterate's set, at the wanted detail.
   /// Set it where the set itself is to follow the shape closely: it has fewer grooves afterwards.
   bool polish = false;
@@ -159,6 +175,44 @@ struct FitResult {
 std::string brief_summary(const FitResult& result);
 /// A line for each stage with its energies, then the brief summary.
 std::string full_summary(const FitResult& result);
+
+/// A fit that its caller runs stage by stage:
+///
+///     qjulia::Fit fit(device, mesh, options);
+///     while (const auto stage = fit.step()) std::cout << stage->name << stage->iou;
+///     const qjulia::FitResult result = fit.result();
+///
+/// The maps are those of the function `fit`, bit for bit if there is no time limit; a time limit
+/// includes the time between steps. Only one thread at a time may use an object, as with its
+/// device.
+class Fit {
+ public:
+  /// Measures the mesh and places the factors, or resumes from the checkpoint.
+  /// @throws as `fit` does; Interrupted after a stop request.
+  Fit(const Device& device, const TriangleMesh& mesh, const FitOptions& options,
+      const ProgressMonitor& monitor = {});
+  ~Fit();
+  Fit(Fit&&) noexcept;
+  Fit& operator=(Fit&&) noexcept;
+
+  /// Runs the next stage: some tens of evaluations, each of which takes time in proportion to
+  /// samples × factors × n. A stop request ends the stage with what it has reached.
+  /// @return its report; nothing where there was no further stage.
+  std::optional<StageReport> step();
+  /// Why the fit has ended; nothing while there are further stages.
+  std::optional<StopReason> stopped() const;
+  /// The reports of all stages so far, a resumed fit's earlier ones included.
+  const std::vector<StageReport>& stages() const;
+  /// The map that the fit would give if it ended here; it can be called before the first stage.
+  /// Takes some tenths of a second.
+  Map map() const;
+  /// Ends the fit and returns its result. If there are further stages, this is like a stop request.
+  FitResult result();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 /// Fits a map to a mesh. A stop request ends the fit with what was reached. A resumed fit gives the
 /// same factors, scale and level as an uninterrupted one, bit for bit (without a time limit).

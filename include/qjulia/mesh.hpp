@@ -22,9 +22,10 @@ using VertexColor = std::array<std::uint8_t, 3>;
 struct TriangleMesh {
   std::vector<Eigen::Vector3d> vertices;
   std::vector<Triangle> triangles;  ///< counter-clockwise from outside
-  /// Outward normals of vertices, of length 1; or none. Written to .ply, .obj and .glb, never read.
+  /// Outward normals of vertices, of length 1; or none. Never read; formats that hold them: .ply,
+  /// .obj, .glb and .usda.
   std::vector<Eigen::Vector3f> normals{};
-  /// Colours of vertices; or none. Written to .ply, .obj and .glb, never read.
+  /// Colours of vertices; or none. Never read; `holds_colors` tells which files hold them.
   std::vector<VertexColor> colors{};
 
   Box box() const;
@@ -43,6 +44,7 @@ struct MeshReport {
   std::size_t non_manifold_edges = 0;  ///< edges with more than two triangles, or badly oriented
   std::size_t welded_vertices = 0;     ///< duplicates merged while reading
   std::size_t dropped_triangles = 0;   ///< without area, removed while reading
+  std::size_t points = 0;        ///< of a file without faces; their cells are cut into `triangles`
   std::size_t bad_polygons = 0;  ///< crossing themselves or without area, cut up while reading
   std::size_t duplicate_triangles = 0;  ///< with the corners and winding of another, removed
   std::size_t two_sided_triangles = 0;  ///< pairs with the same corners and opposite windings
@@ -56,14 +58,24 @@ struct MeshReport {
   std::vector<std::string> warnings() const;
 };
 
-/// Reads .obj, .off, .ply or .stl by its extension, with coordinates in single precision. Polygons
-/// are cut into triangles, equal vertices welded, and triangles without area, triangles that repeat
-/// another and vertices without triangles left out. Nothing else is lost: open, non-manifold and
-/// inside-out meshes and triangle soups come as they are.
+/// Reads .obj, .off, .ply, .stl, .glb, .gltf or .3mf by its extension, with coordinates in single
+/// precision. Polygons are cut into triangles, equal vertices welded, and triangles without area,
+/// triangles that repeat another and vertices without triangles left out. Nothing else is lost:
+/// open, non-manifold and inside-out meshes and triangle soups come as they are.
+///
+/// Scenes (.glb, .gltf, .3mf) come as one mesh, in the coordinates of the scene: those of glTF have
+/// Y up; those of .3mf are millimetres, whatever its unit, with Z up. Skins and morph targets are
+/// left out. A .gltf file may name other files in its folder.
+///
+/// A .ply file of points with normals (nx, ny, nz) and without faces is read as one polygon for
+/// each point: the part of the plane across its normal that is nearer to it than to its neighbours.
+/// Distances and winding numbers of these polygons approximate those of the surface that the points
+/// were taken from.
 /// @param stop ends reading.
 /// @throws InputError naming the file: missing, empty, of another type, truncated, an index out of
 ///   range, a coordinate that is not finite or beyond ±1e12, no triangle with area, a longest side
-///   below 1e-12.
+///   below 1e-12, points without normals, compressed (by Draco, meshopt or encryption), or a scene
+///   whose repeated parts or packed data would make it much larger than its file.
 TriangleMesh read_mesh(const std::filesystem::path& path, std::stop_token stop = {});
 
 /// A mesh, and what is wrong with the file it came from.
@@ -74,18 +86,41 @@ struct InspectedMesh {
 /// The same, with a report of what was found and left out.
 InspectedMesh read_and_inspect_mesh(const std::filesystem::path& path, std::stop_token stop = {});
 
-/// Writes by extension (.ply, .stl and .glb binary, .obj and .off text), coordinates in single
-/// precision, under a temporary name that is renamed.
-/// @param up how the mesh stands. A .glb then stands upright, with Y up as the format wants it, and
-///   an .stl with Z up, as printers want it. Other formats keep the mesh's own coordinates, and so
-///   does .stl where nothing is known; a .glb then has Z up.
-/// @param note a line of text, ASCII, that .ply and .obj hold as a comment and .glb under
-///   asset.extras; .stl and .off have no room for it.
+/// How a mesh is written, and what its file holds besides its triangles.
+struct MeshFileOptions {
+  /// A line of text, ASCII: a comment of .ply, .obj and .usda, in .glb under asset.extras, in .3mf
+  /// its description. Other formats have no room for it.
+  std::string note{};
+  /// The mesh's axis that points up. Formats with an up of their own then stand upright: .glb and
+  /// .usda with Y up, .stl and .3mf with Z up. If it is not set, Z is up.
+  std::optional<UpAxis> up{};
+  /// For .ply, .obj and .off, which have no up: the file's axis that `up` (by default `kDefaultUp`)
+  /// is turned to. By default they keep the mesh's own coordinates.
+  std::optional<UpAxis> file_up{};
+  /// The object's name in .glb, .obj, .usda and .3mf; by default the file's name.
+  std::string name{};
+  /// What a unit of the mesh's coordinates measures, above 0. By default it is the format's own
+  /// unit: a metre in .glb and .usda, a millimetre in .3mf. Other formats have no unit.
+  std::optional<double> metres_per_unit{};
+
+  /// The rotation of meshes in formats that have no up.
+  Eigen::Matrix3d file_turn() const;
+  void validate() const;  ///< @throws OptionError
+};
+
+/// Writes by extension (.ply, .stl, .glb and .3mf binary, .obj, .off and .usda text), coordinates
+/// in single precision, under a temporary name that is renamed. In .3mf each connected part is an
+/// object, together with its cavities. Beside a coloured .obj, a material of the mean colour is
+/// written under the same name with .mtl.
 /// @throws OutputError, or InputError for another extension.
+void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
+                const MeshFileOptions& options);
+/// The same with a note and with how the mesh stands.
 void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
                 const std::string& note = {}, std::optional<UpAxis> up = {});
 
-/// Whether `write_mesh` turns meshes that it writes under this name.
+/// Whether files of this name have a fixed up axis, so that `write_mesh` makes meshes stand
+/// upright.
 bool stands_upright(const std::filesystem::path& path);
 
 /// Whether `write_mesh` writes the colours of meshes, and not only their triangles, under this

@@ -8,6 +8,7 @@
 #endif
 #include <CL/cl.h>
 
+#include <cstddef>
 #include <memory>
 #include <string>
 
@@ -54,6 +55,36 @@ struct MapBuffer {
 ///   memory.
 MapBuffer map_buffer(const Device& device, const Map& map, Precision precision = Precision::single,
                      const StopRadii& stops = {});
+
+/// The field of one map at points that are in buffers of the device's context, with results that
+/// stay there. While `Field` takes points from the host, this class copies nothing and does not
+/// check the points: coordinates that are not finite give values that are not finite.
+///
+/// Arrays have `stride(count)` reals for `count` points; those past the points may have any value.
+/// Points are four such arrays, X, Y, Z and W in map coordinates. Each function below puts one
+/// launch in the queue, of work in proportion to points × factors × n; on a device that also draws
+/// a display, keep it to some tenths of a second. They throw OptionError naming the buffer that is
+/// null, no buffer, of another context or too small, and DeviceError where the device refuses.
+class BufferField {
+ public:
+  /// @throws InputError naming what is wrong with the map; DeviceError
+  BufferField(const Device& device, const Map& map, Precision precision = Precision::single,
+              const StopRadii& stops = {});
+
+  /// The least multiple of the lane width that is not below `count`.
+  std::size_t stride(std::size_t count) const;
+
+  /// F_n with the escape radius alone, bit for bit as Field::at gives it, into one array.
+  /// @throws OptionError naming `iterations` unless n is 1 … kMostIterations, or `count` where
+  ///   there are more than 2³¹ − 1 points.
+  void at(cl_mem points, std::size_t count, int iterations, cl_mem field) const;
+  /// ∂F_1/∂q into four arrays, of points within the escape radius. @throws OptionError likewise
+  void gradient_at(cl_mem points, std::size_t count, cl_mem gradient) const;
+
+ private:
+  struct Impl;
+  std::shared_ptr<const Impl> impl_;
+};
 
 /// The kernel `name` of a program of one's own in OpenCL C 1.2, which the caller releases. The
 /// source may `#include "map.clh"`, which has `map_modulus` (F), `map_modulus_gradient`,

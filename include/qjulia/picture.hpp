@@ -56,11 +56,21 @@ struct Cut {
   bool is_percent = false;  ///< what `at` is
 };
 
-/// What gives the set its colour.
+/// What gives the set its colour. Detail that is finer than a pixel is averaged.
 enum class Material {
   clay,        ///< one colour
-  iterations,  ///< how late the orbit of a point is decided
-  trap,        ///< how close two iterates come to the plane X = 0, seen from the origin
+  iterations,  ///< for how many iterates the orbit of a point stays undecided, 0 … 1
+  trap,        ///< how close two iterates come to the plane X = 0, seen from the origin, 0 … 1
+  groove,      ///< from the bottoms of grooves to the tips of ridges, 0 … 1
+  height,      ///< along the up axis, shape units
+  /// The nearest factor, by a number of its own: 0 … ½ for a pole and ½ … 1 for a root.
+  factor,
+};
+
+/// The values of a material at which the palette begins and ends.
+struct MaterialRange {
+  double low = 0, high = 1;
+  friend bool operator==(const MaterialRange&, const MaterialRange&) = default;
 };
 
 /// What is behind the set.
@@ -93,6 +103,8 @@ struct PictureOptions {
   Lamp lamp;
   Material material = Material::clay;  ///< for maps; meshes are always of clay
   Palette palette;
+  /// By default as `Studio::range` finds it.
+  std::optional<MaterialRange> range;
   Backdrop backdrop = Backdrop::studio;
   Rgb background = Rgb::Ones();  ///< a plain backdrop's
   bool ground = true;            ///< under the set, with its shadow
@@ -115,8 +127,10 @@ struct LookupReport {
 /// One line, in words; empty where nothing was looked up.
 std::string to_text(const LookupReport& report);
 
-/// "clay", "iterations", "trap".
+/// Its name above.
 const char* to_string(Material material);
+/// All of them, clay first.
+std::span<const Material> materials();
 /// "studio", "plain", "transparent".
 const char* to_string(Backdrop backdrop);
 
@@ -160,6 +174,14 @@ class Studio {
   Image picture(const Camera& camera, const ProgressMonitor& monitor = {});
   /// The same picture, with what its pixels show.
   LayeredImage layered_picture(const Camera& camera, const ProgressMonitor& monitor = {});
+
+  /// Where the palette begins and ends: as the options say, or else from the 5th to the 95th
+  /// percentile of what the material shows on the whole set, seen from six sides at a 500th of the
+  /// diagonal of the shape's box, and at least 0.1 apart for materials that go from 0 to 1. It does
+  /// not depend on the camera, cut or size. To keep the colours of a film whose pictures have
+  /// studios of their own, give the first one's range to the others. 0 to 1 for clay and for
+  /// meshes.
+  MaterialRange range() const;
 
   /// What orbits are looked up in: the tables that were made last.
   LookupReport lookups() const;

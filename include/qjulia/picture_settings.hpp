@@ -28,7 +28,7 @@ std::span<const PictureSetting> picture_settings();
 /// The setting whose member of the struct has this name. @throws InputError where there is none.
 const PictureSetting& picture_setting_named(const std::string& name);
 
-/// "clay", "iterations" or "trap", else none.
+/// The material that `to_string` gives this name, else none.
 std::optional<Material> material_named(std::string_view name);
 
 }  // namespace qjulia

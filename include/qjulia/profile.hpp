@@ -46,7 +46,11 @@ struct KernelFigures {
   double median_seconds = 0;  ///< on the device
   double min_seconds = 0;
   double max_seconds = 0;
-  double wall_seconds = 0;  ///< median, host time included
+  double wall_seconds = 0;          ///< median, host time included
+  std::vector<double> run_seconds;  ///< of every run, on the device
+  /// The multiply-add limit, measured again after every run: other work, heat or a lower clock slow
+  /// it down as they slow down the run.
+  std::vector<double> run_fma_per_second;
   /// Iterates × factors that were really computed; none where orbits or rays end early.
   std::optional<double> executed_factor_iterations;
   std::optional<double> pairs_per_second;  ///< the same by the median second
@@ -67,6 +71,7 @@ struct KernelFigures {
 
 struct ProfileReport {
   DeviceInfo device;
+  Layout layout = Layout::cpu;
   Tuning tuning;          ///< the settings that were measured
   bool is_tuned = false;  ///< whether these are others than the device's defaults
   DeviceLimits limits;

@@ -16,8 +16,10 @@ namespace qjulia {
 class PlyFile : public SurfaceSink {
  public:
   /// @param note a line of text, ASCII, for the header's comments, 200 characters in each.
+  /// @param turn a rotation: vertices and normals are turned by it.
   /// @throws OutputError when the folder cannot be written.
-  explicit PlyFile(const std::filesystem::path& path, const std::string& note = {});
+  explicit PlyFile(const std::filesystem::path& path, const std::string& note = {},
+                   const Eigen::Matrix3d& turn = Eigen::Matrix3d::Identity());
   ~PlyFile() override;
   PlyFile(const PlyFile&) = delete;
   PlyFile& operator=(const PlyFile&) = delete;

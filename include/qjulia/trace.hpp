@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <set>
@@ -47,8 +48,10 @@ class Trace {
   /// events ("X"), microseconds, stages on one row and kernels on others, one a queue; `args.clock`
   /// says whose clock it was.
   /// @param device_name names the kernels' rows.
+  /// @param figures further numbers about the whole run, written by name under `otherData`.
   /// @throws OutputError when it cannot be written; `path` then is as it was.
-  void write(const std::filesystem::path& path, const std::string& device_name) const;
+  void write(const std::filesystem::path& path, const std::string& device_name,
+             const std::map<std::string, double>& figures = {}) const;
 
  private:
   Clock::time_point begin_;

@@ -97,3 +97,9 @@ QJ_ARGUMENTS(qj_light_arguments) {
 
 /* Depth where a ray meets nothing. */
 #define QJ_NO_HIT (-1)
+
+/* What an orbit's trait tells (orbit_trait.cl). */
+#define QJ_TRAIT_ITERATIONS 0
+#define QJ_TRAIT_TRAP 1
+#define QJ_TRAIT_GROOVE 2
+#define QJ_TRAIT_FACTOR 3

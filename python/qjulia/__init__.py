@@ -18,7 +18,7 @@ from ._core import (
 )
 from ._device import Device, devices
 from ._energy import Energy
-from ._fitting import FitResult, StageReport, fit, shape
+from ._fitting import Fit, FitResult, StageReport, fit, shape
 from ._map import Map, compare, quadratic_map, render, save_png
 from ._mesh import Surface, read_mesh, sample_surface, signed_distance
 
@@ -33,6 +33,7 @@ __all__ = [
     "DeviceError",
     "Energy",
     "Error",
+    "Fit",
     "FitResult",
     "InputError",
     "KernelBuildError",

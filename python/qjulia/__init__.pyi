@@ -24,6 +24,7 @@ __all__ = [
     "DeviceError",
     "Energy",
     "Error",
+    "Fit",
     "FitResult",
     "InputError",
     "KernelBuildError",
@@ -59,6 +60,7 @@ _Progress = Optional[Callable[[str, float, float, str], object]]
 _Doubles = NDArray[np.float64]
 _Singles = NDArray[np.float32]
 _Bytes = NDArray[np.uint8]
+_Weights = Callable[[_Doubles], ArrayLike]
 _Loss = Union[Literal["distance", "tanh"], Callable[[_Doubles], Tuple[ArrayLike, ArrayLike]]]
 
 class _WithFaces(Protocol):
@@ -134,7 +136,7 @@ class Map:
         self,
         *,
         device: _Device = ...,
-        detail: Optional[float] = ...,
+        detail: Optional[_Detail] = ...,
         order_seed: Optional[int] = ...,
         phase: Optional[ArrayLike] = ...,
         slice: Optional[float] = ...,
@@ -232,6 +234,13 @@ class Map:
         largest_component: bool = ...,
         min_component: Optional[float] = ...,
         max_triangles: Optional[int] = ...,
+        max_error: Optional[float] = ...,
+        height: Optional[float] = ...,
+        longest: Optional[float] = ...,
+        min_wall: Optional[float] = ...,
+        flat_foot: Optional[float] = ...,
+        shell: Optional[float] = ...,
+        drain: float = ...,
         escape: Optional[float] = ...,
         precision: _Precision = ...,
     ) -> Surface: ...
@@ -241,8 +250,9 @@ class Map:
         *,
         device: _Device = ...,
         on_progress: _Progress = ...,
-        material: Literal["iterations", "trap"] = ...,
+        material: Literal["iterations", "trap", "groove", "height", "factor"] = ...,
         palette: Union[str, Sequence[str], None] = ...,
+        range: Optional[ArrayLike] = ...,
         n: SupportsIndex = ...,
         escape: Optional[float] = ...,
         precision: _Precision = ...,
@@ -328,8 +338,9 @@ def render(
     frame: Optional[ArrayLike] = ...,
     field_of_view: float = ...,
     up: Optional[_Up] = ...,
-    material: Literal["clay", "iterations", "trap"] = ...,
+    material: Literal["clay", "iterations", "trap", "groove", "height", "factor"] = ...,
     palette: Union[str, Sequence[str], None] = ...,
+    range: Optional[ArrayLike] = ...,
     lamp: Optional[ArrayLike] = ...,
     background: str = ...,
     ground: bool = ...,
@@ -357,8 +368,9 @@ def render(
     frame: Optional[ArrayLike] = ...,
     field_of_view: float = ...,
     up: Optional[_Up] = ...,
-    material: Literal["clay", "iterations", "trap"] = ...,
+    material: Literal["clay", "iterations", "trap", "groove", "height", "factor"] = ...,
     palette: Union[str, Sequence[str], None] = ...,
+    range: Optional[ArrayLike] = ...,
     lamp: Optional[ArrayLike] = ...,
     background: str = ...,
     ground: bool = ...,
@@ -441,6 +453,7 @@ def fit(
     schedule: str = ...,
     schedule_text: str = ...,
     initial: Optional[Map] = ...,
+    weights: Optional[_Weights] = ...,
     polish: bool = ...,
     unknowns: Literal["all", "exponents"] = ...,
     placement: Literal["depth", "paper"] = ...,
@@ -451,6 +464,48 @@ def fit(
     checkpoint: Optional[_Path] = ...,
     resume: bool = ...,
 ) -> FitResult: ...
+
+class Fit:
+    def __init__(
+        self,
+        vertices: Union[_Mesh, ArrayLike],
+        faces: Optional[ArrayLike] = ...,
+        *,
+        device: _Device = ...,
+        on_evaluation: Optional[Callable[[float], object]] = ...,
+        on_progress: _Progress = ...,
+        factors: Optional[int] = ...,
+        max_factors: int = ...,
+        seed: int = ...,
+        detail: _Detail = ...,
+        time_limit: Optional[float] = ...,
+        max_evaluations: Optional[int] = ...,
+        target_iou: Optional[float] = ...,
+        schedule: str = ...,
+        schedule_text: str = ...,
+        initial: Optional[Map] = ...,
+        weights: Optional[_Weights] = ...,
+        polish: bool = ...,
+        unknowns: Literal["all", "exponents"] = ...,
+        placement: Literal["depth", "paper"] = ...,
+        precision: _Precision = ...,
+        sample_parts: int = ...,
+        steepness: float = ...,
+        up: Optional[_Up] = ...,
+        checkpoint: Optional[_Path] = ...,
+        resume: bool = ...,
+    ) -> None: ...
+    def step(self) -> Optional[StageReport]: ...
+    def __iter__(self) -> Fit: ...
+    def __next__(self) -> StageReport: ...
+    @property
+    def map(self) -> Map: ...
+    @property
+    def stages(self) -> List[StageReport]: ...
+    @property
+    def stopped(self) -> Optional[str]: ...
+    def result(self) -> FitResult: ...
+
 def shape(
     vertices: Union[_Mesh, ArrayLike],
     faces: Optional[ArrayLike] = ...,
@@ -484,6 +539,7 @@ class Energy:
         loss: _Loss = ...,
         alpha: float = ...,
         n: SupportsIndex = ...,
+        slice: bool = ...,
         space: _Space = ...,
         escape: Optional[float] = ...,
         precision: _Precision = ...,

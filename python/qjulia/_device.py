@@ -17,7 +17,7 @@ class Device:
     name : str, optional
         ``"gpu"``, ``"cpu"``, ``"P:D"`` (platform and device number, the ``"id"`` of `devices`) or
         part of a name, in any case. Without it, the environment's ``QJULIA_DEVICE``, else the
-        first GPU, else the first device of any kind.
+        device that ranks first.
     layout : str, optional
         How kernels are cut into work-items: ``"cpu"``, ``"gpu"`` or ``"auto"``, which suits the
         device.

@@ -10,7 +10,7 @@ class Energy:
     """The energy of maps with K factors, as a function of their 1 + 5K unknowns.
 
     The unknowns `x` are S, then five arrays over the factors: exponents, and the centers' X, Y, Z
-    and W in map coordinates. Steepness, paint and portals are left aside, as in a fit.
+    and W in map coordinates; with ``slice=True`` then the map's slice. Steepness, paint and portals are left aside, as in a fit.
 
     >>> energy = qjulia.Energy(map, points, sides=sides, loss="tanh", alpha=10)
     >>> found = scipy.optimize.minimize(energy.value_and_gradient, energy.x0, jac=True)
@@ -37,6 +37,8 @@ class Energy:
         Of the tanh. It is 1.
     n : int, optional
         Iterations, 1 (the default) to 16.
+    slice : bool, optional
+        Makes the map's slice an unknown too, the last one. Samples move with it. It is False.
     space : {"shape", "map"}, optional
         Whose coordinates the points are in.
     escape : float, optional
@@ -59,7 +61,7 @@ class Energy:
 
     @property
     def size(self):
-        """How many unknowns there are, 1 + 5K."""
+        """How many unknowns there are, 1 + 5K or, with the slice, 2 + 5K."""
         return self._core.size
 
     @property

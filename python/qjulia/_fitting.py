@@ -61,6 +61,21 @@ class FitResult:
         return self.summary
 
 
+def _core_options(initial, options):
+    """The options of a fit as the core takes them."""
+    if initial is not None:
+        if not isinstance(initial, Map):
+            raise TypeError(f"initial must be a Map, not {type(initial).__name__}")
+        options["initial"] = initial._core
+    return options
+
+
+def _result_of(found):
+    found["map"] = Map._of(found["map"])
+    found["stages"] = [StageReport(**stage) for stage in found["stages"]]
+    return FitResult(**found)
+
+
 def fit(
     vertices,
     faces=None,
@@ -79,7 +94,8 @@ def fit(
     vertices : array (N, 3), mesh or path
         Vertices, with faces after them; or a mesh alone: a pair of vertices and faces, an object
         with `vertices` and `faces` (as trimesh has them) or with `points` and `cells_dict` (as
-        meshio has them), or the path of an .obj, .off, .ply or .stl file.
+        meshio has them), or the path of an .obj, .off, .ply, .stl, .glb, .gltf or
+        .3mf file; a .ply file may also hold points with normals (nx, ny, nz) and no faces.
     faces : array (M, 3) of whole numbers, optional
         Counter-clockwise from outside.
     factors : int, optional
@@ -102,6 +118,11 @@ def fit(
         The text of such a file, in its place.
     initial : Map, optional
         A map to start from in place of a placement: its factors go where they are in the shape.
+    weights : callable, optional
+        A function that takes points in the shape's coordinates, an array (N, 3), and returns N
+        numbers of 0 or more, by which the weights of samples are multiplied. It is called once per
+        stage and must return the same numbers for the same points. The weights are then scaled so
+        that their sum does not change.
     polish : bool, optional
         Spends the last two fifths on the iterated set.
     unknowns : {"all", "exponents"}, optional
@@ -140,10 +161,7 @@ def fit(
     and so does this call. Ctrl-C ends the fit with what it has reached: `stopped` is then
     "interrupted". A callback does the same by raising `StopIteration`.
     """
-    if initial is not None:
-        if not isinstance(initial, Map):
-            raise TypeError(f"initial must be a Map, not {type(initial).__name__}")
-        options["initial"] = initial._core
+    options = _core_options(initial, options)
     # A map is wrapped as it comes: users see no other.
     watch = None
     if on_stage is not None:
@@ -159,9 +177,106 @@ def fit(
         on_progress,
         options,
     )
-    found["map"] = Map._of(found["map"])
-    found["stages"] = [StageReport(**stage) for stage in found["stages"]]
-    return FitResult(**found)
+    return _result_of(found)
+
+
+class Fit:
+    """A fit that is run stage by stage.
+
+    >>> fit = qjulia.Fit(vertices, faces, factors=331)
+    >>> for stage in fit:
+    ...     print(stage, fit.map.field(points).mean())
+    >>> result = fit.result()
+
+    Its maps are those of `qjulia.fit`, bit for bit, unless there is a time limit, which includes
+    the time between stages. A loop may be left with ``break``, and another loop may continue the fit.
+
+    Parameters
+    ----------
+    vertices, faces, initial, device, on_evaluation, on_progress, **options
+        As for `qjulia.fit`, and with the same exceptions.
+
+    Notes
+    -----
+    Ctrl-C during a stage ends the fit, and so the loop, with what the fit has reached: `stopped` is
+    then "interrupted".
+    """
+
+    __slots__ = ("_callbacks", "_core")
+
+    def __init__(
+        self,
+        vertices,
+        faces=None,
+        *,
+        initial=None,
+        device=None,
+        on_evaluation=None,
+        on_progress=None,
+        **options,
+    ):
+        options = _core_options(initial, options)
+        # The core only borrows what it calls, so that cycles through this object can be collected.
+        self._callbacks = (on_evaluation, on_progress, options)
+        self._core = _core.Fit(
+            _device.core_of(device),
+            _mesh.core_of(vertices, faces),
+            on_evaluation,
+            on_progress,
+            options,
+        )
+
+    def step(self):
+        """Runs the next stage.
+
+        Returns
+        -------
+        StageReport or None
+            None if there was no further stage.
+
+        Raises
+        ------
+        RuntimeError
+            If another call of this fit has not returned yet. The other methods raise it, too.
+        """
+        stage = self._core.step()
+        return None if stage is None else StageReport(**stage)
+
+    def __iter__(self):
+        return self
+
+    def __next__(self):
+        stage = self.step()
+        if stage is None:
+            raise StopIteration
+        return stage
+
+    @property
+    def map(self):
+        """The map that the fit would give if it ended here. Takes some tenths of a second."""
+        return Map._of(self._core.map())
+
+    @property
+    def stages(self):
+        """The reports of all stages so far, a list."""
+        return [StageReport(**stage) for stage in self._core.stages()]
+
+    @property
+    def stopped(self):
+        """Why the fit has ended, like `FitResult.stopped`; None while there are further stages."""
+        return self._core.stopped()
+
+    def result(self):
+        """Ends the fit; if there are further stages, it counts as "interrupted".
+
+        Returns
+        -------
+        FitResult
+        """
+        return _result_of(self._core.result())
+
+    def __repr__(self):
+        return f"<qjulia.Fit after {len(self.stages)} stages>"
 
 
 def shape(vertices, faces=None, *, versor=None, device=None, on_progress=None, **options):

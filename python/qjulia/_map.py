@@ -126,6 +126,11 @@ Returns
 -------
 Map
 
+Notes
+-----
+`detail` may also be "auto", "smooth", "clear" or "wild", as for `fit`. The value is then chosen for
+the map's own shape, which takes about as long as its surface at n = 1.
+
 Raises
 ------
 TypeError
@@ -258,6 +263,20 @@ InputError
             The least area of parts that stay, where the largest one's is 1.
         max_triangles : int, optional
             The mesh is decimated to at most so many.
+        max_error : float, optional
+            The mesh is decimated as long as it stays within this distance of the original, in the
+            units of the result.
+        height, longest : float, optional
+            The mesh is scaled to this height along the map's up axis, or so that the longest side
+            of its box has this length. All lengths below are in the same units.
+        min_wall : float, optional
+            Walls that are thinner are thickened.
+        flat_foot : float, optional
+            This length is cut off the lower end, flat.
+        shell, drain : float, optional
+            The mesh is hollowed out, with a wall of this thickness and a hole of this diameter
+            from the cavity's lowest place straight down. The diameter is 3 by default; 0 makes no
+            hole.
         escape : float, optional
         precision : {"single", "double"}, optional
         device : Device or str, optional
@@ -276,16 +295,18 @@ InputError
         )
 
     def surface_colors(self, mesh, *, device=None, on_progress=None, **options):
-        """Colours of the vertices of the set's mesh, by the orbits that begin just inside it.
+        """Colours of the vertices of the set's mesh, as pictures of the map have them.
 
         Parameters
         ----------
         mesh : mesh
             What `surface` returned. See `fit` for what else a mesh can be.
-        material : {"iterations", "trap"}, optional
-            How late an orbit is decided, or how close two iterates come to the plane X = 0.
+        material : {"iterations", "trap", "groove", "height", "factor"}, optional
+            See `render`. It is "iterations".
         palette : str or sequence of str, optional
-            See `render`. It is spread over what occurs in the mesh.
+            See `render`.
+        range : sequence of float, optional
+            See `render`.
         n : int, optional
             As for `surface`. It is 6.
         escape : float, optional
@@ -520,6 +541,9 @@ subject : Map or mesh
 size : (int, int), optional
     Width and height in pixels. They are 1280 and 960.
 {_described(_core.picture_settings())}
+range : sequence of float, optional
+    The values of the material at which the palette begins and ends. By default, the 5th and the
+    95th percentile of the values on the whole set.
 background : str, optional
     "studio", "transparent", or a colour such as "#ff8000" or "white".
 ground : bool, optional

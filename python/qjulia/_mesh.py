@@ -22,15 +22,16 @@ class Surface(NamedTuple):
     """(N, 3) float32, outward and of length 1."""
 
     def save(self, path, *, up=None, colors=None):
-        """Writes the mesh by its extension: .ply, .stl, .glb, .obj or .off.
+        """Writes the mesh by its extension: .ply, .stl, .glb, .obj, .off, .3mf or .usda.
 
         Parameters
         ----------
         path : path-like
         up : {"x", "y", "z", "-x", "-y", "-z"}, optional
-            The axis that points up, such as `Map.up`: .glb and .stl files then stand upright.
+            The axis that points up, such as `Map.up`. Meshes in .glb, .usda, .stl and .3mf files
+            then stand upright.
         colors : array, (N, 3), optional
-            sRGB, 0 to 255, such as `Map.surface_colors` gives. Only .ply, .glb and .obj hold them.
+            sRGB, 0 to 255, such as `Map.surface_colors` gives. All but .stl and .off hold them.
         """
         mesh = _core.Mesh(self.vertices, self.faces)
         if len(self.normals):
@@ -84,7 +85,8 @@ def read_mesh(path):
     Parameters
     ----------
     path : path-like
-        An .obj, .off, .ply or .stl file.
+        An .obj, .off, .ply, .stl, .glb, .gltf or .3mf file. A scene is read as one mesh, and a
+        .ply file of points with normals (nx, ny, nz) as a small polygon for each point.
 
     Returns
     -------

@@ -9,6 +9,7 @@
 #include "parts.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/knob_table.hpp"
+#include "qjulia/map_detail.hpp"
 #include "qjulia/painting.hpp"
 #include "qjulia/portal_choice.hpp"
 #include "watched.hpp"
@@ -21,7 +22,14 @@ namespace {
 MapPointer turned(const KeptMap& self, const OpenDevice& device, const py::dict& given) {
   MapKnobs knobs;
   Keywords keywords("with_knobs", given);
+  std::optional<DetailWord> word;
+  if (const auto detail = keywords.argument("detail"); detail && py::isinstance<py::str>(detail)) {
+    DetailChoice choice;
+    read(detail, "detail", choice);
+    word = std::get<DetailWord>(choice);
+  }
   for (const Knob& knob : knob_table()) {
+    if (word && knob.name == "detail") continue;
     std::visit([&](const auto member) { keywords.take(knob.name, knobs.*member); }, knob.value);
     if (const auto* number = std::get_if<std::optional<double> MapKnobs::*>(&knob.value)) {
       if (!(knobs.*(*number))) continue;
@@ -34,8 +42,10 @@ MapPointer turned(const KeptMap& self, const OpenDevice& device, const py::dict&
   }
   keywords.expect_no_more();
   knobs.validate();
-  return kept(watched(
-      device, [&](const std::stop_token&) { return with_knobs(device.device, self.map, knobs); }));
+  return kept(watched(device, [&](const std::stop_token& stop) {
+    if (word) knobs.detail = detail_for(device.device, self.map, *word, stop);
+    return with_knobs(device.device, self.map, knobs);
+  }));
 }
 
 /// The table of knobs, for documentation: name, values, unit, range, help, more.

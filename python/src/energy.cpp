@@ -131,6 +131,7 @@ std::unique_ptr<PythonEnergy> made(const KeptMap& map, const OpenDevice& device,
   }
   keywords.take("alpha", options.alpha);
   keywords.take("n", options.iterations);
+  keywords.take("slice", options.slice);
   keywords.take("escape", options.escape);
   keywords.take("precision", options.precision);
   keywords.expect_no_more();

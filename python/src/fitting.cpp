@@ -1,7 +1,12 @@
 /// Maps from meshes.
 
+#include <functional>
+#include <optional>
+#include <span>
 #include <utility>
+#include <vector>
 
+#include "arrays.hpp"
 #include "keywords.hpp"
 #include "map.hpp"
 #include "mesh.hpp"
@@ -16,29 +21,30 @@ namespace py = pybind11;
 namespace qjulia::python {
 namespace {
 
-void take_detail(Keywords& keywords, DetailChoice& detail) {
-  const auto given = keywords.argument("detail");
-  if (!given) return;
-  if (!py::isinstance<py::str>(given)) {
-    double number = 0;
-    read(given, "detail", number);
-    detail = number;
-    return;
+/// Weights that a function of Python's gives. It has to outlive them, as has the watcher.
+SampleWeights weights_of(const py::handle& call, Watcher& watcher) {
+  if (PyCallable_Check(call.ptr()) == 0) {
+    throw py::type_error("weights must be a function of points, not " + shown(call));
   }
-  std::vector<std::pair<std::string, DetailChoice>> words;
-  for (const auto word :
-       {DetailWord::automatic, DetailWord::smooth, DetailWord::clear, DetailWord::wild}) {
-    words.emplace_back(to_string(word), word);
-  }
-  read_word(given, "detail", detail, words);
+  return [call, &watcher](std::span<const Eigen::Vector3d> points) {
+    std::optional<std::vector<double>> found;
+    watcher.on_caller([&] {
+      const auto count = static_cast<py::ssize_t>(points.size());
+      std::vector<Eigen::Vector3d> all(points.begin(), points.end());
+      const py::object weights = call(array_of<double>(std::move(all), {count, 3}));
+      found = numbers_for(weights, "weights", points.size());
+    });
+    if (!found) throw Interrupted();
+    return *std::move(found);
+  };
 }
 
-FitOptions fit_options(const py::dict& given) {
+FitOptions fit_options(const py::dict& given, Watcher& watcher) {
   FitOptions options;
   Keywords keywords("fit", given);
   keywords.take("factors", options.factors);
   keywords.take("max_factors", options.max_factors);
-  take_detail(keywords, options.detail);
+  keywords.take("detail", options.detail);
   keywords.take("seed", options.seed);
   keywords.take("time_limit", options.time_limit);
   keywords.take("max_evaluations", options.max_evaluations);
@@ -52,6 +58,9 @@ FitOptions fit_options(const py::dict& given) {
   keywords.take("schedule_text", options.schedule_text);
   if (const auto initial = keywords.argument("initial")) {
     options.initial = initial.cast<const KeptMap&>().map;
+  }
+  if (const auto weights = keywords.argument("weights")) {
+    options.weights = weights_of(weights, watcher);
   }
   keywords.take("polish", options.polish);
   keywords.take("sample_parts", options.sample_parts);
@@ -132,14 +141,89 @@ FitObserver observer(Watcher& watcher, const py::object& on_stage,
 py::dict fitted(const OpenDevice& device, const TriangleMesh& mesh, const py::object& on_stage,
                 const py::object& on_evaluation, const py::object& on_progress,
                 const py::dict& given) {
-  FitOptions options = fit_options(given);
   Watcher watcher(true);
+  FitOptions options = fit_options(given, watcher);
   options.observer = observer(watcher, on_stage, on_evaluation);
   const ProgressMonitor monitor = watcher.monitor(on_progress);
   FitResult result;
   watcher.run(device, [&] { result = fit(device.device, mesh, options, monitor); });
   return dict_of(std::move(result));
 }
+
+/// A fit that Python takes stage by stage. Whoever has it keeps what it calls.
+class PythonFit {
+ public:
+  PythonFit(OpenDevice device, const TriangleMesh& mesh, const py::object& on_evaluation,
+            const py::object& on_progress, const py::dict& given)
+      : device_(std::move(device)) {
+    FitOptions options = fit_options(given, watcher_);
+    options.observer = observer(watcher_, py::none(), on_evaluation);
+    const ProgressMonitor monitor = watcher_.monitor(on_progress);
+    run([&] { fit_.emplace(device_.device, mesh, options, monitor); });
+  }
+
+  py::object step() {
+    std::optional<StageReport> stage;
+    run([&] { stage = fit_->step(); });
+    return stage ? py::object(dict_of(*stage)) : py::none();
+  }
+
+  MapPointer map() {
+    Map map;
+    run([&] { map = fit_->map(); });
+    return kept(std::move(map));
+  }
+
+  py::dict result() {
+    FitResult result;
+    run([&] { result = fit_->result(); });
+    return dict_of(std::move(result));
+  }
+
+  py::list stages() {
+    const Turn turn(is_running_);
+    py::list all;
+    for (const StageReport& stage : fit_->stages()) all.append(dict_of(stage));
+    return all;
+  }
+
+  py::object stopped() {
+    const Turn turn(is_running_);
+    const auto reason = fit_->stopped();
+    return reason ? py::object(py::str(key(*reason))) : py::none();
+  }
+
+ private:
+  /// Marks the fit as in use. Calls of other threads and of its own callbacks come in between,
+  /// since Python's lock is let go.
+  class Turn {
+   public:
+    explicit Turn(bool& is_running) : is_running_(is_running) {
+      if (is_running) {
+        PyErr_SetString(PyExc_RuntimeError,
+                        "this fit is in the middle of another call; wait until that has returned");
+        throw py::error_already_set();
+      }
+      is_running = true;
+    }
+    ~Turn() { is_running_ = false; }
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+
+   private:
+    bool& is_running_;
+  };
+
+  void run(const std::function<void()>& work) {
+    const Turn turn(is_running_);
+    watcher_.run(device_, work);
+  }
+
+  OpenDevice device_;
+  Watcher watcher_{true};
+  std::optional<Fit> fit_;
+  bool is_running_ = false;
+};
 
 /// What gives the grooves their pattern: a word with numbers, or another map.
 void take_versor(Keywords& keywords, ExactMapOptions& options) {
@@ -184,7 +268,7 @@ MapPointer shaped(const OpenDevice& device, const TriangleMesh& mesh, const py::
   PaintOptions paint;
   Keywords keywords("shape", given);
   keywords.take("resolution", options.resolution);
-  take_detail(keywords, options.detail);
+  keywords.take("detail", options.detail);
   keywords.take("steepness", options.steepness);
   keywords.take("up", options.up);
   take_versor(keywords, options);
@@ -209,6 +293,14 @@ MapPointer shaped(const OpenDevice& device, const TriangleMesh& mesh, const py::
 
 void add_fitting(py::module_& module) {
   module.def("fit", &fitted);
+  py::class_<PythonFit>(module, "Fit")
+      .def(py::init<OpenDevice, const TriangleMesh&, const py::object&, const py::object&,
+                    const py::dict&>())
+      .def("step", &PythonFit::step)
+      .def("map", &PythonFit::map)
+      .def("result", &PythonFit::result)
+      .def("stages", &PythonFit::stages)
+      .def("stopped", &PythonFit::stopped);
   module.def("shape", &shaped);
 }
 

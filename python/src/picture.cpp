@@ -142,6 +142,7 @@ PictureOptions picture_options(const py::dict& given) {
   take_background(keywords, options);
   take_cuts(keywords, options);
   keywords.take("ground", options.ground);
+  keywords.take("range", options.range);
   keywords.take("samples", options.samples_per_axis);
   keywords.take("box", options.box);
   keywords.take("escape", options.escape);

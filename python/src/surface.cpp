@@ -13,9 +13,9 @@
 #include "parts.hpp"
 #include "picture.hpp"
 #include "qjulia/compare.hpp"
-#include "qjulia/decimate.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/figures.hpp"
+#include "qjulia/print.hpp"
 #include "qjulia/surface_colors.hpp"
 #include "watched.hpp"
 
@@ -28,12 +28,13 @@ namespace {
 struct Selection {
   bool keep_loose = false;
   double min_component = 0;  ///< least area kept, over the largest part's
-  std::optional<std::size_t> max_triangles;
+  PrintOptions print;
 };
 
 Selection selection(Keywords& keywords) {
   constexpr int kFewest = 4;
   Selection wanted;
+  PrintOptions& print = wanted.print;
   bool largest = false;
   std::optional<double> min_component;
   std::optional<int> max_triangles;
@@ -41,6 +42,13 @@ Selection selection(Keywords& keywords) {
   keywords.take("largest_component", largest);
   keywords.take("min_component", min_component);
   keywords.take("max_triangles", max_triangles);
+  keywords.take("max_error", print.max_error);
+  keywords.take("height", print.height);
+  keywords.take("longest", print.longest);
+  keywords.take("min_wall", print.min_wall);
+  keywords.take("flat_foot", print.flat_foot);
+  keywords.take("shell", print.shell);
+  keywords.take("drain", print.drain);
   if (min_component && !(*min_component >= 0 && *min_component <= 1)) {
     throw OptionError("min_component", "it must be 0 to 1");
   }
@@ -51,19 +59,23 @@ Selection selection(Keywords& keywords) {
     throw InputError(
         "keep_loose, largest_component and min_component exclude each other; give one of them");
   }
+  print.keep_loose = wanted.keep_loose || min_component.has_value();
   // Who chooses among components has no loose pieces dropped before.
   wanted.keep_loose = wanted.keep_loose || largest || min_component.has_value();
   wanted.min_component = largest ? 1 : min_component.value_or(0);
-  if (max_triangles) wanted.max_triangles = static_cast<std::size_t>(*max_triangles);
+  if (max_triangles) print.max_triangles = static_cast<std::size_t>(*max_triangles);
+  print.validate();
   return wanted;
 }
 
-TriangleMesh selected(TriangleMesh mesh, const Selection& wanted, const std::stop_token& stop) {
+TriangleMesh selected(TriangleMesh mesh, Selection wanted, std::optional<UpAxis> up,
+                      const ProgressMonitor& monitor) {
   if (mesh.triangles.empty()) return mesh;
   if (!wanted.keep_loose) drop_loose_pieces(mesh);
   if (wanted.min_component > 0) mesh = large_components(mesh, wanted.min_component);
-  if (wanted.max_triangles) mesh = decimated(std::move(mesh), *wanted.max_triangles, stop);
-  return mesh;
+  if (!wanted.print.is_any()) return mesh;
+  wanted.print.up = up.value_or(UpAxis::z);
+  return made_printable(std::move(mesh), wanted.print, monitor).mesh;
 }
 
 py::tuple surface_of(const KeptMap& self, const OpenDevice& device, const py::object& on_progress,
@@ -85,8 +97,8 @@ py::tuple surface_of(const KeptMap& self, const OpenDevice& device, const py::ob
   Watcher watcher;
   const ProgressMonitor monitor = watcher.monitor(on_progress);
   watcher.run(device, [&] {
-    mesh =
-        selected(extract_surface(device.device, self.map, options, monitor), wanted, monitor.stop);
+    mesh = selected(extract_surface(device.device, self.map, options, monitor), wanted,
+                    self.map.frame.up, monitor);
   });
   return arrays_of(std::move(mesh));
 }
@@ -99,6 +111,7 @@ py::array colors_of(const KeptMap& self, const OpenDevice& device, const Triangl
   keywords.take("material", look.material);
   take_palette(keywords, look);
   SurfaceColorOptions options{.material = look.material, .palette = look.palette};
+  keywords.take("range", options.range);
   keywords.take("n", options.iterations);
   keywords.take("precision", options.precision);
   keywords.take("escape", options.escape);

@@ -136,9 +136,14 @@ void read(const py::handle& given, const std::string& name, Lamp& value) {
   value = {v[0], v[1], v[2]};
 }
 
+void read(const py::handle& given, const std::string& name, MaterialRange& value) {
+  const auto v = numbers(given, name, 2, "LOW HIGH");
+  value = {v[0], v[1]};
+}
+
 void read(const py::handle& given, const std::string& name, Material& value) {
   std::vector<std::pair<std::string, Material>> words;
-  for (const auto material : {Material::clay, Material::iterations, Material::trap}) {
+  for (const Material material : materials()) {
     words.emplace_back(to_string(material), material);
   }
   read_word(given, name, value, words);
@@ -147,6 +152,21 @@ void read(const py::handle& given, const std::string& name, Material& value) {
 void read(const py::handle& given, const std::string& name, Precision& value) {
   std::vector<std::pair<std::string, Precision>> words;
   for (const Precision precision : kPrecisions) words.emplace_back(to_string(precision), precision);
+  read_word(given, name, value, words);
+}
+
+void read(const py::handle& given, const std::string& name, DetailChoice& value) {
+  if (!py::isinstance<py::str>(given)) {
+    double number = 0;
+    read(given, name, number);
+    value = number;
+    return;
+  }
+  std::vector<std::pair<std::string, DetailChoice>> words;
+  for (const auto word :
+       {DetailWord::automatic, DetailWord::smooth, DetailWord::clear, DetailWord::wild}) {
+    words.emplace_back(to_string(word), word);
+  }
   read_word(given, name, value, words);
 }
 

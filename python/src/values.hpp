@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "qjulia/detail_choice.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/rotation.hpp"
 
@@ -35,7 +36,10 @@ void read(const pybind11::handle& given, const std::string& name, Rotation& valu
 void read(const pybind11::handle& given, const std::string& name, Box& value);
 void read(const pybind11::handle& given, const std::string& name, Lamp& value);
 void read(const pybind11::handle& given, const std::string& name, Material& value);
+void read(const pybind11::handle& given, const std::string& name, MaterialRange& value);
 void read(const pybind11::handle& given, const std::string& name, Precision& value);
+/// A number, or "auto", "smooth", "clear" or "wild".
+void read(const pybind11::handle& given, const std::string& name, DetailChoice& value);
 /// "x" to "-z"; "auto" leaves it out.
 void read(const pybind11::handle& given, const std::string& name, std::optional<UpAxis>& value);
 

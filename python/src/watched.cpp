@@ -34,11 +34,14 @@ void Watcher::run(const OpenDevice& device, const std::function<void()>& work) {
     const DeviceUse use(device);
     serve(work);
   }
-  if (kept_ && !(is_harmless(*kept_) && !thrown_)) throw *std::exchange(kept_, std::nullopt);
-  if (thrown_) std::rethrow_exception(std::exchange(thrown_, nullptr));
+  const auto thrown = std::exchange(thrown_, nullptr);
+  const auto kept = std::exchange(kept_, std::nullopt);
+  if (kept && !(is_harmless(*kept) && !thrown)) throw *kept;
+  if (thrown) std::rethrow_exception(thrown);
 }
 
 void Watcher::serve(const std::function<void()>& work) {
+  is_done_ = false;
   const py::gil_scoped_release release;
   std::thread worker([&] {
     try {
@@ -72,6 +75,9 @@ void Watcher::look_after(const std::function<void()>* call) {
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
   } catch (py::error_already_set& error) {
     keep(std::move(error));
+  } catch (const py::builtin_exception& error) {  // what was read of a callback's result
+    error.set_error();
+    keep(py::error_already_set());
   } catch (...) {  // a callback that called the library
     PyErr_SetString(PyExc_RuntimeError, "a callback failed");
     keep(py::error_already_set());

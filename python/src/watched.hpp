@@ -31,7 +31,8 @@ class Watcher {
   /// After a request to stop it is left out.
   void on_caller(const std::function<void()>& call);
 
-  /// Runs the work to its end. The device is this thread's alone meanwhile. To be called with
+  /// Runs the work to its end. There may be several works, one after the other; a request to stop
+  /// is one for those that follow. The device is this thread's alone meanwhile. To be called with
   /// Python's lock, which is let go. @throws what the work or a callback has thrown.
   void run(const OpenDevice& device, const std::function<void()>& work);
 

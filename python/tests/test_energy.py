@@ -27,8 +27,9 @@ def test_values_are_what_the_formula_says(map, samples, device):
     assert energy.value_and_gradient(energy.x0)[0] == pytest.approx(expected, abs=1e-5)
 
 
+@pytest.mark.parametrize("slice", [False, True])
 @pytest.mark.parametrize("loss", ["distance", "tanh", "own"])
-def test_gradients_are_slopes(map, samples, device, loss):
+def test_gradients_are_slopes(map, samples, device, loss, slice):
     points, distance = samples
     own = lambda field: (
         np.logaddexp(0, -np.sign(distance) * field),
@@ -40,9 +41,11 @@ def test_gradients_are_slopes(map, samples, device, loss):
         sides=np.sign(distance) if loss == "tanh" else None,
         targets=distance,
         loss=own if loss == "own" else loss,
+        slice=slice,
         precision="double",
         device=device,
     )
+    assert energy.size == 1 + 5 * 24 + slice
     value, gradient = energy.value_and_gradient(energy.x0)
     assert gradient.shape == (energy.size,)
     direction = np.random.default_rng(5).normal(size=energy.size)
@@ -57,6 +60,8 @@ def test_gradients_are_slopes(map, samples, device, loss):
 def test_maps_of_unknowns(map, samples, device):
     energy = qjulia.Energy(map, samples[0], device=device)
     assert energy.map_at(energy.x0) == map
+    with_slice = qjulia.Energy(map, samples[0], slice=True, device=device)
+    assert with_slice.map_at(np.append(energy.x0, 0.25)).slice == 0.25
     moved = energy.x0
     moved[1:25] *= 1.1
     assert energy.map_at(moved).degree == pytest.approx(1.1 * map.degree)

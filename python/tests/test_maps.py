@@ -110,16 +110,18 @@ def test_meshes_of_every_form_give_the_same_map(torus, torus_file, device):
 
 def test_surfaces_are_meshes_too(map, tmp_path, device):
     surface = map.surface(24, device=device)
-    surface.save(tmp_path / "set.ply")
-    read = qjulia.read_mesh(tmp_path / "set.ply")
-    assert len(read.vertices) == len(surface.vertices) and len(read.normals) == 0
+    for name in ("set.ply", "set.glb"):
+        surface.save(tmp_path / name, up="y")
+        read = qjulia.read_mesh(tmp_path / name)
+        assert len(read.vertices) == len(surface.vertices) and len(read.normals) == 0
+        assert len(read.faces) == len(surface.faces)
     (row,) = qjulia.compare(map, surface, n=6, resolution=24, device=device)
     assert row["iou"] > 0.8
 
 
 def test_a_surface_has_colours(map, tmp_path, device):
     surface = map.surface(24, device=device)
-    colors = map.surface_colors(surface, material="trap", palette="ember", device=device)
+    colors = map.surface_colors(surface, material="height", palette="ember", device=device)
     assert colors.shape == (len(surface.vertices), 3) and colors.dtype == np.uint8
     assert len(np.unique(colors, axis=0)) > 50
     surface.save(tmp_path / "set.ply", colors=colors)

@@ -58,6 +58,18 @@ def test_an_exact_map_is_the_same(command, torus_file, torus, tmp_path, device):
         assert qjulia.shape(*torus, resolution=32, **options, device=device) == qjulia.load(path)
 
 
+@pytest.mark.parametrize("word", ["auto", "smooth", "clear", "wild"])
+def test_words_for_detail_mean_the_same(command, fitted_file, map, tmp_path, device, word):
+    path = tmp_path / "mesh.ply"
+    command("surface", fitted_file, "-o", path, "--resolution", 32, "--detail", word)
+    turned = map.with_knobs(detail=word, device=device)
+    vertices, faces, _ = read_ply(path)
+    mine = turned.surface(32, device=device)
+    assert np.array_equal(mine.vertices.astype(np.float32), vertices)
+    assert np.array_equal(mine.faces, faces)
+    assert turned.detail != map.detail or word == "auto"
+
+
 def test_knobs_turn_alike(command, fitted_file, map, tmp_path, device):
     knobs = {
         "detail": 0.02,

@@ -59,6 +59,7 @@ def test_stubs_list_every_keyword(map, torus, device):
         "render": keywords_known(lambda **k: qjulia.render(map, **k)),
         "compare": keywords_known(lambda **k: qjulia.compare(map, torus, **k)),
         "fit": keywords_known(lambda **k: qjulia.fit(*torus, **k)),
+        "Fit.__init__": keywords_known(lambda **k: qjulia.Fit(*torus, **k)),
         "shape": keywords_known(lambda **k: qjulia.shape(*torus, **k))
         | keywords_known(lambda **k: qjulia.shape(*torus, versor="noise", **k)),
         "signed_distance": keywords_known(lambda **k: qjulia.signed_distance(torus, points, **k)),

@@ -5,13 +5,13 @@
 #include <limits>
 
 #include "base/random.hpp"
-#include "fit/curvature.hpp"
+#include "energy/curvature.hpp"
 #include "test_device.hpp"
 
 using namespace qjulia;
 using Eigen::Index;
 using Eigen::MatrixXd;
-using fitting::CurvatureFactor;
+using energy::CurvatureFactor;
 
 namespace {
 
@@ -56,8 +56,8 @@ std::optional<CurvatureFactor> on_device(const Device& device, const MatrixXd& h
     }
   }
   const auto sent = device.context().upload_real(rows, Precision::single);
-  return fitting::factorised(device, {sent, stride, place, Eigen::VectorXd::Constant(h.rows(), 2)},
-                             kDamping);
+  return energy::factorised(device, {sent, stride, place, Eigen::VectorXd::Constant(h.rows(), 2)},
+                            kDamping);
 }
 
 MatrixXd damped(const MatrixXd& h) {
@@ -76,7 +76,7 @@ TEST_CASE("the factor's product is the scaled matrix, on the host and on the dev
   if (!test::can_check(device, Precision::dbl)) return;
   CAPTURE(variant, order);
   const MatrixXd h = random_matrix(order);
-  const CurvatureFactor on_host = fitting::factorised(h, kDamping);
+  const CurvatureFactor on_host = energy::factorised(h, kDamping);
   const auto found = on_device(device, h);
   REQUIRE(found);
   for (const CurvatureFactor& factor : {on_host, *found}) {
@@ -99,7 +99,7 @@ TEST_CASE("a matrix that is not positive definite is damped until it is, alike i
   CAPTURE(variant, i, j);
   MatrixXd h = MatrixXd::Identity(400, 400);
   h(i, j) = h(j, i) = 1.05;
-  const CurvatureFactor on_host = fitting::factorised(h, kDamping);
+  const CurvatureFactor on_host = energy::factorised(h, kDamping);
   const auto found = on_device(device, h);
   REQUIRE(found);
   // 1.05 / (1 + λ) is too much by 4.9 %: a tenth is what suffices.
@@ -115,7 +115,7 @@ TEST_CASE("a matrix that is not positive definite is damped until it is, alike i
 TEST_CASE("small matrices are left to the host") {
   const Device device = test::shared_device();
   CHECK_FALSE(on_device(device, random_matrix(383)));
-  const CurvatureFactor one = fitting::factorised(MatrixXd::Constant(1, 1, 4), kDamping);
+  const CurvatureFactor one = energy::factorised(MatrixXd::Constant(1, 1, 4), kDamping);
   CHECK(one.scale[0] == Approx(0.5 / std::sqrt(1 + kDamping)));
   CHECK(one.lower(0, 0) == 1);
 }

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "base/larger_error.hpp"
-#include "fit/evaluator.hpp"
+#include "energy/evaluator.hpp"
 #include "map_checks.hpp"
 #include "qjulia/energy.hpp"
 #include "qjulia/error.hpp"
@@ -27,7 +27,7 @@ Map map_to_fit() {
 
 /// Of four dimensions.
 EnergySamples samples_in_4d() {
-  const fitting::Samples random = test::random_samples(kSamples, 82);
+  const energy::Samples random = test::random_samples(kSamples, 82);
   EnergySamples samples;
   samples.points = test::random_points(83, kSamples, 1.4, 0.5);
   samples.targets = random.target;
@@ -92,10 +92,44 @@ TEST_CASE("gradients of the energy agree with central differences") {
   if (!test::can_check(device, Precision::dbl)) return;
   EnergyOptions options = with_loss(loss, iterations);
   options.alpha = 1.3;
+  options.slice = true;
   if (loss == EnergyLoss::own) options.own = quartic;
-  const Energy energy(device, map_to_fit(), samples_in_4d(), options);
+  EnergySamples samples = samples_in_4d();
+  samples.points[3].x = 1.2 * kUsualEscape;  // its field depends on the slice alone
+  const Energy energy(device, map_to_fit(), samples, options);
   CAPTURE(iterations, variant);
   CHECK(energy_gradient_error(energy, energy.unknowns()) < 1e-6);
+}
+
+TEST_CASE("an energy whose slice is an unknown has it last, and samples move with it") {
+  if (!test::can_check(test::shared_device(), Precision::dbl)) return;
+  const int iterations = GENERATE(1, 3);
+  const Map map = map_to_fit();
+  EnergySamples samples = samples_in_4d();
+  EnergyOptions options = with_loss(EnergyLoss::distance, iterations);
+  const Energy fixed(test::shared_device(), map, samples, options);
+  options.slice = true;
+  const Energy energy(test::shared_device(), map, samples, options);
+  auto x = energy.unknowns();
+  REQUIRE(x.size() == fixed.size() + 1);
+  CHECK(energy.size() == x.size());
+  CHECK(x.back() == map.dynamics.slice);
+  CHECK(energy.value(x) == fixed.value(fixed.unknowns()));
+  auto gradient = energy_gradient(energy, x);
+  gradient.pop_back();
+  CHECK(gradient == energy_gradient(fixed, fixed.unknowns()));
+  // Elsewhere it is the energy of samples that have been moved.
+  x.back() = 0.3;
+  for (Quaternion& point : samples.points) point.w += 0.3 - map.dynamics.slice;
+  Map moved = map;
+  moved.dynamics.slice = 0.3;
+  CHECK(energy.map_at(x).dynamics.slice == 0.3);
+  options.slice = false;
+  const Energy expected(test::shared_device(), moved, samples, options);
+  CHECK(energy.value(x) == Approx(expected.value(expected.unknowns())).epsilon(1e-12));
+  // Beyond what a map may have, it says so without an error.
+  x.back() = 1e18;
+  CHECK(std::isnan(energy_gradient(energy, x).back()));
 }
 
 TEST_CASE("the energy is the reference's") {
@@ -103,7 +137,7 @@ TEST_CASE("the energy is the reference's") {
   const int iterations = GENERATE(1, 3);
   const Map map = map_to_fit();
   const EnergySamples given = samples_in_4d();
-  fitting::Samples samples;
+  energy::Samples samples;
   for (std::size_t i = 0; i < kSamples; ++i) {
     const Quaternion& q = given.points[i];
     samples.add({q.x, q.y, q.z}, given.weights[i], given.targets[i], given.sides[i],
@@ -111,11 +145,11 @@ TEST_CASE("the energy is the reference's") {
   }
   const Energy energy(test::shared_device(), map, given,
                       with_loss(EnergyLoss::distance, iterations));
-  const auto reference = fitting::make_reference_evaluator(
-      samples, {fitting::Loss::distance, iterations, 1, kUsualEscape});
+  const auto reference = energy::make_reference_evaluator(
+      samples, {energy::Loss::distance, iterations, 1, kUsualEscape});
   const auto expected = reference->evaluate(map, true);
   CHECK(energy.size() == 56);
-  CHECK(energy.unknowns() == fitting::to_unknowns(map));
+  CHECK(energy.unknowns() == energy::to_unknowns(map));
   CHECK(energy.value(energy.unknowns()) == Approx(expected.energy).epsilon(1e-10));
   std::vector<double> gradient(energy.size());
   CHECK(energy.value_and_gradient(energy.unknowns(), gradient) ==
@@ -258,4 +292,7 @@ TEST_CASE("bad samples, options and unknowns of an energy are refused by name") 
   refuses_by_name("x", [&] { energy.value(x); });
   x.back() = 1e12;
   CHECK_THROWS_AS(energy.map_at(x), InputError);
+  EnergyOptions with_slice;
+  with_slice.slice = true;
+  refuses_by_name("x", [&] { Energy(device, map, good, with_slice).value(energy.unknowns()); });
 }

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "base/larger_error.hpp"
-#include "fit/evaluator.hpp"
+#include "energy/evaluator.hpp"
 #include "random_maps.hpp"
 #include "test_device.hpp"
 
@@ -23,8 +23,8 @@ Map map_off_slice() {
 }
 
 /// Random samples, every fourth off the slice, and some beside a factor and beside its branch cut.
-fitting::Samples hard_samples(const Map& map) {
-  fitting::Samples samples = test::random_samples(150, 62);
+energy::Samples hard_samples(const Map& map) {
+  energy::Samples samples = test::random_samples(150, 62);
   for (std::size_t i = 0; i < samples.size(); i += 4) {
     samples.off_slice[i] = 0.01 * static_cast<double>(i) - 0.7;
   }
@@ -52,11 +52,11 @@ double relative_difference(const std::vector<double>& a, const std::vector<doubl
 
 TEST_CASE("energy, field and gradient on the device are the reference's") {
   const int iterations = GENERATE(1, 2, 3, 4);
-  const auto [name, loss] = GENERATE(from_range(fitting::kLosses.begin(), fitting::kLosses.end()));
+  const auto [name, loss] = GENERATE(from_range(energy::kLosses.begin(), energy::kLosses.end()));
   const Map map = map_off_slice();
-  const fitting::Samples samples = hard_samples(map);
-  const fitting::EnergySettings options{loss, iterations, 1.3, 20};
-  const auto reference = fitting::make_reference_evaluator(samples, options);
+  const energy::Samples samples = hard_samples(map);
+  const energy::EnergySettings options{loss, iterations, 1.3, 20};
+  const auto reference = energy::make_reference_evaluator(samples, options);
   const auto expected = reference->evaluate(map, true);
   const auto expected_field = reference->field(map);
   for (const test::Variant& variant : test::variants()) {
@@ -64,13 +64,13 @@ TEST_CASE("energy, field and gradient on the device are the reference's") {
     CAPTURE(variant, iterations, name);
     if (test::can_check(device, Precision::dbl)) {
       const auto in_double =
-          fitting::make_device_evaluator(device, samples, options, Precision::dbl);
+          energy::make_device_evaluator(device, samples, options, Precision::dbl);
       const auto two = in_double->evaluate(map, true);
       CHECK(two.energy == Approx(expected.energy).epsilon(1e-10));
       CHECK(relative_difference(two.gradient, expected.gradient) < 1e-10);
       CHECK(relative_difference(in_double->field(map), expected_field) < 1e-10);
     }
-    const auto one = fitting::make_device_evaluator(device, samples, options)->evaluate(map, true);
+    const auto one = energy::make_device_evaluator(device, samples, options)->evaluate(map, true);
     CHECK(one.energy == Approx(expected.energy).epsilon(1e-5));
     CHECK(relative_difference(one.gradient, expected.gradient) < 1e-4);
   }
@@ -83,19 +83,19 @@ TEST_CASE("orbits that leap far out beside others that stay leave the gradient f
   map.dynamics.log_scale = 0;
   for (Factor& factor : map.dynamics.factors) factor.center = 1e-3 * factor.center;
   map.dynamics.factors.push_back({{0, 0, 0, 1e-3}, 60 - map.dynamics.degree()});
-  fitting::Samples samples;
+  energy::Samples samples;
   for (int i = 0; i < 64; ++i) {
     const double radius = i % 2 == 0 ? 0.995 : 1.6;
     const Eigen::Vector3d x(std::cos(i), std::sin(i) * std::cos(2 * i),
                             std::sin(i) * std::sin(2 * i));
     samples.add(radius * x, 1.0 / 64, 0.1, 0);
   }
-  const fitting::EnergySettings options{fitting::Loss::distance, 3, 1, 20};
-  const auto expected = fitting::make_reference_evaluator(samples, options)->evaluate(map, true);
+  const energy::EnergySettings options{energy::Loss::distance, 3, 1, 20};
+  const auto expected = energy::make_reference_evaluator(samples, options)->evaluate(map, true);
   for (const test::Variant& variant : test::variants()) {
     CAPTURE(variant);
     const auto device = variant.of(test::shared_device());
-    const auto found = fitting::make_device_evaluator(device, samples, options, Precision::single)
+    const auto found = energy::make_device_evaluator(device, samples, options, Precision::single)
                            ->evaluate(map, true);
     CHECK(found.energy == Approx(expected.energy).epsilon(1e-4));
     CHECK(relative_difference(found.gradient, expected.gradient) < 1e-3);
@@ -103,22 +103,22 @@ TEST_CASE("orbits that leap far out beside others that stay leave the gradient f
 }
 
 TEST_CASE("the Gauss-Newton matrix on the device is the reference's") {
-  const auto [name, loss] = GENERATE(from_range(fitting::kLosses.begin(), fitting::kLosses.end()));
+  const auto [name, loss] = GENERATE(from_range(energy::kLosses.begin(), energy::kLosses.end()));
   const int iterations = GENERATE(1, 2);
   const Map map = map_off_slice();
-  const fitting::Samples samples = hard_samples(map);
-  const fitting::EnergySettings options{loss, iterations, 1.3, 20};
-  const auto expected = fitting::make_reference_evaluator(samples, options)->gauss_newton(map);
+  const energy::Samples samples = hard_samples(map);
+  const energy::EnergySettings options{loss, iterations, 1.3, 20};
+  const auto expected = energy::make_reference_evaluator(samples, options)->gauss_newton(map);
   const double size = expected.cwiseAbs().maxCoeff();
   for (const test::Variant& variant : test::variants()) {
     const auto device = variant.of(test::shared_device());
     CAPTURE(variant, name, iterations);
     if (test::can_check(device, Precision::dbl)) {
-      const auto two = fitting::make_device_evaluator(device, samples, options, Precision::dbl)
+      const auto two = energy::make_device_evaluator(device, samples, options, Precision::dbl)
                            ->gauss_newton(map);
       CHECK((two - expected).cwiseAbs().maxCoeff() < 1e-10 * size);
     }
-    const auto one = fitting::make_device_evaluator(device, samples, options)->gauss_newton(map);
+    const auto one = energy::make_device_evaluator(device, samples, options)->gauss_newton(map);
     CHECK((one - expected).cwiseAbs().maxCoeff() < 1e-4 * size);
   }
 }
@@ -131,21 +131,21 @@ TEST_CASE("Gauss-Newton matrices add up on the device as the reference's do") {
   for (Factor& factor : after.dynamics.factors) factor.exponent *= 1.1;
   const std::vector<std::size_t> moved{2, 7};
   for (const std::size_t k : moved) after.dynamics.factors[k].center = {0.1, 0.2, 0.3, -0.4};
-  const fitting::Samples samples = test::random_samples(3000, 65);
-  const auto sum_of = [&](fitting::Evaluator& evaluator) {
-    fitting::CurvatureSum sum;
+  const energy::Samples samples = test::random_samples(3000, 65);
+  const auto sum_of = [&](energy::Evaluator& evaluator) {
+    energy::CurvatureSum sum;
     evaluator.add_curvature(before, {}, sum);
     evaluator.add_curvature(after, moved, sum);
     return evaluator.factor(sum, 1e-3);
   };
-  const auto product = [](const fitting::CurvatureFactor& factor) {
+  const auto product = [](const energy::CurvatureFactor& factor) {
     const Eigen::Index n = factor.scale.size();
     const Eigen::MatrixXd lower =
         factor.lower.topLeftCorner(n, n).cast<double>().triangularView<Eigen::Lower>();
     return Eigen::MatrixXd(lower * lower.transpose());
   };
-  const auto reference = fitting::make_reference_evaluator(samples, {});
-  const fitting::CurvatureFactor expected = sum_of(*reference);
+  const auto reference = energy::make_reference_evaluator(samples, {});
+  const energy::CurvatureFactor expected = sum_of(*reference);
   // A moved factor's rows are those of the last matrix alone.
   const Eigen::MatrixXd last = reference->gauss_newton(after);
   const auto row = static_cast<Eigen::Index>(1 + moved.front());
@@ -154,7 +154,7 @@ TEST_CASE("Gauss-Newton matrices add up on the device as the reference's do") {
     const auto device = variant.of(test::shared_device());
     CAPTURE(variant, factors);
     const auto check = [&](Precision precision, double tolerance) {
-      const auto found = sum_of(*fitting::make_device_evaluator(device, samples, {}, precision));
+      const auto found = sum_of(*energy::make_device_evaluator(device, samples, {}, precision));
       CHECK((found.scale - expected.scale).cwiseQuotient(expected.scale).cwiseAbs().maxCoeff() <
             tolerance);
       CHECK((product(found) - product(expected)).cwiseAbs().maxCoeff() < tolerance);
@@ -165,13 +165,13 @@ TEST_CASE("Gauss-Newton matrices add up on the device as the reference's do") {
 }
 
 TEST_CASE("the Gauss-Newton diagonal on the device is the reference's") {
-  const auto [name, loss] = GENERATE(from_range(fitting::kLosses.begin(), fitting::kLosses.end()));
+  const auto [name, loss] = GENERATE(from_range(energy::kLosses.begin(), energy::kLosses.end()));
   const int iterations = GENERATE(1, 2);
   const Map map = map_off_slice();
-  const fitting::Samples samples = hard_samples(map);
-  const fitting::EnergySettings options{loss, iterations, 1.3, 20};
+  const energy::Samples samples = hard_samples(map);
+  const energy::EnergySettings options{loss, iterations, 1.3, 20};
   const auto expected =
-      fitting::make_reference_evaluator(samples, options)->gauss_newton_diagonal(map);
+      energy::make_reference_evaluator(samples, options)->gauss_newton_diagonal(map);
   const auto difference = [&](const Eigen::VectorXd& diagonal) {
     return ((diagonal - expected).cwiseAbs().array() / (expected.array() + 1e-300)).maxCoeff();
   };
@@ -179,18 +179,19 @@ TEST_CASE("the Gauss-Newton diagonal on the device is the reference's") {
     const auto device = variant.of(test::shared_device());
     CAPTURE(variant, name, iterations);
     if (test::can_check(device, Precision::dbl)) {
-      CHECK(difference(fitting::make_device_evaluator(device, samples, options, Precision::dbl)
+      CHECK(difference(energy::make_device_evaluator(device, samples, options, Precision::dbl)
                            ->gauss_newton_diagonal(map)) < 1e-10);
     }
-    CHECK(difference(fitting::make_device_evaluator(device, samples, options)
-                         ->gauss_newton_diagonal(map)) < 1e-4);
+    CHECK(difference(
+              energy::make_device_evaluator(device, samples, options)->gauss_newton_diagonal(map)) <
+          1e-4);
   }
 }
 
 TEST_CASE("a sample on a factor's centre leaves the Gauss-Newton diagonal finite") {
   Map map = map_off_slice();
   map.dynamics.slice = 0;
-  fitting::Samples samples = test::random_samples(300, 63);
+  energy::Samples samples = test::random_samples(300, 63);
   for (std::size_t k = 0; k < 5; ++k) {
     const Eigen::Vector3d& x = samples.position[7 * k];
     map.dynamics.factors[k].center = {x.x(), x.y(), x.z(), 0};
@@ -198,7 +199,7 @@ TEST_CASE("a sample on a factor's centre leaves the Gauss-Newton diagonal finite
   std::ranges::fill(samples.off_slice, 0);
   for (const test::Variant& variant : test::variants()) {
     const auto diagonal =
-        fitting::make_device_evaluator(variant.of(test::shared_device()), samples, {})
+        energy::make_device_evaluator(variant.of(test::shared_device()), samples, {})
             ->gauss_newton_diagonal(map);
     CAPTURE(variant);
     CHECK(diagonal.allFinite());
@@ -207,14 +208,14 @@ TEST_CASE("a sample on a factor's centre leaves the Gauss-Newton diagonal finite
 
 TEST_CASE("an evaluator of iterates has room for the diagonal, of more rows than orbits have") {
   const Map map = map_off_slice();
-  const fitting::Samples samples = test::random_samples(20'000, 62);
+  const energy::Samples samples = test::random_samples(20'000, 62);
   for (const test::Variant& variant : test::variants()) {
     const Device device = variant.of(test::shared_device());
     const auto diagonal = [&](int orbit_items) {
       Tuning tuning = device.tuning(Precision::single);
       tuning.orbit_items = orbit_items;
       const Device tuned = device.with_tuning(Precision::single, tuning);
-      return fitting::make_device_evaluator(tuned, samples, {fitting::Loss::tanh, 2, 1.3, 20})
+      return energy::make_device_evaluator(tuned, samples, {energy::Loss::tanh, 2, 1.3, 20})
           ->gauss_newton_diagonal(map);
     };
     const Eigen::VectorXd expected = diagonal(4096);  // rows enough for both
@@ -227,11 +228,11 @@ TEST_CASE("an evaluator of iterates has room for the diagonal, of more rows than
 TEST_CASE("work-items that sum in local memory give the reference's sums, the same every time") {
   const int iterations = GENERATE(2, 4);
   const Map map = map_off_slice();
-  const fitting::Samples samples = hard_samples(map);
-  const fitting::EnergySettings options{fitting::Loss::tanh, iterations, 1.3, 20};
-  const auto expected = fitting::make_reference_evaluator(samples, options)->evaluate(map, true);
+  const energy::Samples samples = hard_samples(map);
+  const energy::EnergySettings options{energy::Loss::tanh, iterations, 1.3, 20};
+  const auto expected = energy::make_reference_evaluator(samples, options)->evaluate(map, true);
   const auto expected_matrix =
-      fitting::make_reference_evaluator(samples, {fitting::Loss::distance, 1, 1.3, 20})
+      energy::make_reference_evaluator(samples, {energy::Loss::distance, 1, 1.3, 20})
           ->gauss_newton(map);
   const double size = expected_matrix.cwiseAbs().maxCoeff();
   for (const int width : test::lane_widths()) {
@@ -247,13 +248,13 @@ TEST_CASE("work-items that sum in local memory give the reference's sums, the sa
       tuning.product_side = 16;
       device = device.with_tuning(precision, tuning);
       CAPTURE(width, group, iterations, precision == Precision::dbl);
-      const auto evaluator = fitting::make_device_evaluator(device, samples, options, precision);
+      const auto evaluator = energy::make_device_evaluator(device, samples, options, precision);
       const auto found = evaluator->evaluate(map, true);
       CHECK(found.energy == Approx(expected.energy).epsilon(energy));
       CHECK(relative_difference(found.gradient, expected.gradient) < gradient);
       CHECK(evaluator->evaluate(map, true).gradient == found.gradient);
-      const auto h = fitting::make_device_evaluator(
-                         device, samples, {fitting::Loss::distance, 1, 1.3, 20}, precision)
+      const auto h = energy::make_device_evaluator(device, samples,
+                                                   {energy::Loss::distance, 1, 1.3, 20}, precision)
                          ->gauss_newton(map);
       CHECK((h - expected_matrix).cwiseAbs().maxCoeff() < matrix * size);
     };
@@ -263,24 +264,24 @@ TEST_CASE("work-items that sum in local memory give the reference's sums, the sa
 }
 
 TEST_CASE("the products of matching pursuit on the device are the reference's") {
-  const auto [name, loss] = GENERATE(from_range(fitting::kLosses.begin(), fitting::kLosses.end()));
+  const auto [name, loss] = GENERATE(from_range(energy::kLosses.begin(), energy::kLosses.end()));
   const int iterations = GENERATE(1, 2);
   const Map map = map_off_slice();
-  const fitting::Samples samples = hard_samples(map);
-  const fitting::EnergySettings options{loss, iterations, 1.3, 20};
+  const energy::Samples samples = hard_samples(map);
+  const energy::EnergySettings options{loss, iterations, 1.3, 20};
   std::vector<Quaternion> centers;
   for (const auto& factor : test::random_map(37, 0.1, 0.6, 9).dynamics.factors) {
     centers.push_back(factor.center);
   }
   const auto expected =
-      fitting::make_reference_evaluator(samples, options)->pursuit_products(map, centers);
+      energy::make_reference_evaluator(samples, options)->pursuit_products(map, centers);
   REQUIRE(expected.rows() == 39);
   const double size = expected.cwiseAbs().maxCoeff();
   for (const test::Variant& variant : test::variants()) {
     const auto device = variant.of(test::shared_device());
     CAPTURE(variant, name, iterations);
     const auto difference = [&](Precision precision) {
-      const auto evaluator = fitting::make_device_evaluator(device, samples, options, precision);
+      const auto evaluator = energy::make_device_evaluator(device, samples, options, precision);
       // Between two matrices of another order, whose buffers it may share.
       evaluator->gauss_newton(map);
       const auto found = evaluator->pursuit_products(map, centers);

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/larger_error.hpp"
-#include "fit/evaluator.hpp"
+#include "energy/evaluator.hpp"
 #include "random_maps.hpp"
 #include "test_device.hpp"
 
@@ -14,9 +14,9 @@ using namespace qjulia;
 namespace {
 
 /// Largest difference between the gradient and central differences, over the largest component.
-double gradient_error(fitting::Evaluator& evaluator, const Map& map, double step) {
+double gradient_error(energy::Evaluator& evaluator, const Map& map, double step) {
   const auto gradient = evaluator.evaluate(map, true).gradient;
-  const auto at = fitting::to_unknowns(map);
+  const auto at = energy::to_unknowns(map);
   double worst = 0;
   double largest = 0;
   for (std::size_t i = 0; i < at.size(); ++i) {
@@ -24,10 +24,9 @@ double gradient_error(fitting::Evaluator& evaluator, const Map& map, double step
     auto down = at;
     up[i] += step;
     down[i] -= step;
-    const double difference =
-        (evaluator.evaluate(fitting::with_unknowns(map, up), false).energy -
-         evaluator.evaluate(fitting::with_unknowns(map, down), false).energy) /
-        (2 * step);
+    const double difference = (evaluator.evaluate(energy::with_unknowns(map, up), false).energy -
+                               evaluator.evaluate(energy::with_unknowns(map, down), false).energy) /
+                              (2 * step);
     worst = base::larger_error(worst, std::abs(difference - gradient[i]));
     largest = std::max(largest, std::abs(difference));
   }
@@ -36,8 +35,8 @@ double gradient_error(fitting::Evaluator& evaluator, const Map& map, double step
 
 /// Samples with some in hard places: 1e-3 from a factor's centre, and 1e-3 from the half-line
 /// behind a centre on the slice, where the angle nears pi and the versor has its branch cut.
-fitting::Samples hard_samples(const Map& map, std::size_t count, std::uint64_t seed) {
-  fitting::Samples samples = test::random_samples(count, seed);
+energy::Samples hard_samples(const Map& map, std::size_t count, std::uint64_t seed) {
+  energy::Samples samples = test::random_samples(count, seed);
   for (std::size_t i = 0; i < 8; ++i) {
     const Quaternion& c = map.dynamics.factors[i].center;
     samples.position[2 * i] = {c.x + 6e-4, c.y - 6e-4, c.z + 5e-4};
@@ -58,13 +57,13 @@ Map map_on_slice(std::size_t factors, std::uint64_t seed) {
 TEST_CASE("gradients agree with central differences in double") {
   const test::Variant variant = GENERATE(from_range(test::variants()));
   const int iterations = GENERATE(1, 2, 3, 4);
-  const auto loss = GENERATE(fitting::Loss::tanh, fitting::Loss::distance);
+  const auto loss = GENERATE(energy::Loss::tanh, energy::Loss::distance);
   const auto device = variant.of(test::shared_device());
   if (!test::can_check(device, Precision::dbl)) return;
   const auto map = map_on_slice(14, 7);
   const auto samples = hard_samples(map, 61, 8);
-  const fitting::EnergySettings options{loss, iterations, 1.0, 20};
-  const auto evaluator = fitting::make_device_evaluator(device, samples, options, Precision::dbl);
+  const energy::EnergySettings options{loss, iterations, 1.0, 20};
+  const auto evaluator = energy::make_device_evaluator(device, samples, options, Precision::dbl);
   INFO("variant " << variant << " n " << iterations);
   CHECK(gradient_error(*evaluator, map, 2e-7) < 1e-6);
 }

@@ -281,8 +281,14 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   use("oriented_outward", [&] { oriented_outward(mesh); });
   use("guess_up", [&] { guess_up(mesh); });
   use("radial_spread", [&] { radial_spread(mesh, Eigen::Vector3d::Zero()); });
-  for (const char* name : {"m.ply", "m.obj", "m.stl", "m.off", "m.glb"}) {
+  for (const char* name : {"m.ply", "m.obj", "m.stl", "m.off", "m.glb", "m.3mf", "m.usda"}) {
     use("write_mesh", [&] { write_mesh(mesh, folder / name, "a\xff note", UpAxis::x); });
+    use("MeshFileOptions", [&] {
+      const MeshFileOptions options{
+          .file_up = UpAxis::minus_x, .name = "a\n\xff", .metres_per_unit = 1e300};
+      static_cast<void>(options.file_turn());
+      write_mesh(mesh, folder / name, options);
+    });
   }
   use("measure", [&] { static_cast<void>(to_json(measure(mesh))); });
   use("FigureSink", [&] {
@@ -292,6 +298,11 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   use("kept_of", [&] { FigureSink().kept_of(mesh); });
   use("large_components", [&] { large_components(mesh, 0.5); });
   use("decimated", [&] { decimated(mesh, 3); });
+  use("decimated within an error", [&] { decimated(mesh, {std::nullopt, 0.1}); });
+  use("made_printable", [&] {
+    made_printable(mesh, {.height = 2, .min_wall = 1, .flat_foot = 0.1});
+    made_printable(mesh, {.longest = 2, .shell = 0.5, .drain = 0.3});
+  });
   use("drop_loose_pieces", [&] {
     TriangleMesh copy = mesh;
     drop_loose_pieces(copy);
@@ -313,6 +324,14 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   fitted.factors = 8;
   fitted.max_evaluations = 2;
   use("fit", [&] { fit(on_device(), mesh, fitted); });
+  use("Fit", [&] {
+    FitOptions weighted = fitted;
+    weighted.weights = [](auto points) { return std::vector<double>(points.size(), 1); };
+    Fit stepped(on_device(), mesh, weighted);
+    stepped.step();
+    static_cast<void>(stepped.map());
+    stepped.result();
+  });
   use("fit from a map", [&] {
     FitOptions started = fitted;
     started.initial = good_map();
@@ -333,6 +352,10 @@ void for_map_functions(const Map& map, const std::filesystem::path& folder, cons
   const std::vector<Eigen::Vector3d> surface{{0.5, 0, 0}};
   use("validate", [&] { map.validate(); });
   use("map_buffer", [&] { map_buffer(on_device(), map); });
+  use("BufferField", [&] {
+    const BufferField field(on_device(), map);
+    static_cast<void>(field.stride(3));
+  });
   use("build_kernel", [&] {
     const char* const source = "#include \"map.clh\"\nkernel void k(global real* x) { *x = 1; }";
     clReleaseKernel(build_kernel(on_device(), map, Precision::single, source, "k"));
@@ -371,6 +394,7 @@ void for_map_functions(const Map& map, const std::filesystem::path& folder, cons
   use("find_stop_radii", [&] { find_stop_radii(on_device(), map); });
   use("steepened", [&] { steepened(map, 2); });
   use("with_detail", [&] { with_detail(map, 0.01); });
+  use("detail_for", [&] { detail_for(on_device(), map, DetailWord::clear); });
   use("with_measured_detail", [&] { with_measured_detail(on_device(), map, surface); });
   use("with_knobs",
       [&] { with_knobs(on_device(), map, changed(MapKnobs{}, [](auto& k) { k.steepness = 2; })); });
@@ -537,7 +561,7 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
     survives("versors_at", [&] { field.versors_at(odd_points); });
     survives("images_at", [&] { field.images_at(odd_points, 2); });
     survives("gradient_at", [&] { field.gradient_at(odd_points, 2); });
-    for (int which = 0; which < 6; ++which) {
+    for (int which = 0; which < 7; ++which) {
       CAPTURE(which);
       survives("Energy", [&] {
         EnergySamples samples = three_samples();
@@ -547,9 +571,10 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
         if (which == 3) samples.points[1].y = x;
         if (which == 4) options.alpha = x;
         if (which == 5) options.escape = x;
+        options.slice = which == 6;
         const Energy energy(on_device(), map, samples, options);
         auto unknowns = energy.unknowns();
-        unknowns[2] = x;
+        unknowns.at(which == 6 ? unknowns.size() - 1 : 2) = x;
         energy.value_and_gradient(unknowns, unknowns);
       });
     }
@@ -605,7 +630,7 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
       options.box = box;
       static_cast<void>(to_json(compare(on_device(), map, mesh, options).front()));
     });
-    PictureOptions pictures[8];
+    PictureOptions pictures[9];
     pictures[0].box = box;
     pictures[1].camera.azimuth = x;
     pictures[2].camera.elevation = pictures[2].camera.zoom = x;
@@ -614,6 +639,8 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
     pictures[5].lamp = {x, x, x};
     pictures[6].background = pictures[6].palette.clay = Rgb::Constant(x);
     pictures[7].cuts = {{'z', x, false}, {'?', x, true}};
+    pictures[8].material = Material::trap;
+    pictures[8].range = {x, -x};
     for (PictureOptions options : pictures) {
       options.width = options.height = 8;
       options.iterations = 2;
@@ -788,6 +815,7 @@ TEST_CASE("hostile counts and sizes are refused or do no harm") {
     refuses("resize", [&] {
       Studio studio(on_device(), map, small_picture());
       to_text(studio.lookups());
+      static_cast<void>(studio.range());
       studio.resize(std::min(n, 0), n);
       studio.picture({});
     });
@@ -934,7 +962,10 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
     refuses("schedule_text", [&] { schedule_text(text); });
     refuses("knob_named", [&] { knob_named(text); });
     refuses("picture_setting_named", [&] { picture_setting_named(text); });
-    survives("material_named", [&] { static_cast<void>(material_named(text)); });
+    survives("material_named", [&] {
+      static_cast<void>(material_named(text));
+      static_cast<void>(materials().size());
+    });
     survives("names", [&] {
       static_cast<void>(color_named(text));
       static_cast<void>(palette_named(text));
@@ -973,7 +1004,7 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
     Trace trace;
     trace.add("\xff", Trace::Row::host, Trace::Timer::wall, Trace::Clock::time_point::min(), {});
     { const TraceStage stage(nullptr, ""); }
-    trace.write(nowhere / "trace.json", "\xff");
+    trace.write(nowhere / "trace.json", "\xff", {{"\xff", std::nan("")}});
   });
 }
 
@@ -986,6 +1017,9 @@ TEST_CASE("hostile wishes for devices are refused") {
   survives("tuning_file", [] { tuning_file({}); });
   survives("with_cached_tuning", [] { with_cached_tuning(on_device()); });
   survives("to_json", [] { to_json(DeviceInfo{}); });
+  const BufferField field(on_device(), good_map());
+  refuses("BufferField's points", [&] { field.at(nullptr, 1, 1, nullptr); });
+  refuses("BufferField's gradient", [&] { field.gradient_at(nullptr, 1, nullptr); });
   refuses("device_from_opencl", [] { device_from_opencl(nullptr, nullptr, nullptr); });
   refuses("device_from_opencl of another context", [] {
     const Device other = Device::choose({"cpu"});

@@ -165,6 +165,52 @@ std::vector<double> own_field(const Device& device, const Map& map, Precision pr
   return {out.begin(), out.begin() + static_cast<std::ptrdiff_t>(points.size())};
 }
 
+/// Four arrays of points as a BufferField takes them, with any numbers past the points.
+template <class Real>
+std::vector<Real> arrays_of(const std::vector<Quaternion>& points, std::size_t stride) {
+  std::vector<Real> in(4 * stride, Real(7));
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (std::size_t c = 0; c < 4; ++c) {
+      in[c * stride + i] = static_cast<Real>(coordinates(points[i])[c]);
+    }
+  }
+  return in;
+}
+
+/// Checks a BufferField against a Field, from buffers to buffers.
+template <class Real>
+void check_buffer_field(const Device& device, const Map& map, Precision precision) {
+  const auto points = points_about(101);
+  const BufferField in_buffers(device, map, precision);
+  const std::size_t stride = in_buffers.stride(points.size());
+  CHECK(stride % static_cast<std::size_t>(device.lane_width(precision)) == 0);
+  const auto in = arrays_of<Real>(points, stride);
+  const OwnedBuffer places = make_buffer(device, in.size() * sizeof(Real));
+  const OwnedBuffer results = make_buffer(device, in.size() * sizeof(Real));
+  const cl_command_queue queue = opencl_queue(device);
+  expect(clEnqueueWriteBuffer(queue, places.get(), CL_TRUE, 0, in.size() * sizeof(Real), in.data(),
+                              0, nullptr, nullptr));
+  std::vector<Real> found(4 * stride);
+  const auto read = [&] {
+    expect(clEnqueueReadBuffer(queue, results.get(), CL_TRUE, 0, found.size() * sizeof(Real),
+                               found.data(), 0, nullptr, nullptr));
+  };
+  const Field field(device, map, precision);
+  for (const int iterations : {1, 4}) {
+    in_buffers.at(places.get(), points.size(), iterations, results.get());
+    read();
+    const auto expected = field.at(points, iterations);
+    CHECK(std::vector<double>(found.begin(), found.begin() + 101) == expected);
+  }
+  in_buffers.gradient_at(places.get(), points.size(), results.get());
+  read();
+  const auto gradients = field.gradient_at(points);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    CHECK(found[i] == gradients[i].x);
+    CHECK(found[3 * stride + i] == gradients[i].w);
+  }
+}
+
 }  // namespace
 
 TEST_CASE("a device made of a program's own OpenCL computes what the chosen one does") {
@@ -267,6 +313,44 @@ TEST_CASE("a kernel of one's own finds the field of every kind of map") {
                            : own_field<float>(device, map, precision, points);
     CHECK(found == expected);
   }
+}
+
+TEST_CASE("a field in buffers is the field of the same points") {
+  const auto [name, map] =
+      GENERATE(table<std::string, Map>({{"factors", test::random_map(37, 0.05, 0.4, 71)},
+                                        {"painted, with a portal", painted_map_with_portal()}}));
+  const int width = GENERATE(from_range(test::lane_widths()));
+  CAPTURE(name, width);
+  const OwnedContext context = make_context({tested()});
+  const OwnedQueue queue = make_queue(context, tested());
+  const Device device =
+      device_from_opencl(context.get(), tested(), queue.get()).with_lane_width(width);
+  check_buffer_field<float>(device, map, Precision::single);
+  if (test::can_check(device, Precision::dbl)) {
+    check_buffer_field<double>(device, map, Precision::dbl);
+  }
+}
+
+TEST_CASE("buffers that a field cannot use are refused by name") {
+  const OwnedContext context = make_context({tested()});
+  const OwnedQueue queue = make_queue(context, tested());
+  const Device device = device_from_opencl(context.get(), tested(), queue.get());
+  const BufferField field(device, test::random_map(9, 0.1, 0.5, 3));
+  const std::size_t array = field.stride(100) * sizeof(float);
+  const OwnedBuffer points = make_buffer(device, 4 * array), found = make_buffer(device, array);
+  const OwnedBuffer foreign = make_buffer(test::shared_device(), 4 * array);
+  CHECK(field.stride(0) == 0);
+  CHECK_NOTHROW(field.at(points.get(), 100, 2, found.get()));
+  CHECK_NOTHROW(field.at(points.get(), 0, 2, found.get()));
+  CHECK_THROWS_WITH(field.at(nullptr, 100, 1, found.get()), Contains("points: is null"));
+  CHECK_THROWS_WITH(field.at(points.get(), 100, 1, nullptr), Contains("field: is null"));
+  CHECK_THROWS_WITH(field.at(found.get(), 100, 1, found.get()), Contains("points: has"));
+  CHECK_THROWS_WITH(field.gradient_at(points.get(), 100, found.get()), Contains("gradient: has"));
+  CHECK_THROWS_WITH(field.at(foreign.get(), 100, 1, found.get()), Contains("another context"));
+  CHECK_THROWS_WITH(field.at(points.get(), 100, 0, found.get()), Contains("iterations"));
+  CHECK_THROWS_WITH(field.at(points.get(), 100, 17, found.get()), Contains("iterations"));
+  CHECK_THROWS_WITH(field.at(points.get(), std::size_t{1} << 40, 1, found.get()),
+                    Contains("count"));
 }
 
 TEST_CASE("sources that do not build say where, and a kernel that is not there is named") {

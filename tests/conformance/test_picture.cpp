@@ -480,6 +480,45 @@ TEST_CASE("what is behind the set is plain or transparent where asked for, and t
   CHECK(darker > 20);
 }
 
+TEST_CASE("materials have no grain, however near or far") {
+  const Device device = test::shared_device();
+  const Map map = calibrated(device, steepened(test::armed_ball_map(60), 12));
+  const Material material =
+      GENERATE(Material::iterations, Material::trap, Material::groove, Material::factor);
+  const double zoom = GENERATE(1.0, 2.5, 10.0, 60.0);
+  CAPTURE(to_string(material), zoom);
+  PictureOptions options = test::picture_of(72, 54);
+  options.material = material;
+  options.camera.zoom = zoom;
+  options.keep_loose = true;
+  options.ground = false;
+  // A part of the surface, in the middle at every zoom.
+  options.camera.look_at = Eigen::Vector3d(0.35, 0.35, 0.8);
+  const Image image = render(device, map, options);
+  options.samples_per_axis *= 2;
+  CHECK(test::mean_difference(image, render(device, map, options)) < 3);
+}
+
+TEST_CASE("a palette's range stays through a turntable, and can be given") {
+  const Device device = test::shared_device();
+  const Map map = calibrated(device, steepened(test::armed_ball_map(60), 12));
+  PictureOptions options = test::picture_of(24, 18);
+  options.material = Material::height;
+  Studio studio(device, map, options);
+  const MaterialRange range = studio.range();
+  CHECK(range.high - range.low > 1);
+  options.camera.azimuth += 90;
+  options.camera.zoom = 8;
+  options.width = 48;
+  options.cuts = {{'x', 50, true}};
+  CHECK(Studio(device, map, options).range() == range);
+  const Image usual = render(device, map, options);
+  options.range = range;
+  CHECK(render(device, map, options).pixels == usual.pixels);
+  options.range = MaterialRange{range.high, range.high + 1};
+  CHECK(render(device, map, options).pixels != usual.pixels);
+}
+
 TEST_CASE("a palette colours clay and materials") {
   const Device device = test::shared_device();
   PictureOptions options = test::picture_of(48, 36);

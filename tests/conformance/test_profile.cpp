@@ -156,7 +156,8 @@ TEST_CASE("the spread of the runs and the limit before and after are told") {
 
 TEST_CASE("the table for spreadsheets has a line a kernel, and every figure of the JSON") {
   const std::string csv = to_csv(measured());
-  const nlohmann::json kernels = to_json(measured())["kernels"];
+  nlohmann::json kernels = to_json(measured())["kernels"];
+  for (auto& kernel : kernels) kernel.erase("runs");  // a list is no cell
   CHECK(static_cast<std::size_t>(std::ranges::count(csv, '\n')) == 1 + kernels.size());
   const std::string names = csv.substr(0, csv.find('\n'));
   CHECK(static_cast<std::size_t>(1 + std::ranges::count(names, ',')) == kernels[0].size());
@@ -170,6 +171,24 @@ TEST_CASE("the table for spreadsheets has a line a kernel, and every figure of t
   ScalingReport scaling;
   scaling.points = {{1, 100, 8, 0.5, 4096}};
   CHECK(to_csv(scaling) == "iterations,samples,factors,seconds,device_bytes\n1,100,8,0.5,4096\n");
+}
+
+TEST_CASE("a profile keeps every run, and the limit beside it") {
+  const nlohmann::json json = to_json(measured());
+  CHECK(json["layout"] == to_string(measured().layout));
+  for (const nlohmann::json& kernel : json["kernels"]) {
+    auto seconds = kernel["runs"]["seconds"].get<std::vector<double>>();
+    REQUIRE(seconds.size() == 2);
+    std::ranges::sort(seconds);
+    CHECK(seconds.front() == kernel["min_seconds"]);
+    CHECK(seconds.back() == kernel["max_seconds"]);
+    const auto limits = kernel["runs"]["fma_per_second"].get<std::vector<double>>();
+    REQUIRE(limits.size() == 2);
+    for (const double limit : limits) {
+      CHECK(limit > 0.02 * measured().limits.fma_per_second);
+      CHECK(limit < 50 * measured().limits.fma_per_second);
+    }
+  }
 }
 
 TEST_CASE("a kernel slower than its baseline is named") {

@@ -1,12 +1,15 @@
-// Colours of a surface's vertices, against what orbits of q² are known to do.
+// Colours of a surface's vertices, against what orbits of q² are known to do and against pictures.
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <stop_token>
 
+#include "armed_ball.hpp"
 #include "base/srgb.hpp"
 #include "check/unit_ball.hpp"
+#include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/surface_colors.hpp"
 #include "shapes.hpp"
@@ -46,60 +49,135 @@ double share_of(const VertexColor& color) { return base::srgb_decoded(color[0] /
 
 }  // namespace
 
-TEST_CASE("orbits of a ball that all end alike have one colour") {
+TEST_CASE("what is finer than a mesh has one colour") {
   const Map map = placed_ball();
   const TriangleMesh mesh = sphere_of(map, 2);
-  // Points a quarter of an edge within the sphere are below r_in once they are squared.
-  const SurfaceColors found = surface_colors(test::shared_device(), map, mesh, {});
+  // The shell of a ball is much thinner than the triangles are wide.
+  const SurfaceColors found =
+      surface_colors(test::shared_device(), map, mesh, in_grey(Material::iterations));
   REQUIRE(found.colors.size() == mesh.vertices.size());
-  CHECK(found.low == 0);
-  CHECK(found.high == 1);
-  const Rgb first = Palette().stops.front();
-  for (const VertexColor& color : found.colors) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      const double wanted = 255 * base::srgb_encoded(first[static_cast<Eigen::Index>(c)]);
-      REQUIRE(std::abs(color[c] - wanted) <= 0.5);
-    }
-  }
+  CHECK(found.range.high - found.range.low == Approx(0.1));
+  const auto [least, most] = std::ranges::minmax(found.colors);
+  CHECK(most[0] - least[0] <= 4);
 }
 
-TEST_CASE("a trap's colours show how close the square of a point comes to the plane X = 0") {
+TEST_CASE("a trap's colours show how close two iterates come to the plane X = 0") {
   const Map map = placed_ball();
-  const TriangleMesh mesh = sphere_of(map, 4);
-  const SurfaceColors found =
+  const TriangleMesh mesh = sphere_of(map, 5);
+  const auto [colors, range] =
       surface_colors(test::shared_device(), map, mesh, in_grey(Material::trap));
-  REQUIRE(found.colors.size() == mesh.vertices.size());
-  CHECK(found.low < 0.1);
-  CHECK(found.high > 0.9);
-  double worst = 0, least = 1, most = 0;
+  REQUIRE(colors.size() == mesh.vertices.size());
+  CHECK(range.low < 0.1);
+  CHECK(range.high > 0.5);
+  double worst = 0;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     const double x = map.frame.shape_to_map.to_map(mesh.vertices[v]).x();
-    // Re q² = X² − Y² − Z², over |q|² = 1. Orbits end with it, as r_in is close below the sphere.
-    const double wanted = std::clamp(std::abs(2 * x * x - 1), found.low, found.high);
-    const double share = share_of(found.colors[v]);
-    worst = std::max(worst, std::abs(found.low + share * (found.high - found.low) - wanted));
-    least = std::min(least, share);
-    most = std::max(most, share);
+    // Re q² = X² − Y² − Z² and Re q⁴ = 2 (Re q²)² − 1, over |q| = 1.
+    const double once = 2 * x * x - 1, twice = 2 * once * once - 1;
+    const double wanted =
+        std::clamp(std::min(std::abs(once), std::abs(twice)), range.low, range.high);
+    worst = std::max(worst,
+                     std::abs(range.low + share_of(colors[v]) * (range.high - range.low) - wanted));
   }
-  CHECK(worst < 0.08);
-  CHECK(least == 0);
-  CHECK(most == 1);
+  CHECK(worst < 0.1);
 }
 
-TEST_CASE("two in a hundred vertices lie below the palette, and two above it") {
+TEST_CASE("heights go up the map's own axis, from one end of the palette to the other") {
+  Map map = placed_ball();
+  map.frame.up = UpAxis::minus_x;
+  const TriangleMesh mesh = sphere_of(map, 3);
+  const auto [colors, range] =
+      surface_colors(test::shared_device(), map, mesh, in_grey(Material::height));
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    const double wanted =
+        std::clamp((-mesh.vertices[v].x() - range.low) / (range.high - range.low), 0.0, 1.0);
+    REQUIRE(std::abs(share_of(colors[v]) - wanted) < 0.01);
+  }
+  // A ball of radius 1 / kShapeToMap about x = -1: most of it lies in the range.
+  CHECK(range.low == Approx(1 - 1 / kShapeToMap).margin(0.3));
+  CHECK(range.high == Approx(1 + 1 / kShapeToMap).margin(0.3));
+}
+
+namespace {
+
+/// A triangle mesh through what a picture's pixels show, and the pixel of each vertex.
+struct SeenMesh {
+  TriangleMesh mesh;
+  std::vector<std::size_t> pixels;
+};
+
+SeenMesh mesh_seen(const LayeredImage& picture) {
+  SeenMesh seen;
+  const auto width = static_cast<std::size_t>(picture.image.width);
+  const std::vector<float>& position = picture.layers.position;
+  std::vector<std::uint32_t> numbers(position.size() / 3);
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    if (std::isinf(picture.layers.depth[i])) continue;
+    numbers[i] = static_cast<std::uint32_t>(seen.pixels.size());
+    seen.mesh.vertices.emplace_back(position[3 * i], position[3 * i + 1], position[3 * i + 2]);
+    seen.pixels.push_back(i);
+  }
+  for (std::size_t i = 0; i + width + 1 < numbers.size(); ++i) {
+    const std::array corners{i, i + 1, i + width, i + width + 1};
+    const auto [nearest, farthest] =
+        std::ranges::minmax(corners, {}, [&](std::size_t j) { return picture.layers.depth[j]; });
+    if (i % width + 1 == width || std::isinf(picture.layers.depth[farthest])) continue;
+    const auto corner = [&](int j) { return numbers[corners[static_cast<std::size_t>(j)]]; };
+    seen.mesh.triangles.push_back({corner(0), corner(1), corner(2)});
+    seen.mesh.triangles.push_back({corner(1), corner(3), corner(2)});
+  }
+  return seen;
+}
+
+}  // namespace
+
+TEST_CASE("a mesh has the colours of pictures of the same map") {
+  const Device device = test::shared_device();
+  const Map map = calibrated(device, steepened(test::armed_ball_map(60), 12));
+  const Material material = GENERATE(Material::iterations, Material::trap, Material::groove,
+                                     Material::height, Material::factor);
+  CAPTURE(to_string(material));
+  PictureOptions options;
+  options.width = 96;
+  options.height = 72;
+  options.samples_per_axis = 1;
+  options.camera.zoom = 2.5;
+  options.keep_loose = true;
+  options.material = material;
+  options.palette.stops = {Rgb::Zero(), Rgb::Ones()};
+  Studio studio(device, map, options);
+  const LayeredImage picture = studio.layered_picture(options.camera);
+  const SeenMesh seen = mesh_seen(picture);
+  REQUIRE(seen.pixels.size() > 2000);
+  const SurfaceColors found = surface_colors(device, map, seen.mesh, in_grey(material));
+  CHECK(found.range == studio.range());
+  // The same picture in one grey is brighter where the palette is darker than that.
+  int compared = 0, wrong = 0;
+  for (const double grey : {0.3, 0.7}) {
+    options.palette.stops = {Rgb::Constant(grey), Rgb::Constant(grey)};
+    const Image even = render(device, map, options);
+    for (std::size_t v = 0; v < seen.pixels.size(); ++v) {
+      const double share = share_of(found.colors[v]);
+      if (std::abs(share - grey) < 0.2) continue;
+      const int more = picture.image.pixels[3 * seen.pixels[v]] - even.pixels[3 * seen.pixels[v]];
+      if (even.pixels[3 * seen.pixels[v]] < 16) continue;  // too dark to tell
+      ++compared;
+      if ((share > grey) != (more > 0)) ++wrong;
+    }
+  }
+  CHECK(compared > 1500);
+  // Edges are longer than a pixel is wide where the surface is steep.
+  CHECK(wrong < 0.05 * compared);
+}
+
+TEST_CASE("a range that is given is kept") {
   const Map map = placed_ball();
-  const TriangleMesh mesh = sphere_of(map, 4);
-  const SurfaceColors found =
-      surface_colors(test::shared_device(), map, mesh, in_grey(Material::trap));
-  const auto share_with = [&](std::uint8_t grey) {
-    const auto count = std::ranges::count(found.colors, VertexColor{grey, grey, grey});
-    return static_cast<double>(count) / static_cast<double>(mesh.vertices.size());
-  };
-  CHECK(share_with(0) > 0.015);
-  CHECK(share_with(0) < 0.03);
-  CHECK(share_with(255) > 0.015);
-  // |Re q²| is flat where it is 1, and what is a little less is white in 8 bits, too.
-  CHECK(share_with(255) < 0.08);
+  SurfaceColorOptions options = in_grey(Material::height);
+  options.range = MaterialRange{10, 20};
+  const auto [colors, range] =
+      surface_colors(test::shared_device(), map, sphere_of(map, 1), options);
+  CHECK(range == MaterialRange{10, 20});
+  for (const VertexColor& color : colors) CHECK(color == VertexColor{0, 0, 0});
 }
 
 TEST_CASE("colours that cannot be given are refused, and a stop is heard") {
@@ -110,6 +188,7 @@ TEST_CASE("colours that cannot be given are refused, and a stop is heard") {
   };
   CHECK_THROWS_WITH(colored({.material = Material::clay}), Catch::Contains("material"));
   CHECK_THROWS_WITH(colored({.palette = {.stops = {Rgb::Ones()}}}), Catch::Contains("palette"));
+  CHECK_THROWS_WITH(colored({.range = MaterialRange{1, 0}}), Catch::Contains("range"));
   CHECK_THROWS_WITH(colored({.iterations = 0}), Catch::Contains("iterations"));
   std::stop_source source;
   source.request_stop();

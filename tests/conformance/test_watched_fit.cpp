@@ -3,22 +3,63 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <stop_token>
 
+#include "qjulia/error.hpp"
+#include "qjulia/field.hpp"
 #include "qjulia/fit.hpp"
 #include "qjulia/map_file.hpp"
+#include "qjulia/shape.hpp"
 #include "shapes.hpp"
+#include "temporary_folder.hpp"
 #include "test_device.hpp"
 
 using namespace qjulia;
 
-TEST_CASE("a fit tells its energies and its map at each stage, and goes the same way") {
-  const Device& device = test::shared_device();
-  const TriangleMesh mesh = shapes::torus(1, 0.4);
+namespace {
+
+FitOptions short_fit() {
   FitOptions options;
   options.factors = 24;
   options.schedule = "fast";
   options.max_evaluations = 150;
+  return options;
+}
+
+/// The mean of |F_1 - L| over the points of the surface on one side of x = 0, in units of that
+/// over all.
+double share_of_error(const Map& map, const TriangleMesh& mesh, double side) {
+  std::vector<Quaternion> points;
+  std::vector<bool> is_there;
+  for (const SurfacePoint& p : sample_surface(mesh, 2000, 5)) {
+    const Eigen::Vector3d x = map.frame.shape_to_map.to_map(p.position);
+    points.push_back({x.x(), x.y(), x.z(), map.dynamics.slice});
+    is_there.push_back(side * p.position.x() > 0);
+  }
+  const auto field = Field(test::shared_device(), map).at(points);
+  double there = 0, all = 0;
+  for (std::size_t i = 0; i < field.size(); ++i) {
+    const double error = std::abs(field[i] - map.dynamics.surface_level);
+    all += error;
+    if (is_there[i]) there += error;
+  }
+  return there / all;
+}
+
+void refuses_weights(const SampleWeights& weights, const char* problem) {
+  FitOptions options = short_fit();
+  options.weights = weights;
+  CHECK_THROWS_WITH(fit(test::shared_device(), shapes::torus(1, 0.4), options),
+                    Catch::StartsWith("weights") && Catch::Contains(problem));
+}
+
+}  // namespace
+
+TEST_CASE("a fit tells its energies and its map at each stage, and goes the same way") {
+  const Device& device = test::shared_device();
+  const TriangleMesh mesh = shapes::torus(1, 0.4);
+  FitOptions options = short_fit();
   const FitResult plain = fit(device, mesh, options);
 
   std::size_t energies = 0;
@@ -76,4 +117,134 @@ TEST_CASE("a mesh too large for the time limit is fitted by a coarser one, which
   CHECK(said(coarse));
   CHECK(coarse.map.frame.box->size().x() == Approx(whole.map.frame.box->size().x()).epsilon(1e-12));
   CHECK(*coarse.map.frame.inradius == Approx(*whole.map.frame.inradius).epsilon(0.03));
+}
+
+TEST_CASE("a fit taken stage by stage goes the same way as one that runs through") {
+  const Device& device = test::shared_device();
+  const TriangleMesh mesh = shapes::torus(1, 0.4);
+  FitOptions options = short_fit();
+  options.up = UpAxis::z;
+  options.steepness = 2;
+  std::vector<Map> maps;
+  options.observer.on_stage = [&](const StageReport&, const Map& map) { maps.push_back(map); };
+  const FitResult plain = fit(device, mesh, options);
+
+  options.observer = {};
+  Fit stepped(device, mesh, options);
+  CHECK(to_json(stepped.map()) == to_json(maps.at(0)));
+  CHECK(stepped.stages().empty());
+  std::size_t steps = 0;
+  while (const auto stage = stepped.step()) {
+    REQUIRE(steps < plain.stages.size());
+    const StageReport& expected = plain.stages[steps++];
+    CHECK(stage->name == expected.name);
+    CHECK(stage->evaluations == expected.evaluations);
+    CHECK(stage->energy_after == expected.energy_after);
+    CHECK(stepped.stages().size() == steps);
+    if (!stepped.stopped()) CHECK(to_json(stepped.map()) == to_json(maps.at(steps)));
+  }
+  CHECK(steps == plain.stages.size());
+  CHECK(stepped.stopped() == StopReason::evaluations);
+  CHECK_FALSE(stepped.step());
+  const FitResult result = stepped.result();
+  CHECK(to_json(result.map) == to_json(plain.map));
+  CHECK(to_json(stepped.map()) == to_json(plain.map));
+  CHECK(result.stopped == plain.stopped);
+  CHECK(result.evaluations == plain.evaluations);
+  CHECK(result.mean_distance == plain.mean_distance);
+  CHECK(result.warnings == plain.warnings);
+}
+
+TEST_CASE(
+    "a stepped fit that is ended early gives what it has reached, and its checkpoint goes on") {
+  const Device& device = test::shared_device();
+  const TriangleMesh mesh = shapes::torus(1, 0.4);
+  FitOptions options = short_fit();
+  const FitResult plain = fit(device, mesh, options);
+  const test::TemporaryFolder folder;
+  options.checkpoint = folder / "fit.checkpoint";
+  Fit begun(device, mesh, options);
+  REQUIRE(begun.step());
+  CHECK_FALSE(begun.stopped());
+  const Map reached = begun.map();
+  Fit moved = std::move(begun);
+  const FitResult result = moved.result();
+  CHECK(result.stopped == StopReason::interrupted);
+  CHECK(result.stages.size() == 1);
+  CHECK(result.map.dynamics.factors.size() == reached.dynamics.factors.size());
+  CHECK_FALSE(moved.step());
+
+  options.resume = true;
+  Fit resumed(device, mesh, options);
+  CHECK(resumed.stages().size() == 1);
+  while (resumed.step()) {
+  }
+  CHECK(to_json(resumed.result().map) == to_json(plain.map));
+}
+
+TEST_CASE("a stop request ends a stepped fit") {
+  std::stop_source stop;
+  ProgressMonitor monitor;
+  monitor.stop = stop.get_token();
+  Fit stepped(test::shared_device(), shapes::torus(1, 0.4), short_fit(), monitor);
+  REQUIRE(stepped.step());
+  stop.request_stop();
+  CHECK_FALSE(stepped.step());
+  CHECK(stepped.stopped() == StopReason::interrupted);
+  CHECK(stepped.result().stages.size() == 1);
+}
+
+TEST_CASE("weights say where a fit follows the shape, and equal ones change nothing") {
+  const Device& device = test::shared_device();
+  const TriangleMesh mesh = shapes::torus(1, 0.4);
+  const bool by_tanh = GENERATE(false, true);
+  FitOptions options = short_fit();
+  if (by_tanh) options.schedule = "paper";
+  options.max_evaluations = 60;
+  const FitResult plain = fit(device, mesh, options);
+  std::size_t largest = 0;
+  options.weights = [&](std::span<const Eigen::Vector3d> points) {
+    largest = std::max(largest, points.size());
+    return std::vector<double>(points.size(), 4);
+  };
+  CHECK(to_json(fit(device, mesh, options).map) == to_json(plain.map));
+  CHECK(largest > 1000);
+  // In the mesh's coordinates: the half with x > 0.
+  const auto one_half = [](std::span<const Eigen::Vector3d> points) {
+    std::vector<double> weights;
+    for (const auto& x : points) weights.push_back(x.x() > 0 ? 1 : 0.001);
+    return weights;
+  };
+  options.weights = one_half;
+  const FitResult weighted = fit(device, mesh, options);
+  CAPTURE(by_tanh);
+  // Few exponents follow the tanh, and not where F is steep.
+  const double most = by_tanh ? 0.97 : 0.7;
+  CHECK(share_of_error(weighted.map, mesh, 1) < most * share_of_error(plain.map, mesh, 1));
+}
+
+TEST_CASE("weights that cannot be used are refused, and a checkpoint knows its own") {
+  const auto all = [](double weight) {
+    return [weight](std::span<const Eigen::Vector3d> points) {
+      return std::vector<double>(points.size(), weight);
+    };
+  };
+  refuses_weights(all(-1), "is -1; give 0 or more");
+  refuses_weights(all(std::numeric_limits<double>::quiet_NaN()), "is nan");
+  refuses_weights(all(std::numeric_limits<double>::infinity()), "is inf");
+  refuses_weights(all(0), "sum to 0");
+  refuses_weights(all(1e308), "sum to inf");
+  refuses_weights([](auto) { return std::vector<double>(3, 1); }, "there are 3 for");
+
+  const test::TemporaryFolder folder;
+  const TriangleMesh mesh = shapes::torus(1, 0.4);
+  FitOptions options = short_fit();
+  options.checkpoint = folder / "fit.checkpoint";
+  options.max_evaluations = 30;
+  options.weights = all(2);
+  const FitResult done = fit(test::shared_device(), mesh, options);
+  options.resume = true;
+  CHECK(to_json(fit(test::shared_device(), mesh, options).map) == to_json(done.map));
+  options.weights = all(3);
+  CHECK_THROWS_WITH(fit(test::shared_device(), mesh, options), Catch::Contains("other options"));
 }

@@ -177,6 +177,15 @@ def check_pictures(server):
         _, _, refused = painted.get("/frame?size=8x8&rotate=0,0,1,30")
         check(refused[:1] == b"!" and b"rotate" in refused, "what paint does not bear is told")
         check(b'"paint"' in painted.get("/map?drift=0.2")[2], "a saved map keeps its paint")
+    _, _, mesh = server.get("/make?make=ply&resolution=24&material=trap&palette=ember")
+    run("surface", "ball.qjulia.json", "-o", "same.ply", "--resolution", 24, "--material", "trap", "--palette", "ember", "--device",
+        "cpu", "--quiet")
+    after = mesh.index(b"end_header") if b"end_header" in mesh else 0
+    same = (folder / "same.ply").read_bytes()
+    check(b"property uchar red" in mesh[:after] and mesh[after:] == same[same.index(b"end_header"):],
+          "a mesh has the colours of 'surface'")
+    _, _, mesh = server.get("/make?make=stl&resolution=24&material=trap")
+    check(mesh[:1] == b"=", "a file that holds no colours is made without")
     _, _, turned = server.get("/map?drift=0.4&order-seed=3")
     (folder / "turned.qjulia.json").write_bytes(turned[1:])
     run("convert", "ball.qjulia.json", "same.qjulia.json", "--drift", 0.4, "--order-seed", 3, "--device", "cpu", "--quiet")

@@ -21,8 +21,8 @@ TEMPORARY = re.compile(r"\.qjulia-[0-9a-f]{16}\.tmp$")
 # What C++ says about itself tells a user nothing.
 RAW = re.compile(r"std::|bad_alloc|basic_\w|vector::|terminate|unspecified|json\.exception")
 # What differs from one run to the next.
-VOLATILE = {"seconds", "fit_seconds", "kernel_seconds", "started", "process", "progress", "since",
-            "warnings", "key"}
+VOLATILE = {"seconds", "seconds_all", "earlier_seconds", "fit_seconds", "kernel_seconds",
+            "fit_kernel_seconds", "started", "process", "progress", "since", "warnings", "key"}
 
 
 @dataclass

@@ -9,6 +9,9 @@ and double precision, and checks that
   * no array lies in private memory;
   * registers, scratch, local memory and occupancy are those of gpu_kernels.txt: a change is told,
     more scratch or fewer waves is a failure;
+  * NVIDIA's own assembler, ptxas, where there is one ($PTXAS, PATH, $CUDA_HOME or $CUDA_PATH,
+    /usr/local/cuda), takes them for sm_80, sm_90 and sm_120 without a spill; what it says of them is
+    in the same table;
   * the instructions of the loops that take the time are those of host/profile/instruction_counts.hpp.
 --write rewrites gpu_kernels.txt and the figures in instruction_counts.hpp. --loops prints the loops
 of every kernel, --markdown the table of docs/performance.md.
@@ -19,6 +22,7 @@ import concurrent.futures
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -35,14 +39,23 @@ GPUS = {"gfx906": Gpu(256, 4, 10, 64, 4),
         "gfx1030": Gpu(1024, 16, 16, 32, 2)}
 LOCAL_BYTES = 65536
 OTHERS = ("nvptx64", "spir64")
+# Of a multiprocessor, which has four schedulers, 65,536 registers and hands them out by 8 to each
+# of 32 lanes: most warps, most groups, shared memory in bytes (CUDA C++ Programming Guide, Compute
+# Capabilities), of which each group takes 1 KiB more than it asks for.
+Sm = collections.namedtuple("Sm", "warps groups shared")
+SMS = {"sm_80": Sm(64, 32, 164 << 10), "sm_90": Sm(64, 32, 228 << 10),
+       "sm_120": Sm(48, 24, 100 << 10)}
+SCHEDULERS = 4
+LANES = 32
 # Programs that know one of these options are compiled with each of its values.
 OPTIONS = {"QJ_GROUP": (64,)}
 # Programs that are compiled for these kinds of map too; the rows of these have the name behind a +.
 MAPS = {"portals": "-DQJ_PORTALS=\"portals.clh\"", "noise": "-DQJ_VERSOR=\"noise_versor.clh\"",
-        "paint": "-DQJ_PAINT=\"painted.clh\"", "lookup": "-DQJ_LOOKS_UP=1"}
-OF_MAPS = {"field": ("portals", "noise", "paint"), "field_queries": ("portals", "noise", "paint"),
-           "level_set": ("portals", "noise", "paint"), "orbit_trait": ("portals", "noise", "paint"),
-           "ray_march": ("portals", "noise", "paint"), "place_vertices": ("lookup",)}
+        "paint": "-DQJ_PAINT=\"painted.clh\"",
+        "distance": "-DQJ_MODULUS=\"distance_modulus.clh\"", "lookup": "-DQJ_LOOKS_UP=1"}
+OF_ANY_MAP = ("portals", "noise", "paint", "distance")
+OF_MAPS = {"field": OF_ANY_MAP, "field_queries": OF_ANY_MAP, "level_set": OF_ANY_MAP,
+           "orbit_trait": OF_ANY_MAP, "ray_march": OF_ANY_MAP, "place_vertices": ("lookup",)}
 # Loops that take the time, by the name their figures have: kernel, and the rank of the loop among
 # the kernel's by multiply-adds.
 HOT_LOOPS = {"log_norm": ("energy_terms", 3),
@@ -122,6 +135,74 @@ def occupancy(gpu, registers, local, group):
     if local > 0:
         waves = min(waves, LOCAL_BYTES // local * -(-group // gpu.lanes) // gpu.simds)
     return waves
+
+
+def warps(sm, registers, shared, group):
+    """Warps a scheduler can have at a time."""
+    given = -(-max(registers, 1) // 8) * 8
+    most = min(sm.warps // SCHEDULERS, (65536 // SCHEDULERS) // (LANES * given))
+    groups = min(sm.groups, sm.shared // (shared + 1024))
+    return min(most, groups * -(-group // LANES) // SCHEDULERS)
+
+
+def find_ptxas():
+    """NVIDIA's assembler; None where there is none."""
+    folders = [os.environ[name] for name in ("CUDA_HOME", "CUDA_PATH") if os.environ.get(name)]
+    named = [os.environ["PTXAS"]] if os.environ.get("PTXAS") else []
+    for place in named + ["ptxas"] + [f"{folder}/bin/ptxas" for folder in folders + ["/usr/local/cuda"]]:
+        if found := shutil.which(place):
+            return found
+    return None
+
+
+def assembled(job):
+    """What ptxas says of each kernel: name -> registers, bytes of stack, shared bytes, spilled bytes;
+    and its whole log where it refuses."""
+    ptxas, ptx, arch = job
+    with tempfile.NamedTemporaryFile("w", suffix=".ptx") as file:
+        file.write(ptx)
+        file.flush()
+        run = subprocess.run([ptxas, "-v", f"-arch={arch}", file.name, "-o", os.devnull],
+                             capture_output=True, text=True)
+    if run.returncode != 0:
+        return None, run.stdout + run.stderr
+    pattern = (r"Compiling entry function '(\w+)'.*?(\d+) bytes stack frame, (\d+) bytes spill stores, "
+               r"(\d+) bytes spill loads\n.*?Used (\d+) registers([^\n]*)")
+    found = {}
+    for name, frame, stores, loads, registers, rest in re.findall(pattern, run.stdout + run.stderr,
+                                                                   re.S):
+        shared = re.search(r"(\d+) bytes smem", rest)
+        found[name] = (int(registers), int(frame), int(shared[1]) if shared else 0,
+                       int(stores) + int(loads))
+    return found, ""
+
+
+def nvidia_rows(ptxas, compiled, amd_rows, groups, pool):
+    """Rows of the table for NVIDIA, and what is wrong. `compiled`: pairs of a job for nvptx64 and its
+    PTX. Merged sources do not say which program a kernel is of: the rows for AMD do."""
+    supported = subprocess.run([ptxas, "--help"], capture_output=True, text=True).stdout
+    programs = {(precision, name): set() for _, precision, _, name, *_ in amd_rows}
+    for _, precision, stem, name, *_ in amd_rows:
+        programs[precision, name].add(stem)
+    jobs = [(job, arch, (ptxas, text, arch)) for arch in SMS if f"'{arch}'" in supported
+            for job, text in compiled]
+    rows, wrong = [], [f"this ptxas knows no {arch}" for arch in SMS if f"'{arch}'" not in supported]
+    for (job, arch, _), (found, log) in zip(jobs, pool.map(assembled, [j for *_, j in jobs])):
+        precision = "double" if job[2] else "single"
+        if found is None:
+            wrong.append(f"{arch} in {precision} {job[3]}: ptxas refuses\n{log}")
+            continue
+        kind = "".join("+" + n for n, of in MAPS.items() if of in job[3])
+        for name, (registers, frame, shared, spilled) in found.items():
+            stems = [s for s in programs.get((precision, name), ())
+                     if s.endswith(kind) and ("+" in s) == bool(kind)]
+            if not stems:
+                continue  # a kind of map that nobody builds this program for
+            if spilled:
+                wrong.append(f"{name} for {arch} in {precision} spills {spilled} bytes")
+            rows.append((arch, precision, stems[0], name, registers, frame, shared,
+                         warps(SMS[arch], registers, shared, groups[name])))
+    return rows, wrong
 
 
 def faults(target, double, text):
@@ -224,7 +305,7 @@ def main():
         results = list(pool.map(compile_for, jobs + counted))
 
     failed = False
-    rows, loops = [], {}
+    rows, loops, ptx, groups = [], {}, [], {}
     for job, (text, log) in zip(jobs + counted, results):
         program, target, double, defines, further = job
         precision = "double" if double else "single"
@@ -239,22 +320,43 @@ def main():
         for fault in sorted(set(faults(target, double, text))):
             print(f"{place}: {fault}")
             failed = True
+        if target == "nvptx64":
+            ptx.append((job, text))
         if target in GPUS:
             for name, (registers, scratch, local, group) in kernels_of_amd(text).items():
                 waves = occupancy(GPUS[target], registers, local, group)
                 stem = program.stem + "".join("+" + n for n, of in MAPS.items() if of in defines)
                 rows.append((target, precision, stem, name, registers, scratch, local, waves))
+                groups[name] = min(group, 256)
+    kept_lines = table_path.read_text().splitlines()
+    version = kept_version = next((l for l in kept_lines if l.startswith("# ptxas")), "# ptxas none")
+    if ptxas := find_ptxas():
+        told = subprocess.run([ptxas, "--version"], capture_output=True, text=True).stdout
+        version = "# ptxas " + re.search(r"V([\d.]+)", told)[1]
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            more, wrong = nvidia_rows(ptxas, ptx, list(rows), groups, pool)
+        rows += more
+        print("\n".join(wrong), end="\n" if wrong else "")
+        failed |= any("spills" in fault or "refuses" in fault for fault in wrong)
+    else:
+        print("ptxas was not found ($PTXAS, PATH, $CUDA_HOME, $CUDA_PATH, /usr/local/cuda): registers "
+              "and spills on NVIDIA's cards are not checked")
+        kept = (line.split() for line in kept_lines if line.startswith("sm_"))
+        rows += [(*words[:4], *map(int, words[4:])) for words in kept]
     head = table_line(("target", "real", "program", "kernel", "registers", "scratch", "local",
                        "waves"))
-    table = "\n".join([head, *map(table_line, rows)]) + "\n"
+    table = "\n".join([head, *map(table_line, rows), version]) + "\n"
     if "--loops" in flags:
         for name, found in loops.items():
             for counts in found:
                 print(f"{name:28}", *(f"{k} {counts[k]:4}" for k in KINDS))
     if "--markdown" in flags:
+        others = {tuple(row[:4]): row for row in rows}
         for target, precision, program, name, *figures in rows:
             if (target, precision) == ("gfx906", "single"):
-                print(f"| {name} |", " | ".join(map(str, figures)), "|")
+                more = [others.get((sm, precision, program, name)) for sm in SMS]
+                print(f"| {name} |", " | ".join(map(str, figures)), "|",
+                      " | ".join(f"{row[4]}, {row[7]}" if row else "" for row in more), "|")
     if "--write" in flags and not failed:
         table_path.write_text(table)
         old = header_path.read_text()
@@ -264,7 +366,7 @@ def main():
         return 0
 
     kept = {tuple(line.split()[:4]): line.split()[4:]
-            for line in table_path.read_text().splitlines()[1:]}
+            for line in kept_lines[1:] if not line.startswith("#")}
     changes = 0
     for row in rows:
         now, key = [str(figure) for figure in row[4:]], tuple(row[:4])
@@ -276,10 +378,12 @@ def main():
         print("before: " + (table_line((*key, *before)) if before else "no such kernel"))
         # libclc's functions in double precision spill, but a kernel that did not must not begin to.
         least = int(before[1]) if before else (0 if row[1] == "single" else int(now[1]))
-        if int(now[1]) > least:
+        # Another ptxas counts otherwise; its spills have been told.
+        is_comparable = not row[0].startswith("sm_") or version == kept_version
+        if int(now[1]) > least and is_comparable:
             print("  it has more scratch")
             failed = True
-        if before and int(now[3]) < int(before[3]):
+        if before and int(now[3]) < int(before[3]) and is_comparable:
             print("  fewer waves fit")
             failed = True
     for key in kept:

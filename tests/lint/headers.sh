@@ -16,7 +16,7 @@ fi
 
 eigen=$(pkg-config --cflags eigen3)
 read_by_all=$(echo '#include "qjulia/qjulia.hpp"' | $compiler -std=c++20 -Iinclude $eigen -M -x c++ -)
-if grep -oiE '[^ ]*(OpenMesh|cairo|httplib|png|CL/)[^ ]*' <<<"$read_by_all"; then
+if grep -oiE '[^ ]*(OpenMesh|cairo|expat|httplib|nanoflann|png|CL/)[^ ]*' <<<"$read_by_all"; then
   echo "^ public headers need these"
   exit 1
 fi

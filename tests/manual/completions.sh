@@ -42,9 +42,9 @@ in_bash render qjulia ren
 in_bash --help,--version qjulia --
 in_bash --material qjulia render --mat
 in_bash --material qjulia render bunny.obj --mat
-in_bash clay,iterations,trap qjulia render bunny.obj --material ''
+in_bash clay,factor,groove,height,iterations,trap qjulia render bunny.obj --material ''
 in_bash trap qjulia render --material = t
-in_bash clay,iterations,trap qjulia render --material =
+in_bash clay,factor,groove,height,iterations,trap qjulia render --material =
 in_bash -x,-y,-z qjulia render --up -
 in_bash 'bunny.obj,bunny.ply,shapes,two words.obj' qjulia fit ''
 in_bash bunny.qjulia.json qjulia surface bu
@@ -61,7 +61,7 @@ in_bash render qjulia help ren
 
 in_fish render 'qjulia ren'
 in_fish --material 'qjulia render --mat'
-in_fish clay,iterations,trap 'qjulia render --material '
+in_fish clay,factor,groove,height,iterations,trap 'qjulia render --material '
 in_fish 'bunny.obj,bunny.ply,shapes/,two words.obj' 'qjulia fit '
 in_fish bunny.qjulia.json 'qjulia surface bu'
 in_fish bunny.qjulia.json 'qjulia fit -o bu'

@@ -10,10 +10,16 @@
 /// QJULIA_TEST_LOCAL_BYTES=N         a group has N bytes of local memory, as the device tells
 /// QJULIA_TEST_GROUP=WHO:N           groups have at most N work-items: `device` tells so for all
 ///                                   kernels, `kernel` for each, `nobody` until a launch is refused
+/// QJULIA_TEST_LOST=FIRST:CODE:NAME  from its launch FIRST on, all that queues of devices with NAME
+/// in
+///                                   theirs are asked for fails with CODE
+/// QJULIA_TEST_BUSY_WAITS=1          devices say that they are GPUs, and a core is kept busy by
+///                                   whoever waits for one
 
 #include <dlfcn.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
@@ -83,6 +89,40 @@ size_t local_bytes(cl_command_queue queue, cl_kernel kernel) {
   return bytes;
 }
 
+std::string device_name(cl_command_queue queue) {
+  cl_device_id device = nullptr;
+  clGetCommandQueueInfo(queue, CL_QUEUE_DEVICE, sizeof device, &device, nullptr);
+  std::array<char, 256> name{};
+  clGetDeviceInfo(device, CL_DEVICE_NAME, name.size() - 1, name.data(), nullptr);
+  return name.data();
+}
+
+/// What a queue is answered once its device is lost; CL_SUCCESS before. @param launches 1 for a
+/// launch, which counts
+cl_int lost(cl_command_queue queue, unsigned long launches = 0) {
+  static std::atomic<unsigned long> count = 0;
+  const char* text = std::getenv("QJULIA_TEST_LOST");
+  if (text == nullptr) return CL_SUCCESS;
+  char* end = nullptr;
+  const unsigned long first = std::strtoul(text, &end, 10);
+  const long code = std::strtol(end + 1, &end, 10);
+  if (device_name(queue).find(end + 1) == std::string::npos) return CL_SUCCESS;
+  return (count += launches) > first ? static_cast<cl_int>(code) : CL_SUCCESS;
+}
+
+/// Where waits are busy ones: keeps asking whether the queue has done all that it was given.
+void wait_busily(cl_command_queue queue) {
+  if (!number("QJULIA_TEST_BUSY_WAITS")) return;
+  cl_event event = nullptr;
+  if (clEnqueueMarkerWithWaitList(queue, 0, nullptr, &event) != CL_SUCCESS) return;
+  clFlush(queue);
+  cl_int state = CL_QUEUED;
+  while (state > CL_COMPLETE && clGetEventInfo(event, CL_EVENT_COMMAND_EXECUTION_STATUS,
+                                               sizeof state, &state, nullptr) == CL_SUCCESS) {
+  }
+  clReleaseEvent(event);
+}
+
 std::string source_of(cl_program program) {
   size_t size = 0;
   clGetProgramInfo(program, CL_PROGRAM_SOURCE, 0, nullptr, &size);
@@ -114,6 +154,8 @@ extern "C" CL_API_ENTRY cl_int CL_API_CALL clGetDeviceInfo(cl_device_id device, 
     tell<size_t>(largest_group("device"), value);
   } else if (name == CL_DEVICE_DOUBLE_FP_CONFIG && number("QJULIA_TEST_NO_DOUBLE")) {
     tell<cl_device_fp_config>(0, value);
+  } else if (name == CL_DEVICE_TYPE && number("QJULIA_TEST_BUSY_WAITS") && value != nullptr) {
+    *static_cast<cl_device_type*>(value) = CL_DEVICE_TYPE_GPU;
   }
   return code;
 }
@@ -148,6 +190,7 @@ clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensi
                        cl_uint waits, const cl_event* wait_list, cl_event* event) {
   static const auto real = loaders(&clEnqueueNDRangeKernel, "clEnqueueNDRangeKernel");
   if (refused()) return CL_OUT_OF_RESOURCES;
+  if (const cl_int code = lost(queue, 1)) return code;
   const auto largest = largest_group({});
   if (largest && group_items(dimensions, local) > *largest) {
     std::fprintf(stderr, "refused a group of %zu\n", group_items(dimensions, local));
@@ -159,6 +202,31 @@ clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensi
     return CL_OUT_OF_RESOURCES;
   }
   return real(queue, kernel, dimensions, offset, global, local, waits, wait_list, event);
+}
+
+extern "C" CL_API_ENTRY cl_int CL_API_CALL clFinish(cl_command_queue queue) {
+  static const auto real = loaders(&clFinish, "clFinish");
+  if (const cl_int code = lost(queue)) return code;
+  wait_busily(queue);
+  return real(queue);
+}
+
+extern "C" CL_API_ENTRY cl_int CL_API_CALL clEnqueueReadBuffer(
+    cl_command_queue queue, cl_mem buffer, cl_bool blocking, size_t offset, size_t size, void* to,
+    cl_uint waits, const cl_event* wait_list, cl_event* event) {
+  static const auto real = loaders(&clEnqueueReadBuffer, "clEnqueueReadBuffer");
+  if (const cl_int code = lost(queue)) return code;
+  if (blocking != CL_FALSE) wait_busily(queue);
+  return real(queue, buffer, blocking, offset, size, to, waits, wait_list, event);
+}
+
+extern "C" CL_API_ENTRY cl_int CL_API_CALL clEnqueueWriteBuffer(
+    cl_command_queue queue, cl_mem buffer, cl_bool blocking, size_t offset, size_t size,
+    const void* from, cl_uint waits, const cl_event* wait_list, cl_event* event) {
+  static const auto real = loaders(&clEnqueueWriteBuffer, "clEnqueueWriteBuffer");
+  if (const cl_int code = lost(queue)) return code;
+  if (blocking != CL_FALSE) wait_busily(queue);
+  return real(queue, buffer, blocking, offset, size, from, waits, wait_list, event);
 }
 
 extern "C" CL_API_ENTRY cl_int CL_API_CALL clGetEventProfilingInfo(cl_event event,

@@ -5,15 +5,15 @@
 #include <utility>
 #include <vector>
 
-#include "fit/evaluator.hpp"
+#include "energy/evaluator.hpp"
 
 namespace qjulia::test {
 
 /// Passes every question on to another evaluator.
-class ForwardingEvaluator : public fitting::Evaluator {
+class ForwardingEvaluator : public energy::Evaluator {
  public:
-  explicit ForwardingEvaluator(std::unique_ptr<fitting::Evaluator> to) : to_(std::move(to)) {}
-  fitting::Evaluation evaluate(const Map& map, bool with_gradient) override {
+  explicit ForwardingEvaluator(std::unique_ptr<energy::Evaluator> to) : to_(std::move(to)) {}
+  energy::Evaluation evaluate(const Map& map, bool with_gradient) override {
     return to_->evaluate(map, with_gradient);
   }
   std::vector<double> field(const Map& map) override { return to_->field(map); }
@@ -22,10 +22,10 @@ class ForwardingEvaluator : public fitting::Evaluator {
     return to_->gauss_newton_diagonal(map);
   }
   void add_curvature(const Map& map, const std::vector<std::size_t>& moved,
-                     fitting::CurvatureSum& sum) override {
+                     energy::CurvatureSum& sum) override {
     to_->add_curvature(map, moved, sum);
   }
-  fitting::CurvatureFactor factor(const fitting::CurvatureSum& sum, double damping) override {
+  energy::CurvatureFactor factor(const energy::CurvatureSum& sum, double damping) override {
     return to_->factor(sum, damping);
   }
   Eigen::MatrixXd pursuit_products(const Map& map,
@@ -34,7 +34,7 @@ class ForwardingEvaluator : public fitting::Evaluator {
   }
 
  private:
-  std::unique_ptr<fitting::Evaluator> to_;
+  std::unique_ptr<energy::Evaluator> to_;
 };
 
 }  // namespace qjulia::test

@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "fit/samples.hpp"
+#include "energy/samples.hpp"
 #include "qjulia/map.hpp"
 
 namespace qjulia::test {
@@ -29,9 +29,9 @@ inline Map random_map(std::size_t count, double least, double most, std::uint64_
 }
 
 /// Points uniform in [-1.5, 1.5]^3 with weights of sum 1, targets and sides.
-inline fitting::Samples random_samples(std::size_t count, std::uint64_t seed) {
+inline energy::Samples random_samples(std::size_t count, std::uint64_t seed) {
   std::mt19937_64 bits(seed);
-  fitting::Samples samples;
+  energy::Samples samples;
   for (std::size_t i = 0; i < count; ++i) {
     const Eigen::Vector3d x(uniform(bits, -1.5, 1.5), uniform(bits, -1.5, 1.5),
                             uniform(bits, -1.5, 1.5));

@@ -11,14 +11,14 @@ namespace qjulia::test {
 /// Unless a test says otherwise, the reference evaluates, every point is on the surface, overlaps
 /// are 0.5, and maps are finished as they are.
 struct ToyProblem : fitting::Problem {
-  using Draw = std::function<fitting::Samples(const fitting::Level&, base::Random&)>;
+  using Draw = std::function<energy::Samples(const fitting::Level&, base::Random&)>;
   explicit ToyProblem(Draw draw) : on_draw(std::move(draw)) {}
 
-  fitting::Samples draw(const fitting::Level& level, base::Random& random) const override {
+  energy::Samples draw(const fitting::Level& level, base::Random& random) const override {
     return on_draw(level, random);
   }
-  std::unique_ptr<fitting::Evaluator> evaluator(
-      const fitting::Samples& samples, const fitting::EnergySettings& options) const override {
+  std::unique_ptr<energy::Evaluator> evaluator(
+      const energy::Samples& samples, const energy::EnergySettings& options) const override {
     return make_evaluator(samples, options);
   }
   std::vector<double> distances(const std::vector<Eigen::Vector3d>& points) const override {
@@ -32,7 +32,7 @@ struct ToyProblem : fitting::Problem {
   }
 
   Draw on_draw;
-  fitting::EvaluatorFactory make_evaluator = fitting::make_reference_evaluator;
+  energy::EvaluatorFactory make_evaluator = energy::make_reference_evaluator;
   std::function<std::vector<double>(const std::vector<Eigen::Vector3d>&)> on_distances{};
   std::function<double(const Map&, int)> on_overlap{};
   std::function<Map(const Map&, double)> on_finished{};

@@ -10,7 +10,14 @@ import sys
 # What stands in the namespace qjulia itself, after what nm calls vtables and the like.
 SHOWN = re.compile(r"^(?:(?:typeinfo(?: name)?|vtable|VTT) for )?qjulia::(~?\w+|operator[^(]+)")
 PRIVATE = "QJULIA_PRIVATE_"
-ROOMS = {"base", "device", "map", "reference"}  # which the other shared library needs
+# The shared libraries, and the rooms in each that others of them need.
+LIBRARIES = {
+    "qjulia_field": {"base", "device", "map", "reference", "energy"},
+    "qjulia_mesh": {"shape", "surface"},
+    "qjulia_fit": {"fitting"},
+    "qjulia_picture": {"picture"},
+    "qjulia": set(),
+}
 
 
 def symbols(nm, *words):
@@ -30,13 +37,13 @@ def main(repository, nm, folder):
     for header in pathlib.Path(repository, "include").rglob("*.hpp"):
         words |= set(re.findall(r"\w+", header.read_text()))
     problems, count = [], 0
-    for name in ("qjulia_field", "qjulia"):
+    for name, rooms in LIBRARIES.items():
         shown = set()
         for _, symbol, version in symbols(nm, "-DC", "--with-symbol-versions", f"{folder}/lib{name}.so"):
             first = SHOWN.match(symbol)
             shown.add(symbol)
             if version.startswith(PRIVATE):
-                if name == "qjulia" or not any(f"qjulia::{room}::" in symbol for room in ROOMS):
+                if not any(f"qjulia::{room}::" in symbol for room in rooms):
                     problems.append(f"lib{name}.so: {symbol} has a private version")
             elif not first or (first[1] not in words and "operator" not in first[1]):
                 problems.append(f"lib{name}.so shows {symbol}, which no public header declares")

@@ -187,12 +187,15 @@ TEST_CASE("bad option values are refused") {
   for (const char* value : {"0", "-4", "1e99"}) surface("--resolution", {value});
   for (const char* value : {"0", "17", "-1"}) surface("--iterations", {value});
   surface("--order-seed", {"-1"});
-  surface("--up", {"z"});  // a .ply keeps its coordinates
+  surface("--metres", {"0"});
+  surface("--metres", {"1", "--millimetres", "1"});
   surface("--up", {"w"});
   surface("--material", {"gold"});
   surface("--palette", {"ember"});  // what a mesh without colours has none of
   surface("--palette", {"ember", "--material", "clay"});
   surface("--palette", {"nosuch", "--material", "trap"});
+  surface("--range", {"0", "1"});
+  surface("--range", {"1", "0", "--material", "trap"});
   for (const char* type : {"stl", "off"}) {
     const std::string out = folder / (std::string("out.") + type);
     check_refused(folder, {"surface", map, "-o", out, "--material", "trap"},
@@ -235,6 +238,12 @@ TEST_CASE("bad option values are refused") {
   check_refused(folder,
                 {"render", map, "-o", folder / "out.png", "--material", "trap", "--palette", "f80"},
                 "--palette");
+  for (const Arguments& given :
+       {Arguments{"--range", "0", "1"}, Arguments{"--material", "trap", "--range", "1", "0"}}) {
+    Arguments all = {"render", map, "-o", folder / "out.png"};
+    all.insert(all.end(), given.begin(), given.end());
+    check_refused(folder, all, "range");
+  }
   render("--up", "w");
   render("--up", "+z");
   render("--samples", "0");

@@ -267,3 +267,50 @@ TEST_CASE("checks, status and refusals") {
   CHECK(status.exit_code == 0);
   CHECK_THAT(status.out, Contains("2 of 2 done"));
 }
+
+TEST_CASE("a sweep that is killed half-way is resumed to a tidy table and a page") {
+  const TemporaryFolder folder;
+  make_manifest(folder);
+  const std::string manifest = folder.file("sweep.toml", R"([[sweep]]
+mesh = ["ball.obj", "box.obj", "torus.obj"]
+factors = [12, 16]
+detail = [0.01, 0.03]
+seed = [1, 2]
+max_evaluations = 15
+compare = [1, 6]
+compare_resolution = 16
+picture = true
+picture_size = [32, 24]
+)");
+  const std::string out = folder / "out";
+  const ProcessResult killed =
+      run_command({"batch", manifest, "-o", out, "--jobs", "2"}, {.kill_at = "[12/24]"});
+  CHECK(killed.exit_code == 128 + SIGKILL);
+  CHECK_FALSE(std::filesystem::exists(out + "/summary.csv"));
+  const ProcessResult resumed =
+      run_command({"batch", manifest, "-o", out, "--jobs", "2", "--resume"});
+  CAPTURE(resumed.err);
+  REQUIRE(resumed.exit_code == 0);
+
+  // As csv, which pandas reads alike, has it.
+  const std::string script = R"(
+import csv, json, sys
+rows = list(csv.DictReader(open(sys.argv[1] + '/summary.csv', newline='')))
+assert len(rows) == 48, len(rows)
+keys = {(r['mesh'], r['factors'], r['detail'], r['seed'], r['n']) for r in rows}
+assert len(keys) == 48, keys
+for r in rows:
+    assert None not in r and r['state'] == 'done', r
+    assert r['schedule'] and r['precision'] and r['version'], r
+    json.load(open(sys.argv[1] + '/' + r['map']))
+    assert 0 < float(r['iou']) <= 1 and float(r['roughness']) > 0, r
+    assert int(r['limbs']) >= 0 and int(r['warnings']) >= 0, r
+    assert float(r['seconds_all']) >= float(r['seconds']) > 0, r
+)";
+  const ProcessResult read = qjulia::test::run({"/usr/bin/python3", "-c", script, out});
+  CAPTURE(read.err);
+  CHECK(read.exit_code == 0);
+  const std::string page = read_text(out + "/index.html");
+  CHECK_THAT(page, Contains("src=\"./torus-detail0.03-factors16-seed2.png\"") &&
+                       Contains("24 of 24 done"));
+}

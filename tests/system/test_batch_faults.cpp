@@ -66,6 +66,53 @@ TEST_CASE("a device that never works is put out of use, and nothing looks comple
   CHECK(read_summary(out)["counts"]["done"] == 5);
 }
 
+TEST_CASE("a batch goes on with the other device when one is lost") {
+  const TemporaryFolder folder;
+  const std::string manifest = make_manifest(folder);
+  // PoCL shows the CPU twice: on its threads, and on the one that waits.
+  RunOptions options = with_faults("");
+  options.environment["POCL_DEVICES"] = "basic pthread";
+  const auto maps = [&](const std::string& out) {
+    std::vector<json> all;
+    for (const std::string& name : kGoodFits) {
+      all.push_back(json::parse(map_bytes(folder / out, name)));
+      all.back().erase("provenance");  // has the device's name
+    }
+    return all;
+  };
+  const ProcessResult good =
+      run_command({"batch", manifest, "-o", folder / "good", "--device", "all"}, options);
+  CAPTURE(good.err);
+  REQUIRE(read_summary(folder / "good")["counts"]["done"] == 5);
+  CHECK_THAT(good.err, Contains("device: 0:0") && Contains("device: 0:1"));
+  options.environment["QJULIA_TEST_LOST"] = "300:-36:basic";
+  const ProcessResult result =
+      run_command({"batch", manifest, "-o", folder / "lost", "--device", "all"}, options);
+  CAPTURE(result.err);
+  CHECK_THAT(result.err, Contains("will be tried again") &&
+                             Contains("CL_INVALID_COMMAND_QUEUE (-36)") &&
+                             Contains("is out of use: it was lost 2 times in a row"));
+  CHECK(read_summary(folder / "lost")["counts"]["done"] == 5);
+  CHECK(maps("lost") == maps("good"));
+}
+
+TEST_CASE("the only entry of a lost device goes to another") {
+  const TemporaryFolder folder;
+  folder.file("ball.obj", qjulia::test::obj_text(qjulia::shapes::sphere(2)));
+  const std::string manifest =
+      folder.file("m.toml", "[[fit]]\nmesh = \"ball.obj\"\nfactors = 24\nmax_evaluations = 40\n");
+  RunOptions options = with_faults("");
+  options.environment["POCL_DEVICES"] = "basic pthread";  // the first is given it first
+  options.environment["QJULIA_TEST_LOST"] = "50:-9999:basic";
+  const ProcessResult result =
+      run_command({"batch", manifest, "-o", folder / "out", "--device", "all"}, options);
+  CAPTURE(result.err);
+  CHECK(result.exit_code == 0);
+  const json entry = read_summary(folder / "out")["entries"][0];
+  CHECK(entry["state"] == "done");
+  CHECK_THAT(entry["device"].get<std::string>(), Contains("pthread"));
+}
+
 /// In a mount namespace of its own, with a disk of ten pages that is enlarged for the second run.
 TEST_CASE("a full disk loses nothing that is complete") {
   const TemporaryFolder folder;

@@ -203,6 +203,73 @@ TEST_CASE("a launch without resources ends the command with what to do") {
   CHECK_FALSE(std::filesystem::exists(map));
 }
 
+TEST_CASE("a fit whose device is lost keeps what it reached, and --resume goes on") {
+  const Bench bench;
+  const auto fit = [&](const std::string& map, std::vector<std::string> more,
+                       const Environment& faults) {
+    std::vector<std::string> arguments{
+        "fit", bench.mesh, "-o", bench.folder / map, "--factors", "24", "--max-evaluations", "60"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return bench.run(arguments, faults);
+  };
+  const auto fitted = [&](const std::string& map) {
+    json whole = json::parse(read_text(bench.folder / map));
+    whole.erase("provenance");
+    return whole;
+  };
+  REQUIRE(fit("whole.qjulia.json", {}, {}).exit_code == 0);
+  for (const auto& [code, name] : {std::pair{"-36", "CL_INVALID_COMMAND_QUEUE (-36)"},
+                                   std::pair{"-9999", "NVIDIA's (-9999)"}}) {
+    const std::string map = std::string("lost") + code + ".qjulia.json";
+    const ProcessResult lost =
+        fit(map, {}, {{"QJULIA_TEST_LOST", std::string("150:") + code + ":pthread"}});
+    CAPTURE(lost.err);
+    CHECK(lost.exit_code == 1);
+    CHECK_THAT(lost.err, Contains(name) && Contains("the driver has lost the device") &&
+                             Contains(map + ".checkpoint' keeps") && Contains("--resume"));
+    CHECK_FALSE(std::filesystem::exists(bench.folder / map));
+    // What was evaluated in the stage is kept too, though no time to save it had come.
+    constexpr std::size_t kDigits = 16;
+    const std::string kept = read_text(bench.folder / (map + ".checkpoint"));
+    REQUIRE(kept.size() > kDigits);
+    CHECK(json::from_cbor(kept.substr(kDigits))["evaluated"].size() > 0);
+    const ProcessResult resumed = fit(map, {"--resume"}, {});
+    CAPTURE(resumed.err);
+    CHECK(resumed.exit_code == 0);
+    CHECK(fitted(map) == fitted("whole.qjulia.json"));
+  }
+}
+
+TEST_CASE("a driver that waits busily is slept for, and doctor and the trace say how long") {
+  const Bench bench;
+  const std::string trace = bench.folder / "trace.json";
+  const auto waiting = [&](const Environment& faults) {
+    RunOptions options;
+    options.environment = faults;
+    options.environment["LD_PRELOAD"] = QJULIA_FAULTY_OPENCL;
+    options.environment["ASAN_OPTIONS"] = "detect_leaks=0:verify_asan_link_order=0";
+    const ProcessResult result = run_command(
+        {"fit", bench.mesh, "-o", bench.folder / "m.qjulia.json", "--factors", "200",
+         "--max-evaluations", "400", "--device", "pthread", "--layout", "cpu", "--trace", trace},
+        options);
+    CAPTURE(result.err);
+    REQUIRE(result.exit_code == 0);
+    return json::parse(read_text(trace))["otherData"];
+  };
+  const json busy = waiting({{"QJULIA_TEST_BUSY_WAITS", "1"}});
+  CAPTURE(busy.dump());
+  const double waited = busy["waited_seconds"];
+  // Where others use the processor too, launches take longer than they are known to take.
+  CHECK(busy["waiting_slept_seconds"].get<double>() > 0.02 * waited);
+  CHECK(busy["waiting_processor_seconds"].get<double>() < 0.9 * waited);
+  // PoCL's own waits use no core, and are left as they are.
+  const json patient = waiting({});
+  CAPTURE(patient.dump());
+  CHECK(patient["waiting_slept_seconds"] == 0);
+  CHECK(patient["waiting_processor_seconds"].get<double>() <
+        0.3 * patient["waited_seconds"].get<double>());
+}
+
 TEST_CASE("--layout and QJULIA_LAYOUT are checked") {
   const Bench bench;
   CHECK(bench.run({"devices", "--layout", "huh"}).exit_code == 2);
@@ -220,6 +287,8 @@ TEST_CASE("doctor finds nothing wrong with a good device, in either layout") {
     const json report = json::parse(finished.out);
     CHECK(report["passed"] == true);
     CHECK(report["layout"] == layout);
+    CHECK(report["findings"].is_array());
+    CHECK(report["waiting"]["seconds"].get<double>() > 0);
     // Every program there is.
     std::set<std::string> checked, all;
     for (const json& program : report["programs"]) checked.insert(program["program"]);

@@ -17,6 +17,7 @@
 #include "batch/batch.hpp"
 #include "batch/folder_lock.hpp"
 #include "batch/round.hpp"
+#include "batch/summary_table.hpp"
 #include "qjulia/error.hpp"
 #include "rank_threads.hpp"
 #include "temporary_folder.hpp"
@@ -232,6 +233,57 @@ TEST_CASE("a device that keeps failing is retired and its work done by another")
   for (const batch::EntryStatus& status : batch::read_batch(folder.path(), false)) {
     CHECK(status.state == batch::EntryState::done);
     CHECK(status.device == "good");
+  }
+}
+
+TEST_CASE("a device that is lost is retired before its entry has failed, and another does it") {
+  const TemporaryFolder folder;
+  const batch::Manifest manifest = manifest_of({"a", "b"});
+  const batch::BatchOptions options = options_for(folder);
+  const auto lock = batch::prepare_batch(manifest, options);
+  std::vector<std::string> retired;
+  batch::run_batch(manifest,
+                   {device("lost",
+                           [](const auto&, const auto&, const auto&) -> batch::EntryResult {
+                             throw DeviceError("lost", "clFinish", -36);
+                           }),
+                    device("good",
+                           [](const auto& entry, const auto& path, const auto& monitor) {
+                             // Slow enough for the other to fail three times.
+                             std::this_thread::sleep_for(std::chrono::milliseconds(200));
+                             return write_map(entry, path, monitor);
+                           })},
+                   options, [&](const batch::BatchEvent& event) {
+                     if (event.kind == batch::BatchEvent::Kind::retired) {
+                       retired.push_back(event.message);
+                     }
+                   });
+  REQUIRE(retired.size() == 1);
+  CHECK_THAT(retired.front(), Contains("it was lost 2 times in a row") &&
+                                  Contains("CL_INVALID_COMMAND_QUEUE (-36)"));
+  for (const batch::EntryStatus& status : batch::read_batch(folder.path(), false)) {
+    CHECK(status.state == batch::EntryState::done);
+    CHECK(status.device == "good");
+  }
+}
+
+TEST_CASE("an entry that a device has failed at goes to an idle one") {
+  for (int i = 0; i < 10; ++i) {  // who is first differs
+    const TemporaryFolder folder;
+    const batch::Manifest manifest = manifest_of({"a"});
+    const batch::BatchOptions options = options_for(folder);
+    const auto lock = batch::prepare_batch(manifest, options);
+    batch::run_batch(manifest,
+                     {device("broken",
+                             [](const auto& entry, const auto& path, const auto& monitor) {
+                               // Slow enough for the other to ask for work.
+                               std::this_thread::sleep_for(std::chrono::milliseconds(100));
+                               return broken(entry, path, monitor);
+                             }),
+                      device("good", write_map)},
+                     options);
+    CHECK(status_of(folder, "a").state == batch::EntryState::done);
+    CHECK(status_of(folder, "a").failed_tries.size() <= 1);
   }
 }
 
@@ -537,7 +589,93 @@ TEST_CASE("summaries hold every entry") {
   CHECK(json["counts"]["failed"] == 1);
   CHECK(json["entries"][1]["error"] == "b cannot be read");
   const std::string csv = read_text(folder.path() / "summary.csv");
-  CHECK_THAT(csv, Contains("b,b.obj,failed,"));
+  CHECK_THAT(csv, Contains("b,,b.obj,,failed,"));
   CHECK_THAT(csv, Contains("\"c,\"\"d\"\"\","));
   CHECK_THROWS_AS(batch::read_batch(folder / "nowhere", false), InputError);
+}
+
+TEST_CASE("the summary has a row for every entry and n, and every option is a column") {
+  const TemporaryFolder folder;
+  batch::Manifest manifest = manifest_of({"a", "b", "c"});
+  manifest.entries[0].outputs.compare = {1, 6};
+  manifest.entries[1].outputs.compare = {2, 6};
+  batch::BatchOptions options = options_for(folder);
+  options.settings = [](const batch::BatchEntry& entry) -> nlohmann::json {
+    return {{"seed", entry.line}, {"schedule", "v \"cycles\", long"}, {"mesh_of", entry.name}};
+  };
+  run(manifest, options, [](const auto& entry, const auto& path, const auto& monitor) {
+    if (entry.name == "b") throw InputError("b <fails>");
+    batch::EntryResult result = write_map(entry, path, monitor);
+    result.figures["warnings"] = {"thin", "open & wide"};
+    if (entry.name != "a") return result;
+    result.figures["comparisons"] = {{{"iterations", 1}, {"iou", 0.75}, {"limbs", 4}},
+                                     {{"iterations", 6}, {"iou", nullptr}}};
+    return result;
+  });
+  const auto entries = batch::read_batch(folder.path(), false);
+  const batch::SummaryTable table = batch::summary_table(entries);
+  const auto value = [&](std::size_t row, const std::string& column) {
+    const auto found = std::ranges::find(table.columns, column);
+    REQUIRE(found != table.columns.end());
+    return table.rows.at(row).cells.at(static_cast<std::size_t>(found - table.columns.begin()));
+  };
+  REQUIRE(table.rows.size() == 5);
+  for (const auto& row : table.rows) CHECK(row.cells.size() == table.columns.size());
+  CHECK(std::set<std::string>(table.columns.begin(), table.columns.end()).size() ==
+        table.columns.size());
+  CHECK(value(0, "n") == "1");
+  CHECK(value(0, "iou") == "0.75");
+  CHECK(value(0, "limbs") == "4");
+  CHECK(value(0, "map") == "a.qjulia.json");
+  CHECK(value(0, "warnings") == "2");
+  CHECK(value(0, "fit_energy") == "0.5");
+  CHECK(value(0, "seed") == "1");
+  CHECK(value(0, "schedule") == "v \"cycles\", long");
+  CHECK(value(1, "n") == "6");
+  CHECK(value(1, "iou").empty());
+  CHECK(value(1, "mesh_of") == "a");
+  CHECK(value(2, "n") == "2");
+  CHECK(value(2, "state") == "failed");
+  CHECK(value(2, "map").empty());
+  CHECK(value(3, "n") == "6");
+  CHECK(value(3, "error") == "b <fails>");
+  CHECK(value(4, "n").empty());
+  CHECK(value(4, "name") == "c");
+
+  batch::write_summary(folder.path(), entries);
+  const std::string page = read_text(folder.path() / "index.html");
+  CHECK_THAT(page, Contains("<h2>Warnings and errors</h2>") && Contains("b: b &lt;fails&gt;") &&
+                       Contains("open &amp; wide") && !Contains("<fails>"));
+  CHECK_THAT(page, Contains("<button type=\"button\">iou</button>"));
+  // What all rows share stands below, once.
+  CHECK_THAT(page, !Contains("<button type=\"button\">schedule</button>") &&
+                       Contains("<td>schedule</td>"));
+}
+
+TEST_CASE("seconds of all runs count those that were stopped") {
+  const TemporaryFolder folder;
+  const batch::Manifest manifest = manifest_of({"a"});
+  std::stop_source stop;
+  {
+    const batch::BatchOptions options = options_for(folder);
+    const auto lock = batch::prepare_batch(manifest, options);
+    batch::run_batch(manifest,
+                     {device("one",
+                             [&](const auto&, const auto&, const auto&) -> batch::EntryResult {
+                               std::this_thread::sleep_for(std::chrono::milliseconds(30));
+                               stop.request_stop();
+                               throw Interrupted();
+                             })},
+                     options, {}, stop.get_token());
+  }
+  const double first = status_of(folder, "a").seconds;
+  CHECK(first > 0.02);
+  run(manifest, options_for(folder, true));
+  CHECK(status_of(folder, "a").earlier_seconds == first);
+  CHECK(status_of(folder, "a").state == batch::EntryState::done);
+  // Another fit has no earlier runs.
+  batch::BatchOptions changed = options_for(folder, true);
+  changed.key = [](const batch::BatchEntry&) { return batch::FitKey{"inputs", "others"}; };
+  run(manifest, changed);
+  CHECK(status_of(folder, "a").earlier_seconds == 0);
 }

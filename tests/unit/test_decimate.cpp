@@ -7,6 +7,9 @@
 
 #include "qjulia/decimate.hpp"
 #include "qjulia/error.hpp"
+#include "shape/decimate_blocks.hpp"
+#include "shape/surface_samples.hpp"
+#include "shape/triangle_tree.hpp"
 #include "shapes.hpp"
 
 using namespace qjulia;
@@ -56,6 +59,54 @@ TEST_CASE("flat places lose their triangles first") {
   CHECK(found.box().low == Eigen::Vector3d(-1, -1, -1));
   CHECK(found.box().high == Eigen::Vector3d(1, 1, 1));
   CHECK(found.normals.empty());
+}
+
+namespace {
+
+/// The farthest of the vertices of `from`, and of points on it, from `to`.
+double farthest(const TriangleMesh& from, const TriangleMesh& to) {
+  const shape::TriangleTree tree(to);
+  double distance = 0;
+  for (const Eigen::Vector3d& x : from.vertices) {
+    distance = std::max(distance, tree.nearest(x).distance);
+  }
+  for (const shape::TrianglePoint& point : shape::sample_triangles(from, 20'000, 1)) {
+    distance = std::max(distance, tree.nearest(point.position(from)).distance);
+  }
+  return distance;
+}
+
+}  // namespace
+
+TEST_CASE("a decimated mesh stays within the error, both ways") {
+  const TriangleMesh torus = shapes::torus(1, 0.35, 256, 128);
+  std::size_t before = torus.triangles.size();
+  for (const double error : {0.004, 0.016}) {
+    const TriangleMesh found = decimated(torus, {std::nullopt, error});
+    CAPTURE(error, found.triangles.size());
+    CHECK(found.triangles.size() < before / 2);
+    before = found.triangles.size();
+    CHECK(inspect(found).closed());
+    CHECK(farthest(torus, found) <= 1.1 * error);
+    CHECK(farthest(found, torus) <= 1.1 * error);
+    CHECK(farthest(torus, found) > 0.2 * error);
+  }
+  // The number is reached before the error is.
+  CHECK(decimated(torus, {20'000, 0.016}).triangles.size() > 19'990);
+}
+
+TEST_CASE("blocks fit together") {
+  TriangleMesh torus = shapes::torus(1, 0.35, 128, 64);
+  torus.colors.assign(torus.vertices.size(), {1, 2, 3});
+  const TriangleMesh found = shape::decimated_in_blocks(torus, {6000, std::nullopt}, 3000, {});
+  const MeshReport report = inspect(found);
+  CHECK(report.closed());
+  CHECK(report.components == 1);
+  CHECK(report.vertices + report.triangles == 3 * report.vertices);  // of a torus
+  CHECK(found.triangles.size() < 6600);  // some vertices between blocks stay
+  CHECK(found.triangles.size() >= 1990);
+  CHECK(signed_volume(found) == Approx(signed_volume(torus)).epsilon(0.02));
+  CHECK(found.colors == std::vector<VertexColor>(found.vertices.size(), {1, 2, 3}));
 }
 
 TEST_CASE("a mesh that is small enough comes back as it is") {

@@ -1,8 +1,12 @@
-// What the device room does without a device: sources put together, launches sized.
+// What the device room does without a device: sources put together, launches sized, waits slept
+// through, errors named.
 
 #include <catch2/catch.hpp>
+#include <thread>
 
+#include "device/error_names.hpp"
 #include "device/launch_sizer.hpp"
+#include "device/patient_wait.hpp"
 #include "device/program_source.hpp"
 #include "qjulia/error.hpp"
 
@@ -61,4 +65,70 @@ TEST_CASE("a launch without a time leaves a sizer that can be used") {
   const double work = sizer.work();
   sizer.learn(work, 0);
   CHECK(sizer.work() == Approx(2 * work));
+}
+
+TEST_CASE("errors have OpenCL's names, and lost devices are known by them") {
+  CHECK(device::named_error(-5) == "CL_OUT_OF_RESOURCES (-5)");
+  CHECK(device::named_error(-36) == "CL_INVALID_COMMAND_QUEUE (-36)");
+  CHECK(device::named_error(-1001) == "CL_PLATFORM_NOT_FOUND_KHR (-1001)");
+  CHECK(has(device::named_error(-9999), "NVIDIA"));
+  CHECK(device::named_error(-5000) == "OpenCL error (-5000)");
+  for (int code = -1; code >= -72; --code) {
+    if (code < -19 && code > -30) continue;  // OpenCL has no such
+    CAPTURE(code);
+    CHECK(has(device::named_error(code), "CL_"));
+  }
+  for (const int code : {-36, -9999, -2}) {
+    CHECK(DeviceError("a GPU", "clFinish", code).is_lost());
+    CHECK(has(DeviceError("a GPU", "clFinish", code).what(), "the driver has lost the device"));
+  }
+  for (const int code : {-4, -5, -54}) CHECK_FALSE(DeviceError("a GPU", "x", code).is_lost());
+}
+
+namespace {
+
+/// Waits until a time, asleep or not.
+int wait_until(device::PatientWait::Clock::time_point end, bool is_busy) {
+  if (!is_busy) std::this_thread::sleep_until(end);
+  while (device::PatientWait::Clock::now() < end) {
+  }
+  return 7;
+}
+
+/// How often a wait of 20 ms that is expected slept before, of ten.
+int sleeps(bool may_sleep, bool is_busy) {
+  const auto total = std::make_shared<device::WaitTotal>();
+  device::PatientWait wait(may_sleep, total);
+  int flushes = 0;
+  for (int i = 0; i < 10; ++i) {
+    wait.expect(0.02);
+    const auto end = device::PatientWait::Clock::now() + std::chrono::milliseconds(20);
+    CHECK(wait([&] { ++flushes; }, [&] { return wait_until(end, is_busy); }) == 7);
+  }
+  CHECK(total->value().seconds >= 0.19);
+  CHECK(total->value().slept_seconds >= 0.0149 * flushes);
+  return flushes;
+}
+
+}  // namespace
+
+TEST_CASE("a driver that keeps a core busy is called after a sleep, others at once") {
+  CHECK(sleeps(/*may_sleep=*/true, /*is_busy=*/true) >=
+        5);  // all but the first, if nobody disturbs
+  CHECK(sleeps(/*may_sleep=*/true, /*is_busy=*/false) == 0);
+  CHECK(sleeps(/*may_sleep=*/false, /*is_busy=*/true) == 0);
+}
+
+TEST_CASE("launches are expected to take what they took, rather less than more") {
+  device::LaunchTime time;
+  CHECK(time.expected(1000) == 0);
+  time.learn(1000, 0.1);
+  CHECK(time.expected(2000) == Approx(0.2));
+  time.learn(1000, 0.01);
+  CHECK(time.expected(1000) == Approx(0.01));
+  time.learn(1000, 0.1);
+  CHECK(time.expected(1000) == Approx(0.055));
+  time.learn(0, 5);
+  time.learn(1000, 0);
+  CHECK(time.expected(1000) == Approx(0.055));
 }

@@ -132,14 +132,15 @@ TEST_CASE("brackets of JSON are counted where they are no text") {
 TEST_CASE("one table says what a file is by its extension, in any case") {
   CHECK(extension_of("a/B.GLB") == ".glb");
   CHECK(extension_of("none").empty());
-  for (const char* name : {"m.obj", "m.OFF", "m.Ply", "m.STL"}) {
+  for (const char* name : {"m.obj", "m.OFF", "m.Ply", "m.STL", "m.GLB"}) {
     CHECK(has_type(name, FileContent::mesh, FileUse::read));
     CHECK(has_type(name, FileContent::mesh, FileUse::write));
   }
-  CHECK(has_type("m.GLB", FileContent::mesh, FileUse::write));
-  CHECK_FALSE(has_type("m.glb", FileContent::mesh, FileUse::read));
+  CHECK(has_type("m.3MF", FileContent::mesh, FileUse::read));
+  CHECK_FALSE(has_type("m.gltf", FileContent::mesh, FileUse::write));
   CHECK(has_type("m.O3D", FileContent::original_map, FileUse::read));
-  CHECK(extension_list(FileContent::mesh, FileUse::read) == ".obj, .off, .ply or .stl");
+  CHECK(extension_list(FileContent::mesh, FileUse::read) ==
+        ".obj, .off, .ply, .stl, .glb, .gltf or .3mf");
   CHECK(extension_list(FileContent::field, FileUse::write) == ".npy or .vti");
   CHECK(expect_type("m.NPY", FileContent::field, FileUse::write) == ".npy");
   CHECK_THROWS_WITH(expect_type("m.gif", FileContent::picture, FileUse::write),

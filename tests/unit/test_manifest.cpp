@@ -1,8 +1,10 @@
 #include <sys/stat.h>
 
 #include <catch2/catch.hpp>
+#include <limits>
 
 #include "batch/batch.hpp"
+#include "batch/sweep.hpp"
 #include "qjulia/error.hpp"
 #include "temporary_folder.hpp"
 
@@ -235,4 +237,109 @@ TEST_CASE("a resumed batch may have lost meshes") {
   const batch::Manifest manifest = read(folder, "[[fit]]\nmesh = \"gone.obj\"\n", true);
   REQUIRE(manifest.entries.size() == 1);
   CHECK(manifest.entries[0].name == "gone");
+}
+
+TEST_CASE("a sweep makes a fit of each mesh and each combination, with names that stay") {
+  const TemporaryFolder folder;
+  folder.file("a.obj", "");
+  folder.file("b.obj", "");
+  const auto names_of = [&](const std::string& text) {
+    std::vector<std::string> names;
+    for (const batch::BatchEntry& entry : read(folder, text).entries) names.push_back(entry.name);
+    return names;
+  };
+  const std::string sweep = R"([defaults]
+time_limit = 5
+factors = 7
+[[sweep]]
+mesh = "*.obj"
+factors = [100, 331]
+detail = [0.005, 0.02]
+compare = [6, 1]
+[[fit]]
+mesh = "a.obj"
+)";
+  const std::vector<std::string> expected = {
+      "a-detail0.005-factors100", "a-detail0.005-factors331", "a-detail0.02-factors100",
+      "a-detail0.02-factors331",  "b-detail0.005-factors100", "b-detail0.005-factors331",
+      "b-detail0.02-factors100",  "b-detail0.02-factors331",  "a"};
+  CHECK(names_of(sweep) == expected);
+  const batch::Manifest manifest = read(folder, sweep);
+  const batch::BatchEntry& third = manifest.entries[2];
+  std::vector<std::string> options;
+  for (const auto& option : third.options) {
+    options.push_back(option.name + "=" + option.values.front());
+  }
+  CHECK(options == std::vector<std::string>{"detail=0.02", "factors=100", "time-limit=5"});
+  CHECK(third.outputs.compare == std::vector<int>{1, 6});
+  CHECK(manifest.entries.back().outputs.compare.empty());
+
+  // Whatever the order of lines, and a list of one value names it, too.
+  CHECK(names_of("[[sweep]]\nfactors = [9]\nmesh = [\"b.obj\", \"a.obj\"]\nname = \"x-*\"\n"
+                 "polish = [true, false]\n") ==
+        std::vector<std::string>{"x-b-factors9-polishtrue", "x-b-factors9-polishfalse",
+                                 "x-a-factors9-polishtrue", "x-a-factors9-polishfalse"});
+  CHECK(names_of("[[sweep]]\nmesh = \"a.obj\"\nschedule = [\"in/v.toml\", \"fast\"]\n") ==
+        std::vector<std::string>{"a-schedulev", "a-schedulefast"});
+  CHECK(names_of("[[sweep]]\nmesh = \"a.obj\"\nschedule = [\"in/v*\"]\n") ==
+        std::vector<std::string>{"a-schedulein_v_"});
+  CHECK(names_of("[[sweep]]\nmesh = \"a.obj\"\n") == std::vector<std::string>{"a"});
+}
+
+TEST_CASE("all that is wrong with a sweep is told at once") {
+  const TemporaryFolder folder;
+  folder.file("a.obj", "");
+  folder.file("b.obj", "");
+  std::string many = "[";
+  for (int i = 1; i <= 400; ++i) many += std::to_string(i) + ",";
+  many += "]";
+  const std::string told = problems(folder, R"([[sweep]]
+mesh = ["a.obj", 3, "absent.obj"]
+factors = [0, 5, 5.0, 5]
+factorz = [1, 2]
+detail = []
+compare = [1, 99, 1]
+surface = ["ply", "stl"]
+[[sweep]]
+mesh = "*.obj"
+name = "same"
+factors = [1, 2]
+[[sweep]]
+mesh = "a.obj"
+polish = [true, false]
+detail = [0.1, 0.2]
+[[sweep]]
+factors = [3]
+[[sweep]]
+mesh = "a.obj"
+factors = )" + many + "\ntime_limit = " + many + "\n");
+  CHECK_THAT(told, Contains("m.toml:2: 'mesh' must be text, without NUL"));
+  CHECK_THAT(told, Contains("m.toml:1: there is no mesh") && Contains("absent.obj"));
+  CHECK_THAT(told, Contains("m.toml:3: no factors"));
+  CHECK_THAT(told, Contains("m.toml:3: 'factors' lists two values") && Contains("call '5'"));
+  CHECK_THAT(told, Contains("m.toml:4: unknown key 'factorz'"));
+  CHECK_THAT(told, Contains("m.toml:5: 'detail' is an empty list"));
+  CHECK_THAT(told, Contains("m.toml:6: each n of 'compare' must be a whole number, 1 to 16") &&
+                       Contains("m.toml:6: 'compare' lists 1 twice"));
+  CHECK_THAT(told, Contains("m.toml:7: 'surface' must be true, false"));
+  CHECK_THAT(told, Contains("m.toml:8: '*.obj' matches 2 meshes"));
+  CHECK_THAT(told, Contains("m.toml:12: either polish or detail"));
+  CHECK_THAT(told, Contains("m.toml:16: this [[sweep]] has no 'mesh'"));
+  CHECK_THAT(told, Contains("m.toml:18: this [[sweep]] makes more than 100000 fits"));
+  // What several values or combinations have wrong is told once.
+  for (const char* once : {"unknown key 'factorz'", "either polish or detail"}) {
+    CHECK(told.find(once) == told.rfind(once));
+  }
+  CHECK_THAT(
+      problems(folder, "[[fit]]\nmesh = \"a.obj\"\nfactors = [1, 2]\n"),
+      Contains("m.toml:3: 'factors' must be a number") && Contains("lists belong in a [[sweep]]"));
+}
+
+TEST_CASE("combinations without number are counted as the largest one") {
+  const batch::SweepAxis axis{"factors", {{"1", std::nullopt}, {"2", std::nullopt}}};
+  CHECK(batch::combination_count({}) == 1);
+  CHECK(batch::combination_count({axis, axis, axis}) == 8);
+  CHECK(batch::combination_count({axis, {"detail", {}}}) == 0);
+  CHECK(batch::combination_count(std::vector<batch::SweepAxis>(64, axis)) ==
+        std::numeric_limits<std::size_t>::max());
 }

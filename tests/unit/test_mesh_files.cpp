@@ -350,7 +350,7 @@ TEST_CASE("a mesh that is missing, a folder or of another type is refused") {
                     Contains("gone.obj") && Contains("no such file"));
   std::filesystem::create_directory(mesh_folder.path() / "folder.obj");
   CHECK_THROWS_WITH(read_mesh(mesh_folder.path() / "folder.obj"), Contains("folder"));
-  check_refused("scene.gltf", "{}", ".ply");
+  check_refused("scene.fbx", "{}", ".ply");
   check_refused("noextension", "v 0 0 0\n", ".ply");
 }
 

@@ -16,13 +16,13 @@ using test::budget_of;
 namespace {
 
 /// E = ½ (v − goal)ᵀ A (v − goal) over the unknowns, A diagonal and badly scaled.
-class Quadratic final : public fitting::Evaluator {
+class Quadratic final : public energy::Evaluator {
  public:
-  explicit Quadratic(const Map& goal) : goal_(fitting::to_unknowns(goal)) {}
+  explicit Quadratic(const Map& goal) : goal_(energy::to_unknowns(goal)) {}
 
-  fitting::Evaluation evaluate(const Map& map, bool) override {
-    const auto v = fitting::to_unknowns(map);
-    fitting::Evaluation result;
+  energy::Evaluation evaluate(const Map& map, bool) override {
+    const auto v = energy::to_unknowns(map);
+    energy::Evaluation result;
     for (std::size_t i = 0; i < v.size(); ++i) {
       const double d = v[i] - goal_[i];
       result.energy += 0.5 * weight(i) * d * d;
@@ -49,7 +49,7 @@ class Quadratic final : public fitting::Evaluator {
   std::vector<double> goal_;
 };
 
-fitting::Evaluate by(fitting::Evaluator& energy) {
+fitting::Evaluate by(energy::Evaluator& energy) {
   return [&energy](const Map& map) { return energy.evaluate(map, true); };
 }
 
@@ -73,7 +73,7 @@ TEST_CASE("the preconditioner turns the Gauss-Newton matrix into the identity") 
   }
   const Eigen::MatrixXd h = b * b.transpose();
   constexpr double kDamping = 1e-3;
-  const fitting::Preconditioner scaling(fitting::factorised(h, kDamping));
+  const fitting::Preconditioner scaling(energy::factorised(h, kDamping));
   Eigen::MatrixXd damped = h;
   damped.diagonal() *= 1 + kDamping;
   // R⁻ᵀ (H + λ diag H) R⁻¹ = I, tried on unit vectors.
@@ -90,7 +90,7 @@ TEST_CASE("the minimiser finds a badly scaled minimum and moves only what the sp
   Quadratic energy(goal);
   const auto minimized = [&](const fitting::Subspace& subspace, fitting::Budget budget) {
     const fitting::Preconditioner scaling(
-        fitting::factorised(subspace.restricted_matrix(energy.gauss_newton(start)), 1e-3));
+        energy::factorised(subspace.restricted_matrix(energy.gauss_newton(start)), 1e-3));
     return fitting::minimize(by(energy), start, subspace, scaling, 50, budget);
   };
   const fitting::Subspace all(start, level_of(fitting::Space::all), Unknowns::all);
@@ -119,7 +119,7 @@ TEST_CASE("the minimiser finds a badly scaled minimum and moves only what the sp
   const auto ended = minimized(all, budget_of(1));
   CHECK(ended.stopped == StopReason::schedule_done);
   CHECK(ended.energy_after == energy.evaluate(start, false).energy);
-  CHECK(fitting::to_unknowns(ended.map) == fitting::to_unknowns(start));
+  CHECK(energy::to_unknowns(ended.map) == energy::to_unknowns(start));
 }
 
 TEST_CASE("steps that take many evaluations end the run, with the lowest energy found") {
@@ -145,14 +145,14 @@ TEST_CASE("without a finite energy the map stays what it was, and the budget is 
   const auto start = test::random_map(9, 0.1, 0.5, 1);
   const auto nothing = [](const Map& map) {
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    return fitting::Evaluation{nan, std::vector<double>(1 + 5 * map.dynamics.factors.size(), nan)};
+    return energy::Evaluation{nan, std::vector<double>(1 + 5 * map.dynamics.factors.size(), nan)};
   };
   const fitting::Subspace all(start, level_of(fitting::Space::all), Unknowns::all);
   const fitting::Preconditioner scaling(Eigen::VectorXd::Ones(all.size()).eval(), 1e-3);
   auto budget = budget_of(2);
   const auto found = fitting::minimize(nothing, start, all, scaling, 50, budget);
   CHECK(budget.evaluations() <= 2);
-  CHECK(fitting::to_unknowns(found.map) == fitting::to_unknowns(start));
+  CHECK(energy::to_unknowns(found.map) == energy::to_unknowns(start));
 }
 
 TEST_CASE("errors of the evaluator are not taken for the end of a line search") {
@@ -179,12 +179,12 @@ TEST_CASE("errors of the evaluator are not taken for the end of a line search") 
 TEST_CASE("coarse spaces scale exponents and move centres by groups") {
   auto map = test::random_map(40, 0.1, 0.5, 4);
   const auto moved = [&](const fitting::Subspace& space, Eigen::Index variable) {
-    auto unknowns = fitting::to_unknowns(map);
+    auto unknowns = energy::to_unknowns(map);
     const Eigen::VectorXd move = space.prolonged(Eigen::VectorXd::Unit(space.size(), variable));
     for (std::size_t i = 0; i < unknowns.size(); ++i) {
       unknowns[i] += 0.1 * move[static_cast<Eigen::Index>(i)];
     }
-    return fitting::with_unknowns(map, unknowns);
+    return energy::with_unknowns(map, unknowns);
   };
   const fitting::Subspace scalars(map, level_of(fitting::Space::scalars), Unknowns::all);
   REQUIRE(scalars.size() == 3);

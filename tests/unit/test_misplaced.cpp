@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "fit/evaluator.hpp"
+#include "energy/evaluator.hpp"
 #include "fit/misplaced.hpp"
 #include "sphere_pool.hpp"
 
@@ -21,8 +21,8 @@ std::vector<double> distances_of(const Map& map) {
   return result;
 }
 
-std::vector<double> field_at(const fitting::Samples& samples, const Map& map) {
-  return fitting::make_reference_evaluator(samples, {})->field(map);
+std::vector<double> field_at(const energy::Samples& samples, const Map& map) {
+  return energy::make_reference_evaluator(samples, {})->field(map);
 }
 
 }  // namespace

@@ -144,6 +144,8 @@ TEST_CASE("options that make no picture are refused by name") {
   refused([](auto& o) { o.palette.stops.resize(1); }, "palette");
   refused([](auto& o) { o.palette.stops.resize(9, Rgb::Zero()); }, "palette");
   refused([](auto& o) { o.palette.clay = {0, 0, -1}; }, "palette");
+  refused([](auto& o) { o.range = {1, 1}; }, "range");
+  refused([&](auto& o) { o.range = {nan, 1}; }, "range");
   refused([](auto& o) { o.cuts = {{'w', 0, false}}; }, "cut: ");
   CHECK_NOTHROW(PictureOptions().validate());
 }
@@ -168,6 +170,54 @@ TEST_CASE("colours have names and numbers, and palettes are known by name") {
     CHECK_NOTHROW(options.validate());
   }
   CHECK(!palette_named("mud"));
+}
+
+namespace {
+
+/// Perceived lightness, 0 … 1: OKLab's, of linear light.
+double lightness(const Rgb& c) {
+  return 0.2104542553 *
+             std::cbrt(0.4122214708 * c.x() + 0.5363325363 * c.y() + 0.0514459929 * c.z()) +
+         0.7936177850 *
+             std::cbrt(0.2119034982 * c.x() + 0.6806995451 * c.y() + 0.1073969566 * c.z()) -
+         0.0040720468 *
+             std::cbrt(0.0883024619 * c.x() + 0.2817188376 * c.y() + 0.6299787005 * c.z());
+}
+
+/// A palette's colour after this share of the way, as pictures go: in linear light.
+Rgb color_after(const Palette& palette, double share) {
+  const double way = share * static_cast<double>(palette.stops.size() - 1);
+  const auto stop = std::min(static_cast<std::size_t>(way), palette.stops.size() - 2);
+  const double rest = way - static_cast<double>(stop);
+  return (1 - rest) * palette.stops[stop] + rest * palette.stops[stop + 1];
+}
+
+}  // namespace
+
+TEST_CASE("even palettes rise evenly in lightness, and the wheel closes") {
+  constexpr int kSteps = 56;
+  for (const char* name : {"fern", "slate", "dusk"}) {
+    CAPTURE(name);
+    const Palette palette = palette_named(name).value();
+    const double first = lightness(palette.stops.front()), last = lightness(palette.stops.back());
+    CHECK(last - first > 0.6);
+    double before = first;
+    for (int i = 1; i <= kSteps; ++i) {
+      const double share = double(i) / kSteps;
+      const double now = lightness(color_after(palette, share));
+      CHECK(now > before + 0.5 * (last - first) / kSteps);
+      CHECK(std::abs(now - std::lerp(first, last, share)) < 0.02);
+      before = now;
+    }
+  }
+  const Palette wheel = palette_named("wheel").value();
+  CHECK((wheel.stops.front() - wheel.stops.back()).norm() < 1e-12);
+  for (int i = 0; i <= kSteps / 2; ++i) {
+    const double share = double(i) / kSteps;
+    const double there = lightness(color_after(wheel, share));
+    CHECK(std::abs(there - lightness(color_after(wheel, 1 - share))) < 0.01);
+    CHECK(std::abs(there - (0.4 + 0.84 * share)) < (i < 24 ? 0.02 : 0.07));  // its top is cut off
+  }
 }
 
 TEST_CASE("a picture's alpha goes into its file, and sheets are white behind") {

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/larger_error.hpp"
-#include "fit/evaluator.hpp"
+#include "energy/evaluator.hpp"
 #include "map/reference_iteration.hpp"
 #include "original.hpp"
 #include "random_maps.hpp"
@@ -18,12 +18,12 @@ namespace {
 /// What the original program computed, in this program's terms.
 class Original : public test::OriginalFigures {
  public:
-  fitting::Samples samples() const {
+  energy::Samples samples() const {
     const auto x = numbers("cellCentreX");
     const auto y = numbers("cellCentreY");
     const auto z = numbers("cellCentreZ");
     const auto weights = numbers("weights");
-    fitting::Samples samples;
+    energy::Samples samples;
     for (const double zc : z) {
       for (const double yc : y) {
         for (const double xc : x) {
@@ -35,9 +35,9 @@ class Original : public test::OriginalFigures {
     return samples;
   }
 
-  std::unique_ptr<fitting::Evaluator> evaluator(int iterations) const {
-    return fitting::make_reference_evaluator(
-        samples(), {fitting::Loss::tanh, iterations, number("tanhAlpha"), number("escape")});
+  std::unique_ptr<energy::Evaluator> evaluator(int iterations) const {
+    return energy::make_reference_evaluator(
+        samples(), {energy::Loss::tanh, iterations, number("tanhAlpha"), number("escape")});
   }
 
   /// A gradient by our unknowns in the original's order: ln scale, bottom powers, top powers, and
@@ -159,12 +159,12 @@ TEST_CASE("one factor at the origin with exponent 2 squares, by hand") {
 
 TEST_CASE("reference gradients are central differences of the energy, all unknowns") {
   const int iterations = GENERATE(1, 2, 3, 4);
-  const auto loss = GENERATE(fitting::Loss::tanh, fitting::Loss::distance);
+  const auto loss = GENERATE(energy::Loss::tanh, energy::Loss::distance);
   auto map = test::random_map(7, 0.1, 0.6, 31);
   map.dynamics.slice = 0.05;
   const auto evaluator =
-      fitting::make_reference_evaluator(test::random_samples(120, 32), {loss, iterations, 1.0, 20});
-  const auto at = fitting::to_unknowns(map);
+      energy::make_reference_evaluator(test::random_samples(120, 32), {loss, iterations, 1.0, 20});
+  const auto at = energy::to_unknowns(map);
   const auto gradient = evaluator->evaluate(map, true).gradient;
   constexpr double kStep = 1e-6;
   std::vector<double> differences;
@@ -173,8 +173,8 @@ TEST_CASE("reference gradients are central differences of the energy, all unknow
     auto down = at;
     up[i] += kStep;
     down[i] -= kStep;
-    differences.push_back((evaluator->evaluate(fitting::with_unknowns(map, up), false).energy -
-                           evaluator->evaluate(fitting::with_unknowns(map, down), false).energy) /
+    differences.push_back((evaluator->evaluate(energy::with_unknowns(map, up), false).energy -
+                           evaluator->evaluate(energy::with_unknowns(map, down), false).energy) /
                           (2 * kStep));
   }
   INFO("n " << iterations);
@@ -188,15 +188,15 @@ TEST_CASE("derivatives stay finite and right where the vector part vanishes") {
   const std::vector<Quaternion> starts{{0.9, 0, 0, 0}};
   const auto gradient = reference::field_gradients(map, starts, 3, 20);
   REQUIRE(gradient.allFinite());
-  const auto at = fitting::to_unknowns(map);
+  const auto at = energy::to_unknowns(map);
   for (std::size_t i = 0; i < at.size(); ++i) {
     auto up = at;
     auto down = at;
     up[i] += 1e-6;
     down[i] -= 1e-6;
     const double difference =
-        (reference::field(fitting::with_unknowns(map, up), starts, 3, 20)[0] -
-         reference::field(fitting::with_unknowns(map, down), starts, 3, 20)[0]) /
+        (reference::field(energy::with_unknowns(map, up), starts, 3, 20)[0] -
+         reference::field(energy::with_unknowns(map, down), starts, 3, 20)[0]) /
         2e-6;
     INFO("unknown " << i);
     CHECK(gradient(0, static_cast<Eigen::Index>(i)) == Approx(difference).margin(1e-6));

@@ -20,10 +20,10 @@ Map wanted() {
 }
 
 /// Samples whose targets are the wanted map's field.
-fitting::Samples samples_of(const Map& map) {
-  fitting::Samples samples = test::random_samples(3000, 22);
+energy::Samples samples_of(const Map& map) {
+  energy::Samples samples = test::random_samples(3000, 22);
   std::ranges::fill(samples.side, 0);
-  samples.target = fitting::make_reference_evaluator(samples, {})->field(map);
+  samples.target = energy::make_reference_evaluator(samples, {})->field(map);
   return samples;
 }
 
@@ -33,8 +33,8 @@ double distance_between(const Quaternion& a, const Quaternion& b) { return norm(
 
 TEST_CASE("a factor that does nothing is moved to where one is missing") {
   const Map whole = wanted();
-  const fitting::Samples samples = samples_of(whole);
-  const auto evaluator = fitting::make_reference_evaluator(samples, {});
+  const energy::Samples samples = samples_of(whole);
+  const auto evaluator = energy::make_reference_evaluator(samples, {});
   // Near to the others and weak; or strong, and so far off that it is a constant.
   const Factor idle = GENERATE(Factor{{-0.2, 0.1, 0.3, 0.5}, 1e-3}, Factor{{7, 0, 0, 0}, 0.9});
   Map map = whole;
@@ -53,12 +53,12 @@ TEST_CASE("a factor that does nothing is moved to where one is missing") {
 
   base::Random same(1);
   const Map again = fitting::relocate_factors(*evaluator, samples, map, 1, same);
-  CHECK(fitting::to_unknowns(again) == fitting::to_unknowns(moved));
+  CHECK(energy::to_unknowns(again) == energy::to_unknowns(moved));
 }
 
 TEST_CASE("samples that ask for nothing draw no factor") {
   const Map whole = wanted();
-  fitting::Samples samples = samples_of(whole);
+  energy::Samples samples = samples_of(whole);
   Map map = whole;
   map.dynamics.factors[kMissing] = {{-0.2, 0.1, 0.3, 0.5}, 1e-3};
   // About the missing factor F is too high: there "at least so far out" asks for nothing.
@@ -67,7 +67,7 @@ TEST_CASE("samples that ask for nothing draw no factor") {
     return (samples.position[i] - Eigen::Vector3d(c.x, c.y, c.z)).norm() < 0.8;
   };
   for (std::size_t i = 0; i < samples.size(); ++i) samples.side[i] = missed(i) ? 1 : 0;
-  const auto evaluator = fitting::make_reference_evaluator(samples, {});
+  const auto evaluator = energy::make_reference_evaluator(samples, {});
   base::Random random(1);
   const Map moved = fitting::relocate_factors(*evaluator, samples, map, 1, random);
   CHECK(distance_between(moved.dynamics.factors[kMissing].center,
@@ -76,8 +76,8 @@ TEST_CASE("samples that ask for nothing draw no factor") {
 
 TEST_CASE("several new factors keep apart") {
   const Map whole = wanted();
-  const fitting::Samples samples = samples_of(whole);
-  const auto evaluator = fitting::make_reference_evaluator(samples, {});
+  const energy::Samples samples = samples_of(whole);
+  const auto evaluator = energy::make_reference_evaluator(samples, {});
   Map map = whole;
   for (const std::size_t k : {std::size_t{1}, kMissing, std::size_t{6}}) {
     map.dynamics.factors[k] = {{7, 1.0 * static_cast<double>(k), 0, 0}, 0.1};

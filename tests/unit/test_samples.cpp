@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "fit/placement.hpp"
+#include "fit/sample_weights.hpp"
 #include "sphere_pool.hpp"
 
 using namespace qjulia;
@@ -66,7 +67,7 @@ TEST_CASE("a stage's samples have the shares, targets and sides it asks for") {
   CHECK(within < 60);
 
   level.off_slice_weight = 0;
-  level.loss = fitting::Loss::tanh;
+  level.loss = energy::Loss::tanh;
   const auto sided = pool.draw(level, random);
   double inside = 0;
   double outside = 0;
@@ -105,4 +106,61 @@ TEST_CASE("monopoles on a sphere make its electrostatic field") {
   CHECK(high < 1.02 * low);
   CHECK_THROWS_WITH(fitting::place_monopoles({pool.surface, {}, {}}, 40, 1),
                     Catch::Contains("placement by depth"));
+}
+
+TEST_CASE("weights by place keep sums, of either side with the tanh loss, and leave others alone") {
+  const auto pool = sphere_pool(5000);
+  const auto loss = GENERATE(energy::Loss::distance, energy::Loss::tanh);
+  fitting::Level level = small_level();
+  level.samples = 1000;
+  level.loss = loss;
+  if (loss == energy::Loss::distance) level.off_slice_weight = 0.25;
+  base::Random random(3);
+  const energy::Samples before = pool.draw(level, random);
+  const ShapeToMap frame{2, {1, 0, 0}};
+  energy::Samples samples = before;
+  const auto weight_at = [](const Eigen::Vector3d& x) { return x.z() > 0 ? 5.0 : 1.0; };
+  const SampleWeights weights = [&](std::span<const Eigen::Vector3d> points) {
+    std::vector<double> all;
+    for (const auto& x : points) all.push_back(weight_at(x));
+    return all;
+  };
+  fitting::weigh(samples, weights, frame, loss);
+  double sums[2][2] = {};
+  double scale[2] = {};
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const bool is_below = loss == energy::Loss::tanh && samples.side[i] < 0;
+    if (samples.off_slice[i] != 0) {
+      CHECK(samples.weight[i] == before.weight[i]);
+      continue;
+    }
+    sums[is_below][0] += before.weight[i];
+    sums[is_below][1] += samples.weight[i];
+    // One factor on all weights of a side, beside those asked for.
+    const double factor =
+        samples.weight[i] / before.weight[i] / weight_at(frame.to_shape(samples.position[i]));
+    if (scale[is_below] == 0) scale[is_below] = factor;
+    CHECK(factor == Approx(scale[is_below]));
+  }
+  CHECK(sums[0][1] == Approx(sums[0][0]));
+  CHECK(sums[1][1] == Approx(sums[1][0]));
+  CHECK(scale[0] < 0.8);
+}
+
+TEST_CASE("weights by place leave a side alone whose samples do not count") {
+  fitting::Level level = small_level();
+  level.loss = energy::Loss::tanh;
+  base::Random random(3);
+  energy::Samples samples = sphere_pool(5000).draw(level, random);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (samples.side[i] < 0) samples.weight[i] = 0;
+  }
+  const auto twice = [](std::span<const Eigen::Vector3d> points) {
+    return std::vector<double>(points.size(), 2.0);
+  };
+  const energy::Samples before = samples;
+  fitting::weigh(samples, twice, {2, {1, 0, 0}}, level.loss);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    CHECK(samples.weight[i] == Approx(before.weight[i]));  // never NaN
+  }
 }

@@ -39,7 +39,7 @@ TEST_CASE("polishing takes the last two fifths of a schedule") {
   }
   CHECK(polished.levels.back().until == 1);
   CHECK(polished.levels.back().iterations == 2);
-  CHECK(polished.levels.back().loss == fitting::Loss::tanh);
+  CHECK(polished.levels.back().loss == energy::Loss::tanh);
   CHECK(polished.levels.back().band == Approx(0.12));
 }
 
@@ -58,7 +58,7 @@ TEST_CASE("a schedule's file is read, and what is wrong with it is told by line"
   CHECK(own.levels[0].space == fitting::Space::clusters);
   CHECK(own.levels[0].clusters == 9);
   CHECK(own.levels[1].points == fitting::Points::grid);
-  CHECK(own.levels[1].loss == fitting::Loss::tanh);
+  CHECK(own.levels[1].loss == energy::Loss::tanh);
   CHECK(own.levels[1].samples == 12);
   CHECK(own.levels[1].until == 1);
   CHECK(own.automatic.factors == 331);

@@ -31,9 +31,9 @@ struct Killed {};
 
 class MortalEvaluator final : public test::ForwardingEvaluator {
  public:
-  MortalEvaluator(std::unique_ptr<fitting::Evaluator> evaluator, int& left)
+  MortalEvaluator(std::unique_ptr<energy::Evaluator> evaluator, int& left)
       : ForwardingEvaluator(std::move(evaluator)), left_(left) {}
-  fitting::Evaluation evaluate(const Map& map, bool with_gradient) override {
+  energy::Evaluation evaluate(const Map& map, bool with_gradient) override {
     if (with_gradient && left_-- == 0) throw Killed();
     return ForwardingEvaluator::evaluate(map, with_gradient);
   }
@@ -59,7 +59,7 @@ fitting::Level polishing_level() {
   fitting::Level level = small_level();
   level.relocated = 0;
   level.iterations = 2;
-  level.loss = fitting::Loss::tanh;
+  level.loss = energy::Loss::tanh;
   level.alpha = 1;
   return level;
 }
@@ -86,9 +86,9 @@ TEST_CASE("a fit that died and was resumed ends as one that did not") {
   const test::TemporaryFolder folder;
   const std::filesystem::path path = folder / "fit.checkpoint";
   int left = -1;  // evaluations with gradients until death; negative: none
-  const fitting::EvaluatorFactory mortal = [&](const fitting::Samples& samples,
-                                               const fitting::EnergySettings& energy) {
-    return std::make_unique<MortalEvaluator>(fitting::make_reference_evaluator(samples, energy),
+  const energy::EvaluatorFactory mortal = [&](const energy::Samples& samples,
+                                              const energy::EnergySettings& energy) {
+    return std::make_unique<MortalEvaluator>(energy::make_reference_evaluator(samples, energy),
                                              left);
   };
   const auto start = fitting::place_factors(mortal, pool, *options.factors, 1);
@@ -102,7 +102,7 @@ TEST_CASE("a fit that died and was resumed ends as one that did not") {
     stages.run();
     CHECK(stages.budget().evaluations() == 40);
     CHECK(stages.reports().back().iterations == schedule.levels.back().iterations);
-    return fitting::to_unknowns(stages.finished().map);
+    return energy::to_unknowns(stages.finished().map);
   };
   fitting::Checkpoint none({}, "");
   const auto unbroken = unknowns_of_a_run(none, false);
@@ -147,7 +147,7 @@ TEST_CASE("an interrupted fit keeps every evaluation it made, and its plan") {
   options.factors = 8;
   const fitting::Schedule schedule{40, 1e-3, {small_level()}};
   const auto start =
-      fitting::place_factors(fitting::make_reference_evaluator, pool, *options.factors, 1);
+      fitting::place_factors(energy::make_reference_evaluator, pool, *options.factors, 1);
   for (const int until : {0, 5, 22}) {
     std::stop_source stop;
     if (until == 0) stop.request_stop();
@@ -181,7 +181,7 @@ TEST_CASE("stages fit a sphere with the reference evaluator alone") {
   int reports = 0;
   plan.monitor.on_progress = [&](const Progress&) { ++reports; };
   const auto start =
-      fitting::place_factors(fitting::make_reference_evaluator, pool, *options.factors, 1);
+      fitting::place_factors(energy::make_reference_evaluator, pool, *options.factors, 1);
   const ToyProblem problem(draw);
   fitting::Stages stages(problem, start, std::move(plan));
   CHECK(stages.run() == StopReason::schedule_done);
@@ -190,9 +190,9 @@ TEST_CASE("stages fit a sphere with the reference evaluator alone") {
   CHECK(reports == static_cast<int>(stages.reports().size()));
   CHECK(stages.reports().back().energy_after < 1e-3);
   // F_1 of the fit is the distance to the sphere, at points the fit never saw.
-  fitting::Samples unseen;
+  energy::Samples unseen;
   for (const double radius : {0.9, 1.0, 1.1}) unseen.add({0, 0.6 * radius, 0.8 * radius}, 1, 0, 0);
-  const auto field = fitting::make_reference_evaluator(unseen, {})->field(stages.finished().map);
+  const auto field = energy::make_reference_evaluator(unseen, {})->field(stages.finished().map);
   CHECK(field[0] == Approx(-0.1).margin(0.03));
   CHECK(field[1] == Approx(0).margin(0.03));
   CHECK(field[2] == Approx(0.1).margin(0.03));
@@ -206,7 +206,7 @@ TEST_CASE("a fit can be taken step by step: each is a stage, and none follows th
   options.factors = 8;
   const fitting::Schedule schedule{40, 1e-3, {small_level()}};
   const auto start =
-      fitting::place_factors(fitting::make_reference_evaluator, pool, *options.factors, 1);
+      fitting::place_factors(energy::make_reference_evaluator, pool, *options.factors, 1);
   fitting::Stages whole(problem, start, plan_of(options, schedule));
   whole.run();
 
@@ -223,16 +223,16 @@ TEST_CASE("a fit can be taken step by step: each is a stage, and none follows th
   CHECK(stepped.step() == ended);
   CHECK(stepped.budget().evaluations() == 40);
   CHECK(stepped.reports().size() == whole.reports().size());
-  CHECK(fitting::to_unknowns(stepped.finished().map) == fitting::to_unknowns(whole.finished().map));
+  CHECK(energy::to_unknowns(stepped.finished().map) == energy::to_unknowns(whole.finished().map));
 }
 
 TEST_CASE("a stage asks at the centres of poles inside the shape, where they are when it begins") {
   const auto pool = sphere_pool(4000);
-  std::vector<fitting::Samples> asked;
-  const fitting::EvaluatorFactory keeping = [&](const fitting::Samples& samples,
-                                                const fitting::EnergySettings& options) {
+  std::vector<energy::Samples> asked;
+  const energy::EvaluatorFactory keeping = [&](const energy::Samples& samples,
+                                               const energy::EnergySettings& options) {
     asked.push_back(samples);
-    return fitting::make_reference_evaluator(samples, options);
+    return energy::make_reference_evaluator(samples, options);
   };
   const auto draw = [&](const fitting::Level& level, base::Random& random) {
     return pool.draw(level, random);
@@ -266,15 +266,15 @@ TEST_CASE("a body that a root outside makes is gone when a fit ends") {
   FitOptions options;
   options.factors = 8;
   const fitting::Schedule schedule{1, 1e-3, {small_level()}};  // no time to step
-  Map start = fitting::place_factors(fitting::make_reference_evaluator, pool, *options.factors, 1);
+  Map start = fitting::place_factors(energy::make_reference_evaluator, pool, *options.factors, 1);
   const Quaternion outside{0, 0, 1.8, 1e-3};
   start.dynamics.factors.push_back({outside, 0.2});
   const auto field_outside = [&](const ToyProblem& problem) {
     fitting::Stages stages(problem, start, plan_of(options, schedule));
     stages.run();
-    fitting::Samples at;
+    energy::Samples at;
     at.add({outside.x, outside.y, outside.z}, 1, 0, 0);
-    return fitting::make_reference_evaluator(at, {})->field(stages.finished().map).front();
+    return energy::make_reference_evaluator(at, {})->field(stages.finished().map).front();
   };
   ToyProblem problem(draw);
   CHECK(field_outside(problem) < 0);
@@ -292,11 +292,11 @@ TEST_CASE(
   const auto draw = [&](const fitting::Level& level, base::Random& random) {
     return pool.draw(level, random);
   };
-  std::vector<std::pair<fitting::EnergySettings, fitting::Samples>> asked;
-  const fitting::EvaluatorFactory keeping = [&](const fitting::Samples& samples,
-                                                const fitting::EnergySettings& energy) {
+  std::vector<std::pair<energy::EnergySettings, energy::Samples>> asked;
+  const energy::EvaluatorFactory keeping = [&](const energy::Samples& samples,
+                                               const energy::EnergySettings& energy) {
     asked.emplace_back(energy, samples);
-    return fitting::make_reference_evaluator(samples, energy);
+    return energy::make_reference_evaluator(samples, energy);
   };
   FitOptions options;
   options.factors = 8;
@@ -322,7 +322,7 @@ TEST_CASE(
   CHECK(scaled == 1);
   CHECK(asked.front().first.iterations == 1);
   CHECK(asked.back().first.iterations == 2);
-  CHECK(asked.back().first.loss == fitting::Loss::tanh);
+  CHECK(asked.back().first.loss == energy::Loss::tanh);
   CHECK(std::ranges::count(asked.back().second.target, 0.25) == 200);
   CHECK(stages.reports().back().iterations == 2);
   const auto polishing = std::ranges::find(stages.reports(), 2, &StageReport::iterations);
@@ -349,7 +349,7 @@ TEST_CASE("a fit ends after the stage that reaches the target IoU, of the last i
     return iterations > 1 ? 0.8 : is_polished ? 0.95 : reached += 0.1;
   };
   fitting::Stages stages(
-      problem, fitting::place_factors(fitting::make_reference_evaluator, pool, *options.factors, 1),
+      problem, fitting::place_factors(energy::make_reference_evaluator, pool, *options.factors, 1),
       plan_of(options, schedule));
   CHECK(stages.run() == StopReason::target_iou);
   CHECK(stages.reports().back().iterations == (is_polished ? 2 : 1));
@@ -364,10 +364,10 @@ TEST_CASE("no stage is begun that the time limit would end before its first step
   // A clock that only preparation moves on, so that the machine's load does not matter.
   constexpr double kPreparation = 0.3;
   double seconds = 0;
-  const fitting::EvaluatorFactory slow = [&](const fitting::Samples& samples,
-                                             const fitting::EnergySettings& energy) {
+  const energy::EvaluatorFactory slow = [&](const energy::Samples& samples,
+                                            const energy::EnergySettings& energy) {
     seconds += kPreparation;
-    return fitting::make_reference_evaluator(samples, energy);
+    return energy::make_reference_evaluator(samples, energy);
   };
   FitOptions options;
   options.factors = 8;
@@ -377,8 +377,8 @@ TEST_CASE("no stage is begun that the time limit would end before its first step
   level.steps = 1;
   const fitting::Schedule schedule{10'000, 1e-3, {level}};
   const auto start = fitting::place_factors(
-      [](const fitting::Samples& samples, const fitting::EnergySettings& energy) {
-        return fitting::make_reference_evaluator(samples, energy);
+      [](const energy::Samples& samples, const energy::EnergySettings& energy) {
+        return energy::make_reference_evaluator(samples, energy);
       },
       pool, *options.factors, 1);
   ToyProblem problem(draw);
@@ -411,7 +411,7 @@ TEST_CASE("a level on a grid ends when it has converged, and so does the fit at 
   };
   const ToyProblem problem(draw);
   fitting::Stages stages(
-      problem, fitting::place_factors(fitting::make_reference_evaluator, pool, *options.factors, 1),
+      problem, fitting::place_factors(energy::make_reference_evaluator, pool, *options.factors, 1),
       plan_of(options, schedule));
   CHECK(stages.run() == StopReason::converged);
   CHECK(stages.budget().fraction() < 0.5);
@@ -423,16 +423,16 @@ TEST_CASE("reweighting moves weight to what is badly captured and keeps its sums
   const auto pool = sphere_pool(4000);
   FitOptions options;
   options.factors = 8;
-  const fitting::Loss loss = GENERATE(fitting::Loss::distance, fitting::Loss::tanh);
+  const energy::Loss loss = GENERATE(energy::Loss::distance, energy::Loss::tanh);
   fitting::Level level = small_level();
   level.loss = loss;
   level.relocated = 0;
   level.reweight = 2;
-  std::vector<fitting::Samples> given;
-  const fitting::EvaluatorFactory keeping = [&](const fitting::Samples& samples,
-                                                const fitting::EnergySettings& energy) {
+  std::vector<energy::Samples> given;
+  const energy::EvaluatorFactory keeping = [&](const energy::Samples& samples,
+                                               const energy::EnergySettings& energy) {
     given.push_back(samples);
-    return fitting::make_reference_evaluator(samples, energy);
+    return energy::make_reference_evaluator(samples, energy);
   };
   const auto start = fitting::place_factors(keeping, pool, *options.factors, 1);
   given.clear();
@@ -445,14 +445,14 @@ TEST_CASE("reweighting moves weight to what is badly captured and keeps its sums
   fitting::Stages stages(problem, start, plan_of(options, schedule));
   stages.run();
   REQUIRE(given.size() == 2);
-  const auto field = fitting::make_reference_evaluator(given[0], {})->field(start);
+  const auto field = energy::make_reference_evaluator(given[0], {})->field(start);
   double before[2] = {0, 0};
   double after[2] = {0, 0};
   double least[2] = {1e300, 1e300};
   double most[2] = {0, 0};
   std::size_t worst[2] = {0, 0};
   for (std::size_t i = 0; i < given[0].size(); ++i) {
-    const std::size_t side = loss == fitting::Loss::tanh && given[0].side[i] < 0 ? 1 : 0;
+    const std::size_t side = loss == energy::Loss::tanh && given[0].side[i] < 0 ? 1 : 0;
     before[side] += given[0].weight[i];
     after[side] += given[1].weight[i];
     const double ratio = given[1].weight[i] / given[0].weight[i];
@@ -467,7 +467,7 @@ TEST_CASE("reweighting moves weight to what is badly captured and keeps its sums
     CHECK(most[side] > 1);
   }
   // The heaviest sample is the worst captured one.
-  if (loss == fitting::Loss::distance) {
+  if (loss == energy::Loss::distance) {
     double largest = 0;
     for (std::size_t i = 0; i < field.size(); ++i) {
       const double residual = field[i] - given[0].target[i];
@@ -489,7 +489,7 @@ TEST_CASE("a fit that is stopped while it draws samples ends with the map that i
   const fitting::Schedule schedule{1000, 1e-3, {small_level()}};
   const ToyProblem problem(draw);
   fitting::Stages stages(
-      problem, fitting::place_factors(fitting::make_reference_evaluator, pool, *options.factors, 1),
+      problem, fitting::place_factors(energy::make_reference_evaluator, pool, *options.factors, 1),
       plan_of(options, schedule));
   CHECK(stages.run() == StopReason::interrupted);
   CHECK(stages.reports().size() == 1);

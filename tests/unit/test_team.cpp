@@ -48,14 +48,14 @@ auto on_ranks(int size, const Work& work) {
   return outcomes;
 }
 
-const fitting::EvaluatorFactory kReference = [](const fitting::Samples& samples,
-                                                const fitting::EnergySettings& options) {
-  return fitting::make_reference_evaluator(samples, options);
+const energy::EvaluatorFactory kReference = [](const energy::Samples& samples,
+                                               const energy::EnergySettings& options) {
+  return energy::make_reference_evaluator(samples, options);
 };
 
-fitting::Samples some_samples(std::size_t count) {
+energy::Samples some_samples(std::size_t count) {
   base::Random random(5);
-  fitting::Samples samples;
+  energy::Samples samples;
   for (std::size_t i = 0; i < count; ++i) {
     samples.add({random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-2, 2)},
                 random.uniform(0.1, 1), random.uniform(-1, 1), i % 3 == 0 ? 1 : 0);
@@ -76,7 +76,7 @@ Map some_map() {
 class Failing final : public test::ForwardingEvaluator {
  public:
   using Fail = std::function<void()>;
-  Failing(std::unique_ptr<fitting::Evaluator> evaluator, Fail fail)
+  Failing(std::unique_ptr<energy::Evaluator> evaluator, Fail fail)
       : ForwardingEvaluator(std::move(evaluator)), fail_(std::move(fail)) {}
   std::vector<double> field(const Map& map) override {
     fail_();
@@ -87,11 +87,11 @@ class Failing final : public test::ForwardingEvaluator {
     return ForwardingEvaluator::gauss_newton(map);
   }
   void add_curvature(const Map& map, const std::vector<std::size_t>& moved,
-                     fitting::CurvatureSum& sum) override {
+                     energy::CurvatureSum& sum) override {
     fail_();
     ForwardingEvaluator::add_curvature(map, moved, sum);
   }
-  fitting::CurvatureFactor factor(const fitting::CurvatureSum& sum, double damping) override {
+  energy::CurvatureFactor factor(const energy::CurvatureSum& sum, double damping) override {
     fail_();
     return ForwardingEvaluator::factor(sum, damping);
   }
@@ -103,10 +103,10 @@ class Failing final : public test::ForwardingEvaluator {
 void lack_memory() { throw DeviceError("toy", "clCreateBuffer", CL_MEM_OBJECT_ALLOCATION_FAILURE); }
 
 /// The reference, which on one rank fails.
-fitting::EvaluatorFactory failing_on(int rank, const Team& team, Failing::Fail fail) {
-  return [=, &team](const fitting::Samples& samples,
-                    const fitting::EnergySettings& options) -> std::unique_ptr<fitting::Evaluator> {
-    auto evaluator = fitting::make_reference_evaluator(samples, options);
+energy::EvaluatorFactory failing_on(int rank, const Team& team, Failing::Fail fail) {
+  return [=, &team](const energy::Samples& samples,
+                    const energy::EnergySettings& options) -> std::unique_ptr<energy::Evaluator> {
+    auto evaluator = energy::make_reference_evaluator(samples, options);
     if (team.rank() != rank) return evaluator;
     return std::make_unique<Failing>(std::move(evaluator), fail);
   };
@@ -126,15 +126,15 @@ bool lacks_memory(const Work& work) {
 }  // namespace
 
 TEST_CASE("energy and gradient are the same bits on any number of ranks, and on each") {
-  const fitting::Samples samples = some_samples(53);
+  const energy::Samples samples = some_samples(53);
   const Map map = some_map();
-  const auto whole = fitting::make_reference_evaluator(samples, {})->evaluate(map, true);
+  const auto whole = energy::make_reference_evaluator(samples, {})->evaluate(map, true);
   const auto found = [&](int size) {
     return on_ranks(size, [&](Team& team) {
       return fitting::distributed(team, kReference, 5)(samples, {})->evaluate(map, true);
     });
   };
-  const fitting::Evaluation first = found(1).front().result;
+  const energy::Evaluation first = found(1).front().result;
   CHECK(first.energy == Approx(whole.energy).epsilon(1e-12));
   for (std::size_t i = 0; i < whole.gradient.size(); ++i) {
     CHECK(first.gradient[i] == Approx(whole.gradient[i]).epsilon(1e-9).margin(1e-12));
@@ -149,22 +149,22 @@ TEST_CASE("energy and gradient are the same bits on any number of ranks, and on 
 }
 
 TEST_CASE("fields come in the samples' order, matrices are those of all samples") {
-  const fitting::Samples samples = some_samples(20);
+  const energy::Samples samples = some_samples(20);
   const Map map = some_map();
   const std::vector<Quaternion> centers = {{0.3, 0, 0, 0.1}, {-0.5, 0.4, 0, 0}};
-  const fitting::EnergySettings options{fitting::Loss::tanh, 1, 3.0, 7.0};
+  const energy::EnergySettings options{energy::Loss::tanh, 1, 3.0, 7.0};
   struct Answers {
     std::vector<double> field;
     double energy = 0;
     Eigen::MatrixXd matrix, products;
     Eigen::VectorXd diagonal;
   };
-  const auto answers = [&](fitting::Evaluator& evaluator) {
+  const auto answers = [&](energy::Evaluator& evaluator) {
     return Answers{evaluator.field(map), evaluator.evaluate(map, false).energy,
                    evaluator.gauss_newton(map), evaluator.pursuit_products(map, centers),
                    evaluator.gauss_newton_diagonal(map)};
   };
-  const Answers whole = answers(*fitting::make_reference_evaluator(samples, options));
+  const Answers whole = answers(*energy::make_reference_evaluator(samples, options));
   for (const auto& [found, error] : on_ranks(2, [&](Team& team) {
          return answers(*fitting::distributed(team, kReference, 3)(samples, options));
        })) {
@@ -178,18 +178,18 @@ TEST_CASE("fields come in the samples' order, matrices are those of all samples"
 }
 
 TEST_CASE("sums of matrices and their factors are the same bits on each of any number of ranks") {
-  const fitting::Samples samples = some_samples(30);
+  const energy::Samples samples = some_samples(30);
   const Map map = some_map();
-  const auto factor_of = [&](fitting::Evaluator& evaluator) {
-    fitting::CurvatureSum sum;
+  const auto factor_of = [&](energy::Evaluator& evaluator) {
+    energy::CurvatureSum sum;
     evaluator.add_curvature(map, {}, sum);
     evaluator.add_curvature(map, {1}, sum);
     return evaluator.factor(sum, 0.01);
   };
-  const auto lower = [](const fitting::CurvatureFactor& factor) {
+  const auto lower = [](const energy::CurvatureFactor& factor) {
     return Eigen::MatrixXf(factor.lower.triangularView<Eigen::Lower>());
   };
-  const auto whole = factor_of(*fitting::make_reference_evaluator(samples, {}));
+  const auto whole = factor_of(*energy::make_reference_evaluator(samples, {}));
   for (const int size : {1, 2, 3}) {
     for (const auto& [found, error] : on_ranks(size, [&](Team& team) {
            return factor_of(*fitting::distributed(team, kReference, 3)(samples, {}));
@@ -202,9 +202,9 @@ TEST_CASE("sums of matrices and their factors are the same bits on each of any n
 }
 
 TEST_CASE("a matrix of many samples is the undivided one of one part, and near it of several") {
-  const fitting::Samples samples = some_samples(210'001);
+  const energy::Samples samples = some_samples(210'001);
   const Map map = some_map();
-  const auto whole = fitting::make_reference_evaluator(samples, {})->gauss_newton(map);
+  const auto whole = energy::make_reference_evaluator(samples, {})->gauss_newton(map);
   for (const int parts : {1, 2}) {
     for (const auto& [found, error] : on_ranks(2, [&](Team& team) {
            return fitting::distributed(team, kReference, parts)(samples, {})->gauss_newton(map);
@@ -249,11 +249,11 @@ TEST_CASE("what one rank throws ends all, wherever they are") {
   check(on_ranks(3, [&](Team& team) {  // the others have done their part
     return failing(team, [] { return 0; });
   }));
-  const fitting::EvaluatorFactory small = [](const fitting::Samples& samples,
-                                             const fitting::EnergySettings& options) {
+  const energy::EvaluatorFactory small = [](const energy::Samples& samples,
+                                            const energy::EnergySettings& options) {
     // The second part is a sample longer than the first; rank 0 takes matrices of all three.
     if (samples.size() == 2) throw Error("the device is gone");
-    return fitting::make_reference_evaluator(samples, options);
+    return energy::make_reference_evaluator(samples, options);
   };
   const auto two = on_ranks(2, [&](Team& team) {
     return fitting::distributed(team, small, 2)(some_samples(3), {})->field(some_map());
@@ -267,7 +267,7 @@ TEST_CASE("what one rank throws ends all, wherever they are") {
 
 TEST_CASE("where one rank lacks memory, all throw the device's error and can go on") {
   const Map map = some_map();
-  const fitting::Samples samples = some_samples(8);
+  const energy::Samples samples = some_samples(8);
   const auto check = [&](const auto& lacking) {
     for (const auto& [energy, error] : on_ranks(2, [&](Team& team) {
            if (!lacking(team)) return -1.0;
@@ -285,15 +285,15 @@ TEST_CASE("where one rank lacks memory, all throw the device's error and can go 
   });
   check([&](Team& team) {  // for matrices
     const auto made = fitting::distributed(team, failing_on(0, team, lack_memory), 2)(samples, {});
-    fitting::CurvatureSum sum;
+    energy::CurvatureSum sum;
     return lacks_memory([&] { made->gauss_newton(map); }) &&
            lacks_memory([&] { made->add_curvature(map, {}, sum); }) &&
            lacks_memory([&] { made->factor(sum, 0.01); });
   });
   check([&](Team& team) {  // for the samples
-    const fitting::EvaluatorFactory none = [&](const auto& part, const auto& options) {
+    const energy::EvaluatorFactory none = [&](const auto& part, const auto& options) {
       if (team.rank() == 1) lack_memory();
-      return fitting::make_reference_evaluator(part, options);
+      return energy::make_reference_evaluator(part, options);
     };
     return lacks_memory([&] { fitting::distributed(team, none, 2)(samples, {}); });
   });
@@ -350,7 +350,7 @@ TEST_CASE("ranks go through the same stages; rank 0 alone decides when to stop")
                                   team.shared(fitting::start_clock(std::move(stop))));
     fitting::Stages stages(problem, start, std::move(plan));
     const StopReason stopped = stages.run();
-    return Fitted{stopped, fitting::to_unknowns(stages.finished().map)};
+    return Fitted{stopped, energy::to_unknowns(stages.finished().map)};
   };
   const double none = std::numeric_limits<double>::infinity();
   std::stop_source asked;
@@ -392,7 +392,7 @@ TEST_CASE("ranks whose devices round otherwise fit the first one's map together"
   polished.until = 1;
   polished.relocated = 0;
   polished.iterations = 2;
-  polished.loss = fitting::Loss::tanh;
+  polished.loss = energy::Loss::tanh;
   const fitting::Schedule schedule{60, 1e-3, {level, polished}};
   FitOptions options;
   options.factors = 8;
@@ -401,7 +401,7 @@ TEST_CASE("ranks whose devices round otherwise fit the first one's map together"
   // Every answer except the evaluators' is off by this relative error.
   const auto fitted = [&](Team& team, double error) {
     test::ToyProblem own([&](const fitting::Level& of, base::Random& random) {
-      fitting::Samples samples = pool.draw(of, random);
+      energy::Samples samples = pool.draw(of, random);
       for (double& target : samples.target) target += error;
       return samples;
     });
@@ -419,7 +419,7 @@ TEST_CASE("ranks whose devices round otherwise fit the first one's map together"
     const fitting::DividedProblem problem(team, own, 3);
     fitting::Stages stages(problem, start, test::plan_of(options, schedule));
     stages.run();
-    std::vector<double> found = fitting::to_unknowns(stages.finished().map);
+    std::vector<double> found = energy::to_unknowns(stages.finished().map);
     for (const StageReport& report : stages.reports()) {
       found.insert(found.end(), {report.energy_before, report.energy_after, report.iou});
     }

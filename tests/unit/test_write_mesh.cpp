@@ -1,6 +1,7 @@
 // Meshes as files, and which way they stand.
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
@@ -248,6 +249,100 @@ TEST_CASE("files stand upright where their format has an up, and keep coordinate
   const std::string upright = test::read_text(written("up.stl", UpAxis::z));
   CHECK(upright == test::read_text(written("up.stl", {})));
   CHECK(read_glb(written("up.glb", {})).box().high.y() == Approx(16));
+}
+
+TEST_CASE("files without an up of their own are turned where they are asked to") {
+  TriangleMesh mesh = shapes::box({-1, -2, -3}, {4, 8, 16});
+  for (const auto& x : mesh.vertices) mesh.normals.push_back(x.normalized().cast<float>());
+  for (const std::string name : {"turned.ply", "turned.obj", "turned.off"}) {
+    CAPTURE(name);
+    const auto path = written_folder.path() / name;
+    write_mesh(mesh, path, MeshFileOptions{.up = UpAxis::minus_x, .file_up = UpAxis::z});
+    const TriangleMesh turned = read_mesh(path);
+    CHECK(turned.box().high.z() == Approx(1));
+    CHECK(turned.box().size().z() == Approx(5));
+    CHECK(signed_volume(turned) == Approx(signed_volume(mesh)));
+    // Without a known up, y is.
+    write_mesh(mesh, path, MeshFileOptions{.file_up = UpAxis::z});
+    CHECK(read_mesh(path).box().size().z() == Approx(10));
+  }
+  const std::string obj = test::read_text(written_folder.path() / "turned.obj");
+  std::istringstream after(obj.substr(obj.find("\nv ") + 3));
+  std::string word;
+  Eigen::Vector3d x, n;
+  after >> x[0] >> x[1] >> x[2] >> word >> n[0] >> n[1] >> n[2];
+  CHECK(word == "vn");
+  CHECK((x.normalized() - n).norm() < 1e-6);
+}
+
+TEST_CASE("a .glb has the name and the size that it is given") {
+  const auto path = written_folder.path() / "sized.glb";
+  write_mesh(shapes::box(), path, MeshFileOptions{.name = "a \"box\"", .metres_per_unit = 0.25});
+  const GlbFile file(path);
+  CHECK(file.scene.at("nodes").at(0).at("name") == "a \"box\"");
+  CHECK(file.scene.at("meshes").at(0).at("name") == "a \"box\"");
+  CHECK(file.scene.at("nodes").at(0).at("scale") == nlohmann::json({0.25, 0.25, 0.25}));
+}
+
+TEST_CASE("an .obj has a name, and a material of its colours' mean beside it") {
+  TriangleMesh mesh = colored_sphere(true);
+  const auto path = written_folder.path() / "with material.obj";
+  const auto material = written_folder.path() / "with material.mtl";
+  const std::vector<VertexColor> colors = std::move(mesh.colors);
+  mesh.colors = {};
+  write_mesh(mesh, path, MeshFileOptions{.name = "two\nlines"});
+  CHECK_FALSE(std::filesystem::exists(material));
+  const std::string plain = test::read_text(path);
+  CHECK(plain.find("\no two_lines\n") != std::string::npos);
+  CHECK(plain.find("mtl") == std::string::npos);
+
+  mesh.colors.assign(colors.size(), {0, 255, 188});
+  write_mesh(mesh, path);
+  const std::string text = test::read_text(path);
+  CHECK(text.find("\nmtllib with material.mtl\n") != std::string::npos);
+  const std::string described = test::read_text(material);
+  CHECK(described.find("Kd 0.0000 1.0000 0.7373\n") != std::string::npos);
+  const std::size_t name = described.find("newmtl ") + 7;
+  CHECK(text.find("usemtl " + described.substr(name, described.find('\n') - name) + "\n") !=
+        std::string::npos);
+}
+
+TEST_CASE("a .usda says its unit, its up, its normals and linear colours") {
+  const TriangleMesh mesh = colored_sphere(true);
+  const auto path = written_folder.path() / "2 balls.usda";
+  write_mesh(mesh, path, MeshFileOptions{.note = "a \"note\"", .metres_per_unit = 0.001});
+  const std::string text = test::read_text(path);
+  CHECK(text.starts_with("#usda 1.0\n"));
+  for (const char* line :
+       {"defaultPrim = \"_2_balls\"", "doc = \"a \\\"note\\\"\"", "metersPerUnit = 0.001\n",
+        "upAxis = \"Y\"", "def Mesh \"_2_balls\"", "subdivisionScheme = \"none\"", "def Camera",
+        // Z up becomes Y up.
+        "xformOp:transform = ( (1, 0, 0, 0), (0, 0, -1, 0), (0, 1, 0, 0), (0, 0, 0, 1) )"}) {
+    CAPTURE(line);
+    CHECK(text.find(line) != std::string::npos);
+  }
+  const auto count = [&](const std::string& list, char item) {
+    const std::string begin = list + " = [";
+    const std::size_t from = text.find(begin);
+    REQUIRE(from != std::string::npos);
+    const std::size_t first = from + begin.size();
+    const std::string inner = text.substr(first, text.find(']', first) - first);
+    return static_cast<std::size_t>(std::ranges::count(inner, item));
+  };
+  CHECK(count("point3f[] points", '(') == mesh.vertices.size());
+  CHECK(count("normal3f[] normals", '(') == mesh.normals.size());
+  CHECK(text.substr(text.find("displayColor = [")).find(", 0.50289)") != std::string::npos);
+  CHECK(count("int[] faceVertexCounts", '3') == mesh.triangles.size());
+}
+
+TEST_CASE("in a .usda mesh and material have different names") {
+  const auto path = written_folder.path() / "vertex_colours.usda";
+  write_mesh(colored_sphere(false), path);
+  const std::string colored = test::read_text(path);
+  CHECK(colored.find("def Mesh \"vertex_colours_mesh\"") != std::string::npos);
+  CHECK(colored.find("def Material \"vertex_colours\"") != std::string::npos);
+  write_mesh(shapes::box(), path);
+  CHECK(test::read_text(path).find("def Mesh \"vertex_colours\"") != std::string::npos);
 }
 
 TEST_CASE("writing to an unknown format or a missing folder fails") {

@@ -25,13 +25,15 @@ struct ManifestOption {
 
 /// What is written of a fit beside its map.
 struct BatchOutputs {
-  std::optional<std::string>
-      surface;  ///< extension of the mesh: ".ply", ".obj", ".stl", ".off" or ".glb"
-  int surface_resolution = 256;  ///< cells along the box's longest side
-  bool report = false;           ///< NAME.report.html
+  std::optional<std::string> surface;  ///< extension of the mesh: ".ply", ".obj", ".stl", ".off",
+                                       ///< ".glb", ".3mf" or ".usda"
+  int surface_resolution = 256;        ///< cells along the box's longest side
+  bool report = false;                 ///< NAME.report.html
   bool picture = false;
   int picture_width = 640;
   int picture_height = 480;
+  std::vector<int> compare;      ///< the n that map and mesh are compared at, each once, ascending
+  int compare_resolution = 128;  ///< cells along each side of the cube of comparisons
 };
 
 /// One mesh to fit.
@@ -40,7 +42,7 @@ struct BatchEntry {
   std::filesystem::path mesh;
   std::vector<ManifestOption> options;  ///< the entry's own, then defaults it does not override
   BatchOutputs outputs;
-  std::size_t line = 0;  ///< where its [[fit]] begins
+  std::size_t line = 0;  ///< where its [[fit]] or [[sweep]] begins
 };
 
 struct Manifest {
@@ -51,13 +53,17 @@ struct Manifest {
 /// Throws InputError unless these options, together, make a fit.
 using FitOptionsCheck = std::function<void(const std::vector<ManifestOption>&)>;
 
-/// Reads a TOML manifest (docs/batch.md). Paths in it are relative to the manifest's folder.
+/// Reads a TOML manifest (docs/batch.md). Paths in it are relative to the manifest's folder. A
+/// [[sweep]] gives an entry for each mesh and each combination of the values that it lists; the
+/// names contain the values, so that an entry keeps its name when others are added or lines are
+/// moved.
 /// @param meshes_may_be_missing entries whose mesh does not exist are kept: for a batch that is
 ///   resumed after a mesh has vanished.
 /// @param stop ends waiting for a pipe: Interrupted.
 /// @throws InputError naming file, line and what to do, of everything that is wrong at once: not
 ///   TOML, unknown keys, values of the wrong kind, two entries of one name, meshes that are missing
-///   or not regular files.
+///   or not regular files, lists with nothing in them or with a value twice, sweeps of more than
+///   100,000 fits.
 Manifest read_manifest(const std::filesystem::path& file, const FitOptionsCheck& check,
                        bool meshes_may_be_missing = false, std::stop_token stop = {});
 
@@ -97,8 +103,12 @@ struct EntryStatus {
   std::string host;
   long process = 0;
   std::string device;
-  std::string started;  ///< UTC, ISO 8601
-  double seconds = 0;
+  std::string started;         ///< UTC, ISO 8601
+  double seconds = 0;          ///< of the latest run
+  double earlier_seconds = 0;  ///< of earlier runs for the same key that did not finish it
+  /// Every option, by name, of the fit, "version" of the program and "compare"; empty when a
+  /// version of the program wrote it that did not keep them.
+  nlohmann::json settings = nlohmann::json::object();
   Progress progress;  ///< while running
   std::string error;
   std::vector<FailedTry> failed_tries;
@@ -132,6 +142,8 @@ struct BatchOptions {
   bool resume = false;        ///< keep what is complete, by its key; else do all again
   bool retry_failed = false;  ///< when resuming
   std::function<FitKey(const BatchEntry&)> key;
+  /// The options of an entry's fit by name, for the summary; may be empty.
+  std::function<nlohmann::json(const BatchEntry&)> settings = {};
 };
 
 /// A moment of a batch.
@@ -170,7 +182,7 @@ std::vector<EntryStatus> run_batch(const Manifest& manifest,
 /// @throws InputError when there is no batch.
 std::vector<EntryStatus> read_batch(const std::filesystem::path& folder, bool is_running);
 
-/// Writes summary.json and summary.csv, and contact_sheet.png of the pictures there are.
+/// Writes summary.json, summary.csv, index.html, and contact_sheet.png of the pictures there are.
 /// @throws OutputError
 void write_summary(const std::filesystem::path& folder, const std::vector<EntryStatus>& entries);
 

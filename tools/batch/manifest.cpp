@@ -9,7 +9,9 @@
 #include "base/text.hpp"
 #include "base/toml.hpp"
 #include "batch/batch.hpp"
+#include "batch/sweep.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/field.hpp"
 #include "qjulia/file_types.hpp"
 
 namespace qjulia::batch {
@@ -17,13 +19,17 @@ namespace {
 
 std::size_t line_of(const toml::source_region& region) { return region.begin.line; }
 
-/// What one table says, [defaults] or a [[fit]].
+enum class TableKind { defaults, fit, sweep };
+
+/// What one table says, [defaults], a [[fit]] or a [[sweep]].
 struct Section {
+  TableKind kind = TableKind::defaults;
   std::size_t line = 0;
-  std::optional<std::string> mesh;
+  std::vector<std::string> meshes;  ///< paths and globs
   std::optional<std::string> name;
   BatchOutputs outputs;
   std::vector<ManifestOption> options;
+  std::vector<SweepAxis> axes;
 };
 
 /// Text that names and options can be: none with NUL, which ends a name for the system.
@@ -108,27 +114,37 @@ class Reader {
   Manifest read() {
     const toml::table root = parse();
     Section defaults;
-    std::size_t fits = 0;
+    std::vector<std::pair<const toml::table*, TableKind>> tables;
     for (auto&& [key, node] : root) {
       const std::size_t line = line_of(key.source());
+      const bool is_sweep = key.str() == "sweep";
       if (key.str() == "defaults" && node.is_table()) {
-        defaults = read_section(*node.as_table(), {}, false);
-      } else if (key.str() == "fit" && node.is_array_of_tables()) {
-        fits = node.as_array()->size();
+        defaults = read_section(*node.as_table(), {}, TableKind::defaults);
+      } else if ((is_sweep || key.str() == "fit") && node.is_array_of_tables()) {
+        for (const toml::node& table : *node.as_array()) {
+          tables.emplace_back(table.as_table(), is_sweep ? TableKind::sweep : TableKind::fit);
+        }
       } else {
         complain(line, fmt::format("'{}' is not known here; a manifest has one [defaults] and "
-                                   "any number of [[fit]]",
+                                   "any number of [[fit]] and [[sweep]]",
                                    key.str()));
       }
     }
-    if (fits == 0) complain(1, "there is nothing to fit; add a [[fit]] with a mesh");
-    for (std::size_t i = 0; i < fits; ++i) add_entries(*root["fit"][i].as_table(), defaults);
+    if (tables.empty()) complain(1, "there is nothing to fit; add a [[fit]] with a mesh");
+    std::ranges::stable_sort(tables, {},
+                             [](const auto& table) { return line_of(table.first->source()); });
+    for (const auto& [table, kind] : tables) add_entries(*table, defaults, kind);
     raise_problems();
     return std::move(manifest_);
   }
 
  private:
-  void complain(std::size_t line, std::string what) { problems_.emplace(line, std::move(what)); }
+  /// Once, whatever many values or combinations have the same wrong.
+  void complain(std::size_t line, const std::string& what) {
+    const auto [first, last] = problems_.equal_range(line);
+    if (std::any_of(first, last, [&](const auto& told) { return told.second == what; })) return;
+    problems_.emplace(line, what);
+  }
 
   /// @throws InputError listing every problem, if there is any.
   void raise_problems() const {
@@ -147,8 +163,9 @@ class Reader {
   }
 
   /// @param base what holds unless the table says otherwise.
-  Section read_section(const toml::table& table, const Section& base, bool is_fit) {
+  Section read_section(const toml::table& table, const Section& base, TableKind kind) {
     Section section;
+    section.kind = kind;
     section.line = line_of(table.source());
     section.outputs = base.outputs;
     std::vector<std::string> unset;
@@ -156,20 +173,14 @@ class Reader {
       const std::string name(key.str());
       const std::size_t line = line_of(key.source());
       if (name == "mesh" || name == "name") {
-        if (!is_fit) {
-          complain(line, fmt::format("'{}' belongs in a [[fit]], not in [defaults]", name));
-          continue;
-        }
-        const auto text = plain_text(node);
-        if (!text || text->empty()) {
-          complain(line, fmt::format("'{}' must be text, without NUL", name));
-          continue;
-        }
-        (name == "mesh" ? section.mesh : section.name) = *text;
+        read_place(name, node, line, section);
+      } else if (kind == TableKind::sweep && node.is_array() && !is_always_list(name)) {
+        read_axis(name, *node.as_array(), line, section.axes);
       } else if (!read_output(name, node, line, section.outputs)) {
         if (!read_option(name, node, line, section.options)) unset.push_back(dashed(name));
       }
     }
+    for (const SweepAxis& axis : section.axes) unset.push_back(axis.name);
     for (const ManifestOption& option : base.options) {
       const bool overridden = std::ranges::find(section.options, option.name,
                                                 &ManifestOption::name) != section.options.end();
@@ -180,9 +191,68 @@ class Reader {
     return section;
   }
 
+  /// 'mesh' and 'name'.
+  void read_place(const std::string& key, const toml::node& node, std::size_t line,
+                  Section& section) {
+    if (section.kind == TableKind::defaults) {
+      complain(line, fmt::format("'{}' belongs in a [[fit]], not in [defaults]", key));
+      return;
+    }
+    const toml::array* list =
+        key == "mesh" && section.kind == TableKind::sweep ? node.as_array() : nullptr;
+    if (list != nullptr && list->empty()) complain(line, "'mesh' is an empty list");
+    const std::size_t count = list == nullptr ? 1 : list->size();
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto text = plain_text(list == nullptr ? node : (*list)[i]);
+      if (!text || text->empty()) {
+        complain(line, fmt::format("'{}' must be text, without NUL", key));
+      } else if (key == "mesh") {
+        section.meshes.push_back(*text);
+      } else {
+        section.name = *text;
+      }
+    }
+  }
+
+  /// Keys whose value is a list, in a [[sweep]] as elsewhere.
+  static bool is_always_list(const std::string& key) {
+    return key == "picture_size" || key == "compare";
+  }
+
+  /// An option's list of values.
+  void read_axis(const std::string& name, const toml::array& list, std::size_t line,
+                 std::vector<SweepAxis>& axes) {
+    if (BatchOutputs ignored; is_output(name)) {
+      read_output(name, list, line, ignored);  // which says what it must be
+      return;
+    }
+    SweepAxis axis{dashed(name), {}};
+    if (list.empty()) {
+      complain(line, fmt::format("'{}' is an empty list; give values, or leave it out", name));
+    }
+    for (const toml::node& node : list) {
+      const auto value = read_value(name, node, line);
+      if (!value) continue;
+      if (std::ranges::find(axis.values, value->label, &AxisValue::label) != axis.values.end()) {
+        complain(line, fmt::format("'{}' lists two values that names of fits would both call '{}'; "
+                                   "leave one out",
+                                   name, value->label));
+        continue;
+      }
+      axis.values.push_back(*value);
+    }
+    axes.push_back(std::move(axis));
+  }
+
   static std::string dashed(std::string name) {
     std::ranges::replace(name, '_', '-');
     return name;
+  }
+
+  static bool is_output(const std::string& name) {
+    constexpr std::array kOutputs = {"surface", "surface_resolution", "picture", "report",
+                                     "compare_resolution"};
+    return std::ranges::find(kOutputs, name) != kOutputs.end();
   }
 
   /// Whether the key is one of outputs.
@@ -196,7 +266,8 @@ class Reader {
         outputs.surface = extension_of("surface." + *kind);
       } else {
         complain(line,
-                 "'surface' must be true, false, \"ply\", \"obj\", \"stl\", \"off\" or \"glb\"");
+                 "'surface' must be true, false, \"ply\", \"obj\", \"stl\", \"off\", \"glb\", "
+                 "\"3mf\" or \"usda\"");
       }
     } else if (name == "surface_resolution") {
       read_whole(node, 2, 8192, line, "'surface_resolution'", outputs.surface_resolution);
@@ -204,6 +275,10 @@ class Reader {
       read_flag(node, line, "'picture'", outputs.picture);
     } else if (name == "report") {
       read_flag(node, line, "'report'", outputs.report);
+    } else if (name == "compare") {
+      read_compare(node, line, outputs.compare);
+    } else if (name == "compare_resolution") {
+      read_whole(node, 8, 1024, line, "'compare_resolution'", outputs.compare_resolution);
     } else if (name == "picture_size") {
       const toml::array* size = node.as_array();
       if (size == nullptr || size->size() != 2) {
@@ -237,26 +312,56 @@ class Reader {
     }
   }
 
-  /// Whether the option is set: false for a flag that is not.
-  bool read_option(const std::string& name, const toml::node& node, std::size_t line,
-                   std::vector<ManifestOption>& options) {
+  /// The n of comparisons: a number or a list of them.
+  void read_compare(const toml::node& node, std::size_t line, std::vector<int>& compare) {
+    const toml::array* list = node.as_array();
+    const std::size_t count = list == nullptr ? 1 : list->size();
+    std::vector<int> read;
+    for (std::size_t i = 0; i < count; ++i) {
+      int n = 0;
+      read_whole(list == nullptr ? node : (*list)[i], 1, kMostIterations, line,
+                 "each n of 'compare'", n);
+      if (n > 0 && std::ranges::find(read, n) != read.end()) {
+        complain(line, fmt::format("'compare' lists {} twice", n));
+      }
+      if (n > 0) read.push_back(n);
+    }
+    std::ranges::sort(read);
+    compare = std::move(read);
+  }
+
+  /// A value of an option; nothing when it is of the wrong kind or refused, which is told.
+  std::optional<AxisValue> read_value(const std::string& name, const toml::node& node,
+                                      std::size_t line) {
     ManifestOption option{dashed(name), {}, line};
+    std::string label = "true";
     if (const auto* flag = node.as_boolean()) {
-      if (!flag->get()) return false;
+      if (!flag->get()) return AxisValue{"false", std::nullopt};
     } else if (const auto text = as_text(node)) {
       const bool is_file = name == "schedule" && text->ends_with(".toml");
+      label = is_file ? std::filesystem::path(*text).stem().string() : *text;
       option.values.push_back(is_file ? (folder() / *text).string() : *text);
     } else {
-      complain(line,
-               fmt::format("'{}' must be a number, a string without NUL, true or false", name));
-      return true;
+      complain(line, fmt::format("'{}' must be a number, a string without NUL, true or false{}",
+                                 name, node.is_array() ? "; lists belong in a [[sweep]]" : ""));
+      return std::nullopt;
     }
     try {
       check_({option});
-      options.push_back(std::move(option));
+      return AxisValue{label_in_name(label), std::move(option)};
     } catch (const InputError& error) {
       complain(line, error.what());
+      return std::nullopt;
     }
+  }
+
+  /// Whether the option is set: false for a flag that is not.
+  bool read_option(const std::string& name, const toml::node& node, std::size_t line,
+                   std::vector<ManifestOption>& options) {
+    const auto value = read_value(name, node, line);
+    if (!value) return true;
+    if (!value->option) return false;
+    options.push_back(*value->option);
     return true;
   }
 
@@ -277,40 +382,74 @@ class Reader {
     return fmt::format("there is no mesh '{}'", mesh.string());
   }
 
-  void add_entries(const toml::table& table, const Section& defaults) {
-    const Section section = read_section(table, defaults, true);
-    if (!section.mesh) {
-      complain(section.line, "this [[fit]] has no 'mesh': a path, or a glob such as *.obj");
+  void add_entries(const toml::table& table, const Section& defaults, TableKind kind) {
+    constexpr std::size_t kMostFits = 100'000;
+    const Section section = read_section(table, defaults, kind);
+    const char* const what = kind == TableKind::sweep ? "[[sweep]]" : "[[fit]]";
+    if (section.meshes.empty()) {
+      complain(section.line,
+               fmt::format("this {} has no 'mesh': a path, or a glob such as *.obj", what));
       return;
     }
-    std::vector<std::filesystem::path> meshes{folder() / *section.mesh};
-    const bool is_glob = section.mesh->find_first_of("*?[") != std::string::npos;
-    std::error_code ignored;  // a glob may be longer than any name
-    if (is_glob && !std::filesystem::exists(meshes.front(), ignored)) {
-      meshes = find_meshes(folder(), *section.mesh);
-      if (meshes.empty() && !meshes_may_be_missing_) {
-        complain(section.line, fmt::format("no mesh matches '{}'", *section.mesh));
-      }
-      if (meshes.size() > 1 && section.name && section.name->find('*') == std::string::npos) {
-        complain(section.line,
-                 fmt::format("'{}' matches {} meshes, which cannot all be named '{}'; put an "
-                             "asterisk where each mesh's own name shall stand",
-                             *section.mesh, meshes.size(), *section.name));
-        return;
-      }
-    } else if (const auto problem = mesh_problem(meshes.front()); !problem.empty()) {
-      complain(section.line, problem);
+    const auto meshes = meshes_of(section);
+    if (!meshes) return;
+    if (combination_count(section.axes) > kMostFits / std::max<std::size_t>(meshes->size(), 1)) {
+      complain(section.line, fmt::format("this {} makes more than {} fits; list fewer values, or "
+                                         "divide the manifest",
+                                         what, kMostFits));
+      return;
     }
-    try {
-      check_(section.options);
-    } catch (const InputError& error) {
-      complain(section.line, error.what());
+    std::vector<Combination> all = combinations(section.axes);
+    for (Combination& one : all) {
+      one.options.insert(one.options.end(), section.options.begin(), section.options.end());
+      try {
+        check_(one.options);
+      } catch (const InputError& error) {
+        complain(section.line, error.what());
+      }
     }
-    for (const auto& mesh : meshes) add_entry(section, mesh);
+    for (const auto& mesh : *meshes) {
+      for (const Combination& one : all) add_entry(section, mesh, one);
+    }
   }
 
-  void add_entry(const Section& section, const std::filesystem::path& mesh) {
-    const std::string name = entry_name(section.name, mesh);
+  /// All meshes of a section; nothing when they cannot be named.
+  std::optional<std::vector<std::filesystem::path>> meshes_of(const Section& section) {
+    std::vector<std::filesystem::path> meshes;
+    for (const std::string& pattern : section.meshes) {
+      const auto path = folder() / pattern;
+      const bool is_glob = pattern.find_first_of("*?[") != std::string::npos;
+      std::error_code ignored;  // a glob may be longer than any name
+      if (is_glob && !std::filesystem::exists(path, ignored)) {
+        const auto found = find_meshes(folder(), pattern);
+        if (found.empty() && !meshes_may_be_missing_) {
+          complain(section.line, fmt::format("no mesh matches '{}'", pattern));
+        }
+        meshes.insert(meshes.end(), found.begin(), found.end());
+        continue;
+      }
+      if (const auto problem = mesh_problem(path); !problem.empty()) {
+        complain(section.line, problem);
+      }
+      meshes.push_back(path);
+    }
+    if (meshes.size() <= 1 || !section.name || section.name->find('*') != std::string::npos) {
+      return meshes;
+    }
+    std::string patterns;
+    for (const std::string& pattern : section.meshes) {
+      patterns += fmt::format("{}'{}'", patterns.empty() ? "" : ", ", pattern);
+    }
+    complain(section.line,
+             fmt::format("{} matches {} meshes, which cannot all be named '{}'; put an asterisk "
+                         "where each mesh's own name should stand",
+                         patterns, meshes.size(), *section.name));
+    return std::nullopt;
+  }
+
+  void add_entry(const Section& section, const std::filesystem::path& mesh,
+                 const Combination& one) {
+    const std::string name = entry_name(section.name, mesh) + one.suffix;
     if (const std::string problem = name_problem(name); !problem.empty()) {
       complain(section.line, fmt::format("a fit cannot be named '{}': {}", name, problem));
       return;
@@ -322,7 +461,7 @@ class Reader {
                                          name, first->second));
       return;
     }
-    manifest_.entries.push_back({name, mesh, section.options, section.outputs, section.line});
+    manifest_.entries.push_back({name, mesh, one.options, section.outputs, section.line});
   }
 
   const FitOptionsCheck& check_;

@@ -161,27 +161,33 @@ std::vector<Settled> Queue::place_back(std::size_t rank, const RoundMessage& mes
   return settled;
 }
 
+/// Those first that an entry is left for which they have not failed, so that one that they have
+/// goes to another if it can.
 void Queue::hand_out(std::size_t rank, const RoundMessage& message) {
-  for (const auto& [runner, last_choice] : message.requests) {
-    const auto index = choose(last_choice);
-    if (!index) continue;
-    places_[*index] = Place::taken;
-    if (rank != rank_) continue;
-    const auto request = requests_.find(runner);
-    if (request != requests_.end()) {
-      request->second.answer = index;
-    } else {  // a stop was asked of it meanwhile
-      put_back_.push_back({*index, EntryState::waiting});
-      tell();
+  std::set<std::size_t> served;
+  for (const bool last : {false, true}) {
+    for (const auto& [runner, last_choice] : message.requests) {
+      if (served.contains(runner)) continue;
+      const auto index = choose(last_choice, last);
+      if (!index) continue;
+      served.insert(runner);
+      places_[*index] = Place::taken;
+      if (rank != rank_) continue;
+      const auto request = requests_.find(runner);
+      if (request != requests_.end()) {
+        request->second.answer = index;
+      } else {  // a stop was asked of it meanwhile
+        put_back_.push_back({*index, EntryState::waiting});
+        tell();
+      }
     }
   }
 }
 
-std::optional<std::size_t> Queue::choose(const std::set<std::size_t>& last_choice) const {
-  for (const bool last : {false, true}) {
-    for (std::size_t i = 0; i < places_.size(); ++i) {
-      if (places_[i] == Place::open && last_choice.contains(i) == last) return i;
-    }
+std::optional<std::size_t> Queue::choose(const std::set<std::size_t>& last_choice,
+                                         bool last) const {
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    if (places_[i] == Place::open && last_choice.contains(i) == last) return i;
   }
   return std::nullopt;
 }

@@ -68,7 +68,8 @@ class Queue {
   std::vector<Settled> place_back(std::size_t rank, const RoundMessage& message);
   /// Gives entries to those of a rank's runners that wait for one.
   void hand_out(std::size_t rank, const RoundMessage& message);
-  std::optional<std::size_t> choose(const std::set<std::size_t>& last_choice) const;
+  /// An open entry of those that are the runner's last choice, or of the others.
+  std::optional<std::size_t> choose(const std::set<std::size_t>& last_choice, bool last) const;
   std::optional<EntryStatus> settled_status(std::size_t index) const;
   void tell();
   void settle_earlier();

@@ -25,6 +25,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kMostTries = 3;        ///< that an entry has when devices fail
 constexpr std::size_t kEntriesToRetire = 3;  ///< that a device fails in a row
+constexpr int kLossesToRetire = 2;           ///< of a device in a row: opening it anew did not help
 constexpr std::chrono::seconds kBetweenStatuses{2};
 
 double seconds_since(Clock::time_point start) {
@@ -84,6 +85,7 @@ struct Runner {
   BatchWorker worker{};
   std::set<std::size_t> failed_here{};
   std::set<std::size_t> failed_in_a_row{};
+  int losses_in_a_row = 0;
 
   void run() {
     while (const auto index = queue.next(number, failed_here, stop)) {
@@ -115,10 +117,13 @@ struct Runner {
       status.figures = std::move(result.figures);
       put_back(EntryState::done);
       failed_in_a_row.clear();
+      losses_in_a_row = 0;
     } catch (const Interrupted&) {
       put_back(EntryState::interrupted);
       tell(Kind::interrupted, &status);
     } catch (const std::exception& error) {
+      const auto* const of_device = dynamic_cast<const DeviceError*>(&error);
+      losses_in_a_row = of_device != nullptr && of_device->is_lost() ? losses_in_a_row + 1 : 0;
       if (is_of_device(error)) return blame_device(index, status, error.what(), put_back);
       put_back(EntryState::failed, base::message_of(error));
     }
@@ -135,7 +140,9 @@ struct Runner {
     if (known) status.files = std::move(known->files);  // there until others take their place
     if (known && known->state != EntryState::done && known->key == status.key) {
       status.failed_tries = std::move(known->failed_tries);
+      status.earlier_seconds = known->earlier_seconds + known->seconds;
     }
+    status.settings = settings_of(entry, options);
     status.state = EntryState::running;
     status.host = host_name();
     status.process = ::getpid();
@@ -175,9 +182,11 @@ struct Runner {
       put_back(EntryState::waiting, why);
       tell(Kind::given_back, &status, why);
     }
-    if (failed_in_a_row.size() < kEntriesToRetire) return true;
+    const bool is_lost = losses_in_a_row >= kLossesToRetire;
+    if (failed_in_a_row.size() < kEntriesToRetire && !is_lost) return true;
     tell(Kind::retired, nullptr,
-         fmt::format("it failed {} entries in a row, last: {}", kEntriesToRetire, why));
+         is_lost ? fmt::format("it was lost {} times in a row: {}", kLossesToRetire, why)
+                 : fmt::format("it failed {} entries in a row, last: {}", kEntriesToRetire, why));
     return false;
   }
 };
@@ -187,7 +196,7 @@ std::vector<base::Output> outputs_of(const Manifest& manifest,
                                      const std::filesystem::path& folder) {
   std::vector<base::Output> outputs;
   for (const char* name :
-       {"batch.json", "summary.json", "summary.csv", "contact_sheet.png", ".lock"}) {
+       {"batch.json", "summary.json", "summary.csv", "index.html", "contact_sheet.png", ".lock"}) {
     outputs.push_back({"the batch's", folder / name});
   }
   for (const BatchEntry& entry : manifest.entries) {
@@ -239,7 +248,7 @@ FolderLock prepare_batch(const Manifest& manifest, const BatchOptions& options) 
     if (forget) remove_file(status_path(folder, entry.name));
     if (!options.resume) remove_file(folder / (entry.name + ".checkpoint"));
   }
-  write_index(folder, manifest);
+  write_index(manifest, options);
   return lock;
 }
 

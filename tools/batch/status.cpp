@@ -41,6 +41,8 @@ std::string to_string(EntryState state) { return json(state).get<std::string>();
 
 json EntryStatus::to_json() const {
   json all = *this;
+  all["earlier_seconds"] = earlier_seconds;
+  all["settings"] = settings;
   if (!std::isfinite(progress.seconds_left)) all["progress"]["seconds_left"] = -1.0;
   return all;
 }
@@ -61,7 +63,12 @@ std::optional<EntryStatus> read_status(const std::filesystem::path& folder,
   try {
     const std::string text = base::read_text_file(path, "status", kLargestFile);
     if (base::is_json_too_deep(text)) return std::nullopt;
-    return json::parse(text).get<EntryStatus>();
+    const json all = json::parse(text);
+    EntryStatus status = all.get<EntryStatus>();
+    // Earlier versions did not write these.
+    status.earlier_seconds = all.value("earlier_seconds", 0.0);
+    if (all.contains("settings") && all["settings"].is_object()) status.settings = all["settings"];
+    return status;
   } catch (const InputError&) {
     return std::nullopt;
   } catch (const json::exception&) {
@@ -73,12 +80,29 @@ void write_status(const std::filesystem::path& folder, const EntryStatus& status
   write_json(status_path(folder, status.name), status.to_json());
 }
 
-void write_index(const std::filesystem::path& folder, const Manifest& manifest) {
+json settings_of(const BatchEntry& entry, const BatchOptions& options) {
+  json settings = options.settings ? options.settings(entry) : json::object();
+  if (!entry.outputs.compare.empty()) {
+    settings["compare"] = entry.outputs.compare;
+    settings["compare_resolution"] = entry.outputs.compare_resolution;
+  }
+  return settings;
+}
+
+void write_index(const Manifest& manifest, const BatchOptions& options) {
   json entries = json::array();
   for (const BatchEntry& entry : manifest.entries) {
-    entries.push_back({{"name", entry.name}, {"mesh", entry.mesh.string()}});
+    json settings = json::object();
+    try {
+      settings = settings_of(entry, options);
+    } catch (const std::exception&) {
+      // Such as a schedule that is gone: beginning the entry will say so, and fail it alone.
+    }
+    entries.push_back(
+        {{"name", entry.name}, {"mesh", entry.mesh.string()}, {"settings", std::move(settings)}});
   }
-  write_json(folder / "batch.json", {{"manifest", manifest.file.string()}, {"entries", entries}});
+  write_json(options.folder / "batch.json",
+             {{"manifest", manifest.file.string()}, {"entries", entries}});
 }
 
 std::string time_stamp() {
@@ -99,6 +123,7 @@ std::vector<EntryStatus> read_batch(const std::filesystem::path& folder, bool is
       status.name = entry.at("name");
       status.mesh = entry.at("mesh");
       if (auto known = read_status(folder, status.name)) status = std::move(*known);
+      if (status.settings.empty()) status.settings = entry.value("settings", json::object());
       if (status.state == EntryState::running && !is_running) status.state = EntryState::lost;
       all.push_back(std::move(status));
     }

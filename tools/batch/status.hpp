@@ -18,8 +18,11 @@ std::optional<EntryStatus> read_status(const std::filesystem::path& folder,
 /// @throws OutputError
 void write_status(const std::filesystem::path& folder, const EntryStatus& status);
 
-/// batch.json: which entries there are. @throws OutputError
-void write_index(const std::filesystem::path& folder, const Manifest& manifest);
+/// batch.json: which entries there are, and their settings. @throws OutputError
+void write_index(const Manifest& manifest, const BatchOptions& options);
+
+/// What `EntryStatus::settings` holds for an entry. @throws what `options.settings` throws
+nlohmann::json settings_of(const BatchEntry& entry, const BatchOptions& options);
 
 /// File names need not be UTF-8. @throws OutputError
 void write_json(const std::filesystem::path& file, const nlohmann::json& object);

@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 #include <png.h>
 
 #include <algorithm>
@@ -8,7 +7,9 @@
 
 #include "base/output_file.hpp"
 #include "batch/batch.hpp"
+#include "batch/overview.hpp"
 #include "batch/status.hpp"
+#include "batch/summary_table.hpp"
 #include "qjulia/picture.hpp"
 
 namespace qjulia::batch {
@@ -24,36 +25,19 @@ std::string csv_field(const std::string& text) {
   return quoted + '"';
 }
 
-std::string as_text(const json& value) {
-  if (value.is_null()) return {};
-  return value.is_string() ? value.get<std::string>() : value.dump();
+std::string csv_line(const std::vector<std::string>& fields) {
+  std::string line;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    if (i > 0) line += ',';
+    line += csv_field(fields[i]);
+  }
+  line += '\n';
+  return line;
 }
 
-/// Every figure that any entry has, so that the table's columns are the same for all.
-std::vector<std::string> figure_names(const std::vector<EntryStatus>& entries) {
-  std::vector<std::string> names;
-  for (const EntryStatus& entry : entries) {
-    for (const auto& [name, value] : entry.figures.items()) {
-      if (std::ranges::find(names, name) == names.end()) names.push_back(name);
-    }
-  }
-  return names;
-}
-
-std::string csv(const std::vector<EntryStatus>& entries) {
-  const auto figures = figure_names(entries);
-  std::string text = "name,mesh,state,seconds,device,host,started,error";
-  for (const std::string& name : figures) text += ',' + csv_field(name);
-  text += '\n';
-  for (const EntryStatus& e : entries) {
-    text += fmt::format("{},{},{},{:.3f},{},{},{},{}", csv_field(e.name), csv_field(e.mesh),
-                        to_string(e.state), e.seconds, csv_field(e.device), csv_field(e.host),
-                        e.started, csv_field(e.error));
-    for (const std::string& name : figures) {
-      text += ',' + csv_field(e.figures.contains(name) ? as_text(e.figures[name]) : "");
-    }
-    text += '\n';
-  }
+std::string csv(const SummaryTable& table) {
+  std::string text = csv_line(table.columns);
+  for (const SummaryRow& row : table.rows) text += csv_line(row.cells);
   return text;
 }
 
@@ -143,7 +127,9 @@ void write_summary(const std::filesystem::path& folder, const std::vector<EntryS
     all.push_back(std::move(one));
   }
   write_json(folder / "summary.json", {{"counts", counts(entries)}, {"entries", std::move(all)}});
-  base::write_file(folder / "summary.csv", csv(entries));
+  const SummaryTable table = summary_table(entries);
+  base::write_file(folder / "summary.csv", csv(table));
+  base::write_file(folder / "index.html", overview(entries, table));
   write_contact_sheet(folder, entries);
 }
 

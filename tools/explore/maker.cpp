@@ -13,7 +13,9 @@
 
 #include "qjulia/error.hpp"
 #include "qjulia/figures.hpp"
+#include "qjulia/mesh.hpp"
 #include "qjulia/picture.hpp"
+#include "qjulia/surface_colors.hpp"
 
 namespace qjulia::explore {
 namespace {
@@ -51,6 +53,19 @@ std::string bytes_of(const TriangleMesh& mesh, const std::string& extension,
   return std::move(bytes).str();
 }
 
+/// The colours that pictures of the map have. Clay is none, and some files hold none.
+void add_colors(const Device& device, const Map& map, const MakeRequest& request,
+                const ProgressMonitor& monitor, TriangleMesh& mesh) {
+  const PictureOptions& picture = request.view.picture;
+  if (picture.material == Material::clay || !holds_colors("mesh" + request.extension)) return;
+  SurfaceColorOptions options;
+  options.material = picture.material;
+  options.palette = picture.palette;
+  options.iterations = request.surface.iterations;
+  options.range = picture.range;
+  mesh.colors = surface_colors(device, map, mesh, options, monitor).colors;
+}
+
 std::string mesh_file(const Device& device, Map map, const MakeRequest& request,
                       const ProgressMonitor& monitor) {
   if (request.millimetres) map = with_longest_side(std::move(map), *request.millimetres);
@@ -63,6 +78,7 @@ std::string mesh_file(const Device& device, Map map, const MakeRequest& request,
                     : "the set is empty: try less detail, or fewer iterations");
   }
   drop_loose_pieces(mesh);
+  add_colors(own, map, request, monitor, mesh);
   for (const Cut& cut : request.view.picture.cuts) {
     if (!map.frame.box) throw InputError("cut: the map keeps no box of its shape");
     const int axis = cut.axis - 'x';

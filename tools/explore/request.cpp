@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <string>
 #include <string_view>
 #include <type_traits>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "qjulia/colors.hpp"
 #include "qjulia/file_types.hpp"
 #include "qjulia/knob_table.hpp"
+#include "qjulia/picture.hpp"
 #include "qjulia/picture_settings.hpp"
 
 namespace qjulia::explore {
@@ -78,9 +80,18 @@ void read(std::string_view text, Box& value) {
   value = Box{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
 }
 
+std::string material_names() {
+  std::string names;
+  for (const Material material : materials()) {
+    if (!names.empty()) names += ", ";
+    names += to_string(material);
+  }
+  return names;
+}
+
 void read(std::string_view text, Material& value) {
   const auto material = material_named(text);
-  if (!material) throw InputError("give clay, iterations or trap");
+  if (!material) throw InputError(fmt::format("give one of {}", material_names()));
   value = *material;
 }
 

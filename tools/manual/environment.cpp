@@ -34,8 +34,12 @@ std::span<const Entry> environment() {
           "The folder where PoCL keeps compiled kernels; it takes precedence over XDG_CACHE_HOME.",
           Concern::computing},
       Entry{"OCL_ICD_VENDORS",
-            "Read by the OpenCL loader, not by qjulia: the folder that lists the drivers, in place "
-            "of /etc/OpenCL/vendors.",
+            "Read by the OpenCL loader: the folder that lists the drivers, or one .icd file, in "
+            "place of /etc/OpenCL/vendors. qjulia only checks that it lists a driver.",
+            Concern::computing},
+      Entry{"OCL_ICD_FILENAMES",
+            "Read by Khronos's OpenCL loader: libraries of drivers, beside those that are listed. "
+            "If it is set, qjulia does not report an empty list.",
             Concern::computing},
       Entry{"TMPDIR",
             "The folder for temporary files: logs of 'qjulia doctor', and the page that 'qjulia "

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -14,12 +15,14 @@
 #include "fit_options.hpp"
 #include "launched_ranks.hpp"
 #include "provenance.hpp"
+#include "qjulia/compare.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/figures.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/surface.hpp"
 #include "qjulia/tuning_cache.hpp"
+#include "qjulia/version.hpp"
 #include "report/report.hpp"
 
 namespace qjulia::tools {
@@ -95,12 +98,15 @@ class FitWorker {
           report::make_report(device_, mesh, result, entry.name, monitor);
       report::write_report(report, file(".report.html"));
     }
+    if (!entry.outputs.compare.empty()) {
+      entry_result.figures["comparisons"] = comparisons(entry, mesh, result.map, monitor);
+    }
     std::filesystem::remove(folder / (entry.name + ".checkpoint"));
 
     auto warnings = mesh_report.warnings();
     if (!tuning_warning_.empty()) warnings.push_back(tuning_warning_);
     warnings.insert(warnings.end(), result.warnings.begin(), result.warnings.end());
-    entry_result.figures = final_figures(result);
+    entry_result.figures.update(final_figures(result));
     entry_result.figures.update({{"factors", result.map.dynamics.factors.size()},
                                  {"evaluations", result.evaluations},
                                  {"fit_seconds", result.seconds},
@@ -140,6 +146,28 @@ class FitWorker {
     return mesh;
   }
 
+  /// Figures at each n that the entry is compared at.
+  nlohmann::json comparisons(const batch::BatchEntry& entry, const TriangleMesh& mesh,
+                             const Map& map, const ProgressMonitor& monitor) const {
+    std::map<int, FitMetrics> by_iterations;
+    // The largest first: each comparison gives n = 1, too.
+    std::vector<int> descending = entry.outputs.compare;
+    std::ranges::reverse(descending);
+    for (const int n : descending) {
+      if (by_iterations.contains(n)) continue;
+      CompareOptions options;
+      options.resolution = entry.outputs.compare_resolution;
+      options.iterations = n;
+      options.limbs = true;
+      for (const FitMetrics& metrics : compare(device_, map, mesh, options, monitor)) {
+        by_iterations.emplace(metrics.iterations, metrics);
+      }
+    }
+    nlohmann::json rows = nlohmann::json::array();
+    for (const int n : entry.outputs.compare) rows.push_back(to_json(by_iterations.at(n)));
+    return rows;
+  }
+
   Image picture(const batch::BatchEntry& entry, const Map& map,
                 const ProgressMonitor& monitor) const {
     PictureOptions options;
@@ -155,10 +183,13 @@ class FitWorker {
 /// Hashes of the mesh's bytes and of every option the results depend on.
 batch::FitKey fit_key(const batch::BatchEntry& entry) {
   const batch::BatchOutputs& outputs = entry.outputs;
-  const std::string rest = fmt::format(
-      "{} {} {} {} {}x{}", outputs.report, outputs.surface.value_or("-"),
-      outputs.surface ? outputs.surface_resolution : 0, outputs.picture,
-      outputs.picture ? outputs.picture_width : 0, outputs.picture ? outputs.picture_height : 0);
+  std::string rest = fmt::format("{} {} {} {} {}x{}", outputs.report, outputs.surface.value_or("-"),
+                                 outputs.surface ? outputs.surface_resolution : 0, outputs.picture,
+                                 outputs.picture ? outputs.picture_width : 0,
+                                 outputs.picture ? outputs.picture_height : 0);
+  if (!outputs.compare.empty()) {
+    rest += fmt::format(" {} at {}", fmt::join(outputs.compare, ","), outputs.compare_resolution);
+  }
   const nlohmann::json options = without_schedule_folder(to_json(checked_options(entry.options)));
   batch::FitKey key{{}, text_hash(options.dump() + rest)};
   try {
@@ -167,6 +198,13 @@ batch::FitKey fit_key(const batch::BatchEntry& entry) {
     // Reading the mesh will say so.
   }
   return key;
+}
+
+/// For the summary: every option, and the version of the program.
+nlohmann::json settings(const batch::BatchEntry& entry) {
+  nlohmann::json all = without_schedule_folder(to_json(checked_options(entry.options)));
+  all["version"] = version();
+  return all;
 }
 
 /// This rank's queues: `jobs` for a CPU, one for any other device.
@@ -258,8 +296,9 @@ int finish(const BatchArguments& arguments, std::size_t settled,
         "it redoes them",
         not_again);
   }
-  text += fmt::format("\nsummary: {}",
-                      (std::filesystem::path(arguments.folder) / "summary.json").string());
+  const std::filesystem::path folder = arguments.folder;
+  text += fmt::format("\nsummary: {}, .csv; page: {}", (folder / "summary.json").string(),
+                      (folder / "index.html").string());
   nlohmann::json json = report(entries);
   json["seconds"] = session.seconds();
   json["folder"] = arguments.folder;
@@ -302,7 +341,7 @@ struct BatchStart {
 BatchStart start(const BatchArguments& arguments, const LaunchedRanks& ranks, Session& session) {
   BatchStart start{read(arguments, session.interrupts.token()), {}, {}, {}};
   if (arguments.folder.empty()) throw InputError("batch needs -o, the folder to write to");
-  start.options = {arguments.folder, arguments.resume, arguments.retry_failed, fit_key};
+  start.options = {arguments.folder, arguments.resume, arguments.retry_failed, fit_key, settings};
   start.devices = batch_devices(arguments, ranks);
   const std::string who = ranks.size() > 1 ? fmt::format("rank {}: ", ranks.rank()) : "";
   for (const batch::BatchDevice& device : start.devices) {
@@ -383,6 +422,10 @@ void add_batch(CommandLine& program, ChosenCommand& chosen) {
   mesh = "bunny.obj"
   name = "bunny-fine"
   factors = 1000
+  [[sweep]]                   a fit for each mesh and each combination of listed values
+  mesh = "*.obj"
+  seed = [1, 2, 3]
+  compare = [1, 6]            measure each map against its mesh at these n
 Examples:
   qjulia batch shapes.toml -o results
   qjulia batch shapes.toml -o results --resume     after whatever has happened

@@ -12,6 +12,7 @@
 #include "map_options.hpp"
 #include "picture_options.hpp"
 #include "provenance.hpp"
+#include "qjulia/file_types.hpp"
 #include "qjulia/picture.hpp"
 
 namespace qjulia::tools {
@@ -98,7 +99,9 @@ void describe_compare(Command command, CompareArguments& a) {
   a.view.height = 480;
   command.input("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'")
       .offers_files(readable({FileContent::map}));
-  command.input("MESH", a.mesh, "The mesh it was fitted to: .obj, .off, .ply or .stl")
+  command
+      .input("MESH", a.mesh,
+             "The mesh it was fitted to: " + extension_list(FileContent::mesh, FileUse::read))
       .offers_files(readable({FileContent::mesh}));
   command.add("--resolution", &a.options.resolution, "INT", "Cells along each side of the cube");
   const Option picture =

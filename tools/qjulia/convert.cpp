@@ -119,7 +119,7 @@ void describe_convert(Command command, ConvertArguments& a) {
       .output("OUT", a.output, named, "",
               "Map file to write, such as bunny.qjulia.json; or the map's formula in GLSL, .frag "
               "for Fragmentarium and .glsl for Shadertoy; of an .f3d a mesh: .ply, .obj, .stl, "
-              ".off or .glb." +
+              ".off, .glb, .3mf or .usda." +
                   named_text("input", ".qjulia.json or .ply"))
       .offers_files(types);
   command

@@ -5,10 +5,13 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "base/output_file.hpp"
 #include "commands.hpp"
+#include "failure.hpp"
+#include "machine_findings.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/self_test.hpp"
@@ -89,9 +92,29 @@ std::string verdict(const SelfTestReport& report) {
       failed, report.checks.size());
 }
 
+/// What can be said where there is no device to check. The error itself is for standard error.
+void tell_without_device(const NoDeviceError& error, Session& session) {
+  const auto findings = machine_findings();
+  session.console.result(program_name() + "\nno device can be checked\n" + findings_text(findings),
+                         {{"program", program_name()},
+                          {"device", nullptr},
+                          {"passed", false},
+                          {"problem", message_of(error)},
+                          {"findings", to_json(findings)}});
+}
+
+Device device_to_check(const DeviceChoice& wanted, Session& session) {
+  try {
+    return session.open_device(wanted);
+  } catch (const NoDeviceError& error) {
+    tell_without_device(error, session);
+    throw;
+  }
+}
+
 int run_doctor(const DeviceChoice& wanted, Session& session) {
   session.check_outputs({}, {});  // there may be a trace
-  const Device device = session.open_device(wanted);
+  const Device device = device_to_check(wanted, session);
   const SelfTestReport report = self_test(device, session.monitor());
   std::string text = about(device);
   nlohmann::json json = to_json(report);
@@ -102,6 +125,14 @@ int run_doctor(const DeviceChoice& wanted, Session& session) {
     text += line(check, log) + "\n";
     if (!log.empty()) json["programs"][i]["build_log"] = log;
   }
+  auto findings = machine_findings();
+  std::ranges::move(waiting_findings(device), std::back_inserter(findings));
+  const WaitTime waited = device.wait_time();
+  text += describe(waited) + "\n" + findings_text(findings);
+  json["findings"] = to_json(findings);
+  json["waiting"] = {{"seconds", waited.seconds},
+                     {"processor_seconds", waited.processor_seconds},
+                     {"slept_seconds", waited.slept_seconds}};
   json["program"] = program_name();
   json["device"] = to_json(device.info());
   for (const Precision precision : kPrecisions) {
@@ -117,12 +148,14 @@ void add_doctor(CommandLine& program, ChosenCommand& chosen) {
   add_command(program, chosen,
               {"doctor", "Check that a device computes what it should", R"(Examples:
   qjulia doctor                   the device that commands would use
-  qjulia doctor --device gpu      the first GPU
+  qjulia doctor --device gpu      the GPU that ranks first
   qjulia doctor --json > report.json
 Builds every program in the layout and precision that commands would use, and compares small
 results with references on the host: a few seconds, more while a driver compiles for the
-first time. Exit code 1 when a program fails. docs/devices.md says what is known of each
-platform, and how to install its driver.)"},
+first time. It also looks at the machine: GPUs that this user may not open, a container, WSL
+or flatpak that hides them, limits, GPUs that two platforms show; --json has these under
+"findings". Exit code 1 when a program fails, 3 when there is no device. docs/devices.md says
+what is known of each platform, and how to install its driver.)"},
               add_device, run_doctor);
 }
 

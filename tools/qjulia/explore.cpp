@@ -22,6 +22,7 @@
 #include "fit_options.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/file_types.hpp"
 #include "qjulia/map_file.hpp"
 #include "report/html.hpp"
 
@@ -185,8 +186,9 @@ int run_explore(const ExploreArguments& arguments, Session& session) {
 void describe_explore(Command command, ExploreArguments& a) {
   command
       .input("MAP|MESH", a.input,
-             "Map file, a page with one, or a mesh (.obj, .off, .ply, .stl), which is fitted "
-             "first, on the page")
+             "Map file, a page with one, or a mesh (" +
+                 extension_list(FileContent::mesh, FileUse::read) +
+                 "), which is fitted first, on the page")
       .offers_files(readable({FileContent::map, FileContent::mesh}));
   command
       .file("-o,--output", a.output, "MAP",

@@ -38,7 +38,9 @@ std::span<const ExitStatus> exit_statuses() {
                  "An output could not be written, the device failed, or a check found something."},
       ExitStatus{kBadInput, "bad usage or input",
                  "An option, its value or an input file is no use; nothing was computed."},
-      ExitStatus{kNoDevice, "no usable device", "There is no OpenCL device, or none of that name."},
+      ExitStatus{kNoDevice, "no usable device",
+                 "There is no OpenCL device, or none of that name; or 'profile compare', which "
+                 "needs no device, could not decide."},
       ExitStatus{kInterrupted, "interrupted",
                  "SIGINT, SIGTERM or SIGHUP came; a fit then saves what it reached."}};
   return kStatuses;
@@ -59,7 +61,8 @@ std::string message_of(const std::exception& error) {
     // With too few descriptors drivers are not even asked.
     const std::string obstacle = device_obstacle();
     if (!obstacle.empty() && (obstacle == descriptor_obstacle() || list_devices().empty())) {
-      return "no OpenCL device can be used: " + obstacle;
+      const std::string text = "no OpenCL device can be used: " + obstacle;
+      return obstacle == error.what() ? text : text + "\n(" + base::message_of(error) + ")";
     }
   }
   return base::message_of(error);

@@ -161,8 +161,8 @@ nlohmann::json embedded_note(const std::filesystem::path& path, const std::stop_
   if (!json.contains("made_with") || json["made_with"].is_null() ||
       !(json.contains("width") || json.contains("triangles"))) {
     throw InputError(fmt::format(
-        "'{}' does not say how it was made; 'info' reads maps, meshes ({}), and the pictures and "
-        ".glb files that this program writes",
+        "'{}' does not say how it was made; 'info' reads maps, meshes ({}), and the pictures "
+        "that this program writes",
         base::to_utf8(path.string()), extension_list(FileContent::mesh, FileUse::read)));
   }
   return json;

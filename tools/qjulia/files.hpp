@@ -16,7 +16,7 @@
 
 namespace qjulia::tools {
 
-/// Whether the name is that of a mesh: .obj, .off, .ply or .stl.
+/// Whether the name is that of a mesh, which can be read.
 bool is_mesh_file(const std::filesystem::path& path);
 
 /// @throws InputError when the file is a mesh: `option` needs a map.

@@ -203,6 +203,21 @@ int save(const FitCommandArguments& arguments, const FitStart& start, FitResult 
   return interrupted ? kInterrupted : kDone;
 }
 
+/// The fit; where the device fails, the error says that the checkpoint is kept.
+FitResult fit_or_tell(const FitStart& begun, const FitOptions& options, Session& session,
+                      LaunchedRanks& ranks) {
+  try {
+    return fit(*begun.device, begun.mesh, options, session.monitor(), ranks);
+  } catch (const DeviceError& error) {
+    std::error_code ignored;
+    if (options.checkpoint.empty() || !std::filesystem::exists(options.checkpoint, ignored)) throw;
+    throw Error(
+        fmt::format("{}\n'{}' keeps what the fit had reached: the same command with --resume goes "
+                    "on from there",
+                    error.what(), options.checkpoint.string()));
+  }
+}
+
 int run_fit(const FitCommandArguments& arguments, Session& session) {
   LaunchedRanks ranks;
   if (ranks.rank() > 0) session.leave_trace();  // rank 0 writes it
@@ -229,13 +244,16 @@ int run_fit(const FitCommandArguments& arguments, Session& session) {
     remaining.time_limit = std::max(options.time_limit - session.seconds(), 1e-3);
     remaining.checkpoint = checkpoint_file(arguments);
     remaining.resume = arguments.resume;
-    FitResult result = fit(*begun.device, begun.mesh, remaining, session.monitor(), ranks);
+    FitResult result = fit_or_tell(begun, remaining, session, ranks);
     return ranks.rank() == 0 ? save(arguments, begun, std::move(result), session) : kDone;
   });
 }
 
 void describe_fit(Command command, FitCommandArguments& a) {
-  command.input("MESH", a.mesh, "Triangle mesh: .obj, .off, .ply or .stl")
+  command
+      .input("MESH", a.mesh,
+             "Triangle mesh, or points with normals: " +
+                 extension_list(FileContent::mesh, FileUse::read))
       .offers_files(readable({FileContent::mesh}));
   command
       .output(

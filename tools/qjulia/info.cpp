@@ -13,6 +13,7 @@
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/figures.hpp"
+#include "qjulia/file_types.hpp"
 #include "qjulia/label_check.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/mesh.hpp"
@@ -60,6 +61,7 @@ struct InfoArguments {
   DeviceChoice device;
   bool check_precision = false, printable = false;
   double nozzle = 0.4;
+  std::optional<double> min_wall;  ///< two lines of the nozzle without
 };
 
 /// The device, or none where none was asked for by name and there is none: a file can be described
@@ -91,9 +93,10 @@ void describe_interior(const TriangleMesh& mesh, const Device& device, const std
   }
 }
 
-/// What to do before this mesh, in millimetres, is printed; empty when nothing.
+/// What to do before this mesh, in millimetres, is printed with walls of at least `least`; empty
+/// when nothing.
 std::string print_advice(const TriangleMesh& mesh, const MeshReport& report,
-                         const WallThickness& walls, double nozzle) {
+                         const WallThickness& walls, double least) {
   if (!report.closed() || report.is_inside_out) {
     return "close its surface first; 'qjulia surface' writes closed meshes";
   }
@@ -103,45 +106,45 @@ std::string print_advice(const TriangleMesh& mesh, const MeshReport& report,
         "smaller --detail makes fewer",
         report.components);
   }
-  // Slicers want two lines a wall.
-  const double least = 2 * nozzle;
-  if (walls.median >= least) return "";
+  if (walls.thinnest >= least) return "";
+  if (walls.median < least) {
+    return fmt::format(
+        "half of its walls are thinner than {:.3g}; make it {:.0f} mm long, as 'qjulia surface "
+        "--longest' does",
+        least, std::ceil(mesh.box().size().maxCoeff() * least / walls.median));
+  }
   return fmt::format(
-      "half of its walls are thinner than two lines; make it {:.0f} mm long, as "
-      "'qjulia surface --millimetres' does",
-      std::ceil(mesh.box().size().maxCoeff() * least / walls.median));
-}
-
-/// What a line as wide as the nozzle smooths away: edges, and grooves finer than it.
-std::string lost_detail(const WallThickness& walls, double nozzle) {
-  if (walls.thinnest >= nozzle) return "all detail shows";
-  return fmt::format("{} than a tenth of the surface is finer than a line and comes out smoother",
-                     walls.tenth < nozzle ? "more" : "less");
+      "{} of its surface has walls thinner than {:.3g}; "
+      "'qjulia surface --min-wall {:.3g}' thickens them",
+      walls.tenth < least ? "more than a tenth" : "a hundredth or more", least, least);
 }
 
 /// What a printer needs: no open edge, one body, walls it can make.
-void describe_print(const TriangleMesh& mesh, const MeshReport& report, double nozzle,
-                    const std::stop_token& stop, Answer& answer) {
+void describe_print(const TriangleMesh& mesh, const MeshReport& report,
+                    const InfoArguments& arguments, const std::stop_token& stop, Answer& answer) {
   const WallThickness walls = wall_thickness(mesh, stop);
+  // Slicers want two lines a wall.
+  const double least = arguments.min_wall.value_or(2 * arguments.nozzle);
   const bool printable = report.closed() && report.components == 1 && !report.is_inside_out;
-  const std::string advice = print_advice(mesh, report, walls, nozzle);
+  const std::string advice = print_advice(mesh, report, walls, least);
   answer.add(
       fmt::format("printing      {}: {} open edges, {} non-manifold edges, {} {}\n"
                   "walls         1 % are under {:.3g}, 10 % under {:.3g}; the median is {:.3g} "
                   "(units of the "
                   "file)\n"
-                  "verdict       {} with a nozzle of {:.3g} mm (units taken as millimetres): {}",
+                  "verdict       {} with walls of {:.3g} mm (units taken as millimetres){}{}",
                   printable ? "one closed body" : "not one closed body", report.open_edges,
                   report.non_manifold_edges, report.components,
                   report.components == 1 ? "body" : "bodies", walls.thinnest, walls.tenth,
-                  walls.median, advice.empty() ? "ready to print" : "not yet", nozzle,
-                  advice.empty() ? lost_detail(walls, nozzle) : advice),
+                  walls.median, advice.empty() ? "ready to print" : "not ready to print", least,
+                  advice.empty() ? "" : ": ", advice),
       "printable",
       {{"closed_body", printable},
        {"thinnest_wall", walls.thinnest},
        {"tenth_of_walls_below", walls.tenth},
        {"median_wall", walls.median},
-       {"nozzle", nozzle},
+       {"nozzle", arguments.nozzle},
+       {"min_wall", least},
        {"ready", advice.empty()},
        {"advice", advice}});
 }
@@ -153,11 +156,13 @@ Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
   const UpAxis up = guess_up(mesh);
   Answer answer;
   answer.text = fmt::format(
-      "{}: mesh, {}\n"
+      "{}: {}, {}\n"
       "vertices      {}\ntriangles     {}\ncomponents    {}\n{}\n{}\n"
       "up            probably {}",
-      arguments.file, report.closed() ? "closed and manifold" : "not closed", report.vertices,
-      report.triangles, report.components, to_text(box), to_text(figures), to_string(up));
+      arguments.file,
+      report.points > 0 ? fmt::format("{} points with normals", report.points) : "mesh",
+      report.closed() ? "closed and manifold" : "not closed", report.vertices, report.triangles,
+      report.components, to_text(box), to_text(figures), to_string(up));
   answer.json = {{"file", arguments.file},
                  {"type", "mesh"},
                  {"vertices", report.vertices},
@@ -167,6 +172,7 @@ Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
                  {"non_manifold_edges", report.non_manifold_edges},
                  {"welded_vertices", report.welded_vertices},
                  {"dropped_triangles", report.dropped_triangles},
+                 {"points", report.points},
                  {"bad_polygons", report.bad_polygons},
                  {"duplicate_triangles", report.duplicate_triangles},
                  {"two_sided_triangles", report.two_sided_triangles},
@@ -179,7 +185,7 @@ Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
   if (const auto device = device_for(arguments, answer)) {
     describe_interior(mesh, *device, stop, answer);
   }
-  if (arguments.printable) describe_print(mesh, report, arguments.nozzle, stop, answer);
+  if (arguments.printable) describe_print(mesh, report, arguments, stop, answer);
   for (const std::string& warning : report.warnings()) answer.add("note          " + warning);
   return answer;
 }
@@ -366,21 +372,31 @@ Answer map_info(const InfoArguments& arguments, const Session& session) {
   return answer;
 }
 
-/// A picture or scene of ours: what it shows, and how it was made.
-Answer note_info(const InfoArguments& arguments, const Session& session) {
-  const nlohmann::json note = embedded_note(arguments.file, session.interrupts.token());
-  const nlohmann::json& made = note.at("made_with");
-  const bool is_picture = note.contains("width");
-  Answer answer{is_picture ? fmt::format("{}: picture, {} x {} pixels", arguments.file,
-                                         note.at("width").dump(), note.at("height").dump())
-                           : fmt::format("{}: mesh, {} vertices, {} triangles", arguments.file,
-                                         note.at("vertices").dump(), note.at("triangles").dump()),
-                {{"file", arguments.file}, {"type", is_picture ? "picture" : "mesh"}}};
-  answer.json.update(note);
+void add_making(const nlohmann::json& made, Answer& answer) {
   if (made.contains("input") && made["input"].contains("name")) {
     answer.add("made from     " + made["input"]["name"].dump());
   }
-  answer.add("made with     " + made.dump());
+  answer.add("made with     " + made.dump(), "made_with", made);
+}
+
+/// How a .glb was made, if this program made it.
+void describe_making(const InfoArguments& arguments, const std::stop_token& stop, Answer& answer) {
+  if (!can_hold_note(arguments.file)) return;
+  try {
+    add_making(embedded_note(arguments.file, stop).at("made_with"), answer);
+  } catch (const InputError&) {
+    // Another program made it.
+  }
+}
+
+/// A picture of ours: what it shows, and how it was made.
+Answer picture_info(const InfoArguments& arguments, const Session& session) {
+  const nlohmann::json note = embedded_note(arguments.file, session.interrupts.token());
+  Answer answer{fmt::format("{}: picture, {} x {} pixels", arguments.file, note.at("width").dump(),
+                            note.at("height").dump()),
+                {{"file", arguments.file}, {"type", "picture"}}};
+  answer.json.update(note);
+  add_making(note.at("made_with"), answer);
   return answer;
 }
 
@@ -393,21 +409,22 @@ int run_info(const InfoArguments& arguments, Session& session) {
   if (arguments.printable && !mesh) {
     throw InputError(fmt::format("--printable needs a mesh, and '{}' is not one", arguments.file));
   }
-  const Answer answer = mesh ? mesh_info(arguments, session.monitor().stop)
-                        : can_hold_note(arguments.file) ? note_info(arguments, session)
-                                                        : map_info(arguments, session);
+  Answer answer = mesh                            ? mesh_info(arguments, session.monitor().stop)
+                  : can_hold_note(arguments.file) ? picture_info(arguments, session)
+                                                  : map_info(arguments, session);
+  if (mesh) describe_making(arguments, session.monitor().stop, answer);
   session.console.result(answer.text, answer.json);
   return kDone;
 }
 
 void describe_info(Command command, InfoArguments& a) {
   command
-      .input(
-          "FILE", a.file,
-          "Map, a page with one, mesh (.obj, .off, .ply, .stl), or a .png or .glb that qjulia made")
+      .input("FILE", a.file,
+             "Map, a page with one, mesh (" + extension_list(FileContent::mesh, FileUse::read) +
+                 "), or a .png that qjulia made")
       .offers_files([] {
         auto types = readable({FileContent::map, FileContent::mesh});
-        types.insert(types.end(), {".png", ".glb"});
+        types.emplace_back(".png");
         return types;
       }());
   command.flag("--check-precision", a.check_precision,
@@ -415,11 +432,20 @@ void describe_info(Command command, InfoArguments& a) {
                "in double precision, or the other way round");
   const Option printable =
       command.flag("--printable", a.printable,
-                   "Also say if a mesh is ready to print: one closed body, with walls that the "
-                   "nozzle can make");
-  command.add("--nozzle", &a.nozzle, "NUMBER", "Width of the printer's nozzle, millimetres")
-      .range(0.01, 10)
-      .needs(printable);
+                   "Also say if a mesh is ready to print: one closed body, with walls that are "
+                   "thick enough on all but a hundredth of its surface");
+  const Option nozzle = command
+                            .add("--nozzle", &a.nozzle, "NUMBER",
+                                 "Width of the printer's nozzle, in millimetres; walls must be two "
+                                 "lines of this width thick")
+                            .range(0.01, 10)
+                            .needs(printable);
+  command
+      .add("--min-wall", &a.min_wall, "LENGTH",
+           "The required thickness of walls, in millimetres, instead of two lines of the nozzle")
+      .range(1e-6, 1e9)
+      .needs(printable)
+      .excludes({nozzle});
   add_device(command, a.device);
 }
 
@@ -430,6 +456,7 @@ void add_info(CommandLine& program, ChosenCommand& chosen) {
               {"info", "Say what is in a map or mesh", R"(Examples:
   qjulia info bunny.obj                    is it closed? how large? how thick inside?
   qjulia info bunny.stl --printable        is it ready to print?
+  qjulia info bunny.stl --printable --min-wall 1.2
   qjulia info bunny.qjulia.json            factors, detail, radii, how deep its origin lies
   qjulia info bunny.qjulia.json --verbose  and how it was made
 Orbits within r_in stay for ever, orbits beyond r_out leave. F1 at the origin should be

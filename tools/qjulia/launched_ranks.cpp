@@ -31,6 +31,9 @@ bool is_launched() {
   return std::ranges::any_of(kSigns, [](const char* name) { return std::getenv(name) != nullptr; });
 }
 
+/// Whether it is a GPU that a better platform shows too.
+bool is_shown_twice(const DeviceInfo& info) { return !info.same_as.empty(); }
+
 #ifdef QJULIA_MPI
 
 /// This rank among those of its machine, or where the launcher does not say, among all.
@@ -158,9 +161,13 @@ std::vector<DeviceInfo> devices_of(const LaunchedRanks& ranks, const DeviceChoic
   const bool by_kind = wanted.name.empty() || wanted.name == "gpu" || wanted.name == "cpu";
   if (all) {
     shared = list_devices();
+    std::erase_if(shared, is_shown_twice);
   } else if (by_kind && ranks.local_size() > 1 && std::getenv("QJULIA_DEVICE") == nullptr) {
     shared = list_devices();
-    std::erase_if(shared, [&](const DeviceInfo& info) { return info.kind != first.kind; });
+    std::erase_if(shared, [&](const DeviceInfo& info) {
+      return info.kind != first.kind || is_shown_twice(info);
+    });
+    std::ranges::sort(shared, {}, &DeviceInfo::rank);
     // Each platform shows the same CPU.
     if (first.kind == DeviceKind::cpu) shared = {first};
   }

@@ -7,39 +7,16 @@
 
 #include "options.hpp"
 #include "provenance.hpp"
-#include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/knob_table.hpp"
+#include "qjulia/map_detail.hpp"
 #include "qjulia/picture_settings.hpp"
-#include "qjulia/surface.hpp"
 #include "setting_json.hpp"
 
 namespace qjulia::tools {
 namespace {
 
 constexpr const char* kGroup = "Map options";
-
-/// Longest side of the grid on which a map's own shape is measured, cells.
-constexpr int kShapeCells = 128;
-
-/// The detail that a word asks for, for the shape as the map has it.
-double detail_of(DetailWord word, const Device& device, const Map& map) {
-  SurfaceOptions options;
-  options.iterations = 1;
-  options.resolution = kShapeCells;
-  const TriangleMesh mesh = extract_surface(device, without_portals(map), options);
-  if (mesh.triangles.empty()) {
-    throw OptionError("detail",
-                      "the map's own shape is empty, so that no word suits it; give a "
-                      "number");
-  }
-  const bool is_exact = std::holds_alternative<DistanceModulus>(map.dynamics.modulus);
-  const double detail = chosen_detail(
-      word, radial_spread(mesh, map.frame.shape_to_map.to_shape(Eigen::Vector3d::Zero())),
-      is_exact ? kExactRule : kFittedRule);
-  // The map's box, of which its detail is a fraction, is larger than a shape that has been turned.
-  return map.frame.box ? detail * mesh.box().diagonal() / map.frame.box->diagonal() : detail;
-}
 
 /// Takes a number or a word.
 Option add_detail(Command command, std::function<void(const DetailChoice&)> take,
@@ -183,8 +160,7 @@ Map with_knobs(const Device& device, const Map& map, const MapOptions& options,
   try {
     MapKnobs knobs = options.knobs;
     if (options.detail_word) {
-      with_detail(map, 1e-4);  // throws where no detail can be had
-      knobs.detail = detail_of(*options.detail_word, device, map);
+      knobs.detail = detail_for(device, map, *options.detail_word);
     }
     return with_knobs(device, map, knobs);
   } catch (const OptionError& error) {

@@ -58,8 +58,7 @@ Option add_device(Command command, DeviceChoice& device) {
   const Option option = command.add(
       "--device", &device.name, "DEVICE",
       "Where to compute: gpu, cpu, P:D (platform and device number of 'qjulia devices') or "
-      "part of a name. Default: $QJULIA_DEVICE, else the first GPU, else the first device "
-      "there is");
+      "part of a name. Default: $QJULIA_DEVICE, else what ranks first in 'qjulia devices'");
   option.offers({"gpu", "cpu"});
   const auto set_layout = [&device](const std::string& layout) {
     if (layout != "auto" && layout != "cpu" && layout != "gpu") {

@@ -55,11 +55,7 @@ class SettingOption {
     return add_up(command_, value(options_), setting_.help);
   }
   Option operator()(Material& (*value)(PictureOptions&)) const {
-    return command_.choice(name(), value(options_),
-                           {{to_string(Material::clay), Material::clay},
-                            {to_string(Material::iterations), Material::iterations},
-                            {to_string(Material::trap), Material::trap}},
-                           setting_.help);
+    return add_material_choice(command_, value(options_), setting_.help);
   }
   Option operator()(Lamp& (*value)(PictureOptions&)) const {
     Lamp& lamp = value(options_);
@@ -92,8 +88,7 @@ Palette palette_of(const std::string& text, Material material) {
   const bool is_clay = material == Material::clay;
   if (is_clay && colors.size() > 1) {
     throw InputError(fmt::format(
-        "--palette: clay has one colour, and {} are given; give one, or --material iterations or "
-        "trap",
+        "--palette: clay has one colour, and {} are given; give one, or another --material",
         colors.size()));
   }
   if (!is_clay && (colors.size() < 2 || colors.size() > Palette::kMostStops)) {
@@ -131,6 +126,17 @@ std::vector<Option> add_camera(Command command, PictureOptions& options) {
   return added;
 }
 
+Option add_material_choice(Command command, Material& material, const std::string& description) {
+  return command.choice("--material", material,
+                        {{to_string(Material::clay), Material::clay},
+                         {to_string(Material::iterations), Material::iterations},
+                         {to_string(Material::trap), Material::trap},
+                         {to_string(Material::groove), Material::groove},
+                         {to_string(Material::height), Material::height},
+                         {to_string(Material::factor), Material::factor}},
+                        description);
+}
+
 Option add_material(Command command, PictureOptions& options) {
   const PictureSetting& setting = picture_setting_named("material");
   return std::visit(SettingOption(command, setting, options), setting.value);
@@ -138,6 +144,16 @@ Option add_material(Command command, PictureOptions& options) {
 
 Option add_palette(Command command, std::string& palette, const std::string& description) {
   return command.add("--palette", &palette, "NAME|COLOURS", description).offers(palette_names());
+}
+
+Option add_range(Command command, std::optional<MaterialRange>& range) {
+  const auto take = [&range](const std::vector<double>& v) { range = {v[0], v[1]}; };
+  return command.numbers(
+      "--range", "LOW HIGH", take,
+      "The values of --material at which the palette begins and ends. Default: the 5th and the "
+      "95th percentile of the values on the whole set, in a series of pictures those of the first. "
+      "The note in a picture holds its range; give it again to keep the colours in other pictures, "
+      "maps and meshes");
 }
 
 void add_look(Command command, LookOptions& look, PictureOptions& options) {
@@ -163,6 +179,7 @@ void add_look(Command command, LookOptions& look, PictureOptions& options) {
       .group(kLookGroup);
   const PictureSetting& lamp = picture_setting_named("lamp");
   std::visit(SettingOption(command, lamp, options), lamp.value).group(kLookGroup);
+  add_range(command, options.range).group(kLookGroup);
 }
 
 PictureOptions with_look(PictureOptions options, const LookOptions& look) {

@@ -1,6 +1,7 @@
 #pragma once
 /// Options of the commands that draw: how large, from where, in what colours and before what.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,12 @@ std::vector<Option> add_camera(Command command, PictureOptions& options);
 /// --material.
 Option add_material(Command command, PictureOptions& options);
 
+/// --material, with a description of one's own.
+Option add_material_choice(Command command, Material& material, const std::string& description);
+
+/// --range.
+Option add_range(Command command, std::optional<MaterialRange>& range);
+
 /// --palette, for materials of several colours or of one.
 Option add_palette(Command command, std::string& palette, const std::string& description);
 
@@ -31,7 +38,8 @@ struct LookOptions {
   bool no_ground = false;
 };
 
-/// --background, --no-ground, --palette, --keep-loose and --lamp. Both must stay where they are.
+/// --background, --no-ground, --palette, --keep-loose, --lamp and --range. Both must stay where
+/// they are.
 void add_look(Command command, LookOptions& look, PictureOptions& options);
 
 /// The picture's options with the look that was given; their material is set before.

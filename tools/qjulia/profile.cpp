@@ -7,9 +7,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "base/input_file.hpp"
 #include "base/output_file.hpp"
 #include "commands.hpp"
+#include "profile_compare.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/scaling.hpp"
@@ -26,6 +26,11 @@ struct ProfileArguments {
   bool tune = false, scaling = false;
   double tolerance = 0.2;
   ProfileOptions options;
+  std::string action, before, after;  ///< of 'profile compare'
+  std::optional<double> confidence;
+  bool across_devices = false;
+  std::vector<Option> of_measuring;  ///< options that 'profile compare' has no use for
+  std::vector<Option> of_comparing;  ///< and those that only it has
 };
 
 std::string optional_number(const std::optional<double>& value, double scale) {
@@ -60,16 +65,6 @@ std::string table(const ProfileReport& report) {
                             : "-");
   }
   return text;
-}
-
-nlohmann::json read_baseline(const std::string& path) {
-  constexpr std::uint64_t kLargestFile = std::uint64_t{16} << 20;
-  auto json =
-      nlohmann::json::parse(base::read_text_file(path, "baseline", kLargestFile), nullptr, false);
-  if (json.is_discarded()) {
-    throw InputError(fmt::format("--baseline '{}' is not JSON; make it with --json", path));
-  }
-  return json;
 }
 
 std::string table(const TuneReport& report, const std::string& file) {
@@ -131,7 +126,29 @@ std::string made_by(const ProfileReport& report) {
   return one_line(json);
 }
 
+/// @throws InputError naming those options that were given.
+void refuse(const std::vector<Option>& options, const char* why) {
+  std::string names;
+  for (const Option& option : options) {
+    if (option.given()) names += (names.empty() ? "" : ", ") + option.name();
+  }
+  if (!names.empty()) throw InputError(fmt::format("{}; leave out {}", why, names));
+}
+
+int run_compare_profiles(const ProfileArguments& arguments, Session& session) {
+  refuse(arguments.of_measuring, "'profile compare' measures nothing");
+  if (arguments.after.empty()) {
+    throw InputError("'profile compare' needs two files: OLD.json and NEW.json");
+  }
+  benchmark::ComparisonOptions options;
+  options.confidence = arguments.confidence.value_or(options.confidence);
+  options.across_devices = arguments.across_devices;
+  return compare_profiles(arguments.before, arguments.after, options, session);
+}
+
 int run_profile(const ProfileArguments& arguments, Session& session) {
+  if (!arguments.action.empty()) return run_compare_profiles(arguments, session);
+  refuse(arguments.of_comparing, "these options belong to 'profile compare'");
   arguments.options.validate();
   if (!(arguments.tolerance >= 0)) throw InputError("--tolerance must not be negative");
   std::vector<std::filesystem::path> inputs;
@@ -141,7 +158,7 @@ int run_profile(const ProfileArguments& arguments, Session& session) {
   if (!arguments.plot.empty()) outputs.push_back({"--plot", arguments.plot, {".png"}});
   session.check_outputs(inputs, outputs);
   nlohmann::json baseline;
-  if (!arguments.baseline.empty()) baseline = read_baseline(arguments.baseline);
+  if (!arguments.baseline.empty()) baseline = read_profile_json(arguments.baseline, "--baseline");
   if (arguments.tune) return run_tune(arguments, session);
   if (arguments.scaling) return run_scaling(arguments, session);
   const Device device = session.open_device(arguments.device);
@@ -164,6 +181,36 @@ int run_profile(const ProfileArguments& arguments, Session& session) {
   return slower.empty() ? kDone : kFailed;
 }
 
+void describe_comparison(Command command, ProfileArguments& a) {
+  const Option action =
+      command
+          .word(
+              "ACTION", "",
+              [&a](const std::string& word) {
+                if (word != "compare") {
+                  throw InputError(fmt::format("'{}' is not known; only 'compare' is", word));
+                }
+                a.action = word;
+              },
+              "'compare': say which kernels became slower from OLD to NEW, without measuring")
+          .offers({"compare"});
+  command.file("OLD", a.before, "", "With 'compare': an earlier --json report")
+      .needs(action)
+      .offers_files({".json"});
+  command.file("NEW", a.after, "", "With 'compare': a later one")
+      .needs(action)
+      .offers_files({".json"});
+  a.of_comparing = {
+      command
+          .add("--confidence", &a.confidence, "NUMBER",
+               "With 'compare': the confidence for all kernels together. With 0.95, at most one "
+               "comparison in twenty wrongly calls a kernel slower")
+          .default_text("0.95"),
+      command.flag("--across-devices", a.across_devices,
+                   "With 'compare': compare although device, driver, layout, width, precision or "
+                   "tuning differ, and say so")};
+}
+
 void describe_profile(Command command, ProfileArguments& a) {
   const Option tune =
       command.flag("--tune", a.tune,
@@ -175,39 +222,47 @@ void describe_profile(Command command, ProfileArguments& a) {
                                    "Measure how the time and memory of an energy with its gradient "
                                    "grow with samples (25^3 to 193^3) and factors (83 to 1324)")
                              .excludes({tune});
-  command.add("--samples", &a.options.samples, "INT", "Sample points").excludes({scaling});
-  command.add("--factors", &a.options.factors, "INT", "Factors of the map").excludes({scaling});
-  command.add("--repeats", &a.options.repeats, "INT", "Timed runs of each kernel")
-      .excludes({scaling});
-  command
-      .add("--width", &a.options.lane_width, "INT",
-           "Lanes of a work-item: 1, 8 or 16. Default: what suits the device")
-      .default_text("")
-      .excludes({tune, scaling});
-  add_precision(command, a.options.precision, "Arithmetic on the device");
+  a.of_measuring = {tune, scaling};
+  const auto measures = [&a](const Option& option) { a.of_measuring.push_back(option); };
+  measures(
+      command.add("--samples", &a.options.samples, "INT", "Sample points").excludes({scaling}));
+  measures(command.add("--factors", &a.options.factors, "INT", "Factors of the map")
+               .excludes({scaling}));
+  measures(command.add("--repeats", &a.options.repeats, "INT", "Timed runs of each kernel")
+               .excludes({scaling}));
+  measures(command
+               .add("--width", &a.options.lane_width, "INT",
+                    "Lanes of a work-item: 1, 8 or 16. Default: what suits the device")
+               .default_text("")
+               .excludes({tune, scaling}));
+  measures(add_precision(command, a.options.precision, "Arithmetic on the device"));
   const Option baseline =
       command
           .file("--baseline", a.baseline, "FILE",
                 "An earlier --json report: exit code 1 if a kernel has become slower")
           .excludes({tune, scaling})
           .offers_files({".json"});
-  command
-      .file("--plot", a.plot, "PICTURE.png",
-            "Draw a roofline: each kernel's speed over its work per byte of memory, under what the "
-            "device can do at most")
-      .excludes({tune, scaling})
-      .offers_files({".png"});
-  command
-      .file("--csv", a.csv, "FILE.csv",
-            "Also write the figures as a table, a line for each kernel, or with --scaling for each "
-            "size")
-      .excludes({tune})
-      .offers_files({".csv"});
-  command
-      .add("--tolerance", &a.tolerance, "NUMBER",
-           "What counts as slower: 0.2 is 20 % over the baseline's median")
-      .needs(baseline);
-  add_device(command, a.device);
+  measures(baseline);
+  measures(command
+               .file("--plot", a.plot, "PICTURE.png",
+                     "Draw a roofline: each kernel's speed over its work per byte of memory, under "
+                     "what the "
+                     "device can do at most")
+               .excludes({tune, scaling})
+               .offers_files({".png"}));
+  measures(command
+               .file("--csv", a.csv, "FILE.csv",
+                     "Also write the figures as a table, a line for each kernel, or with --scaling "
+                     "for each "
+                     "size")
+               .excludes({tune})
+               .offers_files({".csv"}));
+  measures(command
+               .add("--tolerance", &a.tolerance, "NUMBER",
+                    "What counts as slower: 0.2 is 20 % over the baseline's median")
+               .needs(baseline));
+  measures(add_device(command, a.device));
+  describe_comparison(command, a);
 }
 
 }  // namespace
@@ -218,6 +273,7 @@ void add_profile(CommandLine& program, ChosenCommand& chosen) {
   qjulia profile
   qjulia profile --json > before.json
   qjulia profile --baseline before.json --tolerance 0.1    exit code 1 if slower
+  qjulia profile compare before.json after.json            compare all runs, with bounds
   qjulia profile --plot roofline.png
   qjulia profile --scaling                                 cost against size
   qjulia profile --tune                                    once a device; a minute or two
@@ -229,6 +285,10 @@ instructions, as counted for GPUs, and its memory traffic take at these limits. 
 distances end early by design: they have times only. Times are from the device's own
 clock. The spread is that of the runs, over their median; a warning says so when the
 machine was not idle.
+'compare' takes two --json reports. The time of each run is multiplied by the multiply-add
+limit measured right after it. A kernel is slower if the lower bound of its slowdown is over
+2 %. Exit code 0: no kernel is slower; 1: some are; 3: undecided, because the machine was
+busy or runs differ too much.
 Tuned settings are kept for the device, its driver and this program in
 $XDG_CACHE_HOME/qjulia (~/.cache/qjulia), and every command uses them from then on. Sums
 are then taken in another order: maps fitted before and after differ slightly,

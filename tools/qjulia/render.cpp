@@ -19,6 +19,7 @@
 #include "picture_options.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/file_types.hpp"
 #include "qjulia/knob_table.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/picture_settings.hpp"
@@ -204,6 +205,9 @@ PictureOptions checked_options(const RenderArguments& arguments) {
   if (!options.cuts.empty()) given.emplace_back("--cut");
   if (!given.empty()) expect_map(given.front(), arguments.input);
   if (options.material != Material::clay) expect_map("--material", arguments.input);
+  if (options.range && options.material == Material::clay) {
+    throw InputError("--range: clay has one colour; give --material iterations or another, too");
+  }
   if (options.keep_loose) expect_map("--keep-loose", arguments.input);
   if (options.exact) expect_map("--exact", arguments.input);
   return options;
@@ -372,6 +376,14 @@ int sheet_reduction(const PictureOptions& options, std::size_t count) {
   return std::max(1, static_cast<int>(std::ceil(std::sqrt(pixels / kMostPixels))));
 }
 
+bool has_range(const PictureOptions& options) { return options.material != Material::clay; }
+
+/// The options, with the range that the palette was spread over.
+PictureOptions with_range(PictureOptions options, const Studio& studio) {
+  if (has_range(options)) options.range = studio.range();
+  return options;
+}
+
 /// A picture for each value, numbered, and all of them with captions on one sheet.
 int run_sweep(const RenderArguments& arguments, const PictureOptions& options, const Sweep& sweep,
               Session& session) {
@@ -381,6 +393,7 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
   std::vector<std::string> files;
   nlohmann::json how;
   std::optional<Studio> studio;
+  std::optional<MaterialRange> range = options.range;
   const int reduction = sheet_reduction(options, sweep.values.size());
   for (const double value : sweep.values) {
     const std::string caption = fmt::format("{} {:.4g}", sweep.name, value);
@@ -389,15 +402,17 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
     MapOptions map_options = arguments.map_options;
     PictureOptions frame_options = options;
     setters().at(sweep.name)(value, map_options, frame_options);
+    frame_options.range = range;  // colours stay from picture to picture
     if (!studio || !is_of_camera(sweep)) {
       studio = studio_of(device, scene, arguments.input, map_options, frame_options, session);
     }
+    if (has_range(options)) range = studio->range();
     const Image image = studio->picture(frame_options.camera,
                                         part_monitor(session, frames.size(), sweep.values.size()));
     warn_if_empty(image, arguments.input, frame_options, session);
     if (image.loose.count > 0) session.console.note(left_out_text(image.loose));
     how = made_with(arguments.input, map_options, device.info());
-    how["picture"] = to_json(frame_options);
+    how["picture"] = to_json(with_range(frame_options, *studio));
     files.push_back(frame_path(arguments.output.path, files.size() + 1).string());
     {
       const TraceStage stage(session.trace(), "write");
@@ -441,7 +456,7 @@ int run_render(const RenderArguments& arguments, Session& session) {
                                : studio.layered_picture(options.camera, session.monitor());
   warn_if_empty(image, arguments.input, options, session);
   nlohmann::json how = made_with(arguments.input, arguments.map_options, device.info());
-  how["picture"] = to_json(options);
+  how["picture"] = to_json(with_range(options, studio));
   const TraceStage stage(session.trace(), "write");
   write_picture(image, arguments.output.path, how);
   std::vector<std::string> layer_files;
@@ -477,8 +492,9 @@ int run_render(const RenderArguments& arguments, Session& session) {
 void describe_render(Command command, RenderArguments& a) {
   command
       .input("MAP", a.input,
-             "Map file of 'qjulia fit' or 'qjulia shape'; or a mesh (.obj, .off, .ply, .stl), "
-             "drawn in the same view and light for comparison")
+             "Map file of 'qjulia fit' or 'qjulia shape'; or a mesh (" +
+                 extension_list(FileContent::mesh, FileUse::read) +
+                 "), drawn in the same view and light for comparison")
       .offers_files(readable({FileContent::map, FileContent::mesh}));
   command
       .output(

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
@@ -12,6 +14,7 @@
 #include "provenance.hpp"
 #include "qjulia/file_types.hpp"
 #include "setting_json.hpp"
+#include "volume/volume.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -24,17 +27,29 @@ struct SampleArguments {
   SampleOptions options;
 };
 
+/// Arrays, and volumes.
+std::vector<std::string> field_types() {
+  auto types = extensions(FileContent::field, FileUse::write);
+  std::ranges::copy(extensions(FileContent::volume, FileUse::write), std::back_inserter(types));
+  return types;
+}
+
 int run_sample(const SampleArguments& arguments, Session& session) {
   const SampleOptions options = checked(arguments.options, arguments.map_options);
-  session.check_outputs(
-      {arguments.map},
-      {output_named("--output", arguments.output, extensions(FileContent::field, FileUse::write))});
+  session.check_outputs({arguments.map},
+                        {output_named("--output", arguments.output, field_types())});
+  const bool makes_volume = has_type(arguments.output.path, FileContent::volume, FileUse::write);
+  if (makes_volume) volume::expect_openvdb(arguments.output.path);
   const Map read = session.read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
   const Map map = with_knobs(device, read, arguments.map_options, arguments.map);
   nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
-  const CellGrid grid =
-      write_field(device, map, options, arguments.output.path, one_line(how), session.monitor());
+  const CellGrid grid = makes_volume
+                            ? volume::write_grids(device, map, options,
+                                                  {named_after(arguments.map, ""), one_line(how)},
+                                                  arguments.output.path, session.monitor())
+                            : write_field(device, map, options, arguments.output.path,
+                                          one_line(how), session.monitor());
   session.report_kernels(device);
   const double seconds = session.seconds();
   session.console.summary(fmt::format("{} x {} x {} cells, {} precision, {:.1f} s\nfield: {}",
@@ -55,9 +70,9 @@ void describe_sample(Command command, SampleArguments& a) {
   command
       .output(
           "-o,--output", a.output, [&a] { return named_after(a.map, ".npy"); }, "FIELD",
-          "Field to write: " + extension_list(FileContent::field, FileUse::write) + "." +
-              named_text("map", ".npy"))
-      .offers_files(extensions(FileContent::field, FileUse::write));
+          "Field to write: " + extension_list(FileContent::field, FileUse::write) +
+              ", or .vdb for OpenVDB." + named_text("map", ".npy"))
+      .offers_files(field_types());
   command.add("--resolution", &a.options.resolution, "INT", "Cells along the box's longest side");
   add_map_options(command, a.map_options, "Default: the shape's box plus 5 %",
                   "Default: 20, or more where the set or a portal reaches farther");
@@ -69,11 +84,13 @@ void describe_sample(Command command, SampleArguments& a) {
 void add_sample(CommandLine& program, ChosenCommand& chosen) {
   add_command(program, chosen, {"sample", "Write a map's field on a grid", std::string(R"(Examples:
   qjulia sample bunny.qjulia.json -o bunny.npy --resolution 256
+  qjulia sample bunny.qjulia.json -o bunny.vdb --resolution 128
   qjulia sample bunny.qjulia.json -o ear.vti --box 0 0.1 -0.1 0.2 0.3 0.1
 Values are F_n at cell centres: the logarithm of the last iterate's norm, where iteration
 ends at --escape or after --iterations. A point is inside where F_n is below the map's
 surface level ('qjulia info' and --json tell it). In .npy the array is [x][y][z]; ParaView
-opens .vti, and a contour of F at the level is the set's surface.
+opens .vti, and a contour of F at the level is the set's surface. A .vdb has the grid "F"
+and "density", for smoke: the level less F_n, from 0 to 1, in single precision.
 )") + kMapOptionsHelp},
               describe_sample, run_sample);
 }

@@ -71,12 +71,17 @@ ProgressMonitor Session::monitor() {
 void Session::finish() {
   if (!trace_ || !are_outputs_checked_) return;
   std::string name = "none";
+  std::map<std::string, double> figures;
   if (traced_) {
     traced_->record({});
     name = traced_->info().name;
+    const WaitTime waited = traced_->wait_time();
+    figures = {{"waited_seconds", waited.seconds},
+               {"waiting_processor_seconds", waited.processor_seconds},
+               {"waiting_slept_seconds", waited.slept_seconds}};
   }
   trace_->add("qjulia", Trace::Row::host, Trace::Timer::wall, start_, Trace::Clock::now() - start_);
-  trace_->write(trace_file_, name);
+  trace_->write(trace_file_, name, figures);
   console.note("trace: " + trace_file_);
 }
 
@@ -116,6 +121,14 @@ void Session::report_kernels(const Device& device) {
     console.detail(
         fmt::format("kernel {:24} {:7} launches {:9.3f} s", name, time.launches, time.seconds));
   }
+  console.detail(describe(device.wait_time()));
+}
+
+std::string describe(const WaitTime& waited) {
+  return fmt::format(
+      "waited {:.3f} s for the device, of which {:.3f} s asleep; waiting took {:.3f} s of "
+      "processor time",
+      waited.seconds, waited.slept_seconds, waited.processor_seconds);
 }
 
 std::string describe(const DeviceInfo& info) {

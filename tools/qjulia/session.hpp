@@ -64,6 +64,9 @@ class Session {
   std::optional<Device> traced_;
 };
 
+/// How long a device was waited for, and what that took.
+std::string describe(const WaitTime& waited);
+
 /// "0:0 cpu NAME".
 std::string describe(const DeviceInfo& info);
 

@@ -11,6 +11,7 @@
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/exact_map.hpp"
+#include "qjulia/file_types.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/painting.hpp"
@@ -150,7 +151,10 @@ int run_shape(const ShapeArguments& arguments, Session& session) {
 }
 
 void describe_shape(Command command, ShapeArguments& a) {
-  command.input("MESH", a.mesh, "Triangle mesh: .obj, .off, .ply or .stl")
+  command
+      .input("MESH", a.mesh,
+             "Triangle mesh, or points with normals: " +
+                 extension_list(FileContent::mesh, FileUse::read))
       .offers_files(readable({FileContent::mesh}));
   command
       .output(

@@ -5,22 +5,26 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <future>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
 #include "files.hpp"
 #include "map_options.hpp"
 #include "picture_options.hpp"
+#include "print_options.hpp"
 #include "provenance.hpp"
-#include "qjulia/decimate.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/figures.hpp"
 #include "qjulia/file_types.hpp"
 #include "qjulia/picture.hpp"
+#include "qjulia/print.hpp"
 #include "qjulia/surface_colors.hpp"
 #include "qjulia/surface_file.hpp"
 #include "setting_json.hpp"
+#include "volume/volume.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -33,12 +37,13 @@ struct SurfaceArguments {
   SurfaceOptions options;
   bool keep_loose = false, largest_component = false;
   std::optional<double> min_component;  ///< least area kept, over the largest one's
-  std::optional<std::size_t> max_triangles;
-  std::optional<double> millimetres;   ///< instead of shape units
-  std::optional<UpAxis> up;            ///< instead of the map's; of files that stand upright
+  PrintOptions print;
+  std::optional<double> millimetres, metres;  ///< instead of shape units
+  std::optional<UpAxis> up;  ///< instead of the map's; the file's, where it has no up of its own
   Material material = Material::clay;  ///< of the vertices' colours; clay: none
   std::string palette = "earth";
-  std::optional<Option> palette_option;
+  std::optional<MaterialRange> range;
+  std::optional<Option> palette_option, range_option;
 };
 
 /// What was written.
@@ -47,42 +52,81 @@ struct WrittenSurface {
   SurfaceFigures figures;
   std::size_t non_manifold_edges = 0;
   LoosePieces loose;  ///< not written
+  PrintReport print;
 };
 
 bool has_colors(const SurfaceArguments& arguments) { return arguments.material != Material::clay; }
+
+/// The types of files that hold colours, as in ".ply, .obj or .glb".
+std::string colored_types() {
+  std::string list;
+  for (const std::string& type : extensions(FileContent::mesh, FileUse::write)) {
+    if (holds_colors("a" + type)) list += (list.empty() ? "" : ", ") + type;
+  }
+  return list;
+}
+
+bool is_volume(const SurfaceArguments& arguments) {
+  return has_type(arguments.output.path, FileContent::volume, FileUse::write);
+}
+
+/// Meshes, and volumes.
+std::vector<std::string> surface_types() {
+  auto types = extensions(FileContent::mesh, FileUse::write);
+  std::ranges::copy(extensions(FileContent::volume, FileUse::write), std::back_inserter(types));
+  return types;
+}
 
 /// @throws InputError where colours are asked for that the file cannot hold, or a palette of no use
 ///   or that is none.
 void check_colors(const SurfaceArguments& arguments) {
   if (has_colors(arguments) && !holds_colors(arguments.output.path)) {
-    throw InputError(fmt::format("--material: {} files hold no colours; write .ply, .glb or .obj",
-                                 extension_of(arguments.output.path)));
+    throw InputError(fmt::format("--material: {} files hold no colours; write {}",
+                                 extension_of(arguments.output.path), colored_types()));
   }
   if (!has_colors(arguments) && arguments.palette_option->given()) {
     throw InputError(
-        "--palette: a mesh of clay has no colours; give --material iterations or trap, too");
+        "--palette: a mesh of clay has no colours; give --material iterations or another, too");
+  }
+  if (!has_colors(arguments) && arguments.range_option->given()) {
+    throw InputError(
+        "--range: a mesh of clay has no colours; give --material iterations or another, too");
   }
   static_cast<void>(palette_of(arguments.palette, arguments.material));
+  SurfaceColorOptions{.range = arguments.range}.validate();
 }
 
 /// How the mesh is coloured.
 SurfaceColorOptions color_options(const SurfaceArguments& arguments,
                                   const SurfaceOptions& options) {
-  return {arguments.material, palette_of(arguments.palette, arguments.material), options.iterations,
-          options.escape, options.precision};
+  return {arguments.material, palette_of(arguments.palette, arguments.material),
+          options.iterations, options.escape,
+          options.precision,  arguments.range};
 }
 
 /// The map with shapes that are as long as was asked for; a box that was given goes with it.
-Map scaled(Map map, std::optional<double> millimetres, const std::string& file,
-           SurfaceOptions& options) {
-  if (!millimetres) return map;
+Map scaled(Map map, const SurfaceArguments& arguments, SurfaceOptions& options) {
+  if (!arguments.millimetres && !arguments.metres) return map;
   if (!map.frame.box) {
-    throw InputError(
-        fmt::format("--millimetres needs the size of the shape, and '{}' does not hold it", file));
+    throw InputError(fmt::format("{} needs the size of the shape, and '{}' does not hold it",
+                                 arguments.metres ? "--metres" : "--millimetres", arguments.map));
   }
-  const double factor = *millimetres / longest_side(map);
+  const double length = arguments.metres ? *arguments.metres : *arguments.millimetres;
+  const double factor = length / longest_side(map);
   if (options.box) options.box = Box{factor * options.box->low, factor * options.box->high};
-  return with_longest_side(std::move(map), *millimetres);
+  return with_longest_side(std::move(map), length);
+}
+
+/// What the file says besides its triangles.
+MeshFileOptions file_options(const SurfaceArguments& arguments, const Map& map,
+                             const std::string& note) {
+  MeshFileOptions options{.note = note, .up = map.frame.up, .name = named_after(arguments.map, "")};
+  if (!stands_upright(arguments.output.path)) options.file_up = arguments.up;
+  constexpr double kMillimetre = 1e-3;
+  const PrintOptions& print = arguments.print;
+  if (arguments.millimetres || print.height || print.longest) options.metres_per_unit = kMillimetre;
+  if (arguments.metres) options.metres_per_unit = 1;
+  return options;
 }
 
 /// Loose pieces are dropped unless components are chosen otherwise.
@@ -90,19 +134,19 @@ bool drops_loose(const SurfaceArguments& arguments) {
   return !arguments.keep_loose && !arguments.largest_component && !arguments.min_component;
 }
 
-/// Whether the mesh can go straight to its file: one that needs no counts first, and whole. Colours
-/// are spread over what occurs in all of it.
+/// Whether the mesh can go straight to its file: one that needs no counts first, and no colours,
+/// which take the lengths of all edges about a vertex.
 bool streams(const SurfaceArguments& arguments) {
   return extension_of(arguments.output.path) == ".ply" && !arguments.largest_component &&
-         arguments.min_component.value_or(0) == 0 && !arguments.max_triangles &&
+         arguments.min_component.value_or(0) == 0 && !arguments.print.is_any() &&
          !has_colors(arguments);
 }
 
 /// Straight to the file; the mesh is never in memory.
 WrittenSurface stream(const SurfaceArguments& arguments, const Device& device, const Map& map,
-                      const SurfaceOptions& options, const std::string& note,
+                      const SurfaceOptions& options, const MeshFileOptions& about,
                       const ProgressMonitor& monitor) {
-  PlyFile file(arguments.output.path, note);
+  PlyFile file(arguments.output.path, about.note, about.file_turn());
   FigureSink sink(&file);
   WrittenSurface written;
   written.report = extract_surface(device, map, options, sink, monitor);
@@ -122,10 +166,22 @@ WrittenSurface stream(const SurfaceArguments& arguments, const Device& device, c
   return written;
 }
 
+/// Colours of a mesh whose coordinates are `scale` times those of the map's set.
+std::vector<VertexColor> colors_of(const SurfaceArguments& arguments, const Device& device,
+                                   const Map& map, const SurfaceOptions& options,
+                                   const TriangleMesh& mesh, double scale,
+                                   const ProgressMonitor& monitor) {
+  const SurfaceColorOptions wanted = color_options(arguments, options);
+  if (scale == 1) return surface_colors(device, map, mesh, wanted, monitor).colors;
+  TriangleMesh set{mesh.vertices, mesh.triangles};
+  for (Eigen::Vector3d& x : set.vertices) x /= scale;
+  return surface_colors(device, map, set, wanted, monitor).colors;
+}
+
 /// By way of memory: for formats that need their counts first, to choose among components, to
-/// colour and to decimate.
+/// colour and to print.
 WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, const Map& map,
-                       const SurfaceOptions& options, const std::string& note,
+                       const SurfaceOptions& options, const MeshFileOptions& about,
                        const ProgressMonitor& monitor) {
   WrittenSurface written;
   MeshSink sink;
@@ -136,14 +192,30 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
   const TraceStage stage(monitor.trace, "measure and write");
   if (drops_loose(arguments)) written.loose = drop_loose_pieces(mesh);
   if (least > 0) mesh = large_components(mesh, least);
+  if (arguments.print.is_any()) {
+    PrintOptions print = arguments.print;
+    print.up = map.frame.up.value_or(kDefaultUp);
+    print.keep_loose = arguments.keep_loose || arguments.min_component;
+    PrintMesh made = made_printable(std::move(mesh), print, monitor);
+    mesh = std::move(made.mesh);
+    written.print = made.report;
+  }
   if (has_colors(arguments)) {
-    mesh.colors =
-        surface_colors(device, map, mesh, color_options(arguments, options), monitor).colors;
+    mesh.colors = colors_of(arguments, device, map, options, mesh, written.print.scale, monitor);
   }
-  if (arguments.max_triangles) {
-    mesh = decimated(std::move(mesh), *arguments.max_triangles, monitor.stop);
+  if (is_volume(arguments)) {
+    if (written.report.open_edges > 0) {
+      throw InputError(
+          fmt::format("'{}': a level set needs a closed surface, and --box cuts it "
+                      "open; leave --box out, or write a mesh",
+                      arguments.output.path));
+    }
+    const double voxel = mesh.box().size().maxCoeff() / options.resolution;
+    volume::write_level_set(mesh, voxel, about.file_turn(), {about.name, about.note},
+                            arguments.output.path);
+  } else {
+    write_mesh(mesh, arguments.output.path, about);
   }
-  write_mesh(mesh, arguments.output.path, note, map.frame.up);
   const MeshReport report = inspect(mesh);
   written.report.vertices = report.vertices;
   written.report.triangles = report.triangles;
@@ -155,34 +227,32 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
 
 int run_surface(const SurfaceArguments& arguments, Session& session) {
   SurfaceOptions options = checked(arguments.options, arguments.map_options);
-  session.check_outputs(
-      {arguments.map},
-      {output_named("--output", arguments.output, extensions(FileContent::mesh, FileUse::write))});
-  if (arguments.up && !stands_upright(arguments.output.path)) {
-    throw InputError(
-        fmt::format("--up: '{}' keeps the shape's own coordinates; leave --up out, or write .glb "
-                    "or .stl, which stand upright",
-                    arguments.output.path));
-  }
+  session.check_outputs({arguments.map},
+                        {output_named("--output", arguments.output, surface_types())});
+  if (is_volume(arguments)) volume::expect_openvdb(arguments.output.path);
   check_colors(arguments);
+  arguments.print.validate();
   const Map read = session.read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
-  Map map = scaled(with_knobs(device, read, arguments.map_options, arguments.map),
-                   arguments.millimetres, arguments.map, options);
-  if (arguments.up) map.frame.up = arguments.up;
+  Map map =
+      scaled(with_knobs(device, read, arguments.map_options, arguments.map), arguments, options);
+  const bool is_upright = stands_upright(arguments.output.path);
+  // Maps that do not say it stand as they are drawn.
+  if (is_upright) map.frame.up = arguments.up ? arguments.up : map.frame.up.value_or(kDefaultUp);
 
   nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
   how["resolution"] = options.resolution;
   if (options.draft) how["draft"] = true;
-  if (arguments.max_triangles) how["max_triangles"] = *arguments.max_triangles;
+  how.update(print_json(arguments.print));
   if (has_colors(arguments)) {
     how["material"] = value_json(arguments.material);
     how["palette"] = value_json(color_options(arguments, options).palette);
   }
-  const bool is_turned = stands_upright(arguments.output.path) && map.frame.up;
-  if (is_turned) how["up"] = to_string(*map.frame.up);
+  if (is_upright) how["up"] = to_string(*map.frame.up);
+  if (!is_upright && arguments.up) how["file_up"] = to_string(*arguments.up);
   const WrittenSurface written = (streams(arguments) ? stream : collect)(
-      arguments, device, map, options, one_line(how), session.monitor());
+      arguments, device, map, options, file_options(arguments, map, one_line(how)),
+      session.monitor());
   const SurfaceReport& report = written.report;
   if (report.triangles == 0) {
     throw Error(
@@ -196,18 +266,26 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   }
   const bool closed = report.open_edges == 0 && written.non_manifold_edges == 0;
   const std::size_t components = written.figures.components;
-  const std::string stands =
-      is_turned ? fmt::format("\nthe shape's {} is up", to_string(*map.frame.up)) : std::string();
+  std::string stands;
+  if (is_upright) {
+    stands = fmt::format("\nthe shape's {} is up", to_string(*map.frame.up));
+  }
+  if (!is_upright && arguments.up) {
+    stands = fmt::format("\nthe file's {} is up", to_string(*arguments.up));
+  }
   if (report.trusted_share > 0) {
     session.console.detail(to_text(LookupReport{report.nodes, report.trusted_share, 0}));
   }
   session.report_kernels(device);
   const double seconds = session.seconds();
+  nlohmann::json print;
+  if (arguments.print.is_any()) print = print_json(written.print, arguments.print);
   session.console.summary(
       fmt::format("{} vertices, {} triangles, {} component{}, {}; {:.1f} s{}{}\nmesh: {}",
                   report.vertices, report.triangles, components, components == 1 ? "" : "s",
                   closed ? "closed and manifold" : "not closed", seconds,
-                  left_out_text(written.loose, "\n"), stands, arguments.output.path),
+                  left_out_text(written.loose, "\n"),
+                  print_text(written.print, arguments.print) + stands, arguments.output.path),
       {{"mesh", arguments.output.path},
        {"vertices", report.vertices},
        {"triangles", report.triangles},
@@ -218,6 +296,7 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
        {"non_manifold_edges", written.non_manifold_edges},
        {"closed", closed},
        {"figures", to_json(written.figures)},
+       {"print", print},
        {"made_with", how},
        {"resolution", options.resolution},
        {"points", to_json(report)},
@@ -231,9 +310,9 @@ void describe_surface(Command command, SurfaceArguments& a) {
   command
       .output(
           "-o,--output", a.output, [&a] { return named_after(a.map, ".ply"); }, "MESH",
-          "Mesh to write: " + extension_list(FileContent::mesh, FileUse::write) + "." +
-              named_text("map", ".ply"))
-      .offers_files(extensions(FileContent::mesh, FileUse::write));
+          "Mesh to write: " + extension_list(FileContent::mesh, FileUse::write) +
+              "; or .vdb, a level set of its surface for OpenVDB." + named_text("map", ".ply"))
+      .offers_files(surface_types());
   command.add("--resolution", &a.options.resolution, "INT", "Cells along the box's longest side");
   command.add("--refine", &a.options.refine, "INT",
               "How many points to try, 0 to 20, on each grid edge that the surface crosses, to put "
@@ -252,15 +331,20 @@ void describe_surface(Command command, SurfaceArguments& a) {
            "area")
       .excludes({largest, keep})
       .range(0.0, 1.0);
-  command
-      .add(
-          "--max-triangles", &a.max_triangles, "INT",
-          "Decimate the mesh to at most so many triangles, edge by edge, the flattest places first")
-      .range(4, 1e9);
-  command
-      .add("--millimetres", &a.millimetres, "LENGTH",
-           "Scale the mesh so that the fitted shape's longest side has this length")
-      .range(1e-6, 1e9);
+  const Option millimetres =
+      command
+          .add("--millimetres", &a.millimetres, "LENGTH",
+               "Scale the mesh so that the fitted shape's longest side has this length, in "
+               "millimetres")
+          .range(1e-6, 1e9);
+  const Option metres = command
+                            .add("--metres", &a.metres, "LENGTH",
+                                 "Like --millimetres, but in metres. Without either, a unit of the "
+                                 "shape is a metre in .glb and "
+                                 ".usda, and a millimetre in .3mf")
+                            .excludes({millimetres})
+                            .range(1e-9, 1e6);
+  add_print_options(command, a.print, millimetres, metres);
   const Option draft = command.flag(
       "--draft", a.options.draft,
       "Look orbits up in tables instead of computing them: two to three times as fast for maps of "
@@ -272,21 +356,24 @@ void describe_surface(Command command, SurfaceArguments& a) {
             "Run the orbit of every point of the grid to its end: the same mesh, much slower, "
             "without trusting r_in, r_out and bounds")
       .excludes({draft});
-  command.choice("--material", a.material,
-                 {{to_string(Material::clay), Material::clay},
-                  {to_string(Material::iterations), Material::iterations},
-                  {to_string(Material::trap), Material::trap}},
-                 "What the colours of the vertices show, in .ply, .glb and .obj files: nothing, of "
-                 "clay; iterations, how late the orbit of a point is decided; or trap, how close "
-                 "two iterates come to the plane X = 0, seen from the origin");
+  add_material_choice(
+      command, a.material,
+      "What the colours of the vertices show, in " + colored_types() +
+          " files: clay, no colours; or the same as in pictures: iterations, how long the orbit "
+          "of a point stays undecided; trap, how close two iterates come to the plane X = 0, seen "
+          "from the origin; groove, from the bottoms of grooves to the tips of ridges; height, "
+          "along the up axis; or factor, which factor of the map is nearest");
   a.palette_option = add_palette(
       command, a.palette,
       fmt::format("The colours of --material: {}; or 2 to {} of your own with commas between, from "
                   "low to high",
                   fmt::join(palette_names(), ", "), Palette::kMostStops));
+  a.range_option = add_range(command, a.range);
   add_up(command, a.up,
-         "The shape's axis that points up in .glb and .stl files, which stand upright (.ply, .obj "
-         "and .off keep the shape's own coordinates); auto is what the map says");
+         "In .glb, .usda, .stl and .3mf files, which stand upright, the shape's axis that points "
+         "up; auto takes it from the map. In .ply, .obj, .off and .vdb files, the axis of the file "
+         "that the map's up axis is turned to; auto keeps the shape's own coordinates. Blender "
+         "takes z for up in a .ply and y in an .obj");
   add_map_options(command, a.map_options,
                   "Default: the shape's box plus 5 %, grown until the set fits in");
   add_device(command, a.device);
@@ -298,11 +385,15 @@ void add_surface(CommandLine& program, ChosenCommand& chosen) {
   add_command(program, chosen, {"surface", "Make a mesh of a map's set", std::string(R"(Examples:
   qjulia surface bunny.qjulia.json -o bunny.ply
   qjulia surface bunny.qjulia.json -o fine.stl --resolution 512 --detail 0.03
-  qjulia surface bunny.qjulia.json -o print.stl --millimetres 80
+  qjulia surface bunny.qjulia.json -o print.3mf --height 80 --min-wall 0.8
+  qjulia surface bunny.qjulia.json -o scene.glb --metres 0.2
+  qjulia surface bunny.qjulia.json -o blender.ply --up z
+  qjulia surface bunny.qjulia.json -o cloud.vdb
   qjulia surface bunny.qjulia.json -o light.glb --max-triangles 100000
   qjulia surface bunny.qjulia.json -o wild.ply --detail 0.03 --phase 0.8 0.6 0 0
   qjulia surface bunny.qjulia.json -o colours.glb --material trap --palette ember
-The mesh lies in the fitted shape's own coordinates; .glb and .stl stand upright. Only the
+The mesh lies in the fitted shape's own coordinates; .glb, .usda,
+.stl and .3mf stand upright. Only the
 undecided shell about the surface is iterated: time grows with its volume, memory with the
 mesh and one slab.
 )") + kMapOptionsHelp},

@@ -2,9 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
 #include "base/base64.hpp"
+#include "base/markup.hpp"
 
 namespace qjulia::html {
 namespace {
@@ -19,13 +18,6 @@ constexpr const char* kStyle =
     "figure img{width:100%;height:auto}figcaption{color:#555}"
     "pre{background:#f6f6f6;padding:.8rem;overflow-x:auto;font-size:.8rem}";
 
-/// The text as UTF-8, with U+FFFD in place of bytes that are not.
-std::string valid(std::string_view text) {
-  const auto dumped =
-      nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-  return nlohmann::json::parse(dumped).get<std::string>();
-}
-
 std::string cells(const std::vector<std::string>& texts, const char* element) {
   std::string row = "<tr>";
   for (const std::string& text : texts) {
@@ -36,24 +28,7 @@ std::string cells(const std::vector<std::string>& texts, const char* element) {
 
 }  // namespace
 
-std::string escaped(std::string_view text) {
-  std::string out;
-  for (const char c : valid(text)) {
-    const bool control = static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t';
-    if (c == '&') {
-      out += "&amp;";
-    } else if (c == '<') {
-      out += "&lt;";
-    } else if (c == '>') {
-      out += "&gt;";
-    } else if (c == '"') {
-      out += "&quot;";
-    } else {
-      out += control ? "\xEF\xBF\xBD" : std::string(1, c);
-    }
-  }
-  return out;
-}
+std::string escaped(std::string_view text) { return base::markup(text); }
 
 std::string table(const std::vector<std::string>& headings,
                   const std::vector<std::vector<std::string>>& rows) {
@@ -70,12 +45,12 @@ std::string figure(const Image& image, const std::string& caption) {
       label, image.width, image.height, base::base64(png_bytes(image)));
 }
 
-std::string page(const std::string& title, const std::string& body) {
+std::string page(const std::string& title, const std::string& body, const std::string& head) {
   return fmt::format(
       "<!DOCTYPE html>\n<html xmlns=\"http://www.w3.org/1999/xhtml\" lang=\"en\"><head>"
-      "<meta charset=\"utf-8\"/><title>{0}</title><style>{1}</style></head>\n"
+      "<meta charset=\"utf-8\"/><title>{0}</title><style>{1}</style>{3}</head>\n"
       "<body>\n<h1>{0}</h1>\n{2}</body></html>\n",
-      escaped(title), kStyle, body);
+      escaped(title), kStyle, body, head);
 }
 
 }  // namespace qjulia::html

@@ -20,6 +20,7 @@ std::string table(const std::vector<std::string>& headings,
 std::string figure(const Image& image, const std::string& caption);
 
 /// A page with this body, styled for reading on screen and paper.
-std::string page(const std::string& title, const std::string& body);
+/// @param head what else stands in the page's head, such as more styles.
+std::string page(const std::string& title, const std::string& body, const std::string& head = {});
 
 }  // namespace qjulia::html

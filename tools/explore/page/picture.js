@@ -23,17 +23,46 @@ let finest = null;  // the last whole march
 let isMeasured = false;
 let coarsest = Promise.resolve();  // the first picture that is being drawn
 
+const traitKinds = { iterations: 0, trap: 1, groove: 2, factor: 3, height: 4 };  // as trait.glsl knows them
+
+/** What the material shows at each pixel, for points as wide as `width`, into a texture. */
+function drawTraits(scene, { view, depths }, jitter, width) {
+  const traits = keptTexture("traits", gl.R32F, view.columns, view.rows), { scale, translation } = scene.map.shape_to_map;
+  const sum = (a, b) => a.reduce((total, each, i) => total + each * b[i], 0);
+  bind("depths", gl.TEXTURE_2D, depths);
+  bindGrid(scene.grid);
+  drawTo(traits, view.columns, view.rows);
+  use(trait, { ...scene.uniforms, ...view, jitter, width, kind: traitKinds[state.material],
+               height: [...view.upright, -sum(view.upright, translation)].map((c) => c / scale) });
+  drawAll();
+  return traits;
+}
+
+let spread = { key: "", ends: [0, 1] };  // of what the material shows: between these the palette is spread
+
+/** From the 5th to the 95th percentile of what is seen when material, iterations or knobs change; the camera changes nothing. */
+function rangeOf(scene, result, jitter) {
+  const key = JSON.stringify([state.material, state.iterations, knobsOf()]), { columns, rows } = result.view;
+  if (key === spread.key) return spread.ends;
+  const [low, high] = scene.box, diagonal = Math.hypot(...low.map((c, i) => high[i] - c));
+  drawTraits(scene, result, jitter, diagonal / 500);
+  const all = new Float32Array(4 * columns * rows);
+  gl.readPixels(0, 0, columns, rows, gl.RGBA, gl.FLOAT, all);
+  const found = all.filter((value, i) => i % 4 === 0 && value > -1e29).sort();
+  if (found.length === 0) return spread.ends;
+  const at = (share) => found[Math.round(share * (found.length - 1))];
+  const middle = (at(0.05) + at(0.95)) / 2, half = Math.max(at(0.95) - at(0.05), state.material === "height" ? 1e-9 : 0.1) / 2;
+  spread = { key, ends: [middle - half, middle + half] };
+  return spread.ends;
+}
+
 /** Colours of a march into the accumulated picture, of which they are this share; then all of it to the canvas. */
 function paint(scene, result, jitter, share, isDark) {
   const { view, depths } = result, { width, height } = canvas;
-  let traits = null;
+  let traits = null, trait_range = [0, 1];
   if (state.material !== "clay") {
-    traits = keptTexture("traits", gl.R16F, view.columns, view.rows);
-    bind("depths", gl.TEXTURE_2D, depths);
-    bindGrid(scene.grid);
-    drawTo(traits, view.columns, view.rows);
-    use(trait, { ...scene.uniforms, ...view, jitter, trap: state.material === "trap" });
-    drawAll();
+    trait_range = rangeOf(scene, result, jitter);
+    traits = drawTraits(scene, result, jitter, view.footprint);
   }
   const picture = keptTexture("picture", gl.RGBA16F, width, height);
   bind("depths", gl.TEXTURE_2D, depths);
@@ -42,7 +71,7 @@ function paint(scene, result, jitter, share, isDark) {
   gl.enable(gl.BLEND);
   gl.blendColor(0, 0, 0, share);
   gl.blendFunc(gl.CONSTANT_ALPHA, gl.ONE_MINUS_CONSTANT_ALPHA);
-  use(shade, { ...view, ...paletteOf(state.palette), jitter, has_traits: traits !== null, is_dark: isDark });
+  use(shade, { ...view, ...paletteOf(state.palette), jitter, trait_range, has_traits: traits !== null, is_dark: isDark });
   drawAll();
   gl.disable(gl.BLEND);
   bind("picture", gl.TEXTURE_2D, picture);

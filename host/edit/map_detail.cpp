@@ -1,0 +1,32 @@
+#include "qjulia/map_detail.hpp"
+
+#include "qjulia/detail.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/surface.hpp"
+
+namespace qjulia {
+
+double detail_for(const Device& device, const Map& map, DetailWord word,
+                  const std::stop_token& stop) {
+  constexpr int kShapeCells = 128;
+  with_detail(map, kLeastDetail);  // throws where no detail can be had
+  SurfaceOptions options;
+  options.iterations = 1;
+  options.resolution = kShapeCells;
+  ProgressMonitor monitor;
+  monitor.stop = stop;
+  const TriangleMesh mesh = extract_surface(device, without_portals(map), options, monitor);
+  if (mesh.triangles.empty()) {
+    throw OptionError("detail",
+                      "the map's own shape is empty, so a word cannot be used; give a "
+                      "number");
+  }
+  const bool is_exact = std::holds_alternative<DistanceModulus>(map.dynamics.modulus);
+  const double detail = chosen_detail(
+      word, radial_spread(mesh, map.frame.shape_to_map.to_shape(Eigen::Vector3d::Zero())),
+      is_exact ? kExactRule : kFittedRule);
+  // The map's box, of which its detail is a fraction, is larger than a shape that has been turned.
+  return map.frame.box ? detail * mesh.box().diagonal() / map.frame.box->diagonal() : detail;
+}
+
+}  // namespace qjulia

@@ -1,0 +1,471 @@
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+#include "device/context.hpp"
+#include "energy/curvature.hpp"
+#include "energy/evaluator.hpp"
+#include "energy/panel_products.hpp"
+#include "layout/gradient_layout.h"
+#include "layout/loss.h"
+#include "layout/panel_layout.h"
+#include "map/device_map.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia::energy {
+namespace {
+
+using device::Context;
+using device::narrow;
+using device::RealBuffer;
+
+std::size_t divide_up(std::size_t a, std::size_t b) { return (a + b - 1) / b; }
+
+/// How the work is cut. Nothing here depends on how many compute units there are, so that sums are
+/// taken in the same order on any of them.
+struct Division {
+  std::size_t width;           ///< samples in a lane vector
+  std::size_t stride;          ///< samples, padded
+  std::size_t energy_vectors;  ///< vectors per work-item of energy_terms
+  std::size_t gradient_chunk;  ///< samples per row of gradient_potential
+  std::size_t orbit_items;     ///< most groups of gradient_orbit
+  std::size_t orbit_group;     ///< work-items of such a group
+  std::size_t panel_samples;   ///< samples in the panels at a time
+  std::size_t panel_block;     ///< samples per work-item of jacobian_panels
+  std::size_t energy_items() const { return divide_up(stride / width, energy_vectors); }
+  std::size_t gradient_chunks() const { return divide_up(stride, gradient_chunk); }
+  /// Vectors per work-item of gradient_orbit.
+  std::size_t orbit_vectors() const { return divide_up(stride / width, orbit_items * orbit_group); }
+  std::size_t orbit_groups() const {
+    return divide_up(stride / width, orbit_vectors() * orbit_group);
+  }
+};
+
+Division divide(std::size_t samples, const Tuning& tuning) {
+  const auto count = [](int setting) { return static_cast<std::size_t>(setting); };
+  Division d{};
+  d.width = count(tuning.lane_width);
+  d.stride = divide_up(std::max<std::size_t>(samples, 1), d.width) * d.width;
+  d.energy_vectors = count(tuning.energy_vectors);
+  d.gradient_chunk = std::clamp<std::size_t>(d.stride / count(tuning.gradient_rows), 128, 2048);
+  d.orbit_items = count(tuning.orbit_items);
+  d.orbit_group = count(tuning.orbit_group);
+  d.panel_samples = count(tuning.panel_samples);
+  d.panel_block = count(tuning.panel_block);
+  return d;
+}
+
+class DeviceEvaluator final : public Evaluator {
+ public:
+  DeviceEvaluator(const Device& device, const Samples& samples, const EnergySettings& options,
+                  Precision precision)
+      : device_(device),
+        options_(options),
+        precision_(precision),
+        samples_count_(samples.size()),
+        division_(divide(samples.size(), device.tuning(precision))),
+        products_(device_.context(), device.tuning(precision), precision) {
+    Context& context = device_.context();
+    const std::size_t stride = division_.stride;
+    std::vector<double> arrays(QJ_SAMPLE_ARRAYS * stride, 0.0);
+    for (std::size_t i = 0; i < stride; ++i) {
+      // Padding repeats the last sample with weight 0.
+      const std::size_t s = std::min(i, samples.size() - 1);
+      arrays[QJ_SAMPLE_X * stride + i] = samples.position[s].x();
+      arrays[QJ_SAMPLE_Y * stride + i] = samples.position[s].y();
+      arrays[QJ_SAMPLE_Z * stride + i] = samples.position[s].z();
+      arrays[QJ_SAMPLE_W * stride + i] = samples.off_slice[s];
+      arrays[QJ_SAMPLE_WEIGHT * stride + i] = i < samples.size() ? samples.weight[s] : 0;
+      arrays[QJ_SAMPLE_TARGET * stride + i] = samples.target[s];
+      arrays[QJ_SAMPLE_SIDE * stride + i] = samples.side[s];
+    }
+    samples_ = context.upload_real(arrays, precision_);
+    field_ = context.allocate_real(stride, precision_);
+    cotangent_ = context.allocate_real(stride, precision_);
+    energies_ = context.allocate_real(division_.energy_items(), precision_);
+  }
+
+  Evaluation evaluate(const Map& map, bool with_gradient) override {
+    Evaluation result;
+    if (with_gradient && options_.iterations > 1) {
+      result.gradient = orbit_gradient(map);
+      result.energy = sum_of(orbit_energies_);
+      return result;
+    }
+    run_energy(map);
+    if (with_gradient) result.gradient = potential_gradient();
+    result.energy = sum_of(energies_);
+    return result;
+  }
+
+  std::vector<double> field(const Map& map) override {
+    run_energy(map);
+    std::vector<double> values(division_.stride);
+    device_.context().read(field_, values);
+    values.resize(samples_count_);
+    return values;
+  }
+
+  Eigen::MatrixXd gauss_newton(const Map& map) override {
+    run_energy(map);
+    const std::size_t order = QJ_PANEL_ORDER(factors_);
+    const RealBuffer rows = device_.context().allocate_real(order * order, precision_);
+    const std::size_t step = step_of(curvature_samples(order));
+    add_jacobian_products(map, step, PanelProducts::Update::set, rows);
+    return static_cast<double>(step) * to_symmetric(rows, order, places_of(factors_));
+  }
+
+  void add_curvature(const Map& map, const std::vector<std::size_t>& moved,
+                     CurvatureSum& sum) override {
+    if (precision_ != Precision::single) {
+      Evaluator::add_curvature(map, moved, sum);
+      return;
+    }
+    run_energy(map);
+    Context& context = device_.context();
+    const std::size_t order = QJ_PANEL_ORDER(factors_);
+    const Eigen::VectorXd kept = sum.faded(map.dynamics.factors.size(), moved);
+    const bool is_first = kept.size() == 0;
+    const std::size_t step = step_of(curvature_samples(order) / (is_first ? 1 : 2));
+    auto update = PanelProducts::Update::add;
+    if (is_first) {
+      sum.rows = context.allocate_real(order * order, precision_);
+      update = PanelProducts::Update::set;
+    } else {
+      const auto place = places_of(factors_);
+      std::vector<double> scale(order, 0.0);
+      for (std::size_t i = 0; i < place.size(); ++i) {
+        scale[static_cast<std::size_t>(place[i])] =
+            kept[static_cast<Eigen::Index>(i)] *
+            std::sqrt(sum.samples_of_each / static_cast<double>(step));
+      }
+      context.launch(kernel("gauss_newton.cl", "scaled_rows"),
+                     {{order / division_.width, order, 1}},
+                     {narrow(order), context.upload_real(scale, precision_), sum.rows});
+    }
+    sum.samples_of_each = static_cast<double>(step);
+    add_jacobian_products(map, step, update, sum.rows);
+  }
+
+  CurvatureFactor factor(const CurvatureSum& sum, double damping) override {
+    if (precision_ != Precision::single) return Evaluator::factor(sum, damping);
+    const auto n = static_cast<std::size_t>(sum.weight.size());
+    const auto place = places_of((n - 1) / QJ_MAP_COMPONENTS);
+    const std::size_t order = QJ_PANEL_ORDER((n - 1) / QJ_MAP_COMPONENTS);
+    const Eigen::VectorXd squared = sum.samples_of_each * sum.weight.cwiseInverse();
+    auto found = factorised(device_, {sum.rows, order, place, squared}, damping);
+    if (found) return *std::move(found);
+    const Eigen::VectorXd scale = squared.cwiseSqrt();
+    return factorised(
+        scale.asDiagonal() * to_symmetric(sum.rows, order, place) * scale.asDiagonal(), damping);
+  }
+
+  Eigen::MatrixXd pursuit_products(const Map& map,
+                                   const std::vector<Quaternion>& centers) override {
+    run_energy(map);
+    const std::size_t count = centers.size();
+    const std::size_t stride = QJ_MAP_STRIDE(count);
+    std::vector<double> arrays(4 * stride, 1.0);  // padding: any place
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto center = coordinates(centers[i]);
+      for (std::size_t c = 0; c < 4; ++c) arrays[c * stride + i] = center[c];
+    }
+    const auto sent = device_.context().upload_real(arrays, precision_);
+    const auto pursuit = kernel("gauss_newton.cl", "pursuit_panels");
+    const std::size_t order = QJ_PURSUIT_ORDER(count);
+    const RealBuffer rows = device_.context().allocate_real(order * order, precision_);
+    const std::size_t step = step_of(curvature_samples(order));
+    add_products(order, step, PanelProducts::Update::set, rows, [&](std::size_t first) {
+      device_.context().launch(
+          pursuit, {{stride / division_.width, division_.panel_samples / division_.panel_block, 1}},
+          {panel_arguments(map.dynamics.slice, count, step, first), samples_, sent, field_,
+           panels_});
+    });
+    std::vector<std::int32_t> place{QJ_PURSUIT_ONES(narrow(count)),
+                                    QJ_PURSUIT_RESIDUALS(narrow(count))};
+    for (std::size_t i = 0; i < count; ++i) place.push_back(narrow(i));
+    return static_cast<double>(step) * to_symmetric(rows, order, place);
+  }
+
+  Eigen::VectorXd gauss_newton_diagonal(const Map& map) override {
+    run_energy(map);
+    const std::size_t rows = division_.gradient_chunks();
+    const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
+    device_.context().launch(kernel("gauss_newton.cl", "jacobian_squares"), {{vectors, rows, 1}},
+                             {samples_, narrow(division_.stride), narrow(division_.gradient_chunk),
+                              map_, narrow(factors_), loss(),
+                              device::Argument::real(options_.alpha, precision_), field_, rows_});
+    const auto sums = sum_rows(rows);
+    return Eigen::Map<const Eigen::VectorXd>(sums.data(), static_cast<Eigen::Index>(sums.size()));
+  }
+
+ private:
+  std::int32_t loss() const { return static_cast<std::int32_t>(options_.loss); }
+
+  /// Of the kernels that sum the energy.
+  std::map<std::string, int> loss_defines() const {
+    if (options_.loss == Loss::linear) return {{"QJ_LINEAR_LOSS", 1}};
+    return {};
+  }
+
+  /// @param vectors of samples that each of `items` work-items, or groups of them, takes.
+  device::Argument energy_arguments(std::size_t vectors, std::size_t items) const {
+    return device::arguments(precision_, [&](auto r) {
+      using real = decltype(r);
+      return qj_energy_arguments<real>{.alpha = real(options_.alpha),
+                                       .loss = loss(),
+                                       .stride = narrow(division_.stride),
+                                       .vectors = narrow(vectors),
+                                       .items = narrow(items),
+                                       .factors = narrow(factors_),
+                                       .iterations = options_.iterations};
+    });
+  }
+
+  /// @param count of factors or centres.
+  /// @param step,first every step-th sample is taken, from the first-th such one.
+  device::Argument panel_arguments(double slice, std::size_t count, std::size_t step,
+                                   std::size_t first) const {
+    return device::arguments(precision_, [&](auto r) {
+      using real = decltype(r);
+      return qj_panel_arguments<real>{.alpha = real(options_.alpha),
+                                      .slice = real(slice),
+                                      .loss = loss(),
+                                      .stride = narrow(division_.stride),
+                                      .step = narrow(step),
+                                      .first = narrow(first),
+                                      .chunk = narrow(division_.panel_samples),
+                                      .block = narrow(division_.panel_block),
+                                      .count = narrow(count)};
+    });
+  }
+
+  /// One sample in so many is taken for a matrix, so that there are at most `most`.
+  std::size_t step_of(std::size_t most) const { return divide_up(division_.stride, most); }
+
+  /// JᵀWJ over every step-th sample, with the field that run_energy left.
+  void add_jacobian_products(const Map& map, std::size_t step, PanelProducts::Update update,
+                             const RealBuffer& matrix) {
+    const auto jacobian = kernel("gauss_newton.cl", "jacobian_panels");
+    const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
+    const auto fill = [&](std::size_t first) {
+      device_.context().launch(jacobian,
+                               {{vectors, division_.panel_samples / division_.panel_block, 1}},
+                               {panel_arguments(map.dynamics.slice, factors_, step, first),
+                                samples_, map_, field_, panels_});
+    };
+    add_products(QJ_PANEL_ORDER(factors_), step, update, matrix, fill);
+  }
+
+  /// The column of each unknown in a gradient row, and its row and column in H.
+  static std::vector<std::int32_t> places_of(std::size_t k) {
+    std::vector<std::int32_t> place(1 + QJ_MAP_COMPONENTS * k);
+    place[0] = narrow(QJ_GRADIENT_LOG_SCALE(k));
+    for (std::size_t c = 0; c < QJ_MAP_COMPONENTS; ++c) {
+      for (std::size_t i = 0; i < k; ++i) place[1 + c * k + i] = narrow(c * QJ_MAP_STRIDE(k) + i);
+    }
+    return place;
+  }
+
+  /// Updates the upper triangle of an order × order matrix, by rows, with PᵀP over every step-th
+  /// sample.
+  /// @param fill puts them, from number `first` of them on, into the panels P.
+  template <class Fill>
+  void add_products(std::size_t order, std::size_t step, PanelProducts::Update update,
+                    const RealBuffer& matrix, const Fill& fill) {
+    if (panels_.size() < division_.panel_samples * order) allocate_panels(order);
+    const std::size_t taken = divide_up(division_.stride, step);
+    for (std::size_t first = 0; first < taken; first += division_.panel_samples) {
+      fill(first);
+      products_(panels_, division_.panel_samples, order, 0,
+                first == 0 ? update : PanelProducts::Update::add, matrix);
+    }
+  }
+
+  /// Panels of fewer samples where the device has no memory for as many as asked for.
+  void allocate_panels(std::size_t order) {
+    Context& context = device_.context();
+    const std::size_t least = std::lcm(division_.panel_block, kLeastPanelSamples);
+    for (;;) {
+      try {
+        panels_ = context.allocate_real(division_.panel_samples * order, precision_);
+        return;
+      } catch (const DeviceError& error) {
+        const std::size_t half = division_.panel_samples / 2;
+        if (!device::is_out_of_memory(error) || half % least != 0 || half == 0) throw;
+        division_.panel_samples = half;
+      }
+    }
+  }
+
+  /// The entries at `place` of a matrix whose upper triangle is there, mirrored.
+  Eigen::MatrixXd to_symmetric(const RealBuffer& matrix, std::size_t order,
+                               const std::vector<std::int32_t>& place) const {
+    std::vector<double> rows(order * order);
+    device_.context().read(matrix, rows);
+    const auto n = static_cast<Eigen::Index>(place.size());
+    Eigen::MatrixXd h(n, n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      for (Eigen::Index j = 0; j < n; ++j) {
+        const auto [low, high] =
+            std::minmax(place[static_cast<std::size_t>(i)], place[static_cast<std::size_t>(j)]);
+        h(j, i) = rows[static_cast<std::size_t>(low) * order + static_cast<std::size_t>(high)];
+      }
+    }
+    return h;
+  }
+
+  device::Kernel kernel(const char* file, const char* name,
+                        std::map<std::string, int> defines = {}) const {
+    return device_.context().kernel(
+        file, name, {static_cast<int>(division_.width), precision_, std::move(defines)});
+  }
+
+  void upload(const Map& map) {
+    if (map.dynamics.factors.size() != factors_) prepare(map.dynamics.factors.size());
+    device_.context().write(map_, map::pack_map(map, {0, 0, options_.escape}));
+  }
+
+  void run_energy(const Map& map) {
+    upload(map);
+    const auto items = division_.energy_items();
+    device_.context().launch(kernel("energy.cl", "energy_terms", loss_defines()), {{items, 1, 1}},
+                             {energy_arguments(division_.energy_vectors, items), samples_, map_,
+                              field_, cotangent_, energies_});
+  }
+
+  /// Everything that depends on the number of factors, once for all steps.
+  void prepare(std::size_t factors) {
+    Context& context = device_.context();
+    factors_ = 0;  // should there be no memory for them
+    map_ = context.allocate_real(QJ_MAP_SIZE(factors), precision_);
+    const std::size_t columns = QJ_GRADIENT_COLUMNS(factors);
+    if (options_.iterations > 1) {
+      // Groups of fewer work-items where the device cannot take as many as asked for.
+      while (division_.orbit_group > 1 &&
+             context.largest_group(orbit_kernel()) < division_.orbit_group) {
+        division_.orbit_group /= 2;
+      }
+      allocate_orbit_sums(factors);
+    } else {
+      rows_ = context.allocate_real(division_.gradient_chunks() * columns, precision_);
+    }
+    const std::size_t rows = rows_.size() / columns;
+    panels_ = {};
+    block_sums_ = context.allocate_real(divide_up(rows, kRowBlock) * columns, precision_);
+    factors_ = factors;
+  }
+
+  /// From the cotangents that run_energy left.
+  std::vector<double> potential_gradient() {
+    const std::size_t rows = division_.gradient_chunks();
+    const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
+    device_.context().launch(kernel("gradient_potential.cl", "gradient_potential"),
+                             {{vectors, rows, 1}},
+                             {samples_, narrow(division_.stride), narrow(division_.gradient_chunk),
+                              map_, narrow(factors_), cotangent_, rows_});
+    return sum_rows(rows);
+  }
+
+  device::Kernel orbit_kernel() const {
+    auto defines = loss_defines();
+    defines.emplace("QJ_GROUP", narrow(division_.orbit_group));
+    return kernel("gradient_orbit.cl", "gradient_orbit", std::move(defines));
+  }
+
+  /// Sums of fewer groups where the device has no memory for as many as asked for.
+  void allocate_orbit_sums(std::size_t factors) {
+    Context& context = device_.context();
+    for (;;) {
+      try {
+        const std::size_t rows = division_.orbit_groups();
+        // The Gauss-Newton diagonal uses them too, and its rows cannot be fewer.
+        const std::size_t most_rows = std::max(rows, division_.gradient_chunks());
+        rows_ = context.allocate_real(most_rows * QJ_GRADIENT_COLUMNS(factors), precision_);
+        orbit_energies_ = context.allocate_real(rows, precision_);
+        const std::size_t items = rows * division_.orbit_group * division_.width;
+        const auto kept = static_cast<std::size_t>(options_.iterations - 1) * QJ_ORBIT_LANES;
+        orbits_ = context.allocate_real(items * kept, precision_);
+        // Groups that sum in local memory leave them alone.
+        const std::size_t lanes = QJ_GRADIENT_LOG_SCALE(factors) * division_.width;
+        lane_sums_ =
+            context.allocate_real(division_.orbit_group == 1 ? rows * lanes : 1, precision_);
+        return;
+      } catch (const DeviceError& error) {
+        if (!device::is_out_of_memory(error) || division_.orbit_items == 1) throw;
+        division_.orbit_items /= 2;
+      }
+    }
+  }
+
+  /// Runs orbits forward and back: leaves the energies too.
+  std::vector<double> orbit_gradient(const Map& map) {
+    upload(map);
+    const std::size_t rows = division_.orbit_groups();
+    const std::size_t group = division_.orbit_group;
+    device::Range range{{rows * group, 1, 1}, {}};
+    if (group > 1) range.local = {group, 1, 1};
+    try {
+      device_.context().launch(orbit_kernel(), range,
+                               {energy_arguments(division_.orbit_vectors(), rows), samples_, map_,
+                                orbits_, lane_sums_, orbit_energies_, rows_});
+    } catch (const DeviceError& error) {
+      if (!device::is_refused_group(error) || group == 1) throw;
+      division_.orbit_group /= 2;
+      factors_ = 0;  // other groups, other buffers
+      return orbit_gradient(map);
+    }
+    return sum_rows(rows);
+  }
+
+  /// The rows summed, in the order of the unknowns.
+  std::vector<double> sum_rows(std::size_t rows) {
+    Context& context = device_.context();
+    const std::size_t columns = QJ_GRADIENT_COLUMNS(factors_);
+    const std::size_t blocks = divide_up(rows, kRowBlock);
+    context.launch(kernel("reduce.cl", "sum_row_blocks"), {{columns, blocks, 1}},
+                   {rows_, narrow(rows), narrow(columns), narrow(kRowBlock), block_sums_});
+    std::vector<double> sums(blocks * columns);
+    context.read(block_sums_, sums);
+    std::vector<double> row(columns, 0.0), gradient;
+    for (std::size_t b = 0; b < blocks; ++b) {
+      for (std::size_t c = 0; c < columns; ++c) row[c] += sums[b * columns + c];
+    }
+    for (const std::int32_t at : places_of(factors_)) {
+      gradient.push_back(row[static_cast<std::size_t>(at)]);
+    }
+    return gradient;
+  }
+
+  double sum_of(const RealBuffer& energies) {
+    std::vector<double> terms(energies.size());
+    device_.context().read(energies, terms);
+    return std::accumulate(terms.begin(), terms.end(), 0.0);
+  }
+
+  static constexpr std::size_t kRowBlock = 64;
+  static constexpr std::size_t kLeastPanelSamples =
+      16;  // panel_products_shared takes so many a time
+
+  Device device_;
+  EnergySettings options_;
+  Precision precision_;
+  std::size_t samples_count_;
+  Division division_;
+  PanelProducts products_;
+  RealBuffer samples_, field_, cotangent_, energies_, orbit_energies_;
+  std::size_t factors_ = 0;
+  RealBuffer map_, rows_, orbits_, lane_sums_, block_sums_, panels_;
+};
+
+}  // namespace
+
+std::unique_ptr<Evaluator> make_device_evaluator(const Device& device, const Samples& samples,
+                                                 const EnergySettings& options,
+                                                 Precision precision) {
+  if (samples.size() == 0) throw std::logic_error("an evaluator needs samples");
+  return std::make_unique<DeviceEvaluator>(device, samples, options, precision);
+}
+
+}  // namespace qjulia::energy

@@ -1,0 +1,36 @@
+#include "energy/panel_products.hpp"
+
+namespace qjulia::energy {
+
+device::Kernel PanelProducts::kernel(const char* name) const {
+  return context_.kernel("gauss_newton.cl", name, {static_cast<int>(width_), precision_, {}});
+}
+
+void PanelProducts::operator()(const device::RealBuffer& panels, std::size_t samples,
+                               std::size_t order, std::size_t begin, Update update,
+                               const device::RealBuffer& matrix) {
+  const auto launch = [&](const device::Kernel& products, const device::Range& range) {
+    context_.launch(products, range,
+                    {panels, device::narrow(samples), device::narrow(order), device::narrow(begin),
+                     update == Update::set ? 0 : 1, update == Update::subtract ? -1 : 1, matrix});
+  };
+  const std::size_t left = order - begin;
+  // Work-items share tiles as the settings say, unless the device takes no groups of as many.
+  if (side_ > 1) {
+    constexpr std::size_t kTile = 64;  // entries of the matrix along a group's side
+    const std::size_t items = (left + kTile - 1) / kTile * side_;
+    const auto products = kernel("panel_products_shared");
+    try {
+      if (context_.largest_group(products) >= side_ * side_) {
+        launch(products, {{items, items, 1}, {side_, side_, 1}});
+        return;
+      }
+    } catch (const DeviceError& error) {
+      if (!device::is_refused_group(error)) throw;
+    }
+    side_ = 1;
+  }
+  launch(kernel("panel_products"), {{left / 8, left / (2 * width_), 1}, {}});
+}
+
+}  // namespace qjulia::energy

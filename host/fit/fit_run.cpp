@@ -1,0 +1,233 @@
+#include "fit/fit_run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "fit/budget.hpp"
+#include "fit/checkpoint.hpp"
+#include "fit/factor_count.hpp"
+#include "fit/initial_map.hpp"
+#include "fit/placement.hpp"
+#include "fit/schedule.hpp"
+#include "qjulia/detail.hpp"
+#include "qjulia/error.hpp"
+#include "shape/coarse_mesh.hpp"
+
+namespace qjulia::fitting {
+namespace {
+
+/// Seconds kept from a time limit for lifting misplaced factors, scaling, calibration and writing.
+constexpr double kReserve = 1.0;
+
+/// Samples of the largest stage that draws them from the pool.
+int largest_draw(const Schedule& schedule) {
+  int most = 0;
+  for (const Level& level : schedule.levels) {
+    if (level.points == Points::surface) most = std::max(most, level.samples);
+  }
+  return most;
+}
+
+/// A fit that makes less than this part of its evaluations has seldom settled: its last stages,
+/// which bring the surface in, have hardly begun.
+constexpr int kSettlingShare = 10;
+
+/// A warning about a fit that ended early; empty when it has had its time.
+std::string unsettled(const FitResult& result, int planned) {
+  if (result.evaluations == 0) {
+    return "the fit ended before its first evaluation: the map is only where its factors begin";
+  }
+  if (result.stopped != StopReason::time_limit || result.evaluations >= planned / kSettlingShare) {
+    return {};
+  }
+  return fmt::format(
+      "the time limit ended the fit after {} of {} evaluations, before it could "
+      "settle; {} factors need about {:.0f} s here, and fewer settle sooner",
+      result.evaluations, planned, result.map.dynamics.factors.size(),
+      result.seconds * planned / kSettlingShare / result.evaluations);
+}
+
+/// A warning about a map that cannot have the wanted detail; empty when it has.
+std::string other_detail(const Map& map, double wanted) {
+  if (map.dynamics.degree() <= 1) {
+    return fmt::format(
+        "the map's exponents sum to {:.3g}, and its set is bounded only where they exceed 1: "
+        "use 1 iteration, or fit it again with more factors or more time",
+        map.dynamics.degree());
+  }
+  if (*map.frame.detail >= wanted) return {};
+  return fmt::format(
+      "the map has a detail of {:.3g} and not {:.3g}, with which its set would not be bounded; "
+      "more factors or more time allow a larger one",
+      *map.frame.detail, wanted);
+}
+
+/// A shape measured with as many triangles as there is time for.
+struct MeasuredShape {
+  Shape shape;
+  std::vector<std::string> warnings;  ///< about what was left out, a sentence each
+};
+
+/// @param most triangles; if the mesh has more, a coarser one is measured. @throws InputError
+MeasuredShape measured_shape(const Device& device, const TriangleMesh& mesh, double most,
+                             const std::stop_token& stop) {
+  const auto triangles = static_cast<double>(mesh.triangles.size());
+  MeasuredShape measured;
+  if (triangles <= most) {
+    measured.shape = make_shape(device, mesh, stop);
+  } else {
+    const auto [coarse, cell] = shape::coarse_mesh(mesh, static_cast<std::size_t>(most), stop);
+    const Box box = mesh.box();
+    try {
+      measured.shape = make_shape(device, coarse, stop);
+    } catch (const InputError& error) {
+      throw InputError(fmt::format(
+          "the time limit is too short to measure all {} triangles of the mesh, and a coarser mesh "
+          "of {} cannot be fitted: {}; or start the fit with a limit of {:.0f} s or more",
+          mesh.triangles.size(), coarse.triangles.size(), error.what(), least_limit(triangles)));
+    }
+    measured.shape.box = box;
+    measured.warnings.push_back(fmt::format(
+        "the fit started with too short a time limit to measure all {} triangles of the mesh: it "
+        "used a coarser mesh of {}, without details smaller than {:.2g} % of the longest side; "
+        "to fit the whole mesh, start with a limit of {:.0f} s or more",
+        mesh.triangles.size(), coarse.triangles.size(), 100 * cell / box.size().maxCoeff(),
+        least_limit(triangles)));
+  }
+  if (measured.shape.has_hidden_parts) {
+    measured.warnings.emplace_back(
+        "parts of the mesh overlap or lie within one another; it is fitted as their union");
+  }
+  return measured;
+}
+
+/// Does work as a named stage of the monitor's trace.
+template <class Work>
+auto in_stage(const ProgressMonitor& monitor, const char* name, const Work& work) {
+  const TraceStage stage(monitor.trace, name);
+  return work();
+}
+
+/// The map that a fit starts from.
+Map placed(const Problem& problem, const SamplePool& pool, FitPlan& plan) {
+  const FitOptions& options = plan.options;
+  const EvaluatorFactory make_evaluator = [&](const Samples& samples,
+                                              const EnergySettings& energy) {
+    return problem.evaluator(samples, energy);
+  };
+  const int factors = in_stage(plan.monitor, "number of factors", [&] {
+    return chosen_factors(options, plan.schedule, make_evaluator, pool, plan.budget);
+  });
+  return in_stage(plan.monitor, "placement", [&] {
+    return options.placement == Placement::paper
+               ? place_monopoles(pool, factors, options.seed)
+               : place_factors(make_evaluator, pool, factors, options.seed);
+  });
+}
+
+}  // namespace
+
+FitRun::FitRun(Team& team, const Device& device, const TriangleMesh& mesh, FitOptions options,
+               ProgressMonitor monitor)
+    : options_(std::move(options)), monitor_(std::move(monitor)) {
+  options_.validate();
+  mesh.validate();
+  Clock clock = team.shared(start_clock(monitor_.stop));
+  monitor_.report({"measuring the mesh", 0, -1, ""});
+  const bool is_kept = !options_.checkpoint.empty();
+  Checkpoint checkpoint(options_.checkpoint, is_kept ? fit_key(mesh, options_, device) : "");
+  auto kept = checkpoint.state_in(team.broadcast_text(options_.resume ? checkpoint.read() : ""));
+  const double most = kept ? kept->most_triangles : most_triangles(options_.time_limit);
+  MeasuredShape measured = in_stage(monitor_, "measure the mesh", [&] {
+    return measured_shape(device, mesh, most, monitor_.stop);
+  });
+  up_ = options_.up ? options_.up : guess_up(mesh);
+  Shape& shape = measured.shape;
+  const double detail =
+      team
+          .broadcast({chosen_detail(
+              options_.detail, radial_spread(shape.mesh, Eigen::Vector3d::Zero()), kFittedRule)})
+          .front();
+  Schedule schedule = schedule_of(options_);
+  if (options_.polish) schedule = with_polish(std::move(schedule), detail);
+  const int planned = kept ? kept->planned : planned_evaluations(options_, schedule);
+  Budget budget(options_, planned, kReserve, std::move(clock));
+  SignedDistance distance = in_stage(monitor_, "signed distance", [&] {
+    return SignedDistance(device, shape.mesh, Precision::single, monitor_.stop);
+  });
+  SamplePool pool = in_stage(monitor_, "sample pool", [&] {
+    return make_sample_pool(shape, distance, options_.seed, planned, largest_draw(schedule),
+                            monitor_.stop);
+  });
+  team.adopt(pool);
+  // A rank that left a draw would keep the others waiting, so several ranks do not stop a draw.
+  const std::stop_token draw_stop = team.size() > 1 ? std::stop_token() : monitor_.stop;
+  in_stage(monitor_, "overlap points", [&] {
+    own_.emplace(device,
+                 MeasuredMesh{std::move(shape), std::move(distance), std::move(pool), detail,
+                              std::move(measured.warnings)},
+                 options_.weights, options_.precision, draw_stop);
+  });
+  problem_.emplace(team, *own_, options_.sample_parts);
+
+  FitPlan plan{options_, std::move(schedule), std::move(budget), std::move(checkpoint), monitor_,
+               most};
+  dress_observed(plan.options.observer);
+  Map start = kept ? kept->map
+              : options_.initial
+                  ? started_from(device, *options_.initial, own_->mesh().shape, own_->mesh().pool)
+                  : placed(*problem_, own_->mesh().pool, plan);
+  if (const auto& on_stage = plan.options.observer.on_stage; !kept && on_stage) {
+    const double iou = own_->overlap(start, 1);
+    on_stage({"placement", 0, 0, 0, 0, iou}, own_->finished(start, iou).map);
+  }
+  stages_.emplace(*problem_, std::move(start), std::move(plan));
+  if (kept) stages_->resume(std::move(*kept));
+}
+
+Map FitRun::dressed(Map map) const {
+  map.layers.steepness = options_.steepness;
+  map.frame.up = up_;
+  return map;
+}
+
+void FitRun::dress_observed(FitObserver& observer) const {
+  if (!observer.on_stage) return;
+  observer.on_stage = [this](const StageReport& stage, const Map& map) {
+    options_.observer.on_stage(stage, dressed(map));
+  };
+}
+
+Map FitRun::map() const { return dressed(stages_->finished().map); }
+
+FitResult FitRun::result() {
+  FitResult result;
+  result.stopped = stages_->stopped().value();
+  result.stages = stages_->reports();
+  result.warnings = own_->mesh().warnings;
+  FinishedMap finished = in_stage(monitor_, "calibration", [&] { return stages_->finished(); });
+  for (std::string& warning : finished.warnings) result.warnings.push_back(std::move(warning));
+  result.mean_distance = own_->mean_distance(finished.map);
+  result.map = dressed(std::move(finished.map));
+  Budget& budget = stages_->budget();
+  budget.update();
+  result.evaluations = budget.evaluations();
+  result.seconds = budget.seconds();
+  for (std::string warning : {unsettled(result, budget.most_evaluations()),
+                              other_detail(result.map, own_->mesh().detail)}) {
+    if (!warning.empty()) result.warnings.push_back(std::move(warning));
+  }
+  if (const std::string& failure = stages_->checkpoint().problem(); !failure.empty()) {
+    result.warnings.push_back("the fit could not be kept while it was under way: " + failure);
+  }
+  return result;
+}
+
+FitResult FitRun::whole() {
+  stages_->run();
+  return result();
+}
+
+}  // namespace qjulia::fitting

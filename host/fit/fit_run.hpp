@@ -1,0 +1,44 @@
+#pragma once
+/// A fit of a mesh, from its options to its result.
+
+#include <optional>
+
+#include "fit/mesh_problem.hpp"
+#include "fit/stages.hpp"
+#include "fit/team.hpp"
+
+namespace qjulia::fitting {
+
+class FitRun {
+ public:
+  /// Measures the mesh and places the factors, or takes up the checkpoint.
+  /// @throws InputError, OptionError, Interrupted
+  FitRun(Team& team, const Device& device, const TriangleMesh& mesh, FitOptions options,
+         ProgressMonitor monitor);
+  FitRun(const FitRun&) = delete;  // its stages refer to its problem
+  FitRun& operator=(const FitRun&) = delete;
+
+  Stages& stages() { return *stages_; }
+  const Stages& stages() const { return *stages_; }
+  /// The map that the fit would give if it ended here.
+  Map map() const;
+  /// Of a fit that has ended.
+  FitResult result();
+  /// Runs all stages.
+  FitResult whole();
+
+ private:
+  /// The map with all that a user gets with it: its steepness, and which axis is up.
+  Map dressed(Map map) const;
+  /// Makes the observer see maps as users do.
+  void dress_observed(FitObserver& observer) const;
+
+  FitOptions options_;
+  ProgressMonitor monitor_;
+  std::optional<UpAxis> up_;
+  std::optional<MeshProblem> own_;
+  std::optional<DividedProblem> problem_;  ///< the same, shared by the team
+  std::optional<Stages> stages_;
+};
+
+}  // namespace qjulia::fitting

@@ -1,0 +1,50 @@
+#pragma once
+/// The values of a material at points of a set, for pictures and meshes alike, and the range of
+/// values that a palette covers.
+
+#include <Eigen/Core>
+#include <functional>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <vector>
+
+#include "qjulia/device.hpp"
+#include "qjulia/map.hpp"
+#include "qjulia/picture.hpp"
+
+namespace qjulia::picture {
+
+/// What tells a material's numbers, besides the orbits that a source runs.
+struct Coloring {
+  Material material = Material::clay;
+  Eigen::Vector3d up = Eigen::Vector3d::UnitY();  ///< along which height is measured
+  ShapeToMap to_scene{};                          ///< from the shape's coordinates to the points'
+};
+
+/// What orbits tell at points that stand for balls of these widths: one for all, or one for each.
+using OrbitsTell = std::function<std::vector<float>(const std::vector<Eigen::Vector3d>& points,
+                                                    std::span<const double> widths)>;
+
+/// One number per point. @param orbits are asked where the material is of orbits.
+/// @throws what `orbits` throws.
+std::vector<float> material_traits(const OrbitsTell& orbits, const Coloring& coloring,
+                                   const std::vector<Eigen::Vector3d>& points,
+                                   std::span<const double> widths);
+
+/// How the whole set is asked for where the palette begins and ends.
+struct RangeQuery {
+  int iterations = 6;
+  std::optional<double> escape{};
+  Precision precision = Precision::single;
+  Coloring coloring{};
+};
+
+/// As `Studio::range` says: the same for all pictures and meshes of a map.
+MaterialRange material_range(const Device& device, const Map& map, const RangeQuery& query,
+                             const std::stop_token& stop);
+
+/// The way through the palette, 0 … 1, to what the material shows.
+double share_of(const MaterialRange& range, double trait);
+
+}  // namespace qjulia::picture

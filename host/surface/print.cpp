@@ -1,0 +1,405 @@
+#include "qjulia/print.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <utility>
+
+#include "base/range_check.hpp"
+#include "qjulia/decimate.hpp"
+#include "qjulia/error.hpp"
+#include "surface/cavity.hpp"
+#include "surface/marching_cubes.hpp"
+#include "surface/slab_distances.hpp"
+#include "surface/thick_walls.hpp"
+
+namespace qjulia {
+
+using namespace surface;
+namespace {
+
+/// The least number of grid steps per wall: with fewer, balls look like cubes; more take longer.
+constexpr double kStepsAWall = 4, kMostStepsAWall = 16;
+/// Cells along the longest side, where the mesh's edges are longer than these.
+constexpr double kFewestCells = 128;
+constexpr double kStepsADrain = 6, kStepsACavityWall = 4;
+/// A drain is at most this share of the mesh's width.
+constexpr double kWidestDrain = 0.5;
+/// A share of the least wall: parts that stand out by less are removed, not thickened.
+constexpr double kShavedShare = 0.2;
+/// The radius of the first try, in least walls; walls that come out thinner are tried again.
+constexpr double kFirstRadius = 0.52;
+constexpr int kWallTries = 6;
+constexpr double kLeastGrowth = 1.02, kMostGrowth = 1.3;
+/// Triangles are read back in single precision, and walls are measured on them.
+constexpr double kWallSlack = 1.003;
+/// Coarser triangles make walls thinner; walls are made thicker by this factor beforehand.
+constexpr double kDecimationSlack = 1.02;
+/// A mesh whose size is within this share of the requested one is scaled together with its walls;
+/// otherwise walls are made again at another scale.
+constexpr double kSizeSlack = 1e-3;
+/// An arbitrary part of a step, so that no line of the grid coincides with lines of the mesh.
+constexpr double kPrintMargin = 3.3713, kHollowMargin = 3.4231;
+constexpr std::size_t kSlabPoints = std::size_t{1} << 25;
+constexpr std::size_t kMostSlabPoints = std::size_t{1} << 27;
+constexpr int kFewestSlices = 8;
+
+double mean_edge_of(const TriangleMesh& mesh) {
+  double sum = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const auto& x = mesh.vertices;
+    sum += (x[b] - x[a]).norm() + (x[c] - x[b]).norm() + (x[a] - x[c]).norm();
+  }
+  return sum / (3 * static_cast<double>(mesh.triangles.size()));
+}
+
+void turn_mesh(TriangleMesh& mesh, const Eigen::Matrix3d& rotation) {
+  for (Eigen::Vector3d& x : mesh.vertices) x = rotation * x;
+  for (Eigen::Vector3f& n : mesh.normals) n = rotation.cast<float>() * n;
+}
+
+void enlarge(TriangleMesh& mesh, double factor) {
+  for (Eigen::Vector3d& x : mesh.vertices) x *= factor;
+}
+
+/// The field of the mesh to make, given the distances of the one that there is at some slices. The
+/// first of these is slice `first` of the grid.
+using FieldFromNear = std::function<SlabField(SlabField near, int first)>;
+
+/// Where the foot is cut, and the grid's planes on either side of it.
+class Foot {
+ public:
+  explicit Foot(std::optional<double> height) : height_(height) {}
+
+  /// Moves the grid so that the foot is half-way between two of its points.
+  void align(Grid& grid) const {
+    if (!height_) return;
+    const double steps = (*height_ - grid.origin.z()) / grid.step;
+    grid.origin.z() += (steps - std::floor(steps) - 0.5) * grid.step;
+    grid.points.z() += 1;
+  }
+
+  /// Leaves what is above the foot.
+  void cut(const Grid& grid, int first, SlabField& field) const {
+    if (!height_) return;
+    const std::size_t slice = slices(grid, 0, 1).size();
+    for (std::size_t i = 0; i < field.values.size(); ++i) {
+      const double z = grid.origin.z() + grid.step * (first + static_cast<int>(i / slice));
+      const auto below = static_cast<float>((*height_ - z) / grid.step);
+      const float value = std::max(field.values[i], below);
+      const bool is_known = value == field.values[i] || std::abs(value) <= kNearReach;
+      field.values[i] = is_known ? value : std::copysign(kFarAway, value);
+    }
+  }
+
+  /// Interpolation has put the vertices of the foot on the plane but for rounding.
+  void flatten(TriangleMesh& mesh, double step) const {
+    if (!height_) return;
+    for (Eigen::Vector3d& x : mesh.vertices) {
+      if (std::abs(x.z() - *height_) < 0.25 * step) x.z() = *height_;
+    }
+  }
+
+ private:
+  std::optional<double> height_;
+};
+
+/// Meshes a field slab by slab.
+TriangleMesh meshed(const TriangleMesh& mesh, const Grid& grid, int halo, const char* activity,
+                    const FieldFromNear& field_of, const ProgressMonitor& monitor) {
+  const MeshInGrid placed(mesh, grid);
+  const std::size_t slice = slices(grid, 0, 1).size();
+  const int at_once = std::max(kFewestSlices, static_cast<int>(kSlabPoints / slice) - 2 * halo);
+  MeshSink sink;
+  MarchingCubes cubes(grid.points, 0);
+  MeshBuilder builder(grid, {}, sink);
+  const Slab slab = unclassified_slab(grid, grid.points.z());
+  for (int z = 0; z < grid.points.z(); z += at_once) {
+    throw_if_stopped(monitor.stop);
+    monitor.report({activity, static_cast<double>(z) / grid.points.z(), -1, {}});
+    const int count = std::min(at_once, grid.points.z() - z);
+    const SlabField field =
+        field_of(placed.distances(z - halo, count + 2 * halo, monitor.stop), z - halo);
+    const std::span<const float> values = field.values;
+    for (int k = 0; k < count; ++k) {
+      cubes.add(values.subspan(static_cast<std::size_t>(halo + k) * slice, slice), slab);
+    }
+    builder.add(cubes.take());
+  }
+  return std::move(sink.mesh);
+}
+
+/// @throws OptionError naming `option` when the grid is too fine.
+Grid checked_grid(const TriangleMesh& mesh, double step, double margin, int halo, const Foot& foot,
+                  const char* option) {
+  const Box box = mesh.box();
+  const double across = (box.size().array() / step).maxCoeff() + 2 * margin;
+  const double points = across * across * (kFewestSlices + 2.0 * halo);
+  if (!(points <= static_cast<double>(kMostSlabPoints))) {
+    throw OptionError(option, fmt::format("a mesh {:.4g} long would need {:.0f} cells; give a "
+                                          "larger number, or make the mesh smaller",
+                                          box.size().maxCoeff(), across));
+  }
+  Grid grid = grid_around(box, step, margin);
+  foot.align(grid);
+  return grid;
+}
+
+/// The mesh cut at its foot, and with walls of at least twice the radius; 0 for walls as they are.
+TriangleMesh solid_of(const TriangleMesh& mesh, double radius, double min_wall, double edge,
+                      const Foot& foot, const ProgressMonitor& monitor) {
+  const bool thickens = radius > 0;
+  double step = edge;
+  if (thickens) step = std::clamp(edge, min_wall / kMostStepsAWall, min_wall / kStepsAWall);
+  const ThickWalls walls{static_cast<float>(radius / step),
+                         static_cast<float>(kShavedShare * min_wall / step)};
+  const int halo = thickens ? halo_of(walls) : 0;
+  const Grid grid = checked_grid(mesh, step, kPrintMargin + (thickens ? margin_of(walls) : 0), halo,
+                                 foot, thickens ? "min_wall" : "flat_foot");
+  TriangleMesh result = meshed(
+      mesh, grid, halo, thickens ? "thickening walls" : "cutting the foot",
+      [&](SlabField near, int first) {
+        foot.cut(grid, first, near);
+        if (!thickens) return near;
+        SlabField field = thickened(near, walls, monitor.stop);
+        foot.cut(grid, first, field);
+        return field;
+      },
+      monitor);
+  foot.flatten(result, step);
+  return result;
+}
+
+struct HollowMesh {
+  TriangleMesh mesh;
+  double cavity;  ///< volume
+};
+
+HollowMesh hollowed(const TriangleMesh& mesh, const PrintOptions& options, double edge,
+                    const Foot& foot, const ProgressMonitor& monitor) {
+  const double shell = *options.shell;
+  const double narrowest = mesh.box().size().head<2>().minCoeff();
+  if (options.drain > kWidestDrain * narrowest) {
+    throw OptionError("drain", fmt::format("a hole of {:.4g} is too wide for a mesh that is {:.4g} "
+                                           "across; give a smaller one, or 0 for none",
+                                           options.drain, narrowest));
+  }
+  double step = std::min(edge, shell / kStepsACavityWall);
+  if (options.drain > 0) step = std::min(step, options.drain / kStepsADrain);
+  const Cavity cavity(mesh, shell, options.drain, monitor.stop);
+  const Grid grid = checked_grid(mesh, step, kHollowMargin, 0, foot, "shell");
+  TriangleMesh result = meshed(
+      mesh, grid, 0, "hollowing out",
+      [&](SlabField near, int first) {
+        for_each_point(near, monitor.stop, [&](std::size_t number, const Eigen::Vector3i& index) {
+          if (near.values[number] >= 0) return;
+          const Eigen::Vector3d x = grid.point(index + first * Eigen::Vector3i::UnitZ());
+          const auto open = static_cast<float>(-cavity.at(x) / step);
+          near.values[number] = std::max(near.values[number], open);
+        });
+        return near;
+      },
+      monitor);
+  foot.flatten(result, step);
+  return {std::move(result), cavity.volume()};
+}
+
+/// How the mesh has to be scaled for the size that is asked for, when its foot will be cut off.
+double scale_for(const Eigen::Vector3d& size, const PrintOptions& options) {
+  const double foot = options.flat_foot.value_or(0);
+  if (options.height) return (*options.height + foot) / size.z();
+  if (!options.longest) return 1;
+  return std::min({*options.longest / size.x(), *options.longest / size.y(),
+                   (*options.longest + foot) / size.z()});
+}
+
+/// How far the mesh is from the requested size.
+double size_correction(const TriangleMesh& mesh, const PrintOptions& options) {
+  const Eigen::Vector3d size = mesh.box().size();
+  if (options.height) return *options.height / size.z();
+  if (options.longest) return *options.longest / size.maxCoeff();
+  return 1;
+}
+
+void expect_solid(const TriangleMesh& mesh) {
+  const MeshReport report = inspect(mesh);
+  if (!report.closed()) {
+    throw InputError(
+        fmt::format("the surface has {} open and {} non-manifold edges; only a closed one has "
+                    "walls, a foot and an inside",
+                    report.open_edges, report.non_manifold_edges));
+  }
+  if (!(signed_volume(mesh) > 0)) {
+    throw InputError("the surface encloses no volume, or is inside out; turn its triangles");
+  }
+}
+
+void expect_some(const TriangleMesh& mesh) {
+  if (mesh.triangles.empty()) {
+    throw OptionError("flat_foot", "nothing of the mesh is left; cut off less");
+  }
+}
+
+/// What the scale has to be multiplied by, at which the foot that was cut off stays as it is.
+double scale_correction(const TriangleMesh& mesh, const PrintOptions& options) {
+  const Eigen::Vector3d size = mesh.box().size();
+  const double wanted = options.height ? *options.height : options.longest.value_or(0);
+  const bool is_upright = options.height || size.z() >= size.head<2>().maxCoeff();
+  if (wanted == 0 || !is_upright) return size_correction(mesh, options);
+  const double foot = options.flat_foot.value_or(0);
+  return (wanted + foot) / (size.z() + foot);
+}
+
+/// A mesh on its way to the printer.
+class PrintJob {
+ public:
+  /// @param mesh stands upright along z.
+  PrintJob(TriangleMesh mesh, const PrintOptions& options, const ProgressMonitor& monitor)
+      : mesh_(std::move(mesh)),
+        options_(options),
+        monitor_(monitor),
+        wall_(options.min_wall.value_or(0)),
+        scale_(scale_for(mesh_.box().size(), options)) {}
+
+  /// Tries wider balls until walls are thick enough.
+  PrintMesh run() {
+    double thinnest = 0;
+    if (wall_ > 0) {
+      thinnest = scale_ * wall_thickness(mesh_, monitor_.stop).thinnest;
+      report_.thinnest_before = thinnest;
+    }
+    const double wanted = wall_ * (decimates() ? kDecimationSlack : 1);
+    double radius = thinnest < wall_ ? kFirstRadius * wanted : 0;
+    bool has_size = false;
+    for (int i = 0; i < kWallTries; ++i) {
+      TriangleMesh body = solid(radius);
+      thinnest = thinnest_of(body);
+      has_size = std::abs(size_correction(body, options_) - 1) < kSizeSlack;
+      if (!has_size) scale_ *= scale_correction(body, options_);
+      const bool can_stay = radius == 0 ? thinnest >= wall_ : thinnest >= wanted;
+      if (has_size && can_stay) {
+        body = decimated_to_options(std::move(body));
+        thinnest = thinnest_of(body);
+        if (thinnest >= wall_) return finished(std::move(body), thinnest);
+      }
+      if (thinnest < wanted) {
+        radius = radius == 0 ? kFirstRadius * wanted
+                             : radius * std::clamp(wanted / thinnest, kLeastGrowth, kMostGrowth);
+      }
+    }
+    if (!has_size) {
+      throw Error("the mesh does not come to the size that was asked for; cut a lower foot off");
+    }
+    throw Error(
+        fmt::format("a hundredth of the surface stays thinner than {:.4g}, and a wall of "
+                    "{} was asked for; allow more triangles or a smaller error, or ask for "
+                    "a thinner wall",
+                    thinnest, wall_));
+  }
+
+ private:
+  bool decimates() const { return options_.max_triangles || options_.max_error; }
+
+  double thinnest_of(const TriangleMesh& mesh) const {
+    return wall_ > 0 ? wall_thickness(mesh, monitor_.stop).thinnest / kWallSlack : 0;
+  }
+
+  /// The mesh at its scale with a foot, with balls of that radius in its walls, and hollow.
+  TriangleMesh solid(double radius) {
+    TriangleMesh mesh = mesh_;
+    enlarge(mesh, scale_);
+    report_.volume = signed_volume(mesh);
+    const Box box = mesh.box();
+    const double edge = std::min(mean_edge_of(mesh), box.size().maxCoeff() / kFewestCells);
+    std::optional<double> height;
+    if (options_.flat_foot) height = box.low.z() + *options_.flat_foot;
+    const Foot foot(height);
+    if (height && *height >= box.high.z()) expect_some({});
+    if (radius > 0 || height) mesh = solid_of(mesh, radius, wall_, edge, foot, monitor_);
+    report_.loose = options_.keep_loose ? LoosePieces{} : drop_loose_pieces(mesh);
+    expect_some(mesh);
+    if (options_.shell) {
+      auto [hollow, cavity] = hollowed(mesh, options_, edge, foot, monitor_);
+      mesh = std::move(hollow);
+      report_.cavity = cavity;
+      // A closed cavity is a part of its own, which is not loose.
+      if (options_.drain > 0 && !options_.keep_loose) {
+        const LoosePieces cut = drop_loose_pieces(mesh);
+        report_.loose.count += cut.count;
+        report_.loose.volume += cut.volume;
+        report_.loose.share += cut.share;
+      }
+      expect_some(mesh);
+    }
+    return mesh;
+  }
+
+  TriangleMesh decimated_to_options(TriangleMesh mesh) const {
+    if (!decimates()) return mesh;
+    monitor_.report({"decimating", -1, -1, {}});
+    return decimated(std::move(mesh), {options_.max_triangles, options_.max_error}, monitor_.stop);
+  }
+
+  PrintMesh finished(TriangleMesh mesh, double thinnest) {
+    const double last = size_correction(mesh, options_);
+    enlarge(mesh, last);
+    report_.scale = scale_ * last;
+    report_.thinnest = last * thinnest;
+    report_.printed_volume = signed_volume(mesh);
+    return {std::move(mesh), report_};
+  }
+
+  TriangleMesh mesh_;
+  const PrintOptions& options_;
+  const ProgressMonitor& monitor_;
+  double wall_;
+  double scale_;  ///< of `mesh_`
+  PrintReport report_;
+};
+
+}  // namespace
+
+void PrintOptions::validate() const {
+  const auto expect = [](const char* name, const std::optional<double>& value) {
+    if (value) base::expect_positive(name, *value);
+  };
+  expect("height", height);
+  expect("longest", longest);
+  expect("min_wall", min_wall);
+  expect("flat_foot", flat_foot);
+  expect("shell", shell);
+  if (drain != 0) base::expect_positive("drain", drain);
+  if (max_triangles || max_error) DecimateOptions{max_triangles, max_error}.validate();
+  if (height && longest) {
+    throw InputError("height and longest contradict each other; give one of them");
+  }
+  if (shell && min_wall && *shell < *min_wall) {
+    throw OptionError("shell", fmt::format("{} is thinner than the least wall, {}; give a thicker "
+                                           "shell or a thinner wall",
+                                           *shell, *min_wall));
+  }
+}
+
+bool PrintOptions::is_any() const {
+  return height || longest || min_wall || flat_foot || shell || max_triangles || max_error;
+}
+
+PrintMesh made_printable(TriangleMesh mesh, const PrintOptions& options,
+                         const ProgressMonitor& monitor) {
+  options.validate();
+  mesh.validate();
+  if (mesh.triangles.empty()) throw InputError("the mesh has no triangles");
+  if (options.min_wall || options.flat_foot || options.shell) expect_solid(mesh);
+  const Eigen::Matrix3d upright = quarter_turns(options.up, UpAxis::z);
+  turn_mesh(mesh, upright);
+  if (!(mesh.box().size().minCoeff() > 0))
+    throw InputError("the mesh is flat; give one with a volume");
+  PrintMesh made = PrintJob(std::move(mesh), options, monitor).run();
+  turn_mesh(made.mesh, upright.transpose());
+  return made;
+}
+
+}  // namespace qjulia

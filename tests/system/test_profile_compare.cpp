@@ -1,0 +1,90 @@
+/// `qjulia profile compare`, as a gate sees it: exit codes, words and refusals.
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "process.hpp"
+#include "temporary_folder.hpp"
+
+using Catch::Matchers::Contains;
+using nlohmann::json;
+using namespace qjulia::test;
+
+namespace {
+
+/// A profile of one kernel, whose runs take `factor` times as long as they once did.
+/// @param drift how much of the limit was lost while it was measured.
+json made_up(double factor, double drift = 0) {
+  std::vector<double> seconds, limits;
+  for (int i = 0; i < 8; ++i) {
+    seconds.push_back(factor * (0.1 + 0.0001 * ((3 * i) % 8)));
+    limits.push_back(5e10 * (1 - drift * i / 8));
+  }
+  return {{"device", {{"name", "d"}, {"platform", "p"}, {"driver", "1"}}},
+          {"layout", "cpu"},
+          {"tuning", json::object()},
+          {"kernels",
+           {{{"kernel", "energy"},
+             {"iterations", 4},
+             {"samples", 100},
+             {"factors", 20},
+             {"width", 16},
+             {"precision", "single"},
+             {"runs", {{"seconds", seconds}, {"fma_per_second", limits}}}}}}};
+}
+
+}  // namespace
+
+TEST_CASE("a comparison of profiles ends with the code of what it found") {
+  const TemporaryFolder folder;
+  const std::string old = folder.file("old.json", made_up(1).dump());
+  const auto compared = [&](const json& now, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> words = {"profile", "compare", old,
+                                      folder.file("new.json", now.dump())};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_command(words);
+  };
+  CHECK(compared(made_up(1)).exit_code == 0);
+  const ProcessResult faster = compared(made_up(0.9), {"--json"});
+  CHECK(faster.exit_code == 0);
+  CHECK(json::parse(faster.out)["verdict"] == "faster");
+  CHECK(json::parse(faster.out)["kernels"][0]["ratio"].get<double>() == Approx(0.9).epsilon(0.01));
+  const ProcessResult slower = compared(made_up(1.05));
+  CHECK(slower.exit_code == 1);
+  CHECK_THAT(slower.out, Contains("energy") && Contains("1.050") && Contains("slower"));
+  const ProcessResult busy = compared(made_up(1.3, 0.4));
+  CHECK(busy.exit_code == 3);
+  CHECK_THAT(busy.err, Contains("the machine was busy") && Contains("while NEW was measured"));
+
+  json other = made_up(1);
+  other["device"]["driver"] = "2";
+  other["layout"] = "gpu";
+  const ProcessResult refused = compared(other);
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.err, Contains("driver: 1 in OLD, 2 in NEW") && Contains("layout"));
+  const ProcessResult shown = compared(other, {"--across-devices"});
+  CHECK(shown.exit_code == 0);
+  CHECK_THAT(shown.err, Contains("differs: driver: 1 in OLD, 2 in NEW"));
+}
+
+TEST_CASE("a comparison of profiles refuses what it has no use for") {
+  const TemporaryFolder folder;
+  const std::string good = folder.file("good.json", made_up(1).dump());
+  const std::string text = folder.file("text.json", "no");
+  const auto refused = [](const std::vector<std::string>& words, const std::string& why) {
+    std::vector<std::string> all = {"profile"};
+    all.insert(all.end(), words.begin(), words.end());
+    const ProcessResult result = run_command(all);
+    CAPTURE(result.err);
+    CHECK(result.exit_code == 2);
+    CHECK_THAT(result.err, Contains(why));
+  };
+  refused({"contrast", good, good}, "'contrast' is not known");
+  refused({"compare"}, "needs two files");
+  refused({"compare", good}, "needs two files");
+  refused({"compare", good, text}, "NEW '" + text + "' is not JSON");
+  refused({"compare", folder / "absent.json", good}, "absent.json");
+  refused({"compare", good, good, "--confidence", "1"}, "--confidence");
+  refused({"compare", good, good, "--repeats", "9", "--tune"}, "leave out --tune, --repeats");
+  refused({"--across-devices"}, "leave out --across-devices");
+}

@@ -1,0 +1,141 @@
+// Meshes made ready for printers.
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "qjulia/error.hpp"
+#include "qjulia/original_file.hpp"
+#include "qjulia/print.hpp"
+#include "shape/triangle_tree.hpp"
+#include "shapes.hpp"
+
+using namespace qjulia;
+
+namespace {
+
+void check_solid(const TriangleMesh& mesh) {
+  const MeshReport report = inspect(mesh);
+  CHECK(report.open_edges == 0);
+  CHECK(report.non_manifold_edges == 0);
+  CHECK(report.components == 1);
+  CHECK(mesh.normals.size() == mesh.vertices.size());
+}
+
+/// A ball of radius 3 about the origin with a thin plate through its middle, 12 wide.
+TriangleMesh ball_with_plate(double thickness) {
+  constexpr int kSamples = 140;
+  constexpr double kSide = 14;
+  SampledDistance field;
+  field.samples = {kSamples, kSamples, kSamples};
+  field.lengths = Eigen::Vector3d::Constant(kSide);
+  const auto at = [&](int i) { return kSide * ((i + 0.5) / kSamples - 0.5); };
+  for (int k = 0; k < kSamples; ++k) {
+    for (int j = 0; j < kSamples; ++j) {
+      for (int i = 0; i < kSamples; ++i) {
+        const Eigen::Vector3d p(at(i), at(j), at(k));
+        const double plate =
+            std::max({std::abs(p.x()) - 6, std::abs(p.y()) - 6, std::abs(p.z()) - thickness / 2});
+        field.values.push_back(static_cast<float>(std::min(p.norm() - 3, plate)));
+      }
+    }
+  }
+  return mesh_of(field);
+}
+
+}  // namespace
+
+TEST_CASE("a print has the size that was asked for") {
+  const TriangleMesh box = shapes::box({0, 0, 0}, {1, 2, 3});
+  const PrintMesh high = made_printable(box, {.up = UpAxis::y, .height = 80});
+  CHECK(high.report.scale == Approx(40));
+  CHECK(high.mesh.box().size().y() == Approx(80).epsilon(1e-9));
+  CHECK(high.mesh.triangles == box.triangles);
+  const PrintMesh longest = made_printable(box, {.up = UpAxis::minus_x, .longest = 60});
+  CHECK(longest.mesh.box().size().z() == Approx(60).epsilon(1e-9));
+  CHECK(longest.report.printed_volume == Approx(6 * 8000));
+  // With a foot cut off and fewer triangles it has that size, too.
+  const PrintMesh ball =
+      made_printable(shapes::sphere(4), {.height = 40, .flat_foot = 4, .max_triangles = 4000});
+  CHECK(ball.mesh.box().size().z() == Approx(40).epsilon(1e-9));
+  CHECK(ball.mesh.triangles.size() <= 4000);
+  check_solid(ball.mesh);
+}
+
+TEST_CASE("thin walls grow to what was asked for, and thick ones stay") {
+  const TriangleMesh thin = ball_with_plate(0.5);
+  const PrintMesh made = made_printable(thin, {.min_wall = 1});
+  check_solid(made.mesh);
+  CHECK(made.report.thinnest_before < 0.6);
+  CHECK(made.report.thinnest >= 1);
+  CHECK(wall_thickness(made.mesh).thinnest >= 1);
+  CHECK(made.report.printed_volume > 1.2 * made.report.volume);
+  CHECK(made.report.printed_volume < 1.6 * made.report.volume);
+  // The ball, away from the plate, is where it was.
+  int on_ball = 0;
+  for (const Eigen::Vector3d& x : made.mesh.vertices) {
+    if (std::abs(x.z()) < 1.5) continue;
+    ++on_ball;
+    CHECK(x.norm() == Approx(3).margin(0.05));
+  }
+  CHECK(on_ball > 1000);
+  // Nothing is done to what is thick enough.
+  const TriangleMesh ball = shapes::sphere(4);
+  CHECK(made_printable(ball, {.min_wall = 1}).mesh.vertices == ball.vertices);
+}
+
+TEST_CASE("a foot is flat, and at the height where it was cut") {
+  const UpAxis up = GENERATE(UpAxis::z, UpAxis::minus_y);
+  const PrintMesh made =
+      made_printable(shapes::sphere(5, 5), {.up = up, .flat_foot = 1, .keep_loose = true});
+  check_solid(made.mesh);
+  const Eigen::Vector3d direction = qjulia::direction(up);
+  double lowest = 0;
+  for (const Eigen::Vector3d& x : made.mesh.vertices) lowest = std::min(lowest, x.dot(direction));
+  CHECK(lowest == Approx(-4).epsilon(1e-3));
+  double area = 0;
+  for (const auto& [a, b, c] : made.mesh.triangles) {
+    const auto& x = made.mesh.vertices;
+    const Eigen::Vector3d normal = (x[b] - x[a]).cross(x[c] - x[a]) / 2;
+    const bool is_foot = x[a].dot(direction) == lowest && x[b].dot(direction) == lowest &&
+                         x[c].dot(direction) == lowest;
+    if (is_foot) area -= normal.dot(direction);
+  }
+  CHECK(area == Approx(std::numbers::pi * 9).epsilon(0.05));
+  const double cap = std::numbers::pi * (3 * 5 - 1) / 3;
+  CHECK(made.report.volume - made.report.printed_volume == Approx(cap).epsilon(0.1));
+}
+
+TEST_CASE("a hollow print has a wall of one thickness and a drain") {
+  const TriangleMesh ball = shapes::sphere(5, 10);
+  const PrintMesh made = made_printable(ball, {.shell = 2, .drain = 3});
+  check_solid(made.mesh);
+  const double wall = 4 * std::numbers::pi / 3 * (1000 - 512);
+  const double drain = std::numbers::pi * 1.5 * 1.5 * 2;
+  CHECK(made.report.printed_volume == Approx(wall - drain).epsilon(0.02));
+  CHECK(made.report.cavity == Approx(4 * std::numbers::pi / 3 * 512).epsilon(0.05));
+  CHECK(wall_thickness(made.mesh).median == Approx(2).epsilon(0.03));
+  // The drain leads down: no vertex is near the lower pole.
+  for (const Eigen::Vector3d& x : made.mesh.vertices) {
+    if (x.z() < -7) CHECK(x.head<2>().norm() > 1.15);
+  }
+  const PrintMesh closed = made_printable(ball, {.shell = 2, .drain = 0});
+  CHECK(inspect(closed.mesh).closed());
+  CHECK(inspect(closed.mesh).components == 2);
+}
+
+TEST_CASE("what cannot be printed so is refused by name") {
+  const TriangleMesh ball = shapes::sphere(3);
+  const auto fails = [&](const PrintOptions& options, const char* text) {
+    CHECK_THROWS_WITH(made_printable(ball, options), Catch::Contains(text));
+  };
+  fails({.height = 2, .longest = 3}, "contradict");
+  fails({.min_wall = 0.5, .shell = 0.2}, "shell");
+  fails({.flat_foot = 2}, "cut off less");
+  fails({.shell = 1}, "no cavity");
+  fails({.min_wall = 1e-5, .shell = 1e-4}, "shell");
+  fails({.max_triangles = 3}, "4 or more");
+  CHECK_THROWS_WITH(made_printable(shapes::open_box(), {.min_wall = 0.1}), Catch::Contains("open"));
+}

@@ -1,0 +1,206 @@
+/// Profiles compared, by runs made up: when kernels are called slower, and what is refused.
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "benchmark/profile_comparison.hpp"
+#include "qjulia/error.hpp"
+
+using namespace qjulia;
+using namespace qjulia::benchmark;
+using Catch::Matchers::Contains;
+using nlohmann::json;
+
+namespace {
+
+constexpr double kLimit = 5e10;
+
+/// A machine: what share of its speed a run gets at a time, and how exactly a run is timed.
+struct Machine {
+  std::mt19937_64 random;
+  double noise = 0.005;
+  bool is_loaded = false;  ///< other work comes, takes a part, stays for some runs, and goes
+  double share = 1;
+
+  explicit Machine(unsigned seed) : random(seed) {}
+  double timed(double seconds) {
+    std::normal_distribution<double> normal(1, noise);
+    std::uniform_real_distribution<double> uniform;
+    if (is_loaded && uniform(random) < 0.2) share = 0.3 + 0.7 * uniform(random);
+    return seconds / share * std::max(normal(random), 0.5);
+  }
+};
+
+/// @param slower the factor for the time of the kernel of that number.
+json profile_on(Machine& machine, int runs, std::size_t slower_kernel = 99, double slower = 1) {
+  json kernels = json::array();
+  const std::vector<std::pair<const char*, int>> names = {
+      {"energy", 1},       {"gradient", 1}, {"energy", 4},    {"gradient", 4},
+      {"gauss_newton", 1}, {"distance", 1}, {"level_set", 4}, {"ray_march", 6}};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    std::vector<double> seconds, limits;
+    for (int run = 0; run < runs; ++run) {
+      seconds.push_back(machine.timed(0.01 * static_cast<double>(1 + i)) *
+                        (i == slower_kernel ? slower : 1));
+      limits.push_back(kLimit / machine.timed(1));
+    }
+    kernels.push_back({{"kernel", names[i].first},
+                       {"iterations", names[i].second},
+                       {"samples", 1000},
+                       {"factors", 40},
+                       {"width", 16},
+                       {"precision", "single"},
+                       {"runs", {{"seconds", seconds}, {"fma_per_second", limits}}}});
+  }
+  return {{"device", {{"name", "d"}, {"platform", "p"}, {"driver", "1"}}},
+          {"layout", "cpu"},
+          {"tuning", {{"orbit_group", 1}}},
+          {"kernels", kernels}};
+}
+
+Verdict verdict(const json& before, const json& after) {
+  return compare_profiles(before, after, {}).verdict;
+}
+
+}  // namespace
+
+TEST_CASE("a program against itself on a quiet machine is rarely called slower") {
+  constexpr int kTrials = 400;
+  int slower = 0, undecided = 0;
+  for (unsigned trial = 0; trial < kTrials; ++trial) {
+    Machine machine(trial);
+    machine.noise = 0.03;  // of which the tolerance of 2 % hides little
+    const json before = profile_on(machine, 8);
+    const Verdict found = verdict(before, profile_on(machine, 8));
+    slower += found == Verdict::slower ? 1 : 0;
+    undecided += found == Verdict::undecided ? 1 : 0;
+  }
+  CHECK(slower <= 0.05 * kTrials);
+  CHECK(undecided <= 0.05 * kTrials);
+}
+
+TEST_CASE("a program against itself under load is never called slower") {
+  int undecided = 0;
+  for (unsigned trial = 0; trial < 200; ++trial) {
+    Machine machine(trial);
+    machine.is_loaded = true;
+    const json before = profile_on(machine, 5);
+    const ProfileComparison found = compare_profiles(before, profile_on(machine, 5), {});
+    CHECK(found.verdict != Verdict::slower);
+    if (found.verdict != Verdict::undecided) continue;
+    ++undecided;
+    CHECK_FALSE(found.busy.empty());
+  }
+  CHECK(undecided > 100);
+}
+
+TEST_CASE("a kernel slowed by 5 % is found on a quiet machine, and it alone") {
+  for (unsigned trial = 0; trial < 100; ++trial) {
+    Machine machine(trial);
+    const json before = profile_on(machine, 8);
+    const ProfileComparison found = compare_profiles(before, profile_on(machine, 8, 2, 1.05), {});
+    CHECK(found.verdict == Verdict::slower);
+    CHECK(found.busy.empty());
+    REQUIRE(found.kernels.size() == 8);
+    CHECK(found.kernels[2].verdict == Verdict::slower);
+    CHECK(found.kernels[2].ratio.estimate == Approx(1.05).epsilon(0.02));
+    CHECK(std::ranges::count(found.kernels, Verdict::slower, &KernelComparison::verdict) == 1);
+  }
+}
+
+TEST_CASE("speed-ups are told, and a slower clock is not a slower kernel") {
+  Machine machine(1);
+  const json before = profile_on(machine, 8);
+  const ProfileComparison faster = compare_profiles(before, profile_on(machine, 8, 0, 0.8), {});
+  CHECK(faster.verdict == Verdict::faster);
+  CHECK(faster.kernels[0].verdict == Verdict::faster);
+  CHECK(to_json(faster)["kernels"][0]["verdict"] == "faster");
+  machine.share = 0.95;  // of kernels and limits alike
+  CHECK(verdict(before, profile_on(machine, 8)) != Verdict::slower);
+  machine.share = 0.7;
+  const ProfileComparison drifted = compare_profiles(before, profile_on(machine, 8, 0, 1.5), {});
+  CHECK(drifted.verdict == Verdict::undecided);
+  REQUIRE(drifted.busy.size() == 1);
+  CHECK_THAT(drifted.busy[0], Contains("50") && Contains("in OLD"));
+}
+
+TEST_CASE("runs that lie far apart decide nothing") {
+  Machine machine(5);
+  machine.noise = 0.3;
+  json before = profile_on(machine, 5), after = profile_on(machine, 5);
+  for (json* profile : {&before, &after}) {
+    for (json& kernel : (*profile)["kernels"]) {
+      kernel["runs"]["fma_per_second"] = std::vector<double>(5, kLimit);
+    }
+  }
+  CHECK(verdict(before, after) == Verdict::undecided);
+}
+
+TEST_CASE("a tolerance above 25 % is kept") {
+  Machine machine(3);
+  const json before = profile_on(machine, 8), after = profile_on(machine, 8, 1, 1.3);
+  CHECK(compare_profiles(before, after, {.tolerance = 0.27}).verdict == Verdict::slower);
+  CHECK(compare_profiles(before, after, {.tolerance = 0.4}).kernels[1].verdict == Verdict::same);
+}
+
+TEST_CASE("what was measured otherwise is refused, or shown as such") {
+  Machine machine(1);
+  const json before = profile_on(machine, 8);
+  const std::vector<std::pair<const char*, json>> others = {{"/device/name", "e"},
+                                                            {"/device/platform", "q"},
+                                                            {"/device/driver", "2"},
+                                                            {"/layout", "gpu"},
+                                                            {"/tuning/orbit_group", 64}};
+  for (const auto& [place, value] : others) {
+    json after = before;
+    after[json::json_pointer(place)] = value;
+    CHECK_THROWS_WITH(compare_profiles(before, after, {}),
+                      Contains("cannot be compared") && Contains("--across-devices"));
+    ComparisonOptions across;
+    across.across_devices = true;
+    const ProfileComparison shown = compare_profiles(before, after, across);
+    REQUIRE(shown.differences.size() == 1);
+    CHECK_THAT(shown.differences[0], Contains("in OLD") && Contains("in NEW"));
+  }
+  json wide = before;
+  for (json& kernel : wide["kernels"]) kernel["width"] = 8;
+  CHECK_THROWS_WITH(compare_profiles(before, wide, {}), Contains("16 lanes"));
+  // All that differs at once.
+  wide["device"]["driver"] = "2";
+  CHECK_THROWS_WITH(compare_profiles(before, wide, {}), Contains("16 lanes") && Contains("driver"));
+}
+
+TEST_CASE("what cannot be compared is refused by name") {
+  Machine machine(1);
+  const json good = profile_on(machine, 8);
+  for (const json& bad : {json(nullptr), json::array(), json(3), json::object()}) {
+    CHECK_THROWS_WITH(compare_profiles(bad, good, {}), Contains("OLD is not a profile"));
+    CHECK_THROWS_WITH(compare_profiles(good, bad, {}), Contains("NEW is not a profile"));
+  }
+  const auto changed = [&](const char* place, const json& value) {
+    json other = good;
+    other[json::json_pointer(place)] = value;
+    return other;
+  };
+  CHECK_THROWS_WITH(compare_profiles(good, changed("/kernels/0/runs", {}), {}),
+                    Contains("keeps its runs"));
+  for (const json& seconds : {json::array(), json{0.1, 0.0}, json{-1.0}, json{0.1}}) {
+    CHECK_THROWS_AS(compare_profiles(good, changed("/kernels/0/runs/seconds", seconds), {}),
+                    InputError);
+  }
+  CHECK_THROWS_WITH(compare_profiles(good, changed("/kernels/3/samples", 7), {}),
+                    Contains("gradient, n = 4") && Contains("same --samples"));
+  CHECK_THROWS_WITH(compare_profiles(profile_on(machine, 2), good, {}),
+                    Contains("2 and 8 runs") && Contains("--repeats"));
+  const ProfileComparison part = compare_profiles(good, changed("/kernels/0/kernel", "new"), {});
+  CHECK(part.kernels.size() == 7);
+  CHECK(part.left_out ==
+        std::vector<std::string>{"energy, n = 1: only in OLD", "new, n = 1: only in NEW"});
+  for (const double confidence : {0.5, 1.0, -1.0, std::nan("")}) {
+    ComparisonOptions options;
+    options.confidence = confidence;
+    CHECK_THROWS_WITH(compare_profiles(good, good, options), Contains("--confidence"));
+  }
+}

@@ -1,0 +1,158 @@
+/// What is said of machines and containers that hide their devices: in folders that stand for `/`.
+
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <optional>
+
+#include "base/surroundings.hpp"
+#include "temporary_folder.hpp"
+
+using Catch::Matchers::Contains;
+using qjulia::base::Finding;
+using qjulia::base::surroundings;
+using qjulia::test::TemporaryFolder;
+
+namespace {
+
+/// A machine with a driver, and nothing wrong.
+struct Machine {
+  TemporaryFolder root;
+  std::string drivers;  ///< the loader's variable, which is put back
+
+  Machine() {
+    if (const char* const own = std::getenv("OCL_ICD_VENDORS")) drivers = own;
+    ::unsetenv("OCL_ICD_VENDORS");
+    std::filesystem::permissions(root.path(), std::filesystem::perms(0755));
+    file("etc/OpenCL/vendors/some.icd", "libsome.so");
+    file("proc/version", "Linux version 6.1.0 (gcc)");
+  }
+  ~Machine() {
+    if (!drivers.empty()) ::setenv("OCL_ICD_VENDORS", drivers.c_str(), 1);
+  }
+  Machine(const Machine&) = delete;
+  Machine& operator=(const Machine&) = delete;
+
+  std::filesystem::path file(const std::string& name, const std::string& text = "") const {
+    std::filesystem::create_directories((root.path() / std::filesystem::path(name)).parent_path());
+    return root.file(name, text);
+  }
+};
+
+std::optional<Finding> found(const std::vector<Finding>& all, const std::string& kind) {
+  for (const Finding& finding : all) {
+    if (finding.kind == kind) return finding;
+  }
+  return std::nullopt;
+}
+
+/// The findings' texts, as a user without any privilege has them.
+std::string as_nobody(const std::filesystem::path& root) {
+  std::array<int, 2> ends{};
+  REQUIRE(::pipe(ends.data()) == 0);
+  const pid_t child = ::fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    constexpr uid_t kNobody = 65534;
+    std::string text = "cannot become another user";
+    if (::geteuid() != 0 || (::setgid(kNobody) == 0 && ::setuid(kNobody) == 0)) {
+      text.clear();
+      for (const Finding& finding : surroundings(root)) text += finding.text + '\n';
+    }
+    const auto size = static_cast<ssize_t>(text.size());
+    ::_exit(::write(ends[1], text.data(), text.size()) == size ? 0 : 1);
+  }
+  ::close(ends[1]);
+  std::string text;
+  std::array<char, 4096> part{};
+  for (ssize_t n = 0; (n = ::read(ends[0], part.data(), part.size())) > 0;) {
+    text.append(part.data(), static_cast<std::size_t>(n));
+  }
+  ::close(ends[0]);
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  CHECK(status == 0);
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("a machine with a driver has nothing to be told") {
+  CHECK(surroundings(Machine().root.path()).empty());
+}
+
+TEST_CASE("a container says which nodes to pass") {
+  for (const char* sign : {".dockerenv", "run/.containerenv"}) {
+    const Machine machine;
+    machine.file(sign);
+    const auto finding = found(surroundings(machine.root.path()), "container");
+    REQUIRE(finding);
+    CHECK(finding->path == std::string("/") + sign);
+    CHECK_THAT(finding->text, Contains("--device /dev/dri") && Contains("--device /dev/kfd") &&
+                                  Contains("--gpus all"));
+    machine.file("dev/dri/renderD128");
+    CHECK_FALSE(found(surroundings(machine.root.path()), "container"));
+  }
+}
+
+TEST_CASE("Windows' Subsystem for Linux is known by its kernel or its node") {
+  const Machine by_kernel;
+  by_kernel.file("proc/version", "Linux version 5.15.90.1-microsoft-standard-WSL2");
+  const auto without_node = found(surroundings(by_kernel.root.path()), "wsl");
+  REQUIRE(without_node);
+  CHECK_THAT(without_node->text, Contains("/dev/dxg (it is not there") &&
+                                     Contains("wsl --update") && Contains("intel-opencl-icd"));
+  const Machine by_node;
+  by_node.file("dev/dxg");
+  const auto with_node = found(surroundings(by_node.root.path()), "wsl");
+  REQUIRE(with_node);
+  CHECK_THAT(with_node->text, Contains("it is there"));
+}
+
+TEST_CASE("a flatpak says what to pass and where ICD files are") {
+  const Machine machine;
+  machine.file(".flatpak-info", "[Application]\n");
+  const auto finding = found(surroundings(machine.root.path()), "flatpak");
+  REQUIRE(finding);
+  CHECK_THAT(finding->text,
+             Contains("--device=dri") && Contains("OpenCL/vendors") && Contains("OCL_ICD_VENDORS"));
+}
+
+TEST_CASE("a list of drivers that is empty is named") {
+  const TemporaryFolder root;
+  const Machine variable;  // takes the variable away
+  const auto finding = found(surroundings(root.path()), "drivers");
+  REQUIRE(finding);
+  CHECK(finding->path == "/etc/OpenCL/vendors");
+  CHECK_THAT(finding->text, Contains("'/etc/OpenCL/vendors' holds no .icd file"));
+  ::setenv("OCL_ICD_VENDORS", "/no/such/folder", 1);
+  const auto own = found(surroundings(variable.root.path()), "drivers");
+  REQUIRE(own);
+  CHECK_THAT(own->text, Contains("'/no/such/folder', which OCL_ICD_VENDORS names,"));
+  ::unsetenv("OCL_ICD_VENDORS");
+}
+
+TEST_CASE("a node that may not be opened is named with its group and a command") {
+  const Machine machine;
+  const std::array nodes{"dev/dri/renderD128", "dev/kfd", "dev/nvidia0"};
+  for (const char* node : nodes) {
+    const auto path = machine.file(node);
+    REQUIRE(::chmod(path.c_str(), ::geteuid() == 0 ? 0660 : 0060) == 0);
+    CHECK_THAT(as_nobody(machine.root.path()),
+               Contains("this user may not open /" + std::string(node) + "; it belongs to") &&
+                   Contains("sudo usermod -aG "));
+    REQUIRE(::chmod(path.c_str(), 0666) == 0);
+    CHECK_THAT(as_nobody(machine.root.path()), !Contains("may not open"));
+  }
+  const auto path = machine.file("dev/kfd");
+  REQUIRE(::chmod(path.c_str(), ::geteuid() == 0 ? 0600 : 0000) == 0);
+  CHECK_THAT(as_nobody(machine.root.path()),
+             Contains("no group may open it") && Contains("sudo chgrp render /dev/kfd"));
+  REQUIRE(::chmod(path.c_str(), ::geteuid() == 0 ? 0660 : 0060) == 0);
+  machine.file(".dockerenv");
+  CHECK_THAT(as_nobody(machine.root.path()), Contains("--group-add "));
+}

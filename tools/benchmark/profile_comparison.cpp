@@ -1,0 +1,271 @@
+#include "benchmark/profile_comparison.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "qjulia/error.hpp"
+
+namespace qjulia::benchmark {
+namespace {
+
+using nlohmann::json;
+
+/// How far a limit's runs spread on an idle machine, and between two profiles, over the median;
+/// the highest and lowest tenth left out.
+constexpr double kUsualDrift = 0.1;
+/// A kernel whose bounds allow more than this to be the slowdown is not called the same, unless the
+/// tolerance is larger.
+constexpr double kTooWide = 0.25;
+
+struct KernelRuns {
+  std::string name;
+  int iterations = 1;
+  std::size_t samples = 0, factors = 0;
+  std::string arithmetic;  ///< width and precision
+  std::vector<double> seconds, limits;
+};
+
+struct Profile {
+  std::string which;  ///< "OLD" or "NEW"
+  std::vector<std::pair<std::string, std::string>> circumstances;
+  std::vector<KernelRuns> kernels;
+};
+
+std::vector<double> positive_numbers(const json& list, const std::string& which) {
+  auto numbers = list.get<std::vector<double>>();
+  const bool fine = !numbers.empty() && std::ranges::all_of(numbers, [](double x) {
+    return std::isfinite(x) && x > 0;
+  });
+  if (!fine) {
+    throw InputError(fmt::format("{} has runs that took no time, or none; profile again", which));
+  }
+  return numbers;
+}
+
+KernelRuns kernel_runs(const json& kernel, const std::string& which) {
+  KernelRuns runs;
+  runs.name = kernel.at("kernel");
+  runs.iterations = kernel.at("iterations");
+  runs.samples = kernel.at("samples");
+  runs.factors = kernel.at("factors");
+  runs.arithmetic = fmt::format("{} lanes, {}", kernel.at("width").get<int>(),
+                                kernel.at("precision").get<std::string>());
+  runs.seconds = positive_numbers(kernel.at("runs").at("seconds"), which);
+  runs.limits = positive_numbers(kernel.at("runs").at("fma_per_second"), which);
+  if (runs.seconds.size() != runs.limits.size()) {
+    throw InputError(fmt::format("{} has runs without a limit beside them; profile again", which));
+  }
+  return runs;
+}
+
+Profile read_profile(const json& all, const std::string& which) {
+  Profile profile{which, {}, {}};
+  try {
+    const json& device = all.at("device");
+    for (const char* name : {"name", "platform", "driver"}) {
+      profile.circumstances.emplace_back(name == std::string("name") ? "device" : name,
+                                         device.at(name).get<std::string>());
+    }
+    profile.circumstances.emplace_back("layout", all.at("layout").get<std::string>());
+    profile.circumstances.emplace_back("tuning", all.at("tuning").dump());
+    for (const json& kernel : all.at("kernels")) {
+      profile.kernels.push_back(kernel_runs(kernel, which));
+    }
+  } catch (const json::exception&) {
+    throw InputError(
+        fmt::format("{} is not a profile that keeps its runs; make it again, with 'qjulia profile "
+                    "--json'",
+                    which));
+  }
+  if (profile.kernels.empty()) throw InputError(which + " has no kernels; profile again");
+  profile.circumstances.emplace_back("arithmetic", profile.kernels.front().arithmetic);
+  return profile;
+}
+
+std::vector<std::string> differences(const Profile& before, const Profile& after) {
+  std::vector<std::string> all;
+  for (std::size_t i = 0; i < before.circumstances.size(); ++i) {
+    const auto& [name, old] = before.circumstances[i];
+    const std::string& now = after.circumstances[i].second;
+    if (old != now) all.push_back(fmt::format("{}: {} in OLD, {} in NEW", name, old, now));
+  }
+  return all;
+}
+
+double at_share(std::vector<double> values, double share) {
+  std::ranges::sort(values);
+  return values[static_cast<std::size_t>(
+      std::lround(share * static_cast<double>(values.size() - 1)))];
+}
+
+std::vector<double> limits_of(const Profile& profile) {
+  std::vector<double> all;
+  for (const KernelRuns& kernel : profile.kernels) {
+    all.insert(all.end(), kernel.limits.begin(), kernel.limits.end());
+  }
+  return all;
+}
+
+std::vector<std::string> busy_signs(const Profile& before, const Profile& after,
+                                    bool is_one_device) {
+  std::vector<std::string> signs;
+  for (const Profile* profile : {&before, &after}) {
+    const auto limits = limits_of(*profile);
+    const double low = at_share(limits, 0.1), high = at_share(limits, 0.9);
+    if (high - low > kUsualDrift * at_share(limits, 0.5)) {
+      signs.push_back(
+          fmt::format("the multiply-add limit went from {:.4g} to {:.4g} G/s while {} was measured",
+                      1e-9 * low, 1e-9 * high, profile->which));
+    }
+  }
+  const double old = at_share(limits_of(before), 0.5), now = at_share(limits_of(after), 0.5);
+  if (is_one_device && std::abs(old - now) > kUsualDrift * std::min(old, now)) {
+    signs.push_back(fmt::format("the multiply-add limit was {:.4g} G/s in OLD and {:.4g} in NEW",
+                                1e-9 * old, 1e-9 * now));
+  }
+  return signs;
+}
+
+/// Seconds times the limit: what the device could have done meanwhile. Of two devices the times are
+/// compared as they are.
+std::vector<double> costs(const KernelRuns& kernel, bool is_one_device) {
+  std::vector<double> all = kernel.seconds;
+  for (std::size_t i = 0; is_one_device && i < all.size(); ++i) all[i] *= kernel.limits[i];
+  return all;
+}
+
+Verdict verdict_of(const RatioBounds& ratio, bool is_busy, double tolerance) {
+  if (ratio.low > 1 + tolerance) return is_busy ? Verdict::undecided : Verdict::slower;
+  if (is_busy) return ratio.high <= 1 + tolerance ? Verdict::same : Verdict::undecided;
+  if (ratio.high < 1) return Verdict::faster;
+  return ratio.high > 1 + std::max(kTooWide, tolerance) ? Verdict::undecided : Verdict::same;
+}
+
+const KernelRuns* find(const std::vector<KernelRuns>& kernels, const KernelRuns& wanted) {
+  const auto found = std::ranges::find_if(kernels, [&](const KernelRuns& kernel) {
+    return kernel.name == wanted.name && kernel.iterations == wanted.iterations;
+  });
+  return found == kernels.end() ? nullptr : &*found;
+}
+
+using Pairs = std::vector<std::pair<const KernelRuns*, const KernelRuns*>>;
+
+Pairs common_kernels(const Profile& before, const Profile& after,
+                     std::vector<std::string>& left_out) {
+  Pairs pairs;
+  for (const KernelRuns& old : before.kernels) {
+    const KernelRuns* const now = find(after.kernels, old);
+    if (now == nullptr) {
+      left_out.push_back(fmt::format("{}, n = {}: only in OLD", old.name, old.iterations));
+    } else if (old.samples != now->samples || old.factors != now->factors) {
+      throw InputError(fmt::format(
+          "{}, n = {}, was measured with {} samples and {} factors in OLD, "
+          "{} and {} in NEW; use the same --samples and --factors",
+          old.name, old.iterations, old.samples, old.factors, now->samples, now->factors));
+    } else {
+      pairs.emplace_back(&old, now);
+    }
+  }
+  for (const KernelRuns& now : after.kernels) {
+    if (find(before.kernels, now) == nullptr) {
+      left_out.push_back(fmt::format("{}, n = {}: only in NEW", now.name, now.iterations));
+    }
+  }
+  if (pairs.empty()) throw InputError("OLD and NEW have no kernel in common; profile both again");
+  return pairs;
+}
+
+}  // namespace
+
+void ComparisonOptions::validate() const {
+  if (!(confidence > 0.5 && confidence < 1)) {
+    throw InputError(fmt::format(
+        "--confidence {} is out of range; give a number between 0.5 and 1, such as 0.95",
+        confidence));
+  }
+  if (!(tolerance >= 0 && tolerance <= 10)) {
+    throw InputError(
+        fmt::format("--tolerance {} is out of range; give 0 to 10, such as 0.02", tolerance));
+  }
+}
+
+std::string to_string(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::same:
+      return "same";
+    case Verdict::faster:
+      return "faster";
+    case Verdict::slower:
+      return "slower";
+    case Verdict::undecided:
+      break;
+  }
+  return "undecided";
+}
+
+ProfileComparison compare_profiles(const json& before, const json& after,
+                                   const ComparisonOptions& options) {
+  options.validate();
+  const Profile old = read_profile(before, "OLD");
+  const Profile now = read_profile(after, "NEW");
+  ProfileComparison comparison;
+  comparison.differences = differences(old, now);
+  if (!comparison.differences.empty() && !options.across_devices) {
+    throw InputError(
+        fmt::format("the profiles cannot be compared: {}; measure both in the same way, or give "
+                    "--across-devices",
+                    fmt::join(comparison.differences, "; ")));
+  }
+  const bool is_one_device = std::equal(old.circumstances.begin(), old.circumstances.begin() + 3,
+                                        now.circumstances.begin());
+  const Pairs pairs = common_kernels(old, now, comparison.left_out);
+  comparison.busy = busy_signs(old, now, is_one_device);
+  // So that all kernels together have the confidence (Bonferroni).
+  const double error = (1 - options.confidence) / static_cast<double>(pairs.size());
+  for (const auto& [x, y] : pairs) {
+    const auto ratio = ratio_bounds(costs(*x, is_one_device), costs(*y, is_one_device), error);
+    if (!ratio) {
+      throw InputError(
+          fmt::format("{} and {} runs per kernel are too few for a confidence of {} in {} kernels; "
+                      "profile with more --repeats, or give a lower --confidence",
+                      x->seconds.size(), y->seconds.size(), options.confidence, pairs.size()));
+    }
+    comparison.kernels.push_back({x->name, x->iterations, at_share(x->seconds, 0.5),
+                                  at_share(y->seconds, 0.5), *ratio,
+                                  verdict_of(*ratio, !comparison.busy.empty(), options.tolerance)});
+  }
+  for (const Verdict worst : {Verdict::slower, Verdict::undecided, Verdict::faster}) {
+    if (std::ranges::find(comparison.kernels, worst, &KernelComparison::verdict) ==
+        comparison.kernels.end()) {
+      continue;
+    }
+    comparison.verdict = worst;
+    break;
+  }
+  return comparison;
+}
+
+json to_json(const ProfileComparison& comparison) {
+  json kernels = json::array();
+  for (const KernelComparison& k : comparison.kernels) {
+    kernels.push_back({{"kernel", k.kernel},
+                       {"iterations", k.iterations},
+                       {"before_seconds", k.before_seconds},
+                       {"after_seconds", k.after_seconds},
+                       {"ratio", k.ratio.estimate},
+                       {"ratio_low", k.ratio.low},
+                       {"ratio_high", k.ratio.high},
+                       {"verdict", to_string(k.verdict)}});
+  }
+  return {{"verdict", to_string(comparison.verdict)},
+          {"kernels", kernels},
+          {"differences", comparison.differences},
+          {"busy", comparison.busy},
+          {"left_out", comparison.left_out}};
+}
+
+}  // namespace qjulia::benchmark

@@ -1,0 +1,55 @@
+#pragma once
+/// Whether one profile's kernels are slower than another's.
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "benchmark/ratio_bounds.hpp"
+
+namespace qjulia::benchmark {
+
+struct ComparisonOptions {
+  /// The probability, for all kernels together, that no kernel is wrongly called slower, and
+  /// likewise for faster. Above ½ and below 1.
+  double confidence = 0.95;
+  double tolerance = 0.02;      ///< a kernel is slower if it takes longer by more than this share
+  bool across_devices = false;  ///< also compare profiles whose device or settings differ
+  void validate() const;        ///< @throws InputError
+};
+
+enum class Verdict { same, faster, slower, undecided };
+std::string to_string(Verdict verdict);
+
+struct KernelComparison {
+  std::string kernel;
+  int iterations = 1;
+  double before_seconds = 0;  ///< median
+  double after_seconds = 0;
+  RatioBounds ratio;  ///< of the times, each multiplied by the limit that was measured beside it
+  Verdict verdict = Verdict::same;
+};
+
+struct ProfileComparison {
+  std::vector<KernelComparison> kernels;
+  /// What else differs, a sentence each; empty unless `across_devices`.
+  std::vector<std::string> differences;
+  std::vector<std::string> busy;  ///< signs that other work disturbed a profile, a sentence each
+  std::vector<std::string> left_out;  ///< kernels that one profile alone has
+  /// Slower if any kernel is; else undecided if any is.
+  Verdict verdict = Verdict::same;
+};
+
+/// Compares the runs that two profiles keep, kernel by kernel. Where other work disturbed either,
+/// kernels are not called slower: they are undecided unless they are clearly no slower.
+/// @param before, after the JSON of `qjulia profile`.
+/// @throws InputError: not such JSON, or without runs; another device, driver, layout, width,
+///   precision or tuning (unless `across_devices`); other sizes of the work; nothing in common; too
+///   few runs for the confidence. The message names the profile, and says what to do.
+ProfileComparison compare_profiles(const nlohmann::json& before, const nlohmann::json& after,
+                                   const ComparisonOptions& options);
+
+nlohmann::json to_json(const ProfileComparison& comparison);
+
+}  // namespace qjulia::benchmark

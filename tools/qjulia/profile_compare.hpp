@@ -1,0 +1,21 @@
+#pragma once
+/// qjulia profile compare: two profiles, kernel by kernel.
+
+#include <string>
+
+#include "benchmark/profile_comparison.hpp"
+#include "session.hpp"
+
+namespace qjulia::tools {
+
+/// Shows what became of each kernel from the profile in file `before` to that in `after`.
+/// @return kDone when none is slower, kFailed when any is, kUndecided when the machine was too busy
+/// or runs differ too much.
+/// @throws InputError naming the file that cannot be read, or what cannot be compared.
+int compare_profiles(const std::string& before, const std::string& after,
+                     const benchmark::ComparisonOptions& options, Session& session);
+
+/// The JSON in a profile's file. @param what "--baseline", say. @throws InputError
+nlohmann::json read_profile_json(const std::string& path, const std::string& what);
+
+}  // namespace qjulia::tools
