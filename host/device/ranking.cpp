@@ -89,11 +89,16 @@ void mark_same_hardware(std::vector<DeviceInfo>& devices) {
 }
 
 void rank_devices(std::vector<DeviceInfo>& devices) {
+  // Platforms may disagree on whether a GPU shares the host's memory: what is used of them says so.
+  const auto used_for = [&](const DeviceInfo& info) -> const DeviceInfo& {
+    const auto same = std::ranges::find(devices, info.same_as, device_id);
+    return same == devices.end() ? info : *same;
+  };
   std::vector<std::size_t> order(devices.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, {}, [&](std::size_t i) {
     const DeviceInfo& info = devices[i];
-    return std::tuple(class_of(info), !info.same_as.empty(), -info.estimated_speed);
+    return std::tuple(class_of(used_for(info)), !info.same_as.empty(), -info.estimated_speed);
   });
   for (std::size_t i = 0; i < order.size(); ++i) devices[order[i]].rank = static_cast<int>(i) + 1;
 }

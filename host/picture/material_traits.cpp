@@ -40,8 +40,8 @@ std::vector<Vector3d> seen_points(DepthSource& source, double width) {
       const std::vector<float> depths = source.depths(view, 0, view.rows);
       for (int i = 0; i < kRangeSide * kRangeSide; ++i) {
         const double depth = double{depths[static_cast<std::size_t>(i)]};
-        if (depth >= 0)
-          points.push_back(view.at(i % kRangeSide + 0.5, i / kRangeSide + 0.5, depth));
+        const int column = i % kRangeSide, row = i / kRangeSide;
+        if (depth >= 0) points.push_back(view.at(column + 0.5, row + 0.5, depth));
       }
     }
   }

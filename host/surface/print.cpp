@@ -181,15 +181,15 @@ struct HollowMesh {
 HollowMesh hollowed(const TriangleMesh& mesh, const PrintOptions& options, double edge,
                     const Foot& foot, const ProgressMonitor& monitor) {
   const double shell = *options.shell;
+  double step = std::min(edge, shell / kStepsACavityWall);
+  if (options.drain > 0) step = std::min(step, options.drain / kStepsADrain);
+  const Cavity cavity(mesh, shell, options.drain, monitor.stop);
   const double narrowest = mesh.box().size().head<2>().minCoeff();
   if (options.drain > kWidestDrain * narrowest) {
     throw OptionError("drain", fmt::format("a hole of {:.4g} is too wide for a mesh that is {:.4g} "
                                            "across; give a smaller one, or 0 for none",
                                            options.drain, narrowest));
   }
-  double step = std::min(edge, shell / kStepsACavityWall);
-  if (options.drain > 0) step = std::min(step, options.drain / kStepsADrain);
-  const Cavity cavity(mesh, shell, options.drain, monitor.stop);
   const Grid grid = checked_grid(mesh, step, kHollowMargin, 0, foot, "shell");
   TriangleMesh result = meshed(
       mesh, grid, 0, "hollowing out",

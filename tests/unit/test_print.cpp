@@ -135,6 +135,7 @@ TEST_CASE("what cannot be printed so is refused by name") {
   fails({.min_wall = 0.5, .shell = 0.2}, "shell");
   fails({.flat_foot = 2}, "cut off less");
   fails({.shell = 1}, "no cavity");
+  fails({.shell = 0.2}, "drain");
   fails({.min_wall = 1e-5, .shell = 1e-4}, "shell");
   fails({.max_triangles = 3}, "4 or more");
   CHECK_THROWS_WITH(made_printable(shapes::open_box(), {.min_wall = 0.1}), Catch::Contains("open"));
