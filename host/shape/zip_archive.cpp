@@ -79,9 +79,9 @@ ZipArchive::ZipArchive(const MeshFile& file) : file_(file) {
 }
 
 void ZipArchive::add_entries(std::uint64_t first, std::uint64_t count) {
-  constexpr std::size_t kHeader = 46;
+  constexpr std::size_t kDirectoryHeader = 46;
   for (std::uint64_t i = 0; i < count; ++i) {
-    const std::string_view header = part_of(file_, first, kHeader);
+    const std::string_view header = part_of(file_, first, kDirectoryHeader);
     if (!header.starts_with("PK\1\2")) file_.refuse(kCut);
     Entry entry;
     entry.is_encrypted = (number_at<std::uint16_t>(header, 8) & 1U) != 0;
@@ -93,11 +93,11 @@ void ZipArchive::add_entries(std::uint64_t first, std::uint64_t count) {
     const std::size_t name = number_at<std::uint16_t>(header, 28);
     const std::size_t extra = number_at<std::uint16_t>(header, 30);
     const std::size_t comment = number_at<std::uint16_t>(header, 32);
-    entry.name = part_of(file_, first + kHeader, name);
-    read_wide_numbers(part_of(file_, first + kHeader + name, extra), entry);
+    entry.name = part_of(file_, first + kDirectoryHeader, name);
+    read_wide_numbers(part_of(file_, first + kDirectoryHeader + name, extra), entry);
     places_.try_emplace(base::lower_case(std::string(entry.name)), entries_.size());
     entries_.push_back(entry);
-    first += kHeader + name + extra + comment;
+    first += kDirectoryHeader + name + extra + comment;
   }
 }
 
@@ -107,12 +107,12 @@ const ZipArchive::Entry* ZipArchive::find(std::string_view name) const {
 }
 
 std::string_view ZipArchive::packed_bytes(const Entry& entry) const {
-  constexpr std::size_t kHeader = 30;
-  const std::string_view header = part_of(file_, entry.header, kHeader);
+  constexpr std::size_t kLocalHeader = 30;
+  const std::string_view header = part_of(file_, entry.header, kLocalHeader);
   if (!header.starts_with("PK\3\4")) file_.refuse(kCut);
   const std::uint64_t names =
       std::uint64_t{number_at<std::uint16_t>(header, 26)} + number_at<std::uint16_t>(header, 28);
-  return part_of(file_, entry.header + kHeader + names, entry.packed);
+  return part_of(file_, entry.header + kLocalHeader + names, entry.packed);
 }
 
 void ZipArchive::unpack(const Entry& entry,

@@ -145,7 +145,8 @@ TEST_CASE("doctor tells of a GPU that two platforms show") {
     if (finding["kind"] != "same-device") continue;
     is_told = true;
     CHECK(finding["path"] == "1:0");
-    CHECK_THAT(finding["text"].get<std::string>(), Contains("'--device 1:0' still chooses this one"));
+    CHECK_THAT(finding["text"].get<std::string>(),
+               Contains("'--device 1:0' still chooses this one"));
   }
   CHECK(is_told);
 }
