@@ -286,7 +286,7 @@ mesh = "a.obj"
   CHECK(names_of("[[sweep]]\nmesh = \"a.obj\"\n") == std::vector<std::string>{"a"});
 }
 
-TEST_CASE("all that is wrong with a sweep is told at once") {
+TEST_CASE("a sweep with several errors reports them all at once") {
   const TemporaryFolder folder;
   folder.file("a.obj", "");
   folder.file("b.obj", "");
@@ -326,7 +326,7 @@ factors = )" + many + "\ntime_limit = " + many + "\n");
   CHECK_THAT(told, Contains("m.toml:12: either polish or detail"));
   CHECK_THAT(told, Contains("m.toml:16: this [[sweep]] has no 'mesh'"));
   CHECK_THAT(told, Contains("m.toml:18: this [[sweep]] makes more than 100000 fits"));
-  // What several values or combinations have wrong is told once.
+  // An error that several values or combinations share is reported once.
   for (const char* once : {"unknown key 'factorz'", "either polish or detail"}) {
     CHECK(told.find(once) == told.rfind(once));
   }

@@ -71,7 +71,7 @@ TEST_CASE("a program against itself on a quiet machine is rarely called slower")
   int slower = 0, undecided = 0;
   for (unsigned trial = 0; trial < kTrials; ++trial) {
     Machine machine(trial);
-    machine.noise = 0.03;  // of which the tolerance of 2 % hides little
+    machine.noise = 0.03;  // more than the tolerance of 2 %
     const json before = profile_on(machine, 8);
     const Verdict found = verdict(before, profile_on(machine, 8));
     slower += found == Verdict::slower ? 1 : 0;

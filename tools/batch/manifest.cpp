@@ -330,7 +330,8 @@ class Reader {
     compare = std::move(read);
   }
 
-  /// A value of an option; nothing when it is of the wrong kind or refused, which is told.
+  /// The value of an option. Reports a value that is of the wrong kind or refused, and returns
+  /// nothing then.
   std::optional<AxisValue> read_value(const std::string& name, const toml::node& node,
                                       std::size_t line) {
     ManifestOption option{dashed(name), {}, line};

@@ -59,7 +59,8 @@ def how_to_start() -> tuple[str, str]:
 
 
 def is_map(obj) -> bool:
-    return obj is not None and obj.type == "MESH" and obj.library is None and obj.qjulia.map_file != "" \
+    """Whether it is a map's object, and of this file: the full names of linked objects name their file, too."""
+    return obj is not None and obj.type == "MESH" and obj.name_full == obj.name and obj.qjulia.map_file != "" \
         and obj.qjulia.table != ""
 
 
