@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What a compiler can prove about the kernels on GPUs where there is no GPU.
 
-usage: gpu.py REPOSITORY [BUILD_FOLDER] [--write] [--loops] [--markdown]
+usage: gpu.py REPOSITORY [--compile] [--write] [--loops] [--markdown]
 
 Compiles every program as GPUs use it (one lane, groups of 64) for AMD, NVIDIA and SPIR-V, in single
 and double precision, and checks that
@@ -13,12 +13,16 @@ and double precision, and checks that
     /usr/local/cuda), takes them for sm_80, sm_90 and sm_120 without a spill; what it says of them is
     in the same table;
   * the instructions of the loops that take the time are those of host/profile/instruction_counts.hpp.
+gpu_kernels.txt also has a digest of everything the figures follow from: the kernels, this script, the
+counts, the compiler. Where it is the same, the figures are too, and nothing is compiled unless
+--compile or another option asks for it.
 --write rewrites gpu_kernels.txt and the figures in instruction_counts.hpp. --loops prints the loops
 of every kernel, --markdown the table of docs/performance.md.
 """
 
 import collections
 import concurrent.futures
+import hashlib
 import os
 import pathlib
 import re
@@ -281,11 +285,26 @@ def counts_text(loops):
     return "\n".join(lines)
 
 
+def digest(counts):
+    """Of everything that the table follows from; `counts` is the text of instruction_counts.hpp."""
+    version = subprocess.run([CLANG, "--version"], capture_output=True, text=True).stdout
+    hashed = hashlib.sha256((version.splitlines()[0] + counts).encode())
+    for path in [pathlib.Path(__file__), *sorted(pathlib.Path("kernels").rglob("*")),
+                 *sorted(pathlib.Path(CLC).glob("*.bc"))]:
+        if path.is_file():
+            hashed.update(path.name.encode() + path.read_bytes())
+    return hashed.hexdigest()
+
+
 def main():
     flags = {a for a in sys.argv[1:] if a.startswith("--")}
     os.chdir([a for a in sys.argv[1:] if not a.startswith("--")][0])
     table_path = pathlib.Path("tests/lint/gpu_kernels.txt")
     header_path = pathlib.Path("host/profile/instruction_counts.hpp")
+    kept_lines = table_path.read_text().splitlines()
+    if not flags and f"# digest {digest(header_path.read_text())}" in kept_lines:
+        print("kernels, compiler and script are those that the table was made with")
+        return 0
     programs = sorted(pathlib.Path("kernels").glob("*.cl"))
     jobs = [(program, target, double, defines, ())
             for program in programs
@@ -328,7 +347,6 @@ def main():
                 stem = program.stem + "".join("+" + n for n, of in MAPS.items() if of in defines)
                 rows.append((target, precision, stem, name, registers, scratch, local, waves))
                 groups[name] = min(group, 256)
-    kept_lines = table_path.read_text().splitlines()
     version = kept_version = next((l for l in kept_lines if l.startswith("# ptxas")), "# ptxas none")
     if ptxas := find_ptxas():
         told = subprocess.run([ptxas, "--version"], capture_output=True, text=True).stdout
@@ -345,7 +363,7 @@ def main():
         rows += [(*words[:4], *map(int, words[4:])) for words in kept]
     head = table_line(("target", "real", "program", "kernel", "registers", "scratch", "local",
                        "waves"))
-    table = "\n".join([head, *map(table_line, rows), version]) + "\n"
+    table = "\n".join([head, *map(table_line, rows), version])
     if "--loops" in flags:
         for name, found in loops.items():
             for counts in found:
@@ -358,10 +376,10 @@ def main():
                 print(f"| {name} |", " | ".join(map(str, figures)), "|",
                       " | ".join(f"{row[4]}, {row[7]}" if row else "" for row in more), "|")
     if "--write" in flags and not failed:
-        table_path.write_text(table)
-        old = header_path.read_text()
-        header_path.write_text(re.sub(r"(?<=// counted\n).*(?=\n// end)", counts_text(loops), old,
-                                      flags=re.S))
+        counts = re.sub(r"(?<=// counted\n).*(?=\n// end)", counts_text(loops),
+                        header_path.read_text(), flags=re.S)
+        header_path.write_text(counts)
+        table_path.write_text(f"{table}\n# digest {digest(counts)}\n")
         print(f"wrote {table_path} and {header_path}")
         return 0
 

@@ -5,7 +5,7 @@ set -euo pipefail
 repository=$1 build=$2 work=$3 compiler=$4 flags=$5
 
 rm -rf "$work"
-mkdir -p "$work"/{project,results,pocl_cache}
+mkdir -p "$work"/{project,results}
 cmake --install "$build" --prefix "$work/prefix" >"$work/install.log"
 "$work/prefix/bin/qjulia" --version
 
