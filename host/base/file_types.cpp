@@ -41,6 +41,7 @@ constexpr std::array kTypes = {
     FileType{".html", FileContent::report, false, true},
     FileType{".frag", FileContent::formula, false, true},
     FileType{".glsl", FileContent::formula, false, true},
+    FileType{".fract", FileContent::formula, false, true},
     // A page that `share` made, with a map in it.
     FileType{".html", FileContent::map, true, false},
     // Pictures and scenes that hold the map they show.

@@ -118,5 +118,5 @@ TEST_CASE("Shadertoy takes fewer factors than Fragmentarium") {
   CHECK_NOTHROW(expect_formula(of(formula::kMostFactorsOfShadertoy), Program::shadertoy));
   CHECK_NOTHROW(expect_formula(of(2000), Program::fragmentarium));
   CHECK_THROWS_WITH(expect_formula(of(401), Program::shadertoy),
-                    Contains("401 factors") && Contains("--factors 400") && Contains(".frag"));
+                    Contains("401 factors") && Contains("--factors-at-most 400") && Contains(".frag"));
 }
