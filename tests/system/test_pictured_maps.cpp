@@ -181,3 +181,39 @@ TEST_CASE("commands read the map of pictures and scenes, with its knobs turned")
   CHECK(cut.exit_code == 2);
   CHECK_THAT(cut.err, Contains("cut.png") && Contains("is cut off"));
 }
+
+TEST_CASE("explore opens the view of a picture, with its lamp and palette") {
+  const Armed armed;
+  const std::string picture = armed.folder / "view.png";
+  armed.run({"render",    armed.file,  "-o",   picture,     "--size", "32x24",        "--lamp",
+             "-20",       "30",        "1.5",  "--azimuth", "40",     "--zoom",       "2",
+             "--look-at", "0.1",       "-0.2", "0.3",       "--cut",  "y=70%",        "--material",
+             "trap",      "--palette", "ice",  "--up",      "z",      "--iterations", "4"});
+  RunOptions options;
+  options.interrupt_at = "Ctrl-C";
+  const auto opened = run_command({"explore", picture}, options);
+  INFO(opened.err);
+  CHECK(opened.interrupted);
+  const std::string state = opened.out.substr(opened.out.find('#') + 1);
+  for (const char* part :
+       {"iterations=4", "azimuth=40.0", "zoom=2.0", "look=0.1,-0.2,0.3", "up=z", "material=trap",
+        "palette=ice", "lightaz=-20.0", "lightup=30.0", "light=1.5", "cuty=70.0"}) {
+    CHECK_THAT(state, Contains(part));
+  }
+}
+
+TEST_CASE(
+    "a formula with fewer factors needs a map of factors, and leaves small ones as they are") {
+  const Armed armed;
+  const std::string text = armed.folder / "a.fract", same = armed.folder / "b.fract";
+  armed.run({"convert", armed.file, text, "--device", "cpu"});
+  armed.run({"convert", armed.file, same, "--factors-at-most", "12", "--device", "cpu"});
+  CHECK(read_text(text) == read_text(same));
+  CHECK_THAT(read_text(text), Contains("# Mandelbulber settings file\n# version") &&
+                                  Contains("formula_1 10000;") && Contains("\nformula_code AAA"));
+  const std::string quadratic = armed.folder / "q.qjulia.json";
+  qjulia::write_map(qjulia::quadratic_map({-0.2, 0.8, 0, 0}), quadratic);
+  const auto refused = run_command({"convert", quadratic, same, "--factors-at-most", "8"});
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.err, Contains("--factors-at-most") && Contains("q.qjulia.json"));
+}
