@@ -21,7 +21,7 @@ Map read_map(const std::filesystem::path& path, std::stop_token stop = {});
 bool holds_map(const std::filesystem::path& path, const std::stop_token& stop = {});
 
 /// The map in few bytes, for `png_bytes`, `write_png` and `MeshFileOptions`: a map file's text,
-/// deflated, some 40 bytes a factor. @throws InputError naming what is wrong with the map.
+/// deflated, some 60 bytes a factor. @throws InputError naming what is wrong with the map.
 std::string packed_map(const Map& map);
 
 /// Written under a temporary name and renamed, so that `path` never holds half a map.

@@ -162,7 +162,7 @@ std::string in_comment(const std::string& name) {
 constexpr const char* kComment = "// A quaternion Julia set: {}, {} factors. Made by qjulia {}.\n";
 
 /// A literal of type float in OpenCL C.
-std::string single(double value) { return number(value) + "f"; }
+std::string single(double value) { return fmt::format("{}f", number(value)); }
 
 std::string float4(const std::array<double, 4>& v) {
   return fmt::format("(float4)({}, {}, {}, {})", single(v[0]), single(v[1]), single(v[2]),
@@ -193,8 +193,10 @@ std::string opencl_values(const Map& map, const Reach& reach) {
   std::string exponents, centers;
   for (const Factor& factor : map.dynamics.factors) {
     const char* const between = exponents.empty() ? "" : ",\n";
-    exponents += between + single(factor.exponent);
-    centers += between + float4(coordinates(factor.center));
+    exponents += between;
+    exponents += single(factor.exponent);
+    centers += between;
+    centers += float4(coordinates(factor.center));
   }
   return text + fmt::format(
                     "__constant float qj_exponents[QJ_FACTORS] = {{\n{}}};\n"

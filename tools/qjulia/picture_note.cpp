@@ -21,8 +21,11 @@ namespace {
 void add_words(const nlohmann::json& value, std::vector<std::string>& words) {
   if (value.is_array()) {
     for (const nlohmann::json& part : value) add_words(part, words);
+  } else if (const std::string word = value.is_string() ? value.get<std::string>() : value.dump();
+             word.starts_with('-')) {
+    words.push_back(word);  // a negative number, or an axis
   } else {
-    words.push_back(shell_word(value.is_string() ? value.get<std::string>() : value.dump()));
+    words.push_back(shell_word(word));
   }
 }
 

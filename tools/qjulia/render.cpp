@@ -339,7 +339,8 @@ void describe_render(Command command, RenderArguments& a) {
                "shape units, inf where nothing is), PREFIX.normal.npy and PREFIX.position.npy "
                "(shape coordinates), unfiltered; depth and normal also as .png to look at");
   command.flag("--no-map", a.no_map,
-               "Leave the map out of the picture. It takes some 40 bytes a factor: MAPBYTES");
+               "Leave the map out of the picture. It takes 50 to 60 bytes a factor: 20 KB of 331 "
+               "factors, 51 KB of 992");
   command.flag("--preview", a.preview,
                "First write a rough picture, up to 320 wide, as NAME.preview.png; it goes when the "
                "picture is done");
