@@ -1,5 +1,5 @@
 // The formula for Mandelbulber 2, with stand-ins of the two structs that it takes: what it computes
-// is the field, and its distances reach no set.
+// is the field, and a distance of 0 is where the set is.
 
 #include <fmt/format.h>
 
@@ -75,7 +75,7 @@ std::vector<float> iterated(const Device& device, const Map& map, const std::str
 
 }  // namespace
 
-TEST_CASE("the OpenCL formula gives the field at 1,000 points, and safe distances") {
+TEST_CASE("the OpenCL formula gives the field and the set at 1,000 points") {
   const Device& device = test::shared_device();
   Map map = test::random_map(40, 0.001, 0.4, 5);
   map.layers.steepness = GENERATE(1.0, 3.0);
@@ -84,10 +84,10 @@ TEST_CASE("the OpenCL formula gives the field at 1,000 points, and safe distance
   map.frame.up = GENERATE(UpAxis::y, UpAxis::z);
   const formula::Reach reach = formula::reach_of(device, map);
   const double bailout = std::max(1.0, std::min(reach.stops.outer, reach.stops.escape));
-  const std::string source =
-      fmt::format("{}{}#define SLICE {}f\n#define STEEPNESS {}f\n#define BAILOUT {}f\n{}",
-                  kStandIns, opencl_formula(map, reach, "a map"), map.dynamics.slice,
-                  map.layers.steepness, bailout, kLoop);
+  const std::string source = fmt::format(
+      "{}{}#define SLICE {:.7f}f\n#define STEEPNESS {:.7f}f\n#define BAILOUT {:.7f}f\n{}",
+      kStandIns, opencl_formula(map, reach, "a map"), map.dynamics.slice, map.layers.steepness,
+      bailout, kLoop);
   // The picture's x, y and z are the shape's, turned so that up is z: X right, Y up, Z front.
   constexpr std::size_t kCount = 1000;
   std::vector<float> seen;
@@ -113,14 +113,13 @@ TEST_CASE("the OpenCL formula gives the field at 1,000 points, and safe distance
                (n == 1 ? 1e-4 : 1e-2) * (1 + std::abs(wanted[i]));
     }
     CAPTURE(n, close, map.layers.steepness, map.frame.up);
-    CHECK(close >= (n == 6 ? 0.9 : 0.99) * kCount);
-    // A ray that goes as far as it may meets no point of the set but by the finest step.
+    CHECK(close >= 990);
     std::size_t inside = 0, agree = 0;
     for (std::size_t i = 0; i < kCount; ++i) {
       inside += wanted[i] < map.dynamics.surface_level;
       agree += (found[2 * i + 1] < 1e-6) == (wanted[i] < map.dynamics.surface_level);
     }
-    CHECK(inside > 20);
-    CHECK(agree >= 0.99 * kCount);
+    if (n == 1) CHECK(inside > 20);
+    CHECK(agree >= 990);
   }
 }

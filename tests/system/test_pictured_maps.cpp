@@ -26,6 +26,8 @@ struct Armed {
   Armed() {
     qjulia::Map map = random_map(12, 0.001, 0.6, 5);
     map.frame.box = qjulia::Box{{-1, -1, -1}, {1, 1, 1}};
+    map.frame.inradius = 0.5;
+    map.frame.detail = 0.02;
     qjulia::write_map(map, file);
   }
   ProcessResult run(std::vector<std::string> words) const {
