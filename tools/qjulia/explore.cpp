@@ -170,7 +170,7 @@ std::string view_of(const std::string& input, const std::stop_token& stop) {
   if (extension_of(input) != ".png" || !std::filesystem::is_regular_file(input, ignored)) return {};
   try {
     const std::string state = page_state(embedded_note(input, stop).at("made_with"));
-    return state.empty() ? state : "#" + state;
+    return state.empty() ? state : fmt::format("#{}", state);
   } catch (const InputError&) {
     return {};  // it holds a map, and no note
   }

@@ -58,7 +58,7 @@ class CommandWords {
  public:
   explicit CommandWords(std::vector<std::string> words) : words_(std::move(words)) {}
 
-  void flag(const std::string& name) { words_.push_back("--" + name); }
+  void flag(const std::string& name) { words_.push_back(fmt::format("--{}", name)); }
   void option(const std::string& name, const nlohmann::json& value) {
     flag(name);
     add_words(value, words_);
@@ -147,7 +147,7 @@ std::string page_state(const nlohmann::json& made) {
     const nlohmann::json& options = made.at("map_options");
     if (const nlohmann::json& n = options.at("iterations");
         n != to_json(MapOptions{}).at("iterations")) {
-      words.push_back("iterations=" + n.dump());
+      words.push_back(fmt::format("iterations={}", n.dump()));
     }
     for (const PictureSetting& setting : picture_settings()) {
       if (!picture.contains(setting.name) || picture.at(setting.name) == usual.at(setting.name) ||
