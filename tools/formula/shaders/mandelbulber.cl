@@ -60,7 +60,7 @@ float4 qj_versor(float4 q, float4 phase) {
 // Mandelbulber replaces parts of the next line, and finds them by their spaces.
 // clang-format off
 REAL4 CustomIteration(REAL4 z, __constant sFractalCl *fractal, sExtendedAuxCl *aux) {
-// clang-format on
+  // clang-format on
   float slice = fractal->transformCommon.offset0;
   float steepness = fractal->transformCommon.scale1;
   float finest = fractal->transformCommon.offset0005;
