@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -108,7 +109,7 @@ std::vector<std::string> readable(std::initializer_list<FileContent> contents) {
   std::vector<std::string> all;
   for (const FileContent content : contents) {
     for (std::string& extension : extensions(content, FileUse::read)) {
-      all.push_back(std::move(extension));
+      if (std::ranges::find(all, extension) == all.end()) all.push_back(std::move(extension));
     }
   }
   return all;
