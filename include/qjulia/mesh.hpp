@@ -102,6 +102,9 @@ struct MeshFileOptions {
   /// What a unit of the mesh's coordinates measures, above 0. By default it is the format's own
   /// unit: a metre in .glb and .usda, a millimetre in .3mf. Other formats have no unit.
   std::optional<double> metres_per_unit{};
+  /// The map that the mesh shows, as `packed_map` makes it: `read_map` then reads the .glb. Other
+  /// formats hold none. Empty: none.
+  std::string map{};
 
   /// The rotation of meshes in formats that have no up.
   Eigen::Matrix3d file_turn() const;

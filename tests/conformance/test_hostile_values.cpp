@@ -931,8 +931,8 @@ TEST_CASE("sinks of surfaces take nothing that does not belong together") {
 TEST_CASE("texts, bytes and files that hold something else are refused") {
   const test::TemporaryFolder folder;
   const auto garbage = folder.file("garbage", std::string("\0\xff{[<ply", 8));
-  for (const char* extension :
-       {".obj", ".ply", ".stl", ".off", ".o3d", ".f3d", ".poly4d", ".txt", ".json"}) {
+  for (const char* extension : {".obj", ".ply", ".stl", ".off", ".o3d", ".f3d", ".poly4d", ".txt",
+                                ".json", ".png", ".glb"}) {
     const auto path = folder.file("garbage" + std::string(extension), test::read_text(garbage));
     for (const auto& file :
          {path, folder.path(), folder.path() / "missing", std::filesystem::path()}) {
@@ -941,6 +941,7 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
       refuses("read_and_inspect_mesh", [&] { read_and_inspect_mesh(file); });
       refuses("read_painted_mesh", [&] { read_painted_mesh(file, "a\xff"); });
       refuses("read_map", [&] { read_map(file); });
+      survives("holds_map", [&] { static_cast<void>(holds_map(file)); });
       refuses("read_original", [&] { read_original(file); });
       refuses("read_sampled_distance", [&] { read_sampled_distance(file); });
       refuses("read_portal_text", [&] { read_portal_text(file, {}); });
@@ -995,6 +996,11 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
     map.provenance = json(7);
     map.provenance.set("key", 1);
     map.validate();
+  });
+  refuses("packed_map", [&] {
+    Map map = good_map();
+    map.dynamics.log_scale = kNan;
+    static_cast<void>(packed_map(map));
   });
   const auto nowhere = folder.path() / "no" / "such";
   survives("outputs", [&] { write_map(good_map(), nowhere / "map.qjulia.json"); });
