@@ -21,7 +21,7 @@ namespace {
 struct ConvertArguments {
   std::string input, portals;
   OutputName output;
-  DeviceChoice device;
+  DeviceWish device;
   MapOptions map_options;
   std::optional<UpAxis> up;
 };
@@ -129,7 +129,7 @@ void describe_convert(Command command, ConvertArguments& a) {
       .offers_files({".txt"});
   add_up(command, a.up, "The shape's axis that points up; auto is what the map says");
   add_knobs(command, a.map_options);
-  add_device(command, a.device);
+  add_device_to_use(command, a.device);
 }
 
 }  // namespace

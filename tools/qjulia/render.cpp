@@ -30,7 +30,7 @@ namespace {
 struct RenderArguments {
   std::string input;
   OutputName output;
-  DeviceChoice device;
+  DeviceWish device;
   std::optional<std::string> sweep;
   std::optional<int> turntable;
   std::string layers;  ///< prefix of their files; empty: none
@@ -533,7 +533,7 @@ void describe_render(Command command, RenderArguments& a) {
       "many factors");
   add_look(command, a.look, a.options);
   add_map_options(command, a.map_options, "The set is cut open at its faces. Default: all of it");
-  add_device(command, a.device);
+  add_device_to_use(command, a.device);
 }
 
 }  // namespace
