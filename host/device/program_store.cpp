@@ -14,10 +14,17 @@ namespace {
 constexpr const char* kProgramFormat = "qjulia-program";
 constexpr const char* kProgramEnding = ".program";
 
-std::string hash_of(std::string_view bytes) {
+std::string hash_of(const std::vector<std::string>& parts) {
   base::FnvHash hash;
-  hash.add(bytes);
+  for (const std::string& part : parts) {
+    hash.add(part.size());
+    hash.add(part);
+  }
   return hash.text();
+}
+
+std::string checksum_of(const StoredProgram& program) {
+  return hash_of({hash_of(program.kernels), program.binary});
 }
 
 /// The first line of a file, from which the rest follows.
@@ -26,10 +33,10 @@ nlohmann::json head_of(const ProgramKey& key, const StoredProgram& program) {
           {"version", 1},
           {"owner", key.owner},
           {"options", key.options},
-          {"source", hash_of(key.source)},
+          {"source", hash_of({key.source})},
           {"kernels", program.kernels},
           {"bytes", program.binary.size()},
-          {"checksum", hash_of(program.binary)}};
+          {"checksum", checksum_of(program)}};
 }
 
 std::string line_of(const nlohmann::json& head) {
@@ -38,14 +45,7 @@ std::string line_of(const nlohmann::json& head) {
 
 }  // namespace
 
-std::string ProgramKey::name() const {
-  base::FnvHash hash;
-  for (const std::string& part : {owner, options, source}) {
-    hash.add(part.size());
-    hash.add(part);
-  }
-  return hash.text();
-}
+std::string ProgramKey::name() const { return hash_of({owner, options, source}); }
 
 ProgramStore::ProgramStore(std::filesystem::path folder, std::uint64_t most_bytes)
     : folder_(std::move(folder)), most_bytes_(most_bytes) {}

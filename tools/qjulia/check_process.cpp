@@ -22,8 +22,6 @@
 namespace qjulia::tools {
 namespace {
 
-using nlohmann::json;
-
 /// A process that runs this program, and what it says on standard output.
 class CheckProcess {
  public:
@@ -116,7 +114,7 @@ struct Part {
   int status = 0;
 };
 
-void read_result(const json& line, ProcessChecks& all, Part& part) {
+void read_result(const nlohmann::json& line, ProcessChecks& all, Part& part) {
   ProgramCheck& check = all.report.checks.at(part.done);
   check.problem = line["problem"];
   check.is_built = line["built"];
@@ -132,7 +130,7 @@ Part run_part(const Device& device, std::size_t first, ProcessChecks& all, Sessi
   const ProgressMonitor monitor = session.monitor();
   const auto count = static_cast<double>(all.report.checks.size());
   for (std::string text; !(text = process.line(monitor.stop)).empty();) {
-    const json line = json::parse(text, nullptr, false);
+    const nlohmann::json line = nlohmann::json::parse(text, nullptr, false);
     if (!line.is_object()) continue;  // something that a driver says
     if (line.contains("begin")) {
       ++part.begun;
@@ -158,7 +156,7 @@ void add(const Part& part, ProcessChecks& all) {
 }
 
 /// To standard output at once. @return false where nobody reads it.
-bool say_line(const json& line) {
+bool say_line(const nlohmann::json& line) {
   const std::string text =
       line.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + '\n';
   return ::write(STDOUT_FILENO, text.data(), text.size()) == static_cast<ssize_t>(text.size());
@@ -201,7 +199,8 @@ int run_checks(const DeviceChoice& wanted, int first, Session& session) {
     throw_if_stopped(session.interrupts.token());
     if (!say_line({{"begin", i}})) return kFailed;
     const ProgramCheck check = self_test_check(device, i);
-    json line{{"problem", check.problem}, {"built", check.is_built}, {"difference", nullptr}};
+    nlohmann::json line{
+        {"problem", check.problem}, {"built", check.is_built}, {"difference", nullptr}};
     if (std::isfinite(check.difference)) line["difference"] = check.difference;
     const WaitTime waited = device.wait_time();
     line["waited"] = {waited.seconds, waited.processor_seconds, waited.slept_seconds};
