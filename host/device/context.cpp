@@ -16,6 +16,7 @@
 #include "device/launch_sizer.hpp"
 #include "device/opencl.hpp"
 #include "device/patient_wait.hpp"
+#include "device/program_builder.hpp"
 #include "device/program_source.hpp"
 #include "device/quirks.hpp"
 #include "qjulia/error.hpp"
@@ -103,7 +104,7 @@ struct Context::Impl {
   cl::CommandQueue queue;
   std::shared_ptr<AllocatedBytes> allocated = std::make_shared<AllocatedBytes>();
   /// Keyed by files and options. The device and its driver need no key here, since a context has
-  /// one device; the driver's own cache on disk has them in its keys.
+  /// one device; what is kept on disk has them in its keys.
   std::map<std::string, cl::Program> programs;
   std::map<std::string, Kernel> kernels;
 
@@ -124,12 +125,14 @@ struct Context::Impl {
   QueueNumber number;
   std::shared_ptr<WaitTotal> waited;
   PatientWait patient_wait;
+  ProgramBuilder builder;
 
   /// @param sharing whose waits are counted with this one's; null: none.
   Impl(const DeviceInfo& described, const Impl* sharing)
       : info(described),
         waited(sharing != nullptr ? sharing->waited : std::make_shared<WaitTotal>()),
-        patient_wait(info.kind != DeviceKind::cpu, waited) {}
+        patient_wait(info.kind != DeviceKind::cpu, waited),
+        builder(info) {}
 
   /// Calls what comes back when the queue is empty.
   template <class Call>
@@ -141,11 +144,9 @@ struct Context::Impl {
     if (code != CL_SUCCESS) throw DeviceError(info.name, call, code);
   }
   void use_large_pages(const cl::Buffer& buffer, std::size_t bytes) const;
-  /// The compiler's options. @throws InputError where the device lacks the precision.
-  std::string build_line(const BuildOptions& options) const;
-  /// @param name of the source, for errors. @throws KernelBuildError
-  cl::Program build(const std::string& name, const std::string& source,
-                    const std::string& line) const;
+  std::string build_line(const BuildOptions& options) const {
+    return builder.line(options, number.value());
+  }
   void collect_times();
   void collect_time(const Pending& launch);
   void add_time(const Pending& launch, std::chrono::nanoseconds length);
@@ -291,33 +292,6 @@ void Context::read_bytes(const Memory& memory, std::span<std::byte> bytes) {
   impl_->collect_times();
 }
 
-std::string Context::Impl::build_line(const BuildOptions& options) const {
-  if (options.precision == Precision::dbl && !info.has_double) {
-    throw InputError(
-        fmt::format("device '{}' has no double precision (cl_khr_fp64); use single "
-                    "precision or another device",
-                    info.name));
-  }
-  std::string line = fmt::format("-cl-std=CL1.2 -DQJ_WIDTH={} -DQJ_DOUBLE={}", options.lane_width,
-                                 options.precision == Precision::dbl ? 1 : 0);
-  for (const auto& [macro, value] : options.defines) line += fmt::format(" -D{}={}", macro, value);
-  if (number.value() > 0 && needs_kernels_of_its_own(info)) {
-    line += fmt::format(" -DQJ_QUEUE={}", number.value());  // no kernel asks for it
-  }
-  return line;
-}
-
-cl::Program Context::Impl::build(const std::string& name, const std::string& source,
-                                 const std::string& line) const {
-  cl::Program built(context, source);
-  if (const cl_int code = built.build(device, line.c_str()); code != CL_SUCCESS) {
-    throw KernelBuildError(fmt::format("{} did not build for '{}' with options {}\n{}", name,
-                                       info.name, line,
-                                       built.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device)));
-  }
-  return built;
-}
-
 Kernel Context::kernel(const std::string& file, const std::string& name,
                        const BuildOptions& options) {
   const std::string line = impl_->build_line(options);
@@ -330,7 +304,8 @@ Kernel Context::kernel(const std::string& file, const std::string& name,
   auto program = impl_->programs.find(program_key);
   if (program == impl_->programs.end()) {
     const TraceStage stage(impl_->trace, "build " + file);
-    const cl::Program built = impl_->build(file, expand_kernel_source(file, options.files), line);
+    const cl::Program built = impl_->builder.build(impl_->context, impl_->device, file,
+                                                   expand_kernel_source(file, options.files), line);
     program = impl_->programs.emplace(program_key, built).first;
   }
   Kernel kernel;
@@ -377,11 +352,11 @@ Memory Handles::borrowed(const Context& context, const char* name, cl_mem buffer
 
 cl_kernel Handles::build(const Context& context, const std::string& source, const std::string& name,
                          const BuildOptions& options) {
-  const Context::Impl& impl = *context.impl_;
+  Context::Impl& impl = *context.impl_;
   const std::string line = impl.build_line(options);
   const char* const label = "a source of one's own";
-  const cl::Program built =
-      impl.build(label, expand_kernel_text(label, source, options.files), line);
+  const cl::Program built = impl.builder.build(
+      impl.context, impl.device, label, expand_kernel_text(label, source, options.files), line);
   cl_int code = CL_SUCCESS;
   cl::Kernel kernel(built, name.c_str(), &code);
   if (code == CL_INVALID_KERNEL_NAME) {

@@ -2,15 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "base/fnv_hash.hpp"
 #include "base/input_file.hpp"
 #include "base/output_file.hpp"
-#include "base/text.hpp"
-#include "device/program_source.hpp"
+#include "device/cache_folder.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/version.hpp"
 
@@ -24,40 +22,19 @@ constexpr int kVersion = 1;
 
 /// What the settings are good for.
 json owner(const DeviceInfo& info) {
-  base::FnvHash hash;
-  for (const auto& [path, text] : device::embedded_kernels()) {
-    hash.add(path);
-    hash.add(text);
-  }
   return {{"device", info.name},           {"platform", info.platform_name},
           {"driver", info.driver_version}, {"compute_units", info.compute_units},
-          {"program", version()},          {"kernels", hash.text()}};
+          {"program", version()},          {"kernels", device::kernels_hash()}};
 }
 
 std::string text_of(const json& value, int indent) {
   return value.dump(indent, ' ', true, json::error_handler_t::replace);
 }
 
-std::filesystem::path cache_folder() {
-  // A relative path is to be ignored: XDG Base Directory Specification 0.8.
-  if (const char* cache = std::getenv("XDG_CACHE_HOME");
-      cache != nullptr && std::filesystem::path(cache).is_absolute()) {
-    return cache;
-  }
-  if (const char* home = std::getenv("HOME"); home != nullptr && *home != '\0') {
-    return std::filesystem::path(home) / ".cache";
-  }
-  throw Error("neither XDG_CACHE_HOME nor HOME says where tuned settings are kept; set one");
-}
-
 /// What the environment's QJULIA_TUNING says. @throws InputError
 bool is_wanted() {
-  const char* wanted = std::getenv("QJULIA_TUNING");
-  const std::string word = base::lower_case(wanted == nullptr ? "" : wanted);
-  if (word.empty() || word == "on") return true;
-  if (word == "off") return false;
-  throw InputError(fmt::format(
-      "QJULIA_TUNING is '{}'; give on, to use the settings that were tuned, or off", wanted));
+  return device::environment_word("QJULIA_TUNING", {"on", "off"},
+                                  "on, to use the settings that were tuned, or off") == "on";
 }
 
 /// The settings in a file. @throws InputError saying what is wrong with it.
@@ -85,7 +62,7 @@ std::map<Precision, Tuning> read_tunings(const std::filesystem::path& path,
 std::filesystem::path tuning_file(const DeviceInfo& info) {
   base::FnvHash hash;
   hash.add(text_of(owner(info), -1));
-  return cache_folder() / "qjulia" / fmt::format("tuning-{}.json", hash.text());
+  return device::cache_folder() / fmt::format("tuning-{}.json", hash.text());
 }
 
 CachedTuning with_cached_tuning(const Device& device) {

@@ -1,6 +1,7 @@
 #pragma once
 /// All of the library.
 
+#include "qjulia/build_total.hpp"
 #include "qjulia/colors.hpp"
 #include "qjulia/compare.hpp"
 #include "qjulia/decimate.hpp"

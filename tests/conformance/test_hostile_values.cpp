@@ -1045,3 +1045,16 @@ TEST_CASE("hostile wishes for devices are refused") {
   source.request_stop();
   CHECK_THROWS_AS(throw_if_stopped(source.get_token()), Interrupted);
 }
+
+TEST_CASE("a check that a self-test does not have is refused") {
+  const Device& device = test::shared_device();
+  const std::size_t count = self_test_plan(device).size();
+  for (const std::size_t number : {count, std::numeric_limits<std::size_t>::max()}) {
+    try {
+      self_test_check(device, number);
+      FAIL_CHECK("accepts it");
+    } catch (const OptionError& error) {
+      CHECK(error.field() == "number");
+    }
+  }
+}

@@ -26,7 +26,7 @@ namespace {
 struct ConvertArguments {
   std::string input, portals;
   OutputName output;
-  DeviceChoice device;
+  TrustedDevice device;
   MapOptions map_options;
   std::optional<UpAxis> up;
   std::optional<int> most_factors;
@@ -212,7 +212,7 @@ void describe_convert(Command command, ConvertArguments& a) {
       .range(8, 20000);
   add_up(command, a.up, "The shape's axis that points up; auto is what the map says");
   add_knobs(command, a.map_options);
-  add_device(command, a.device);
+  add_device_to_use(command, a.device);
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ namespace {
 struct ExploreArguments {
   std::string input;
   std::string output;  ///< where a fit's map goes; empty: nowhere
-  DeviceChoice device;
+  TrustedDevice device;
   FitArguments fit;
   bool opens = false;
   explore::ServerOptions options;
@@ -219,7 +219,7 @@ void describe_explore(Command command, ExploreArguments& a) {
               "reached by whoever is on the network");
   command.flag("--keep-loose", a.options.keep_loose,
                "Draw all connected parts of the set, as 'qjulia render' does with it");
-  add_device(command, a.device);
+  add_device_to_use(command, a.device);
 }
 
 }  // namespace

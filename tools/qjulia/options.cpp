@@ -75,6 +75,15 @@ Option add_device(Command command, DeviceChoice& device) {
   return option;
 }
 
+Option add_device_to_use(Command command, TrustedDevice& device) {
+  const Option option = add_device(command, device);
+  command.flag("--trust-device", device.is_trusted,
+               "Use a GPU without the self-test that precedes its first use, which takes about a "
+               "second once for each driver and version. Programs whose build has crashed are "
+               "still left out");
+  return option;
+}
+
 void add_trace(Command command, std::string& file) {
   command
       .file("--trace", file, "FILE",

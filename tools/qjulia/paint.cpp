@@ -17,7 +17,7 @@ namespace {
 
 struct PaintArguments {
   std::string map, output, mesh, property, ramp;
-  DeviceChoice device;
+  TrustedDevice device;
   bool clear = false;
   PaintOptions options;
 };
@@ -141,7 +141,7 @@ void describe_paint(Command command, PaintArguments& a) {
   command.add("--elsewhere", &a.options.elsewhere, "SHARE",
               "The share of places that no other option mentions");
   command.flag("--clear", a.clear, "Takes the map's paint away, and paints nothing");
-  add_device(command, a.device);
+  add_device_to_use(command, a.device);
 }
 
 }  // namespace

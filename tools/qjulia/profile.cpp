@@ -21,7 +21,7 @@ namespace qjulia::tools {
 namespace {
 
 struct ProfileArguments {
-  DeviceChoice device;
+  TrustedDevice device;
   std::string baseline, plot, csv;
   bool tune = false, scaling = false;
   double tolerance = 0.2;
@@ -261,7 +261,7 @@ void describe_profile(Command command, ProfileArguments& a) {
                .add("--tolerance", &a.tolerance, "NUMBER",
                     "What counts as slower: 0.2 is 20 % over the baseline's median")
                .needs(baseline));
-  measures(add_device(command, a.device));
+  measures(add_device_to_use(command, a.device));
   describe_comparison(command, a);
 }
 

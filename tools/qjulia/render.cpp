@@ -28,7 +28,7 @@ namespace {
 struct RenderArguments {
   std::string input;
   OutputName output;
-  DeviceChoice device;
+  TrustedDevice device;
   SweepChoice sweep;
   std::string layers;  ///< prefix of their files; empty: none
   bool preview = false, no_map = false;
@@ -351,7 +351,7 @@ void describe_render(Command command, RenderArguments& a) {
       "many factors");
   add_look(command, a.look, a.options);
   add_map_options(command, a.map_options, "The set is cut open at its faces. Default: all of it");
-  add_device(command, a.device);
+  add_device_to_use(command, a.device);
 }
 
 }  // namespace

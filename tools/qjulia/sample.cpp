@@ -22,7 +22,7 @@ namespace {
 struct SampleArguments {
   std::string map;
   OutputName output;
-  DeviceChoice device;
+  TrustedDevice device;
   MapOptions map_options;
   SampleOptions options;
 };
@@ -76,7 +76,7 @@ void describe_sample(Command command, SampleArguments& a) {
   command.add("--resolution", &a.options.resolution, "INT", "Cells along the box's longest side");
   add_map_options(command, a.map_options, "Default: the shape's box plus 5 %",
                   "Default: 20, or more where the set or a portal reaches farther");
-  add_device(command, a.device);
+  add_device_to_use(command, a.device);
 }
 
 }  // namespace

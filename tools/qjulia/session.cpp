@@ -9,10 +9,12 @@
 #include <thread>
 
 #include "base/output_file.hpp"
+#include "check_process.hpp"
 #include "device_obstacles.hpp"
 #include "files.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
+#include "qjulia/self_test.hpp"
 #include "qjulia/tuning_cache.hpp"
 
 namespace qjulia::tools {
@@ -76,9 +78,13 @@ void Session::finish() {
     traced_->record({});
     name = traced_->info().name;
     const WaitTime waited = traced_->wait_time();
+    const BuildTotal built = build_total();
     figures = {{"waited_seconds", waited.seconds},
                {"waiting_processor_seconds", waited.processor_seconds},
-               {"waiting_slept_seconds", waited.slept_seconds}};
+               {"waiting_slept_seconds", waited.slept_seconds},
+               {"programs_compiled", built.compiled},
+               {"programs_loaded", built.loaded},
+               {"build_seconds", built.seconds}};
   }
   trace_->add("qjulia", Trace::Row::host, Trace::Timer::wall, start_, Trace::Clock::now() - start_);
   trace_->write(trace_file_, name, figures);
@@ -100,7 +106,26 @@ TriangleMesh Session::read_mesh(const std::string& file, const std::stop_token& 
   return mesh;
 }
 
-Device Session::open_device(const DeviceChoice& wanted) {
+void Session::expect_right_results(const Device& device, const TrustedDevice& wanted) {
+  if (wanted.is_trusted || device.info().kind == DeviceKind::cpu) return;
+  const auto report = first_self_test(device, monitor());
+  if (!report) return;
+  for (const ProgramCheck& check : report->checks) {
+    if (check.has_passed()) continue;
+    const std::string what =
+        check.problem.empty()
+            ? fmt::format("it computes wrongly ({}: off by {:.1e}, {:.1e} would be right)",
+                          check.compared, check.difference, check.tolerance)
+            : check.problem.substr(0, check.problem.find('\n'));
+    console.warn(fmt::format(
+        "{} failed the self-test of '{}': {}. Results of this device cannot be trusted; 'qjulia "
+        "doctor' tests all programs, and --trust-device leaves this test out",
+        check.program, device.info().name, what));
+  }
+  if (report->has_passed()) console.detail("the device passed its first self-test");
+}
+
+Device Session::open_device(const TrustedDevice& wanted) {
   expect_descriptors();
   const auto [device, warning] = with_cached_tuning(Device::choose(wanted));
   if (!warning.empty()) console.warn(warning);
@@ -112,6 +137,7 @@ Device Session::open_device(const DeviceChoice& wanted) {
     device.record(trace_);
     traced_ = device;
   }
+  expect_right_results(device, wanted);
   return device;
 }
 
@@ -122,6 +148,7 @@ void Session::report_kernels(const Device& device) {
         fmt::format("kernel {:24} {:7} launches {:9.3f} s", name, time.launches, time.seconds));
   }
   console.detail(describe(device.wait_time()));
+  console.detail(describe(build_total()));
 }
 
 std::string describe(const WaitTime& waited) {

@@ -10,6 +10,7 @@
 #include "base/output_check.hpp"
 #include "console.hpp"
 #include "interrupts.hpp"
+#include "options.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/mesh.hpp"
 
@@ -38,8 +39,12 @@ class Session {
   /// Reads a mesh, and warns of what is wrong with it. @throws InputError
   TriangleMesh read_mesh(const std::string& file) { return read_mesh(file, interrupts.token()); }
   TriangleMesh read_mesh(const std::string& file, const std::stop_token& stop);
-  /// Chooses a device, with the settings kept for it, and says which. @throws NoDeviceError
-  Device open_device(const DeviceChoice& wanted);
+  /// Chooses a device, with the settings kept for it, says which, and tests it where that is due.
+  /// @throws NoDeviceError
+  Device open_device(const TrustedDevice& wanted);
+  /// Before the first use of a GPU, unless it is trusted: tests it, and warns of what fails.
+  /// @throws Interrupted
+  void expect_right_results(const Device& device, const TrustedDevice& wanted);
   /// What is traced, if anything is.
   const std::shared_ptr<Trace>& trace() const { return trace_; }
   /// No trace is written after all: another process of this run does.

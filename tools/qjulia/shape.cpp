@@ -23,7 +23,7 @@ namespace {
 struct ShapeArguments {
   std::string mesh;
   OutputName output;
-  DeviceChoice device;
+  TrustedDevice device;
   std::string versor = "random:60:1";
   ExactMapOptions options;
   PaintOptions paint;  ///< its thickness alone
@@ -182,7 +182,7 @@ void describe_shape(Command command, ShapeArguments& a) {
                  {{"round", FourthCoordinate::round}, {"ignored", FourthCoordinate::ignored}},
                  "Where the shape ends along the fourth coordinate: round, as thick as it is "
                  "elsewhere; or nowhere, which is rougher");
-  add_device(command, a.device);
+  add_device_to_use(command, a.device);
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ namespace {
 struct SurfaceArguments {
   std::string map;
   OutputName output;
-  DeviceChoice device;
+  TrustedDevice device;
   MapOptions map_options;
   SurfaceOptions options;
   bool keep_loose = false, largest_component = false, no_map = false;
@@ -385,7 +385,7 @@ void describe_surface(Command command, SurfaceArguments& a) {
          "takes z for up in a .ply and y in an .obj");
   add_map_options(command, a.map_options,
                   "Default: the shape's box plus 5 %, grown until the set fits in");
-  add_device(command, a.device);
+  add_device_to_use(command, a.device);
 }
 
 }  // namespace
