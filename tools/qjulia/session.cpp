@@ -78,7 +78,10 @@ void Session::finish() {
     const WaitTime waited = traced_->wait_time();
     figures = {{"waited_seconds", waited.seconds},
                {"waiting_processor_seconds", waited.processor_seconds},
-               {"waiting_slept_seconds", waited.slept_seconds}};
+               {"waiting_slept_seconds", waited.slept_seconds},
+               {"waits", static_cast<double>(waited.waits)},
+               {"transfers", static_cast<double>(waited.transfers)},
+               {"most_queued_seconds", waited.most_queued_seconds}};
   }
   trace_->add("qjulia", Trace::Row::host, Trace::Timer::wall, start_, Trace::Clock::now() - start_);
   trace_->write(trace_file_, name, figures);
