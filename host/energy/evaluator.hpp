@@ -98,6 +98,14 @@ std::unique_ptr<Evaluator> make_device_evaluator(const Device& device, const Sam
                                                  const EnergySettings& options,
                                                  Precision precision = Precision::single);
 
+/// Bytes on a device that evaluations cannot do without.
+struct DeviceNeed {
+  std::uint64_t largest;  ///< of one buffer
+  std::uint64_t all;
+};
+DeviceNeed device_need(std::size_t samples, std::size_t factors, const Tuning& tuning,
+                       Precision precision);
+
 /// Makes the evaluators of a fit: the reference's or a device's.
 using EvaluatorFactory =
     std::function<std::unique_ptr<Evaluator>(const Samples&, const EnergySettings&)>;

@@ -12,6 +12,8 @@ and double precision, and checks that
   * NVIDIA's own assembler, ptxas, where there is one ($PTXAS, PATH, $CUDA_HOME or $CUDA_PATH,
     /usr/local/cuda), takes them for sm_80, sm_90 and sm_120 without a spill; what it says of them is
     in the same table;
+  * Intel's own compiler, where Debian's ocloc of intel-opencl-icd is there ($OCLOC, PATH), takes them
+    for Gen12, Arc and Ponte Vecchio; the table has scratch and the lanes of a thread, in "waves";
   * the instructions of the loops that take the time are those of host/profile/instruction_counts.hpp.
 gpu_kernels.txt also has a digest of everything the figures follow from: the kernels, this script, the
 counts, the compiler. Where it is the same, the figures are too, and nothing is compiled unless
@@ -49,6 +51,8 @@ OTHERS = ("nvptx64", "spir64")
 Sm = collections.namedtuple("Sm", "warps groups shared")
 SMS = {"sm_80": Sm(64, 32, 164 << 10), "sm_90": Sm(64, 32, 228 << 10),
        "sm_120": Sm(48, 24, 100 << 10)}
+# Whether they have double precision.
+INTELS = {"tgllp": False, "dg2": False, "pvc": True}
 SCHEDULERS = 4
 LANES = 32
 # Programs that know one of these options are compiled with each of its values.
@@ -179,6 +183,59 @@ def assembled(job):
         found[name] = (int(registers), int(frame), int(shared[1]) if shared else 0,
                        int(stores) + int(loads))
     return found, ""
+
+
+def compiled_by_ocloc(job):
+    """What Intel's compiler makes of each kernel: name -> registers, scratch, local bytes, lanes of a
+    thread; and its whole log where it refuses."""
+    ocloc, source, device, double, defines = job
+    options = f"-cl-std=CL1.2 -I{os.path.abspath('kernels')} -DQJ_WIDTH=1 -DQJ_DOUBLE={double}"
+    with tempfile.TemporaryDirectory() as folder:
+        # It takes no quotes on its command line.
+        whole = pathlib.Path(folder, "whole.cl")
+        settings = [define[2:].replace("=", " ", 1) for define in defines]
+        whole.write_text("".join(f"#define {setting}\n" for setting in settings) + source.read_text())
+        run = subprocess.run([ocloc, "compile", "-q", "-file", str(whole), "-device", device,
+                              "-out_dir", folder, "-output", "made", "-output_no_suffix", "-options",
+                              options, "-internal_options", "-cl-intel-allow-zebin"],
+                             capture_output=True, text=True)
+        made = pathlib.Path(folder, "made")
+        data = made.read_bytes() if run.returncode == 0 and made.exists() else b""
+    begin = data.find(b"kernels:\n")  # its section .ze_info, which is YAML
+    if begin < 0:
+        return None, run.stdout + run.stderr
+    text = data[begin:data.index(b"\0", begin)].decode(errors="replace")
+    found = {}
+    for part in re.split(r"\n  - name: +", "\n" + text.split("kernels_misc_info:")[0])[1:]:
+        def figure(name):
+            told = re.search(rf"{name}: +(\d+)", part)
+            return int(told[1]) if told else 0
+        scratch = re.findall(r"type: +scratch\n(?:\s+\w+: +[a-z]\w*\n)*\s+size: +(\d+)", part)
+        found[part.split()[0]] = (figure("grf_count"), sum(map(int, scratch)), figure("slm_size"),
+                                  figure("simd_size"))
+    return found, ""
+
+
+def intel_rows(ocloc, sources, amd_rows, pool):
+    """Rows of the table for Intel, and what is wrong. `sources`: pairs of a merged source and its list
+    of -D."""
+    programs = {}
+    for _, precision, stem, name, *_ in amd_rows:
+        programs.setdefault((precision, name), set()).add(stem)
+    jobs = [(ocloc, source, device, double, defines) for source, defines in sources
+            for device, has_double in INTELS.items() for double in range(1 + has_double)]
+    rows, wrong = [], []
+    for (_, _, device, double, defines), (found, log) in zip(jobs, pool.map(compiled_by_ocloc, jobs)):
+        precision = "double" if double else "single"
+        if found is None:
+            wrong.append(f"{device} in {precision} {defines}: ocloc refuses\n{log}")
+            continue
+        for name, figures in found.items():
+            kind = "".join("+" + n for n, of in MAPS.items() if of in defines)
+            stems = [s for s in programs.get((precision, name), ())
+                     if s.endswith(kind) and ("+" in s) == bool(kind)]
+            rows += [(device, precision, stem, name, *figures) for stem in stems[:1]]
+    return rows, wrong
 
 
 def nvidia_rows(ptxas, compiled, amd_rows, groups, pool):
@@ -319,9 +376,17 @@ def main():
     with (tempfile.TemporaryDirectory() as folder,
           concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool):
         # What is not counted is compiled in few sources, which saves half the time.
-        jobs += [(source, target, double, defines, ()) for source, defines in merged(programs, folder)
+        sources = list(merged(programs, folder))
+        jobs += [(source, target, double, defines, ()) for source, defines in sources
                  for double in (0, 1) for target in OTHERS]
         results = list(pool.map(compile_for, jobs + counted))
+        amd_rows = [(target, "double" if double else "single",
+                     program.stem + "".join("+" + n for n, of in MAPS.items() if of in defines), name)
+                    for (program, target, double, defines, further), (text, _)
+                    in zip(jobs + counted, results) if target in GPUS and text and not further
+                    for name in kernels_of_amd(text)]
+        if ocloc := shutil.which(os.environ.get("OCLOC") or "ocloc"):
+            intels, refused = intel_rows(ocloc, sources, amd_rows, pool)
 
     failed = False
     rows, loops, ptx, groups = [], {}, [], {}
@@ -360,6 +425,14 @@ def main():
         print("ptxas was not found ($PTXAS, PATH, $CUDA_HOME, $CUDA_PATH, /usr/local/cuda): registers "
               "and spills on NVIDIA's cards are not checked")
         kept = (line.split() for line in kept_lines if line.startswith("sm_"))
+        rows += [(*words[:4], *map(int, words[4:])) for words in kept]
+    if ocloc:
+        rows += intels
+        print("\n".join(refused), end="\n" if refused else "")
+        failed |= bool(refused)
+    else:
+        print("ocloc was not found ($OCLOC, PATH): scratch on Intel's GPUs is not checked")
+        kept = (line.split() for line in kept_lines if line.split()[0] in INTELS)
         rows += [(*words[:4], *map(int, words[4:])) for words in kept]
     head = table_line(("target", "real", "program", "kernel", "registers", "scratch", "local",
                        "waves"))

@@ -1,6 +1,7 @@
 /// A device with faults: loaded before the OpenCL loader (LD_PRELOAD). The environment says which:
-/// QJULIA_TEST_FAULTS=FIRST:COUNT    launches FIRST … FIRST + COUNT − 1 of a process are refused
-///                                   with CL_OUT_OF_RESOURCES
+/// QJULIA_TEST_FAULTS=FIRST:COUNT:CODE  launches FIRST … FIRST + COUNT − 1 of a process are refused
+///                                   with CODE; without it, with CL_OUT_OF_RESOURCES
+/// QJULIA_TEST_LAUNCHES=FILE         gets a line with the kernel's name for each launch
 /// QJULIA_TEST_NO_TIMES=1            events carry times of zero
 /// QJULIA_TEST_NO_DOUBLE=1           there is no double precision
 /// QJULIA_TEST_WRONG_WIDTH=W         programs compiled for W lanes run an iterate too few
@@ -59,15 +60,31 @@ std::optional<size_t> largest_group(std::string_view who) {
   return std::strtoull(text + colon + 1, nullptr, 10);
 }
 
-bool refused() {
+/// How this process's next launch is refused; CL_SUCCESS: it is not.
+cl_int refused() {
   static std::atomic<unsigned long> launches = 0;
   const unsigned long launch = launches++;
   const char* faults = std::getenv("QJULIA_TEST_FAULTS");
   unsigned long first = 0;
   unsigned long count = 0;
+  int code = CL_OUT_OF_RESOURCES;
   // NOLINTNEXTLINE(cert-err34-c): the tests write it
-  if (faults == nullptr || std::sscanf(faults, "%lu:%lu", &first, &count) != 2) return false;
-  return launch >= first && launch - first < count;
+  if (faults == nullptr || std::sscanf(faults, "%lu:%lu:%d", &first, &count, &code) < 2) {
+    return CL_SUCCESS;
+  }
+  return launch >= first && launch - first < count ? code : CL_SUCCESS;
+}
+
+/// Adds a line to the file of QJULIA_TEST_LAUNCHES.
+void note(cl_kernel kernel) {
+  const char* path = std::getenv("QJULIA_TEST_LAUNCHES");
+  if (path == nullptr) return;
+  std::array<char, 256> name{};
+  clGetKernelInfo(kernel, CL_KERNEL_FUNCTION_NAME, name.size() - 1, name.data(), nullptr);
+  if (FILE* file = std::fopen(path, "a")) {
+    std::fprintf(file, "%s\n", name.data());
+    std::fclose(file);
+  }
 }
 
 /// Whether `bytes` is among the numbers of QJULIA_TEST_REFUSED_BYTES.
@@ -207,7 +224,8 @@ clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensi
                        const size_t* offset, const size_t* global, const size_t* local,
                        cl_uint waits, const cl_event* wait_list, cl_event* event) {
   static const auto real = loaders(&clEnqueueNDRangeKernel, "clEnqueueNDRangeKernel");
-  if (refused()) return CL_OUT_OF_RESOURCES;
+  note(kernel);
+  if (const cl_int code = refused()) return code;
   if (const cl_int code = lost(queue, 1)) return code;
   const auto largest = largest_group({});
   if (largest && group_items(dimensions, local) > *largest) {

@@ -84,7 +84,10 @@ void Session::finish() {
                {"waiting_slept_seconds", waited.slept_seconds},
                {"programs_compiled", built.compiled},
                {"programs_loaded", built.loaded},
-               {"build_seconds", built.seconds}};
+               {"build_seconds", built.seconds},
+               {"waits", static_cast<double>(waited.waits)},
+               {"transfers", static_cast<double>(waited.transfers)},
+               {"most_queued_seconds", waited.most_queued_seconds}};
   }
   trace_->add("qjulia", Trace::Row::host, Trace::Timer::wall, start_, Trace::Clock::now() - start_);
   trace_->write(trace_file_, name, figures);
