@@ -14,6 +14,7 @@
 #include "device/device_clock.hpp"
 #include "device/handles.hpp"
 #include "device/launch_sizer.hpp"
+#include "device/launch_watch.hpp"
 #include "device/opencl.hpp"
 #include "device/patient_wait.hpp"
 #include "device/program_source.hpp"
@@ -91,6 +92,8 @@ struct Kernel::Handle {
   cl::Kernel kernel;
   std::string name;
   cl_uint argument_count = 0;
+  int lane_width = 1;
+  Precision precision = Precision::single;
   std::size_t group = 1;  ///< work-items of a group where a launch does not say
   LaunchSizer sizer;
   LaunchTime launch_time;
@@ -340,6 +343,8 @@ Kernel Context::kernel(const std::string& file, const std::string& name,
   handle.kernel = cl::Kernel(program->second, name.c_str(), &code);
   impl_->expect(code, fmt::format("creating kernel {} of {}", name, file));
   handle.name = name;
+  handle.lane_width = options.lane_width;
+  handle.precision = options.precision;
   handle.sizer = LaunchSizer(impl_->info);
   handle.argument_count = handle.kernel.getInfo<CL_KERNEL_NUM_ARGS>();
   handle.group = std::clamp<std::size_t>(std::bit_floor(largest_group(kernel)), 1,
@@ -446,6 +451,11 @@ void Context::launch(const Kernel& kernel, const Range& range, std::span<const A
     code = enqueue();
   }
   impl_->expect(code, fmt::format("launching kernel {}", handle.name));
+  if (LaunchWatch* const watch = launch_watch()) {
+    std::vector<std::span<const std::byte>> scalars;
+    for (const Argument& a : arguments) scalars.emplace_back(a.value_.data(), a.size_);
+    watch->launched({handle.name, range, scalars, handle.lane_width, handle.precision});
+  }
   const double units = work > 0 ? work : items_of(range);
   const Impl::Pending launched{kernel.handle_, work, units, event, before, Trace::Clock::now()};
   impl_->patient_wait.expect(handle.launch_time.expected(units));

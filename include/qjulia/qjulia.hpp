@@ -2,6 +2,7 @@
 /// All of the library.
 
 #include "qjulia/colors.hpp"
+#include "qjulia/command_profile.hpp"
 #include "qjulia/compare.hpp"
 #include "qjulia/decimate.hpp"
 #include "qjulia/detail.hpp"

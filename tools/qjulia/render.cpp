@@ -539,7 +539,8 @@ void describe_render(Command command, RenderArguments& a) {
 }  // namespace
 
 void add_render(CommandLine& program, ChosenCommand& chosen) {
-  add_command(program, chosen, {"render", "Draw a picture of a map's set", std::string(R"(Examples:
+  add_command(program, chosen,
+              {"render", "Draw a picture of a map's set", std::string(R"(Examples:
   qjulia render bunny.qjulia.json -o bunny.png
   qjulia render bunny.qjulia.json -o ears.png --frame -0.8 0.6 -0.8 0.15 1 0.15
   qjulia render bunny.qjulia.json -o inside.png --cut z=50% --azimuth 0
@@ -552,7 +553,9 @@ void add_render(CommandLine& program, ChosenCommand& chosen) {
   qjulia render bunny.qjulia.json -o big.png --size 3840x2160 --preview --aov big
 Rays meet the set itself, not a mesh of it: the picture is as sharp as its pixels. The file's
 text chunk 'qjulia' says how it was made.
-)") + kMapOptionsHelp},
+)") + kMapOptionsHelp,
+               /*can_trace=*/true,
+               /*can_profile=*/true},
               describe_render, run_render);
 }
 
