@@ -131,6 +131,22 @@ TriangleMesh make_sphere(int rings) {
   return mesh;
 }
 
+const char* to_string(TuneJob job) {
+  switch (job) {
+    case TuneJob::energy:
+      return "energy";
+    case TuneJob::gradient:
+      return "gradient";
+    case TuneJob::orbit_energy:
+      return "orbit_energy";
+    case TuneJob::orbit_gradient:
+      return "orbit_gradient";
+    case TuneJob::gauss_newton:
+      break;
+  }
+  return "gauss_newton";
+}
+
 double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
   if (a.size() != b.size()) return std::numeric_limits<double>::infinity();
   double difference = 0, largest = std::numeric_limits<double>::min();

@@ -54,6 +54,8 @@ std::unique_ptr<energy::Evaluator> make_evaluator(const Device& device, const Wo
 /// What settings are tried with.
 enum class TuneJob { energy, gradient, orbit_energy, orbit_gradient, gauss_newton };
 
+const char* to_string(TuneJob job);
+
 /// Largest difference over the largest number. NaN differs infinitely.
 double largest_difference(const std::vector<double>& a, const std::vector<double>& b);
 
