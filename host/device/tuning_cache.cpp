@@ -161,7 +161,8 @@ Device with_known_tuning(const Device& device) {
   if (!device.has_own_layout()) return device;
   Device known = device;
   for (const auto& [path, text] : device::known_devices()) {
-    for (const json& entry : json::parse(text)) {
+    const json entries = json::parse(text);
+    for (const json& entry : entries) {
       if (!is_of(entry, device.info())) continue;
       for (const Precision precision : kPrecisions) {
         const auto found = entry.find(to_string(precision));

@@ -112,10 +112,12 @@ nlohmann::json to_json(const GridReport& report) {
 
 std::string to_csv(const GridReport& report) {
   std::string text;
-  for (const auto& [setting, value] : to_json(Tuning{}).items()) text += setting + ',';
+  const nlohmann::json names = to_json(Tuning{});
+  for (const auto& [setting, value] : names.items()) text += setting + ',';
   text += "job,samples,runs,median_seconds,min_seconds,max_seconds,spread,refused\n";
   for (const GridTime& t : report.times) {
-    for (const auto& [setting, value] : to_json(t.tuning).items()) text += value.dump() + ',';
+    const nlohmann::json tuning = to_json(t.tuning);
+    for (const auto& [setting, value] : tuning.items()) text += value.dump() + ',';
     if (t.seconds.empty()) {
       std::string words = t.refused;
       std::ranges::replace(words, '"', '\'');
