@@ -68,6 +68,13 @@ def main():
     bench.holds("shape", "shape", mesh, "-o", "e.qjulia.json", *device)
     f = "f.qjulia.json"
     bench.holds("surface", "surface", f, "-o", "f.ply", "--resolution", "16", *device)
+    for command, name in (("surface", "g.ply"), ("render", "g.png")):
+        size = ("--resolution", "16") if command == "surface" else ("--size", "32x24")
+        bench.run(command, f, "-o", name, *size, *device, "--profile", f"{command}.json", "--quiet")
+        for kernel in json.loads((bench.folder / f"{command}.json").read_text())["kernels"]:
+            check(kernel["limit"], f"no work is counted of {kernel['kernel']}")
+    same = (bench.folder / "g.ply").read_bytes() == (bench.folder / "f.ply").read_bytes()
+    check(same, "--profile changes the surface")
     bench.holds("sample", "sample", f, "-o", "f.npy", "--resolution", "8", *device)
     bench.holds("compare", "compare", f, mesh, "--resolution", "16", *device)
     tiny = ("--size", "32x24", *device)
@@ -75,7 +82,11 @@ def main():
     bench.holds("render", "render", f, "-o", "t.png", "--turntable", "2", *tiny)
     (bench.folder / "m.toml").write_text(f'[[fit]]\nmesh = "{mesh}"\n')
     bench.holds("batch", "batch", "m.toml", "--check")
-    bench.validate("command-profile", json.loads((bench.folder / "fit.json").read_text()))
+    whole = json.loads((bench.folder / "fit.json").read_text())
+    bench.validate("command-profile", whole)
+    for kernel in whole["kernels"]:
+        check(kernel["limit"], f"no work is counted of {kernel['kernel']}")
+    check(whole["device_seconds"] <= whole["seconds"], "kernels ran longer than the command")
     few = ("--samples", "500", "--repeats", "3", *device)
     profile = json.loads(bench.run("profile", f, mesh, *few, "--kernels", "energy*", "--json"))
     bench.validate("profile", profile)
