@@ -48,7 +48,7 @@ int run_scaling(const ProfileArguments& arguments, Session& session) {
   options.precision = arguments.options.precision;
   const ScalingReport report = measure_scaling(device, options, session.monitor());
   if (!arguments.csv.empty()) base::write_file(arguments.csv, to_csv(report));
-  session.console.result(table(report), to_json(report));
+  session.console.result(profile_table(report), to_json(report));
   return kDone;
 }
 
@@ -166,7 +166,7 @@ int run_profile(const ProfileArguments& arguments, Session& session) {
               {{"qjulia", made_by(report)}});
   }
   if (!arguments.csv.empty()) base::write_file(arguments.csv, to_csv(report));
-  session.console.result(table(report), to_json(report));
+  session.console.result(profile_table(report), to_json(report));
   for (const std::string& line : report.left_out) session.console.note("not measured: " + line);
   const std::vector<std::string> signs = report.disturbances();
   if (!signs.empty()) {

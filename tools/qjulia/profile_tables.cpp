@@ -29,7 +29,7 @@ std::string share_text(const KernelFigures& f) {
 
 }  // namespace
 
-std::string table(const ProfileReport& report) {
+std::string profile_table(const ProfileReport& report) {
   const bool has_predictions = std::ranges::any_of(
       report.kernels, [](const KernelFigures& f) { return f.predicted_seconds.has_value(); });
   std::string text = fmt::format(
@@ -54,7 +54,7 @@ std::string table(const ProfileReport& report) {
   return text;
 }
 
-std::string table(const ScalingReport& report) {
+std::string profile_table(const ScalingReport& report) {
   std::string text =
       "energy with gradient\n n    samples  factors       seconds     Gpairs/s   device MB";
   for (const ScalingPoint& p : report.points) {
@@ -71,7 +71,7 @@ std::string table(const ScalingReport& report) {
   return text;
 }
 
-std::string table(const TuneReport& report, const std::string& file) {
+std::string profile_table(const TuneReport& report, const std::string& file) {
   std::string text = fmt::format("{:15} {:>6} {:>11} {:>12} {:>10}", "setting", "value",
                                  "difference", "time (best 1)", "seconds");
   for (const TuneTrial& t : report.trials) {
@@ -91,7 +91,7 @@ std::string table(const TuneReport& report, const std::string& file) {
   return text + fmt::format("\nsettings: {}\nkept in: {}", to_json(report.tuning).dump(), file);
 }
 
-std::string table(const GridReport& report) {
+std::string profile_table(const GridReport& report) {
   std::string text = fmt::format("{:15} {:>11} {:>11} {:>9}  {}", "job", "median s", "min s",
                                  "spread", "settings");
   for (const GridTime& t : report.times) {

@@ -32,7 +32,7 @@ int run_tune(const DeviceChoice& wanted, const ProfileOptions& options, Session&
   save_tuning(device.with_tuning(report.precision, report.tuning), report.precision);
   nlohmann::json json = to_json(report);
   json["file"] = file;
-  session.console.result(table(report, file), json);
+  session.console.result(profile_table(report, file), json);
   return kDone;
 }
 
@@ -41,7 +41,7 @@ int run_grid(const DeviceChoice& wanted, const ProfileOptions& options, const Tu
   const Device device = session.open_device(wanted);
   const GridReport report = measure_grid(device, options, grid, session.monitor());
   if (!csv.empty()) base::write_file(csv, to_csv(report));
-  session.console.result(table(report), to_json(report));
+  session.console.result(profile_table(report), to_json(report));
   return kDone;
 }
 
