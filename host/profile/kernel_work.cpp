@@ -263,8 +263,10 @@ void WorkCounter::launched(const Launch& launch) {
   const auto work = work_of(launch);
   const std::scoped_lock lock(counting_);
   KernelWork& all = work_[std::string(launch.kernel)];
+  const bool is_double = launch.precision == Precision::dbl;
+  // One that runs in both precisions is measured against the limit of single precision.
+  all.is_double = is_double && (all.launches == 0 || all.is_double);
   ++all.launches;
-  all.is_double = launch.precision == Precision::dbl;
   if (!work) return;
   all.is_known = true;
   all.slots += work->slots;

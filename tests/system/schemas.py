@@ -35,7 +35,9 @@ class Bench:
 
     def run(self, *words):
         done = subprocess.run([self.program, *words], capture_output=True, text=True, cwd=self.folder)
-        check(done.returncode == 0, f"{words} ended with {done.returncode}: {done.stderr}")
+        # A comparison is undecided, code 3, where the machine is busy.
+        codes = (0, 3) if "compare" in words[1:2] else (0,)
+        check(done.returncode in codes, f"{words} ended with {done.returncode}: {done.stderr}")
         return done.stdout
 
     def validate(self, schema, output):
@@ -60,7 +62,7 @@ def main():
     bench.holds("devices", "devices")
     bench.holds("info", "info", a_map)
     bench.holds("info", "info", mesh)
-    bench.holds("convert", "convert", a_map, "c.qjulia.json", "--detail", "0.03")
+    bench.holds("convert", "convert", a_map, "c.qjulia.json", "--slice", "0.1")
     bench.holds("share", "share", a_map, "-o", "s.html")
     device = ("--device", "cpu")
     small = ("--factors", "12", "--max-evaluations", "20", "--seed", "1")
