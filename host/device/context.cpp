@@ -14,6 +14,7 @@
 #include "device/device_clock.hpp"
 #include "device/handles.hpp"
 #include "device/launch_sizer.hpp"
+#include "device/launch_watch.hpp"
 #include "device/opencl.hpp"
 #include "device/patient_wait.hpp"
 #include "device/program_builder.hpp"
@@ -92,6 +93,8 @@ struct Kernel::Handle {
   cl::Kernel kernel;
   std::string name;
   cl_uint argument_count = 0;
+  int lane_width = 1;
+  Precision precision = Precision::single;
   std::size_t group = 1;  ///< work-items of a group where a launch does not say
   LaunchSizer sizer;
   LaunchTime launch_time;
@@ -383,6 +386,8 @@ Kernel Context::kernel(const std::string& file, const std::string& name,
   handle.kernel = cl::Kernel(program->second, name.c_str(), &code);
   impl_->expect(code, fmt::format("creating kernel {} of {}", name, file));
   handle.name = name;
+  handle.lane_width = options.lane_width;
+  handle.precision = options.precision;
   handle.sizer = LaunchSizer(impl_->info);
   handle.argument_count = handle.kernel.getInfo<CL_KERNEL_NUM_ARGS>();
   handle.group = std::clamp<std::size_t>(std::bit_floor(largest_group(kernel)), 1,
@@ -493,6 +498,11 @@ void Context::launch(const Kernel& kernel, const Range& range, std::span<const A
   }
   if (code != CL_SUCCESS) {
     throw RefusedLaunch(impl_->info.name, fmt::format("launching kernel {}", handle.name), code);
+  }
+  if (LaunchWatch* const watch = launch_watch()) {
+    std::vector<std::span<const std::byte>> scalars;
+    for (const Argument& a : arguments) scalars.emplace_back(a.value_.data(), a.size_);
+    watch->launched({handle.name, range, scalars, handle.lane_width, handle.precision});
   }
   const double least = handle.launch_time.least(units);
   const Impl::Pending launched{kernel.handle_, work,  units,  least,

@@ -8,7 +8,10 @@
 #include "base/fnv_hash.hpp"
 #include "base/input_file.hpp"
 #include "base/output_file.hpp"
+#include "base/text.hpp"
 #include "device/cache_folder.hpp"
+#include "device/known_devices.hpp"
+#include "device/program_source.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/version.hpp"
 
@@ -18,6 +21,7 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* kTuningFormat = "qjulia-tuning";
+constexpr const char* kSharedFormat = "qjulia-shared-tuning";
 constexpr int kVersion = 1;
 
 /// What the settings are good for.
@@ -57,6 +61,14 @@ std::map<Precision, Tuning> read_tunings(const std::filesystem::path& path,
   return tunings;
 }
 
+/// Whether an entry of the table, or an exported file, is of this device: its name, platform and
+/// number of compute units. Drivers change more often than what is fastest.
+bool is_of(const json& entry, const DeviceInfo& info) {
+  return entry.is_object() && entry.value("device", json()) == info.name &&
+         entry.value("platform", json()) == info.platform_name &&
+         entry.value("compute_units", json()) == info.compute_units;
+}
+
 }  // namespace
 
 std::filesystem::path tuning_file(const DeviceInfo& info) {
@@ -74,10 +86,11 @@ CachedTuning with_cached_tuning(const Device& device) {
   try {
     path = tuning_file(device.info());
   } catch (const Error&) {
-    return kept;  // there is no place where anything could have been kept
+    // There is no place where anything could have been kept.
+    return {with_known_tuning(device), {}};
   }
   std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored)) return kept;
+  if (!std::filesystem::exists(path, ignored)) return {with_known_tuning(device), {}};
   try {
     for (const auto& [precision, tuning] : read_tunings(path, device.info())) {
       kept.device = kept.device.with_tuning(precision, tuning);
@@ -88,6 +101,55 @@ CachedTuning with_cached_tuning(const Device& device) {
                                 path.string(), error.what())};
   }
   return kept;
+}
+
+void export_tuning(const Device& device, const std::filesystem::path& path) {
+  const DeviceInfo& info = device.info();
+  json file{{"format", kSharedFormat},       {"version", kVersion},
+            {"device", info.name},           {"platform", info.platform_name},
+            {"driver", info.driver_version}, {"compute_units", info.compute_units},
+            {"program", version()}};
+  for (const Precision precision : kPrecisions) {
+    file[to_string(precision)] = to_json(device.tuning(precision));
+  }
+  base::write_file(path, text_of(file, 2) + "\n");
+}
+
+Device import_tuning(const Device& device, const std::filesystem::path& path) {
+  constexpr std::uint64_t kLargestFile = std::uint64_t{1} << 20;
+  const json file = json::parse(base::read_text_file(path, "tuning", kLargestFile), nullptr, false);
+  if (!file.is_object() || file.value("format", json()) != kSharedFormat ||
+      file.value("version", json()) != kVersion) {
+    throw InputError(fmt::format("'{}' is not a file of exported settings", path.string()));
+  }
+  if (!is_of(file, device.info())) {
+    throw InputError(fmt::format("'{}' has settings of {}, not of '{}'", path.string(),
+                                 file.value("device", json()).dump(), device.info().name));
+  }
+  Device tuned = device;
+  for (const Precision precision : kPrecisions) {
+    const auto found = file.find(to_string(precision));
+    if (found == file.end()) continue;
+    tuned = tuned.with_tuning(precision, tuning_from(*found));
+    save_tuning(tuned, precision);
+  }
+  return tuned;
+}
+
+Device with_known_tuning(const Device& device) {
+  if (!device.has_own_layout()) return device;
+  Device known = device;
+  for (const auto& [path, text] : device::known_devices()) {
+    const json entries = json::parse(text);
+    for (const json& entry : entries) {
+      if (!is_of(entry, device.info())) continue;
+      for (const Precision precision : kPrecisions) {
+        const auto found = entry.find(to_string(precision));
+        if (found != entry.end()) known = known.with_tuning(precision, tuning_from(*found));
+      }
+    }
+  }
+  return known;
 }
 
 void save_tuning(const Device& device, Precision precision) {

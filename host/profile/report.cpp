@@ -37,6 +37,9 @@ nlohmann::json to_json(const KernelFigures& f) {
           {"factors", f.factors},
           {"width", f.width},
           {"precision", to_string(f.precision)},
+          {"is_one_kernel", f.is_one_kernel},
+          {"launches", f.is_one_kernel ? nlohmann::json(f.launches) : nlohmann::json(nullptr)},
+          {"work_is_at_most", f.work_is_at_most},
           {"median_seconds", f.median_seconds},
           {"min_seconds", f.min_seconds},
           {"max_seconds", f.max_seconds},
@@ -79,12 +82,14 @@ nlohmann::json to_json(const ProfileReport& report) {
             {"bytes_per_second", report.limits.bytes_per_second},
             {"launch_seconds", report.limits.launch_seconds}}},
           {"disturbances", report.disturbances()},
+          {"left_out", report.left_out},
           {"kernels", kernels}};
 }
 
 std::string to_csv(const ProfileReport& report) {
   const std::string names =
-      "kernel,iterations,samples,factors,width,precision,median_seconds,min_seconds,max_seconds,"
+      "kernel,iterations,samples,factors,width,precision,launches,median_seconds,min_seconds,"
+      "max_seconds,"
       "spread,wall_seconds,executed_factor_iterations,pairs_per_second,slots,memory_bytes,limit,"
       "share_of_limit,predicted_seconds,measured_over_predicted";
   std::string text = names + '\n';

@@ -853,6 +853,18 @@ TEST_CASE("hostile counts and sizes are refused or do no harm") {
   survives("others' reports", [&] {
     to_json(TuneReport{}), to_json(SelfTestReport{}), SelfTestReport{}.has_passed();
   });
+  refuses("measure_grid", [&] { measure_grid(on_device(), {}, {{"no_setting", {1}}}); });
+  refuses("measure_grid", [&] { measure_grid(on_device(), {}, {{"lane_width", {}}}); });
+  survives("a grid's report", [&] { to_csv(GridReport{}), to_json(GridReport{}); });
+  survives("command_profile", [&] {
+    const LaunchCounter counter;
+    const CommandProfile empty = command_profile({}, Trace(), counter.work(), {}, kNan);
+    to_json(empty), to_text(empty);
+    static_cast<void>(measure_roofs(on_device()));
+  });
+  survives("with_known_tuning", [&] { static_cast<void>(with_known_tuning(on_device())); });
+  refuses("export_tuning", [&] { export_tuning(on_device(), "/no/such/folder/file.json"); });
+  refuses("import_tuning", [&] { import_tuning(on_device(), "/no/such/file.json"); });
   survives("summaries", [&] { brief_summary({}), full_summary({}); });
 }
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "benchmark/alternated.hpp"
 #include "benchmark/profile_comparison.hpp"
 #include "qjulia/error.hpp"
 
@@ -124,6 +125,52 @@ TEST_CASE("speed-ups are told, and a slower clock is not a slower kernel") {
   CHECK(drifted.verdict == Verdict::undecided);
   REQUIRE(drifted.busy.size() == 1);
   CHECK_THAT(drifted.busy[0], Contains("50") && Contains("in OLD"));
+}
+
+/// Two builds on one machine, of which the new one's kernel of that number is slower.
+AlternatedComparison alternated(Machine& machine, double slower, int most_rounds,
+                                std::size_t* names_of_last = nullptr) {
+  int rounds = 0;
+  Alternation builds;
+  builds.old_build = [&](const std::vector<std::string>&) { return profile_on(machine, 3); };
+  builds.new_build = [&, slower](const std::vector<std::string>& names) {
+    if (names_of_last != nullptr) *names_of_last = names.size();
+    return profile_on(machine, 3, 2, slower);
+  };
+  builds.is_over = [&] { return ++rounds >= most_rounds; };
+  return compare_alternated(builds, {});
+}
+
+TEST_CASE("two builds in turns: a kernel slowed by 5 % is found, before the time is over") {
+  for (unsigned trial = 0; trial < 30; ++trial) {
+    Machine machine(trial);
+    std::size_t names = 0;
+    const AlternatedComparison found = alternated(machine, 1.05, 40, &names);
+    CHECK(found.comparison.verdict == Verdict::slower);
+    CHECK(found.rounds < 40);
+    CHECK(names < 4);  // names of decided kernels are not asked for again
+    CHECK(std::ranges::count(found.comparison.kernels, Verdict::slower,
+                             &KernelComparison::verdict) == 1);
+  }
+}
+
+TEST_CASE("two builds in turns: one build alone is never slower under load, and rarely else") {
+  int slower = 0;
+  for (unsigned trial = 0; trial < 100; ++trial) {
+    Machine machine(trial);
+    machine.noise = 0.03;
+    slower += alternated(machine, 1, 20).comparison.verdict == Verdict::slower ? 1 : 0;
+    machine.is_loaded = true;
+    CHECK(alternated(machine, 1, 12).comparison.verdict != Verdict::slower);
+  }
+  CHECK(slower <= 5);
+}
+
+TEST_CASE("two builds in turns: too few rounds decide nothing") {
+  Machine machine(3);
+  const AlternatedComparison found = alternated(machine, 1.5, 3);
+  CHECK(found.comparison.verdict == Verdict::undecided);
+  CHECK(found.comparison.kernels.size() == 8);
 }
 
 TEST_CASE("runs that lie far apart decide nothing") {

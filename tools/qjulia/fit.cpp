@@ -276,12 +276,15 @@ void describe_fit(Command command, FitCommandArguments& a) {
 }  // namespace
 
 void add_fit(CommandLine& program, ChosenCommand& chosen) {
-  add_command(program, chosen, {"fit", "Fit a map to a mesh", R"(Examples:
+  add_command(program, chosen,
+              {"fit", "Fit a map to a mesh", R"(Examples:
   qjulia fit bunny.obj -o bunny.qjulia.json
   qjulia fit bunny.obj -o quick.qjulia.json --factors 100 --time-limit 20
 Meshes with holes are welcome; what is wrong with them is reported. Ctrl-C ends the fit
 and saves what was reached (exit code 130); --resume then goes on. A resumed fit ends with
-the same factors as one that was never stopped, unless a time limit ends it.)"},
+the same factors as one that was never stopped, unless a time limit ends it.)",
+               /*can_trace=*/true,
+               /*can_profile=*/true},
               describe_fit, run_fit);
 }
 

@@ -92,6 +92,15 @@ void add_trace(Command command, std::string& file) {
       .offers_files({".json"});
 }
 
+void add_command_profile(Command command, std::string& file) {
+  command
+      .file("--profile", file, "FILE.json",
+            "Write every kernel that ran, with its launches, seconds, share, work and the share of "
+            "the device's limits that it reached, and the host's stages beside them; the limits "
+            "are measured afterwards, in about a second")
+      .offers_files({".json"});
+}
+
 std::string named_text(const std::string& input, const std::string& extension) {
   return fmt::format(
       " Default: the {}'s name with {} in this folder, where a file that exists is not replaced",

@@ -43,6 +43,9 @@ Option add_device_to_use(Command command, TrustedDevice& device);
 /// --trace.
 void add_trace(Command command, std::string& file);
 
+/// --profile.
+void add_command_profile(Command command, std::string& file);
+
 /// What the help of -o says of a command that names its output after an input.
 std::string named_text(const std::string& input, const std::string& extension);
 

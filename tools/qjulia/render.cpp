@@ -357,7 +357,8 @@ void describe_render(Command command, RenderArguments& a) {
 }  // namespace
 
 void add_render(CommandLine& program, ChosenCommand& chosen) {
-  add_command(program, chosen, {"render", "Draw a picture of a map's set", std::string(R"(Examples:
+  add_command(program, chosen,
+              {"render", "Draw a picture of a map's set", std::string(R"(Examples:
   qjulia render bunny.qjulia.json -o bunny.png
   qjulia render bunny.qjulia.json -o ears.png --frame -0.8 0.6 -0.8 0.15 1 0.15
   qjulia render bunny.qjulia.json -o inside.png --cut z=50% --azimuth 0
@@ -373,7 +374,9 @@ the map as it is drawn, with its knobs turned, so that every command that reads 
 picture too; 'qjulia info' says the command that draws it again, and 'qjulia explore' opens the
 view. Of a series, each picture holds its map, and the contact sheet none. The file's text chunk
 'qjulia' says how it was made.
-)") + kMapOptionsHelp},
+)") + kMapOptionsHelp,
+               /*can_trace=*/true,
+               /*can_profile=*/true},
               describe_render, run_render);
 }
 

@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "base/output_file.hpp"
@@ -43,9 +44,12 @@ int opened_when_read(const std::filesystem::path& pipe, const std::stop_token& s
 
 }  // namespace
 
-Session::Session(const Verbosity& verbosity, std::string trace_file)
-    : console(verbosity), trace_file_(std::move(trace_file)) {
-  if (!trace_file_.empty()) trace_ = std::make_shared<Trace>(start_);
+Session::Session(const Verbosity& verbosity, std::string trace_file, std::string profile_file)
+    : console(verbosity),
+      trace_file_(std::move(trace_file)),
+      profile_file_(std::move(profile_file)) {
+  if (!trace_file_.empty() || !profile_file_.empty()) trace_ = std::make_shared<Trace>(start_);
+  if (!profile_file_.empty()) counter_ = std::make_unique<LaunchCounter>();
 }
 
 Session::~Session() {
@@ -54,7 +58,8 @@ Session::~Session() {
 
 void Session::check_outputs(const std::vector<std::filesystem::path>& inputs,
                             std::vector<base::Output> outputs) {
-  if (trace_) outputs.push_back({"--trace", trace_file_});
+  if (trace_ && !trace_file_.empty()) outputs.push_back({"--trace", trace_file_});
+  if (trace_ && !profile_file_.empty()) outputs.push_back({"--profile", profile_file_, {".json"}});
   base::check_distinct(inputs, outputs);
   for (const base::Output& output : outputs) base::check_writable(output);
   for (const base::Output& output : outputs) {
@@ -72,6 +77,7 @@ ProgressMonitor Session::monitor() {
 
 void Session::finish() {
   if (!trace_ || !are_outputs_checked_) return;
+  const double command_seconds = seconds();
   std::string name = "none";
   std::map<std::string, double> figures;
   if (traced_) {
@@ -90,8 +96,20 @@ void Session::finish() {
                {"most_queued_seconds", waited.most_queued_seconds}};
   }
   trace_->add("qjulia", Trace::Row::host, Trace::Timer::wall, start_, Trace::Clock::now() - start_);
-  trace_->write(trace_file_, name, figures);
-  console.note("trace: " + trace_file_);
+  if (!trace_file_.empty()) {
+    trace_->write(trace_file_, name, figures);
+    console.note("trace: " + trace_file_);
+  }
+  if (!profile_file_.empty()) write_profile(command_seconds);
+}
+
+void Session::write_profile(double seconds) {
+  const auto work = counter_->work();
+  const Roofs roofs = traced_ ? measure_roofs(*traced_) : Roofs{};
+  const CommandProfile profile =
+      command_profile(traced_ ? traced_->info() : DeviceInfo{}, *trace_, work, roofs, seconds);
+  base::write_file(profile_file_, to_json(profile).dump(2, ' ', true) + "\n");
+  console.note(fmt::format("{}\nprofile: {}", to_text(profile), profile_file_));
 }
 
 Map Session::read_map(const std::string& file) {

@@ -391,7 +391,8 @@ void describe_surface(Command command, SurfaceArguments& a) {
 }  // namespace
 
 void add_surface(CommandLine& program, ChosenCommand& chosen) {
-  add_command(program, chosen, {"surface", "Make a mesh of a map's set", std::string(R"(Examples:
+  add_command(program, chosen,
+              {"surface", "Make a mesh of a map's set", std::string(R"(Examples:
   qjulia surface bunny.qjulia.json -o bunny.ply
   qjulia surface bunny.qjulia.json -o fine.stl --resolution 512 --detail 0.03
   qjulia surface bunny.qjulia.json -o print.3mf --height 80 --min-wall 0.8
@@ -405,7 +406,9 @@ The mesh lies in the fitted shape's own coordinates; .glb, .usda,
 .stl and .3mf stand upright. Only the
 undecided shell about the surface is iterated: time grows with its volume, memory with the
 mesh and one slab.
-)") + kMapOptionsHelp},
+)") + kMapOptionsHelp,
+               /*can_trace=*/true,
+               /*can_profile=*/true},
               describe_surface, run_surface);
 }
 
