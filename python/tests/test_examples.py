@@ -97,11 +97,11 @@ def test_orbits(run, map, tmp_path):
 
 
 def test_the_documentation_runs(torus, tmp_path, monkeypatch):
-    """All of docs/python.md, one block after the other, with smaller numbers."""
+    """All of docs/guide/python.md, one block after the other, with smaller numbers."""
     names = {"np": pytest.importorskip("numpy"), "scipy": pytest.importorskip("scipy")}
     pytest.importorskip("scipy.optimize")
     pytest.importorskip("scipy.spatial")
-    with open(os.path.join(ROOT, "docs", "python.md")) as file:
+    with open(os.path.join(ROOT, "docs", "guide", "python.md")) as file:
         blocks = re.findall("```python\n(.*?)```", file.read(), re.DOTALL)
     assert len(blocks) >= 5
     smaller = {

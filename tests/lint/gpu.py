@@ -14,7 +14,7 @@ and double precision, and checks that
     in the same table;
   * the instructions of the loops that take the time are those of host/profile/instruction_counts.hpp.
 --write rewrites gpu_kernels.txt and the figures in instruction_counts.hpp. --loops prints the loops
-of every kernel, --markdown the table of docs/performance.md.
+of every kernel, --markdown the table of docs/lab/performance.md.
 """
 
 import collections

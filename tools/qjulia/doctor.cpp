@@ -87,7 +87,7 @@ std::string verdict(const SelfTestReport& report) {
   return fmt::format(
       "{} of {} programs failed: results of this device cannot be trusted. Try a newer driver, "
       "another layout (--layout) or QJULIA_TUNING=off. When you report it, send all of the above, "
-      "the compiler's logs, and what 'clinfo' says; docs/devices.md says what is known of "
+      "the compiler's logs, and what 'clinfo' says; docs/guide/devices.md says what is known of "
       "drivers.",
       failed, report.checks.size());
 }
@@ -154,7 +154,7 @@ Builds every program in the layout and precision that commands would use, and co
 results with references on the host: a few seconds, more while a driver compiles for the
 first time. It also looks at the machine: GPUs that this user may not open, a container, WSL
 or flatpak that hides them, limits, GPUs that two platforms show; --json has these under
-"findings". Exit code 1 when a program fails, 3 when there is no device. docs/devices.md says
+"findings". Exit code 1 when a program fails, 3 when there is no device. docs/guide/devices.md says
 what is known of each platform, and how to install its driver.)"},
               add_device, run_doctor);
 }
