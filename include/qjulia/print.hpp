@@ -26,7 +26,7 @@ struct PrintOptions {
   std::optional<double> max_error{};
   bool keep_loose = false;  ///< else parts below a hundredth of the largest are left out again
 
-  void validate() const;  ///< @throws OptionError, InputError
+  void validate() const;  ///< @throws OptionError for an option, InputError for a mesh
   /// Whether anything is asked for.
   bool is_any() const;
 };
