@@ -3,7 +3,7 @@
 
 Every block of shell is run, from the page's first to its last, in a folder of the page that has bunny.obj, my.obj (the
 same), bunny.qjulia.json and docs. A comment `<!-- run: skip (WHY) -->` above a block leaves it out, and
-`<!-- run: after COMMAND -->` runs another command first, once. So that all pages take minutes, fits end after seconds
+`<!-- run: file NAME -->` writes the block of TOML above it to that file. So that all pages take minutes, fits end after seconds
 and pictures are small; QJULIA_GUIDES=whole runs everything as it is written.
 """
 import os
@@ -14,7 +14,8 @@ import subprocess
 import sys
 
 BLOCK = re.compile(r"((?:<!-- run: [^>]*-->\n)*)```sh\n(.*?)```", re.DOTALL)
-MARK = re.compile(r"<!-- run: (skip|after) ?(.*?) -->")
+MARK = re.compile(r"<!-- run: (skip|file) ?(.*?) -->")
+TOML = re.compile(r"```toml\n(.*?)```", re.DOTALL)
 # What stands for `qjulia` in a test: smaller work, the same options otherwise.
 STAND_IN = '''#!/usr/bin/python3
 import os, sys
@@ -80,15 +81,17 @@ def main():
         pages = [page for page in pages if page.stem in sys.argv[4:]]
     count, failures = 0, []
     for page in pages:
-        blocks = BLOCK.findall(page.read_text())
+        text_of_page = page.read_text()
         folder = None
-        for number, (marks, text) in enumerate(blocks, 1):
+        for number, block in enumerate(BLOCK.finditer(text_of_page), 1):
+            marks, text = block.groups()
             kinds = MARK.findall(marks)
             if any(kind == "skip" for kind, _ in kinds):
                 continue
             folder = folder or page_folder(root, work, page, bunny)
-            script = "set -e\n" + "".join(f"{what}\n" for kind, what in kinds if kind == "after") + text
-            run = subprocess.run(["bash", "-c", script], cwd=folder, env=environment, capture_output=True, text=True)
+            for _, name in kinds:
+                (folder / name).write_text(TOML.findall(text_of_page[:block.start()])[-1])
+            run = subprocess.run(["bash", "-c", "set -e\n" + text], cwd=folder, env=environment, capture_output=True, text=True)
             count += 1
             print(f"{page.relative_to(root)}, block {number}: {'failed' if run.returncode else 'ran'}", flush=True)
             if run.returncode:
