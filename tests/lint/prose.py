@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """What pages may say: prose.py REPOSITORY
 
-Outside docs/lab and the changelog no sentence compares with a program that readers cannot have, and no section has
-measurements without a command that makes them. Everywhere: links lead to files and headings that exist, every page
+Outside docs/lab and the changelog no sentence compares with a program that readers cannot have, no section has
+measurements without a command that makes them, and the glossary's words are used. Everywhere: links lead to files and headings that exist, every page
 is in its folder's index, every shown picture is made by a command on some page or by a script (or has a comment `<!-- picture: WHY -->`), and every command on a
 page has options that exist.
 """
@@ -29,6 +29,17 @@ MEASURED = [
     r"\bmedians? of (?:\d|two|three|five)",
     r"^\|(?:[^|\n]*\|)*\s*\.\d{3}\s*\|",
 ]
+# What docs/guide/glossary.md has another word for.
+WORDS = {
+    r"flakes?": "loose piece, tuft",
+    r"crumbs?": "loose piece",
+    r"hairs?|whiskers?|thorns?|spikes?": "tuft",
+    r"arbitrary output variable": "AOV",
+    r"zeros? and poles?": "roots and poles",
+    r"shell thickness": "detail",
+    r"isosurface|iso-surface": "surface",
+    r"rotors?|twistors?": "versor",
+}
 COMMAND = re.compile(r"```|`(?:qjulia|tools/|tests/|examples/|python3|mpirun) ?[^`]*`|\]\([^)]*lab/")
 LINK = re.compile(r"(!?)\[[^\]]*\]\(([^)\s#]*)(?:#([^)\s]*))?\)")
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z0-9-]+")
@@ -53,6 +64,13 @@ def dated(name, text):
         for found in re.finditer(pattern, joined, re.MULTILINE):
             yield f"{name}: '…{joined[max(0, found.start() - 40):found.end() + 20].strip()}…' compares with a program " \
                   "that readers cannot have: say what holds, or put it into docs/lab"
+
+
+def other_words(name, text):
+    for pattern, word in WORDS.items():
+        found = re.search(rf"\b(?:{pattern})\b", text, re.IGNORECASE)
+        if found and not name.endswith("glossary.md"):
+            yield f"{name}: '{found[0]}' has another name in docs/guide/glossary.md: {word}"
 
 
 def unfounded(name, text):
@@ -136,6 +154,7 @@ def main():
         is_history = name.startswith("docs/lab/") or name == "CHANGELOG.md"
         if not is_history:
             problems += dated(name, text)
+            problems += other_words(name, text)
         if name.startswith(("docs/guide/", "docs/theory/", "docs/decisions/")):
             problems += unfounded(name, text)
         if name.startswith("docs/lab/") and not re.search(r"> History\.|tools/", text):
