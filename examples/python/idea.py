@@ -20,11 +20,12 @@ parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("mesh")
 parser.add_argument("map")
 parser.add_argument("picture")
+parser.add_argument("--size", type=int, default=300, help="of a panel's picture, in pixels")
 arguments = parser.parse_args()
 
 map = qjulia.load(arguments.map)
 level = map.surface_level
-size = (300, 300)
+size = (arguments.size, arguments.size)
 figure = pyplot.figure(figsize=(12.5, 2.9), dpi=100)
 
 

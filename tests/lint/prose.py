@@ -4,7 +4,7 @@
 Outside docs/lab and the changelog no sentence compares with a program that readers cannot have, no section has
 measurements without a command that makes them, and the glossary's words are used. Everywhere: links lead to files and headings that exist, every page
 is in its folder's index, every shown picture is made by a command on some page or by a script (or has a comment `<!-- picture: WHY -->`), and every command on a
-page has options that exist.
+page has options that exist. The version is the same everywhere.
 """
 import pathlib
 import re
@@ -131,6 +131,18 @@ def unknown_options(name, text, known):
                         yield f"{name}: 'qjulia {command}' has no {option}"
 
 
+def other_versions(root):
+    version = re.search(r"project\(qjulia VERSION (\S+)", (root / "CMakeLists.txt").read_text())[1]
+    for name, pattern in (
+        ("CITATION.cff", r"(?m)^version: (\S+)"),
+        ("tools/blender/qjulia_maps/blender_manifest.toml", r'(?m)^version = "(\S+)"'),
+        ("CHANGELOG.md", r"(?m)^## \[(\d\S*)\]"),
+    ):
+        found = re.search(pattern, (root / name).read_text())
+        if not found or found[1] != version:
+            yield f"{name} has the version {found[1] if found else 'none'}, CMakeLists.txt {version}"
+
+
 def options_of(reference):
     known = {}
     for section in re.split(r"(?m)^## ", reference)[1:]:
@@ -146,7 +158,7 @@ def main():
     pages = {file: file.read_text() for file in files}
     places = {file: headings(text) for file, text in pages.items()}
     known = options_of(pages[root / "docs/reference/command-line.md"])
-    problems = [*unlisted(root), *unmade(root, pages)]
+    problems = [*other_versions(root), *unlisted(root), *unmade(root, pages)]
     for file, text in pages.items():
         name = str(file.relative_to(root))
         problems += broken(root, file, text, places)
