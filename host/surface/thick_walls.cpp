@@ -1,7 +1,7 @@
 // Sets that are unions of balls of radius r are as thick as 2 r everywhere. The largest such set in
 // a solid is its opening (Serra 1982, "Image Analysis and Mathematical Morphology"). What the
-// opening leaves out is thin: flat parts, tufts and edges. Its ridges are the places about which the
-// distance to the surface grows in no direction nearly as fast as one walks (Blum 1967, "A
+// opening leaves out is thin: flat parts, tufts and edges. Its ridges are the places about which
+// the distance to the surface grows in no direction nearly as fast as one walks (Blum 1967, "A
 // transformation for extracting new descriptors of shape"): the middles of walls and tufts. In a
 // wedge it grows by the sine of half the angle, so that blunt edges have no ridge and stay rounded.
 

@@ -136,10 +136,11 @@ def other_versions(root):
     for name, pattern in (
         ("CITATION.cff", r"(?m)^version: (\S+)"),
         ("tools/blender/qjulia_maps/blender_manifest.toml", r'(?m)^version = "(\S+)"'),
+        ("tools/blender/qjulia_maps/__init__.py", r'"version": \(([\d, ]+)\)'),
         ("CHANGELOG.md", r"(?m)^## \[(\d\S*)\]"),
     ):
         found = re.search(pattern, (root / name).read_text())
-        if not found or found[1] != version:
+        if not found or found[1].replace(", ", ".") != version:
             yield f"{name} has the version {found[1] if found else 'none'}, CMakeLists.txt {version}"
 
 
