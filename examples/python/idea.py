@@ -50,8 +50,8 @@ axes.scatter(
     c=np.where(factors["exponent"] > 0, INSIDE, OUTSIDE),
 )
 axes.view_init(15, -70)
-axes.set_box_aspect((1, 1, 1), zoom=1.6)
-axes.set(xlim=(-1.6, 1.6), ylim=(-1.6, 1.6), zlim=(-1.3, 1.9))
+axes.set_box_aspect((1, 1, 1), zoom=1.35)
+axes.set(xlim=(-1.6, 1.6), ylim=(-1.6, 1.6), zlim=(-1.6, 1.6))
 
 x, y = np.meshgrid(np.linspace(-2, 2, 160), np.linspace(-2, 2, 160))
 plane = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
