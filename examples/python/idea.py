@@ -42,16 +42,18 @@ panel(1, "a mesh").imshow(qjulia.render(arguments.mesh, size=size))
 factors = map.factors
 center = factors["center"]
 axes = panel(2, "factors: roots and poles", projection="3d")
+places = np.column_stack([center[:, 0], -center[:, 2], center[:, 1]])
 axes.scatter(
-    center[:, 0],
-    -center[:, 2],
-    center[:, 1],
+    *places.T,
     s=6,
     c=np.where(factors["exponent"] > 0, INSIDE, OUTSIDE),
 )
 axes.view_init(15, -70)
 axes.set_box_aspect((1, 1, 1), zoom=1.35)
-axes.set(xlim=(-1.6, 1.6), ylim=(-1.6, 1.6), zlim=(-1.6, 1.6))
+# All but the farthest factors, in a cube.
+low, high = np.quantile(places, [0.02, 0.98], axis=0)
+half = 0.55 * np.max(high - low)
+axes.set(**{name: (c - half, c + half) for name, c in zip(("xlim", "ylim", "zlim"), (low + high) / 2)})
 
 x, y = np.meshgrid(np.linspace(-2, 2, 160), np.linspace(-2, 2, 160))
 plane = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
