@@ -1,5 +1,5 @@
 #pragma once
-/// The map file: JSON, extension .qjulia.json; docs/map-format.md.
+/// The map file: JSON, extension .qjulia.json; docs/reference/map-format.md.
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>

@@ -115,7 +115,7 @@ struct MeshFileOptions {
 /// in single precision, under a temporary name that is renamed. In .3mf each connected part is an
 /// object, together with its cavities. Beside a coloured .obj, a material of the mean colour is
 /// written under the same name with .mtl.
-/// @throws OutputError, or InputError for another extension.
+/// @throws OutputError when the file cannot be written, InputError for another extension.
 void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
                 const MeshFileOptions& options);
 /// The same with a note and with how the mesh stands.

@@ -19,7 +19,7 @@ gpu_kernels.txt also has a digest of everything the figures follow from: the ker
 counts, the compiler. Where it is the same, the figures are too, and nothing is compiled unless
 --compile or another option asks for it.
 --write rewrites gpu_kernels.txt and the figures in instruction_counts.hpp. --loops prints the loops
-of every kernel, --markdown the table of docs/performance.md.
+of every kernel, --markdown the table of docs/lab/performance.md.
 """
 
 import collections

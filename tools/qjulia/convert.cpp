@@ -234,7 +234,7 @@ void add_convert(CommandLine& program, ChosenCommand& chosen) {
   qjulia convert bunny.png bunny.qjulia.json      the map that a picture holds
 With knobs it writes a map with its settings baked in: 'surface' and 'render' make of it,
 without options, what they would make of the first with these. Formulas are of maps that
-'fit' made, without portals and paint: see docs/formulas.md.
+'fit' made, without portals and paint: see docs/guide/formulas.md.
 )") + kMapOptionsHelp,
        /*can_trace=*/false},
       describe_convert, run_convert);

@@ -103,7 +103,7 @@ std::string verdict(const SelfTestReport& report) {
   return fmt::format(
       "{} of {} programs failed: results of this device cannot be trusted. Try a newer driver, "
       "another layout (--layout) or QJULIA_TUNING=off. When you report it, send all of the above, "
-      "the compiler's logs, and what 'clinfo' says; docs/devices.md says what is known of "
+      "the compiler's logs, and what 'clinfo' says; docs/guide/devices.md says what is known of "
       "drivers.",
       failed, report.checks.size());
 }
@@ -198,7 +198,7 @@ first time. It also looks at the machine: GPUs that this user may not open, a co
 or flatpak that hides them, limits, GPUs that two platforms show; --json has these under
 "findings". Each program is checked in a process apart, so that a driver that crashes is
 reported and the rest is checked; a build in which a driver crashed is tried again here
-alone. Exit code 1 when a program fails, 3 when there is no device. docs/devices.md says
+alone. Exit code 1 when a program fails, 3 when there is no device. docs/guide/devices.md says
 what is known of each platform, and how to install its driver.)"},
               add_doctor_options, run_doctor);
 }

@@ -232,7 +232,7 @@ void add_explore(CommandLine& program, ChosenCommand& chosen) {
   qjulia explore bunny.png --open          opens the view of a picture that 'render' made
 Prints the address of a page with a slider for every option of the map; this machine's device
 draws. The page is for this machine alone, and its address has a token that nobody can guess.
-'qjulia share' makes a page for others. See docs/explore.md.)",
+'qjulia share' makes a page for others. See docs/guide/explore.md.)",
                /*can_trace=*/false},
               describe_explore, run_explore);
 }

@@ -156,7 +156,7 @@ void add_paint(CommandLine& program, ChosenCommand& chosen) {
 Each place has a share of the map's detail: with 1 nothing changes, with 0 the surface is
 the smooth shape (to 1/256 of the detail). Ramp and mesh multiply, blocks and balls take
 the place of what is there, and --thickness bounds the result. The paint is a part of the
-map, and every command follows it. See docs/painting.md.)"},
+map, and every command follows it. See docs/guide/painting.md.)"},
               describe_paint, run_paint);
 }
 

@@ -87,7 +87,7 @@ void add_portals(CommandLine& program, ChosenCommand& chosen) {
 Portals are balls in which the map moves, turns and enlarges space instead, so that a copy
 of the set stands there, with copies on it in turn. Copies are put on protrusions, far apart
 from each other. The map file lists them under "portals": move, turn and scale them
-there. See docs/portals.md.)"},
+there. See docs/guide/portals.md.)"},
               describe_portals, run_portals);
 }
 

@@ -25,7 +25,7 @@ void add_to_grid(const std::string& text, TuneGrid& grid) {
   }
 }
 
-int run_tune(const DeviceChoice& wanted, const ProfileOptions& options, Session& session) {
+int run_tune(const TrustedDevice& wanted, const ProfileOptions& options, Session& session) {
   const Device device = session.open_device(wanted);
   const std::string file = tuning_file(device.info()).string();
   const TuneReport report = tune(device, options, session.monitor());
@@ -36,7 +36,7 @@ int run_tune(const DeviceChoice& wanted, const ProfileOptions& options, Session&
   return kDone;
 }
 
-int run_grid(const DeviceChoice& wanted, const ProfileOptions& options, const TuneGrid& grid,
+int run_grid(const TrustedDevice& wanted, const ProfileOptions& options, const TuneGrid& grid,
              const std::string& csv, Session& session) {
   const Device device = session.open_device(wanted);
   const GridReport report = measure_grid(device, options, grid, session.monitor());
@@ -45,7 +45,7 @@ int run_grid(const DeviceChoice& wanted, const ProfileOptions& options, const Tu
   return kDone;
 }
 
-int run_export(const DeviceChoice& wanted, const std::string& file, Session& session) {
+int run_export(const TrustedDevice& wanted, const std::string& file, Session& session) {
   const Device device = session.open_device(wanted);
   export_tuning(device, file);
   session.console.result(fmt::format("settings of '{}': {}", device.info().name, file),
@@ -56,7 +56,7 @@ int run_export(const DeviceChoice& wanted, const std::string& file, Session& ses
   return kDone;
 }
 
-int run_import(const DeviceChoice& wanted, const std::string& file, Session& session) {
+int run_import(const TrustedDevice& wanted, const std::string& file, Session& session) {
   const Device device = import_tuning(session.open_device(wanted), file);
   const std::string kept = tuning_file(device.info()).string();
   session.console.result(fmt::format("settings of '{}' kept in: {}", device.info().name, kept),

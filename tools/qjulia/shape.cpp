@@ -196,7 +196,7 @@ void add_shape(CommandLine& program, ChosenCommand& chosen) {
   qjulia shape bunny.obj -o bunny.qjulia.json --versor fitted.qjulia.json
 The map holds the mesh's distance on a grid: about a megabyte, where a fitted map has
 about a hundred kilobytes, but thin limbs and sharp edges are all there. The versor, which gives
-the grooves their pattern, is free. See docs/exact-maps.md.)"},
+the grooves their pattern, is free. See docs/theory/exact-maps.md.)"},
               describe_shape, run_shape);
 }
 

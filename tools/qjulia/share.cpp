@@ -49,7 +49,7 @@ void add_share(CommandLine& program, ChosenCommand& chosen) {
 The page needs nothing else, no network and no qjulia: the viewer's own graphics draw the set
 (WebGL 2). It has a slider for every option of the map, and its address holds all settings,
 so that a link to it is a shape. The map is in it: every command that reads maps reads the
-page too. See docs/explore.md.)",
+page too. See docs/guide/explore.md.)",
                /*can_trace=*/false},
               describe_share, run_share);
 }
