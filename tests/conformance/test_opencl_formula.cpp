@@ -45,7 +45,7 @@ kernel void iterate(global const float* points, int n, global float* out) {
 }
 )";
 
-void expect(cl_int code) { REQUIRE(code == CL_SUCCESS); }
+void expect_success(cl_int code) { REQUIRE(code == CL_SUCCESS); }
 
 /// F_n and the distance at each point of the picture's frame.
 std::vector<float> iterated(const Device& device, const Map& map, const std::string& source,
@@ -56,17 +56,18 @@ std::vector<float> iterated(const Device& device, const Map& map, const std::str
   cl_int code = CL_SUCCESS;
   const cl_mem in = clCreateBuffer(opencl_context(device), CL_MEM_COPY_HOST_PTR,
                                    points.size() * sizeof(float), points.data(), &code);
-  expect(code);
+  expect_success(code);
   const cl_mem result = clCreateBuffer(opencl_context(device), CL_MEM_READ_WRITE,
                                        out.size() * sizeof(float), nullptr, &code);
-  expect(code);
-  expect(clSetKernelArg(kernel, 0, sizeof in, &in));
-  expect(clSetKernelArg(kernel, 1, sizeof n, &n));
-  expect(clSetKernelArg(kernel, 2, sizeof result, &result));
+  expect_success(code);
+  expect_success(clSetKernelArg(kernel, 0, sizeof in, &in));
+  expect_success(clSetKernelArg(kernel, 1, sizeof n, &n));
+  expect_success(clSetKernelArg(kernel, 2, sizeof result, &result));
   const cl_command_queue queue = opencl_queue(device);
-  expect(clEnqueueNDRangeKernel(queue, kernel, 1, nullptr, &count, nullptr, 0, nullptr, nullptr));
-  expect(clEnqueueReadBuffer(queue, result, CL_TRUE, 0, out.size() * sizeof(float), out.data(), 0,
-                             nullptr, nullptr));
+  expect_success(
+      clEnqueueNDRangeKernel(queue, kernel, 1, nullptr, &count, nullptr, 0, nullptr, nullptr));
+  expect_success(clEnqueueReadBuffer(queue, result, CL_TRUE, 0, out.size() * sizeof(float),
+                                     out.data(), 0, nullptr, nullptr));
   clReleaseMemObject(in);
   clReleaseMemObject(result);
   clReleaseKernel(kernel);
