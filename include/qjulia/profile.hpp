@@ -49,9 +49,9 @@ struct ProfileOptions {
 /// What is counted in user mode, over all threads of the process. Stalls are cycles in which
 /// nothing is issued, for want of instructions or of what these wait for; CPU seconds are those of
 /// all threads.
-constexpr std::array kEventNames{"cycles",           "instructions",    "cache_misses",
-                                 "stalled_frontend", "stalled_backend", "cpu_seconds",
-                                 "page_faults"};
+inline constexpr std::array kEventNames{"cycles",           "instructions",    "cache_misses",
+                                        "stalled_frontend", "stalled_backend", "cpu_seconds",
+                                        "page_faults"};
 
 /// What the device can do at most, measured by kernels that do nothing else.
 struct DeviceLimits {
