@@ -115,7 +115,8 @@ nlohmann::json to_json(const ProfileReport& report) {
 
 std::string to_csv(const ProfileReport& report) {
   const std::string names =
-      "kernel,iterations,samples,factors,width,precision,launches,median_seconds,min_seconds,"
+      "kernel,iterations,samples,factors,width,precision,is_one_kernel,launches,work_is_at_most,"
+      "median_seconds,min_seconds,"
       "max_seconds,"
       "spread,wall_seconds,executed_factor_iterations,pairs_per_second,slots,memory_bytes,limit,"
       "share_of_limit,predicted_seconds,measured_over_predicted,cycles,instructions,cache_misses,"
