@@ -175,7 +175,7 @@ TEST_CASE("events are those of the threads that run kernels") {
     CHECK_FALSE(events.refused().empty());
     return;
   }
-  CHECK(found->second < all);
+  CHECK(found->second < 1.5 * all);  // two clocks; counted twice it is 2
   CHECK(found->second > 0.5 * all);
 }
 
