@@ -34,7 +34,7 @@ foreach(part mesh fit picture all shared)
 endforeach()
 
 # What rooms of that part declare, and what these headers include (lint.headers builds each alone).
-set(field_headers box detail device distance_grid energy error field file_types knob_table knobs label_check map
+set(field_headers box detail device distance_grid energy error field file_types kernel_resources knob_table knobs label_check map
     map_file modulus opencl paint portal progress provenance quaternion rotation sample setting slope
     trace tuning tuning_cache up_axis version versor)
 list(TRANSFORM field_headers PREPEND ${PROJECT_SOURCE_DIR}/include/qjulia/)

@@ -13,6 +13,7 @@
 #include "base/large_pages.hpp"
 #include "device/device_clock.hpp"
 #include "device/handles.hpp"
+#include "device/kernel_resources.hpp"
 #include "device/launch_sizer.hpp"
 #include "device/launch_watch.hpp"
 #include "device/opencl.hpp"
@@ -490,6 +491,8 @@ void Context::launch(const Kernel& kernel, const Range& range, std::span<const A
                                              cl::NDRange(g[0], g[1], g[2]),
                                              cl::NDRange(l[0], l[1], l[2]), nullptr, &event);
   };
+  LaunchWatch* const watch = launch_watch();
+  const auto alone = watch != nullptr ? watch->alone(handle.name) : nullptr;
   cl_int code = enqueue();
   // Some drivers refuse groups that they said they would take.
   while (means_refused_group(code) && range.local[0] == 0 && handle.group > 1) {
@@ -499,10 +502,11 @@ void Context::launch(const Kernel& kernel, const Range& range, std::span<const A
   if (code != CL_SUCCESS) {
     throw RefusedLaunch(impl_->info.name, fmt::format("launching kernel {}", handle.name), code);
   }
-  if (LaunchWatch* const watch = launch_watch()) {
+  if (watch != nullptr) {
     std::vector<std::span<const std::byte>> scalars;
     for (const Argument& a : arguments) scalars.emplace_back(a.value_.data(), a.size_);
-    watch->launched({handle.name, range, scalars, handle.lane_width, handle.precision});
+    const auto resources = [&] { return resources_of(handle.kernel, impl_->device); };
+    watch->launched({handle.name, range, scalars, handle.lane_width, handle.precision, resources});
   }
   const double least = handle.launch_time.least(units);
   const Impl::Pending launched{kernel.handle_, work,  units,  least,
@@ -510,7 +514,7 @@ void Context::launch(const Kernel& kernel, const Range& range, std::span<const A
   impl_->patient_wait.expect(least);
   if (impl_->events_have_times.value_or(false)) {
     impl_->pending.push_back(launched);
-    if (!handle.launch_time.is_known()) impl_->collect_times();
+    if (alone || !handle.launch_time.is_known()) impl_->collect_times();
     return;
   }
   impl_->expect(impl_->wait([&] { return event.wait(); }),

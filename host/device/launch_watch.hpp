@@ -3,6 +3,8 @@
 
 #include <cstddef>
 #include <cstring>
+#include <functional>
+#include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -10,6 +12,7 @@
 #include <vector>
 
 #include "device/context.hpp"
+#include "qjulia/kernel_resources.hpp"
 
 namespace qjulia::device {
 
@@ -20,6 +23,7 @@ struct Launch {
   std::span<const std::span<const std::byte>> arguments;  ///< bytes of scalars; empty for buffers
   int lane_width;
   Precision precision;
+  const std::function<KernelResources()>& resources;  ///< asks the driver
 
   /// The argument of that number, which is an int.
   int integer(std::size_t number) const { return as<std::int32_t>(number); }
@@ -47,6 +51,8 @@ class LaunchWatch {
   /// Called by whichever thread launches.
   virtual void launched(const Launch& launch) = 0;
   virtual void did(std::string_view kernel, const WalkedWork& work) = 0;
+  /// What lives while a kernel runs by itself: each launch is then waited for. Null: none is.
+  virtual std::shared_ptr<void> alone(std::string_view /*kernel*/) { return nullptr; }
 };
 
 /// The one that watches now; null: none does.

@@ -136,19 +136,22 @@ Device import_tuning(const Device& device, const std::filesystem::path& path) {
   return tuned;
 }
 
+Device device::with_table(const Device& device, std::string_view table) {
+  Device known = device;
+  for (const json& entry : json::parse(table)) {
+    if (!is_of(entry, device.info())) continue;
+    for (const Precision precision : kPrecisions) {
+      const auto found = entry.find(to_string(precision));
+      if (found != entry.end()) known = known.with_tuning(precision, tuning_from(*found));
+    }
+  }
+  return known;
+}
+
 Device with_known_tuning(const Device& device) {
   if (!device.has_own_layout()) return device;
   Device known = device;
-  for (const auto& [path, text] : device::known_devices()) {
-    const json entries = json::parse(text);
-    for (const json& entry : entries) {
-      if (!is_of(entry, device.info())) continue;
-      for (const Precision precision : kPrecisions) {
-        const auto found = entry.find(to_string(precision));
-        if (found != entry.end()) known = known.with_tuning(precision, tuning_from(*found));
-      }
-    }
-  }
+  for (const auto& [path, text] : device::known_devices()) known = device::with_table(known, text);
   return known;
 }
 

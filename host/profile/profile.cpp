@@ -15,6 +15,7 @@
 
 #include "base/range_check.hpp"
 #include "profile/jobs.hpp"
+#include "profile/kernel_counter.hpp"
 #include "profile/kernel_work.hpp"
 #include "profile/limits.hpp"
 #include "profile/prediction.hpp"
@@ -71,7 +72,7 @@ class Bench {
  public:
   Bench(const Device& device, const ProfileOptions& options, ProfileReport& report,
         const Roofs& roofs, const ProgressMonitor& monitor, const Deadline& deadline,
-        WorkCounter* counter)
+        WorkCounter* counter, KernelCounter* events)
       : device_(device),
         options_(options),
         report_(report),
@@ -79,6 +80,7 @@ class Bench {
         monitor_(monitor),
         deadline_(deadline),
         counter_(counter),
+        events_(events),
         limit_now_(fma_probe(device, options.precision)) {}
 
   /// @param jobs_left with this one; they share the time that is left.
@@ -97,7 +99,9 @@ class Bench {
         runs.all.push_back(timed_by_kernel(device_, [&] { job.run(deadline_.token()); }));
         runs.limits.push_back(limit_now_());
       }
+      if (events_ != nullptr) count_events(job);
     } catch (const Interrupted&) {
+      if (events_ != nullptr) events_->reset();
       if (monitor_.stop.stop_requested()) throw;
       if (runs.all.empty()) {
         report_.left_out.push_back(
@@ -110,6 +114,18 @@ class Bench {
   }
 
  private:
+  /// One more run, after one that builds what only watched launches need.
+  void count_events(const Job& job) {
+    const device::WatchedLaunches watched(*events_);
+    for (int i = 0; i < 2; ++i) {
+      throw_if_stopped(deadline_.token());
+      device_.context().finish();
+      events_->reset();
+      job.run(deadline_.token());
+      device_.context().finish();
+    }
+  }
+
   struct Runs {
     std::vector<KernelsRun> all;
     std::vector<double> limits;  ///< beside each
@@ -157,12 +173,18 @@ class Bench {
       f.share_of_limit = *f.slots / f.median_seconds / std::min(by_memory, limits.fma_per_second);
     }
     if (device_.info().kind == DeviceKind::gpu) f.predicted_seconds = predicted_seconds(f, limits);
+    if (events_ != nullptr) {
+      for (const auto& [name, kernel] : events_->kernels()) {
+        for (const auto& [event, count] : kernel.events) f.events[event] += count;
+      }
+    }
     report_.kernels.push_back(std::move(f));
   }
 
   /// A row for each kernel that no job before has had at this n.
   void add_kernels(const Job& job, const Runs& runs) {
     const auto work = counter_->work();  // of the last run
+    const auto counted = events_ != nullptr ? events_->kernels() : decltype(events_->kernels()){};
     for (const auto& [name, last] : runs.all.back().kernels) {
       if (!is_shown(name) || !seen_.insert({name, job.iterations}).second) continue;
       std::vector<double> seconds;
@@ -183,6 +205,10 @@ class Bench {
         f.limit = roof.limit;
         f.share_of_limit = roof.share;
       }
+      if (const auto found = counted.find(name); found != counted.end()) {
+        f.events = found->second.events;
+        f.resources = found->second.resources;
+      }
       report_.kernels.push_back(std::move(f));
     }
   }
@@ -193,7 +219,8 @@ class Bench {
   const Roofs& roofs_;
   const ProgressMonitor& monitor_;
   const Deadline& deadline_;
-  WorkCounter* counter_;  ///< null: single kernels are not asked for
+  WorkCounter* counter_;   ///< null: single kernels are not asked for
+  KernelCounter* events_;  ///< null: counters are not asked for
   std::function<double()> limit_now_;
   std::set<std::pair<std::string, int>> seen_;
 };
@@ -230,7 +257,7 @@ ProfileReport profile(const Device& chosen, const ProfileOptions& options,
   const int limit_repeats = std::isfinite(options.seconds) ? 1 : options.repeats;
   report.limits = measure_limits(device, options.precision, limit_repeats);
 
-  const bool by_kernel = wants_all_jobs(options);
+  const bool by_kernel = wants_all_jobs(options) || options.counters;
   WorkCounter counter;
   std::optional<device::WatchedLaunches> watched;
   if (by_kernel) watched.emplace(counter);
@@ -240,7 +267,18 @@ ProfileReport profile(const Device& chosen, const ProfileOptions& options,
   if (jobs.empty() && !options.kernels.empty()) {
     throw OptionError("kernels", "nothing has such a name; '*' shows all names");
   }
-  Bench bench(device, options, report, roofs, monitor, deadline, by_kernel ? &counter : nullptr);
+  // A device on this host's processor has started its threads by now.
+  std::optional<ProcessEvents> events;
+  if (options.counters && device.info().kind == DeviceKind::cpu) {
+    events.emplace(system_event_calls());
+    report.not_counted = events->refused();
+  } else if (options.counters) {
+    report.not_counted.emplace_back("events: the host's processor counts nothing of a GPU's");
+  }
+  report.has_counters = options.counters;
+  KernelCounter of_kernels(events ? &*events : nullptr);
+  Bench bench(device, options, report, roofs, monitor, deadline, by_kernel ? &counter : nullptr,
+              options.counters ? &of_kernels : nullptr);
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     monitor.report({"profiling", static_cast<double>(i) / static_cast<double>(jobs.size()), -1,
                     fmt::format("{}, n = {}", jobs[i].name, jobs[i].iterations)});

@@ -96,12 +96,17 @@ class Tuner {
     if (best == default_) {
       report_.why_defaults = nothing_faster();
     } else {
-      const double ratio = time_ratio(best, default_, kAllJobs).value_or(kHopeless);
-      if (ratio < 1) {
-        report_.tuning = best, report_.time_ratio = ratio;
+      const auto ratio = time_ratio(best, default_, kAllJobs);
+      if (ratio && *ratio < 1) {
+        report_.tuning = best, report_.time_ratio = *ratio;
+      } else if (ratio) {
+        report_.why_defaults = fmt::format(
+            "all that was taken together needs {:.3f} times the defaults' time", *ratio);
       } else {
-        report_.why_defaults =
-            fmt::format("all that was taken together needs {:.3f} times the defaults' time", ratio);
+        report_.why_defaults = fmt::format(
+            "all that was taken together needs over {} times the defaults' time in the "
+            "first job; measure again on an idle machine",
+            kHopeless);
       }
     }
     return std::move(report_);
@@ -184,7 +189,8 @@ class Tuner {
           throw_if_stopped(monitor_.stop);
           standing_least = std::min(standing_least, standing.time(job));
           tried_least = std::min(tried_least, tried.time(job));
-          if (tried_least > kHopeless * standing_least) break;
+          // One run alone may be slow because of other work.
+          if (i > 0 && tried_least > kHopeless * standing_least) break;
         }
         if (times != nullptr) {
           times->push_back({to_string(job), work.samples.size(), tried_least, standing_least});

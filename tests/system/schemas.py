@@ -1,9 +1,10 @@
 """What commands write with --json, against docs/reference/schemas.
 
-usage: schemas.py QJULIA SCHEMAS FOLDER MAP MANIFEST_MESH
+usage: schemas.py QJULIA SCHEMAS FOLDER MAP MANIFEST_MESH [--slow]
 """
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -11,9 +12,10 @@ from pathlib import Path
 
 import jsonschema
 
-# Those whose output no run below has: explore ends when its page is closed, doctor and the others
-# take minutes, and two have no made-up input of a few lines.
-NOT_RUN = {"explore", "doctor", "paint", "portals", "profile-tune", "profile-scaling"}
+# explore ends when its page is closed.
+NOT_RUN = {"explore"}
+# These take minutes on a busy machine.
+SLOW = {"doctor": ("doctor",), "profile-scaling": ("profile", "--scaling")}
 
 
 def check(holds, what):
@@ -32,9 +34,17 @@ class Bench:
             check(schema["$schema"].endswith("2020-12/schema"), f"{path} is of another draft")
             self.schemas[path.stem] = schema
         self.seen = set()
+        # Tuned settings are not to reach the user's.
+        self.environment = {**os.environ, "XDG_CACHE_HOME": str(self.folder / "cache")}
 
     def run(self, *words):
-        done = subprocess.run([self.program, *words], capture_output=True, text=True, cwd=self.folder)
+        done = subprocess.run(
+            [self.program, *words],
+            capture_output=True,
+            text=True,
+            cwd=self.folder,
+            env=self.environment,
+        )
         # A comparison is undecided, code 3, where the machine is busy.
         codes = (0, 3) if "compare" in words[1:2] else (0,)
         check(done.returncode in codes, f"{words} ended with {done.returncode}: {done.stderr}")
@@ -55,8 +65,12 @@ class Bench:
 
 
 def main():
-    program, schemas, folder, a_map, mesh = sys.argv[1:]
+    program, schemas, folder, a_map, mesh = sys.argv[1:6]
     bench = Bench(program, schemas, folder)
+    if sys.argv[6:] == ["--slow"]:
+        for schema, words in SLOW.items():
+            bench.holds(schema, *words, "--device", "cpu")
+        return
     for command in bench.commands():
         check(command in bench.schemas, f"'{command} --json' has no schema in {schemas}")
     bench.holds("devices", "devices")
@@ -90,13 +104,19 @@ def main():
         check(kernel["limit"], f"no work is counted of {kernel['kernel']}")
     check(whole["device_seconds"] <= whole["seconds"], "kernels ran longer than the command")
     few = ("--samples", "500", "--repeats", "3", *device)
-    profile = json.loads(bench.run("profile", f, mesh, *few, "--kernels", "energy*", "--json"))
+    energy = ("--kernels", "energy*", "--counters", "--csv", "p.csv")
+    profile = json.loads(bench.run("profile", f, mesh, *few, *energy, "--json"))
     bench.validate("profile", profile)
     (bench.folder / "p.json").write_text(json.dumps(profile))
     bench.holds("profile-compare", "profile", "compare", "p.json", "p.json", "--confidence", "0.6")
     bench.holds("profile-grid", "profile", "--grid", "panel_block=32,64", *few, "--factors", "16")
     bench.holds("profile-settings", "profile", "--export", "settings.json", *device)
-    left = set(bench.schemas) - bench.seen - NOT_RUN
+    bench.holds("profile-settings", "profile", "--import", "settings.json", *device)
+    once = ("--samples", "500", "--repeats", "1", "--factors", "16", *device)
+    bench.holds("profile-tune", "profile", "--tune", *once)
+    bench.holds("paint", "paint", f, "-o", "paint.qjulia.json", "--ramp", "x=0:1", *device)
+    bench.holds("portals", "portals", f, "-o", "portals.qjulia.json", "--count", "1", *device)
+    left = set(bench.schemas) - bench.seen - NOT_RUN - set(SLOW)
     check(not left, f"nothing checks {sorted(left)}")
 
 

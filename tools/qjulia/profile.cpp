@@ -166,8 +166,11 @@ int run_profile(const ProfileArguments& arguments, Session& session) {
               {{"qjulia", made_by(report)}});
   }
   if (!arguments.csv.empty()) base::write_file(arguments.csv, to_csv(report));
-  session.console.result(profile_table(report), to_json(report));
+  std::string table = profile_table(report);
+  if (report.has_counters) table += '\n' + counter_table(report);
+  session.console.result(table, to_json(report));
   for (const std::string& line : report.left_out) session.console.note("not measured: " + line);
+  for (const std::string& line : report.not_counted) session.console.note("not counted: " + line);
   const std::vector<std::string> signs = report.disturbances();
   if (!signs.empty()) {
     session.console.warn(
@@ -290,6 +293,12 @@ void describe_profile(Command command, ProfileArguments& a) {
                     "Time for the whole run: jobs share what is left of it, and are left out where "
                     "one run does not fit")
                .excludes({tune, scaling, grid}));
+  measures(command
+               .flag("--counters", a.options.counters,
+                     "Also count, on CPUs, cycles, instructions, cache misses, stalled cycles, CPU "
+                     "seconds and page faults of each kernel, and show what the driver says of its "
+                     "work-groups, memory and registers")
+               .excludes({tune, scaling, grid, against}));
   measures(add_precision(command, a.options.precision, "Arithmetic on the device"));
   const Option baseline =
       command
@@ -332,6 +341,7 @@ void add_profile(CommandLine& program, ChosenCommand& chosen) {
   qjulia profile bunny.qjulia.json bunny.obj --seconds 20  every kernel at this map's size
   qjulia profile bunny.qjulia.json --kernels 'energy*,gauss*' --iterations 6
   qjulia profile --against old/qjulia --seconds 120        two builds, in turns
+  qjulia profile --counters --kernels 'gauss*'
   qjulia profile --plot roofline.png
   qjulia profile --scaling                                 cost against size
   qjulia profile --tune                                    once a device; a minute or two

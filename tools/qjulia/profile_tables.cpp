@@ -54,6 +54,43 @@ std::string profile_table(const ProfileReport& report) {
   return text;
 }
 
+std::string counter_table(const ProfileReport& report) {
+  std::string text = fmt::format(
+      "{:24} n {:>10} {:>10} {:>9} {:>10} {:>9} {:>9} {:>8} {:>7} {:>6} {:>8} {:>8} {:>5} {:>6} "
+      "{:>8}",
+      "kernel", "cycles", "instr.", "per cycle", "misses", "stalled f", "stalled b", "CPU s",
+      "faults", "group", "multiple", "local B", "regs", "private", "resident");
+  for (const KernelFigures& f : report.kernels) {
+    const auto event = [&](const char* name) {
+      const auto found = f.events.find(name);
+      return found == f.events.end() ? std::string("-") : fmt::format("{:.4g}", found->second);
+    };
+    const auto need = [&](const auto& value) {
+      return f.resources ? value(*f.resources) : std::string("-");
+    };
+    const auto known = [](const std::optional<std::uint64_t>& value) {
+      return value ? std::to_string(*value) : std::string("-");
+    };
+    const auto cycles = f.events.find("cycles"), done = f.events.find("instructions");
+    const bool has_both = cycles != f.events.end() && done != f.events.end() && cycles->second > 0;
+    text += fmt::format(
+        "\n{:24} {} {:>10} {:>10} {:>9} {:>10} {:>9} {:>9} {:>8} {:>7} {:>6} {:>8} {:>8} {:>5} "
+        "{:>6} {:>8}",
+        f.is_one_kernel ? "  " + f.kernel : f.kernel, f.iterations, event("cycles"),
+        event("instructions"),
+        has_both ? fmt::format("{:.2f}", done->second / cycles->second) : std::string("-"),
+        event("cache_misses"), event("stalled_frontend"), event("stalled_backend"),
+        event("cpu_seconds"), event("page_faults"),
+        need([](const KernelResources& r) { return std::to_string(r.group_size); }),
+        need([](const KernelResources& r) { return std::to_string(r.group_multiple); }),
+        need([](const KernelResources& r) { return std::to_string(r.local_bytes); }),
+        need([&](const KernelResources& r) { return known(r.registers); }),
+        need([](const KernelResources& r) { return std::to_string(r.private_bytes); }),
+        need([&](const KernelResources& r) { return known(r.resident_items); }));
+  }
+  return text;
+}
+
 std::string profile_table(const ScalingReport& report) {
   std::string text =
       "energy with gradient\n n    samples  factors       seconds     Gpairs/s   device MB";
