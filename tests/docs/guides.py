@@ -3,8 +3,8 @@
 
 Every block of shell is run, from the page's first to its last, in a folder of the page that has bunny.obj, my.obj (the
 same), bunny.qjulia.json and docs. A comment `<!-- run: skip (WHY) -->` above a block leaves it out, and
-`<!-- run: file NAME -->` writes the block of TOML above it to that file. So that all pages take minutes, fits end after seconds
-and pictures are small; QJULIA_GUIDES=whole runs everything as it is written.
+`<!-- run: file NAME -->` writes the block of TOML above it to that file. So that all pages take minutes, fits end after
+seconds and pictures are small; QJULIA_GUIDES=whole runs everything as it is written.
 """
 import os
 import pathlib
@@ -91,11 +91,13 @@ def main():
             folder = folder or page_folder(root, work, page, bunny)
             for _, name in kinds:
                 (folder / name).write_text(TOML.findall(text_of_page[:block.start()])[-1])
-            run = subprocess.run(["bash", "-c", "set -e\n" + text], cwd=folder, env=environment, capture_output=True, text=True)
+            command = ["bash", "-c", "set -e\n" + text]
+            run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
             count += 1
             print(f"{page.relative_to(root)}, block {number}: {'failed' if run.returncode else 'ran'}", flush=True)
             if run.returncode:
-                failures.append(f"{page.relative_to(root)}, block {number}:\n{text}{run.stdout[-800:]}{run.stderr[-1500:]}")
+                said = run.stdout[-800:] + run.stderr[-1500:]
+                failures.append(f"{page.relative_to(root)}, block {number}:\n{text}{said}")
     if failures:
         sys.exit("\n".join(failures))
     if not count:

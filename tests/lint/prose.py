@@ -2,9 +2,10 @@
 """What pages may say: prose.py REPOSITORY
 
 Outside docs/lab and the changelog no sentence compares with a program that readers cannot have, no section has
-measurements without a command that makes them, and the glossary's words are used. Everywhere: links lead to files and headings that exist, every page
-is in its folder's index, every shown picture is made by a command on some page or by a script (or has a comment `<!-- picture: WHY -->`), and every command on a
-page has options that exist. The version is the same everywhere.
+measurements without a command that makes them, and the glossary's words are used. Everywhere: links lead to files and
+headings that exist, every page is in its folder's index, every shown picture is made by a command on some page or by
+a script (or has a comment `<!-- picture: WHY -->`), and every command on a page has options that exist. The version is
+the same everywhere.
 """
 import pathlib
 import re
@@ -62,8 +63,9 @@ def dated(name, text):
     joined = re.sub(r"\n(?=\S)", " ", without_code(text))
     for pattern in DATED:
         for found in re.finditer(pattern, joined, re.MULTILINE):
-            yield f"{name}: '…{joined[max(0, found.start() - 40):found.end() + 20].strip()}…' compares with a program " \
-                  "that readers cannot have: say what holds, or put it into docs/lab"
+            words = joined[max(0, found.start() - 40):found.end() + 20].strip()
+            yield f"{name}: '…{words}…' compares with a program that readers cannot have: say what holds, or put it " \
+                  "into docs/lab"
 
 
 def other_words(name, text):
@@ -155,7 +157,8 @@ def options_of(reference):
 
 def main():
     root = pathlib.Path(sys.argv[1]).resolve()
-    files = [root / "README.md", root / "CONTRIBUTING.md", root / "CHANGELOG.md", *sorted((root / "docs").rglob("*.md"))]
+    files = [root / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")]
+    files += sorted((root / "docs").rglob("*.md"))
     pages = {file: file.read_text() for file in files}
     places = {file: headings(text) for file, text in pages.items()}
     known = options_of(pages[root / "docs/reference/command-line.md"])
