@@ -14,6 +14,8 @@ install(FILES ${QJULIA_MANUAL}/qjulia.fish DESTINATION ${completions}/fish/vendo
         COMPONENT command)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/host/fit/schedules DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples
         COMPONENT command FILES_MATCHING PATTERN *.toml)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/schedules DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples
+        COMPONENT command FILES_MATCHING PATTERN *.toml)
 install(FILES ${QJULIA_ADDON} DESTINATION ${CMAKE_INSTALL_DATADIR}/qjulia/blender COMPONENT command)
 
 # The field's part of the library has packages of its own, which need none of OpenMesh, Expat, PNG and cairo.
