@@ -238,7 +238,7 @@ ProfileReport profile(const Device& chosen, const ProfileOptions& options,
   if (by_kernel) roofs = measure_roofs(device);
   const std::vector<Job> jobs = jobs_of(device, options, report.left_out);
   if (jobs.empty() && !options.kernels.empty()) {
-    throw OptionError("kernels", "nothing has such a name; '*' shows all names");
+    throw OptionError("kernels", "no job or kernel has such a name; '*' shows all names");
   }
   Bench bench(device, options, report, roofs, monitor, deadline, by_kernel ? &counter : nullptr);
   for (std::size_t i = 0; i < jobs.size(); ++i) {

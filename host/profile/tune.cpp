@@ -101,7 +101,7 @@ class Tuner {
         report_.tuning = best, report_.time_ratio = ratio;
       } else {
         report_.why_defaults =
-            fmt::format("all that was taken together needs {:.3f} times the defaults' time", ratio);
+            fmt::format("all chosen settings together need {:.3f} times the defaults' time", ratio);
       }
     }
     return std::move(report_);
