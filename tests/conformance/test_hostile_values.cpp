@@ -863,7 +863,7 @@ TEST_CASE("hostile counts and sizes are refused or do no harm") {
     static_cast<void>(measure_roofs(on_device()));
   });
   survives("with_known_tuning", [&] { static_cast<void>(with_known_tuning(on_device())); });
-  refuses("export_tuning", [&] { export_tuning(on_device(), "/no/such/folder/file.json"); });
+  survives("export_tuning", [&] { export_tuning(on_device(), "/no/such/folder/file.json"); });
   refuses("import_tuning", [&] { import_tuning(on_device(), "/no/such/file.json"); });
   survives("summaries", [&] { brief_summary({}), full_summary({}); });
 }
