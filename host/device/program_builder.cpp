@@ -65,7 +65,7 @@ std::optional<StoredProgram> compiled(const cl::Program& built, const cl::Device
   return std::nullopt;
 }
 
-/// What build_total tells.
+/// What build_total returns.
 class CountedBuilds {
  public:
   void add(const BuildTotal& more) {

@@ -265,7 +265,7 @@ ProfileReport profile(const Device& chosen, const ProfileOptions& options,
   if (by_kernel) roofs = measure_roofs(device);
   const std::vector<Job> jobs = jobs_of(device, options, report.left_out);
   if (jobs.empty() && !options.kernels.empty()) {
-    throw OptionError("kernels", "nothing has such a name; '*' shows all names");
+    throw OptionError("kernels", "no job or kernel has such a name; '*' shows all names");
   }
   // A device on this host's processor has started its threads by now.
   std::optional<ProcessEvents> events;

@@ -101,10 +101,10 @@ class Tuner {
         report_.tuning = best, report_.time_ratio = *ratio;
       } else if (ratio) {
         report_.why_defaults = fmt::format(
-            "all that was taken together needs {:.3f} times the defaults' time", *ratio);
+            "all chosen settings together need {:.3f} times the defaults' time", *ratio);
       } else {
         report_.why_defaults = fmt::format(
-            "all that was taken together needs over {} times the defaults' time in the "
+            "all chosen settings together need over {} times the defaults' time in the "
             "first job; measure again on an idle machine",
             kHopeless);
       }

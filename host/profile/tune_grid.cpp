@@ -26,7 +26,7 @@ std::vector<Combination> combinations(const TuneGrid& grid) {
   std::vector<Combination> all{{}};
   for (const auto& [setting, values] : grid) {
     if (!to_json(Tuning{}).contains(setting)) {
-      throw OptionError("grid", fmt::format("'{}' is no setting of a device", setting));
+      throw OptionError("grid", fmt::format("'{}' is not a setting of a device", setting));
     }
     if (values.empty()) throw OptionError("grid", fmt::format("{} has no value", setting));
     std::vector<Combination> longer;

@@ -69,19 +69,19 @@ std::span<const Entry> files() {
             "Settings that 'qjulia profile --tune' found, one file a device, driver and version. "
             "They may be removed at any time.",
             Concern::computing},
-      Entry{
-          "$XDG_CACHE_HOME/qjulia/passed-*.json",
-          "That a GPU has passed its first self-test, one file a device, driver and version. They "
-          "may be removed at any time; the test is then run again.",
-          Concern::computing},
+      Entry{"$XDG_CACHE_HOME/qjulia/passed-*.json",
+            "Records that a GPU has passed its first self-test, one file a device, driver and "
+            "version. They may be removed at any time; the test is then run again.",
+            Concern::computing},
       Entry{"$XDG_CACHE_HOME/qjulia/programs",
-            "Compiled programs, *.program, 64 MiB at most, and *.building, which a process leaves "
-            "that ended while a driver built a program. They may be removed at any time.",
+            "Compiled programs, *.program, 64 MiB at most. A process that ends while a driver "
+            "builds a program leaves a file *.building. All of them may be removed at any time.",
             Concern::computing},
       Entry{"/etc/OpenCL/vendors/*.icd",
             "The OpenCL drivers of this machine, read by the OpenCL loader.", Concern::computing},
       Entry{"NAME.qjulia.json",
-            "A map. Every command that takes a map also takes a page that 'qjulia share' made.",
+            "A map. Every command that takes a map also takes a page of 'qjulia share', a picture "
+            "(.png) of 'qjulia render' or a scene (.glb) of 'qjulia surface', which hold maps.",
             Concern::all},
       Entry{"MAP.checkpoint",
             "Kept beside a map while it is fitted, for 'qjulia fit --resume'; it goes when the fit "

@@ -392,7 +392,7 @@ int run_batch(const BatchArguments& arguments, Session& session) {
 
 void describe_batch(Command command, BatchArguments& a) {
   a.all_but_status = {
-      command.file("MANIFEST", a.manifest, "", "What to fit: a TOML file, as above")
+      command.file("MANIFEST", a.manifest, "", "What to fit: a TOML file, as in the example")
           .offers_files({".toml"}),
       command.file("-o,--output", a.folder, "FOLDER", "Folder for everything the batch writes")
           .offers_folders(),

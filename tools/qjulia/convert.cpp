@@ -180,9 +180,11 @@ int run_convert(const ConvertArguments& arguments, Session& session) {
 
 void describe_convert(Command command, ConvertArguments& a) {
   command
-      .input("IN", a.input,
-             "Map: .qjulia.json, .o3d or .poly4d of the papers' programs; or .f3d, a distance "
-             "field of theirs, which becomes a mesh")
+      .input(
+          "IN", a.input,
+          "Map: .qjulia.json, or a page, picture (.png) or scene (.glb) that holds one; .o3d or "
+          ".poly4d of the papers' programs; or .f3d, a distance field of theirs, which becomes a "
+          "mesh")
       .offers_files(
           readable({FileContent::map, FileContent::original_map, FileContent::sampled_distance}));
   const auto named = [&a] {
@@ -232,9 +234,9 @@ void add_convert(CommandLine& program, ChosenCommand& chosen) {
   qjulia convert bunny.qjulia.json bunny.glsl --factors-at-most 64
   qjulia convert bunny.qjulia.json bunny.fract    the same for Mandelbulber 2
   qjulia convert bunny.png bunny.qjulia.json      the map that a picture holds
-With knobs it writes a map with its settings baked in: 'surface' and 'render' make of it,
-without options, what they would make of the first with these. Formulas are of maps that
-'fit' made, without portals and paint: see docs/guide/formulas.md.
+With knobs it writes a map in which they are turned: without these options, 'surface' and
+'render' make the same of it as of the first map with them. Only maps that 'fit' or the
+papers' programs made, without portals and paint, have formulas: see docs/guide/formulas.md.
 )") + kMapOptionsHelp,
        /*can_trace=*/false},
       describe_convert, run_convert);

@@ -196,10 +196,10 @@ Builds every program in the layout and precision that commands would use, and co
 results with references on the host: a few seconds, more while a driver compiles for the
 first time. It also looks at the machine: GPUs that this user may not open, a container, WSL
 or flatpak that hides them, limits, GPUs that two platforms show; --json has these under
-"findings". Each program is checked in a process apart, so that a driver that crashes is
-reported and the rest is checked; a build in which a driver crashed is tried again here
-alone. Exit code 1 when a program fails, 3 when there is no device. docs/guide/devices.md says
-what is known of each platform, and how to install its driver.)"},
+"findings". Checks run in a separate process, so that a driver that crashes is reported
+and the rest is checked; only this command tries a build again in which a driver
+crashed. Exit code 1 when a program fails, 3 when there is no device. docs/guide/devices.md
+says what is known of each platform, and how to install its driver.)"},
               add_doctor_options, run_doctor);
 }
 

@@ -201,7 +201,7 @@ int run_explore(const ExploreArguments& arguments, Session& session) {
 void describe_explore(Command command, ExploreArguments& a) {
   command
       .input("MAP|MESH", a.input,
-             "Map file; a page, picture (.png) or scene (.glb) with one; or a mesh (" +
+             "Map file; a page, picture (.png) or scene (.glb) that holds one; or a mesh (" +
                  extension_list(FileContent::mesh, FileUse::read) +
                  "), which is fitted first, on the page")
       .offers_files(readable({FileContent::map, FileContent::mesh}));

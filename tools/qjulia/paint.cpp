@@ -126,7 +126,7 @@ void describe_paint(Command command, PaintArguments& a) {
                "such as y=1:0.1");
   command
       .file("--mesh", a.mesh, "MESH",
-            "The mesh with vertex colors: white places have all of the detail, black ones none. "
+            "The mesh with vertex colours: white places have all of the detail, black ones none. "
             ".ply or .obj")
       .offers_files({".ply", ".obj"});
   const auto take_property = [&a](const std::string& name) {

@@ -17,7 +17,7 @@ void add_to_grid(const std::string& text, TuneGrid& grid) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos) {
     throw InputError(fmt::format(
-        "'{}' is no setting with values; give NAME=A,B,C such as lane_width=1,8,16", text));
+        "'{}' is not a setting with values; give NAME=A,B,C such as lane_width=1,8,16", text));
   }
   std::vector<int>& values = grid[text.substr(0, equals)];
   for (const std::string& value : base::split(text.substr(equals + 1), ',')) {

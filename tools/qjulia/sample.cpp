@@ -88,7 +88,7 @@ void add_sample(CommandLine& program, ChosenCommand& chosen) {
   qjulia sample bunny.qjulia.json -o ear.vti --box 0 0.1 -0.1 0.2 0.3 0.1
 Values are F_n at cell centres: the logarithm of the last iterate's norm, where iteration
 ends at --escape or after --iterations. A point is inside where F_n is below the map's
-surface level ('qjulia info' and --json tell it). In .npy the array is [x][y][z]; ParaView
+surface level ('qjulia info' and --json print it). In .npy the array is [x][y][z]; ParaView
 opens .vti, and a contour of F at the level is the set's surface. A .vdb has the grid "F"
 and "density", for smoke: the level less F_n, from 0 to 1, in single precision.
 )") + kMapOptionsHelp},

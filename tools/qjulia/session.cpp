@@ -135,7 +135,7 @@ void Session::expect_right_results(const Device& device, const TrustedDevice& wa
     if (check.has_passed()) continue;
     const std::string what =
         check.problem.empty()
-            ? fmt::format("it computes wrongly ({}: off by {:.1e}, {:.1e} would be right)",
+            ? fmt::format("it computes wrongly ({}: off by {:.1e}, and at most {:.1e} is allowed)",
                           check.compared, check.difference, check.tolerance)
             : check.problem.substr(0, check.problem.find('\n'));
     console.warn(fmt::format(

@@ -31,7 +31,7 @@ int run_share(const ShareArguments& arguments, Session& session) {
 }
 
 void describe_share(Command command, ShareArguments& a) {
-  command.input("MAP", a.map, "Map file; or a page, picture (.png) or scene (.glb) with one")
+  command.input("MAP", a.map, "Map file; or a page, picture (.png) or scene (.glb) that holds one")
       .offers_files(readable({FileContent::map}));
   command
       .output(
