@@ -5,6 +5,7 @@ points of that slice; and the Julia set.
 """
 
 import argparse
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -29,7 +30,7 @@ size = (arguments.size, arguments.size)
 figure = pyplot.figure(figsize=(12.5, 2.9), dpi=100)
 
 
-def panel(place, title, **keywords):
+def panel(place: int, title: str, **keywords: Any) -> Any:
     axes = figure.add_subplot(1, 5, place, **keywords)
     axes.set_title(title, fontsize=10)
     axes.set_axis_off()

@@ -36,7 +36,7 @@ std::string kernels_hash() {
 std::string environment_word(const char* variable, std::initializer_list<const char*> words,
                              const char* meaning) {
   const char* wanted = std::getenv(variable);
-  const std::string word = base::lower_case(wanted == nullptr ? "" : wanted);
+  std::string word = base::lower_case(wanted == nullptr ? "" : wanted);
   if (word.empty()) return *words.begin();
   if (std::ranges::any_of(words, [&](const char* known) { return word == known; })) return word;
   throw InputError(fmt::format("{} is '{}'; give {}", variable, wanted, meaning));

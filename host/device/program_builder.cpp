@@ -150,7 +150,7 @@ cl::Program ProgramBuilder::build(const cl::Context& context, const cl::Device& 
   };
   const Place& at = place();
   if (!at.folder) {
-    const cl::Program built = from_source(context, device, info_, name, source, line);
+    cl::Program built = from_source(context, device, info_, name, source, line);
     count({.compiled = 1});
     return built;
   }
@@ -175,7 +175,7 @@ cl::Program ProgramBuilder::build(const cl::Context& context, const cl::Device& 
     }
   }
   if (marker) marker->mark(kFromSource);
-  const cl::Program built = from_source(context, device, info_, name, source, line);
+  cl::Program built = from_source(context, device, info_, name, source, line);
   if (at.stores) {
     if (const auto program = compiled(built, device)) store.save(key, *program);
   }

@@ -4,6 +4,7 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "base/fnv_hash.hpp"
 #include "base/input_file.hpp"
@@ -127,12 +128,17 @@ Device import_tuning(const Device& device, const std::filesystem::path& path) {
                                  file.value("device", json()).dump(), device.info().name));
   }
   Device tuned = device;
+  std::vector<Precision> imported;
   for (const Precision precision : kPrecisions) {
     const auto found = file.find(to_string(precision));
     if (found == file.end()) continue;
     tuned = tuned.with_tuning(precision, tuning_from(*found));
-    save_tuning(tuned, precision);
+    imported.push_back(precision);
   }
+  if (imported.empty()) {
+    throw InputError(fmt::format("'{}' has no settings", path.string()));
+  }
+  for (const Precision precision : imported) save_tuning(tuned, precision);
   return tuned;
 }
 

@@ -83,6 +83,7 @@ std::vector<StageShare> stage_shares(const Trace& trace, const std::vector<Span>
     stage.device_seconds += to_seconds(within(busy, {e.start, e.start + e.length}));
   }
   std::vector<StageShare> stages;
+  stages.reserve(by_name.size());
   for (auto& [name, stage] : by_name) stages.push_back(std::move(stage));
   std::ranges::stable_sort(stages, std::greater<>(), &StageShare::seconds);
   return stages;

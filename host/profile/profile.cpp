@@ -7,7 +7,10 @@
 #include <cmath>
 #include <condition_variable>
 #include <functional>
+#include <limits>
+#include <map>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <stop_token>
 #include <thread>
@@ -41,8 +44,9 @@ class Deadline {
  public:
   Deadline(double seconds, const std::stop_token& other) : follow_(other, [this] { end(); }) {
     if (!std::isfinite(seconds)) return;
-    at_ = SteadyClock::now() +
-          std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>(seconds));
+    constexpr double kMost = 1e9;  // the clock counts nanoseconds in 64 bits
+    at_ = SteadyClock::now() + std::chrono::duration_cast<SteadyClock::duration>(
+                                   std::chrono::duration<double>(std::min(seconds, kMost)));
     timer_ = std::jthread([this](const std::stop_token& done) {
       std::unique_lock lock(mutex_);
       wake_.wait_until(lock, done, *at_, [] { return false; });
@@ -97,6 +101,7 @@ class Bench {
         if (i > 0 && spent > left / static_cast<double>(jobs_left)) break;
         if (counter_ != nullptr) counter_->reset();
         runs.all.push_back(timed_by_kernel(device_, [&] { job.run(deadline_.token()); }));
+        if (counter_ != nullptr) runs.work = counter_->work();
         runs.limits.push_back(limit_now_());
       }
       if (events_ != nullptr) count_events(job);
@@ -128,7 +133,8 @@ class Bench {
 
   struct Runs {
     std::vector<KernelsRun> all;
-    std::vector<double> limits;  ///< beside each
+    std::vector<double> limits;              ///< beside each
+    std::map<std::string, KernelWork> work;  ///< of the last one that came to its end
   };
 
   bool is_shown(const std::string& name) const {
@@ -183,7 +189,7 @@ class Bench {
 
   /// A row for each kernel that no job before has had at this n.
   void add_kernels(const Job& job, const Runs& runs) {
-    const auto work = counter_->work();  // of the last run
+    const auto& work = runs.work;
     const auto counted = events_ != nullptr ? events_->kernels() : decltype(events_->kernels()){};
     for (const auto& [name, last] : runs.all.back().kernels) {
       if (!is_shown(name) || !seen_.insert({name, job.iterations}).second) continue;

@@ -14,6 +14,7 @@
 #include <csignal>
 #include <cstring>
 #include <limits>
+#include <optional>
 
 #include "failure.hpp"
 #include "qjulia/error.hpp"
@@ -31,6 +32,7 @@ class CheckProcess {
     if (::pipe2(pipe.data(), O_CLOEXEC) != 0) fail(errno);
     output_ = pipe[0];
     std::vector<char*> words;
+    words.reserve(arguments.size() + 1);
     for (std::string& argument : arguments) words.push_back(argument.data());
     words.push_back(nullptr);
     posix_spawn_file_actions_t actions;
@@ -52,8 +54,8 @@ class CheckProcess {
   CheckProcess(const CheckProcess&) = delete;
   CheckProcess& operator=(const CheckProcess&) = delete;
 
-  /// The next line; empty: there are no more. It is asked to end where a stop is requested.
-  std::string line(const std::stop_token& stop) {
+  /// The next line; none: there are no more. It is asked to end where a stop is requested.
+  std::optional<std::string> line(const std::stop_token& stop) {
     constexpr int kMilliseconds = 100;
     while (text_.find('\n') == std::string::npos) {
       if (stop.stop_requested() && !was_asked_) {
@@ -65,7 +67,7 @@ class CheckProcess {
       std::array<char, 4096> bytes{};
       const ssize_t count = ::read(output_, bytes.data(), bytes.size());
       if (count < 0 && errno == EINTR) continue;
-      if (count <= 0) return {};
+      if (count <= 0) return std::nullopt;
       text_.append(bytes.data(), static_cast<std::size_t>(count));
     }
     const std::size_t end = text_.find('\n');
@@ -129,8 +131,8 @@ Part run_part(const Device& device, std::size_t first, ProcessChecks& all, Sessi
   CheckProcess process(command_for(device, first));
   const ProgressMonitor monitor = session.monitor();
   const auto count = static_cast<double>(all.report.checks.size());
-  for (std::string text; !(text = process.line(monitor.stop)).empty();) {
-    const nlohmann::json line = nlohmann::json::parse(text, nullptr, false);
+  while (const auto text = process.line(monitor.stop)) {
+    const nlohmann::json line = nlohmann::json::parse(*text, nullptr, false);
     if (!line.is_object()) continue;  // something that a driver says
     if (line.contains("begin")) {
       ++part.begun;
@@ -155,10 +157,11 @@ void add(const Part& part, ProcessChecks& all) {
   all.built.seconds += part.built.seconds;
 }
 
-/// To standard output at once. @return false where nobody reads it.
+/// To standard output at once, on a line of its own: a driver may have left one unfinished.
+/// @return false where nobody reads it.
 bool say_line(const nlohmann::json& line) {
   const std::string text =
-      line.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + '\n';
+      '\n' + line.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + '\n';
   return ::write(STDOUT_FILENO, text.data(), text.size()) == static_cast<ssize_t>(text.size());
 }
 

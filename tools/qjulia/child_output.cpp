@@ -38,6 +38,7 @@ struct Pipe {
 
 pid_t started(std::vector<std::string> words, const Pipe& out, const Pipe& err) {
   std::vector<char*> list;
+  list.reserve(words.size() + 1);
   for (std::string& word : words) list.push_back(word.data());
   list.push_back(nullptr);
   posix_spawn_file_actions_t actions;

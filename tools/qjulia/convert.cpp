@@ -76,9 +76,15 @@ struct Refit {
 Refit refit(Map& map, int most_factors, const Device& device, Session& session) {
   const std::size_t before = map.dynamics.factors.size();
   if (before <= static_cast<std::size_t>(most_factors)) return {};
+  if (map.layers.paint || !map.layers.portals.empty()) {
+    throw InputError(
+        "--factors-at-most: the map has portals or painted detail, which its new factors would "
+        "not have; fit a map without, and add them to the result");
+  }
   const double start = session.seconds();
   Map shape = map;
   shape.layers.steepness = 1;
+  shape.dynamics.slice = 0;  // where factors lie, the new ones too
   SurfaceOptions surface;
   surface.iterations = 1;
   surface.resolution = 128;
@@ -159,8 +165,8 @@ int run_convert(const ConvertArguments& arguments, Session& session) {
     }
     if (has_type(arguments.output.path, FileContent::formula, FileUse::write)) {
       Map few = map;
-      few.dynamics.factors.resize(
-          std::min<std::size_t>(few.dynamics.factors.size(), *arguments.most_factors));
+      few.dynamics.factors.resize(std::min<std::size_t>(
+          few.dynamics.factors.size(), static_cast<std::size_t>(*arguments.most_factors)));
       formula::expect_formula(few, program_of(arguments.output.path));
     }
     refitted = refit(map, *arguments.most_factors, session.open_device(arguments.device), session);

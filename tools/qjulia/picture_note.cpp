@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
@@ -23,10 +24,17 @@ void add_words(const nlohmann::json& value, std::vector<std::string>& words) {
     for (const nlohmann::json& part : value) add_words(part, words);
   } else if (const std::string word = value.is_string() ? value.get<std::string>() : value.dump();
              word.starts_with('-')) {
-    words.push_back(word);  // a negative number, or an axis
+    // A negative number, or an axis: no file, which would begin with "./".
+    words.push_back('-' + shell_word(word.substr(1)));
   } else {
     words.push_back(shell_word(word));
   }
+}
+
+/// The text; nothing where it would do something to a terminal, as no note of ours does.
+std::string printable(const std::string& text) {
+  const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7F; };
+  return std::ranges::any_of(text, is_control) ? std::string() : text;
 }
 
 /// The name of the palette with these colours, if it has one; else the colours.
@@ -133,7 +141,7 @@ std::string render_command(const nlohmann::json& made, const std::string& pictur
     CommandWords command({"qjulia", "render", shell_word(input), "-o", "again.png"});
     add_map(made.at("map_options"), !holds_map, command);
     add_picture(made.at("picture"), command);
-    return command.text();
+    return printable(command.text());
   } catch (const nlohmann::json::exception&) {
     return {};  // another version's note
   }
@@ -169,7 +177,7 @@ std::string page_state(const nlohmann::json& made) {
   } catch (const nlohmann::json::exception&) {
     return {};  // another version's note
   }
-  return fmt::format("{}", fmt::join(words, "&"));
+  return printable(fmt::format("{}", fmt::join(words, "&")));
 }
 
 }  // namespace qjulia::tools

@@ -39,7 +39,6 @@ struct ProfileArguments {
   bool across_devices = false;
   std::vector<Option> of_measuring;  ///< options that 'profile compare' has no use for
   std::vector<Option> of_comparing;  ///< and those that only it has
-  std::vector<Option> passed_on;     ///< with --against: to both builds
 };
 
 int run_scaling(const ProfileArguments& arguments, Session& session) {
@@ -115,7 +114,8 @@ ProfileOptions measured_options(const ProfileArguments& arguments, Session& sess
   if (!arguments.kernels.empty()) options.kernels = base::split(arguments.kernels, ',');
   if (arguments.seconds) options.seconds = *arguments.seconds;
   options.validate();
-  if (!arguments.third.empty()) throw InputError("give a map and a mesh at most");
+  if (!arguments.third.empty())
+    throw InputError("give a map and a mesh at most, or 'compare' and two profiles");
   if (!arguments.first.empty()) options.map = session.read_map(arguments.first);
   if (!arguments.second.empty()) options.mesh = session.read_mesh(arguments.second);
   return options;
@@ -143,6 +143,10 @@ int run_profile(const ProfileArguments& arguments, Session& session) {
     refuse(arguments.of_comparing, "these options belong to 'profile compare' and --against");
   }
   if (!(arguments.tolerance >= 0)) throw InputError("--tolerance must not be negative");
+  if (!arguments.first.empty() &&
+      (arguments.scaling || !arguments.export_file.empty() || !arguments.import_file.empty())) {
+    throw InputError("--scaling, --export and --import take no map; leave it out");
+  }
   check_files_of_profile(arguments, session);
   if (!arguments.against.empty()) return run_against(arguments, session);
   const ProfileOptions options = measured_options(arguments, session);
@@ -304,7 +308,7 @@ void describe_profile(Command command, ProfileArguments& a) {
       command
           .file("--baseline", a.baseline, "FILE",
                 "An earlier --json report: exit code 1 if a kernel has become slower")
-          .excludes({tune, scaling, grid, against})
+          .excludes({tune, scaling, grid, exported, imported, against})
           .offers_files({".json"});
   measures(baseline);
   measures(command
@@ -312,14 +316,14 @@ void describe_profile(Command command, ProfileArguments& a) {
                      "Draw a roofline: each kernel's speed over its work per byte of memory, under "
                      "what the "
                      "device can do at most")
-               .excludes({tune, scaling})
+               .excludes({tune, scaling, grid, exported, imported, against})
                .offers_files({".png"}));
   measures(command
                .file("--csv", a.csv, "FILE.csv",
                      "Also write the figures as a table, a line for each kernel, or with --scaling "
                      "for each "
                      "size")
-               .excludes({tune})
+               .excludes({tune, exported, imported, against})
                .offers_files({".csv"}));
   measures(command
                .add("--tolerance", &a.tolerance, "NUMBER",
