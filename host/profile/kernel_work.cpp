@@ -78,8 +78,8 @@ LaunchWork of_sums(const Launch& launch, std::size_t stride, double slots) {
   const double points = launch.integer(stride);
   const int factors = launch.integer(stride + 3);
   LaunchWork work = over_factors(launch, points, factors, slots, cost::kPotentialGradientReals);
-  work.bytes += static_cast<double>(launch.range.global[1]) *
-                static_cast<double>(QJ_GRADIENT_COLUMNS(factors)) * real_bytes_of(launch);
+  const int columns = QJ_GRADIENT_COLUMNS(factors);
+  work.bytes += static_cast<double>(launch.range.global[1]) * columns * real_bytes_of(launch);
   return work;
 }
 

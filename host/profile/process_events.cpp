@@ -126,7 +126,7 @@ ProcessEvents::ProcessEvents(std::unique_ptr<EventCalls> calls) : calls_(std::mo
     if (!list.empty()) list += ", ";
     list += kind.name;
   }
-  for (const auto& [why, list] : names) refused_.push_back(list + ": " + why);
+  for (const auto& [why, list] : names) refused_.push_back(fmt::format("{}: {}", list, why));
   if (kKinds.empty()) refused_.emplace_back("all events: this system has no perf_event_open");
 }
 
