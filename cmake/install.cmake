@@ -14,6 +14,8 @@ install(FILES ${QJULIA_MANUAL}/qjulia.fish DESTINATION ${completions}/fish/vendo
         COMPONENT command)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/host/fit/schedules DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples
         COMPONENT command FILES_MATCHING PATTERN *.toml)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/schedules DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples
+        COMPONENT command FILES_MATCHING PATTERN *.toml)
 install(FILES ${QJULIA_ADDON} DESTINATION ${CMAKE_INSTALL_DATADIR}/qjulia/blender COMPONENT command)
 
 # The field's part of the library has packages of its own, which need none of OpenMesh, Expat, PNG and cairo.
@@ -34,7 +36,7 @@ foreach(part mesh fit picture all shared)
 endforeach()
 
 # What rooms of that part declare, and what these headers include (lint.headers builds each alone).
-set(field_headers box detail device distance_grid energy error field file_types knob_table knobs label_check map
+set(field_headers box detail device distance_grid energy error field file_types kernel_resources knob_table knobs label_check map
     map_file modulus opencl paint portal progress provenance quaternion rotation sample setting slope
     trace tuning tuning_cache up_axis version versor)
 list(TRANSFORM field_headers PREPEND ${PROJECT_SOURCE_DIR}/include/qjulia/)
@@ -83,4 +85,8 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/cpp DESTINATION ${CMAKE_INSTALL
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/python DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples
         COMPONENT doc FILES_MATCHING PATTERN *.py)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT doc)
-install(FILES README.md CHANGELOG.md CONTRIBUTING.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT doc)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/blender DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples
+        COMPONENT doc FILES_MATCHING PATTERN *.py)
+# The site, where the target docs has made it.
+install(DIRECTORY ${PROJECT_BINARY_DIR}/docs/html DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT doc OPTIONAL)
+install(FILES README.md CHANGELOG.md CONTRIBUTING.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT doc)

@@ -1,7 +1,7 @@
 // Energy and gradient for n iterates, by reverse mode over the iterates of each sample
-// (docs/maths.md, "Gradient"). Memory per sample does not depend on the number of factors: unit
-// versors are undone by their conjugates, so prefix and suffix products are walked, not stored.
-// F is that of the map's kind: what is fitted is not steeper outside.
+// (docs/theory/maps.md, "Gradient"). Memory per sample does not depend on the number of factors:
+// unit versors are undone by their conjugates, so prefix and suffix products are walked, not
+// stored. F is that of the map's kind: what is fitted is not steeper outside.
 
 #include "factor_sums.clh"
 #include "loss.clh"

@@ -14,6 +14,7 @@
 
 #include "layout/placement.h"
 #include "looked_up_orbit.clh"
+#include "turns.clh"
 
 // How many edges a work-item has under way. There are more of them than lanes, so that enough of
 // them wait for the same function to fill the lanes. entry(i) is the index i into a list of them.
@@ -202,7 +203,7 @@ kernel void place_vertices(global const real* map, int factors, qj_placement pla
                            global const real* node_versors, global const uchar* trusted,
                            global const real* table_layout, global const int* table_bricks,
                            global const ushort* table_fields, global const char* table_versors,
-                           global real* at) {
+                           global real* at TURNS_ARGUMENT) {
   held_edges held;
   held.next_edge = (int)get_global_id(0) * placement.share;
   if (held.next_edge >= placement.count) return;
@@ -230,6 +231,7 @@ kernel void place_vertices(global const real* map, int factors, qj_placement pla
     if (held.fields + held.versors == 0) return;
     bool is_field =
         held.versors < QJ_WIDTH && (held.fields >= QJ_WIDTH || held.fields >= held.versors);
+    COUNT_TURN(is_field);
     int waiting = is_field ? held.fields : held.versors;
     int count = min(waiting, QJ_WIDTH);
     int slots[QJ_WIDTH];

@@ -12,6 +12,7 @@
 #include "layout/march.h"
 #include "loose_places.clh"
 #include "map.clh"
+#include "turns.clh"
 #include "view.clh"
 
 // How far the band {F_1 < far_level} is, at least, from the points of these numbers of a grid; not
@@ -397,7 +398,7 @@ kernel void march_depth(global const real* map, int factors, qj_march march,
                         global const ushort* table_fields, global const char* table_versors,
                         global const real* loose_grid, global const uint* loose_bits,
                         global const uint* finer_cells, global const uint* finer_bits,
-                        global real* depth) {
+                        global real* depth TURNS_ARGUMENT) {
   int next_ray = (int)get_global_id(0) * march.share;
   if (next_ray >= march.count) return;
   image_lattice lattice = {nodes, node_places, node_field, node_versors, trusted};
@@ -440,6 +441,7 @@ kernel void march_depth(global const real* map, int factors, qj_march march,
       versors += lanes.waits[i] == WAITS_FOR_VERSOR;
     }
     if (fields + versors == 0) return;
+    COUNT_TURN(!(fields == 0 || versors >= MANY_VERSORS));
     if (fields == 0 || versors >= MANY_VERSORS) {
       compute_images(&with, &lanes);
     } else {

@@ -41,8 +41,12 @@ constexpr std::array kTypes = {
     FileType{".html", FileContent::report, false, true},
     FileType{".frag", FileContent::formula, false, true},
     FileType{".glsl", FileContent::formula, false, true},
+    FileType{".fract", FileContent::formula, false, true},
     // A page that `share` made, with a map in it.
     FileType{".html", FileContent::map, true, false},
+    // Pictures and scenes that hold the map they show.
+    FileType{".png", FileContent::map, true, false},
+    FileType{".glb", FileContent::map, true, false},
 };
 
 bool allows(const FileType& type, FileContent content, FileUse use) {

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <limits>
 #include <new>
 
 #include "base/text.hpp"
@@ -86,6 +87,18 @@ void InputFile::read(std::string& bytes, std::uint64_t count) {
   if (bytes.size() > limit_) {
     refuse(fmt::format("it holds more than {}, the most that a {} file may hold", size_text(limit_),
                        kind_));
+  }
+}
+
+void InputFile::skip(std::uint64_t count) {
+  constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<off_t>::max());
+  if (!is_pipe_ && ::lseek(descriptor_, static_cast<off_t>(std::min(count, kMost)), SEEK_CUR) >= 0)
+    return;
+  std::string part;
+  for (; count > 0; count -= part.size()) {
+    part.clear();
+    read(part, std::min(count, kBlock));
+    if (part.empty()) return;
   }
 }
 

@@ -28,6 +28,8 @@ class InputFile {
   /// Appends to `bytes` until it holds `count` bytes or the file ends.
   /// @throws InputError beyond the limit or where reading fails.
   void read(std::string& bytes, std::uint64_t count);
+  /// Passes over the next `count` bytes, or what there is of them.
+  void skip(std::uint64_t count);
   void read_all(std::string& bytes) { read(bytes, limit_ + 1); }
 
   [[noreturn]] void refuse(std::string_view why) const;

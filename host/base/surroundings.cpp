@@ -178,4 +178,17 @@ std::vector<Finding> surroundings(const fs::path& root) {
   return found;
 }
 
+bool draws_screen(const std::string& pci_address, const fs::path& root) {
+  return std::ranges::any_of(files_in(root / "sys/class/drm", "card"), [&](const fs::path& entry) {
+    std::string status;
+    std::ifstream(entry / "status") >> status;  // of connectors, such as card0-HDMI-A-1
+    if (status != "connected") return false;
+    if (pci_address.empty()) return true;
+    // The connector's device is the card, whose device is the one on the bus.
+    std::error_code error;
+    const fs::path bus = fs::canonical(entry / "device/device", error);
+    return !error && bus.filename() == pci_address;
+  });
+}
+
 }  // namespace qjulia::base

@@ -19,4 +19,9 @@ struct Finding {
 /// @param root the folder that stands for `/`.
 std::vector<Finding> surroundings(const std::filesystem::path& root = "/");
 
+/// Whether a monitor is connected to the GPU at this PCI address ("0000:01:00.0"), as Linux lists
+/// connectors in /sys/class/drm. Empty address: to any GPU of the machine.
+/// @param root the folder that stands for `/`.
+bool draws_screen(const std::string& pci_address, const std::filesystem::path& root = "/");
+
 }  // namespace qjulia::base

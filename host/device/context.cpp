@@ -13,9 +13,12 @@
 #include "base/large_pages.hpp"
 #include "device/device_clock.hpp"
 #include "device/handles.hpp"
+#include "device/kernel_resources.hpp"
 #include "device/launch_sizer.hpp"
+#include "device/launch_watch.hpp"
 #include "device/opencl.hpp"
 #include "device/patient_wait.hpp"
+#include "device/program_builder.hpp"
 #include "device/program_source.hpp"
 #include "device/quirks.hpp"
 #include "qjulia/error.hpp"
@@ -91,10 +94,23 @@ struct Kernel::Handle {
   cl::Kernel kernel;
   std::string name;
   cl_uint argument_count = 0;
+  int lane_width = 1;
+  Precision precision = Precision::single;
   std::size_t group = 1;  ///< work-items of a group where a launch does not say
   LaunchSizer sizer;
   LaunchTime launch_time;
 };
+
+namespace {
+
+/// Estimated work in a queue, in seconds: drivers fail or screens freeze when there is more.
+constexpr double kMostQueued = 1, kMostQueuedBesideScreen = 0.2;
+/// Launches in a queue, however short.
+constexpr std::size_t kMostPending = 1024;
+/// Bytes of a write that is not waited for, since a copy is made; and of all such copies.
+constexpr std::size_t kLargestCopy = std::size_t{1} << 20, kMostCopied = std::size_t{1} << 26;
+
+}  // namespace
 
 struct Context::Impl {
   DeviceInfo info;
@@ -103,18 +119,22 @@ struct Context::Impl {
   cl::CommandQueue queue;
   std::shared_ptr<AllocatedBytes> allocated = std::make_shared<AllocatedBytes>();
   /// Keyed by files and options. The device and its driver need no key here, since a context has
-  /// one device; the driver's own cache on disk has them in its keys.
+  /// one device; what is kept on disk has them in its keys.
   std::map<std::string, cl::Program> programs;
   std::map<std::string, Kernel> kernels;
 
   struct Pending {
     std::shared_ptr<Kernel::Handle> kernel;
-    double work;   ///< 0: not said
-    double units;  ///< the same, or work-items
+    double work;         ///< 0: not said
+    double units;        ///< the same, or work-items
+    double least, most;  ///< seconds that it is expected to take
     cl::Event event;
     Trace::Clock::time_point before, after;  ///< around the call that launched it
   };
   std::vector<Pending> pending;
+  /// What writes in the queue read from.
+  std::vector<std::vector<std::byte>> copied;
+  std::size_t copied_bytes = 0;
   std::map<std::string, KernelTime> times;
   /// Whether events carry times: known after the first launch.
   std::optional<bool> events_have_times;
@@ -124,12 +144,14 @@ struct Context::Impl {
   QueueNumber number;
   std::shared_ptr<WaitTotal> waited;
   PatientWait patient_wait;
+  ProgramBuilder builder;
 
   /// @param sharing whose waits are counted with this one's; null: none.
   Impl(const DeviceInfo& described, const Impl* sharing)
       : info(described),
         waited(sharing != nullptr ? sharing->waited : std::make_shared<WaitTotal>()),
-        patient_wait(info.kind != DeviceKind::cpu, waited) {}
+        patient_wait(info.kind != DeviceKind::cpu, waited),
+        builder(info) {}
 
   /// Calls what comes back when the queue is empty.
   template <class Call>
@@ -141,13 +163,18 @@ struct Context::Impl {
     if (code != CL_SUCCESS) throw DeviceError(info.name, call, code);
   }
   void use_large_pages(const cl::Buffer& buffer, std::size_t bytes) const;
-  /// The compiler's options. @throws InputError where the device lacks the precision.
-  std::string build_line(const BuildOptions& options) const;
-  /// @param name of the source, for errors. @throws KernelBuildError
-  cl::Program build(const std::string& name, const std::string& source,
-                    const std::string& line) const;
+  std::string build_line(const BuildOptions& options) const {
+    return builder.line(options, number.value());
+  }
+  /// Waits until the queue is empty.
   void collect_times();
+  /// The same where all that was queued has run.
+  void collect_finished();
+  /// The first so many launches, which have run.
+  void collect_times(std::size_t count);
   void collect_time(const Pending& launch);
+  /// Waits until a launch of so many seconds may be queued.
+  void make_room(double seconds);
   void add_time(const Pending& launch, std::chrono::nanoseconds length);
 };
 
@@ -205,6 +232,12 @@ void Context::Impl::use_large_pages(const cl::Buffer& buffer, std::size_t bytes)
 }
 
 Memory Context::allocate_bytes(std::size_t bytes) {
+  const std::string call = fmt::format("allocating {} bytes", bytes);
+  if (bytes > impl_->info.largest_allocation) impl_->expect(CL_INVALID_BUFFER_SIZE, call);
+  if (bytes > impl_->info.global_memory -
+                  std::min<std::uint64_t>(impl_->allocated->now, impl_->info.global_memory)) {
+    impl_->expect(CL_MEM_OBJECT_ALLOCATION_FAILURE, call);
+  }
   Memory memory;
   memory.bytes_ = bytes;
   memory.handle_ = std::make_shared<Memory::Handle>();
@@ -212,7 +245,7 @@ Memory Context::allocate_bytes(std::size_t bytes) {
   // OpenCL has no empty buffer: an empty one of ours holds one unused byte.
   memory.handle_->buffer = cl::Buffer(impl_->context, CL_MEM_READ_WRITE,
                                       std::max<std::size_t>(bytes, 1), nullptr, &code);
-  impl_->expect(code, fmt::format("allocating {} bytes", bytes));
+  impl_->expect(code, call);
   impl_->use_large_pages(memory.handle_->buffer, bytes);
   memory.handle_->bytes = bytes;
   memory.handle_->allocated = impl_->allocated;
@@ -251,13 +284,23 @@ void Context::write(const RealBuffer& buffer, std::span<const double> values) {
 }
 
 void Context::read(const RealBuffer& buffer, std::span<double> out) {
-  if (buffer.precision() == Precision::dbl) {
-    read_bytes(buffer, std::as_writable_bytes(out));
-    return;
+  const RealRead one{buffer, out};
+  read(std::span(&one, 1));
+}
+
+void Context::read(std::span<const RealRead> reads) {
+  std::vector<std::vector<float>> narrow;
+  std::vector<ByteRead> all;
+  for (const RealRead& read : reads) {
+    const bool is_narrow = read.from.precision() == Precision::single;
+    narrow.emplace_back(is_narrow ? read.to.size() : 0);
+    all.push_back({read.from, is_narrow ? std::as_writable_bytes(std::span(narrow.back()))
+                                        : std::as_writable_bytes(read.to)});
   }
-  std::vector<float> narrow(out.size());
-  read_bytes(buffer, std::as_writable_bytes(std::span(narrow)));
-  std::ranges::copy(narrow, out.begin());
+  read_bytes(all);
+  for (std::size_t i = 0; i < reads.size(); ++i) {
+    std::ranges::copy(narrow[i], reads[i].to.begin());
+  }
 }
 
 void Context::read(const RealBuffer& buffer, std::span<float> out) {
@@ -275,47 +318,50 @@ void Context::write_bytes(const Memory& memory, std::span<const std::byte> bytes
   if (count > memory.bytes()) throw std::logic_error("write past the end of a device buffer");
   if (count == 0) return;
   const cl::Buffer& to = memory.handle_->buffer;
-  const cl_int code = impl_->wait(
-      [&] { return impl_->queue.enqueueWriteBuffer(to, CL_TRUE, 0, count, bytes.data()); });
-  impl_->expect(code, "clEnqueueWriteBuffer");
+  impl_->waited->add({.transfers = 1});
+  if (count > kLargestCopy) {
+    const cl_int code = impl_->wait(
+        [&] { return impl_->queue.enqueueWriteBuffer(to, CL_TRUE, 0, count, bytes.data()); });
+    impl_->expect(code, "clEnqueueWriteBuffer");
+    return;
+  }
+  if (impl_->copied_bytes + count > kMostCopied) impl_->collect_times();
+  auto& copy = impl_->copied.emplace_back(bytes.begin(), bytes.end());
+  impl_->copied_bytes += count;
+  impl_->expect(impl_->queue.enqueueWriteBuffer(to, CL_FALSE, 0, count, copy.data()),
+                "clEnqueueWriteBuffer");
 }
 
 void Context::read_bytes(const Memory& memory, std::span<std::byte> bytes) {
-  const std::size_t count = bytes.size();
-  if (count > memory.bytes()) throw std::logic_error("read past the end of a device buffer");
-  if (count == 0) return;
-  const cl::Buffer& from = memory.handle_->buffer;
-  const cl_int code = impl_->wait(
-      [&] { return impl_->queue.enqueueReadBuffer(from, CL_TRUE, 0, count, bytes.data()); });
+  const ByteRead one{memory, bytes};
+  read_bytes(std::span(&one, 1));
+}
+
+void Context::read_bytes(std::span<const ByteRead> reads) {
+  std::vector<const ByteRead*> wanted;
+  for (const ByteRead& read : reads) {
+    if (read.to.size() > read.from.bytes()) {
+      throw std::logic_error("read past the end of a device buffer");
+    }
+    if (!read.to.empty()) wanted.push_back(&read);
+  }
+  if (wanted.empty()) return;
+  impl_->waited->add({.transfers = wanted.size()});
+  const auto enqueue = [&](const ByteRead& read, cl_bool blocking) {
+    return impl_->queue.enqueueReadBuffer(read.from.handle_->buffer, blocking, 0, read.to.size(),
+                                          read.to.data());
+  };
+  for (const ByteRead* read : std::span(wanted).first(wanted.size() - 1)) {
+    const cl_int code = enqueue(*read, CL_FALSE);
+    if (code == CL_SUCCESS) continue;
+    impl_->queue.finish();  // the earlier ones write to what the caller may free
+    impl_->expect(code, "clEnqueueReadBuffer");
+  }
+  // In a queue in order the last comes last.
+  const cl_int code = impl_->wait([&] { return enqueue(*wanted.back(), CL_TRUE); });
+  if (code != CL_SUCCESS && wanted.size() > 1) impl_->queue.finish();
   impl_->expect(code, "clEnqueueReadBuffer");
-  impl_->collect_times();
-}
-
-std::string Context::Impl::build_line(const BuildOptions& options) const {
-  if (options.precision == Precision::dbl && !info.has_double) {
-    throw InputError(
-        fmt::format("device '{}' has no double precision (cl_khr_fp64); use single "
-                    "precision or another device",
-                    info.name));
-  }
-  std::string line = fmt::format("-cl-std=CL1.2 -DQJ_WIDTH={} -DQJ_DOUBLE={}", options.lane_width,
-                                 options.precision == Precision::dbl ? 1 : 0);
-  for (const auto& [macro, value] : options.defines) line += fmt::format(" -D{}={}", macro, value);
-  if (number.value() > 0 && needs_kernels_of_its_own(info)) {
-    line += fmt::format(" -DQJ_QUEUE={}", number.value());  // no kernel asks for it
-  }
-  return line;
-}
-
-cl::Program Context::Impl::build(const std::string& name, const std::string& source,
-                                 const std::string& line) const {
-  cl::Program built(context, source);
-  if (const cl_int code = built.build(device, line.c_str()); code != CL_SUCCESS) {
-    throw KernelBuildError(fmt::format("{} did not build for '{}' with options {}\n{}", name,
-                                       info.name, line,
-                                       built.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device)));
-  }
-  return built;
+  impl_->collect_finished();
 }
 
 Kernel Context::kernel(const std::string& file, const std::string& name,
@@ -330,7 +376,8 @@ Kernel Context::kernel(const std::string& file, const std::string& name,
   auto program = impl_->programs.find(program_key);
   if (program == impl_->programs.end()) {
     const TraceStage stage(impl_->trace, "build " + file);
-    const cl::Program built = impl_->build(file, expand_kernel_source(file, options.files), line);
+    const cl::Program built = impl_->builder.build(impl_->context, impl_->device, file,
+                                                   expand_kernel_source(file, options.files), line);
     program = impl_->programs.emplace(program_key, built).first;
   }
   Kernel kernel;
@@ -340,6 +387,8 @@ Kernel Context::kernel(const std::string& file, const std::string& name,
   handle.kernel = cl::Kernel(program->second, name.c_str(), &code);
   impl_->expect(code, fmt::format("creating kernel {} of {}", name, file));
   handle.name = name;
+  handle.lane_width = options.lane_width;
+  handle.precision = options.precision;
   handle.sizer = LaunchSizer(impl_->info);
   handle.argument_count = handle.kernel.getInfo<CL_KERNEL_NUM_ARGS>();
   handle.group = std::clamp<std::size_t>(std::bit_floor(largest_group(kernel)), 1,
@@ -377,11 +426,11 @@ Memory Handles::borrowed(const Context& context, const char* name, cl_mem buffer
 
 cl_kernel Handles::build(const Context& context, const std::string& source, const std::string& name,
                          const BuildOptions& options) {
-  const Context::Impl& impl = *context.impl_;
+  Context::Impl& impl = *context.impl_;
   const std::string line = impl.build_line(options);
   const char* const label = "a source of one's own";
-  const cl::Program built =
-      impl.build(label, expand_kernel_text(label, source, options.files), line);
+  const cl::Program built = impl.builder.build(
+      impl.context, impl.device, label, expand_kernel_text(label, source, options.files), line);
   cl_int code = CL_SUCCESS;
   cl::Kernel kernel(built, name.c_str(), &code);
   if (code == CL_INVALID_KERNEL_NAME) {
@@ -426,6 +475,9 @@ void Context::launch(const Kernel& kernel, const Range& range, std::span<const A
   }
   if (std::ranges::any_of(range.global, [](std::size_t n) { return n == 0; })) return;
 
+  const double units = work > 0 ? work : items_of(range);
+  const double most = handle.launch_time.most(units);
+  impl_->make_room(most);
   const auto before = Trace::Clock::now();
   cl::Event event;
   const auto enqueue = [&] {
@@ -439,20 +491,30 @@ void Context::launch(const Kernel& kernel, const Range& range, std::span<const A
                                              cl::NDRange(g[0], g[1], g[2]),
                                              cl::NDRange(l[0], l[1], l[2]), nullptr, &event);
   };
+  LaunchWatch* const watch = launch_watch();
+  const auto alone = watch != nullptr ? watch->alone(handle.name) : nullptr;
   cl_int code = enqueue();
   // Some drivers refuse groups that they said they would take.
   while (means_refused_group(code) && range.local[0] == 0 && handle.group > 1) {
     handle.group /= 2;
     code = enqueue();
   }
-  impl_->expect(code, fmt::format("launching kernel {}", handle.name));
-  const double units = work > 0 ? work : items_of(range);
-  const Impl::Pending launched{kernel.handle_, work, units, event, before, Trace::Clock::now()};
-  impl_->patient_wait.expect(handle.launch_time.expected(units));
+  if (code != CL_SUCCESS) {
+    throw RefusedLaunch(impl_->info.name, fmt::format("launching kernel {}", handle.name), code);
+  }
+  if (watch != nullptr) {
+    std::vector<std::span<const std::byte>> scalars;
+    for (const Argument& a : arguments) scalars.emplace_back(a.value_.data(), a.size_);
+    const auto resources = [&] { return resources_of(handle.kernel, impl_->device); };
+    watch->launched({handle.name, range, scalars, handle.lane_width, handle.precision, resources});
+  }
+  const double least = handle.launch_time.least(units);
+  const Impl::Pending launched{kernel.handle_, work,  units,  least,
+                               most,           event, before, Trace::Clock::now()};
+  impl_->patient_wait.expect(least);
   if (impl_->events_have_times.value_or(false)) {
     impl_->pending.push_back(launched);
-    constexpr std::size_t kMostPending = 1024;
-    if (impl_->pending.size() >= kMostPending) impl_->collect_times();
+    if (alone || !handle.launch_time.is_known()) impl_->collect_times();
     return;
   }
   impl_->expect(impl_->wait([&] { return event.wait(); }),
@@ -495,10 +557,55 @@ void Context::Impl::collect_time(const Pending& launch) {
              clock.on_host(device_times, launch.before, launch.after), length);
 }
 
+void Context::Impl::make_room(double seconds) {
+  double queued = 0;
+  for (const Pending& launch : pending) queued += launch.most;
+  const double room = info.draws_screen ? kMostQueuedBesideScreen : kMostQueued;
+  const std::size_t keep = pending.size() < kMostPending ? pending.size() : kMostPending / 2;
+  std::size_t done = 0;
+  for (; done < pending.size() && (queued + seconds > room || pending.size() - done > keep);
+       ++done) {
+    queued -= pending[done].most;
+  }
+  if (done > 0) {
+    double left = 0;
+    for (const Pending& launch : std::span(pending).subspan(done)) left += launch.least;
+    const Pending& last = pending[done - 1];
+    const cl_int code =
+        patient_wait([&] { queue.flush(); }, [&] { return last.event.wait(); }, left);
+    const std::string call = fmt::format("running kernel {}", last.kernel->name);
+    // A launch that failed says itself why.
+    if (code != CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST) expect(code, call);
+    collect_times(done);
+    expect(code, call);
+  }
+  waited->add({.most_queued_seconds = queued + seconds});
+}
+
+void Context::Impl::collect_times(std::size_t count) {
+  for (const Pending& launch : std::span(pending).first(count)) collect_time(launch);
+  pending.erase(pending.begin(), pending.begin() + static_cast<std::ptrdiff_t>(count));
+}
+
+void Context::Impl::collect_finished() {
+  const auto has_run = [](const Pending& launch) {
+    return launch.event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() <= CL_COMPLETE;
+  };
+  // A driver may be late to tell of what it has done.
+  if (!std::ranges::all_of(pending, has_run)) {
+    collect_times();
+    return;
+  }
+  collect_times(pending.size());
+  copied.clear();
+  copied_bytes = 0;
+}
+
 void Context::Impl::collect_times() {
   expect(wait([&] { return queue.finish(); }), "clFinish");
-  for (const Pending& launch : pending) collect_time(launch);
-  pending.clear();
+  collect_times(pending.size());
+  copied.clear();
+  copied_bytes = 0;
 }
 
 void Context::finish() { impl_->collect_times(); }

@@ -125,8 +125,22 @@ struct Range {
 
 /// Whether a device's error says that a buffer was too large for it: callers then ask for less.
 bool is_out_of_memory(const DeviceError& error);
+/// The same, or that a launch was too large.
+bool is_out_of_resources(const DeviceError& error);
 /// The same of a work-group.
 bool is_refused_group(const DeviceError& error);
+
+/// A launch that was refused when it was to be queued, so that nothing of it has run.
+class RefusedLaunch : public DeviceError {
+ public:
+  using DeviceError::DeviceError;
+};
+
+/// A transfer of reals from the beginning of a buffer.
+struct RealRead {
+  const RealBuffer& from;
+  std::span<double> to;
+};
 
 /// An OpenCL context with one in-order queue and a cache of built programs. Not for use by several
 /// threads at a time.
@@ -143,7 +157,8 @@ class Context {
 
   const DeviceInfo& info() const;
 
-  /// @throws DeviceError when the device has not that much memory.
+  /// @throws DeviceError when the device has not that much memory, or takes no buffer that large:
+  /// what it reports of both is looked at before it is asked, since drivers may find out late.
   template <class T>
   Buffer<T> allocate(std::size_t count) {
     return Buffer<T>(allocate_bytes(count * sizeof(T)));
@@ -178,6 +193,8 @@ class Context {
   }
   void read(const RealBuffer& buffer, std::span<double> out);
   void read(const RealBuffer& buffer, std::span<float> out);
+  /// All of them in one wait.
+  void read(std::span<const RealRead> reads);
 
   /// The kernel `name` of the embedded file `file`, built at first use and kept.
   /// @throws KernelBuildError with the compiler's log.
@@ -188,8 +205,11 @@ class Context {
   std::size_t largest_group(const Kernel& kernel) const;
 
   /// Puts a kernel in the queue. Checks the number and kind of arguments and the range first.
+  /// Waits first until the queue has room: it holds estimated work of at most a second, on a GPU
+  /// that draws a screen of 0.2 s. A kernel's first launch is waited for, and so timed.
   /// @param work what it has to do, in a unit of the kernel's own; 0: not said.
-  /// @throws DeviceError, with the kernel's name, when the device refuses.
+  /// @throws RefusedLaunch, with the kernel's name, when the device refuses; DeviceError when an
+  /// earlier launch has failed.
   void launch(const Kernel& kernel, const Range& range, std::span<const Argument> arguments,
               double work = 0);
   void launch(const Kernel& kernel, const Range& range, std::initializer_list<Argument> arguments,
@@ -219,7 +239,12 @@ class Context {
   friend struct Handles;
   Memory allocate_bytes(std::size_t bytes);
   void write_bytes(const Memory& memory, std::span<const std::byte> bytes);
+  struct ByteRead {
+    const Memory& from;
+    std::span<std::byte> to;
+  };
   void read_bytes(const Memory& memory, std::span<std::byte> bytes);
+  void read_bytes(std::span<const ByteRead> reads);
   std::unique_ptr<Impl> impl_;
 };
 

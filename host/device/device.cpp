@@ -128,6 +128,7 @@ nlohmann::json to_json(const DeviceInfo& d) {
           {"largest_work_group", d.largest_work_group},
           {"double_precision", d.has_double},
           {"shares_memory", d.shares_memory},
+          {"draws_screen", d.draws_screen},
           {"pci_address", text_or_null(d.pci_address)},
           {"uuid", text_or_null(d.uuid)},
           {"estimated_speed", d.estimated_speed},

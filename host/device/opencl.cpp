@@ -7,6 +7,7 @@
 #include <array>
 #include <optional>
 
+#include "base/surroundings.hpp"
 #include "device/context.hpp"
 #include "device/error_names.hpp"
 #include "device/ranking.hpp"
@@ -29,7 +30,8 @@ const char* advice(int code) {
   }
   if (code == CL_OUT_OF_RESOURCES) {
     return "; the device has too few registers or too little memory for this launch, or its driver "
-           "gave up on it: 'qjulia doctor' says what works there";
+           "gave up on it: fewer factors, samples or points need less; 'qjulia doctor' says what "
+           "works there";
   }
   if (means_lost_device(code)) {
     return "; the driver has lost the device, as after a crash, a launch that a watchdog ended or "
@@ -164,6 +166,7 @@ DeviceInfo describe(const cl::Device& device, int platform_index, int device_ind
     const auto extensions = device.getInfo<CL_DEVICE_EXTENSIONS>();
     info.pci_address = pci_address(device, extensions);
     info.uuid = uuid(device, extensions);
+    info.draws_screen = base::draws_screen(info.pci_address);
   }
   info.estimated_speed = estimated_speed(info);
   return info;
@@ -174,6 +177,10 @@ bool means_refused_group(int code) {
 }
 
 bool is_out_of_memory(const DeviceError& error) { return means_out_of_memory(error.code()); }
+
+bool is_out_of_resources(const DeviceError& error) {
+  return is_out_of_memory(error) || error.code() == CL_OUT_OF_RESOURCES;
+}
 
 bool is_refused_group(const DeviceError& error) { return means_refused_group(error.code()); }
 

@@ -20,6 +20,9 @@ class WaitTotal {
     total_.seconds += more.seconds;
     total_.processor_seconds += more.processor_seconds;
     total_.slept_seconds += more.slept_seconds;
+    total_.waits += more.waits;
+    total_.transfers += more.transfers;
+    total_.most_queued_seconds = std::max(total_.most_queued_seconds, more.most_queued_seconds);
   }
   WaitTime value() const {
     const std::lock_guard lock(mutex_);
@@ -42,26 +45,28 @@ class PatientWait {
       : may_sleep_(may_sleep), total_(std::move(total)) {}
 
   /// Records that a launch with this expected duration has been queued.
-  void expect(double seconds) {
-    ready_ = std::max(ready_, Clock::now()) +
-             std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-  }
+  void expect(double seconds) { ready_ = std::max(ready_, Clock::now()) + duration(seconds); }
 
-  /// Calls `wait`, which returns when the queue is empty. Before it sleeps, it calls `flush`, which
-  /// passes the queued work to the device. @return what `wait` does.
+  /// Calls `wait`, which returns when the queue is empty but for work of `left` seconds. Before it
+  /// sleeps, it calls `flush`, which passes the queued work to the device. @return what `wait`
+  /// does.
   template <class Flush, class Wait>
-  auto operator()(const Flush& flush, const Wait& wait) {
+  auto operator()(const Flush& flush, const Wait& wait, double left = 0) {
     const auto begin = Clock::now();
     const double used_before = thread_seconds();
-    const double slept = sleep(begin, flush);
+    const double slept = sleep(begin, left, flush);
     const auto awake = Clock::now();
     const double used_awake = thread_seconds();
     const auto result = wait();
-    ready_ = Clock::now();
+    const auto end = Clock::now();
+    ready_ = end + duration(left);
     const double used = thread_seconds();
-    const double waited = seconds(ready_ - awake);
+    const double waited = seconds(end - awake);
     if (waited > kTellingWait) spins_ = used - used_awake > kBusy * waited;
-    total_->add({seconds(ready_ - begin), used - used_before, slept});
+    total_->add({.seconds = seconds(end - begin),
+                 .processor_seconds = used - used_before,
+                 .slept_seconds = slept,
+                 .waits = 1});
     return result;
   }
 
@@ -78,6 +83,10 @@ class PatientWait {
     return std::chrono::duration<double>(time).count();
   }
 
+  static Clock::duration duration(double seconds) {
+    return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+  }
+
   static double thread_seconds() {
     std::timespec time{};
     ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
@@ -85,8 +94,8 @@ class PatientWait {
   }
 
   template <class Flush>
-  double sleep(Clock::time_point begin, const Flush& flush) {
-    const double part = kPart * seconds(ready_ - begin);
+  double sleep(Clock::time_point begin, double left, const Flush& flush) {
+    const double part = kPart * (seconds(ready_ - begin) - left);
     if (!may_sleep_ || !spins_ || part < kLeastSleep) return 0;
     flush();
     std::this_thread::sleep_for(std::chrono::duration<double>(part));
@@ -102,17 +111,25 @@ class PatientWait {
 /// Estimates the duration of a kernel's launches from earlier ones.
 class LaunchTime {
  public:
-  /// Seconds that a launch of this many units is expected to take at least; 0 if unknown.
-  double expected(double units) const { return rate_ * units; }
-  /// The estimate falls quickly and rises slowly, so that sleeps are not too long.
+  /// Whether a launch has been timed.
+  bool is_known() const { return is_known_; }
+  /// Seconds that a launch of this many units is expected to take at least, so that sleeps are not
+  /// too long; 0 if unknown.
+  double least(double units) const { return low_ * units; }
+  /// Seconds that it may take, so that queues do not get too deep; 0 if unknown.
+  double most(double units) const { return high_ * units; }
+  /// The low estimate falls at once and rises slowly, the high one rises at once and falls slowly.
   void learn(double units, double seconds) {
+    is_known_ = true;
     if (units <= 0 || seconds <= 0) return;
     const double rate = seconds / units;
-    rate_ = rate_ == 0 ? rate : std::min(rate, 0.5 * (rate_ + rate));
+    low_ = low_ == 0 ? rate : std::min(rate, 0.5 * (low_ + rate));
+    high_ = std::max(rate, 0.5 * (high_ + rate));
   }
 
  private:
-  double rate_ = 0;
+  bool is_known_ = false;
+  double low_ = 0, high_ = 0;  ///< seconds per unit
 };
 
 }  // namespace qjulia::device

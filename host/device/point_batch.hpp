@@ -1,7 +1,8 @@
 #pragma once
 /// Kernels over many points, in launches of about 80 ms each: short enough for a display's watchdog
 /// and for a stop request, long enough to cost nothing. How much work that is, the context learns
-/// from the launches of the kernel before. No result depends on where launches are cut.
+/// from the launches of the kernel before. No result depends on where launches are cut. A device
+/// that has no room for a part gets smaller ones.
 
 #include <algorithm>
 #include <array>
@@ -22,10 +23,19 @@ namespace qjulia::device {
 template <class Arguments>
 void launch_in_parts(Context& context, const Kernel& kernel, std::size_t items, double cost,
                      const Arguments& arguments) {
+  std::size_t most = items;
   for (std::size_t first = 0; first < items;) {
-    const std::size_t part = std::min(items - first, context.items_per_launch(kernel, cost));
-    context.launch(kernel, {{part, 1, 1}}, std::span<const Argument>(arguments(first, part)),
-                   cost * static_cast<double>(part));
+    const std::size_t part =
+        std::min({items - first, most, context.items_per_launch(kernel, cost)});
+    try {
+      context.launch(kernel, {{part, 1, 1}}, std::span<const Argument>(arguments(first, part)),
+                     cost * static_cast<double>(part));
+    } catch (const RefusedLaunch& refused) {
+      if (!is_out_of_resources(refused) || part == 1) throw;
+      context.finish();
+      most = part / 2;
+      continue;
+    }
     first += part;
   }
 }
@@ -63,37 +73,28 @@ class PointBatch {
             class Take>
   void run(std::size_t points, const Coordinates& coordinates, const Arguments& arguments,
            const Take& take, std::size_t group = 0, const std::stop_token& stop = {}) {
-    std::vector<double> sent, found;
-    RealBuffer in, out;
+    Buffers buffers;
+    // Fewer where the device has no room for as many. Nothing is taken before all of a part is
+    // read.
+    std::size_t most = std::max<std::size_t>(1, kMostPoints / points_per_item_);
     for (std::size_t first = 0; first < points;) {
       throw_if_stopped(stop);
-      const double item_cost = cost_ * static_cast<double>(points_per_item_);
-      const std::size_t most = std::min(context_.items_per_launch(kernel_, item_cost),
-                                        std::max<std::size_t>(1, kMostPoints / points_per_item_));
-      const std::size_t count = std::min(points - first, most * points_per_item_);
-      const std::size_t items = (count + points_per_item_ - 1) / points_per_item_;
-      const std::size_t stride = items * points_per_item_;
-      sent.resize(kInputs * stride);
-      if constexpr (kInputs > 0) {
-        for (std::size_t i = 0; i < stride; ++i) {
-          const std::array<double, kInputs> reals = coordinates(first + std::min(i, count - 1));
-          for (std::size_t c = 0; c < kInputs; ++c) sent[c * stride + i] = reals[c];
-        }
+      const std::size_t items = std::min(most, context_.items_per_launch(kernel_, item_cost()));
+      const std::size_t count = std::min(points - first, items * points_per_item_);
+      try {
+        run_part<kInputs, kOutputs>(buffers, first, count, coordinates, arguments, group);
+      } catch (const DeviceError& error) {
+        const std::size_t taken = (count + points_per_item_ - 1) / points_per_item_;
+        if (!is_out_of_resources(error) || taken == 1) throw;
+        context_.finish();
+        buffers = {};
+        most = taken / 2;
+        continue;
       }
-      if (in.size() < kInputs * stride) in = context_.allocate_real(kInputs * stride, precision_);
-      if (out.size() < kOutputs * stride)
-        out = context_.allocate_real(kOutputs * stride, precision_);
-      context_.write(in, sent);
-      Range range{{items, 1, 1}, {}};
-      if (group > 0) range = {{(items + group - 1) / group * group, 1, 1}, {group, 1, 1}};
-      const std::vector<Argument> list = arguments(Part{first, count, items, stride, in, out});
-      context_.launch(kernel_, range, std::span<const Argument>(list),
-                      item_cost * static_cast<double>(items));
-      found.resize(kOutputs * stride);
-      context_.read(out, std::span(found).first(kOutputs == 1 ? count : kOutputs * stride));
+      const std::size_t stride = buffers.found.size() / kOutputs;
       for (std::size_t i = 0; i < count; ++i) {
         std::array<double, kOutputs> reals{};
-        for (std::size_t c = 0; c < kOutputs; ++c) reals[c] = found[c * stride + i];
+        for (std::size_t c = 0; c < kOutputs; ++c) reals[c] = buffers.found[c * stride + i];
         take(first + i, reals);
       }
       first += count;
@@ -103,6 +104,39 @@ class PointBatch {
  private:
   /// In a launch, for memory's sake.
   static constexpr std::size_t kMostPoints = std::size_t{1} << 20;
+
+  struct Buffers {
+    std::vector<double> sent, found;
+    RealBuffer in, out;
+  };
+
+  double item_cost() const { return cost_ * static_cast<double>(points_per_item_); }
+
+  /// Leaves kOutputs arrays in `buffers.found`.
+  template <std::size_t kInputs, std::size_t kOutputs, class Coordinates, class Arguments>
+  void run_part(Buffers& buffers, std::size_t first, std::size_t count,
+                const Coordinates& coordinates, const Arguments& arguments, std::size_t group) {
+    auto& [sent, found, in, out] = buffers;
+    const std::size_t items = (count + points_per_item_ - 1) / points_per_item_;
+    const std::size_t stride = items * points_per_item_;
+    sent.resize(kInputs * stride);
+    if constexpr (kInputs > 0) {
+      for (std::size_t i = 0; i < stride; ++i) {
+        const std::array<double, kInputs> reals = coordinates(first + std::min(i, count - 1));
+        for (std::size_t c = 0; c < kInputs; ++c) sent[c * stride + i] = reals[c];
+      }
+    }
+    if (in.size() < kInputs * stride) in = context_.allocate_real(kInputs * stride, precision_);
+    if (out.size() < kOutputs * stride) out = context_.allocate_real(kOutputs * stride, precision_);
+    context_.write(in, sent);
+    Range range{{items, 1, 1}, {}};
+    if (group > 0) range = {{(items + group - 1) / group * group, 1, 1}, {group, 1, 1}};
+    const std::vector<Argument> list = arguments(Part{first, count, items, stride, in, out});
+    context_.launch(kernel_, range, std::span<const Argument>(list),
+                    item_cost() * static_cast<double>(items));
+    found.resize(kOutputs * stride);
+    context_.read(out, std::span(found).first(kOutputs == 1 ? count : kOutputs * stride));
+  }
 
   Context& context_;
   Kernel kernel_;

@@ -52,6 +52,10 @@ bool needs_kernels_of_its_own(const DeviceInfo& info) {
   return info.platform_name == "Portable Computing Language";
 }
 
+bool gains_by_stored_programs(const DeviceInfo& info) { return info.kind != DeviceKind::cpu; }
+
+bool may_crash_in_builds(const DeviceInfo& info) { return info.kind != DeviceKind::cpu; }
+
 std::size_t preferred_group_size(const DeviceInfo& info, int lane_width) {
   const bool has_wide_lanes = lane_width > 1 && suited_layout(info) == Layout::cpu;
   const std::size_t most = std::max<std::size_t>(info.largest_work_group, 1);

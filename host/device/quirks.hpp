@@ -27,4 +27,11 @@ std::size_t preferred_group_size(const DeviceInfo& info, int lane_width);
 /// 129 batches of three to six fits at a time ended so, and none of 275 with kernels of their own.
 bool needs_kernels_of_its_own(const DeviceInfo& info);
 
+/// Whether loading compiled programs is faster than the driver's own way from source.
+bool gains_by_stored_programs(const DeviceInfo& info);
+
+/// Whether it is worth a file for each build to know later that the driver crashed in it. CPUs'
+/// drivers compile most of a kernel at its first launch, outside of the build.
+bool may_crash_in_builds(const DeviceInfo& info);
+
 }  // namespace qjulia::device

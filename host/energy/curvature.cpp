@@ -168,11 +168,11 @@ std::optional<CurvatureFactor> factorised(const Device& device, const DeviceMatr
     work.emplace(device, h);
     result.scale = unit_scale(work->diagonal(), damping);
     with_enough_damping(damping, [&](double more) { return work->factorise(result.scale, more); });
+    result.lower = work->lower();
   } catch (const DeviceError& error) {
     if (!device::is_out_of_memory(error) && !device::is_refused_group(error)) throw;
     return std::nullopt;
   }
-  result.lower = work->lower();
   return result;
 }
 

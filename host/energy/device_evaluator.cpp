@@ -89,13 +89,18 @@ class DeviceEvaluator final : public Evaluator {
   Evaluation evaluate(const Map& map, bool with_gradient) override {
     Evaluation result;
     if (with_gradient && options_.iterations > 1) {
-      result.gradient = orbit_gradient(map);
-      result.energy = sum_of(orbit_energies_);
+      const std::size_t rows = run_orbits(map);
+      result.gradient = sum_rows(rows, orbit_energies_, result.energy);
       return result;
     }
     run_energy(map);
-    if (with_gradient) result.gradient = potential_gradient();
-    result.energy = sum_of(energies_);
+    if (with_gradient) {
+      result.gradient = sum_rows(run_potential_gradient(), energies_, result.energy);
+      return result;
+    }
+    std::vector<double> terms(energies_.size());
+    device_.context().read(energies_, terms);
+    result.energy = sum_of(terms);
     return result;
   }
 
@@ -357,15 +362,15 @@ class DeviceEvaluator final : public Evaluator {
     factors_ = factors;
   }
 
-  /// From the cotangents that run_energy left.
-  std::vector<double> potential_gradient() {
+  /// From the cotangents that run_energy left. @return how many rows it fills.
+  std::size_t run_potential_gradient() {
     const std::size_t rows = division_.gradient_chunks();
     const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
     device_.context().launch(kernel("gradient_potential.cl", "gradient_potential"),
                              {{vectors, rows, 1}},
                              {samples_, narrow(division_.stride), narrow(division_.gradient_chunk),
                               map_, narrow(factors_), cotangent_, rows_});
-    return sum_rows(rows);
+    return rows;
   }
 
   device::Kernel orbit_kernel() const {
@@ -399,8 +404,8 @@ class DeviceEvaluator final : public Evaluator {
     }
   }
 
-  /// Runs orbits forward and back: leaves the energies too.
-  std::vector<double> orbit_gradient(const Map& map) {
+  /// Runs orbits forward and back: leaves the energies too. @return how many rows it fills.
+  std::size_t run_orbits(const Map& map) {
     upload(map);
     const std::size_t rows = division_.orbit_groups();
     const std::size_t group = division_.orbit_group;
@@ -414,20 +419,29 @@ class DeviceEvaluator final : public Evaluator {
       if (!device::is_refused_group(error) || group == 1) throw;
       division_.orbit_group /= 2;
       factors_ = 0;  // other groups, other buffers
-      return orbit_gradient(map);
+      return run_orbits(map);
     }
-    return sum_rows(rows);
+    return rows;
   }
 
-  /// The rows summed, in the order of the unknowns.
-  std::vector<double> sum_rows(std::size_t rows) {
+  /// The rows summed, in the order of the unknowns, and the sum of the energies.
+  std::vector<double> sum_rows(std::size_t rows, const RealBuffer& energies, double& energy) {
+    std::vector<double> terms(energies.size());
+    std::vector<double> gradient = sum_rows(rows, {{{energies, terms}}});
+    energy = sum_of(terms);
+    return gradient;
+  }
+
+  /// @param more what is read in the same wait.
+  std::vector<double> sum_rows(std::size_t rows, std::vector<device::RealRead> more = {}) {
     Context& context = device_.context();
     const std::size_t columns = QJ_GRADIENT_COLUMNS(factors_);
     const std::size_t blocks = divide_up(rows, kRowBlock);
     context.launch(kernel("reduce.cl", "sum_row_blocks"), {{columns, blocks, 1}},
                    {rows_, narrow(rows), narrow(columns), narrow(kRowBlock), block_sums_});
     std::vector<double> sums(blocks * columns);
-    context.read(block_sums_, sums);
+    more.push_back({block_sums_, sums});
+    context.read(std::span<const device::RealRead>(more));
     std::vector<double> row(columns, 0.0), gradient;
     for (std::size_t b = 0; b < blocks; ++b) {
       for (std::size_t c = 0; c < columns; ++c) row[c] += sums[b * columns + c];
@@ -438,9 +452,7 @@ class DeviceEvaluator final : public Evaluator {
     return gradient;
   }
 
-  double sum_of(const RealBuffer& energies) {
-    std::vector<double> terms(energies.size());
-    device_.context().read(energies, terms);
+  static double sum_of(const std::vector<double>& terms) {
     return std::accumulate(terms.begin(), terms.end(), 0.0);
   }
 
@@ -460,6 +472,15 @@ class DeviceEvaluator final : public Evaluator {
 };
 
 }  // namespace
+
+DeviceNeed device_need(std::size_t samples, std::size_t factors, const Tuning& tuning,
+                       Precision precision) {
+  const Division d = divide(samples, tuning);
+  const std::uint64_t real = device::real_bytes(precision);
+  const std::uint64_t sent = QJ_SAMPLE_ARRAYS * d.stride * real;
+  const std::uint64_t rows = d.gradient_chunks() * QJ_GRADIENT_COLUMNS(factors) * real;
+  return {std::max(sent, rows), sent + rows + 2 * d.stride * real};
+}
 
 std::unique_ptr<Evaluator> make_device_evaluator(const Device& device, const Samples& samples,
                                                  const EnergySettings& options,

@@ -83,7 +83,7 @@ std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples, const Energ
 
 /// The most samples that a device sums H of this order over. Where there are more, it takes an
 /// evenly spaced part of them; in single precision, a part of at most half as many where H is added
-/// to others. With fewer, steps follow the part rather than the whole (docs/fitting.md).
+/// to others. With fewer, steps follow the part rather than the whole (docs/lab/fitting.md).
 constexpr std::size_t curvature_samples(std::size_t order) {
   constexpr std::size_t kLeast = 10'240;
   return std::max(kLeast, 2 * order);
@@ -97,6 +97,14 @@ constexpr std::size_t kMostByMatrix = 2560;
 std::unique_ptr<Evaluator> make_device_evaluator(const Device& device, const Samples& samples,
                                                  const EnergySettings& options,
                                                  Precision precision = Precision::single);
+
+/// Bytes on a device that evaluations cannot do without.
+struct DeviceNeed {
+  std::uint64_t largest;  ///< of one buffer
+  std::uint64_t all;
+};
+DeviceNeed device_need(std::size_t samples, std::size_t factors, const Tuning& tuning,
+                       Precision precision);
 
 /// Makes the evaluators of a fit: the reference's or a device's.
 using EvaluatorFactory =

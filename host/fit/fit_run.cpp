@@ -127,6 +127,33 @@ Map placed(const Problem& problem, const SamplePool& pool, FitPlan& plan) {
   });
 }
 
+/// @throws OptionError if the device cannot hold what even the smallest evaluations need.
+void expect_room(const Device& device, const FitOptions& options, const Schedule& schedule) {
+  constexpr double kMiB = 1 << 20;
+  const auto cells = [](const Level& level) {
+    const auto samples = static_cast<std::size_t>(level.samples);
+    return level.points == Points::grid ? samples * samples * samples : samples;
+  };
+  std::size_t samples = 0;
+  for (const Level& level : schedule.levels) samples = std::max(samples, cells(level));
+  const auto factors = static_cast<std::size_t>(options.factors.value_or(kLeastFactors));
+  const energy::DeviceNeed need =
+      energy::device_need(samples / static_cast<std::size_t>(options.sample_parts), factors,
+                          device.tuning(options.precision), options.precision);
+  const DeviceInfo& info = device.info();
+  const bool fits = need.largest <= info.largest_allocation;
+  if (fits && need.all <= info.global_memory) return;
+  throw OptionError(
+      options.factors ? "factors" : "schedule",
+      fmt::format("{} factors over {} samples need {:.0f} MiB on the device, and '{}' takes at "
+                  "most {:.0f} MiB{}; give fewer factors, a schedule with fewer samples or another "
+                  "device",
+                  factors, samples, static_cast<double>(fits ? need.all : need.largest) / kMiB,
+                  info.name,
+                  static_cast<double>(fits ? info.global_memory : info.largest_allocation) / kMiB,
+                  fits ? "" : " in one buffer"));
+}
+
 }  // namespace
 
 FitRun::FitRun(Team& team, const Device& device, const TriangleMesh& mesh, FitOptions options,
@@ -134,6 +161,7 @@ FitRun::FitRun(Team& team, const Device& device, const TriangleMesh& mesh, FitOp
     : options_(std::move(options)), monitor_(std::move(monitor)) {
   options_.validate();
   mesh.validate();
+  expect_room(device, options_, schedule_of(options_));
   Clock clock = team.shared(start_clock(monitor_.stop));
   monitor_.report({"measuring the mesh", 0, -1, ""});
   const bool is_kept = !options_.checkpoint.empty();

@@ -15,6 +15,7 @@
 #include "base/text.hpp"
 #include "map/kinds.hpp"
 #include "map/map_parts.hpp"
+#include "map/packed_map.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia {
@@ -27,7 +28,6 @@ using nlohmann::json;
 constexpr const char* kMapFormat = "qjulia-map";
 /// A map is written as the first version that can hold it.
 constexpr int kNewestVersion = 2;
-constexpr std::uintmax_t kLargestFile = std::uintmax_t{64} << 20U;  // bytes
 
 void check_header(const Object& top) {
   if (top.text("format") != kMapFormat) {
@@ -129,6 +129,50 @@ std::string_view map_text(std::string_view text, const std::string& source) {
   return *map;
 }
 
+Map parsed_map(std::string_view text, const std::string& source) {
+  if (base::is_json_too_deep(text)) fail(source, "it is nested too deeply to be a map file");
+  // Refuses what the parser lets pass: keys that stand twice in an object, of which it would take
+  // the last.
+  std::vector<std::set<std::string>> keys;  // keys of the enclosing objects
+  const auto is_strict = [&](int, json::parse_event_t event, const json& parsed) {
+    if (event == json::parse_event_t::object_start) keys.emplace_back();
+    if (event == json::parse_event_t::object_end) keys.pop_back();
+    if (event == json::parse_event_t::key &&
+        !keys.back().insert(parsed.get<std::string>()).second) {
+      fail(source, fmt::format("it has the key {} twice; leave one of them", parsed.dump()));
+    }
+    return true;
+  };
+  json value;
+  try {
+    value = json::parse(text, is_strict);
+  } catch (const json::parse_error& error) {
+    // The parser's own words quote the file, whatever bytes are in it.
+    const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
+    fail(source, fmt::format("it is not complete, valid JSON (line {}); write it again",
+                             1 + std::count(text.begin(), end, '\n')));
+  } catch (const json::exception& error) {
+    fail(source, fmt::format("it is not valid JSON ({}); write it again", error.id));
+  }
+  return map_from_json(value, source);
+}
+
+/// What `write_map` writes.
+std::string file_text(const Map& map) {
+  const json value = to_json(map);
+  std::string text;
+  for (const std::string_view key : keys_of(map)) {
+    const auto member = value.find(key);
+    if (member == value.end()) continue;
+    // File names in the provenance may hold any bytes.
+    text += fmt::format("{}  \"{}\": {}", text.empty() ? "{\n" : ",\n", key,
+                        key == "factors"
+                            ? factor_lines(*member)
+                            : member->dump(-1, ' ', false, json::error_handler_t::replace));
+  }
+  return text + "\n}\n";
+}
+
 }  // namespace
 
 json to_json(const Map& map) {
@@ -213,48 +257,27 @@ Map map_from_json(const json& value, const std::string& source) {
 
 Map read_map(const std::filesystem::path& path, std::stop_token stop) {
   const std::string source = path.string();
-  const std::string file = base::read_text_file(path, "map", kLargestFile, std::move(stop));
-  const std::string_view text = map_text(file, source);
-  if (base::is_json_too_deep(text)) fail(source, "it is nested too deeply to be a map file");
-  // Refuses what the parser lets pass: keys that stand twice in an object, of which it would take
-  // the last.
-  std::vector<std::set<std::string>> keys;  // keys of the enclosing objects
-  const auto is_strict = [&](int, json::parse_event_t event, const json& parsed) {
-    if (event == json::parse_event_t::object_start) keys.emplace_back();
-    if (event == json::parse_event_t::object_end) keys.pop_back();
-    if (event == json::parse_event_t::key &&
-        !keys.back().insert(parsed.get<std::string>()).second) {
-      fail(source, fmt::format("it has the key {} twice; leave one of them", parsed.dump()));
+  if (map::is_map_carrier(path)) {
+    const auto packed = map::packed_text_in(path, stop);
+    if (!packed) {
+      fail(source,
+           "it holds no map; pictures of 'qjulia render' and scenes of 'qjulia surface' do, unless "
+           "they were made without it or another program wrote them again");
     }
-    return true;
-  };
-  json value;
-  try {
-    value = json::parse(text, is_strict);
-  } catch (const json::parse_error& error) {
-    // The parser's own words quote the file, whatever bytes are in it.
-    const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
-    fail(source, fmt::format("it is not complete, valid JSON (line {}); write it again",
-                             1 + std::count(text.begin(), end, '\n')));
-  } catch (const json::exception& error) {
-    fail(source, fmt::format("it is not valid JSON ({}); write it again", error.id));
+    return parsed_map(map::unpacked_text(*packed, source), source);
   }
-  return map_from_json(value, source);
+  const std::string file = base::read_text_file(path, "map", map::kLargestMapText, std::move(stop));
+  return parsed_map(map_text(file, source), source);
 }
 
+bool holds_map(const std::filesystem::path& path, const std::stop_token& stop) {
+  return map::is_map_carrier(path) && map::packed_text_in(path, stop).has_value();
+}
+
+std::string packed_map(const Map& map) { return map::packed_text(file_text(map)); }
+
 void write_map(const Map& map, const std::filesystem::path& path) {
-  const json value = to_json(map);
-  std::string text;
-  for (const std::string_view key : keys_of(map)) {
-    const auto member = value.find(key);
-    if (member == value.end()) continue;
-    // File names in the provenance may hold any bytes.
-    text += fmt::format("{}  \"{}\": {}", text.empty() ? "{\n" : ",\n", key,
-                        key == "factors"
-                            ? factor_lines(*member)
-                            : member->dump(-1, ' ', false, json::error_handler_t::replace));
-  }
-  base::write_file(path, text + "\n}\n");
+  base::write_file(path, file_text(map));
 }
 
 }  // namespace qjulia

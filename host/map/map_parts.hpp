@@ -1,6 +1,6 @@
 #pragma once
-/// The parts of a map as a map file holds them (docs/map-format.md), and how they are read:
-/// strictly.
+/// The parts of a map as a map file holds them (docs/reference/map-format.md), and how they are
+/// read: strictly.
 
 #include <fmt/format.h>
 

@@ -23,6 +23,7 @@
 #include "surface/image_probe.hpp"
 #include "surface/image_table.hpp"
 #include "surface/orbit_lookup.hpp"
+#include "surface/turn_count.hpp"
 
 namespace qjulia::picture {
 namespace {
@@ -145,7 +146,8 @@ class MarchSource : public DepthSource {
       : set_(set),
         band_(find_band(device, set, shape_box(set.map))),
         grid_(device, set, band_),
-        kernel_(map_.kernel("ray_march.cl", "march_depth")) {
+        is_counted_(device::launch_watch() != nullptr),
+        kernel_(map_.kernel("ray_march.cl", "march_depth", surface::counted_if_watched())) {
     send_loose();
   }
 
@@ -357,6 +359,7 @@ class MarchSource : public DepthSource {
     const std::size_t share = kRaysALane * map_.lanes();
     device::PointBatch batch(context, kernel_, set_.precision, share,
                              map_.step_cost() * kIteratesARay);
+    const surface::TurnCount turns(map_, is_counted_, (rays.size() + share - 1) / share);
     batch.run<3, 1>(
         rays.size(),
         [&](std::size_t i) {
@@ -377,33 +380,36 @@ class MarchSource : public DepthSource {
                                   .tabled = std::min(tabled, set_.iterations + 1),
                                   .finer = loose_.finer};
           });
-          return surface::Arguments({map_.buffer(),
-                                     map_.factors(),
-                                     march,
-                                     packed,
-                                     part.in,
-                                     grid_.layout(),
-                                     grid_.safe(),
-                                     lattice.layout(),
-                                     lattice.places(),
-                                     lattice.field(),
-                                     lattice.versors(),
-                                     lattice.trusted(),
-                                     table_->layout(),
-                                     table_->bricks(),
-                                     table_->fields(),
-                                     table_->versors(),
-                                     loose_layout_,
-                                     loose_bits_,
-                                     finer_cells_,
-                                     finer_bits_,
-                                     part.out});
+          surface::Arguments arguments({map_.buffer(),
+                                        map_.factors(),
+                                        march,
+                                        packed,
+                                        part.in,
+                                        grid_.layout(),
+                                        grid_.safe(),
+                                        lattice.layout(),
+                                        lattice.places(),
+                                        lattice.field(),
+                                        lattice.versors(),
+                                        lattice.trusted(),
+                                        table_->layout(),
+                                        table_->bricks(),
+                                        table_->fields(),
+                                        table_->versors(),
+                                        loose_layout_,
+                                        loose_bits_,
+                                        finer_cells_,
+                                        finer_bits_,
+                                        part.out});
+          turns.append_to(arguments);
+          return arguments;
         },
         [&](std::size_t i, const std::array<double, 1>& depth) {
           depths[index(rays[i].column, rays[i].row - first_row, view.columns)] =
               static_cast<float>(depth[0]);
         },
         map_.lanes() == 1 ? 64 : 1, set_.stop);
+    turns.tell("march_depth");
   }
 
   /// Every ray of these rows.
@@ -439,6 +445,7 @@ class MarchSource : public DepthSource {
   Band band_;
   BandGrid grid_;
   const map::DeviceMap& map_ = grid_.map();
+  bool is_counted_;  ///< whether the kernel counts its turns
   device::Kernel kernel_;
   surface::LoosePlaces loose_;
   bool has_sought_loose_ = false;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <vector>
 
+#include "base/map_chunk.hpp"
 #include "base/npy.hpp"
 #include "base/output_file.hpp"
 #include "base/range_check.hpp"
@@ -94,7 +95,8 @@ void Image::validate() const {
   }
 }
 
-std::string png_bytes(const Image& image, const PictureText& text, Packing packing) {
+std::string png_bytes(const Image& image, const PictureText& text, Packing packing,
+                      const std::string& map) {
   image.validate();
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
@@ -119,6 +121,9 @@ std::string png_bytes(const Image& image, const PictureText& text, Packing packi
     std::string content = keyword;
     content.append(1, '\0').append(value);
     bytes += chunk("tEXt", content);
+  }
+  for (std::size_t at = 0; at < map.size(); at += base::kLargestPngMapChunk) {
+    bytes += chunk(std::string(base::kPngMapChunk), map.substr(at, base::kLargestPngMapChunk));
   }
   return bytes.append(encoded.data() + kHeaderBytes, size - kHeaderBytes);
 }
@@ -154,8 +159,9 @@ std::string animated_png_bytes(std::span<const Image> images, double seconds) {
   return bytes + chunk("IEND", "");
 }
 
-void write_png(const Image& image, const std::filesystem::path& path, const PictureText& text) {
-  base::write_file(path, png_bytes(image, text));
+void write_png(const Image& image, const std::filesystem::path& path, const PictureText& text,
+               const std::string& map) {
+  base::write_file(path, png_bytes(image, text, Packing::small, map));
 }
 
 std::vector<std::filesystem::path> layer_files(const std::filesystem::path& prefix) {

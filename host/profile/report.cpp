@@ -30,27 +30,56 @@ constexpr double kUsualDrift = 0.05;
 /// Least share of a multiply-add a lane and cycle that an idle machine reaches.
 constexpr double kUsualClock = 0.75;
 
+nlohmann::json or_null(const std::optional<std::uint64_t>& value) {
+  return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
+}
+
+/// Null where counters were not wanted, or the driver or the system does not say.
+void add_counters(const KernelFigures& f, nlohmann::json& json) {
+  for (const char* name : kEventNames) {
+    const auto found = f.events.find(name);
+    json[name] = found == f.events.end() ? nlohmann::json(nullptr) : nlohmann::json(found->second);
+  }
+  const auto& r = f.resources;
+  const auto known = [&](std::uint64_t KernelResources::*value) {
+    return r ? nlohmann::json((*r).*value) : nlohmann::json(nullptr);
+  };
+  json["group_size"] = known(&KernelResources::group_size);
+  json["group_multiple"] = known(&KernelResources::group_multiple);
+  json["local_bytes"] = known(&KernelResources::local_bytes);
+  json["private_bytes"] = known(&KernelResources::private_bytes);
+  json["registers"] = r ? or_null(r->registers) : nlohmann::json(nullptr);
+  json["spilled_bytes"] = r ? or_null(r->spilled_bytes) : nlohmann::json(nullptr);
+  json["resident_items"] = r ? or_null(r->resident_items) : nlohmann::json(nullptr);
+}
+
 nlohmann::json to_json(const KernelFigures& f) {
-  return {{"kernel", f.kernel},
-          {"iterations", f.iterations},
-          {"samples", f.samples},
-          {"factors", f.factors},
-          {"width", f.width},
-          {"precision", to_string(f.precision)},
-          {"median_seconds", f.median_seconds},
-          {"min_seconds", f.min_seconds},
-          {"max_seconds", f.max_seconds},
-          {"spread", f.spread()},
-          {"wall_seconds", f.wall_seconds},
-          {"executed_factor_iterations", or_null(f.executed_factor_iterations)},
-          {"pairs_per_second", or_null(f.pairs_per_second)},
-          {"slots", or_null(f.slots)},
-          {"memory_bytes", or_null(f.memory_bytes)},
-          {"share_of_limit", or_null(f.share_of_limit)},
-          {"predicted_seconds", or_null(f.predicted_seconds)},
-          {"measured_over_predicted", or_null(measured_over_predicted(f))},
-          {"limit", f.limit.empty() ? nlohmann::json(nullptr) : nlohmann::json(f.limit)},
-          {"runs", {{"seconds", f.run_seconds}, {"fma_per_second", f.run_fma_per_second}}}};
+  nlohmann::json json{
+      {"kernel", f.kernel},
+      {"iterations", f.iterations},
+      {"samples", f.samples},
+      {"factors", f.factors},
+      {"width", f.width},
+      {"precision", to_string(f.precision)},
+      {"is_one_kernel", f.is_one_kernel},
+      {"launches", f.is_one_kernel ? nlohmann::json(f.launches) : nlohmann::json(nullptr)},
+      {"work_is_at_most", f.work_is_at_most},
+      {"median_seconds", f.median_seconds},
+      {"min_seconds", f.min_seconds},
+      {"max_seconds", f.max_seconds},
+      {"spread", f.spread()},
+      {"wall_seconds", f.wall_seconds},
+      {"executed_factor_iterations", or_null(f.executed_factor_iterations)},
+      {"pairs_per_second", or_null(f.pairs_per_second)},
+      {"slots", or_null(f.slots)},
+      {"memory_bytes", or_null(f.memory_bytes)},
+      {"share_of_limit", or_null(f.share_of_limit)},
+      {"predicted_seconds", or_null(f.predicted_seconds)},
+      {"measured_over_predicted", or_null(measured_over_predicted(f))},
+      {"limit", f.limit.empty() ? nlohmann::json(nullptr) : nlohmann::json(f.limit)},
+      {"runs", {{"seconds", f.run_seconds}, {"fma_per_second", f.run_fma_per_second}}}};
+  add_counters(f, json);
+  return json;
 }
 
 bool same_work(const KernelFigures& f, const nlohmann::json& old) {
@@ -79,14 +108,20 @@ nlohmann::json to_json(const ProfileReport& report) {
             {"bytes_per_second", report.limits.bytes_per_second},
             {"launch_seconds", report.limits.launch_seconds}}},
           {"disturbances", report.disturbances()},
+          {"left_out", report.left_out},
+          {"not_counted", report.not_counted},
           {"kernels", kernels}};
 }
 
 std::string to_csv(const ProfileReport& report) {
   const std::string names =
-      "kernel,iterations,samples,factors,width,precision,median_seconds,min_seconds,max_seconds,"
+      "kernel,iterations,samples,factors,width,precision,is_one_kernel,launches,work_is_at_most,"
+      "median_seconds,min_seconds,"
+      "max_seconds,"
       "spread,wall_seconds,executed_factor_iterations,pairs_per_second,slots,memory_bytes,limit,"
-      "share_of_limit,predicted_seconds,measured_over_predicted";
+      "share_of_limit,predicted_seconds,measured_over_predicted,cycles,instructions,cache_misses,"
+      "stalled_frontend,stalled_backend,cpu_seconds,page_faults,group_size,group_multiple,"
+      "local_bytes,private_bytes,registers,spilled_bytes,resident_items";
   std::string text = names + '\n';
   for (const KernelFigures& f : report.kernels) {
     const nlohmann::json figures = to_json(f);

@@ -93,14 +93,40 @@ class Tuner {
       best = fastest(setting, tried, best);
     }
     report_.tuning = default_;
-    if (best != default_) {
-      const double ratio = time_ratio(best, default_, kAllJobs).value_or(kHopeless);
-      if (ratio < 1) report_.tuning = best, report_.time_ratio = ratio;
+    if (best == default_) {
+      report_.why_defaults = nothing_faster();
+    } else {
+      const auto ratio = time_ratio(best, default_, kAllJobs);
+      if (ratio && *ratio < 1) {
+        report_.tuning = best, report_.time_ratio = *ratio;
+      } else if (ratio) {
+        report_.why_defaults = fmt::format(
+            "all chosen settings together need {:.3f} times the defaults' time", *ratio);
+      } else {
+        report_.why_defaults = fmt::format(
+            "all chosen settings together need over {} times the defaults' time in the "
+            "first job; measure again on an idle machine",
+            kHopeless);
+      }
     }
     return std::move(report_);
   }
 
  private:
+  /// What came nearest to being taken.
+  std::string nothing_faster() const {
+    const TuneTrial* nearest = nullptr;
+    for (const TuneTrial& t : report_.trials) {
+      if (t.time_ratio > 0 && (nearest == nullptr || t.time_ratio < nearest->time_ratio)) {
+        nearest = &t;
+      }
+    }
+    if (nearest == nullptr) return "no other setting could be timed";
+    return fmt::format(
+        "the best other setting, {} {}, takes {:.3f} times as long, and {:.2f} is asked for",
+        nearest->setting, nearest->value, nearest->time_ratio, kFaster);
+  }
+
   Device with(const Tuning& tuning) const {
     return device_.with_tuning(options_.precision, tuning);
   }
@@ -115,12 +141,12 @@ class Tuner {
     for (const Tuning& tuning : tunings) {
       const int value = tuning.*setting.value;
       monitor_.report({"tuning", -1, -1, fmt::format("{} {}", setting.name, value)});
-      TuneTrial trial{setting.name, value, 0, 0, false, {}};
+      TuneTrial trial{setting.name, value, 0, 0, {}, false, {}};
       try {
         trial.difference = difference(tuning, setting.jobs);
         if (!(trial.difference <= report_.tolerance)) {
           trial.refused = "its results differ";
-        } else if (const auto ratio = time_ratio(tuning, before, setting.jobs)) {
+        } else if (const auto ratio = time_ratio(tuning, before, setting.jobs, &trial.times)) {
           trial.time_ratio = *ratio;
           if (*ratio < least) least = *ratio, best = tuning, taken = report_.trials.size();
         } else {
@@ -149,7 +175,8 @@ class Tuner {
 
   /// Geometric mean over jobs and sizes, each by the fastest of its runs; none when hopeless.
   std::optional<double> time_ratio(const Tuning& tuning, const Tuning& before,
-                                   std::span<const TuneJob> jobs) const {
+                                   std::span<const TuneJob> jobs,
+                                   std::vector<TuneTime>* times = nullptr) const {
     double sum = 0;
     int count = 0;
     for (const Workload& work : works_) {
@@ -162,7 +189,11 @@ class Tuner {
           throw_if_stopped(monitor_.stop);
           standing_least = std::min(standing_least, standing.time(job));
           tried_least = std::min(tried_least, tried.time(job));
-          if (tried_least > kHopeless * standing_least) break;
+          // One run alone may be slow because of other work.
+          if (i > 0 && tried_least > kHopeless * standing_least) break;
+        }
+        if (times != nullptr) {
+          times->push_back({to_string(job), work.samples.size(), tried_least, standing_least});
         }
         sum += std::log(tried_least / standing_least);
         ++count;
@@ -192,17 +223,30 @@ TuneReport tune(const Device& device, const ProfileOptions& options,
 nlohmann::json to_json(const TuneReport& report) {
   nlohmann::json trials = nlohmann::json::array();
   for (const TuneTrial& t : report.trials) {
+    nlohmann::json times = nlohmann::json::array();
+    for (const TuneTime& time : t.times) {
+      times.push_back({{"job", time.job},
+                       {"samples", time.samples},
+                       {"seconds", time.seconds},
+                       {"before_seconds", time.before_seconds}});
+    }
     trials.push_back(
         {{"setting", t.setting},
          {"value", t.value},
          {"difference", std::isfinite(t.difference) ? nlohmann::json(t.difference) : nullptr},
          {"time_ratio", t.time_ratio > 0 ? nlohmann::json(t.time_ratio) : nullptr},
+         {"times", times},
          {"taken", t.taken},
          {"refused", t.refused.empty() ? nlohmann::json(nullptr) : nlohmann::json(t.refused)}});
   }
-  return {{"device", report.device.name},    {"precision", to_string(report.precision)},
-          {"tolerance", report.tolerance},   {"tuning", to_json(report.tuning)},
-          {"time_ratio", report.time_ratio}, {"trials", trials}};
+  return {{"device", report.device.name},
+          {"precision", to_string(report.precision)},
+          {"tolerance", report.tolerance},
+          {"tuning", to_json(report.tuning)},
+          {"time_ratio", report.time_ratio},
+          {"trials", trials},
+          {"why_defaults", report.why_defaults.empty() ? nlohmann::json(nullptr)
+                                                       : nlohmann::json(report.why_defaults)}};
 }
 
 }  // namespace qjulia

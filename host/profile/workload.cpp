@@ -23,7 +23,58 @@ KernelSeconds timed(const Device& device, const std::function<void()>& work) {
   return seconds;
 }
 
+KernelsRun timed_by_kernel(const Device& device, const std::function<void()>& work) {
+  device::Context& context = device.context();
+  // A trace that somebody else keeps goes on, and takes these launches too.
+  const std::shared_ptr<Trace> kept = context.trace();
+  const auto trace = kept ? kept : std::make_shared<Trace>();
+  context.finish();
+  if (!kept) device.record(trace);
+  const std::size_t before = trace->events().size();
+  const auto start = std::chrono::steady_clock::now();
+  KernelsRun run;
+  try {
+    work();
+    context.finish();
+  } catch (...) {
+    if (!kept) device.record({});
+    throw;
+  }
+  run.wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (!kept) device.record({});
+  for (std::size_t i = before; i < trace->events().size(); ++i) {
+    const Trace::Event& event = trace->events()[i];
+    if (event.row == Trace::Row::host) continue;
+    KernelTime& time = run.kernels[std::string(event.name)];
+    ++time.launches;
+    time.seconds += 1e-9 * static_cast<double>(event.length);
+    run.device += 1e-9 * static_cast<double>(event.length);
+  }
+  return run;
+}
+
+namespace {
+
+/// Points in a map's box, weighted alike.
+Workload workload_of(const Map& map, const ProfileOptions& options) {
+  base::Random random(options.seed);
+  Workload work;
+  work.map = map;
+  if (map.frame.box) work.box = map.frame.shape_to_map.to_map(*map.frame.box);
+  for (std::size_t i = 0; i < options.samples; ++i) {
+    Eigen::Vector3d x;
+    for (int axis = 0; axis < 3; ++axis) {
+      x[axis] = random.uniform(work.box.low[axis], work.box.high[axis]);
+    }
+    work.samples.add(x, 1 / static_cast<double>(options.samples), 0, 0);
+  }
+  return work;
+}
+
+}  // namespace
+
 Workload make_workload(const ProfileOptions& options) {
+  if (options.map) return workload_of(*options.map, options);
   base::Random random(options.seed);
   Workload work;
   const auto point = [&](double reach) {
@@ -78,6 +129,22 @@ TriangleMesh make_sphere(int rings) {
     mesh.triangles.push_back({south, index(rings - 1, step + 1), index(rings - 1, step)});
   }
   return mesh;
+}
+
+const char* to_string(TuneJob job) {
+  switch (job) {
+    case TuneJob::energy:
+      return "energy";
+    case TuneJob::gradient:
+      return "gradient";
+    case TuneJob::orbit_energy:
+      return "orbit_energy";
+    case TuneJob::orbit_gradient:
+      return "orbit_gradient";
+    case TuneJob::gauss_newton:
+      break;
+  }
+  return "gauss_newton";
 }
 
 double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {

@@ -2,7 +2,9 @@
 /// The fixed work that kernels are timed with and settings are tried with, and its stopwatch.
 
 #include <functional>
+#include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "energy/evaluator.hpp"
@@ -23,10 +25,20 @@ struct KernelSeconds {
 /// Runs `work` and waits for the device.
 KernelSeconds timed(const Device& device, const std::function<void()>& work);
 
+/// The same by kernel, on all queues of the device.
+struct KernelsRun {
+  std::map<std::string, KernelTime> kernels;
+  double device = 0;  ///< sum over all kernels
+  double wall = 0;
+};
+KernelsRun timed_by_kernel(const Device& device, const std::function<void()>& work);
+
 struct Workload {
   energy::Samples samples;
   Map map;
+  Box box{Eigen::Vector3d::Constant(-1.5), Eigen::Vector3d::Constant(1.5)};  ///< of the samples
 };
+/// The map that options give, or one that is made up.
 Workload make_workload(const ProfileOptions& options);
 
 /// A sphere of radius 1 by latitude and longitude, 4 · rings · (rings − 1) triangles.
@@ -41,6 +53,8 @@ std::unique_ptr<energy::Evaluator> make_evaluator(const Device& device, const Wo
 
 /// What settings are tried with.
 enum class TuneJob { energy, gradient, orbit_energy, orbit_gradient, gauss_newton };
+
+const char* to_string(TuneJob job);
 
 /// Largest difference over the largest number. NaN differs infinitely.
 double largest_difference(const std::vector<double>& a, const std::vector<double>& b);

@@ -1,10 +1,13 @@
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
+#include "device/launch_watch.hpp"
 #include "device/point_batch.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/shape.hpp"
 #include "shape/bvh.hpp"
+#include "shape/tree_walk.hpp"
 
 namespace qjulia {
 
@@ -70,14 +73,16 @@ struct SignedDistance::Impl {
   device::RealBuffer nodes;
   device::Buffer<std::int32_t> links;
   device::RealBuffer triangles;
+  std::optional<Bvh> counted;  ///< kept where launches are watched
 
   Impl(const Device& on, const TriangleMesh& mesh, Precision at, const std::stop_token& stop)
       : device(on), precision(at), frame(unit_frame(mesh)) {
-    const Bvh bvh(in_frame(mesh, frame, stop), kDipoleAccuracy, stop);
+    Bvh bvh(in_frame(mesh, frame, stop), kDipoleAccuracy, stop);
     Context& context = device.context();
     nodes = context.upload_real(bvh.nodes, precision);
-    links = context.upload(std::span(bvh.links));
+    links = context.upload(std::span<const std::int32_t>(bvh.links));
     triangles = context.upload_real(bvh.triangles, precision);
+    if (device::launch_watch() != nullptr) counted = std::move(bvh);
   }
 
   /// Neighbours in space side by side, so that the lanes of a work-item open the same nodes.
@@ -93,6 +98,31 @@ struct SignedDistance::Impl {
     return order;
   }
 
+  /// Tells the watch what the kernel will look at, as far as a sample of its work-items shows.
+  void count_walks(const std::string& name, std::span<const Eigen::Vector3d> points,
+                   std::span<const std::uint32_t> order, std::size_t width) const {
+    device::LaunchWatch* const watch = device::launch_watch();
+    if (watch == nullptr || !counted || order.empty()) return;
+    constexpr std::size_t kSampled = 64;
+    const bool is_nearest = name == "nearest_distance";
+    const std::size_t items = (order.size() + width - 1) / width;
+    const std::size_t sampled = std::min(items, kSampled);
+    TreeWalk all;
+    for (std::size_t s = 0; s < sampled; ++s) {
+      std::vector<std::array<double, 3>> at;
+      for (std::size_t i = s * items / sampled * width; at.size() < width; ++i) {
+        const Eigen::Vector3d x = frame.to_map(points[order[std::min(i, order.size() - 1)]]);
+        at.push_back({x.x(), x.y(), x.z()});
+      }
+      const TreeWalk walk = is_nearest ? nearest_walk(*counted, at) : winding_walk(*counted, at);
+      all.boxes += walk.boxes, all.triangles += walk.triangles;
+    }
+    const double lanes = static_cast<double>(items * width) / static_cast<double>(sampled);
+    const double slots = all.boxes * (is_nearest ? kBoxSlots : kDipoleSlots) +
+                         all.triangles * (is_nearest ? kTriangleSlots : kAngleSlots);
+    watch->did(name, {.slots = lanes * slots});
+  }
+
   /// Results in the order of `points`; they are handed to the device in the order given.
   std::vector<double> run(const char* name, std::span<const Eigen::Vector3d> points,
                           std::span<const std::uint32_t> order, const std::stop_token& stop) const {
@@ -101,6 +131,7 @@ struct SignedDistance::Impl {
                      device.context().kernel("signed_distance.cl", name, {width, precision, {}}),
                      precision, static_cast<std::size_t>(width), kPointCost);
     std::vector<double> results(points.size());
+    count_walks(name, points, order, static_cast<std::size_t>(width));
     batch.run<3, 1>(
         order.size(),
         [&](std::size_t i) {

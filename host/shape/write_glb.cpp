@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "base/map_chunk.hpp"
 #include "base/srgb.hpp"
 #include "qjulia/error.hpp"
 #include "shape/record_stream.hpp"
@@ -85,7 +86,7 @@ nlohmann::json description(const TriangleMesh& mesh, const std::string& name,
 }  // namespace
 
 void write_glb(const TriangleMesh& mesh, const std::string& name, const std::string& note,
-               UpAxis up, double scale, std::ostream& out) {
+               UpAxis up, double scale, const std::string& map, std::ostream& out) {
   const std::size_t vectors = mesh.vertices.size() + mesh.normals.size();
   const std::size_t bytes = 12 * (mesh.triangles.size() + vectors) + 4 * mesh.colors.size();
   nlohmann::json node = {{"name", name}, {"mesh", 0}, {"rotation", rotation(up)}};
@@ -95,7 +96,10 @@ void write_glb(const TriangleMesh& mesh, const std::string& name, const std::str
   // File names in the note may hold any bytes.
   std::string json = about.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   json.append((4 - json.size() % 4) % 4, ' ');
-  const std::size_t total = 12 + 8 + json.size() + 8 + bytes;
+  std::string map_data = map;
+  map_data.append((4 - map.size() % 4) % 4, '\0');
+  const std::size_t map_bytes = map.empty() ? 0 : 8 + map_data.size();
+  const std::size_t total = 12 + 8 + json.size() + 8 + bytes + map_bytes;
   if (total > std::numeric_limits<std::uint32_t>::max()) {
     throw OutputError("the mesh is larger than the 4 GiB a .glb file can hold; write .ply");
   }
@@ -117,6 +121,9 @@ void write_glb(const TriangleMesh& mesh, const std::string& name, const std::str
   for (const auto& [red, green, blue] : mesh.colors) {
     file.add(std::array{linear(red), linear(green), linear(blue), kOpaque});
   }
+  if (map.empty()) return;
+  add(map_data.size());
+  file.print("{}{}", base::kGlbMapChunk, map_data);
 }
 
 }  // namespace qjulia::shape

@@ -10,9 +10,9 @@ namespace qjulia::shape {
 /// that the mesh's `up` is. https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html
 /// Colours are linear, as the format wants them, and have a material that shows them as they are.
 /// @param note stands under asset.extras.made_with, unless empty. @param scale of the node: metres
-/// in a unit of the mesh.
+/// in a unit of the mesh. @param map stands in a chunk of its own after the buffer, unless empty.
 /// @throws OutputError beyond 4 GiB, which the format cannot hold.
 void write_glb(const TriangleMesh& mesh, const std::string& name, const std::string& note,
-               UpAxis up, double scale, std::ostream& out);
+               UpAxis up, double scale, const std::string& map, std::ostream& out);
 
 }  // namespace qjulia::shape

@@ -82,7 +82,9 @@ void write_contents(const TriangleMesh& mesh, const std::string& extension,
   if (extension == ".ply") write_ply(mesh, options.note, turn, out);
   if (extension == ".off") write_off(mesh, turn, out);
   if (extension == ".stl") write_stl(mesh, quarter_turns(up, UpAxis::z), out);
-  if (extension == ".glb") shape::write_glb(mesh, options.name, options.note, up, metres, out);
+  if (extension == ".glb") {
+    shape::write_glb(mesh, options.name, options.note, up, metres, options.map, out);
+  }
   if (extension == ".usda") shape::write_usd(mesh, options.name, options.note, up, metres, out);
   if (extension == ".3mf") {
     constexpr double kMillimetres = 1000;  // in a metre

@@ -17,7 +17,7 @@ constexpr double kLeast = 0.01;
 /// A piece that has not ended after so many cells is kept.
 constexpr int kMostRounds = 6;
 /// The places of a loose piece go so many points of the fine grid beyond its inside points, because
-/// its surface, and crumbs of it, lie between points.
+/// its surface, and pieces of it, lie between points.
 constexpr int kMargin = 2;
 /// The most points of a finer look at the pieces in sight. They take about a second of two CPU
 /// cores.

@@ -1,8 +1,8 @@
 // Sets that are unions of balls of radius r are as thick as 2 r everywhere. The largest such set in
 // a solid is its opening (Serra 1982, "Image Analysis and Mathematical Morphology"). What the
-// opening leaves out is thin: flakes, thorns and edges. Its ridges are the places about which the
-// distance to the surface grows in no direction nearly as fast as one walks (Blum 1967, "A
-// transformation for extracting new descriptors of shape"): the middles of walls and thorns. In a
+// opening leaves out is thin: flat parts, tufts and edges. Its ridges are the places about which
+// the distance to the surface grows in no direction nearly as fast as one walks (Blum 1967, "A
+// transformation for extracting new descriptors of shape"): the middles of walls and tufts. In a
 // wedge it grows by the sine of half the angle, so that blunt edges have no ridge and stay rounded.
 
 #include "surface/thick_walls.hpp"
@@ -21,7 +21,7 @@ namespace {
 /// about any place has one of these within a step's diagonal.
 constexpr float kDeeper = 1.75F;
 /// The balls that fillets are rolled with, and how far from ridge balls there are fillets, in radii
-/// of these. Where two thorns touch they would otherwise meet in a neck without thickness.
+/// of these. Where two tufts touch they would otherwise meet in a neck without thickness.
 constexpr float kFillet = 0.75F, kFilletReach = 1;
 /// On a ridge the distance grows by less than this share of the way, to any neighbour.
 constexpr float kRidgeSlope = 0.6F;

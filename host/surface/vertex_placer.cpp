@@ -10,6 +10,7 @@
 
 #include "device/point_batch.hpp"
 #include "layout/placement.h"
+#include "surface/turn_count.hpp"
 
 namespace qjulia::surface {
 namespace {
@@ -43,8 +44,9 @@ VertexPlacer::VertexPlacer(const Device& device, const Map& map, const StopRadii
       iterations_(iterations),
       scale_(scale),
       tries_(tries),
+      is_counted_(device::launch_watch() != nullptr),
       kernel_(map_.kernel("place_vertices.cl", "place_vertices",
-                          lookup ? Defines{{"QJ_LOOKS_UP", 1}} : Defines{})),
+                          counted_if_watched(lookup ? Defines{{"QJ_LOOKS_UP", 1}} : Defines{}))),
       lookup_(lookup ? std::move(lookup) : std::make_shared<const OrbitLookup>(no_lookup(map_))),
       slope_(slope_of(map)),
       // Images of points at the surface have the length e^L.
@@ -55,6 +57,7 @@ void VertexPlacer::place(const Grid& grid, std::span<EdgeVertex> vertices) const
   const std::size_t share = kEdgesALane * map_.lanes();
   device::PointBatch batch(map_.context(), kernel_, map_.precision(), share,
                            map_.step_cost() * kIteratesATry * tries_);
+  const TurnCount turns(map_, is_counted_, (vertices.size() + share - 1) / share);
   batch.run<6, 1>(
       vertices.size(),
       [&](std::size_t i) {
@@ -86,12 +89,14 @@ void VertexPlacer::place(const Grid& grid, std::span<EdgeVertex> vertices) const
         append_lattice(lookup_->lattice, arguments);
         append_table(lookup_->table, arguments);
         arguments.emplace_back(part.out);
+        turns.append_to(arguments);
         return arguments;
       },
       [&](std::size_t i, const std::array<double, 1>& at) {
         vertices[i].put(static_cast<float>(at[0]));
       },
       map_.lanes() == 1 ? 64 : 1);
+  turns.tell("place_vertices");
 }
 
 }  // namespace qjulia::surface

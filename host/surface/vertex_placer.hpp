@@ -28,6 +28,7 @@ class VertexPlacer {
   int iterations_;
   DifferenceScale scale_;
   int tries_;
+  bool is_counted_;  ///< whether the kernel counts its turns
   device::Kernel kernel_;
   std::shared_ptr<const OrbitLookup> lookup_;
   double slope_;    ///< |∇F_1| about the surface, map units; 0 if it is not known

@@ -40,7 +40,7 @@ struct RadialSpread {
 RadialSpread radial_spread(const TriangleMesh& mesh, const Eigen::Vector3d& origin);
 
 /// How `automatic` follows from the spread, so that sets have a roughness of about 1.2 on a grid of
-/// 256 cells (docs/fitting.md). `cells` is the shell's depth in such cells for a spread of 1.
+/// 256 cells (docs/theory/detail.md). `cells` is the shell's depth in such cells for a spread of 1.
 struct DetailRule {
   double cells, power;
 };

@@ -51,6 +51,7 @@ struct DeviceInfo {
   std::size_t largest_work_group = 0;    ///< work-items
   bool has_double = false;               ///< cl_khr_fp64
   bool shares_memory = false;            ///< with the host, as integrated GPUs do
+  bool draws_screen = false;             ///< a GPU to which a monitor is connected
   std::string pci_address{};             ///< of a GPU, "0000:01:00.0"; empty if not reported
   std::string uuid{};                    ///< of a GPU, 32 hexadecimal digits; empty if not reported
   /// Peak rate in billions of multiply-adds per second: compute units times clock times the lanes
@@ -84,6 +85,9 @@ struct WaitTime {
   double seconds = 0;            ///< wall time, including sleep
   double processor_seconds = 0;  ///< processor time of the waiting threads
   double slept_seconds = 0;
+  std::uint64_t waits = 0;
+  std::uint64_t transfers = 0;     ///< copies from the host to the device or back
+  double most_queued_seconds = 0;  ///< estimated work of one queue at a time, at most
 };
 
 /// A device and a layout, as a user asks for them.

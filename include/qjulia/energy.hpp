@@ -1,5 +1,5 @@
 #pragma once
-/// The energy that fits minimise, over samples of one's own, for other optimisers.
+/// The energy that fits minimise, over samples of your own, for other optimisers.
 
 #include <functional>
 #include <memory>
@@ -25,7 +25,7 @@ enum class EnergyLoss {
   own
 };
 
-/// A loss of one's own: its value and its derivative by F_n, given F_n and the sample's number,
+/// A loss of your own: its value and its derivative by F_n, given F_n and the sample's number,
 /// counted from 0. Called on the thread that asks for the energy, sample after sample.
 using OwnLoss = std::function<std::pair<double, double>(double field, std::size_t sample)>;
 

@@ -63,7 +63,7 @@ class FigureSink : public SurfaceSink {
                 std::span<const Eigen::Vector3d> normals) override;
   void triangles(std::span<const Triangle> triangles) override;
 
-  /// Drops the parts that enclose less than a hundredth of the volume of the largest: flakes beside
+  /// Drops the parts that enclose less than a hundredth of the volume of the largest: pieces beside
   /// the body, and bubbles in it. Parts with an open edge stay. Parts are dropped once, after the
   /// last triangle.
   LoosePieces drop_loose_pieces();

@@ -97,8 +97,8 @@ struct FitOptions {
   /// samples; `paper`, the course of Kim 2015), or the path of a .toml file. Write your own where a
   /// shape is much thinner than the bands of `tight`, or to fit with another loss.
   std::string schedule = "tight";
-  /// A schedule's TOML text (docs/fitting.md), in place of the one that `schedule` names. Empty:
-  /// that one.
+  /// A schedule's TOML text (docs/reference/schedules.md), in place of the one that `schedule`
+  /// names. Empty: that one.
   std::string schedule_text{};
   /// A rational map to start from in place of a placement: its factors where its own shape_to_map
   /// puts them in the mesh's units, with exponents scaled so that F_1 is a distance again. Set it

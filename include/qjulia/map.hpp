@@ -81,7 +81,7 @@ struct Frame {
   std::optional<double> detail;    ///< δ as a fraction of the box's diagonal
 };
 
-/// A map as the map file holds it (docs/map-format.md).
+/// A map as the map file holds it (docs/reference/map-format.md).
 struct Map {
   Dynamics dynamics;
   Layers layers;

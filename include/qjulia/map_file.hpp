@@ -1,5 +1,5 @@
 #pragma once
-/// The map file: JSON, extension .qjulia.json; docs/map-format.md.
+/// The map file: JSON, extension .qjulia.json; docs/reference/map-format.md.
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
@@ -10,11 +10,19 @@
 
 namespace qjulia {
 
-/// A map file, or a page (.html) that holds one: as JSON, in the script element whose id is
-/// qjulia-map.
+/// A map file; or a page (.html) that holds one: as JSON, in the script element whose id is
+/// qjulia-map; or a picture (.png) or scene (.glb) that holds one: as `packed_map` makes it.
 /// @throws InputError naming the file and the key that is missing, of the wrong type or not finite.
 /// @param stop ends waiting for a pipe: Interrupted.
 Map read_map(const std::filesystem::path& path, std::stop_token stop = {});
+
+/// Whether the file is a picture (.png) or scene (.glb) that holds a map.
+/// @throws InputError where its name is that of one, and it is none or cut off.
+bool holds_map(const std::filesystem::path& path, const std::stop_token& stop = {});
+
+/// The map in few bytes, for `png_bytes`, `write_png` and `MeshFileOptions`: a map file's text,
+/// deflated, some 60 bytes a factor. @throws InputError naming what is wrong with the map.
+std::string packed_map(const Map& map);
 
 /// Written under a temporary name and renamed, so that `path` never holds half a map.
 /// @throws OutputError

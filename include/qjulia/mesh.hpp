@@ -102,6 +102,9 @@ struct MeshFileOptions {
   /// What a unit of the mesh's coordinates measures, above 0. By default it is the format's own
   /// unit: a metre in .glb and .usda, a millimetre in .3mf. Other formats have no unit.
   std::optional<double> metres_per_unit{};
+  /// The map that the mesh shows, as `packed_map` makes it: `read_map` then reads the .glb. Other
+  /// formats hold none. Empty: none.
+  std::string map{};
 
   /// The rotation of meshes in formats that have no up.
   Eigen::Matrix3d file_turn() const;
@@ -112,7 +115,7 @@ struct MeshFileOptions {
 /// in single precision, under a temporary name that is renamed. In .3mf each connected part is an
 /// object, together with its cavities. Beside a coloured .obj, a material of the mean colour is
 /// written under the same name with .mtl.
-/// @throws OutputError, or InputError for another extension.
+/// @throws OutputError when the file cannot be written, InputError for another extension.
 void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
                 const MeshFileOptions& options);
 /// The same with a note and with how the mesh stands.

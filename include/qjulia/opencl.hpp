@@ -86,7 +86,7 @@ class BufferField {
   std::shared_ptr<const Impl> impl_;
 };
 
-/// The kernel `name` of a program of one's own in OpenCL C 1.2, which the caller releases. The
+/// The kernel `name` of a program of your own in OpenCL C 1.2, which the caller releases. The
 /// source may `#include "map.clh"`, which has `map_modulus` (F), `map_modulus_gradient`,
 /// `map_image` (R) and `map_iterate` (F_n) of points `qlane`, in `real`s. That file is part of the
 /// library, and the directive stands alone on its line. The program is built for the map's kinds of

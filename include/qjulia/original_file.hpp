@@ -1,6 +1,7 @@
 #pragma once
 /// Files of the papers' programs: maps (.o3d, Kim 2015), polynomials and distance fields (.poly4d,
-/// .f3d, Schor and Kim 2023), portals (text, Schor and Kim 2024). Formats: docs/map-format.md.
+/// .f3d, Schor and Kim 2023), portals (text, Schor and Kim 2024). Formats:
+/// docs/reference/map-format.md.
 
 #include <Eigen/Core>
 #include <array>

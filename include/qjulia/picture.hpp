@@ -241,17 +241,20 @@ enum class Packing {
   quick,  ///< a third of the time, and larger
 };
 
-/// The bytes of a PNG file, with an alpha where the image has one; `text` as tEXt chunks. @throws
-/// InputError without pixels.
+/// The bytes of a PNG file, with an alpha where the image has one; `text` as tEXt chunks.
+/// @param map as `packed_map` makes it: `read_map` then reads the picture. Empty: none.
+/// @throws InputError without pixels.
 std::string png_bytes(const Image& image, const PictureText& text = {},
-                      Packing packing = Packing::small);
+                      Packing packing = Packing::small, const std::string& map = {});
 
 /// The bytes of an animated PNG file, which shows images of one size one after the other, `seconds`
 /// each, again and again. @throws InputError when there are no images or their sizes differ;
 /// OptionError when `seconds` is not 0.001 to 65.
 std::string animated_png_bytes(std::span<const Image> images, double seconds);
 
-/// Written under a temporary name and renamed; `text` as tEXt chunks. @throws OutputError
-void write_png(const Image& image, const std::filesystem::path& path, const PictureText& text = {});
+/// Written under a temporary name and renamed; `text` and `map` as in `png_bytes`.
+/// @throws OutputError
+void write_png(const Image& image, const std::filesystem::path& path, const PictureText& text = {},
+               const std::string& map = {});
 
 }  // namespace qjulia

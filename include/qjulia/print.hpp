@@ -26,7 +26,7 @@ struct PrintOptions {
   std::optional<double> max_error{};
   bool keep_loose = false;  ///< else parts below a hundredth of the largest are left out again
 
-  void validate() const;  ///< @throws OptionError, InputError
+  void validate() const;  ///< @throws OptionError for an option, InputError for a mesh
   /// Whether anything is asked for.
   bool is_any() const;
 };
@@ -52,7 +52,7 @@ struct PrintMesh {
 ///
 /// Thickening is local. The union of all balls of radius `min_wall` / 2 that fit into the mesh is
 /// kept; this rounds edges and removes parts that stand out from the union by less than a fifth of
-/// the wall. Parts that stand out farther are thin walls and thorns: balls are placed along their
+/// the wall. Parts that stand out farther are thin walls and tufts: balls are placed along their
 /// middles, too, so that they grow. The radius is enlarged until the walls that `wall_thickness`
 /// finds are thick enough. Cutting, thickening and hollowing make a new mesh by marching cubes from
 /// signed distances on a grid, so that it is closed and 2-manifold.

@@ -1,13 +1,19 @@
 #pragma once
 /// How fast the kernels run on a device, against what the device can do.
 
+#include <array>
 #include <cstdint>
+#include <limits>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "qjulia/device.hpp"
+#include "qjulia/kernel_resources.hpp"
+#include "qjulia/map.hpp"
+#include "qjulia/mesh.hpp"
 #include "qjulia/progress.hpp"
 
 namespace qjulia {
@@ -22,8 +28,30 @@ struct ProfileOptions {
   std::uint64_t seed = 1;
   Precision precision = Precision::single;
   std::optional<int> lane_width{};  ///< 1, 8 or 16; none: the device's own
-  void validate() const;            ///< @throws InputError naming the option
+  /// n of the jobs of several iterates, 2 to 16. None: 4, and 6 for pictures.
+  std::optional<int> iterations{};
+  /// Measured in place of the made-up map: jobs then have its factors, and points in its box.
+  std::optional<Map> map{};
+  /// What distances are measured to, in place of a sphere.
+  std::optional<TriangleMesh> mesh{};
+  /// Names of jobs and kernels, with * and ?. Empty: with a map all, else the eight jobs that every
+  /// profile has.
+  std::vector<std::string> kernels{};
+  /// Wall time of the whole run. Jobs share what is left of it; one whose runs do not fit is left
+  /// out.
+  double seconds = std::numeric_limits<double>::infinity();
+  /// Also rows of single kernels, what they need of the device and, on CPUs, the events of
+  /// `kEventNames`: of one more run, in which launches wait for each other.
+  bool counters = false;
+  void validate() const;  ///< @throws InputError naming the option
 };
+
+/// What is counted in user mode, over all threads of the process. Stalls are cycles in which
+/// nothing is issued, for want of instructions or of what these wait for; CPU seconds are those of
+/// all threads.
+inline constexpr std::array kEventNames{"cycles",           "instructions",    "cache_misses",
+                                        "stalled_frontend", "stalled_backend", "cpu_seconds",
+                                        "page_faults"};
 
 /// What the device can do at most, measured by kernels that do nothing else.
 struct DeviceLimits {
@@ -43,7 +71,10 @@ struct KernelFigures {
   std::size_t factors = 0;
   int width = 1;
   Precision precision = Precision::single;
-  double median_seconds = 0;  ///< on the device
+  std::uint64_t launches = 0;    ///< of a run, where it is one kernel
+  bool is_one_kernel = false;    ///< and not a job
+  bool work_is_at_most = false;  ///< orbits may end before they have done all of it
+  double median_seconds = 0;     ///< on the device
   double min_seconds = 0;
   double max_seconds = 0;
   double wall_seconds = 0;          ///< median, host time included
@@ -62,8 +93,10 @@ struct KernelFigures {
   std::optional<double> share_of_limit;
   std::string limit;  ///< "fma" or "memory", whichever is lower there; empty where not known
   /// What the instructions of the compiled kernel and its memory traffic take at the device's
-  /// limits, where they were counted: single precision only.
+  /// limits, where they were counted: single precision, on GPUs.
   std::optional<double> predicted_seconds;
+  std::map<std::string, double> events;      ///< those of `kEventNames` that could be counted
+  std::optional<KernelResources> resources;  ///< of one kernel, where counters are wanted
 
   /// How far apart the runs lie, over their median: 0 where all took as long.
   double spread() const { return (max_seconds - min_seconds) / median_seconds; }
@@ -77,6 +110,9 @@ struct ProfileReport {
   DeviceLimits limits;
   double fma_per_second_after = 0;  ///< the limit once more, when all kernels were timed
   std::vector<KernelFigures> kernels;
+  std::vector<std::string> left_out;     ///< jobs that were not measured, and why
+  bool has_counters = false;             ///< whether they were wanted
+  std::vector<std::string> not_counted;  ///< events that cannot be counted here, and why
 
   /// Signs that other work disturbed the measurement, a sentence each; none on an idle machine.
   std::vector<std::string> disturbances() const;

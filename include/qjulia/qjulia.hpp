@@ -1,7 +1,9 @@
 #pragma once
 /// All of the library.
 
+#include "qjulia/build_total.hpp"
 #include "qjulia/colors.hpp"
+#include "qjulia/command_profile.hpp"
 #include "qjulia/compare.hpp"
 #include "qjulia/decimate.hpp"
 #include "qjulia/detail.hpp"

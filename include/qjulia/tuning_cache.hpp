@@ -24,6 +24,19 @@ struct CachedTuning {
 /// @throws InputError when QJULIA_TUNING is not "on", "off" or empty.
 CachedTuning with_cached_tuning(const Device& device);
 
+/// Settings as a file that other machines can use: the device, its driver and compute units, and
+/// the settings of both precisions. @throws OutputError
+void export_tuning(const Device& device, const std::filesystem::path& path);
+
+/// Keeps the settings of such a file for this device. @return the device with them.
+/// @throws InputError when it is no such file, or one of another device.
+Device import_tuning(const Device& device, const std::filesystem::path& path);
+
+/// The settings that the table of known devices has for this one, of each precision: the device's
+/// own settings where it has none. A device that nobody has tuned here starts from them
+/// (`with_cached_tuning`).
+Device with_known_tuning(const Device& device);
+
 /// Keeps the device's settings of this precision, and those of the other as they were.
 /// @throws OutputError when they cannot be written.
 void save_tuning(const Device& device, Precision precision);

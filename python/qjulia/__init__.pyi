@@ -101,7 +101,12 @@ class Surface(NamedTuple):
     faces: NDArray[np.uint32]
     normals: _Singles
     def save(
-        self, path: _Path, *, up: Optional[_Up] = ..., colors: Optional[ArrayLike] = ...
+        self,
+        path: _Path,
+        *,
+        up: Optional[_Up] = ...,
+        colors: Optional[ArrayLike] = ...,
+        map: Optional[Map] = ...,
     ) -> None: ...
 
 def read_mesh(path: _Path) -> Surface: ...
@@ -382,7 +387,7 @@ def render(
     escape: Optional[float] = ...,
     precision: _Precision = ...,
 ) -> Tuple[_Bytes, Dict[str, _Singles]]: ...
-def save_png(image: _Bytes, path: _Path) -> None: ...
+def save_png(image: _Bytes, path: _Path, *, map: Optional[Map] = ...) -> None: ...
 @overload
 def compare(
     map: Map,

@@ -48,7 +48,8 @@ class Map:
 
     @classmethod
     def load(cls, path):
-        """Reads a map file (.qjulia.json), or a page (.html) that holds one.
+        """Reads a map file (.qjulia.json), or a page (.html), picture (.png) or scene (.glb) that
+        holds one.
 
         Raises
         ------
@@ -577,9 +578,19 @@ layers : dict
 """
 
 
-def save_png(image, path):
-    """Writes an array of uint8, (height, width, 3 or 4), as a PNG file."""
-    data = _core.png(image)
+def save_png(image, path, *, map=None):
+    """Writes an array of uint8, (height, width, 3 or 4), as a PNG file.
+
+    Parameters
+    ----------
+    image : array
+    path : path-like
+    map : Map, optional
+        The map that the picture shows. The file then holds it, and `Map.load` reads the file.
+    """
+    if map is not None and not isinstance(map, Map):
+        raise TypeError("map must be a Map")
+    data = _core.png(image, None if map is None else map._core)
     with open(path, "wb") as file:
         file.write(data)
 

@@ -21,7 +21,7 @@ class Surface(NamedTuple):
     normals: np.ndarray
     """(N, 3) float32, outward and of length 1."""
 
-    def save(self, path, *, up=None, colors=None):
+    def save(self, path, *, up=None, colors=None, map=None):
         """Writes the mesh by its extension: .ply, .stl, .glb, .obj, .off, .3mf or .usda.
 
         Parameters
@@ -32,13 +32,15 @@ class Surface(NamedTuple):
             then stand upright.
         colors : array, (N, 3), optional
             sRGB, 0 to 255, such as `Map.surface_colors` gives. All but .stl and .off hold them.
+        map : Map, optional
+            The map that the mesh shows. A .glb then holds it, and `Map.load` reads the file.
         """
         mesh = _core.Mesh(self.vertices, self.faces)
         if len(self.normals):
             mesh.set_normals(self.normals)
         if colors is not None:
             mesh.set_colors(colors)
-        _core.write_mesh(mesh, path, up)
+        _core.write_mesh(mesh, path, up, None if map is None else map._core)
 
 
 def core_of(mesh, faces=None):

@@ -6,6 +6,8 @@
 
 #include "arrays.hpp"
 #include "keywords.hpp"
+#include "map.hpp"
+#include "qjulia/map_file.hpp"
 
 namespace py = pybind11;
 
@@ -50,14 +52,18 @@ py::tuple read_file(const py::object& file) {
   return py::make_tuple(std::move(found.mesh), warnings);
 }
 
-void write_file(const TriangleMesh& mesh, const py::object& file, const py::object& up) {
+void write_file(const TriangleMesh& mesh, const py::object& file, const py::object& up,
+                const KeptMap* map) {
   std::filesystem::path path;
   read(file, "path", path);
   std::optional<UpAxis> axis;
   if (!up.is_none()) read(up, "up", axis);
   const py::gil_scoped_release release;
   mesh.validate();
-  write_mesh(mesh, path, {}, axis);
+  MeshFileOptions options;
+  options.up = axis;
+  if (map != nullptr) options.map = packed_map(map->map);
+  write_mesh(mesh, path, options);
 }
 
 void set_normals(TriangleMesh& mesh, const py::object& given) {

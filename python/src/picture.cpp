@@ -7,6 +7,7 @@
 #include "keywords.hpp"
 #include "map.hpp"
 #include "parts.hpp"
+#include "qjulia/map_file.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/picture_settings.hpp"
 #include "watched.hpp"
@@ -208,8 +209,8 @@ py::array rendered_mesh(const TriangleMesh& mesh, const OpenDevice& device,
   return array_of_image(std::move(image));
 }
 
-/// The PNG file of an array (height, width, 3 or 4) of bytes.
-py::bytes png_of(const py::object& given) {
+/// The PNG file of an array (height, width, 3 or 4) of bytes. @param map that it holds, or None.
+py::bytes png_of(const py::object& given, const KeptMap* map) {
   const auto array = py::array::ensure(given);
   if (!array || !array.dtype().equal(py::dtype::of<std::uint8_t>())) {
     PyErr_Clear();
@@ -233,7 +234,7 @@ py::bytes png_of(const py::object& given) {
   }
   const std::string file = [&] {
     const py::gil_scoped_release release;
-    return png_bytes(image);
+    return png_bytes(image, {}, Packing::small, map == nullptr ? "" : packed_map(map->map));
   }();
   return file;
 }
@@ -254,7 +255,7 @@ void add_pictures(py::module_& module) {
   module.def("render", &rendered);
   module.def("render_layers", &layered);
   module.def("render_mesh", &rendered_mesh);
-  module.def("png", &png_of);
+  module.def("png", &png_of, py::arg("image"), py::arg("map") = py::none());
   module.def("picture_settings", &described_settings);
 }
 

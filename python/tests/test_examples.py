@@ -62,6 +62,13 @@ def test_knobs(run, torus_file, tmp_path):
     assert (tmp_path / "knobs.png").stat().st_size > 1000
 
 
+def test_idea(run, map, torus_file, tmp_path):
+    pytest.importorskip("matplotlib")
+    map.save(tmp_path / "torus.qjulia.json")
+    run("idea.py", torus_file, "torus.qjulia.json", "idea.png", "--size", 48)
+    assert (tmp_path / "idea.png").stat().st_size > 1000
+
+
 def test_all_devices(run, torus_file, tmp_path):
     write_obj(tmp_path / "other.obj", *torus_mesh(minor=0.5))
     said = run(
@@ -97,11 +104,12 @@ def test_orbits(run, map, tmp_path):
 
 
 def test_the_documentation_runs(torus, tmp_path, monkeypatch):
-    """All of docs/python.md, one block after the other, with smaller numbers."""
+    """All of docs/guide/python.md, one block after the other, with smaller numbers."""
     names = {"np": pytest.importorskip("numpy"), "scipy": pytest.importorskip("scipy")}
     pytest.importorskip("scipy.optimize")
     pytest.importorskip("scipy.spatial")
-    with open(os.path.join(ROOT, "docs", "python.md")) as file:
+    pytest.importorskip("matplotlib")
+    with open(os.path.join(ROOT, "docs", "guide", "python.md")) as file:
         blocks = re.findall("```python\n(.*?)```", file.read(), re.DOTALL)
     assert len(blocks) >= 5
     smaller = {
@@ -111,8 +119,11 @@ def test_the_documentation_runs(torus, tmp_path, monkeypatch):
         "sample(128)": "sample(12)",
         "20_000": "500",
         "n=[1, 6]": "n=[1, 6], resolution=16",
+        "resolution=64": "resolution=16",
+        "[0.005, 0.01, 0.02, 0.03]": "[0.01, 0.03]",
     }
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "Agg")
     write_obj(tmp_path / "bunny.obj", *torus)
 
     class Pandas:
@@ -125,4 +136,5 @@ def test_the_documentation_runs(torus, tmp_path, monkeypatch):
         exec(block, names)
     assert names["image"].shape == (48, 64, 3)
     assert names["orbits"].shape == (1000, 7, 4)
+    assert (tmp_path / "iou.png").stat().st_size > 1000
     assert names["better"].kind == "rational" and len(names["table"]) == 2

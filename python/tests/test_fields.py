@@ -14,7 +14,7 @@ def points():
 
 
 def by_hand(map, points):
-    """F_1 of a map of factors, as docs/maths.md says it, of points in map coordinates."""
+    """F_1 of a map of factors, as docs/theory/maps.md says it, of points in map coordinates."""
     factors = map.factors
     offsets = points[:, None, :] - factors["center"]
     return map.log_scale + np.log(np.linalg.norm(offsets, axis=2)) @ factors["exponent"]

@@ -170,6 +170,15 @@ def test_a_picture_is_the_same(command, fitted_file, map, tmp_path, device):
     assert np.array_equal(ours, np.asarray(image.open(tmp_path / "set.png")))
     qjulia.save_png(ours, tmp_path / "ours.png")
     assert np.array_equal(ours, np.asarray(image.open(tmp_path / "ours.png")))
+    # The command's picture holds the map that it shows, and so does ours where it is told to.
+    assert qjulia.load(tmp_path / "set.png") == map
+    with pytest.raises(qjulia.InputError, match="holds no map"):
+        qjulia.load(tmp_path / "ours.png")
+    qjulia.save_png(ours, tmp_path / "ours.png", map=map)
+    assert qjulia.load(tmp_path / "ours.png") == map
+    assert np.array_equal(ours, np.asarray(image.open(tmp_path / "ours.png")))
+    map.surface(24, device=device).save(tmp_path / "ours.glb", map=map)
+    assert qjulia.load(tmp_path / "ours.glb") == map
 
 
 def test_figures_are_the_same(command, fitted_file, torus_file, map, torus, device):

@@ -853,6 +853,18 @@ TEST_CASE("hostile counts and sizes are refused or do no harm") {
   survives("others' reports", [&] {
     to_json(TuneReport{}), to_json(SelfTestReport{}), SelfTestReport{}.has_passed();
   });
+  refuses("measure_grid", [&] { measure_grid(on_device(), {}, {{"no_setting", {1}}}); });
+  refuses("measure_grid", [&] { measure_grid(on_device(), {}, {{"lane_width", {}}}); });
+  survives("a grid's report", [&] { to_csv(GridReport{}), to_json(GridReport{}); });
+  survives("command_profile", [&] {
+    const LaunchCounter counter;
+    const CommandProfile empty = command_profile({}, Trace(), counter.work(), {}, kNan);
+    to_json(empty), to_text(empty);
+    static_cast<void>(measure_roofs(on_device()));
+  });
+  survives("with_known_tuning", [&] { static_cast<void>(with_known_tuning(on_device())); });
+  survives("export_tuning", [&] { export_tuning(on_device(), "/no/such/folder/file.json"); });
+  refuses("import_tuning", [&] { import_tuning(on_device(), "/no/such/file.json"); });
   survives("summaries", [&] { brief_summary({}), full_summary({}); });
 }
 
@@ -931,8 +943,8 @@ TEST_CASE("sinks of surfaces take nothing that does not belong together") {
 TEST_CASE("texts, bytes and files that hold something else are refused") {
   const test::TemporaryFolder folder;
   const auto garbage = folder.file("garbage", std::string("\0\xff{[<ply", 8));
-  for (const char* extension :
-       {".obj", ".ply", ".stl", ".off", ".o3d", ".f3d", ".poly4d", ".txt", ".json"}) {
+  for (const char* extension : {".obj", ".ply", ".stl", ".off", ".o3d", ".f3d", ".poly4d", ".txt",
+                                ".json", ".png", ".glb"}) {
     const auto path = folder.file("garbage" + std::string(extension), test::read_text(garbage));
     for (const auto& file :
          {path, folder.path(), folder.path() / "missing", std::filesystem::path()}) {
@@ -941,6 +953,7 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
       refuses("read_and_inspect_mesh", [&] { read_and_inspect_mesh(file); });
       refuses("read_painted_mesh", [&] { read_painted_mesh(file, "a\xff"); });
       refuses("read_map", [&] { read_map(file); });
+      survives("holds_map", [&] { static_cast<void>(holds_map(file)); });
       refuses("read_original", [&] { read_original(file); });
       refuses("read_sampled_distance", [&] { read_sampled_distance(file); });
       refuses("read_portal_text", [&] { read_portal_text(file, {}); });
@@ -996,6 +1009,11 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
     map.provenance.set("key", 1);
     map.validate();
   });
+  refuses("packed_map", [&] {
+    Map map = good_map();
+    map.dynamics.log_scale = kNan;
+    static_cast<void>(packed_map(map));
+  });
   const auto nowhere = folder.path() / "no" / "such";
   survives("outputs", [&] { write_map(good_map(), nowhere / "map.qjulia.json"); });
   survives("outputs", [&] { write_mesh(shapes::box(), nowhere / "mesh.ply"); });
@@ -1038,4 +1056,17 @@ TEST_CASE("hostile wishes for devices are refused") {
   std::stop_source source;
   source.request_stop();
   CHECK_THROWS_AS(throw_if_stopped(source.get_token()), Interrupted);
+}
+
+TEST_CASE("a check that a self-test does not have is refused") {
+  const Device& device = test::shared_device();
+  const std::size_t count = self_test_plan(device).size();
+  for (const std::size_t number : {count, std::numeric_limits<std::size_t>::max()}) {
+    try {
+      self_test_check(device, number);
+      FAIL_CHECK("accepts it");
+    } catch (const OptionError& error) {
+      CHECK(error.field() == "number");
+    }
+  }
 }

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <ctime>
 #include <nlohmann/json.hpp>
 
 #include "profile/instruction_counts.hpp"
+#include "profile/kernel_counter.hpp"
+#include "profile/prediction.hpp"
 #include "profile/workload.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/profile.hpp"
@@ -110,13 +113,70 @@ TEST_CASE("predictions are what counted instructions take at the measured limits
   const double by_slots =
       3000.0 * 40 * profiling::slots(profiling::kLogNorm) / limits.fma_per_second;
   const double by_memory = 3000.0 * 8 * 4 / limits.bytes_per_second;
-  REQUIRE(energy.predicted_seconds);
-  CHECK(*energy.predicted_seconds == Approx(std::max(by_slots, by_memory)));
-  CHECK_FALSE(figures("distance", 1).predicted_seconds);
-  const nlohmann::json json = to_json(measured())["kernels"][0];
-  CHECK(json["kernel"] == "energy");
-  CHECK(json["measured_over_predicted"].get<double>() ==
-        Approx(energy.median_seconds / *energy.predicted_seconds));
+  const auto predicted = profiling::predicted_seconds(energy, limits);
+  REQUIRE(predicted);
+  CHECK(*predicted == Approx(std::max(by_slots, by_memory)));
+  CHECK_FALSE(profiling::predicted_seconds(figures("distance", 1), limits));
+  // What instructions of GPUs take says nothing of CPUs.
+  const bool is_gpu = Device::choose().info().kind == DeviceKind::gpu;
+  CHECK(energy.predicted_seconds.has_value() == is_gpu);
+}
+
+TEST_CASE(
+    "a profile with counters has rows of kernels, and what drivers and processors say of them") {
+  ProfileOptions options = small();
+  options.counters = true;
+  options.kernels = {"energy*"};
+  options.repeats = 1;
+  const ProfileReport report = profile(Device::choose(), options);
+  const auto kernel = std::ranges::find(report.kernels, "energy_terms", &KernelFigures::kernel);
+  REQUIRE(kernel != report.kernels.end());
+  REQUIRE(kernel->resources);
+  CHECK(kernel->resources->group_size >= 1);
+  CHECK(kernel->resources->group_multiple >= 1);
+  for (const KernelFigures& f : report.kernels) {
+    CAPTURE(f.kernel);
+    CHECK(f.is_one_kernel == f.resources.has_value());
+    for (const char* name : kEventNames) {
+      const auto says = [&](const std::string& line) {
+        return line.find(name) != std::string::npos || line.starts_with("events:");
+      };
+      CAPTURE(name);
+      CHECK(f.events.contains(name) != std::ranges::any_of(report.not_counted, says));
+    }
+  }
+  CHECK(to_json(report)["not_counted"].size() == report.not_counted.size());
+  CHECK(measured().kernels.front().events.empty());
+  CHECK(measured().not_counted.empty());
+}
+
+TEST_CASE("events are those of the threads that run kernels") {
+  const Device device = Device::choose();
+  if (device.info().kind != DeviceKind::cpu) return;
+  ProfileOptions options;
+  options.samples = 20'000;
+  const profiling::Workload work = profiling::make_workload(options);
+  profiling::TuneBench bench(device, work, Precision::single);
+  bench.run(profiling::TuneJob::energy);
+  profiling::ProcessEvents events(profiling::system_event_calls());
+  profiling::KernelCounter counter(&events);
+  const device::WatchedLaunches watched(counter);
+  const auto cpu_seconds = [] {
+    timespec time{};
+    REQUIRE(::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time) == 0);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+  };
+  const double before = cpu_seconds();
+  for (int i = 0; i < 10; ++i) bench.run(profiling::TuneJob::orbit_energy);
+  const double all = cpu_seconds() - before;
+  const auto& counted = counter.kernels().at("energy_terms").events;
+  const auto found = counted.find("cpu_seconds");
+  if (found == counted.end()) {
+    CHECK_FALSE(events.refused().empty());
+    return;
+  }
+  CHECK(found->second < 1.5 * all);  // two clocks; counted twice it is 2
+  CHECK(found->second > 0.5 * all);
 }
 
 TEST_CASE("the spread of the runs and the limit before and after are told") {

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "device/known_devices.hpp"
 #include "profile/workload.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/tune.hpp"
@@ -106,6 +107,60 @@ TEST_CASE("kept settings come back, those of either precision") {
   CHECK_FALSE(device.is_tuned(Precision::single));
   ::setenv("QJULIA_TUNING", "off", 1);
   CHECK_FALSE(with_cached_tuning(device).device.is_tuned(Precision::single));
+}
+
+TEST_CASE("a device starts from its entry in the table of known devices") {
+  const Device device = test::shared_device();
+  const DeviceInfo& info = device.info();
+  const Tuning wanted = tuned(device).tuning(Precision::single);
+  const nlohmann::json entry{{"device", info.name},
+                             {"platform", info.platform_name},
+                             {"driver", "another"},
+                             {"compute_units", info.compute_units},
+                             {"single", to_json(wanted)}};
+  const auto started = [&](const nlohmann::json& table) {
+    return device::with_table(device, table.dump());
+  };
+  const auto array = [](const nlohmann::json& one) { return nlohmann::json::array({one}); };
+  const Device known = started(array(entry));
+  CHECK(known.tuning(Precision::single) == wanted);
+  CHECK(known.is_tuned(Precision::single));
+  CHECK_FALSE(known.is_tuned(Precision::dbl));
+  for (const char* name : {"device", "platform", "compute_units"}) {
+    nlohmann::json other = entry;
+    other[name] = name == std::string("compute_units") ? nlohmann::json(info.compute_units + 1)
+                                                       : nlohmann::json("another");
+    CAPTURE(name);
+    CHECK_FALSE(started(array(other)).is_tuned(Precision::single));
+  }
+  nlohmann::json wrong = entry;
+  wrong["single"]["lane_width"] = 5;
+  CHECK_THROWS_AS(started(array(wrong)), InputError);
+  // The table as it is holds nothing that a device would refuse.
+  for (const auto& [path, text] : device::known_devices()) {
+    for (const nlohmann::json& one : nlohmann::json::parse(text)) {
+      for (const char* precision : {"single", "double"}) {
+        if (one.contains(precision)) CHECK_NOTHROW(tuning_from(one[precision]));
+      }
+    }
+  }
+}
+
+TEST_CASE("settings travel to a twin in a file") {
+  const OwnCache cache;
+  const Device device = test::shared_device();
+  const auto file = cache.folder.path() / "settings.json";
+  export_tuning(tuned(device), file);
+  CHECK_FALSE(with_cached_tuning(device).device.is_tuned(Precision::single));
+  const Device twin = import_tuning(device, file);
+  CHECK(twin.tuning(Precision::single) == tuned(device).tuning(Precision::single));
+  CHECK(with_cached_tuning(device).device.tuning(Precision::single) ==
+        tuned(device).tuning(Precision::single));
+  nlohmann::json foreign;
+  std::ifstream(file) >> foreign;
+  foreign["device"] = "another";
+  std::ofstream(file) << foreign;
+  CHECK_THROWS_WITH(import_tuning(device, file), Catch::Contains("settings of \"another\""));
 }
 
 TEST_CASE("corrupt and foreign settings are passed over with a warning, and replaced") {

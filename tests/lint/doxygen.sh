@@ -3,7 +3,7 @@
 set -euo pipefail
 cd "$1"
 (
-  cat docs/Doxyfile
+  cat docs/site/Doxyfile
   echo "OUTPUT_DIRECTORY = $2/doxygen"
   echo 'WARN_AS_ERROR = FAIL_ON_WARNINGS'
 ) | doxygen -

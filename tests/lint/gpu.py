@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What a compiler can prove about the kernels on GPUs where there is no GPU.
 
-usage: gpu.py REPOSITORY [BUILD_FOLDER] [--write] [--loops] [--markdown]
+usage: gpu.py REPOSITORY [--compile] [--write] [--loops] [--markdown]
 
 Compiles every program as GPUs use it (one lane, groups of 64) for AMD, NVIDIA and SPIR-V, in single
 and double precision, and checks that
@@ -12,13 +12,19 @@ and double precision, and checks that
   * NVIDIA's own assembler, ptxas, where there is one ($PTXAS, PATH, $CUDA_HOME or $CUDA_PATH,
     /usr/local/cuda), takes them for sm_80, sm_90 and sm_120 without a spill; what it says of them is
     in the same table;
+  * Intel's own compiler, where Debian's ocloc of intel-opencl-icd is there ($OCLOC, PATH), takes them
+    for Gen12, Arc and Ponte Vecchio; the table has scratch and the lanes of a thread, in "waves";
   * the instructions of the loops that take the time are those of host/profile/instruction_counts.hpp.
+gpu_kernels.txt also has a digest of everything the figures follow from: the kernels, this script, the
+counts, the compiler. Where it is the same, the figures are too, and nothing is compiled unless
+--compile or another option asks for it.
 --write rewrites gpu_kernels.txt and the figures in instruction_counts.hpp. --loops prints the loops
-of every kernel, --markdown the table of docs/performance.md.
+of every kernel, --markdown the table of docs/lab/performance.md.
 """
 
 import collections
 import concurrent.futures
+import hashlib
 import os
 import pathlib
 import re
@@ -45,6 +51,8 @@ OTHERS = ("nvptx64", "spir64")
 Sm = collections.namedtuple("Sm", "warps groups shared")
 SMS = {"sm_80": Sm(64, 32, 164 << 10), "sm_90": Sm(64, 32, 228 << 10),
        "sm_120": Sm(48, 24, 100 << 10)}
+# Whether they have double precision.
+INTELS = {"tgllp": False, "dg2": False, "pvc": True}
 SCHEDULERS = 4
 LANES = 32
 # Programs that know one of these options are compiled with each of its values.
@@ -177,6 +185,59 @@ def assembled(job):
     return found, ""
 
 
+def compiled_by_ocloc(job):
+    """What Intel's compiler makes of each kernel: name -> registers, scratch, local bytes, lanes of a
+    thread; and its whole log where it refuses."""
+    ocloc, source, device, double, defines = job
+    options = f"-cl-std=CL1.2 -I{os.path.abspath('kernels')} -DQJ_WIDTH=1 -DQJ_DOUBLE={double}"
+    with tempfile.TemporaryDirectory() as folder:
+        # It takes no quotes on its command line.
+        whole = pathlib.Path(folder, "whole.cl")
+        settings = [define[2:].replace("=", " ", 1) for define in defines]
+        whole.write_text("".join(f"#define {setting}\n" for setting in settings) + source.read_text())
+        run = subprocess.run([ocloc, "compile", "-q", "-file", str(whole), "-device", device,
+                              "-out_dir", folder, "-output", "made", "-output_no_suffix", "-options",
+                              options, "-internal_options", "-cl-intel-allow-zebin"],
+                             capture_output=True, text=True)
+        made = pathlib.Path(folder, "made")
+        data = made.read_bytes() if run.returncode == 0 and made.exists() else b""
+    begin = data.find(b"kernels:\n")  # its section .ze_info, which is YAML
+    if begin < 0:
+        return None, run.stdout + run.stderr
+    text = data[begin:data.index(b"\0", begin)].decode(errors="replace")
+    found = {}
+    for part in re.split(r"\n  - name: +", "\n" + text.split("kernels_misc_info:")[0])[1:]:
+        def figure(name):
+            told = re.search(rf"{name}: +(\d+)", part)
+            return int(told[1]) if told else 0
+        scratch = re.findall(r"type: +scratch\n(?:\s+\w+: +[a-z]\w*\n)*\s+size: +(\d+)", part)
+        found[part.split()[0]] = (figure("grf_count"), sum(map(int, scratch)), figure("slm_size"),
+                                  figure("simd_size"))
+    return found, ""
+
+
+def intel_rows(ocloc, sources, amd_rows, pool):
+    """Rows of the table for Intel, and what is wrong. `sources`: pairs of a merged source and its list
+    of -D."""
+    programs = {}
+    for _, precision, stem, name, *_ in amd_rows:
+        programs.setdefault((precision, name), set()).add(stem)
+    jobs = [(ocloc, source, device, double, defines) for source, defines in sources
+            for device, has_double in INTELS.items() for double in range(1 + has_double)]
+    rows, wrong = [], []
+    for (_, _, device, double, defines), (found, log) in zip(jobs, pool.map(compiled_by_ocloc, jobs)):
+        precision = "double" if double else "single"
+        if found is None:
+            wrong.append(f"{device} in {precision} {defines}: ocloc refuses\n{log}")
+            continue
+        for name, figures in found.items():
+            kind = "".join("+" + n for n, of in MAPS.items() if of in defines)
+            stems = [s for s in programs.get((precision, name), ())
+                     if s.endswith(kind) and ("+" in s) == bool(kind)]
+            rows += [(device, precision, stem, name, *figures) for stem in stems[:1]]
+    return rows, wrong
+
+
 def nvidia_rows(ptxas, compiled, amd_rows, groups, pool):
     """Rows of the table for NVIDIA, and what is wrong. `compiled`: pairs of a job for nvptx64 and its
     PTX. Merged sources do not say which program a kernel is of: the rows for AMD do."""
@@ -281,11 +342,26 @@ def counts_text(loops):
     return "\n".join(lines)
 
 
+def digest(counts):
+    """Of everything that the table follows from; `counts` is the text of instruction_counts.hpp."""
+    version = subprocess.run([CLANG, "--version"], capture_output=True, text=True).stdout
+    hashed = hashlib.sha256((version.splitlines()[0] + counts).encode())
+    for path in [pathlib.Path(__file__), *sorted(pathlib.Path("kernels").rglob("*")),
+                 *sorted(pathlib.Path(CLC).glob("*.bc"))]:
+        if path.is_file():
+            hashed.update(path.name.encode() + path.read_bytes())
+    return hashed.hexdigest()
+
+
 def main():
     flags = {a for a in sys.argv[1:] if a.startswith("--")}
     os.chdir([a for a in sys.argv[1:] if not a.startswith("--")][0])
     table_path = pathlib.Path("tests/lint/gpu_kernels.txt")
     header_path = pathlib.Path("host/profile/instruction_counts.hpp")
+    kept_lines = table_path.read_text().splitlines()
+    if not flags and f"# digest {digest(header_path.read_text())}" in kept_lines:
+        print("kernels, compiler and script are those that the table was made with")
+        return 0
     programs = sorted(pathlib.Path("kernels").glob("*.cl"))
     jobs = [(program, target, double, defines, ())
             for program in programs
@@ -300,9 +376,17 @@ def main():
     with (tempfile.TemporaryDirectory() as folder,
           concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool):
         # What is not counted is compiled in few sources, which saves half the time.
-        jobs += [(source, target, double, defines, ()) for source, defines in merged(programs, folder)
+        sources = list(merged(programs, folder))
+        jobs += [(source, target, double, defines, ()) for source, defines in sources
                  for double in (0, 1) for target in OTHERS]
         results = list(pool.map(compile_for, jobs + counted))
+        amd_rows = [(target, "double" if double else "single",
+                     program.stem + "".join("+" + n for n, of in MAPS.items() if of in defines), name)
+                    for (program, target, double, defines, further), (text, _)
+                    in zip(jobs + counted, results) if target in GPUS and text and not further
+                    for name in kernels_of_amd(text)]
+        if ocloc := shutil.which(os.environ.get("OCLOC") or "ocloc"):
+            intels, refused = intel_rows(ocloc, sources, amd_rows, pool)
 
     failed = False
     rows, loops, ptx, groups = [], {}, [], {}
@@ -328,7 +412,6 @@ def main():
                 stem = program.stem + "".join("+" + n for n, of in MAPS.items() if of in defines)
                 rows.append((target, precision, stem, name, registers, scratch, local, waves))
                 groups[name] = min(group, 256)
-    kept_lines = table_path.read_text().splitlines()
     version = kept_version = next((l for l in kept_lines if l.startswith("# ptxas")), "# ptxas none")
     if ptxas := find_ptxas():
         told = subprocess.run([ptxas, "--version"], capture_output=True, text=True).stdout
@@ -343,9 +426,17 @@ def main():
               "and spills on NVIDIA's cards are not checked")
         kept = (line.split() for line in kept_lines if line.startswith("sm_"))
         rows += [(*words[:4], *map(int, words[4:])) for words in kept]
+    if ocloc:
+        rows += intels
+        print("\n".join(refused), end="\n" if refused else "")
+        failed |= bool(refused)
+    else:
+        print("ocloc was not found ($OCLOC, PATH): scratch on Intel's GPUs is not checked")
+        kept = (line.split() for line in kept_lines if line.split()[0] in INTELS)
+        rows += [(*words[:4], *map(int, words[4:])) for words in kept]
     head = table_line(("target", "real", "program", "kernel", "registers", "scratch", "local",
                        "waves"))
-    table = "\n".join([head, *map(table_line, rows), version]) + "\n"
+    table = "\n".join([head, *map(table_line, rows), version])
     if "--loops" in flags:
         for name, found in loops.items():
             for counts in found:
@@ -358,10 +449,10 @@ def main():
                 print(f"| {name} |", " | ".join(map(str, figures)), "|",
                       " | ".join(f"{row[4]}, {row[7]}" if row else "" for row in more), "|")
     if "--write" in flags and not failed:
-        table_path.write_text(table)
-        old = header_path.read_text()
-        header_path.write_text(re.sub(r"(?<=// counted\n).*(?=\n// end)", counts_text(loops), old,
-                                      flags=re.S))
+        counts = re.sub(r"(?<=// counted\n).*(?=\n// end)", counts_text(loops),
+                        header_path.read_text(), flags=re.S)
+        header_path.write_text(counts)
+        table_path.write_text(f"{table}\n# digest {digest(counts)}\n")
         print(f"wrote {table_path} and {header_path}")
         return 0
 

@@ -9,8 +9,9 @@ import sys
 
 # Programs that use the library write the first. Only the library calls the two templates after it.
 # The rest take devices and precisions, which cannot be hostile.
-EXEMPT = {"all_gather", "members", "visit", "is_tuned", "save_tuning", "self_test", "with_layout",
-          "opencl_context", "opencl_device", "opencl_queue"}
+EXEMPT = {"all_gather", "members", "visit", "is_tuned", "save_tuning", "self_test", "quick_self_test",
+          "first_self_test", "self_test_plan", "with_layout", "opencl_context", "opencl_device",
+          "opencl_queue"}
 
 
 def declared(text):

@@ -9,6 +9,8 @@ check() {
   }
 }
 "$2" | check "$1/docs/reference/knobs.md"
+"$2" files | check "$1/docs/reference/file-types.md"
+"$3" commands | check "$1/docs/reference/command-line.md"
 # What getenv is called with, and names of our own that are passed on to it.
 for name in $(grep -rhoE --include='*.cpp' 'getenv\("[A-Z_]+|"QJULIA_[A-Z]+"' "$1"/host "$1"/tools |
   grep -oE '[A-Z_]+' | sort -u); do

@@ -1,10 +1,15 @@
 /// A device with faults: loaded before the OpenCL loader (LD_PRELOAD). The environment says which:
-/// QJULIA_TEST_FAULTS=FIRST:COUNT    launches FIRST … FIRST + COUNT − 1 of a process are refused
-///                                   with CL_OUT_OF_RESOURCES
+/// QJULIA_TEST_FAULTS=FIRST:COUNT:CODE  launches FIRST … FIRST + COUNT − 1 of a process are refused
+///                                   with CODE; without it, with CL_OUT_OF_RESOURCES
+/// QJULIA_TEST_LAUNCHES=FILE         gets a line with the kernel's name for each launch
 /// QJULIA_TEST_NO_TIMES=1            events carry times of zero
 /// QJULIA_TEST_NO_DOUBLE=1           there is no double precision
 /// QJULIA_TEST_WRONG_WIDTH=W         programs compiled for W lanes run an iterate too few
 /// QJULIA_TEST_BROKEN_PROGRAM=NAME   programs whose source is kernels/NAME do not build
+/// QJULIA_TEST_CRASHING_PROGRAM=NAME the process ends with SIGSEGV when such a program is built
+/// QJULIA_TEST_NO_BINARY=WHEN        compiled programs are refused when they are created (`create`)
+///                                   or built (`build`), or have no kernels (`kernel`)
+/// QJULIA_TEST_GPU=1                 devices say that they are GPUs
 /// QJULIA_TEST_REFUSED_BYTES=N,M,…   no memory for buffers of exactly so many bytes; it says so
 /// QJULIA_TEST_LARGEST_BUFFER=N      no buffer has more than N bytes, as the device tells
 /// QJULIA_TEST_LOCAL_BYTES=N         a group has N bytes of local memory, as the device tells
@@ -21,6 +26,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
@@ -54,15 +60,31 @@ std::optional<size_t> largest_group(std::string_view who) {
   return std::strtoull(text + colon + 1, nullptr, 10);
 }
 
-bool refused() {
+/// How this process's next launch is refused; CL_SUCCESS: it is not.
+cl_int refused() {
   static std::atomic<unsigned long> launches = 0;
   const unsigned long launch = launches++;
   const char* faults = std::getenv("QJULIA_TEST_FAULTS");
   unsigned long first = 0;
   unsigned long count = 0;
+  int code = CL_OUT_OF_RESOURCES;
   // NOLINTNEXTLINE(cert-err34-c): the tests write it
-  if (faults == nullptr || std::sscanf(faults, "%lu:%lu", &first, &count) != 2) return false;
-  return launch >= first && launch - first < count;
+  if (faults == nullptr || std::sscanf(faults, "%lu:%lu:%d", &first, &count, &code) < 2) {
+    return CL_SUCCESS;
+  }
+  return launch >= first && launch - first < count ? code : CL_SUCCESS;
+}
+
+/// Adds a line to the file of QJULIA_TEST_LAUNCHES.
+void note(cl_kernel kernel) {
+  const char* path = std::getenv("QJULIA_TEST_LAUNCHES");
+  if (path == nullptr) return;
+  std::array<char, 256> name{};
+  clGetKernelInfo(kernel, CL_KERNEL_FUNCTION_NAME, name.size() - 1, name.data(), nullptr);
+  if (FILE* file = std::fopen(path, "a")) {
+    std::fprintf(file, "%s\n", name.data());
+    std::fclose(file);
+  }
 }
 
 /// Whether `bytes` is among the numbers of QJULIA_TEST_REFUSED_BYTES.
@@ -131,6 +153,18 @@ std::string source_of(cl_program program) {
   return source;
 }
 
+/// Whether the variable names the file whose source the program has.
+bool is_named_by(const char* variable, cl_program program) {
+  const char* name = std::getenv(variable);
+  return name != nullptr &&
+         source_of(program).starts_with(std::string("#line 1 \"kernels/") + name + '"');
+}
+
+bool refuses_binaries(std::string_view when) {
+  const char* refused = std::getenv("QJULIA_TEST_NO_BINARY");
+  return refused != nullptr && refused == when;
+}
+
 /// Replaces what was told, where anybody asked and something is to be told.
 template <class Number>
 void tell(const std::optional<size_t>& most, void* value) {
@@ -154,7 +188,8 @@ extern "C" CL_API_ENTRY cl_int CL_API_CALL clGetDeviceInfo(cl_device_id device, 
     tell<size_t>(largest_group("device"), value);
   } else if (name == CL_DEVICE_DOUBLE_FP_CONFIG && number("QJULIA_TEST_NO_DOUBLE")) {
     tell<cl_device_fp_config>(0, value);
-  } else if (name == CL_DEVICE_TYPE && number("QJULIA_TEST_BUSY_WAITS") && value != nullptr) {
+  } else if (name == CL_DEVICE_TYPE && value != nullptr &&
+             (number("QJULIA_TEST_BUSY_WAITS") || number("QJULIA_TEST_GPU"))) {
     *static_cast<cl_device_type*>(value) = CL_DEVICE_TYPE_GPU;
   }
   return code;
@@ -189,7 +224,8 @@ clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensi
                        const size_t* offset, const size_t* global, const size_t* local,
                        cl_uint waits, const cl_event* wait_list, cl_event* event) {
   static const auto real = loaders(&clEnqueueNDRangeKernel, "clEnqueueNDRangeKernel");
-  if (refused()) return CL_OUT_OF_RESOURCES;
+  note(kernel);
+  if (const cl_int code = refused()) return code;
   if (const cl_int code = lost(queue, 1)) return code;
   const auto largest = largest_group({});
   if (largest && group_items(dimensions, local) > *largest) {
@@ -241,6 +277,27 @@ extern "C" CL_API_ENTRY cl_int CL_API_CALL clGetEventProfilingInfo(cl_event even
   return code;
 }
 
+extern "C" CL_API_ENTRY cl_program CL_API_CALL clCreateProgramWithBinary(
+    cl_context context, cl_uint count, const cl_device_id* devices, const size_t* lengths,
+    const unsigned char** binaries, cl_int* states, cl_int* code) {
+  static const auto real = loaders(&clCreateProgramWithBinary, "clCreateProgramWithBinary");
+  if (!refuses_binaries("create")) {
+    return real(context, count, devices, lengths, binaries, states, code);
+  }
+  if (code != nullptr) *code = CL_INVALID_BINARY;
+  return nullptr;
+}
+
+extern "C" CL_API_ENTRY cl_kernel CL_API_CALL clCreateKernel(cl_program program, const char* name,
+                                                             cl_int* code) {
+  static const auto real = loaders(&clCreateKernel, "clCreateKernel");
+  if (!refuses_binaries("kernel") || source_of(program).size() > 1) {
+    return real(program, name, code);
+  }
+  if (code != nullptr) *code = CL_INVALID_KERNEL_NAME;
+  return nullptr;
+}
+
 /// In the source itself, which built-in headers do not see: what QJ_TEST_WRONG turns round.
 extern "C" CL_API_ENTRY cl_program CL_API_CALL clCreateProgramWithSource(
     cl_context context, cl_uint count, const char** strings, const size_t* lengths, cl_int* code) {
@@ -269,9 +326,12 @@ clBuildProgram(cl_program program, cl_uint count, const cl_device_id* devices, c
   if (width != nullptr && has(std::string("-DQJ_WIDTH=") + width + ' ') && has("-DQJ_GROUP=")) {
     changed += " -DQJ_TEST_WRONG";
   }
-  const char* broken = std::getenv("QJULIA_TEST_BROKEN_PROGRAM");
-  const bool is_broken = broken != nullptr && source_of(program).starts_with(
-                                                  std::string("#line 1 \"kernels/") + broken + '"');
+  const bool is_broken = is_named_by("QJULIA_TEST_BROKEN_PROGRAM", program);
+  if (is_named_by("QJULIA_TEST_CRASHING_PROGRAM", program)) {
+    std::signal(SIGSEGV, SIG_DFL);  // a sanitizer would end the process otherwise
+    std::raise(SIGSEGV);
+  }
+  if (refuses_binaries("build") && source_of(program).size() <= 1) return CL_INVALID_BINARY;
   const bool needs_double = number("QJULIA_TEST_NO_DOUBLE") && has("-DQJ_DOUBLE=1");
   if (is_broken || needs_double) changed += " -Dkernel=broken";
   return real(program, count, devices, changed.c_str(), notify, user_data);

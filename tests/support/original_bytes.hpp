@@ -1,5 +1,5 @@
 #pragma once
-/// Writes .o3d files from the description of their format (docs/map-format.md).
+/// Writes .o3d files from the description of their format (docs/reference/map-format.md).
 
 #include <array>
 #include <cstdint>

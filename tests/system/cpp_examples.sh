@@ -5,7 +5,7 @@ set -euo pipefail
 repository=$1 prefix=$2 work=$3 compiler=$4 python3=$5 flags=$6
 
 rm -rf "$work"
-mkdir -p "$work"/{results,pocl_cache}
+mkdir -p "$work"/results
 examples=$prefix/share/doc/qjulia/examples
 diff -r "$repository/examples/cpp" "$examples/cpp"
 diff -r -x __pycache__ "$repository/examples/python" "$examples/python"

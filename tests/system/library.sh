@@ -1,11 +1,11 @@
 #!/bin/bash
-# Installs the build, then builds and runs the program and project of docs/library.md against it.
+# Installs the build, then builds and runs the program and project of docs/guide/library.md against it.
 # Usage: library.sh REPOSITORY BUILD_FOLDER WORK_FOLDER COMPILER FLAGS
 set -euo pipefail
 repository=$1 build=$2 work=$3 compiler=$4 flags=$5
 
 rm -rf "$work"
-mkdir -p "$work"/{project,results,pocl_cache}
+mkdir -p "$work"/{project,results}
 cmake --install "$build" --prefix "$work/prefix" >"$work/install.log"
 "$work/prefix/bin/qjulia" --version
 
@@ -14,7 +14,7 @@ block() {
   awk -v fence="\`\`\`$1" -v wanted="$2" '
     /^```$/ { inside = 0 }
     inside && found == wanted
-    $0 == fence { inside = 1; ++found }' "$repository/docs/library.md"
+    $0 == fence { inside = 1; ++found }' "$repository/docs/guide/library.md"
 }
 block cpp 1 >"$work/project/main.cpp"
 block cmake 1 >"$work/project/CMakeLists.txt"

@@ -79,7 +79,7 @@ TEST_CASE("a comparison of profiles refuses what it has no use for") {
     CHECK(result.exit_code == 2);
     CHECK_THAT(result.err, Contains(why));
   };
-  refused({"contrast", good, good}, "'contrast' is not known");
+  refused({"contrast", good, good}, "'compare' and two profiles");
   refused({"compare"}, "needs two files");
   refused({"compare", good}, "needs two files");
   refused({"compare", good, text}, "NEW '" + text + "' is not JSON");

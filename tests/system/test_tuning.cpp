@@ -144,4 +144,8 @@ TEST_CASE("--tune goes with no other measurement") {
   CHECK(cache.run({"profile", "--tune", "--csv", cache.folder / "a.csv"}).exit_code == 2);
   CHECK(cache.run({"profile", "--csv", cache.folder / "a.txt"}).exit_code == 2);
   CHECK(cache.run({"profile", "--tune", "--plot", cache.folder / "a.png"}).exit_code == 2);
+  const std::string settings = cache.folder / "a.json";
+  CHECK(cache.run({"profile", "--export", settings, "--csv", cache.folder / "a.csv"}).exit_code ==
+        2);
+  CHECK(cache.run({"profile", "--export", settings, "--scaling"}).exit_code == 2);
 }

@@ -117,6 +117,7 @@ TEST_CASE("Shadertoy takes fewer factors than Fragmentarium") {
   const auto of = [](std::size_t count) { return test::random_map(count, 0.001, 0.6, 5); };
   CHECK_NOTHROW(expect_formula(of(formula::kMostFactorsOfShadertoy), Program::shadertoy));
   CHECK_NOTHROW(expect_formula(of(2000), Program::fragmentarium));
-  CHECK_THROWS_WITH(expect_formula(of(401), Program::shadertoy),
-                    Contains("401 factors") && Contains("--factors 400") && Contains(".frag"));
+  CHECK_THROWS_WITH(
+      expect_formula(of(401), Program::shadertoy),
+      Contains("401 factors") && Contains("--factors-at-most 400") && Contains(".frag"));
 }

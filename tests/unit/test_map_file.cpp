@@ -11,9 +11,13 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "base/deflate.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
+#include "qjulia/mesh.hpp"
+#include "qjulia/picture.hpp"
 #include "random_maps.hpp"
+#include "shapes.hpp"
 
 using namespace qjulia;
 
@@ -496,4 +500,112 @@ TEST_CASE("what is wrong with a file is said by line, not by its bytes") {
   const auto path = folder.with_text("a.qjulia.json", "{\n\"format\": \"\x01\xff\x02");
   REQUIRE_THROWS_WITH(read_map(path), Catch::Contains("valid JSON (line 2)") &&
                                           !Catch::Contains("\x01") && !Catch::Contains("\xff"));
+}
+
+namespace {
+
+/// 4 bytes, the highest or the lowest first.
+std::string four_bytes(std::size_t value, bool is_highest_first) {
+  std::string bytes;
+  for (const unsigned shift : {24U, 16U, 8U, 0U}) {
+    bytes.push_back(static_cast<char>((value >> shift) & 0xFFU));
+  }
+  if (!is_highest_first) std::reverse(bytes.begin(), bytes.end());
+  return bytes;
+}
+
+Image grey_image() { return {2, 2, std::vector<std::uint8_t>(12, 128)}; }
+
+std::string picture_with(const std::string& packed) {
+  return png_bytes(grey_image(), {}, Packing::small, packed);
+}
+
+/// A header, a description that says nothing, and one more chunk.
+std::string scene_with(const std::string& type, const std::string& data) {
+  const auto chunk = [](const std::string& of, const std::string& bytes) {
+    return four_bytes(bytes.size(), false) + of + bytes;
+  };
+  const std::string chunks = chunk("JSON", "{} ") + chunk(type, data);
+  return "glTF" + four_bytes(2, false) + four_bytes(12 + chunks.size(), false) + chunks;
+}
+
+void check_carrier_refused(const Folder& folder, const std::string& name, const std::string& bytes,
+                           const std::string& why) {
+  CAPTURE(name);
+  const auto path = folder.with_text(name, bytes);
+  CHECK_THROWS_WITH(read_map(path), Catch::Contains(path.string()) && Catch::Contains(why));
+}
+
+}  // namespace
+
+TEST_CASE("a picture and a scene give back the map that they hold") {
+  const Folder folder;
+  const Map map = full_map();
+  const std::string packed = packed_map(map);
+  write_png(grey_image(), folder / "a.png", {{"Software", "qjulia"}}, packed);
+  MeshFileOptions options;
+  options.map = packed;
+  write_mesh(shapes::sphere(2), folder / "a.glb", options);
+  for (const char* name : {"a.png", "a.glb"}) {
+    CHECK(holds_map(folder / name));
+    CHECK(to_json(read_map(folder / name)) == to_json(map));
+  }
+  CHECK(read_mesh(folder / "a.glb").triangles.size() == shapes::sphere(2).triangles.size());
+  // Other programs may move the chunk behind the pixels.
+  std::string png = picture_with(packed);
+  const std::size_t at = png.find("qjMp") - 4, size = packed.size() + 12;
+  const std::string chunk = png.substr(at, size);
+  png.erase(at, size);
+  CHECK_FALSE(holds_map(folder.with_text("none.png", png)));
+  png.insert(png.find("IEND") - 4, chunk);
+  CHECK(to_json(read_map(folder.with_text("moved.png", png))) == to_json(map));
+  CHECK_FALSE(holds_map(folder / "a.qjulia.json"));
+}
+
+TEST_CASE("a long map takes several chunks of a picture") {
+  const Folder folder;
+  Map map = full_map();
+  std::string noise;
+  for (std::size_t i = 0; noise.size() < (std::size_t{3} << 20U); ++i) {
+    noise += fmt::format("{:x}", i * 0x9E3779B97F4A7C15U);
+  }
+  map.provenance = json{{"noise", noise}};
+  const std::string png = picture_with(packed_map(map));
+  CHECK(png.find("qjMp", png.find("qjMp") + 4) != std::string::npos);
+  CHECK(to_json(read_map(folder.with_text("long.png", png))) == to_json(map));
+}
+
+TEST_CASE("pictures and scenes without a whole map are refused with the file and the reason") {
+  const Folder folder;
+  const std::string packed = packed_map(full_map());
+  const std::string png = picture_with(packed), glb = scene_with("QJMP", packed);
+  check_carrier_refused(folder, "none.png", picture_with({}), "holds no map");
+  check_carrier_refused(folder, "none.glb", scene_with("BIN", "four"), "holds no map");
+  check_carrier_refused(folder, "text.png", "a text", "not a PNG");
+  check_carrier_refused(folder, "text.glb", "a text", "not a .glb");
+  check_carrier_refused(folder, "empty.png", "", "not a PNG");
+  check_carrier_refused(folder, "cut.png", png.substr(0, png.find("qjMp") + 20), "is cut off");
+  check_carrier_refused(folder, "ends.png", picture_with({}).substr(0, 50), "is cut off");
+  check_carrier_refused(folder, "cut.glb", glb.substr(0, glb.size() - 20), "is cut off");
+  check_carrier_refused(folder, "short.png", picture_with("abc"), "damaged");
+  check_carrier_refused(folder, "half.png", picture_with(packed.substr(0, packed.size() / 2)),
+                        "damaged");
+  std::string changed = packed;
+  changed[changed.size() / 2] ^= 1;
+  check_carrier_refused(folder, "changed.glb", scene_with("QJMP", changed), "damaged");
+  std::string large = png;
+  large.replace(large.find("qjMp") - 4, 4, "\xff\xff\xff\xff");
+  check_carrier_refused(folder, "large.png", large, "more than 64 MiB");
+  // What says how large it is, and what lies about it.
+  const std::string zeros = base::deflated(std::string(std::size_t{80} << 20U, ' '));
+  const auto bomb = [&](std::size_t size) {
+    return four_bytes(size, true) + four_bytes(zeros.size(), true) + zeros;
+  };
+  check_carrier_refused(folder, "bomb.png", picture_with(bomb(std::size_t{80} << 20U)),
+                        "64 MiB at most");
+  check_carrier_refused(folder, "lie.png", picture_with(bomb(1000)), "damaged");
+  const std::string text = base::deflated("[1]");
+  check_carrier_refused(folder, "list.png",
+                        picture_with(four_bytes(3, true) + four_bytes(text.size(), true) + text),
+                        "list.png");
 }

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "benchmark/alternated.hpp"
 #include "benchmark/profile_comparison.hpp"
 #include "qjulia/error.hpp"
 
@@ -18,13 +19,13 @@ namespace {
 constexpr double kLimit = 5e10;
 
 /// A machine: what share of its speed a run gets at a time, and how exactly a run is timed.
-struct Machine {
+struct TimedMachine {
   std::mt19937_64 random;
   double noise = 0.005;
   bool is_loaded = false;  ///< other work comes, takes a part, stays for some runs, and goes
   double share = 1;
 
-  explicit Machine(unsigned seed) : random(seed) {}
+  explicit TimedMachine(unsigned seed) : random(seed) {}
   double timed(double seconds) {
     std::normal_distribution<double> normal(1, noise);
     std::uniform_real_distribution<double> uniform;
@@ -34,7 +35,8 @@ struct Machine {
 };
 
 /// @param slower the factor for the time of the kernel of that number.
-json profile_on(Machine& machine, int runs, std::size_t slower_kernel = 99, double slower = 1) {
+json profile_on(TimedMachine& machine, int runs, std::size_t slower_kernel = 99,
+                double slower = 1) {
   json kernels = json::array();
   const std::vector<std::pair<const char*, int>> names = {
       {"energy", 1},       {"gradient", 1}, {"energy", 4},    {"gradient", 4},
@@ -70,7 +72,7 @@ TEST_CASE("a program against itself on a quiet machine is rarely called slower")
   constexpr int kTrials = 400;
   int slower = 0, undecided = 0;
   for (unsigned trial = 0; trial < kTrials; ++trial) {
-    Machine machine(trial);
+    TimedMachine machine(trial);
     machine.noise = 0.03;  // more than the tolerance of 2 %
     const json before = profile_on(machine, 8);
     const Verdict found = verdict(before, profile_on(machine, 8));
@@ -84,7 +86,7 @@ TEST_CASE("a program against itself on a quiet machine is rarely called slower")
 TEST_CASE("a program against itself under load is never called slower") {
   int undecided = 0;
   for (unsigned trial = 0; trial < 200; ++trial) {
-    Machine machine(trial);
+    TimedMachine machine(trial);
     machine.is_loaded = true;
     const json before = profile_on(machine, 5);
     const ProfileComparison found = compare_profiles(before, profile_on(machine, 5), {});
@@ -98,7 +100,7 @@ TEST_CASE("a program against itself under load is never called slower") {
 
 TEST_CASE("a kernel slowed by 5 % is found on a quiet machine, and it alone") {
   for (unsigned trial = 0; trial < 100; ++trial) {
-    Machine machine(trial);
+    TimedMachine machine(trial);
     const json before = profile_on(machine, 8);
     const ProfileComparison found = compare_profiles(before, profile_on(machine, 8, 2, 1.05), {});
     CHECK(found.verdict == Verdict::slower);
@@ -111,7 +113,7 @@ TEST_CASE("a kernel slowed by 5 % is found on a quiet machine, and it alone") {
 }
 
 TEST_CASE("speed-ups are told, and a slower clock is not a slower kernel") {
-  Machine machine(1);
+  TimedMachine machine(1);
   const json before = profile_on(machine, 8);
   const ProfileComparison faster = compare_profiles(before, profile_on(machine, 8, 0, 0.8), {});
   CHECK(faster.verdict == Verdict::faster);
@@ -126,8 +128,68 @@ TEST_CASE("speed-ups are told, and a slower clock is not a slower kernel") {
   CHECK_THAT(drifted.busy[0], Contains("50") && Contains("in OLD"));
 }
 
+/// Two builds on one machine, of which the new one's kernel of that number is slower.
+AlternatedComparison alternated(TimedMachine& machine, double slower, int most_rounds) {
+  int rounds = 0;
+  Alternation builds;
+  builds.old_build = [&](const std::vector<std::string>&) { return profile_on(machine, 3); };
+  builds.new_build = [&, slower](const std::vector<std::string>&) {
+    return profile_on(machine, 3, 2, slower);
+  };
+  builds.is_over = [&] { return ++rounds >= most_rounds; };
+  return compare_alternated(builds, {});
+}
+
+TEST_CASE("two builds in turns: a kernel slowed by 5 % is found, before the time is over") {
+  for (unsigned trial = 0; trial < 30; ++trial) {
+    TimedMachine machine(trial);
+    const AlternatedComparison found = alternated(machine, 1.05, 40);
+    CHECK(found.comparison.verdict == Verdict::slower);
+    CHECK(found.rounds < 40);
+    CHECK(std::ranges::count(found.comparison.kernels, Verdict::slower,
+                             &KernelComparison::verdict) == 1);
+  }
+}
+
+TEST_CASE("two builds in turns: decided kernels are not asked for again") {
+  constexpr std::size_t kDistance = 5;
+  TimedMachine machine(1);
+  int rounds = 0;
+  std::vector<std::string> asked;
+  Alternation builds;
+  builds.old_build = [&](const std::vector<std::string>&) { return profile_on(machine, 3); };
+  builds.new_build = [&](const std::vector<std::string>& names) {
+    asked = names;
+    return profile_on(machine, 3, kDistance, rounds % 2 == 0 ? 0.5 : 2);  // never decided
+  };
+  builds.is_over = [&] { return ++rounds >= 20; };
+  const AlternatedComparison found = compare_alternated(builds, {});
+  CHECK(asked == std::vector<std::string>{"distance"});
+  CHECK(found.comparison.verdict == Verdict::undecided);
+  CHECK(found.comparison.kernels.size() == 8);
+}
+
+TEST_CASE("two builds in turns: one build alone is never slower under load, and rarely else") {
+  int slower = 0;
+  for (unsigned trial = 0; trial < 100; ++trial) {
+    TimedMachine machine(trial);
+    machine.noise = 0.03;
+    slower += alternated(machine, 1, 20).comparison.verdict == Verdict::slower ? 1 : 0;
+    machine.is_loaded = true;
+    CHECK(alternated(machine, 1, 12).comparison.verdict != Verdict::slower);
+  }
+  CHECK(slower <= 5);
+}
+
+TEST_CASE("two builds in turns: too few rounds decide nothing") {
+  TimedMachine machine(3);
+  const AlternatedComparison found = alternated(machine, 1.5, 3);
+  CHECK(found.comparison.verdict == Verdict::undecided);
+  CHECK(found.comparison.kernels.size() == 8);
+}
+
 TEST_CASE("runs that lie far apart decide nothing") {
-  Machine machine(5);
+  TimedMachine machine(5);
   machine.noise = 0.3;
   json before = profile_on(machine, 5), after = profile_on(machine, 5);
   for (json* profile : {&before, &after}) {
@@ -139,14 +201,14 @@ TEST_CASE("runs that lie far apart decide nothing") {
 }
 
 TEST_CASE("a tolerance above 25 % is kept") {
-  Machine machine(3);
+  TimedMachine machine(3);
   const json before = profile_on(machine, 8), after = profile_on(machine, 8, 1, 1.3);
   CHECK(compare_profiles(before, after, {.tolerance = 0.27}).verdict == Verdict::slower);
   CHECK(compare_profiles(before, after, {.tolerance = 0.4}).kernels[1].verdict == Verdict::same);
 }
 
 TEST_CASE("what was measured otherwise is refused, or shown as such") {
-  Machine machine(1);
+  TimedMachine machine(1);
   const json before = profile_on(machine, 8);
   const std::vector<std::pair<const char*, json>> others = {{"/device/name", "e"},
                                                             {"/device/platform", "q"},
@@ -173,7 +235,7 @@ TEST_CASE("what was measured otherwise is refused, or shown as such") {
 }
 
 TEST_CASE("what cannot be compared is refused by name") {
-  Machine machine(1);
+  TimedMachine machine(1);
   const json good = profile_on(machine, 8);
   for (const json& bad : {json(nullptr), json::array(), json(3), json::object()}) {
     CHECK_THROWS_WITH(compare_profiles(bad, good, {}), Contains("OLD is not a profile"));

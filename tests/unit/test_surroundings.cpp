@@ -7,6 +7,7 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <cstdlib>
+#include <fstream>
 #include <optional>
 
 #include "base/surroundings.hpp"
@@ -155,4 +156,31 @@ TEST_CASE("a node that may not be opened is named with its group and a command")
   REQUIRE(::chmod(path.c_str(), ::geteuid() == 0 ? 0660 : 0060) == 0);
   machine.file(".dockerenv");
   CHECK_THAT(as_nobody(machine.root.path()), Contains("--group-add "));
+}
+
+TEST_CASE("a GPU that draws a screen is known by its connectors") {
+  const Machine machine;
+  const auto card = [&](const std::string& name, const std::string& bus, const char* connector,
+                        const char* status) {
+    const auto device = machine.root.path() / ("sys/devices/pci0000:00/" + bus);
+    std::filesystem::create_directories(device / "drm" / name);
+    std::filesystem::create_directory_symlink(device, device / "drm" / name / "device");
+    const auto entry = device / "drm" / name / (name + connector);
+    std::filesystem::create_directories(entry);
+    std::filesystem::create_directory_symlink(device / "drm" / name, entry / "device");
+    std::ofstream(entry / "status") << status << '\n';
+    const auto list = machine.root.path() / "sys/class/drm";
+    std::filesystem::create_directories(list);
+    std::filesystem::create_directory_symlink(device / "drm" / name, list / name);
+    std::filesystem::create_directory_symlink(entry, list / (name + connector));
+  };
+  using qjulia::base::draws_screen;
+  CHECK_FALSE(draws_screen("", machine.root.path()));
+  card("card0", "0000:00:02.0", "-HDMI-A-1", "disconnected");
+  CHECK_FALSE(draws_screen("", machine.root.path()));
+  card("card1", "0000:01:00.0", "-DP-1", "connected");
+  CHECK(draws_screen("0000:01:00.0", machine.root.path()));
+  CHECK_FALSE(draws_screen("0000:00:02.0", machine.root.path()));
+  CHECK_FALSE(draws_screen("0000:02:00.0", machine.root.path()));
+  CHECK(draws_screen("", machine.root.path()));  // a driver that does not report its address
 }

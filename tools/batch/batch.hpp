@@ -53,7 +53,8 @@ struct Manifest {
 /// Throws InputError unless these options, together, make a fit.
 using FitOptionsCheck = std::function<void(const std::vector<ManifestOption>&)>;
 
-/// Reads a TOML manifest (docs/batch.md). Paths in it are relative to the manifest's folder. A
+/// Reads a TOML manifest (docs/guide/batch.md). Paths in it are relative to the manifest's folder.
+/// A
 /// [[sweep]] gives an entry for each mesh and each combination of the values that it lists; the
 /// names contain the values, so that an entry keeps its name when others are added or lines are
 /// moved.

@@ -9,6 +9,8 @@
 #include <set>
 #include <string_view>
 
+#include "base/base64.hpp"
+#include "base/deflate.hpp"
 #include "formula/embedded_shaders.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/slope.hpp"
@@ -83,6 +85,11 @@ std::string arrays(const std::vector<Factor>& factors) {
       groups, exponents, 4 * groups, centers);
 }
 
+/// The radius beyond which orbits escape. Mandelbulber knows none below 1.
+double bailout(const Reach& reach) {
+  return std::max(1.0, std::min(reach.stops.outer, reach.stops.escape));
+}
+
 /// What map_values.glsl declares, as constants.
 std::string values(const Map& map, const Reach& reach) {
   const auto constant = [](const char* name, double value) {
@@ -152,6 +159,77 @@ std::string in_comment(const std::string& name) {
   return text;
 }
 
+constexpr const char* kComment = "// A quaternion Julia set: {}, {} factors. Made by qjulia {}.\n";
+
+/// A literal of type float in OpenCL C.
+std::string single(double value) { return fmt::format("{}f", number(value)); }
+
+std::string float4(const std::array<double, 4>& v) {
+  return fmt::format("(float4)({}, {}, {}, {})", single(v[0]), single(v[1]), single(v[2]),
+                     single(v[3]));
+}
+
+std::string float4(const Vector3d& v) { return float4(std::array{v.x(), v.y(), v.z(), 0.0}); }
+
+/// What mandelbulber.cl takes from the map.
+std::string opencl_values(const Map& map, const Reach& reach) {
+  const ShapeFrame frame = shape_frame(map.frame);
+  std::string text;
+  const auto define = [&text](const char* name, const std::string& value) {
+    text += fmt::format("#define QJ_{} {}\n", name, value);
+  };
+  const double outer = bailout(reach);
+  define("FACTORS", fmt::format("{}", map.dynamics.factors.size()));
+  define("LOG_SCALE", single(map.dynamics.log_scale));
+  define("SURFACE_LEVEL", single(map.dynamics.surface_level));
+  define("FAR_LEVEL", single(std::log(outer)));
+  define("BALL_RADIUS", single(outer));
+  define("STEEPEST", single(reach.steepest));
+  define("FRAME_SCALE", single(frame.scale));
+  define("FRAME_CENTER", float4(frame.center));
+  define("RIGHT", float4(Vector3d(frame.turn.col(0))));
+  define("UP", float4(Vector3d(frame.turn.col(1))));
+  define("FRONT", float4(Vector3d(frame.turn.col(2))));
+  std::string exponents, centers;
+  for (const Factor& factor : map.dynamics.factors) {
+    const char* const between = exponents.empty() ? "" : ",\n";
+    exponents += between;
+    exponents += single(factor.exponent);
+    centers += between;
+    centers += float4(coordinates(factor.center));
+  }
+  return text + fmt::format(
+                    "__constant float qj_exponents[QJ_FACTORS] = {{\n{}}};\n"
+                    "__constant float4 qj_centers[QJ_FACTORS] = {{\n{}}};\n",
+                    exponents, centers);
+}
+
+/// As Mandelbulber keeps text in settings: its length in 4 bytes, the highest first, then a zlib
+/// stream, all in base64.
+std::string packed_code(const std::string& code) {
+  std::string bytes;
+  for (const unsigned shift : {24U, 16U, 8U, 0U}) {
+    bytes.push_back(static_cast<char>((code.size() >> shift) & 0xFFU));
+  }
+  return base::base64(bytes + base::deflated(code));
+}
+
+/// A camera that shows the shape, and the formula with its knobs.
+std::string mandelbulber_settings(const Map& map, const Reach& reach, const std::string& name) {
+  const Vector3d phase = phase_angles(map.dynamics.phase);
+  return fmt::format(
+      "# Mandelbulber settings file\n# version 2.34\n# only modified parameters\n"
+      "[main_parameters]\nbailout {};\ncamera 2.7 -4.68 1.45;\n"
+      "camera_distance_to_target 5.594;\ncamera_top -0.1295 0.2245 0.9658;\nDE_factor 0.9;\n"
+      "formula_1 10000;\nfov 28;\nimage_height 600;\nimage_width 800;\nlight1_is_defined true;\n"
+      "mat1_is_defined true;\nN {};\ntarget 0 0 0;\nuse_default_bailout false;\n"
+      "[fractal_1]\nformula_code {};\ntransf_offset_0 {};\ntransf_offset_0005 0.002;\n"
+      "transf_rotation {} {} {};\ntransf_scale_1 {};\n",
+      number(bailout(reach)), kUsualIterations, packed_code(opencl_formula(map, reach, name)),
+      number(map.dynamics.slice), number(phase.x()), number(phase.y()), number(phase.z()),
+      number(map.layers.steepness));
+}
+
 /// Shaders by the names they include each other by; `made` are those that depend on the map.
 class Shaders {
  public:
@@ -201,10 +279,12 @@ void expect_formula(const Map& map, Program program) {
   }
   const std::size_t count = map.dynamics.factors.size();
   if (program == Program::shadertoy && count > kMostFactorsOfShadertoy) {
-    throw InputError(fmt::format(
-        "the map has {0} factors, and a formula for Shadertoy may have {1}: fit the shape again "
-        "with --factors {1} or fewer, or write a .frag for Fragmentarium",
-        count, kMostFactorsOfShadertoy));
+    throw InputError(
+        fmt::format("the map has {0} factors, and a formula for Shadertoy may have {1}: give "
+                    "--factors-at-most {1} or fewer, which fits them to the map's surface, or "
+                    "write a .frag for "
+                    "Fragmentarium",
+                    count, kMostFactorsOfShadertoy));
   }
 }
 
@@ -221,10 +301,19 @@ Reach reach_of(const Device& device, const Map& map, const std::stop_token& stop
   return reach;
 }
 
+std::string opencl_formula(const Map& map, const Reach& reach, const std::string& name) {
+  map.validate();
+  expect_formula(map, Program::mandelbulber);
+  return fmt::format(kComment, in_comment(name), map.dynamics.factors.size(), version()) +
+         opencl_values(map, reach) +
+         std::string(embedded_shaders().at("formula/shaders/mandelbulber.cl"));
+}
+
 std::string formula_text(const Map& map, const Reach& reach, Program program,
                          const std::string& name) {
   map.validate();
   expect_formula(map, program);
+  if (program == Program::mandelbulber) return mandelbulber_settings(map, reach, name);
   const bool is_fragmentarium = program == Program::fragmentarium;
   const std::string head = fmt::format(
       "{}// A quaternion Julia set: {}, {} factors. Made by qjulia {}.\n{}",

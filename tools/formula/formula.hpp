@@ -1,6 +1,6 @@
 #pragma once
 /// A map as a formula for other programs: its mathematics in GLSL, which is that of the explorer's
-/// pages, with the map's factors as constant arrays.
+/// pages, or in OpenCL C, with the map's factors as constant arrays.
 
 #include <stop_token>
 #include <string>
@@ -14,6 +14,7 @@ namespace qjulia::formula {
 enum class Program {
   fragmentarium,  ///< Fragmentarium and FragM: a distance estimate for DE-Raytracer.frag
   shadertoy,      ///< Shadertoy: a picture, with a ray marcher of its own
+  mandelbulber,   ///< Mandelbulber 2: settings with a custom formula in OpenCL, and a camera
 };
 
 /// The most factors that a formula for Shadertoy may have: its constant arrays then have 500
@@ -33,8 +34,13 @@ struct Reach {
 /// Takes about a second.
 Reach reach_of(const Device& device, const Map& map, const std::stop_token& stop = {});
 
-/// The text of the shader. Its positions are in the shape's frame: the box is centred, its longest
-/// side is 2 and up is Y, as the map says, or as `kDefaultUp` where it does not.
+/// The source of `CustomIteration`, a formula in OpenCL C for Mandelbulber 2.
+/// @throws InputError as `expect_formula` does.
+std::string opencl_formula(const Map& map, const Reach& reach, const std::string& name);
+
+/// The text of the shader, or of the settings that hold the formula. Its positions are in the
+/// shape's frame: the box is centred, its longest side is 2 and up is Y, as the map says, or as
+/// `kDefaultUp` where it does not.
 /// @param name what the shader calls the map, such as its file's name.
 /// @throws InputError as `expect_formula` does.
 std::string formula_text(const Map& map, const Reach& reach, Program program,

@@ -24,11 +24,20 @@ std::span<const Entry> environment() {
           "off: do not use the settings that 'qjulia profile --tune' found for the device. on, or "
           "nothing: use them.",
           Concern::computing},
-      Entry{
-          "XDG_CACHE_HOME",
-          "The folder under which tuned settings are kept, in qjulia, and PoCL's compiled kernels, "
-          "in pocl. Without it, or where it is a relative path: $HOME/.cache.",
-          Concern::computing},
+      Entry{"QJULIA_BINARIES",
+            "auto, or nothing: keep compiled programs of GPUs and accelerators, and load them "
+            "instead of compiling again. on: of CPUs too. off: neither keep nor load any.",
+            Concern::computing},
+      Entry{"QJULIA_CRASHED_BUILDS",
+            "retry: build programs even if a process has ended in that build with the same driver. "
+            "skip, or nothing: report an error instead. 'qjulia doctor' always tries again, unless "
+            "this says skip.",
+            Concern::computing},
+      Entry{"XDG_CACHE_HOME",
+            "The folder under which tuned settings and compiled programs are kept, in qjulia, and "
+            "PoCL's compiled kernels, "
+            "in pocl. Without it, or where it is a relative path: $HOME/.cache.",
+            Concern::computing},
       Entry{
           "POCL_CACHE_DIR",
           "The folder where PoCL keeps compiled kernels; it takes precedence over XDG_CACHE_HOME.",
@@ -60,10 +69,19 @@ std::span<const Entry> files() {
             "Settings that 'qjulia profile --tune' found, one file a device, driver and version. "
             "They may be removed at any time.",
             Concern::computing},
+      Entry{"$XDG_CACHE_HOME/qjulia/passed-*.json",
+            "Records that a GPU has passed its first self-test, one file a device, driver and "
+            "version. They may be removed at any time; the test is then run again.",
+            Concern::computing},
+      Entry{"$XDG_CACHE_HOME/qjulia/programs",
+            "Compiled programs, *.program, 64 MiB at most. A process that ends while a driver "
+            "builds a program leaves a file *.building. All of them may be removed at any time.",
+            Concern::computing},
       Entry{"/etc/OpenCL/vendors/*.icd",
             "The OpenCL drivers of this machine, read by the OpenCL loader.", Concern::computing},
       Entry{"NAME.qjulia.json",
-            "A map. Every command that takes a map also takes a page that 'qjulia share' made.",
+            "A map. Every command that takes a map also takes a page of 'qjulia share', a picture "
+            "(.png) of 'qjulia render' or a scene (.glb) of 'qjulia surface', which hold maps.",
             Concern::all},
       Entry{"MAP.checkpoint",
             "Kept beside a map while it is fitted, for 'qjulia fit --resume'; it goes when the fit "

@@ -1,5 +1,5 @@
 /// Writes what other programs read of the command line: manual pages, completions of shells, and
-/// the page of the environment.
+/// the pages of commands and of the environment.
 
 #include <fmt/format.h>
 
@@ -51,6 +51,10 @@ int main(int argc, char** argv) {
       fmt::print("{}", qjulia::manual::environment_page());
       return 0;
     }
+    if (what == "commands" && argc == 2) {
+      fmt::print("{}", qjulia::manual::commands_page(qjulia::manual::usage()));
+      return 0;
+    }
     if (what == "write" && argc == 4) {
       qjulia::manual::write(argv[2], argv[3]);
       return 0;
@@ -59,6 +63,8 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "qjulia_manual: {}\n", error.what());
     return 1;
   }
-  fmt::print(stderr, "usage: qjulia_manual environment | qjulia_manual write FOLDER DATE\n");
+  fmt::print(stderr,
+             "usage: qjulia_manual environment | qjulia_manual commands | qjulia_manual write "
+             "FOLDER DATE\n");
   return 2;
 }

@@ -28,6 +28,9 @@ std::string fish_completion(const ProgramUsage& program);
 /// docs/reference/environment.md.
 std::string environment_page();
 
+/// docs/reference/command-line.md.
+std::string commands_page(const ProgramUsage& program);
+
 /// What completions say of an option: the first clause of its description.
 std::string brief(const std::string& description);
 

@@ -30,7 +30,7 @@ namespace {
 
 struct BatchArguments {
   std::string manifest, folder, status;
-  DeviceChoice device;
+  TrustedDevice device;
   int jobs = 1;
   bool check = false, resume = false, retry_failed = false;
   std::vector<Option> all_but_status;  ///< all of this command's options but --status
@@ -209,13 +209,18 @@ nlohmann::json settings(const batch::BatchEntry& entry) {
 
 /// This rank's queues: `jobs` for a CPU, one for any other device.
 std::vector<batch::BatchDevice> batch_devices(const BatchArguments& arguments,
-                                              const LaunchedRanks& ranks) {
+                                              const LaunchedRanks& ranks, Session& session) {
   std::vector<batch::BatchDevice> devices;
   for (const DeviceInfo& info : devices_of(ranks, arguments.device)) {
     const int queues = info.kind == DeviceKind::cpu ? arguments.jobs : 1;
     for (int i = 0; i < queues; ++i) {
       const DeviceChoice choice{fmt::format("{}:{}", info.platform, info.index),
                                 arguments.device.layout};
+      // One queue: tested once.
+      if (info.kind != DeviceKind::cpu && !arguments.device.is_trusted) {
+        session.expect_right_results(with_cached_tuning(Device::choose(choice)).device,
+                                     arguments.device);
+      }
       devices.push_back({describe(info), [choice] {
                            return FitWorker(with_cached_tuning(Device::choose(choice)));
                          }});
@@ -342,7 +347,7 @@ BatchStart start(const BatchArguments& arguments, const LaunchedRanks& ranks, Se
   BatchStart start{read(arguments, session.interrupts.token()), {}, {}, {}};
   if (arguments.folder.empty()) throw InputError("batch needs -o, the folder to write to");
   start.options = {arguments.folder, arguments.resume, arguments.retry_failed, fit_key, settings};
-  start.devices = batch_devices(arguments, ranks);
+  start.devices = batch_devices(arguments, ranks, session);
   const std::string who = ranks.size() > 1 ? fmt::format("rank {}: ", ranks.rank()) : "";
   for (const batch::BatchDevice& device : start.devices) {
     session.console.note(fmt::format("{}device: {}", who, device.name));
@@ -387,7 +392,7 @@ int run_batch(const BatchArguments& arguments, Session& session) {
 
 void describe_batch(Command command, BatchArguments& a) {
   a.all_but_status = {
-      command.file("MANIFEST", a.manifest, "", "What to fit: a TOML file, as above")
+      command.file("MANIFEST", a.manifest, "", "What to fit: a TOML file, as in the example")
           .offers_files({".toml"}),
       command.file("-o,--output", a.folder, "FOLDER", "Folder for everything the batch writes")
           .offers_folders(),
@@ -405,7 +410,7 @@ void describe_batch(Command command, BatchArguments& a) {
   command
       .file("--status", a.status, "FOLDER", "Only report the progress of the batch in this folder")
       .offers_folders();
-  a.all_but_status.push_back(add_device(command, a.device));
+  a.all_but_status.push_back(add_device_to_use(command, a.device));
 }
 
 }  // namespace

@@ -246,6 +246,7 @@ OptionUsage usage_of(const CLI::Option& option, const CommandNotes& notes) {
 CommandUsage usage_of(const CLI::App& app, const CommandNotes& notes) {
   CommandUsage usage{app.get_name(), app.get_description(), app.get_footer(), {}};
   for (const CLI::Option* option : app.get_options()) {
+    if (option->get_group().empty()) continue;  // for the program's own use
     usage.options.push_back(usage_of(*option, notes));
   }
   return usage;

@@ -45,7 +45,7 @@ class Option {
  public:
   /// Values outside are refused.
   Option range(double low, double high) const;
-  /// Its place in the help.
+  /// Its place in the help; empty: it is not shown, since only the program itself gives it.
   Option group(const std::string& title) const;
   Option excludes(std::initializer_list<Option> others) const;
   /// Without `other` it would do nothing, and is refused.

@@ -15,7 +15,8 @@ namespace qjulia::tools {
 
 struct ChosenCommand {
   Verbosity verbosity;
-  std::string trace;  ///< file; empty: none
+  std::string trace;    ///< file; empty: none
+  std::string profile;  ///< the same of the command's profile
   /// Does the work and returns the exit code.
   std::function<int(Session&)> run;
 };
@@ -25,7 +26,8 @@ struct CommandText {
   std::string name;
   std::string description;
   std::string footer;
-  bool can_trace = true;  ///< takes --trace
+  bool can_trace = true;     ///< takes --trace
+  bool can_profile = false;  ///< takes --profile
 };
 
 /// @param describe adds the options that set what `run` gets, to a command in its final place; what
@@ -39,6 +41,7 @@ void add_command(CommandLine& program, ChosenCommand& chosen, const CommandText&
   const auto arguments = std::make_shared<Arguments>();
   describe(command, *arguments);
   if (text.can_trace) add_trace(command, chosen.trace);
+  if (text.can_profile) add_command_profile(command, chosen.profile);
   add_verbosity(command, chosen.verbosity);
   command.on_chosen([arguments, run, &chosen] {
     chosen.run = [arguments, run](Session& session) { return run(*arguments, session); };

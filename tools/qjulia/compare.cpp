@@ -22,7 +22,7 @@ struct CompareArguments {
   std::string map, mesh;
   std::string picture;  ///< empty: none
   PictureOptions view;
-  DeviceChoice device;
+  TrustedDevice device;
   MapOptions map_options;
   CompareOptions options;
 };
@@ -116,7 +116,7 @@ void describe_compare(Command command, CompareArguments& a) {
   add_size(command, a.view).needs(picture);
   for (const Option& option : add_camera(command, a.view)) option.needs(picture);
   add_map_options(command, a.map_options, "Only what lies in it is compared. Default: all");
-  add_device(command, a.device);
+  add_device_to_use(command, a.device);
 }
 
 }  // namespace

@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
 #include "base/output_file.hpp"
 #include "commands.hpp"
 #include "files.hpp"
@@ -11,9 +14,11 @@
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/file_types.hpp"
+#include "qjulia/fit.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/original_file.hpp"
+#include "qjulia/surface.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -21,9 +26,10 @@ namespace {
 struct ConvertArguments {
   std::string input, portals;
   OutputName output;
-  DeviceChoice device;
+  TrustedDevice device;
   MapOptions map_options;
   std::optional<UpAxis> up;
+  std::optional<int> most_factors;
 };
 
 bool is_original_file(const std::string& file) {
@@ -36,7 +42,8 @@ Map read_any(const std::string& file, const std::stop_token& stop) {
 
 /// A distance field in, a mesh out.
 int run_field(const ConvertArguments& arguments, Session& session) {
-  if (!arguments.map_options.given().empty() || arguments.up || !arguments.portals.empty()) {
+  if (!arguments.map_options.given().empty() || arguments.up || !arguments.portals.empty() ||
+      arguments.most_factors) {
     throw InputError("options change maps, and a distance field becomes a mesh: give none");
   }
   session.check_outputs(
@@ -58,16 +65,74 @@ std::vector<std::string> map_outputs() {
   return types;
 }
 
-void write_formula(const Map& map, const ConvertArguments& arguments, Session& session) {
+/// What a refit gave, for people and for programs.
+struct Refit {
+  std::string text;
+  nlohmann::json json;
+};
+
+/// A map of at most so many factors in place of the map, if it has more: a fit to the surface that
+/// the map's factors make (n = 1), with the map's detail, slice, phase and steepness.
+Refit refit(Map& map, int most_factors, const Device& device, Session& session) {
+  const std::size_t before = map.dynamics.factors.size();
+  if (before <= static_cast<std::size_t>(most_factors)) return {};
+  if (map.layers.paint || !map.layers.portals.empty()) {
+    throw InputError(
+        "--factors-at-most: the map has portals or painted detail, which its new factors would "
+        "not have; fit a map without, and add them to the result");
+  }
+  const double start = session.seconds();
+  Map shape = map;
+  shape.layers.steepness = 1;
+  shape.dynamics.slice = 0;  // where factors lie, the new ones too
+  SurfaceOptions surface;
+  surface.iterations = 1;
+  surface.resolution = 128;
+  MeshSink sink;
+  extract_surface(device, shape, surface, sink, session.monitor());
+  session.console.note(
+      fmt::format("fitting {} factors to the surface of the {} factors, {} triangles", most_factors,
+                  before, sink.mesh.triangles.size()));
+  FitOptions options;
+  options.factors = most_factors;
+  options.steepness = map.layers.steepness;
+  options.up = map.frame.up;
+  if (map.frame.detail) options.detail = *map.frame.detail;
+  FitResult result = fit(device, sink.mesh, options, session.monitor());
+  if (result.stopped == StopReason::interrupted) throw Interrupted();
+  const double iou = result.stages.back().iou, seconds = session.seconds() - start;
+  result.map.dynamics.slice = map.dynamics.slice;
+  result.map.dynamics.phase = map.dynamics.phase;
+  result.map.provenance = map.provenance;
+  map = std::move(result.map);
+  const nlohmann::json json = {
+      {"factors_before", before}, {"factors", map.dynamics.factors.size()}, {"iou", iou}};
+  map.provenance.set("refitted", json);
+  Refit told{fmt::format("refitted from {} factors in {:.1f} s: IoU {:.4f} with the surface of all "
+                         "of them, n = 1\n",
+                         before, seconds, iou),
+             json};
+  told.json["seconds"] = seconds;
+  return told;
+}
+
+formula::Program program_of(const std::string& path) {
+  const std::string extension = extension_of(path);
+  if (extension == ".frag") return formula::Program::fragmentarium;
+  return extension == ".fract" ? formula::Program::mandelbulber : formula::Program::shadertoy;
+}
+
+void write_formula(const Map& map, const Refit& refitted, const ConvertArguments& arguments,
+                   Session& session) {
   const std::string& path = arguments.output.path;
-  const auto program =
-      extension_of(path) == ".frag" ? formula::Program::fragmentarium : formula::Program::shadertoy;
+  const auto program = program_of(path);
   formula::expect_formula(map, program);
   const Device device = session.open_device(arguments.device);
   const formula::Reach reach = formula::reach_of(device, map, session.interrupts.token());
   base::write_file(path, formula::formula_text(map, reach, program, name_of(arguments.input)));
-  session.console.summary(fmt::format("{} factors\nformula: {}", map.dynamics.factors.size(), path),
-                          {{"formula", path}, {"factors", map.dynamics.factors.size()}});
+  session.console.summary(
+      fmt::format("{}{} factors\nformula: {}", refitted.text, map.dynamics.factors.size(), path),
+      {{"formula", path}, {"factors", map.dynamics.factors.size()}, {"refit", refitted.json}});
 }
 
 int run_convert(const ConvertArguments& arguments, Session& session) {
@@ -91,22 +156,41 @@ int run_convert(const ConvertArguments& arguments, Session& session) {
     map.layers.portals = read_portal_text(arguments.portals, map.frame.shape_to_map);
   }
   if (arguments.up) map.frame.up = arguments.up;
+  Refit refitted;
+  if (arguments.most_factors) {
+    if (!map.dynamics.is_rational()) {
+      throw InputError(
+          fmt::format("--factors-at-most: '{}' is a {} map, which has no factors to fit",
+                      arguments.input, map.dynamics.kind()));
+    }
+    if (has_type(arguments.output.path, FileContent::formula, FileUse::write)) {
+      Map few = map;
+      few.dynamics.factors.resize(std::min<std::size_t>(
+          few.dynamics.factors.size(), static_cast<std::size_t>(*arguments.most_factors)));
+      formula::expect_formula(few, program_of(arguments.output.path));
+    }
+    refitted = refit(map, *arguments.most_factors, session.open_device(arguments.device), session);
+  }
   if (has_type(arguments.output.path, FileContent::formula, FileUse::write)) {
-    write_formula(map, arguments, session);
+    write_formula(map, refitted, arguments, session);
     return kDone;
   }
   write_map(map, arguments.output.path);
-  session.console.summary(
-      fmt::format("{} factors\nmap: {}", map.dynamics.factors.size(), arguments.output.path),
-      {{"map", arguments.output.path}, {"factors", map.dynamics.factors.size()}});
+  session.console.summary(fmt::format("{}{} factors\nmap: {}", refitted.text,
+                                      map.dynamics.factors.size(), arguments.output.path),
+                          {{"map", arguments.output.path},
+                           {"factors", map.dynamics.factors.size()},
+                           {"refit", refitted.json}});
   return kDone;
 }
 
 void describe_convert(Command command, ConvertArguments& a) {
   command
-      .input("IN", a.input,
-             "Map: .qjulia.json, .o3d or .poly4d of the papers' programs; or .f3d, a distance "
-             "field of theirs, which becomes a mesh")
+      .input(
+          "IN", a.input,
+          "Map: .qjulia.json, or a page, picture (.png) or scene (.glb) that holds one; .o3d or "
+          ".poly4d of the papers' programs; or .f3d, a distance field of theirs, which becomes a "
+          "mesh")
       .offers_files(
           readable({FileContent::map, FileContent::original_map, FileContent::sampled_distance}));
   const auto named = [&a] {
@@ -117,8 +201,9 @@ void describe_convert(Command command, ConvertArguments& a) {
   for (const std::string& type : map_outputs()) types.push_back(type);
   command
       .output("OUT", a.output, named, "",
-              "Map file to write, such as bunny.qjulia.json; or the map's formula in GLSL, .frag "
-              "for Fragmentarium and .glsl for Shadertoy; of an .f3d a mesh: .ply, .obj, .stl, "
+              "Map file to write, such as bunny.qjulia.json; or the map's formula, .frag "
+              "for Fragmentarium, .glsl for Shadertoy and .fract for Mandelbulber 2; of an .f3d a "
+              "mesh: .ply, .obj, .stl, "
               ".off, .glb, .3mf or .usda." +
                   named_text("input", ".qjulia.json or .ply"))
       .offers_files(types);
@@ -127,9 +212,15 @@ void describe_convert(Command command, ConvertArguments& a) {
             "Portals from a text file of the papers' program, for a shape in its box of side 1 "
             "about the origin; those of the map are replaced")
       .offers_files({".txt"});
+  command
+      .add("--factors-at-most", &a.most_factors, "N",
+           "If the map has more than N factors, fit N to its own surface: to the shape that its "
+           "factors make at n = 1, since the map does not hold the mesh that it was fitted to. It "
+           "takes as long as a fit of N factors")
+      .range(8, 20000);
   add_up(command, a.up, "The shape's axis that points up; auto is what the map says");
   add_knobs(command, a.map_options);
-  add_device(command, a.device);
+  add_device_to_use(command, a.device);
 }
 
 }  // namespace
@@ -146,9 +237,12 @@ void add_convert(CommandLine& program, ChosenCommand& chosen) {
   qjulia convert lying.qjulia.json standing.qjulia.json --up z
   qjulia convert bunny.qjulia.json bunny.frag     a formula for Fragmentarium
   qjulia convert bunny.qjulia.json bunny.glsl     the same for Shadertoy
-With knobs it writes a map with its settings baked in: 'surface' and 'render' make of it,
-without options, what they would make of the first with these. Formulas are of maps that
-'fit' made, without portals and paint: see docs/formulas.md.
+  qjulia convert bunny.qjulia.json bunny.glsl --factors-at-most 64
+  qjulia convert bunny.qjulia.json bunny.fract    the same for Mandelbulber 2
+  qjulia convert bunny.png bunny.qjulia.json      the map that a picture holds
+With knobs it writes a map in which they are turned: without these options, 'surface' and
+'render' make the same of it as of the first map with them. Only maps that 'fit' or the
+papers' programs made, without portals and paint, have formulas: see docs/guide/formulas.md.
 )") + kMapOptionsHelp,
        /*can_trace=*/false},
       describe_convert, run_convert);

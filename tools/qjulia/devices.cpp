@@ -84,9 +84,9 @@ void add_devices(CommandLine& program, ChosenCommand& chosen) {
               {"devices", "List the OpenCL devices that can compute", R"(Examples:
   qjulia devices                  every device; the one commands use has a star
   qjulia devices --device cpu     would this choose the right one?
-'qjulia doctor' checks a device; docs/devices.md says what is known of each platform.
-Exit code 3 means that there is none, or none of that name. On a machine without a GPU,
-'apt-get install pocl-opencl-icd' makes the CPU one.)",
+'qjulia doctor' checks a device; docs/guide/devices.md says what is known of each platform.
+Exit code 3 means that there is no device, or none of that name. On a machine without a
+GPU, 'apt-get install pocl-opencl-icd' makes the CPU one.)",
                /*can_trace=*/false},
               add_device, run_devices);
 }

@@ -7,8 +7,10 @@
 #include <filesystem>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "base/output_file.hpp"
+#include "check_process.hpp"
 #include "commands.hpp"
 #include "failure.hpp"
 #include "machine_findings.hpp"
@@ -18,6 +20,20 @@
 
 namespace qjulia::tools {
 namespace {
+
+struct DoctorArguments {
+  DeviceChoice device;
+  std::optional<int> checks_from;  ///< in a process for the checks: the first of them
+};
+
+Option add_doctor_options(Command command, DoctorArguments& a) {
+  command
+      .add("--checks-from", &a.checks_from, "N",
+           "Given by this program to processes that run its checks")
+      .range(0, 1000)
+      .group("");
+  return add_device(command, a.device);
+}
 
 /// Where compilers' logs of programs that do not build are kept: a new folder that only this user
 /// can enter, made with the first log.
@@ -87,7 +103,7 @@ std::string verdict(const SelfTestReport& report) {
   return fmt::format(
       "{} of {} programs failed: results of this device cannot be trusted. Try a newer driver, "
       "another layout (--layout) or QJULIA_TUNING=off. When you report it, send all of the above, "
-      "the compiler's logs, and what 'clinfo' says; docs/devices.md says what is known of "
+      "the compiler's logs, and what 'clinfo' says; docs/guide/devices.md says what is known of "
       "drivers.",
       failed, report.checks.size());
 }
@@ -105,17 +121,35 @@ void tell_without_device(const NoDeviceError& error, Session& session) {
 
 Device device_to_check(const DeviceChoice& wanted, Session& session) {
   try {
-    return session.open_device(wanted);
+    return session.open_device({wanted, true});
   } catch (const NoDeviceError& error) {
     tell_without_device(error, session);
     throw;
   }
 }
 
-int run_doctor(const DeviceChoice& wanted, Session& session) {
+/// In processes of their own, unless there is a trace, which shows one process.
+ProcessChecks checks_of(const Device& device, Session& session) {
+  if (!session.trace()) return check_in_processes(device, session);
+  ProcessChecks all{self_test(device, session.monitor()), {}, device.wait_time(), build_total()};
+  all.signals.resize(all.report.checks.size());
+  return all;
+}
+
+base::Finding crash_finding(const ProgramCheck& check) {
+  return {"crash", check.program,
+          fmt::format("{} in {} precision: {}. A newer or an older driver may do better; commands "
+                      "that need no such program work",
+                      check.program, to_string(check.precision), check.problem)};
+}
+
+int run_doctor(const DoctorArguments& arguments, Session& session) {
+  if (arguments.checks_from) return run_checks(arguments.device, *arguments.checks_from, session);
   session.check_outputs({}, {});  // there may be a trace
-  const Device device = device_to_check(wanted, session);
-  const SelfTestReport report = self_test(device, session.monitor());
+  const Device device = device_to_check(arguments.device, session);
+  const ProcessChecks checks = checks_of(device, session);
+  const SelfTestReport& report = checks.report;
+  std::vector<base::Finding> crashes;
   std::string text = about(device);
   nlohmann::json json = to_json(report);
   LogFolder logs;
@@ -124,11 +158,19 @@ int run_doctor(const DeviceChoice& wanted, Session& session) {
     const std::string log = check.is_built ? std::string() : logs.keep(check);
     text += line(check, log) + "\n";
     if (!log.empty()) json["programs"][i]["build_log"] = log;
+    json["programs"][i]["signal"] =
+        checks.signals[i] == 0 ? nlohmann::json() : nlohmann::json(checks.signals[i]);
+    if (checks.signals[i] != 0) crashes.push_back(crash_finding(check));
   }
   auto findings = machine_findings();
-  std::ranges::move(waiting_findings(device), std::back_inserter(findings));
-  const WaitTime waited = device.wait_time();
-  text += describe(waited) + "\n" + findings_text(findings);
+  const WaitTime& waited = checks.waited;
+  std::ranges::move(waiting_findings(device.info(), waited), std::back_inserter(findings));
+  std::ranges::move(crashes, std::back_inserter(findings));
+  text += describe(checks.built) + "\n" + describe(waited) + "\n" + findings_text(findings);
+  json["builds"] = {{"compiled", checks.built.compiled},
+                    {"loaded", checks.built.loaded},
+                    {"replaced", checks.built.replaced},
+                    {"seconds", checks.built.seconds}};
   json["findings"] = to_json(findings);
   json["waiting"] = {{"seconds", waited.seconds},
                      {"processor_seconds", waited.processor_seconds},
@@ -154,9 +196,11 @@ Builds every program in the layout and precision that commands would use, and co
 results with references on the host: a few seconds, more while a driver compiles for the
 first time. It also looks at the machine: GPUs that this user may not open, a container, WSL
 or flatpak that hides them, limits, GPUs that two platforms show; --json has these under
-"findings". Exit code 1 when a program fails, 3 when there is no device. docs/devices.md says
-what is known of each platform, and how to install its driver.)"},
-              add_device, run_doctor);
+"findings". Checks run in a separate process, so that a driver that crashes is reported
+and the rest is checked; only this command tries a build again in which a driver
+crashed. Exit code 1 when a program fails, 3 when there is no device. docs/guide/devices.md
+says what is known of each platform, and how to install its driver.)"},
+              add_doctor_options, run_doctor);
 }
 
 }  // namespace qjulia::tools

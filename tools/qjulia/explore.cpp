@@ -20,6 +20,7 @@
 #include "explore/server.hpp"
 #include "files.hpp"
 #include "fit_options.hpp"
+#include "picture_note.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/file_types.hpp"
@@ -32,7 +33,7 @@ namespace {
 struct ExploreArguments {
   std::string input;
   std::string output;  ///< where a fit's map goes; empty: nowhere
-  DeviceChoice device;
+  TrustedDevice device;
   FitArguments fit;
   bool opens = false;
   explore::ServerOptions options;
@@ -163,6 +164,18 @@ std::unique_ptr<LeadingFile> open_page(const std::string& address, Session& sess
   }
 }
 
+/// The view of a picture that is opened, as the end of the page's address.
+std::string view_of(const std::string& input, const std::stop_token& stop) {
+  std::error_code ignored;
+  if (extension_of(input) != ".png" || !std::filesystem::is_regular_file(input, ignored)) return {};
+  try {
+    const std::string state = page_state(embedded_note(input, stop).at("made_with"));
+    return state.empty() ? state : fmt::format("#{}", state);
+  } catch (const InputError&) {
+    return {};  // it holds a map, and no note
+  }
+}
+
 int run_explore(const ExploreArguments& arguments, Session& session) {
   arguments.options.validate();
   check_input(arguments, session);
@@ -174,9 +187,11 @@ int run_explore(const ExploreArguments& arguments, Session& session) {
         "others on the network can reach this page, and whoever knows its address can use this "
         "device; nothing is encrypted");
   }
-  session.console.result(server->address(), {{"address", server->address()}});
+  const std::string address =
+      server->address() + view_of(arguments.input, session.interrupts.token());
+  session.console.result(address, {{"address", address}});
   session.console.note("open this address in a browser; Ctrl-C ends");
-  const auto opened = arguments.opens ? open_page(server->address(), session) : nullptr;
+  const auto opened = arguments.opens ? open_page(address, session) : nullptr;
   const bool is_cut_short = server->run(session.interrupts.token());
   session.report_kernels(device);
   if (is_cut_short && arguments.output.empty()) throw Interrupted();
@@ -186,7 +201,7 @@ int run_explore(const ExploreArguments& arguments, Session& session) {
 void describe_explore(Command command, ExploreArguments& a) {
   command
       .input("MAP|MESH", a.input,
-             "Map file, a page with one, or a mesh (" +
+             "Map file; a page, picture (.png) or scene (.glb) that holds one; or a mesh (" +
                  extension_list(FileContent::mesh, FileUse::read) +
                  "), which is fitted first, on the page")
       .offers_files(readable({FileContent::map, FileContent::mesh}));
@@ -204,7 +219,7 @@ void describe_explore(Command command, ExploreArguments& a) {
               "reached by whoever is on the network");
   command.flag("--keep-loose", a.options.keep_loose,
                "Draw all connected parts of the set, as 'qjulia render' does with it");
-  add_device(command, a.device);
+  add_device_to_use(command, a.device);
 }
 
 }  // namespace
@@ -214,9 +229,10 @@ void add_explore(CommandLine& program, ChosenCommand& chosen) {
               {"explore", "Play with a map in a browser", R"(Examples:
   qjulia explore bunny.qjulia.json --open
   qjulia explore bunny.obj --open          shows the fit as it runs
+  qjulia explore bunny.png --open          opens the view of a picture that 'render' made
 Prints the address of a page with a slider for every option of the map; this machine's device
 draws. The page is for this machine alone, and its address has a token that nobody can guess.
-'qjulia share' makes a page for others. See docs/explore.md.)",
+'qjulia share' makes a page for others. See docs/guide/explore.md.)",
                /*can_trace=*/false},
               describe_explore, run_explore);
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -11,6 +12,7 @@
 #include "base/text.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/file_types.hpp"
+#include "qjulia/map_file.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -71,7 +73,10 @@ nlohmann::json scene_note(std::string_view bytes) {
 }  // namespace
 
 bool is_mesh_file(const std::filesystem::path& path) {
-  return has_type(path, FileContent::mesh, FileUse::read);
+  if (!has_type(path, FileContent::mesh, FileUse::read)) return false;
+  // What comes through a pipe cannot be looked at first.
+  std::error_code ignored;
+  return !std::filesystem::is_regular_file(path, ignored) || !holds_map(path);
 }
 
 void expect_map(const std::string& option, const std::filesystem::path& path) {
@@ -104,7 +109,7 @@ std::vector<std::string> readable(std::initializer_list<FileContent> contents) {
   std::vector<std::string> all;
   for (const FileContent content : contents) {
     for (std::string& extension : extensions(content, FileUse::read)) {
-      all.push_back(std::move(extension));
+      if (std::ranges::find(all, extension) == all.end()) all.push_back(std::move(extension));
     }
   }
   return all;

@@ -16,7 +16,8 @@
 
 namespace qjulia::tools {
 
-/// Whether the name is that of a mesh, which can be read.
+/// Whether the file is a mesh for commands that take a map or a mesh: by its name, unless it is a
+/// scene (.glb) that holds a map. @throws InputError for a scene that cannot be read.
 bool is_mesh_file(const std::filesystem::path& path);
 
 /// @throws InputError when the file is a mesh: `option` needs a map.

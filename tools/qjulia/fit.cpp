@@ -29,7 +29,7 @@ namespace {
 struct FitCommandArguments {
   std::string mesh;
   OutputName output;
-  DeviceChoice device;
+  TrustedDevice device;
   std::string report;  ///< folder; empty: none
   FitArguments fit;
   bool resume = false;
@@ -103,7 +103,7 @@ void make_report(const FitCommandArguments& arguments, const Device& device,
 }
 
 /// What --resume does with a finished map: its report, if it is asked for.
-int show_finished(const FitCommandArguments& arguments, const DeviceChoice& device_choice,
+int show_finished(const FitCommandArguments& arguments, const TrustedDevice& device_choice,
                   Session& session) {
   nlohmann::json json = {{"map", arguments.output.path}, {"resumed", false}};
   std::string text =
@@ -121,10 +121,10 @@ int show_finished(const FitCommandArguments& arguments, const DeviceChoice& devi
 }
 
 /// This rank's device.
-DeviceChoice own_device(const LaunchedRanks& ranks, const DeviceChoice& wanted) {
+TrustedDevice own_device(const LaunchedRanks& ranks, const TrustedDevice& wanted) {
   if (ranks.size() == 1) return wanted;
   const DeviceInfo info = devices_of(ranks, wanted).front();
-  return {fmt::format("{}:{}", info.platform, info.index), wanted.layout};
+  return {{fmt::format("{}:{}", info.platform, info.index), wanted.layout}, wanted.is_trusted};
 }
 
 /// @throws InputError if reading takes longer than the time limit, which leaves no time to fit.
@@ -154,7 +154,7 @@ struct FitStart {
 FitStart start(const FitCommandArguments& arguments, const FitOptions& options,
                LaunchedRanks& ranks, Session& session) {
   FitStart start;
-  const DeviceChoice device = own_device(ranks, arguments.device);
+  const TrustedDevice device = own_device(ranks, arguments.device);
   if (ranks.rank() == 0) {
     check_files(arguments, options, session);
     start.origin = origin_of(arguments.mesh, options);
@@ -170,6 +170,7 @@ FitStart start(const FitCommandArguments& arguments, const FitOptions& options,
     start.mesh = qjulia::read_mesh(arguments.mesh, session.monitor().stop);
     auto [chosen, warning] = with_cached_tuning(Device::choose(device));
     if (!warning.empty()) session.console.warn(warning);
+    session.expect_right_results(chosen, device);
     start.device = std::move(chosen);
   }
   return start;
@@ -269,18 +270,21 @@ void describe_fit(Command command, FitCommandArguments& a) {
             "Folder for report.html: pictures, curves, figures and options on one page that "
             "needs nothing else. Made after the fit, in some seconds more")
       .offers_folders();
-  add_device(command, a.device);
+  add_device_to_use(command, a.device);
 }
 
 }  // namespace
 
 void add_fit(CommandLine& program, ChosenCommand& chosen) {
-  add_command(program, chosen, {"fit", "Fit a map to a mesh", R"(Examples:
+  add_command(program, chosen,
+              {"fit", "Fit a map to a mesh", R"(Examples:
   qjulia fit bunny.obj -o bunny.qjulia.json
   qjulia fit bunny.obj -o quick.qjulia.json --factors 100 --time-limit 20
 Meshes with holes are welcome; what is wrong with them is reported. Ctrl-C ends the fit
 and saves what was reached (exit code 130); --resume then goes on. A resumed fit ends with
-the same factors as one that was never stopped, unless a time limit ends it.)"},
+the same factors as one that was never stopped, unless a time limit ends it.)",
+               /*can_trace=*/true,
+               /*can_profile=*/true},
               describe_fit, run_fit);
 }
 

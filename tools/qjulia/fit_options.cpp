@@ -98,8 +98,8 @@ FitOptions checked_options(const std::vector<batch::ManifestOption>& options) {
   std::vector<std::string> words;
   for (const auto& [name, values, line] : options) {
     if (!command.has_option(name)) {
-      throw InputError(fmt::format("'{}' is not known; what can be said of a fit is: {}",
-                                   spelled(name), option_names(command)));
+      throw InputError(fmt::format("'{}' is not known; the options of a fit are: {}", spelled(name),
+                                   option_names(command)));
     }
     if (command.is_flag(name) != values.empty()) {
       throw InputError(

@@ -10,6 +10,7 @@
 #include "commands.hpp"
 #include "files.hpp"
 #include "map_options.hpp"
+#include "picture_note.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/figures.hpp"
@@ -379,6 +380,16 @@ void add_making(const nlohmann::json& made, Answer& answer) {
   answer.add("made with     " + made.dump(), "made_with", made);
 }
 
+/// Whether the file holds a map. @return the same
+bool add_held_map(const std::string& file, const std::stop_token& stop, Answer& answer) {
+  const bool holds = holds_map(file, stop);
+  answer.add(
+      holds ? fmt::format("map           it holds its map: qjulia explore {}", shell_word(file))
+            : "map           none: it holds no map",
+      "holds_map", holds);
+  return holds;
+}
+
 /// How a .glb was made, if this program made it.
 void describe_making(const InfoArguments& arguments, const std::stop_token& stop, Answer& answer) {
   if (!can_hold_note(arguments.file)) return;
@@ -387,6 +398,7 @@ void describe_making(const InfoArguments& arguments, const std::stop_token& stop
   } catch (const InputError&) {
     // Another program made it.
   }
+  add_held_map(arguments.file, stop, answer);
 }
 
 /// A picture of ours: what it shows, and how it was made.
@@ -397,11 +409,14 @@ Answer picture_info(const InfoArguments& arguments, const Session& session) {
                 {{"file", arguments.file}, {"type", "picture"}}};
   answer.json.update(note);
   add_making(note.at("made_with"), answer);
+  const bool holds = add_held_map(arguments.file, session.interrupts.token(), answer);
+  const std::string command = render_command(note.at("made_with"), arguments.file, holds);
+  if (!command.empty()) answer.add("again         " + command, "command", command);
   return answer;
 }
 
 int run_info(const InfoArguments& arguments, Session& session) {
-  const bool mesh = is_mesh_file(arguments.file);
+  const bool mesh = has_type(arguments.file, FileContent::mesh, FileUse::read);
   if (arguments.check_precision && (mesh || can_hold_note(arguments.file))) {
     throw InputError(
         fmt::format("--check-precision needs a map, and '{}' is not one", arguments.file));
@@ -423,9 +438,7 @@ void describe_info(Command command, InfoArguments& a) {
              "Map, a page with one, mesh (" + extension_list(FileContent::mesh, FileUse::read) +
                  "), or a .png that qjulia made")
       .offers_files([] {
-        auto types = readable({FileContent::map, FileContent::mesh});
-        types.emplace_back(".png");
-        return types;
+        return readable({FileContent::map, FileContent::mesh});
       }());
   command.flag("--check-precision", a.check_precision,
                "Also count the points near a map's surface that are inside in single and outside "
@@ -459,6 +472,7 @@ void add_info(CommandLine& program, ChosenCommand& chosen) {
   qjulia info bunny.stl --printable --min-wall 1.2
   qjulia info bunny.qjulia.json            factors, detail, radii, how deep its origin lies
   qjulia info bunny.qjulia.json --verbose  and how it was made
+  qjulia info bunny.png                    the command that draws a picture again
 Orbits within r_in stay for ever, orbits beyond r_out leave. F1 at the origin should be
 below -2: nearer 0 the set dissolves.)",
                /*can_trace=*/false},

@@ -7,6 +7,7 @@
 #include <csignal>
 #include <initializer_list>
 
+#include "base/crash_marker.hpp"
 #include "failure.hpp"
 
 namespace qjulia::tools {
@@ -56,6 +57,7 @@ void Interrupts::wait_for_signals() {
       requested = now;
       stop_.request_stop();
     } else if (now - requested > kOneRequest) {
+      base::CrashMarker::forget_all();
       _exit(kInterrupted);
     }
   }

@@ -26,12 +26,11 @@ std::vector<base::Finding> machine_findings() {
   return found;
 }
 
-std::vector<base::Finding> waiting_findings(const Device& device) {
+std::vector<base::Finding> waiting_findings(const DeviceInfo& device, const WaitTime& waited) {
   constexpr double kLeast = 0.1;  // s, so that there is something to judge by
-  const WaitTime waited = device.wait_time();
   const double awake = waited.seconds - waited.slept_seconds;
   if (awake < kLeast || waited.processor_seconds < 0.5 * awake) return {};
-  if (device.info().kind == DeviceKind::cpu) return {};  // it may compute in the thread that waits
+  if (device.kind == DeviceKind::cpu) return {};  // it may compute in the thread that waits
   return {{"waiting", "",
            fmt::format("the driver keeps a core busy while it waits: {}. The program sleeps for "
                        "most of the time that launches are known to take",

@@ -13,8 +13,8 @@ namespace qjulia::tools {
 /// show.
 std::vector<base::Finding> machine_findings();
 
-/// A driver that keeps a core busy while `device` is waited for; none where it does not.
-std::vector<base::Finding> waiting_findings(const Device& device);
+/// A driver that keeps a core busy while the device is waited for; none where it does not.
+std::vector<base::Finding> waiting_findings(const DeviceInfo& device, const WaitTime& waited);
 
 /// An array of objects with "kind", "path" and "text".
 nlohmann::json to_json(const std::vector<base::Finding>& findings);

@@ -75,11 +75,29 @@ Option add_device(Command command, DeviceChoice& device) {
   return option;
 }
 
+Option add_device_to_use(Command command, TrustedDevice& device) {
+  const Option option = add_device(command, device);
+  command.flag("--trust-device", device.is_trusted,
+               "Use a GPU without the self-test that precedes its first use, which takes about a "
+               "second once for each driver and version. Programs whose build has crashed are "
+               "still left out");
+  return option;
+}
+
 void add_trace(Command command, std::string& file) {
   command
       .file("--trace", file, "FILE",
             "Write what ran when, stages of the host and kernels of the device, as a trace-event "
             "JSON for ui.perfetto.dev or chrome://tracing")
+      .offers_files({".json"});
+}
+
+void add_command_profile(Command command, std::string& file) {
+  command
+      .file("--profile", file, "FILE.json",
+            "Write every kernel that ran, with its launches, seconds, share, work and the share of "
+            "the device's limits that it reached, and the host's stages beside them; the limits "
+            "are measured afterwards, in about a second")
       .offers_files({".json"});
 }
 

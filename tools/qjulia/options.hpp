@@ -30,11 +30,21 @@ Option add_box(Command command, const std::string& name, std::optional<Box>& box
 Option add_vector(Command command, const std::string& name, std::optional<Eigen::Vector3d>& vector,
                   const std::string& description);
 
-/// --device.
+/// A device, and whether it is to be used without a first self-test.
+struct TrustedDevice : DeviceChoice {
+  bool is_trusted = false;
+};
+
+/// --device and --layout.
 Option add_device(Command command, DeviceChoice& device);
+/// The same, and --trust-device, for commands that compute.
+Option add_device_to_use(Command command, TrustedDevice& device);
 
 /// --trace.
 void add_trace(Command command, std::string& file);
+
+/// --profile.
+void add_command_profile(Command command, std::string& file);
 
 /// What the help of -o says of a command that names its output after an input.
 std::string named_text(const std::string& input, const std::string& extension);

@@ -17,7 +17,7 @@ namespace {
 
 struct PaintArguments {
   std::string map, output, mesh, property, ramp;
-  DeviceChoice device;
+  TrustedDevice device;
   bool clear = false;
   PaintOptions options;
 };
@@ -126,7 +126,7 @@ void describe_paint(Command command, PaintArguments& a) {
                "such as y=1:0.1");
   command
       .file("--mesh", a.mesh, "MESH",
-            "The mesh with vertex colors: white places have all of the detail, black ones none. "
+            "The mesh with vertex colours: white places have all of the detail, black ones none. "
             ".ply or .obj")
       .offers_files({".ply", ".obj"});
   const auto take_property = [&a](const std::string& name) {
@@ -141,7 +141,7 @@ void describe_paint(Command command, PaintArguments& a) {
   command.add("--elsewhere", &a.options.elsewhere, "SHARE",
               "The share of places that no other option mentions");
   command.flag("--clear", a.clear, "Takes the map's paint away, and paints nothing");
-  add_device(command, a.device);
+  add_device_to_use(command, a.device);
 }
 
 }  // namespace
@@ -156,7 +156,7 @@ void add_paint(CommandLine& program, ChosenCommand& chosen) {
 Each place has a share of the map's detail: with 1 nothing changes, with 0 the surface is
 the smooth shape (to 1/256 of the detail). Ramp and mesh multiply, blocks and balls take
 the place of what is there, and --thickness bounds the result. The paint is a part of the
-map, and every command follows it. See docs/painting.md.)"},
+map, and every command follows it. See docs/guide/painting.md.)"},
               describe_paint, run_paint);
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 struct PortalsArguments {
   std::string map, output;
-  DeviceChoice device;
+  TrustedDevice device;
   PortalOptions options;
 };
 
@@ -74,7 +74,7 @@ void describe_portals(Command command, PortalsArguments& a) {
                  "Points of its ball that a portal takes: those outside the shape, so that the "
                  "copy is added to it; those inside, so that of the shape only what lies in the "
                  "copy is left; or all, so that the copy stands in place of the shape");
-  add_device(command, a.device);
+  add_device_to_use(command, a.device);
 }
 
 }  // namespace
@@ -87,7 +87,7 @@ void add_portals(CommandLine& program, ChosenCommand& chosen) {
 Portals are balls in which the map moves, turns and enlarges space instead, so that a copy
 of the set stands there, with copies on it in turn. Copies are put on protrusions, far apart
 from each other. The map file lists them under "portals": move, turn and scale them
-there. See docs/portals.md.)"},
+there. See docs/guide/portals.md.)"},
               describe_portals, run_portals);
 }
 

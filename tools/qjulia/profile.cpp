@@ -5,109 +5,41 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "base/output_file.hpp"
+#include "base/text.hpp"
 #include "commands.hpp"
+#include "profile_against.hpp"
 #include "profile_compare.hpp"
+#include "profile_tables.hpp"
+#include "profile_tuning.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/scaling.hpp"
-#include "qjulia/tune.hpp"
-#include "qjulia/tuning_cache.hpp"
 #include "report/roofline.hpp"
 
 namespace qjulia::tools {
 namespace {
 
 struct ProfileArguments {
-  DeviceChoice device;
-  std::string baseline, plot, csv;
+  TrustedDevice device;
+  std::string baseline, plot, csv, against, export_file, import_file;
   bool tune = false, scaling = false;
   double tolerance = 0.2;
   ProfileOptions options;
-  std::string action, before, after;  ///< of 'profile compare'
+  TuneGrid grid;
+  bool is_comparison = false;        ///< 'profile compare'
+  std::string first, second, third;  ///< map and mesh, or with 'compare' its two files
+  std::string kernels;
+  std::optional<double> seconds;
   std::optional<double> confidence;
   bool across_devices = false;
   std::vector<Option> of_measuring;  ///< options that 'profile compare' has no use for
   std::vector<Option> of_comparing;  ///< and those that only it has
 };
-
-std::string optional_number(const std::optional<double>& value, double scale) {
-  return value ? fmt::format("{:.4g}", *value * scale) : "-";
-}
-
-/// The measured limit in multiply-adds a lane and cycle; empty where lanes are not known.
-std::string in_cycles(const ProfileReport& report) {
-  const double clock = report.limits.clock_fma_per_second;
-  if (clock == 0) return {};
-  return fmt::format(" ({:.2f} a lane and cycle at the {} MHz that the device reports)",
-                     report.limits.fma_per_second / clock, report.device.clock_mhz);
-}
-
-std::string table(const ProfileReport& report) {
-  std::string text = fmt::format(
-      "settings: {}\n"
-      "limits: {:.4g} G multiply-adds/s{}, copy {:.4g} GB/s, launch {:.3g} us\n"
-      "kernel        n    samples  factors   median s      min s   spread   Gpairs/s   of limit  "
-      "predicted s  measured",
-      report.is_tuned ? "tuned for this device" : "the defaults",
-      1e-9 * report.limits.fma_per_second, in_cycles(report), 1e-9 * report.limits.bytes_per_second,
-      1e6 * report.limits.launch_seconds);
-  for (const KernelFigures& f : report.kernels) {
-    text += fmt::format(
-        "\n{:12} {:2} {:10} {:8} {:10.4g} {:10.4g} {:6.1f} % {:>10} {:>10} {:>12} {:>9}", f.kernel,
-        f.iterations, f.samples, f.factors, f.median_seconds, f.min_seconds, 100 * f.spread(),
-        optional_number(f.pairs_per_second, 1e-9),
-        f.share_of_limit ? fmt::format("{:.1f} %", 100 * *f.share_of_limit) : "-",
-        optional_number(f.predicted_seconds, 1),
-        f.predicted_seconds ? fmt::format("{:.2f} x", f.median_seconds / *f.predicted_seconds)
-                            : "-");
-  }
-  return text;
-}
-
-std::string table(const TuneReport& report, const std::string& file) {
-  std::string text =
-      fmt::format("{:15} {:>6} {:>11} {:>12}", "setting", "value", "difference", "time (best 1)");
-  for (const TuneTrial& t : report.trials) {
-    text += fmt::format("\n{:15} {:6} {:11.1e} {:>12} {}", t.setting, t.value, t.difference,
-                        t.time_ratio > 0 ? fmt::format("{:.3f}", t.time_ratio) : "-",
-                        t.taken ? "taken" : t.refused.substr(0, t.refused.find('\n')));
-  }
-  text += report.time_ratio < 1
-              ? fmt::format("\ntuned: {:.3f} times the time with the defaults", report.time_ratio)
-              : "\nthe defaults stay: nothing was faster";
-  return text + fmt::format("\nsettings: {}\nkept in: {}", to_json(report.tuning).dump(), file);
-}
-
-int run_tune(const ProfileArguments& arguments, Session& session) {
-  const Device device = session.open_device(arguments.device);
-  const std::string file = tuning_file(device.info()).string();
-  const TuneReport report = tune(device, arguments.options, session.monitor());
-  save_tuning(device.with_tuning(report.precision, report.tuning), report.precision);
-  nlohmann::json json = to_json(report);
-  json["file"] = file;
-  session.console.result(table(report, file), json);
-  return kDone;
-}
-
-std::string table(const ScalingReport& report) {
-  std::string text =
-      "energy with gradient\n n    samples  factors       seconds     Gpairs/s   device MB";
-  for (const ScalingPoint& p : report.points) {
-    const double pairs = static_cast<double>(p.samples * p.factors) * p.iterations;
-    text += fmt::format("\n{:2} {:10} {:8} {:13.5f} {:12.2f} {:11.1f}", p.iterations, p.samples,
-                        p.factors, p.seconds, 1e-9 * pairs / p.seconds,
-                        1e-6 * static_cast<double>(p.device_bytes));
-  }
-  for (const ScalingLaw& law : report.laws) {
-    text += fmt::format(
-        "\nn = {}: seconds grow as samples^{:.3f} factors^{:.3f}; worst deviation: × {:.2f}",
-        law.iterations, law.samples_exponent, law.factors_exponent, law.worst_ratio);
-  }
-  return text;
-}
 
 int run_scaling(const ProfileArguments& arguments, Session& session) {
   const Device device = session.open_device(arguments.device);
@@ -115,7 +47,7 @@ int run_scaling(const ProfileArguments& arguments, Session& session) {
   options.precision = arguments.options.precision;
   const ScalingReport report = measure_scaling(device, options, session.monitor());
   if (!arguments.csv.empty()) base::write_file(arguments.csv, to_csv(report));
-  session.console.result(table(report), to_json(report));
+  session.console.result(profile_table(report), to_json(report));
   return kDone;
 }
 
@@ -137,38 +69,112 @@ void refuse(const std::vector<Option>& options, const char* why) {
 
 int run_compare_profiles(const ProfileArguments& arguments, Session& session) {
   refuse(arguments.of_measuring, "'profile compare' measures nothing");
-  if (arguments.after.empty()) {
+  if (arguments.third.empty()) {
     throw InputError("'profile compare' needs two files: OLD.json and NEW.json");
   }
   benchmark::ComparisonOptions options;
   options.confidence = arguments.confidence.value_or(options.confidence);
   options.across_devices = arguments.across_devices;
-  return compare_profiles(arguments.before, arguments.after, options, session);
+  return compare_profiles(arguments.second, arguments.third, options, session);
+}
+
+/// The options as typed, for another program.
+int run_against(const ProfileArguments& arguments, Session& session) {
+  const ProfileOptions& o = arguments.options;
+  AgainstArguments against;
+  against.other = arguments.against;
+  against.seconds = arguments.seconds.value_or(against.seconds);
+  against.comparison.confidence = arguments.confidence.value_or(against.comparison.confidence);
+  against.comparison.across_devices = arguments.across_devices;
+  against.comparison.validate();
+  against.names_kernels = !arguments.kernels.empty();
+  std::vector<std::string>& words = against.words;
+  for (const std::string& file : {arguments.first, arguments.second}) {
+    if (!file.empty()) words.push_back(file);
+  }
+  const auto add = [&](const char* option, const std::string& value) {
+    words.insert(words.end(), {option, value});
+  };
+  const ProfileOptions usual;
+  if (o.samples != usual.samples) add("--samples", std::to_string(o.samples));
+  if (o.factors != usual.factors) add("--factors", std::to_string(o.factors));
+  add("--repeats", std::to_string(o.repeats));
+  if (o.lane_width) add("--width", std::to_string(*o.lane_width));
+  if (o.iterations) add("--iterations", std::to_string(*o.iterations));
+  if (o.precision != usual.precision) add("--precision", to_string(o.precision));
+  if (!arguments.kernels.empty()) add("--kernels", arguments.kernels);
+  if (!arguments.device.name.empty()) add("--device", arguments.device.name);
+  if (!arguments.device.layout.empty()) add("--layout", arguments.device.layout);
+  return profile_against(against, session);
+}
+
+/// The options with the map and the mesh that are to be measured.
+ProfileOptions measured_options(const ProfileArguments& arguments, Session& session) {
+  ProfileOptions options = arguments.options;
+  if (!arguments.kernels.empty()) options.kernels = base::split(arguments.kernels, ',');
+  if (arguments.seconds) options.seconds = *arguments.seconds;
+  options.validate();
+  if (!arguments.third.empty())
+    throw InputError("give a map and a mesh at most, or 'compare' and two profiles");
+  if (!arguments.first.empty()) options.map = session.read_map(arguments.first);
+  if (!arguments.second.empty()) options.mesh = session.read_mesh(arguments.second);
+  return options;
+}
+
+/// Checks the files that are read and written.
+void check_files_of_profile(const ProfileArguments& arguments, Session& session) {
+  std::vector<std::filesystem::path> inputs;
+  std::vector<base::Output> outputs;
+  for (const std::string& file :
+       {arguments.baseline, arguments.first, arguments.second, arguments.import_file}) {
+    if (!file.empty()) inputs.emplace_back(file);
+  }
+  if (!arguments.csv.empty()) outputs.push_back({"--csv", arguments.csv, {".csv"}});
+  if (!arguments.plot.empty()) outputs.push_back({"--plot", arguments.plot, {".png"}});
+  if (!arguments.export_file.empty()) {
+    outputs.push_back({"--export", arguments.export_file, {".json"}});
+  }
+  session.check_outputs(inputs, outputs);
 }
 
 int run_profile(const ProfileArguments& arguments, Session& session) {
-  if (!arguments.action.empty()) return run_compare_profiles(arguments, session);
-  refuse(arguments.of_comparing, "these options belong to 'profile compare'");
-  arguments.options.validate();
+  if (arguments.is_comparison) return run_compare_profiles(arguments, session);
+  if (!arguments.of_comparing.empty() && arguments.against.empty()) {
+    refuse(arguments.of_comparing, "these options belong to 'profile compare' and --against");
+  }
   if (!(arguments.tolerance >= 0)) throw InputError("--tolerance must not be negative");
-  std::vector<std::filesystem::path> inputs;
-  std::vector<base::Output> outputs;
-  if (!arguments.baseline.empty()) inputs.emplace_back(arguments.baseline);
-  if (!arguments.csv.empty()) outputs.push_back({"--csv", arguments.csv, {".csv"}});
-  if (!arguments.plot.empty()) outputs.push_back({"--plot", arguments.plot, {".png"}});
-  session.check_outputs(inputs, outputs);
+  if (!arguments.first.empty() &&
+      (arguments.scaling || !arguments.export_file.empty() || !arguments.import_file.empty())) {
+    throw InputError("--scaling, --export and --import take no map; leave it out");
+  }
+  check_files_of_profile(arguments, session);
+  if (!arguments.against.empty()) return run_against(arguments, session);
+  const ProfileOptions options = measured_options(arguments, session);
   nlohmann::json baseline;
   if (!arguments.baseline.empty()) baseline = read_profile_json(arguments.baseline, "--baseline");
-  if (arguments.tune) return run_tune(arguments, session);
+  if (arguments.tune) return run_tune(arguments.device, options, session);
+  if (!arguments.grid.empty()) {
+    return run_grid(arguments.device, options, arguments.grid, arguments.csv, session);
+  }
+  if (!arguments.export_file.empty()) {
+    return run_export(arguments.device, arguments.export_file, session);
+  }
+  if (!arguments.import_file.empty()) {
+    return run_import(arguments.device, arguments.import_file, session);
+  }
   if (arguments.scaling) return run_scaling(arguments, session);
   const Device device = session.open_device(arguments.device);
-  const ProfileReport report = profile(device, arguments.options, session.monitor());
+  const ProfileReport report = profile(device, options, session.monitor());
   if (!arguments.plot.empty()) {
     write_png(report::draw_plot(report::roofline(report)), arguments.plot,
               {{"qjulia", made_by(report)}});
   }
   if (!arguments.csv.empty()) base::write_file(arguments.csv, to_csv(report));
-  session.console.result(table(report), to_json(report));
+  std::string table = profile_table(report);
+  if (report.has_counters) table += '\n' + counter_table(report);
+  session.console.result(table, to_json(report));
+  for (const std::string& line : report.left_out) session.console.note("not measured: " + line);
+  for (const std::string& line : report.not_counted) session.console.note("not counted: " + line);
   const std::vector<std::string> signs = report.disturbances();
   if (!signs.empty()) {
     session.console.warn(
@@ -181,34 +187,49 @@ int run_profile(const ProfileArguments& arguments, Session& session) {
   return slower.empty() ? kDone : kFailed;
 }
 
+/// "compare", a map's file, or with --grid one more of its settings.
+void take_word(ProfileArguments& a, std::string& target, const std::string& word) {
+  if (!a.grid.empty() && word.find('=') != std::string::npos) {
+    add_to_grid(word, a.grid);
+    return;
+  }
+  target = word;
+}
+
 void describe_comparison(Command command, ProfileArguments& a) {
-  const Option action =
-      command
-          .word(
-              "ACTION", "",
-              [&a](const std::string& word) {
-                if (word != "compare") {
-                  throw InputError(fmt::format("'{}' is not known; only 'compare' is", word));
-                }
-                a.action = word;
-              },
-              "'compare': say which kernels became slower from OLD to NEW, without measuring")
-          .offers({"compare"});
-  command.file("OLD", a.before, "", "With 'compare': an earlier --json report")
-      .needs(action)
-      .offers_files({".json"});
-  command.file("NEW", a.after, "", "With 'compare': a later one")
-      .needs(action)
+  command
+      .word(
+          "MAP", "",
+          [&a](const std::string& word) {
+            if (word == "compare") {
+              a.is_comparison = true;
+            } else {
+              take_word(a, a.first, word);
+            }
+          },
+          "Map file: measure with its factors, in its box, every kernel that a fit, a surface and "
+          "a picture launch. Or 'compare': say which kernels became slower from OLD to NEW, "
+          "without measuring")
+      .offers({"compare"});
+  command
+      .word(
+          "MESH", "", [&a](const std::string& word) { take_word(a, a.second, word); },
+          "Mesh that distances are measured to. With 'compare', OLD: an earlier --json report")
+      .offers_files();
+  command
+      .word(
+          "NEW", "", [&a](const std::string& word) { take_word(a, a.third, word); },
+          "With 'compare': a later one")
       .offers_files({".json"});
   a.of_comparing = {
       command
           .add("--confidence", &a.confidence, "NUMBER",
-               "With 'compare': the confidence for all kernels together. With 0.95, at most one "
-               "comparison in twenty wrongly calls a kernel slower")
+               "With 'compare' and --against: the confidence for all kernels together. With 0.95, "
+               "at most one comparison in twenty wrongly calls a kernel slower")
           .default_text("0.95"),
       command.flag("--across-devices", a.across_devices,
-                   "With 'compare': compare although device, driver, layout, width, precision or "
-                   "tuning differ, and say so")};
+                   "With 'compare' and --against: compare although device, driver, layout, width, "
+                   "precision or tuning differ, and say so")};
 }
 
 void describe_profile(Command command, ProfileArguments& a) {
@@ -222,7 +243,31 @@ void describe_profile(Command command, ProfileArguments& a) {
                                    "Measure how the time and memory of an energy with its gradient "
                                    "grow with samples (25^3 to 193^3) and factors (83 to 1324)")
                              .excludes({tune});
-  a.of_measuring = {tune, scaling};
+  const Option grid =
+      command
+          .word(
+              "--grid", "NAME=A,B,C", [&a](const std::string& text) { add_to_grid(text, a.grid); },
+              "Measure every combination of these settings, others as default; more of them may "
+              "follow as words: lane_width=1,8,16 orbit_group=1,64. With --csv as a table")
+          .excludes({tune, scaling});
+  const Option exported = command
+                              .file("--export", a.export_file, "FILE.json",
+                                    "Write this device's settings to a file for other machines")
+                              .excludes({tune, scaling, grid})
+                              .offers_files({".json"});
+  const Option imported = command
+                              .file("--import", a.import_file, "FILE.json",
+                                    "Keep the settings of such a file for this device")
+                              .excludes({tune, scaling, grid, exported})
+                              .offers_files({".json"});
+  const Option against =
+      command
+          .file("--against", a.against, "PROGRAM",
+                "Another build of qjulia, the older one: profile both in turns, each time in a new "
+                "process, until every kernel is decided or --seconds (then by default 300) are "
+                "over. Exit codes as 'compare'")
+          .excludes({tune, scaling, grid, exported, imported});
+  a.of_measuring = {tune, scaling, grid, exported, imported, against};
   const auto measures = [&a](const Option& option) { a.of_measuring.push_back(option); };
   measures(
       command.add("--samples", &a.options.samples, "INT", "Sample points").excludes({scaling}));
@@ -235,12 +280,35 @@ void describe_profile(Command command, ProfileArguments& a) {
                     "Lanes of a work-item: 1, 8 or 16. Default: what suits the device")
                .default_text("")
                .excludes({tune, scaling}));
+  measures(
+      command
+          .add("--iterations", &a.options.iterations, "INT",
+               "n of the jobs of several iterates. Default: 4, and 6 for pictures and surfaces")
+          .range(2, 16)
+          .excludes({tune, scaling, grid}));
+  measures(command
+               .word(
+                   "--kernels", "NAMES", [&a](const std::string& text) { a.kernels = text; },
+                   "Only jobs and kernels of these names, with * and ?, several with commas: "
+                   "'energy*,gauss*'. '*' is every kernel, also without a map")
+               .excludes({tune, scaling, grid}));
+  measures(command
+               .add("--seconds", &a.seconds, "SECONDS",
+                    "Time for the whole run: jobs share what is left of it, and are left out where "
+                    "one run does not fit")
+               .excludes({tune, scaling, grid}));
+  measures(command
+               .flag("--counters", a.options.counters,
+                     "Also count, on CPUs, cycles, instructions, cache misses, stalled cycles, CPU "
+                     "seconds and page faults of each kernel, and show what the driver says of its "
+                     "work-groups, memory and registers")
+               .excludes({tune, scaling, grid, against}));
   measures(add_precision(command, a.options.precision, "Arithmetic on the device"));
   const Option baseline =
       command
           .file("--baseline", a.baseline, "FILE",
                 "An earlier --json report: exit code 1 if a kernel has become slower")
-          .excludes({tune, scaling})
+          .excludes({tune, scaling, grid, exported, imported, against})
           .offers_files({".json"});
   measures(baseline);
   measures(command
@@ -248,20 +316,20 @@ void describe_profile(Command command, ProfileArguments& a) {
                      "Draw a roofline: each kernel's speed over its work per byte of memory, under "
                      "what the "
                      "device can do at most")
-               .excludes({tune, scaling})
+               .excludes({tune, scaling, grid, exported, imported, against})
                .offers_files({".png"}));
   measures(command
                .file("--csv", a.csv, "FILE.csv",
                      "Also write the figures as a table, a line for each kernel, or with --scaling "
                      "for each "
                      "size")
-               .excludes({tune})
+               .excludes({tune, exported, imported, against})
                .offers_files({".csv"}));
   measures(command
                .add("--tolerance", &a.tolerance, "NUMBER",
                     "What counts as slower: 0.2 is 20 % over the baseline's median")
                .needs(baseline));
-  measures(add_device(command, a.device));
+  measures(add_device_to_use(command, a.device));
   describe_comparison(command, a);
 }
 
@@ -274,16 +342,23 @@ void add_profile(CommandLine& program, ChosenCommand& chosen) {
   qjulia profile --json > before.json
   qjulia profile --baseline before.json --tolerance 0.1    exit code 1 if slower
   qjulia profile compare before.json after.json            compare all runs, with bounds
+  qjulia profile bunny.qjulia.json bunny.obj --seconds 20  every kernel at this map's size
+  qjulia profile bunny.qjulia.json --kernels 'energy*,gauss*' --iterations 6
+  qjulia profile --against old/qjulia --seconds 120        two builds, in turns
+  qjulia profile --counters --kernels 'gauss*'
   qjulia profile --plot roofline.png
   qjulia profile --scaling                                 cost against size
   qjulia profile --tune                                    once a device; a minute or two
+  qjulia profile --grid lane_width=8,16 panel_block=32,64 --csv all.csv
+  qjulia profile --export settings.json                    to send in, or for a twin
   qjulia profile --csv kernels.csv
 A pair is one factor at one sample for one iterate. The share of the limit compares a
 kernel's slots (multiply-adds, multiplications and divisions in its source, one each) with
-the measured peak multiply-add rate. The predicted time is what the compiled kernel's
-instructions, as counted for GPUs, and its memory traffic take at these limits. Rays and
-distances end early by design: they have times only. Times are from the device's own
-clock. The spread is that of the runs, over their median; a warning says so when the
+the measured peak multiply-add rate of the device's widest vectors, or with an m the bytes
+that must move with the measured copy; "<" means that orbits may have ended early. On GPUs
+the predicted time is what the compiled kernel's instructions and its memory traffic take at
+these limits. Single kernels are indented: their time is a part of the job's. Times are from
+the device's own clock. The spread is that of the runs, over their median; a warning says so when the
 machine was not idle.
 'compare' takes two --json reports. The time of each run is multiplied by the multiply-add
 limit measured right after it. A kernel is slower if the lower bound of its slowdown is over

@@ -13,10 +13,10 @@ namespace qjulia::tools {
 namespace {
 
 std::string table(const benchmark::ProfileComparison& comparison, double confidence) {
-  std::string text = fmt::format("{:12} {:>2} {:>10} {:>10} {:>8}   {:17} {}", "kernel", "n",
+  std::string text = fmt::format("{:24} {:>2} {:>10} {:>10} {:>8}   {:17} {}", "kernel", "n",
                                  "OLD s", "NEW s", "NEW/OLD", "bounds", "verdict");
   for (const benchmark::KernelComparison& k : comparison.kernels) {
-    text += fmt::format("\n{:12} {:2} {:10.4g} {:10.4g} {:8.3f}   {:.3f} to {:.3f}    {}", k.kernel,
+    text += fmt::format("\n{:24} {:2} {:10.4g} {:10.4g} {:8.3f}   {:.3f} to {:.3f}    {}", k.kernel,
                         k.iterations, k.before_seconds, k.after_seconds, k.ratio.estimate,
                         k.ratio.low, k.ratio.high, to_string(k.verdict));
   }
@@ -41,10 +41,15 @@ int compare_profiles(const std::string& before, const std::string& after,
                      const benchmark::ComparisonOptions& options, Session& session) {
   const nlohmann::json old = read_profile_json(before, "OLD");
   const nlohmann::json now = read_profile_json(after, "NEW");
-  const auto comparison = benchmark::compare_profiles(old, now, options);
+  return show_comparison(benchmark::compare_profiles(old, now, options), options, 0, session);
+}
+
+int show_comparison(const benchmark::ProfileComparison& comparison,
+                    const benchmark::ComparisonOptions& options, int rounds, Session& session) {
   nlohmann::json json = to_json(comparison);
   json["confidence"] = options.confidence;
   json["tolerance"] = options.tolerance;
+  if (rounds > 0) json["rounds"] = rounds;
   session.console.result(table(comparison, options.confidence), json);
   for (const std::string& line : comparison.differences) session.console.note("differs: " + line);
   for (const std::string& line : comparison.left_out) session.console.note("not compared: " + line);

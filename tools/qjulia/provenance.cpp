@@ -149,9 +149,9 @@ std::string one_line(const nlohmann::json& json) {
   return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
 }
 
-void write_picture(const Image& image, const std::filesystem::path& path,
-                   const nlohmann::json& how) {
-  write_png(image, path, {{"Software", program_name()}, {"qjulia", one_line(how)}});
+void write_picture(const Image& image, const std::filesystem::path& path, const nlohmann::json& how,
+                   const std::string& map) {
+  write_png(image, path, {{"Software", program_name()}, {"qjulia", one_line(how)}}, map);
 }
 
 nlohmann::json to_json(const PictureOptions& options) {

@@ -55,9 +55,10 @@ nlohmann::json converted_from(const std::filesystem::path& input);
 /// On one line in ASCII, for the text of files. File names may hold any bytes.
 std::string one_line(const nlohmann::json& json);
 
-/// A .png whose text chunks say which program made it, and `how`. @throws OutputError
-void write_picture(const Image& image, const std::filesystem::path& path,
-                   const nlohmann::json& how);
+/// A .png whose text chunks say which program made it, and `how`. @param map what it holds of a
+/// map, as `packed_map` makes it. @throws OutputError
+void write_picture(const Image& image, const std::filesystem::path& path, const nlohmann::json& how,
+                   const std::string& map = {});
 
 /// What a map says of how its shape stands, for people. @param chosen empty: it was guessed
 std::string up_line(UpAxis up, const std::optional<UpAxis>& chosen);

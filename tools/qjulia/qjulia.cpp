@@ -20,7 +20,7 @@ void ignore_relative_cache() {
 }
 
 int run_command(const ChosenCommand& chosen) {
-  Session session(chosen.verbosity, chosen.trace);
+  Session session(chosen.verbosity, chosen.trace, chosen.profile);
   try {
     const int code = chosen.run(session);
     session.finish();

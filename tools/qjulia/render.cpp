@@ -4,11 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -17,12 +14,13 @@
 #include "files.hpp"
 #include "map_options.hpp"
 #include "picture_options.hpp"
+#include "picture_sweep.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/file_types.hpp"
 #include "qjulia/knob_table.hpp"
+#include "qjulia/map_file.hpp"
 #include "qjulia/picture.hpp"
-#include "qjulia/picture_settings.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -30,11 +28,10 @@ namespace {
 struct RenderArguments {
   std::string input;
   OutputName output;
-  DeviceChoice device;
-  std::optional<std::string> sweep;
-  std::optional<int> turntable;
+  TrustedDevice device;
+  SweepChoice sweep;
   std::string layers;  ///< prefix of their files; empty: none
-  bool preview = false;
+  bool preview = false, no_map = false;
   MapOptions map_options;
   LookOptions look;
   PictureOptions options;
@@ -56,148 +53,6 @@ std::vector<Cut> parse_cuts(const std::string& text) {
   return cuts;
 }
 
-constexpr int kMostFrames = 10000;
-
-/// One option taken through a list of values: a picture for each.
-struct Sweep {
-  std::string name;  ///< the option's, without dashes
-  std::vector<double> values;
-};
-
-/// Sets the option. @throws InputError for a value that it cannot have.
-using Setter = std::function<void(double, MapOptions&, PictureOptions&)>;
-using Setters = std::map<std::string, Setter>;
-
-/// cos A + u sin A, for a unit vector along `axis` (1: i, 2: j, 3: k) and A in degrees.
-Quaternion turned_phase(int axis, double degrees) {
-  const double angle = degrees * std::numbers::pi / 180;
-  Quaternion phase{std::cos(angle), 0, 0, 0};
-  (axis == 1 ? phase.y : axis == 2 ? phase.z : phase.w) = std::sin(angle);
-  return phase;
-}
-
-double whole(double value) {
-  if (value == std::round(value) && std::abs(value) <= 1e9) return value;
-  throw InputError(fmt::format("{} is not a whole number", value));
-}
-
-/// What of a knob can be swept: its number, or the angle of a turn about each axis.
-class KnobSetters {
- public:
-  KnobSetters(const Knob& knob, Setters& setters) : knob_(knob), setters_(setters) {}
-
-  void operator()(std::optional<double> MapKnobs::*member) const {
-    setters_[knob_.option()] = [this_knob = &knob_, member](double v, MapOptions& m,
-                                                            PictureOptions&) {
-      this_knob->expect_in_range(v);
-      m.knobs.*member = v;
-    };
-  }
-  void operator()(std::optional<std::uint64_t> MapKnobs::*member) const {
-    setters_[knob_.option()] = [this_knob = &knob_, member](double v, MapOptions& m,
-                                                            PictureOptions&) {
-      this_knob->expect_in_range(whole(v));
-      m.knobs.*member = static_cast<std::uint64_t>(v);
-    };
-  }
-  void operator()(std::optional<Quaternion> MapKnobs::*member) const {
-    for (const int axis : {1, 2, 3}) {
-      setters_[fmt::format("{}-{}", knob_.option(), "-ijk"[axis])] =
-          [member, axis](double v, MapOptions& m, PictureOptions&) {
-            m.knobs.*member = turned_phase(axis, v);
-          };
-    }
-  }
-  void operator()(std::optional<Eigen::Vector3d> MapKnobs::*) const {}
-  void operator()(std::optional<Rotation> MapKnobs::*) const {}
-
- private:
-  const Knob& knob_;
-  Setters& setters_;
-};
-
-const Setters& setters() {
-  static const Setters all = [] {
-    Setters made;
-    for (const Knob& knob : knob_table()) std::visit(KnobSetters(knob, made), knob.value);
-    for (const PictureSetting& setting : picture_settings()) {
-      if (const auto* place = std::get_if<double& (*)(PictureOptions&)>(&setting.value)) {
-        made[setting.option()] = [place = *place](double v, MapOptions&, PictureOptions& p) {
-          place(p) = v;
-        };
-      }
-    }
-    made["iterations"] = [](double v, MapOptions& m, PictureOptions& p) {
-      m.iterations = p.iterations = static_cast<int>(whole(v));
-    };
-    return made;
-  }();
-  return all;
-}
-
-InputError unreadable(const std::string& text) {
-  return InputError(fmt::format(
-      "--sweep '{}' is neither NAME=FROM:TO:COUNT, such as drift=0:1.05:12, nor NAME=A,B,C", text));
-}
-
-std::vector<double> numbers(const std::string& list, char between, const std::string& whole_text) {
-  std::vector<double> values;
-  for (const std::string& word : base::split(list, between)) {
-    const auto value = base::number_in<double>(word);
-    if (!value || !std::isfinite(*value)) throw unreadable(whole_text);
-    values.push_back(*value);
-  }
-  return values;
-}
-
-/// What can be swept, for help and errors.
-std::string sweep_names() {
-  std::vector<std::string> names;
-  for (const auto& [name, setter] : setters()) names.push_back(name);
-  return fmt::format("{}; phase-i is the phase cos A + i sin A, A in degrees",
-                     fmt::join(names, ", "));
-}
-
-/// "NAME=FROM:TO:COUNT", both ends included, or "NAME=A,B,C". @throws InputError
-Sweep parse_sweep(const std::string& text) {
-  const std::size_t equals = text.find('=');
-  if (equals == std::string::npos) throw unreadable(text);
-  Sweep sweep{text.substr(0, equals), {}};
-  if (!setters().contains(sweep.name)) {
-    throw InputError(
-        fmt::format("--sweep: there is no '{}' to sweep; it can be {}", sweep.name, sweep_names()));
-  }
-  const std::string list = text.substr(equals + 1);
-  if (list.find(':') == std::string::npos) {
-    sweep.values = numbers(list, ',', text);
-    return sweep;
-  }
-  const auto range = numbers(list, ':', text);
-  if (range.size() != 3 || range[2] != std::round(range[2])) throw unreadable(text);
-  if (range[2] < 2 || range[2] > kMostFrames) {
-    throw InputError(fmt::format("--sweep {}: COUNT is 2 to {}", text, kMostFrames));
-  }
-  const int count = static_cast<int>(range[2]);
-  for (int i = 0; i < count; ++i) {
-    sweep.values.push_back(std::lerp(range[0], range[1], double(i) / (count - 1)));
-  }
-  return sweep;
-}
-
-/// `count` azimuths once around, from `first` on.
-Sweep turntable(double first, int count) {
-  Sweep sweep{"azimuth", {}};
-  for (int i = 0; i < count; ++i) sweep.values.push_back(first + 360.0 * i / count);
-  return sweep;
-}
-
-/// Whether only the camera moves.
-bool is_of_camera(const Sweep& sweep) {
-  const auto found = std::ranges::find_if(
-      picture_settings(), [&](const auto& setting) { return setting.option() == sweep.name; });
-  return found != picture_settings().end() && found->is_of_camera;
-}
-
 PictureOptions checked_options(const RenderArguments& arguments) {
   PictureOptions options =
       checked(with_look(arguments.options, arguments.look), arguments.map_options);
@@ -215,7 +70,7 @@ PictureOptions checked_options(const RenderArguments& arguments) {
 
 /// What to draw, read before a device is opened.
 struct Scene {
-  Map map;
+  std::optional<Map> map;  ///< or else the mesh
   TriangleMesh mesh;
 };
 
@@ -230,12 +85,28 @@ Scene read_scene(const RenderArguments& arguments, Session& session) {
   return scene;
 }
 
-Studio studio_of(const Device& device, const Scene& scene, const std::string& input,
-                 const MapOptions& map_options, const PictureOptions& options, Session& session) {
+/// The scene with the map's knobs turned, as its picture shows it.
+Scene turned(const Device& device, Scene scene, const std::string& input,
+             const MapOptions& options) {
+  if (!scene.map) return scene;
+  const nlohmann::json usual = to_json(MapOptions{}), how = to_json(options);
+  const bool has_knobs = std::ranges::any_of(
+      knob_table(), [&](const Knob& knob) { return how.at(knob.name) != usual.at(knob.name); });
+  scene.map = with_knobs(device, *scene.map, options, input);
+  if (has_knobs) scene.map->provenance.set("turned", made_with(input, options, device.info()));
+  return scene;
+}
+
+Studio studio_of(const Device& device, const Scene& scene, const PictureOptions& options,
+                 Session& session) {
   const TraceStage stage(session.trace(), "studio");
-  if (is_mesh_file(input)) return {device, scene.mesh, scene.mesh.box(), options};
-  return {device, with_knobs(device, scene.map, map_options, input), options,
-          session.interrupts.token()};
+  if (!scene.map) return {device, scene.mesh, scene.mesh.box(), options};
+  return {device, *scene.map, options, session.interrupts.token()};
+}
+
+/// The map that a picture of the scene holds.
+std::string carried_map(const Scene& scene, const RenderArguments& arguments) {
+  return scene.map && !arguments.no_map ? packed_map(*scene.map) : std::string();
 }
 
 /// Says so when a picture shows nothing. @throws Error where a part of the set was asked for.
@@ -283,53 +154,11 @@ void draw_preview(const Device& device, const Scene& scene, const RenderArgument
   options.height = std::max(1, options.height / reduction);
   options.samples_per_axis = 1;
   const Image image =
-      studio_of(device, scene, arguments.input, arguments.map_options, options, session)
-          .picture(options.camera, session.monitor());
+      studio_of(device, scene, options, session).picture(options.camera, session.monitor());
   const auto path = preview_path(arguments.output.path);
   write_picture(image, path, {{kPreviewNote, true}});
   session.console.note(fmt::format("preview: {}, {:.1f} s", path.string(), session.seconds()));
   session.written_so_far = "only the preview was written";
-}
-
-/// @throws InputError where the option that is swept has a value of its own too.
-void expect_not_given(const RenderArguments& arguments, const std::string& swept) {
-  for (const auto& options : {arguments.camera, arguments.map_options.options}) {
-    for (const Option& option : options) {
-      if (option.name() != swept || !option.given()) continue;
-      throw InputError(fmt::format("--sweep sets {} for each picture; leave out {}", swept, swept));
-    }
-  }
-}
-
-std::optional<Sweep> wanted_sweep(const RenderArguments& arguments, const PictureOptions& options) {
-  if (arguments.sweep && arguments.turntable) {
-    throw InputError("give either --sweep or --turntable");
-  }
-  if (arguments.turntable) return turntable(options.camera.azimuth, *arguments.turntable);
-  if (!arguments.sweep) return std::nullopt;
-  Sweep sweep = parse_sweep(*arguments.sweep);
-  const bool is_phase = sweep.name.starts_with("phase-");
-  expect_not_given(arguments, is_phase ? "--phase" : "--" + sweep.name);
-  // Refused before the first picture is drawn, not after some.
-  for (const double value : sweep.values) {
-    MapOptions map_options = arguments.map_options;
-    PictureOptions changed = options;
-    try {
-      setters().at(sweep.name)(value, map_options, changed);
-    } catch (const InputError& error) {
-      throw InputError(fmt::format("--sweep {}: {}", sweep.name, error.what()));
-    }
-    map_options.knobs.validate();
-    changed.validate();
-  }
-  if (!is_of_camera(sweep)) expect_map("--sweep " + sweep.name, arguments.input);
-  return sweep;
-}
-
-/// "sheet.png" and 7: "sheet_007.png".
-std::filesystem::path frame_path(const std::filesystem::path& sheet, std::size_t number) {
-  return sheet.parent_path() /
-         fmt::format("{}_{:03}{}", sheet.stem().string(), number, sheet.extension().string());
 }
 
 std::vector<base::Output> outputs_of(const RenderArguments& arguments,
@@ -347,14 +176,6 @@ std::vector<base::Output> outputs_of(const RenderArguments& arguments,
   return outputs;
 }
 
-/// One row of up to five pictures; else nearly as many rows as columns, with few cells empty.
-int sheet_columns(int count) {
-  if (count <= 5) return count;
-  const int least = static_cast<int>(std::ceil(std::sqrt(count)));
-  const auto empty = [count](int columns) { return (columns - count % columns) % columns; };
-  return std::min({least, least + 1, least + 2}, [&](int a, int b) { return empty(a) < empty(b); });
-}
-
 /// Tells of a picture as a part of all, `done` of which came before it.
 ProgressMonitor part_monitor(Session& session, std::size_t done, std::size_t all) {
   ProgressMonitor monitor = session.monitor();
@@ -366,14 +187,6 @@ ProgressMonitor part_monitor(Session& session, std::size_t done, std::size_t all
     show(progress);
   };
   return monitor;
-}
-
-/// How many times narrower and lower pictures are on a sheet than alone, since the sheet is made in
-/// memory and a .png has its limits.
-int sheet_reduction(const PictureOptions& options, std::size_t count) {
-  constexpr double kMostPixels = 3e8;
-  const double pixels = static_cast<double>(count) * options.width * options.height;
-  return std::max(1, static_cast<int>(std::ceil(std::sqrt(pixels / kMostPixels))));
 }
 
 bool has_range(const PictureOptions& options) { return options.material != Material::clay; }
@@ -389,6 +202,7 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
               Session& session) {
   const Scene scene = read_scene(arguments, session);
   const Device device = session.open_device(arguments.device);
+  Scene shown;
   std::vector<Image> frames;
   std::vector<std::string> files;
   nlohmann::json how;
@@ -401,10 +215,11 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
         fmt::format("picture {} of {}: {}", frames.size() + 1, sweep.values.size(), caption));
     MapOptions map_options = arguments.map_options;
     PictureOptions frame_options = options;
-    setters().at(sweep.name)(value, map_options, frame_options);
+    sweep.set(value, map_options, frame_options);
     frame_options.range = range;  // colours stay from picture to picture
-    if (!studio || !is_of_camera(sweep)) {
-      studio = studio_of(device, scene, arguments.input, map_options, frame_options, session);
+    if (!studio || !sweep.is_of_camera()) {
+      shown = turned(device, scene, arguments.input, map_options);
+      studio = studio_of(device, shown, frame_options, session);
     }
     if (has_range(options)) range = studio->range();
     const Image image = studio->picture(frame_options.camera,
@@ -416,7 +231,7 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
     files.push_back(frame_path(arguments.output.path, files.size() + 1).string());
     {
       const TraceStage stage(session.trace(), "write");
-      write_picture(image, files.back(), how);
+      write_picture(image, files.back(), how, carried_map(shown, arguments));
     }
     session.written_so_far = fmt::format("{} pictures were written", files.size());
     frames.push_back(captioned(reduced(image, reduction), caption));
@@ -437,7 +252,8 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
 
 int run_render(const RenderArguments& arguments, Session& session) {
   const PictureOptions options = checked_options(arguments);
-  const auto sweep = wanted_sweep(arguments, options);
+  const auto sweep = wanted_sweep(arguments.sweep, arguments.input, arguments.map_options,
+                                  arguments.camera, options);
   if (sweep && (!arguments.layers.empty() || arguments.preview)) {
     throw InputError("--aov and --preview need a single picture, without --sweep and --turntable");
   }
@@ -445,12 +261,11 @@ int run_render(const RenderArguments& arguments, Session& session) {
   if (arguments.preview)
     check_preview(preview_path(arguments.output.path), session.interrupts.token());
   if (sweep) return run_sweep(arguments, options, *sweep, session);
-  const Scene scene = read_scene(arguments, session);
+  Scene scene = read_scene(arguments, session);
   const Device device = session.open_device(arguments.device);
-
+  scene = turned(device, std::move(scene), arguments.input, arguments.map_options);
   if (arguments.preview) draw_preview(device, scene, arguments, options, session);
-  Studio studio =
-      studio_of(device, scene, arguments.input, arguments.map_options, options, session);
+  Studio studio = studio_of(device, scene, options, session);
   const auto [image, layers] =
       arguments.layers.empty() ? LayeredImage{studio.picture(options.camera, session.monitor()), {}}
                                : studio.layered_picture(options.camera, session.monitor());
@@ -458,7 +273,7 @@ int run_render(const RenderArguments& arguments, Session& session) {
   nlohmann::json how = made_with(arguments.input, arguments.map_options, device.info());
   how["picture"] = to_json(with_range(options, studio));
   const TraceStage stage(session.trace(), "write");
-  write_picture(image, arguments.output.path, how);
+  write_picture(image, arguments.output.path, how, carried_map(scene, arguments));
   std::vector<std::string> layer_files;
   if (!arguments.layers.empty()) {
     for (const auto& path : write_layers(layers, image.width, arguments.layers)) {
@@ -510,12 +325,12 @@ void describe_render(Command command, RenderArguments& a) {
       "Cut away what lies beyond a place along an axis, and show the inside: a coordinate, shape "
       "units, or per cent of the shape's box; several with commas, x=0.2,z=50%");
   command.word(
-      "--sweep", "SWEEP", [&a](const std::string& text) { a.sweep = text; },
+      "--sweep", "SWEEP", [&a](const std::string& text) { a.sweep.sweep = text; },
       std::string("Pictures for several values of one option, NAME=FROM:TO:COUNT or NAME=A,B,C: a "
                   "contact sheet in PICTURE, and each in PICTURE_001.png and on. NAME: ") +
           sweep_names());
   command
-      .add("--turntable", &a.turntable, "N",
+      .add("--turntable", &a.sweep.turntable, "N",
            "The same for N azimuths once around, 2 to 10000: the shape turns under steady light")
       .range(2, 10000);
   add_material(command, a.options);
@@ -523,6 +338,9 @@ void describe_render(Command command, RenderArguments& a) {
                "Also write what each pixel shows: PREFIX.depth.npy (along the ray from the camera, "
                "shape units, inf where nothing is), PREFIX.normal.npy and PREFIX.position.npy "
                "(shape coordinates), unfiltered; depth and normal also as .png to look at");
+  command.flag("--no-map", a.no_map,
+               "Leave the map out of the picture. It takes 50 to 60 bytes a factor: 20 KB of 331 "
+               "factors, 51 KB of 992");
   command.flag("--preview", a.preview,
                "First write a rough picture, up to 320 wide, as NAME.preview.png; it goes when the "
                "picture is done");
@@ -533,13 +351,14 @@ void describe_render(Command command, RenderArguments& a) {
       "many factors");
   add_look(command, a.look, a.options);
   add_map_options(command, a.map_options, "The set is cut open at its faces. Default: all of it");
-  add_device(command, a.device);
+  add_device_to_use(command, a.device);
 }
 
 }  // namespace
 
 void add_render(CommandLine& program, ChosenCommand& chosen) {
-  add_command(program, chosen, {"render", "Draw a picture of a map's set", std::string(R"(Examples:
+  add_command(program, chosen,
+              {"render", "Draw a picture of a map's set", std::string(R"(Examples:
   qjulia render bunny.qjulia.json -o bunny.png
   qjulia render bunny.qjulia.json -o ears.png --frame -0.8 0.6 -0.8 0.15 1 0.15
   qjulia render bunny.qjulia.json -o inside.png --cut z=50% --azimuth 0
@@ -550,9 +369,14 @@ void add_render(CommandLine& program, ChosenCommand& chosen) {
   qjulia render bunny.qjulia.json -o cut_out.png --background transparent --no-ground
   qjulia render bunny.qjulia.json -o glow.png --material trap --palette ember
   qjulia render bunny.qjulia.json -o big.png --size 3840x2160 --preview --aov big
-Rays meet the set itself, not a mesh of it: the picture is as sharp as its pixels. The file's
-text chunk 'qjulia' says how it was made.
-)") + kMapOptionsHelp},
+Rays meet the set itself, not a mesh of it: the picture is as sharp as its pixels. The file holds
+the map as it is drawn, with its knobs turned, so that every command that reads maps reads the
+picture too; 'qjulia info' says the command that draws it again, and 'qjulia explore' opens the
+view. Of a series, each picture holds its map, and the contact sheet none. The file's text chunk
+'qjulia' says how it was made.
+)") + kMapOptionsHelp,
+               /*can_trace=*/true,
+               /*can_profile=*/true},
               describe_render, run_render);
 }
 

@@ -22,7 +22,7 @@ namespace {
 struct SampleArguments {
   std::string map;
   OutputName output;
-  DeviceChoice device;
+  TrustedDevice device;
   MapOptions map_options;
   SampleOptions options;
 };
@@ -76,7 +76,7 @@ void describe_sample(Command command, SampleArguments& a) {
   command.add("--resolution", &a.options.resolution, "INT", "Cells along the box's longest side");
   add_map_options(command, a.map_options, "Default: the shape's box plus 5 %",
                   "Default: 20, or more where the set or a portal reaches farther");
-  add_device(command, a.device);
+  add_device_to_use(command, a.device);
 }
 
 }  // namespace
@@ -88,7 +88,7 @@ void add_sample(CommandLine& program, ChosenCommand& chosen) {
   qjulia sample bunny.qjulia.json -o ear.vti --box 0 0.1 -0.1 0.2 0.3 0.1
 Values are F_n at cell centres: the logarithm of the last iterate's norm, where iteration
 ends at --escape or after --iterations. A point is inside where F_n is below the map's
-surface level ('qjulia info' and --json tell it). In .npy the array is [x][y][z]; ParaView
+surface level ('qjulia info' and --json print it). In .npy the array is [x][y][z]; ParaView
 opens .vti, and a contour of F at the level is the set's surface. A .vdb has the grid "F"
 and "density", for smoke: the level less F_n, from 0 to 1, in single precision.
 )") + kMapOptionsHelp},

@@ -6,13 +6,16 @@
 
 #include <cerrno>
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "base/output_file.hpp"
+#include "check_process.hpp"
 #include "device_obstacles.hpp"
 #include "files.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
+#include "qjulia/self_test.hpp"
 #include "qjulia/tuning_cache.hpp"
 
 namespace qjulia::tools {
@@ -41,9 +44,12 @@ int opened_when_read(const std::filesystem::path& pipe, const std::stop_token& s
 
 }  // namespace
 
-Session::Session(const Verbosity& verbosity, std::string trace_file)
-    : console(verbosity), trace_file_(std::move(trace_file)) {
-  if (!trace_file_.empty()) trace_ = std::make_shared<Trace>(start_);
+Session::Session(const Verbosity& verbosity, std::string trace_file, std::string profile_file)
+    : console(verbosity),
+      trace_file_(std::move(trace_file)),
+      profile_file_(std::move(profile_file)) {
+  if (!trace_file_.empty() || !profile_file_.empty()) trace_ = std::make_shared<Trace>(start_);
+  if (!profile_file_.empty()) counter_ = std::make_unique<LaunchCounter>();
 }
 
 Session::~Session() {
@@ -52,7 +58,8 @@ Session::~Session() {
 
 void Session::check_outputs(const std::vector<std::filesystem::path>& inputs,
                             std::vector<base::Output> outputs) {
-  if (trace_) outputs.push_back({"--trace", trace_file_});
+  if (trace_ && !trace_file_.empty()) outputs.push_back({"--trace", trace_file_});
+  if (trace_ && !profile_file_.empty()) outputs.push_back({"--profile", profile_file_, {".json"}});
   base::check_distinct(inputs, outputs);
   for (const base::Output& output : outputs) base::check_writable(output);
   for (const base::Output& output : outputs) {
@@ -70,19 +77,39 @@ ProgressMonitor Session::monitor() {
 
 void Session::finish() {
   if (!trace_ || !are_outputs_checked_) return;
+  const double command_seconds = seconds();
   std::string name = "none";
   std::map<std::string, double> figures;
   if (traced_) {
     traced_->record({});
     name = traced_->info().name;
     const WaitTime waited = traced_->wait_time();
+    const BuildTotal built = build_total();
     figures = {{"waited_seconds", waited.seconds},
                {"waiting_processor_seconds", waited.processor_seconds},
-               {"waiting_slept_seconds", waited.slept_seconds}};
+               {"waiting_slept_seconds", waited.slept_seconds},
+               {"programs_compiled", built.compiled},
+               {"programs_loaded", built.loaded},
+               {"build_seconds", built.seconds},
+               {"waits", static_cast<double>(waited.waits)},
+               {"transfers", static_cast<double>(waited.transfers)},
+               {"most_queued_seconds", waited.most_queued_seconds}};
   }
   trace_->add("qjulia", Trace::Row::host, Trace::Timer::wall, start_, Trace::Clock::now() - start_);
-  trace_->write(trace_file_, name, figures);
-  console.note("trace: " + trace_file_);
+  if (!trace_file_.empty()) {
+    trace_->write(trace_file_, name, figures);
+    console.note("trace: " + trace_file_);
+  }
+  if (!profile_file_.empty()) write_profile(command_seconds);
+}
+
+void Session::write_profile(double seconds) {
+  const auto work = counter_->work();
+  const Roofs roofs = traced_ ? measure_roofs(*traced_) : Roofs{};
+  const CommandProfile profile =
+      command_profile(traced_ ? traced_->info() : DeviceInfo{}, *trace_, work, roofs, seconds);
+  base::write_file(profile_file_, to_json(profile).dump(2, ' ', true) + "\n");
+  console.note(fmt::format("{}\nprofile: {}", to_text(profile), profile_file_));
 }
 
 Map Session::read_map(const std::string& file) {
@@ -100,7 +127,26 @@ TriangleMesh Session::read_mesh(const std::string& file, const std::stop_token& 
   return mesh;
 }
 
-Device Session::open_device(const DeviceChoice& wanted) {
+void Session::expect_right_results(const Device& device, const TrustedDevice& wanted) {
+  if (wanted.is_trusted || device.info().kind == DeviceKind::cpu) return;
+  const auto report = first_self_test(device, monitor());
+  if (!report) return;
+  for (const ProgramCheck& check : report->checks) {
+    if (check.has_passed()) continue;
+    const std::string what =
+        check.problem.empty()
+            ? fmt::format("it computes wrongly ({}: off by {:.1e}, and at most {:.1e} is allowed)",
+                          check.compared, check.difference, check.tolerance)
+            : check.problem.substr(0, check.problem.find('\n'));
+    console.warn(fmt::format(
+        "{} failed the self-test of '{}': {}. Results of this device cannot be trusted; 'qjulia "
+        "doctor' tests all programs, and --trust-device leaves this test out",
+        check.program, device.info().name, what));
+  }
+  if (report->has_passed()) console.detail("the device passed its first self-test");
+}
+
+Device Session::open_device(const TrustedDevice& wanted) {
   expect_descriptors();
   const auto [device, warning] = with_cached_tuning(Device::choose(wanted));
   if (!warning.empty()) console.warn(warning);
@@ -112,6 +158,7 @@ Device Session::open_device(const DeviceChoice& wanted) {
     device.record(trace_);
     traced_ = device;
   }
+  expect_right_results(device, wanted);
   return device;
 }
 
@@ -122,6 +169,7 @@ void Session::report_kernels(const Device& device) {
         fmt::format("kernel {:24} {:7} launches {:9.3f} s", name, time.launches, time.seconds));
   }
   console.detail(describe(device.wait_time()));
+  console.detail(describe(build_total()));
 }
 
 std::string describe(const WaitTime& waited) {

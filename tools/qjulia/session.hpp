@@ -10,6 +10,8 @@
 #include "base/output_check.hpp"
 #include "console.hpp"
 #include "interrupts.hpp"
+#include "options.hpp"
+#include "qjulia/command_profile.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/mesh.hpp"
 
@@ -18,7 +20,8 @@ namespace qjulia::tools {
 class Session {
  public:
   /// @param trace_file where `finish` writes a trace; empty: nowhere.
-  Session(const Verbosity& verbosity, std::string trace_file);
+  /// @param profile_file where it writes the command's profile; empty: nowhere.
+  Session(const Verbosity& verbosity, std::string trace_file, std::string profile_file);
   ~Session();
 
   /// Wall time since the command started.
@@ -38,13 +41,18 @@ class Session {
   /// Reads a mesh, and warns of what is wrong with it. @throws InputError
   TriangleMesh read_mesh(const std::string& file) { return read_mesh(file, interrupts.token()); }
   TriangleMesh read_mesh(const std::string& file, const std::stop_token& stop);
-  /// Chooses a device, with the settings kept for it, and says which. @throws NoDeviceError
-  Device open_device(const DeviceChoice& wanted);
+  /// Chooses a device, with the settings kept for it, says which, and tests it where that is due.
+  /// @throws NoDeviceError
+  Device open_device(const TrustedDevice& wanted);
+  /// Before the first use of a GPU, unless it is trusted: tests it, and warns of what fails.
+  /// @throws Interrupted
+  void expect_right_results(const Device& device, const TrustedDevice& wanted);
   /// What is traced, if anything is.
   const std::shared_ptr<Trace>& trace() const { return trace_; }
   /// No trace is written after all: another process of this run does.
   void leave_trace() { trace_ = {}; }
-  /// Writes the trace, if there is one and the command came as far as `check_outputs`.
+  /// Writes trace and profile, where they are wanted and the command came as far as
+  /// `check_outputs`.
   /// @throws OutputError
   void finish();
   /// With --verbose: how long each kernel ran on the device.
@@ -56,12 +64,15 @@ class Session {
   std::string written_so_far = "nothing was written";  ///< what an interrupted command says
 
  private:
+  void write_profile(double seconds);
+
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  std::string trace_file_;
+  std::string trace_file_, profile_file_;
   bool are_outputs_checked_ = false;
   std::vector<int> pipes_;  ///< outputs; open, so that readers wait
   std::shared_ptr<Trace> trace_;
   std::optional<Device> traced_;
+  std::unique_ptr<LaunchCounter> counter_;
 };
 
 /// How long a device was waited for, and what that took.

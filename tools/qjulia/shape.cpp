@@ -23,7 +23,7 @@ namespace {
 struct ShapeArguments {
   std::string mesh;
   OutputName output;
-  DeviceChoice device;
+  TrustedDevice device;
   std::string versor = "random:60:1";
   ExactMapOptions options;
   PaintOptions paint;  ///< its thickness alone
@@ -182,7 +182,7 @@ void describe_shape(Command command, ShapeArguments& a) {
                  {{"round", FourthCoordinate::round}, {"ignored", FourthCoordinate::ignored}},
                  "Where the shape ends along the fourth coordinate: round, as thick as it is "
                  "elsewhere; or nowhere, which is rougher");
-  add_device(command, a.device);
+  add_device_to_use(command, a.device);
 }
 
 }  // namespace
@@ -196,7 +196,7 @@ void add_shape(CommandLine& program, ChosenCommand& chosen) {
   qjulia shape bunny.obj -o bunny.qjulia.json --versor fitted.qjulia.json
 The map holds the mesh's distance on a grid: about a megabyte, where a fitted map has
 about a hundred kilobytes, but thin limbs and sharp edges are all there. The versor, which gives
-the grooves their pattern, is free. See docs/exact-maps.md.)"},
+the grooves their pattern, is free. See docs/theory/exact-maps.md.)"},
               describe_shape, run_shape);
 }
 

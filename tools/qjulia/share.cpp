@@ -31,7 +31,7 @@ int run_share(const ShareArguments& arguments, Session& session) {
 }
 
 void describe_share(Command command, ShareArguments& a) {
-  command.input("MAP", a.map, "Map file of 'qjulia fit', or a page made of one")
+  command.input("MAP", a.map, "Map file; or a page, picture (.png) or scene (.glb) that holds one")
       .offers_files(readable({FileContent::map}));
   command
       .output(
@@ -49,7 +49,7 @@ void add_share(CommandLine& program, ChosenCommand& chosen) {
 The page needs nothing else, no network and no qjulia: the viewer's own graphics draw the set
 (WebGL 2). It has a slider for every option of the map, and its address holds all settings,
 so that a link to it is a shape. The map is in it: every command that reads maps reads the
-page too. See docs/explore.md.)",
+page too. See docs/guide/explore.md.)",
                /*can_trace=*/false},
               describe_share, run_share);
 }

@@ -1,8 +1,13 @@
-/// Prints docs/reference/knobs.md: every knob of a map and every setting of a picture.
+/// Prints pages of docs/reference: knobs.md, every knob of a map and every setting of a picture,
+/// and with the argument `files` file-types.md, what commands read and write.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <array>
+#include <string_view>
+
+#include "qjulia/file_types.hpp"
 #include "qjulia/knob_table.hpp"
 #include "qjulia/picture_settings.hpp"
 
@@ -55,9 +60,26 @@ void print_bearing() {
   }
 }
 
-}  // namespace
+void print_file_types() {
+  fmt::print(
+      "# File types\n\nA file's type is known by its extension. This page is made from the table "
+      "in "
+      "`host/base/file_types.cpp`; `cmake --build --preset release --target reference` makes it "
+      "again. [map-format.md](map-format.md) describes the map file, [batch.md](../guide/batch.md) "
+      "the manifest.\n\n| contents | read | written |\n|---|---|---|\n");
+  constexpr std::array kContents = {FileContent::mesh,         FileContent::map,
+                                    FileContent::original_map, FileContent::sampled_distance,
+                                    FileContent::picture,      FileContent::field,
+                                    FileContent::volume,       FileContent::manifest,
+                                    FileContent::report,       FileContent::formula};
+  for (const FileContent content : kContents) {
+    fmt::print("| {} | {} | {} |\n", to_string(content),
+               fmt::join(extensions(content, FileUse::read), ", "),
+               fmt::join(extensions(content, FileUse::write), ", "));
+  }
+}
 
-int main() {
+void print_knobs() {
   fmt::print(
       "# Knobs of maps and settings of pictures\n\nThis page is made from the tables in "
       "`include/qjulia/knob_table.hpp` and `picture_settings.hpp`, from which options, sweeps, "
@@ -68,5 +90,15 @@ int main() {
   fmt::print("## Settings of a picture\n\n");
   for (const PictureSetting& setting : picture_settings()) print_setting(setting);
   print_bearing();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc > 1 && argv[1] == std::string_view("files")) {
+    print_file_types();
+  } else {
+    print_knobs();
+  }
   return 0;
 }

@@ -1,0 +1,84 @@
+#include <array>
+#include <numeric>
+
+#include "base/larger_error.hpp"
+#include "check/checks.hpp"
+#include "check/small_problems.hpp"
+#include "device/context.hpp"
+#include "energy/curvature.hpp"
+#include "energy/evaluator.hpp"
+#include "profile/workload.hpp"
+
+namespace qjulia::check {
+namespace {
+
+using base::larger_error;
+using profiling::kNoEscape;
+using profiling::largest_difference;
+using profiling::Workload;
+
+std::vector<double> fields(energy::Evaluator& evaluator, const Map& map) {
+  return evaluator.field(map);
+}
+
+std::vector<double> gradient(energy::Evaluator& evaluator, const Map& map) {
+  return evaluator.evaluate(map, true).gradient;
+}
+
+std::vector<double> gauss_newton(energy::Evaluator& evaluator, const Map& map) {
+  const Eigen::MatrixXd h = evaluator.gauss_newton(map);
+  return {h.data(), h.data() + h.size()};
+}
+
+/// What both evaluators make of the work, compared.
+template <auto kCompute, int kOrbit>
+double evaluated(const Device& device, Precision precision) {
+  const Workload work = small_work();
+  const energy::EnergySettings options{energy::Loss::distance, kOrbit, 1, kNoEscape};
+  const auto found = energy::make_device_evaluator(device, work.samples, options, precision);
+  const auto right = energy::make_reference_evaluator(work.samples, options);
+  return largest_difference(kCompute(*found, work.map), kCompute(*right, work.map));
+}
+
+/// L of a matrix whose entries fall off from the diagonal, with the host's.
+double cholesky(const Device& device, Precision /*precision*/) {
+  constexpr Eigen::Index kOrder = 500;
+  constexpr double kDamping = 0.01;
+  const Eigen::MatrixXf h =
+      Eigen::MatrixXf::NullaryExpr(kOrder, kOrder, [](Eigen::Index i, Eigen::Index j) {
+        const auto apart = static_cast<float>(i - j);
+        return 1 / (1 + apart * apart);
+      });
+  std::vector<std::int32_t> place(kOrder);
+  std::iota(place.begin(), place.end(), 0);
+  const auto rows = device.context().upload_real({h.data(), static_cast<std::size_t>(h.size())});
+  const auto found =
+      energy::factorised(device, {rows, kOrder, place, Eigen::VectorXd::Ones(kOrder)}, kDamping);
+  if (!found) return kInfinite;
+  const Eigen::MatrixXf difference = found->lower.topLeftCorner(kOrder, kOrder) -
+                                     energy::factorised(h.cast<double>(), kDamping).lower;
+  double worst = 0;
+  for (Eigen::Index j = 0; j < kOrder; ++j) {
+    for (Eigen::Index i = j; i < kOrder; ++i)
+      worst = larger_error(worst, std::abs(difference(i, j)));
+  }
+  return worst;
+}
+
+constexpr std::array kEnergyChecks{
+    Check{"energy.cl", "F_4 at samples, with the reference", 1e-4, 1e-10,
+          evaluated<fields, kIterations>, true},
+    Check{"gradient_potential.cl", "gradient at n = 1, with the reference", 1e-4, 1e-10,
+          evaluated<gradient, 1>},
+    Check{"gradient_orbit.cl", "gradient at n = 4, with the reference", 1e-4, 1e-10,
+          evaluated<gradient, kIterations>, true},
+    Check{"gauss_newton.cl", "Gauss-Newton matrix, with the reference", 1e-4, 1e-10,
+          evaluated<gauss_newton, 1>, true},
+    Check{"cholesky.cl", "a factorised matrix, with the host's", kNotBuilt, 1e-5, cholesky},
+};
+
+}  // namespace
+
+std::span<const Check> energy_checks() { return kEnergyChecks; }
+
+}  // namespace qjulia::check

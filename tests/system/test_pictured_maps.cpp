@@ -1,0 +1,221 @@
+/// Pictures and scenes that hold the map which they show.
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "png_file.hpp"
+#include "process.hpp"
+#include "qjulia/map_file.hpp"
+#include "random_maps.hpp"
+#include "temporary_folder.hpp"
+
+using Catch::Matchers::Contains;
+using nlohmann::json;
+using namespace qjulia::test;
+
+namespace {
+
+struct Armed {
+  TemporaryFolder folder;
+  std::string file = folder / "armed ball.qjulia.json";
+
+  Armed() {
+    qjulia::Map map = random_map(12, 0.001, 0.6, 5);
+    map.frame.box = qjulia::Box{{-1, -1, -1}, {1, 1, 1}};
+    map.frame.inradius = 0.5;
+    map.frame.detail = 0.02;
+    qjulia::write_map(map, file);
+  }
+  ProcessResult run(std::vector<std::string> words) const {
+    auto result = run_command(std::move(words));
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    return result;
+  }
+  /// What `info` says in JSON.
+  json info(const std::string& of) const { return json::parse(run({"info", of, "--json"}).out); }
+};
+
+/// The words of a command without quotes, after its name.
+std::vector<std::string> words_of(const std::string& command) {
+  std::vector<std::string> words;
+  std::istringstream text(command);
+  for (std::string word; text >> word;) {
+    if (word.starts_with('\'')) {
+      while (!word.ends_with('\'')) {
+        std::string more;
+        text >> more;
+        word += " " + more;
+      }
+      word = word.substr(1, word.size() - 2);
+    }
+    words.push_back(word);
+  }
+  words.erase(words.begin());
+  return words;
+}
+
+/// Draws the picture again by the command that `info` says, and compares all pixels.
+void check_drawn_again(const Armed& armed, const std::string& picture) {
+  const std::string command = armed.info(picture).at("command");
+  CAPTURE(command);
+  auto words = words_of(command);
+  const auto again = std::ranges::find(words, "again.png");
+  REQUIRE(again != words.end());
+  *again = armed.folder / "again.png";
+  armed.run(words);
+  CHECK(read_png(picture).pixels == read_png(armed.folder / "again.png").pixels);
+  std::filesystem::remove(armed.folder / "again.png");
+}
+
+}  // namespace
+
+TEST_CASE("a picture holds its map, and the command that info says draws it again bit for bit") {
+  const Armed armed;
+  const std::string picture = armed.folder / "my picture.png";
+  std::vector<std::string> words{"render", armed.file, "-o", picture, "--size", "96x72"};
+  SECTION("with every setting") {
+    for (const char* word : {"--drift",
+                             "0.21",
+                             "--phase",
+                             "0.6",
+                             "0.8",
+                             "0",
+                             "0",
+                             "--lamp",
+                             "-20.5",
+                             "33.3",
+                             "1.7",
+                             "--material",
+                             "trap",
+                             "--palette",
+                             "ember",
+                             "--azimuth",
+                             "71.7",
+                             "--elevation",
+                             "-11",
+                             "--zoom",
+                             "1.37",
+                             "--samples",
+                             "1",
+                             "--iterations",
+                             "5",
+                             "--no-ground",
+                             "--background",
+                             "102030",
+                             "--cut",
+                             "z=63%",
+                             "--look-at",
+                             "0.1",
+                             "-0.2",
+                             "0.05",
+                             "--up",
+                             "z",
+                             "--keep-loose",
+                             "--exact",
+                             "--field-of-view",
+                             "41"}) {
+      words.emplace_back(word);
+    }
+    armed.run(words);
+    const json info = armed.info(picture);
+    CHECK(info.at("holds_map") == true);
+    CHECK_THAT(info.at("command").get<std::string>(),
+               Contains("--lamp -20.5 33.3 1.7") && !Contains("--drift"));
+    check_drawn_again(armed, picture);
+  }
+  SECTION("with none") {
+    armed.run(words);
+    check_drawn_again(armed, picture);
+    // What is drawn again holds the same map.
+    CHECK(to_json(qjulia::read_map(picture)) == to_json(qjulia::read_map(armed.file)));
+  }
+  SECTION("without the map, by the file that it was made from") {
+    words.insert(words.end(), {"--no-map", "--drift", "0.2", "--palette", "ff8000"});
+    armed.run(words);
+    const json info = armed.info(picture);
+    CHECK(info.at("holds_map") == false);
+    CHECK_THAT(info.at("command").get<std::string>(),
+               Contains("'armed ball.qjulia.json'") && Contains("--drift 0.2"));
+    const auto refused = run_command({"sample", picture, "-o", armed.folder / "f.npy"});
+    CHECK(refused.exit_code == 2);
+    CHECK_THAT(refused.err, Contains("my picture.png") && Contains("holds no map"));
+  }
+}
+
+TEST_CASE("commands read the map of pictures and scenes, with its knobs turned") {
+  const Armed armed;
+  const auto in = [&](const char* name) { return armed.folder / name; };
+  armed.run({"convert", armed.file, in("turned.qjulia.json"), "--drift", "0.2"});
+  armed.run({"render", armed.file, "-o", in("a.png"), "--size", "32x24", "--drift", "0.2"});
+  armed.run({"surface", armed.file, "-o", in("a.glb"), "--resolution", "24", "--drift", "0.2"});
+  armed.run({"surface", armed.file, "-o", in("bare.glb"), "--resolution", "24", "--no-map"});
+  const auto content = [](const std::string& file) {
+    json map = to_json(qjulia::read_map(file));
+    map.erase("provenance");
+    map.erase("up");
+    map.erase("version");
+    return map;
+  };
+  CHECK(content(in("a.png")) == content(in("turned.qjulia.json")));
+  CHECK(content(in("a.glb")) == content(in("turned.qjulia.json")));
+  armed.run({"convert", in("a.glb"), in("back.qjulia.json")});
+  armed.run({"render", in("a.glb"), "-o", in("b.png"), "--size", "32x24"});
+  CHECK(read_png(in("a.png")).pixels == read_png(in("b.png")).pixels);
+  // It stays a mesh for those that take meshes.
+  CHECK(armed.info(in("a.glb")).at("type") == "mesh");
+  CHECK(armed.info(in("a.glb")).at("holds_map") == true);
+  CHECK(armed.info(in("bare.glb")).at("holds_map") == false);
+  const auto refused = run_command({"sample", in("bare.glb"), "-o", in("f.npy")});
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.err, Contains("bare.glb") && Contains("is a mesh"));
+  // Of a turntable, each picture has its map, and the sheet has none.
+  armed.run({"render", armed.file, "-o", in("t.png"), "--size", "32x24", "--turntable", "2"});
+  CHECK(qjulia::holds_map(in("t_002.png")));
+  CHECK_FALSE(qjulia::holds_map(in("t.png")));
+  const std::string bytes = read_text(in("a.png"));
+  armed.folder.file("cut.png", bytes.substr(0, bytes.find("qjMp") + 60));
+  const auto cut = run_command({"render", in("cut.png"), "-o", in("c.png")});
+  CHECK(cut.exit_code == 2);
+  CHECK_THAT(cut.err, Contains("cut.png") && Contains("is cut off"));
+}
+
+TEST_CASE("explore opens the view of a picture, with its lamp and palette") {
+  const Armed armed;
+  const std::string picture = armed.folder / "view.png";
+  armed.run({"render",    armed.file,  "-o",   picture,     "--size", "32x24",        "--lamp",
+             "-20",       "30",        "1.5",  "--azimuth", "40",     "--zoom",       "2",
+             "--look-at", "0.1",       "-0.2", "0.3",       "--cut",  "y=70%",        "--material",
+             "trap",      "--palette", "ice",  "--up",      "z",      "--iterations", "4"});
+  RunOptions options;
+  options.interrupt_at = "Ctrl-C";
+  const auto opened = run_command({"explore", picture}, options);
+  INFO(opened.err);
+  CHECK(opened.interrupted);
+  const std::string state = opened.out.substr(opened.out.find('#') + 1);
+  for (const char* part :
+       {"iterations=4", "azimuth=40.0", "zoom=2.0", "look=0.1,-0.2,0.3", "up=z", "material=trap",
+        "palette=ice", "lightaz=-20.0", "lightup=30.0", "light=1.5", "cuty=70.0"}) {
+    CHECK_THAT(state, Contains(part));
+  }
+}
+
+TEST_CASE(
+    "a formula with fewer factors needs a map of factors, and leaves small ones as they are") {
+  const Armed armed;
+  const std::string text = armed.folder / "a.fract", same = armed.folder / "b.fract";
+  armed.run({"convert", armed.file, text, "--device", "cpu"});
+  armed.run({"convert", armed.file, same, "--factors-at-most", "12", "--device", "cpu"});
+  CHECK(read_text(text) == read_text(same));
+  CHECK_THAT(read_text(text), Contains("# Mandelbulber settings file\n# version") &&
+                                  Contains("formula_1 10000;") && Contains("\nformula_code AAA"));
+  const std::string quadratic = armed.folder / "q.qjulia.json";
+  qjulia::write_map(qjulia::quadratic_map({-0.2, 0.8, 0, 0}), quadratic);
+  const auto refused = run_command({"convert", quadratic, same, "--factors-at-most", "8"});
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.err, Contains("--factors-at-most") && Contains("q.qjulia.json"));
+}

@@ -1,0 +1,168 @@
+#include "benchmark/alternated.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <utility>
+
+#include "benchmark/ratio_bounds.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia::benchmark {
+namespace {
+
+using nlohmann::json;
+
+using KernelKey = std::pair<std::string, int>;  ///< name and n
+
+KernelKey key_of(const json& kernel) { return {kernel.at("kernel"), kernel.at("iterations")}; }
+
+/// The run whose time by the limit beside it is in the middle.
+std::size_t middle_run(const json& kernel) {
+  const auto seconds = kernel.at("runs").at("seconds").get<std::vector<double>>();
+  const auto limits = kernel.at("runs").at("fma_per_second").get<std::vector<double>>();
+  if (seconds.empty() || seconds.size() != limits.size()) {
+    throw InputError("a build's profile keeps no runs with the limits beside them");
+  }
+  std::vector<std::size_t> order(seconds.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::ranges::sort(order, {}, [&](std::size_t i) { return seconds[i] * limits[i]; });
+  return order[order.size() / 2];
+}
+
+/// One build's profiles: the first, whose kernels' runs are those of all.
+struct Gathered {
+  json all;
+
+  void add(const json& profile) {
+    const bool is_first = all.is_null();
+    if (is_first) {
+      all = profile;
+      for (json& kernel : all.at("kernels")) {
+        kernel["runs"] = {{"seconds", json::array()}, {"fma_per_second", json::array()}};
+      }
+    }
+    for (const json& kernel : profile.at("kernels")) {
+      const std::size_t run = middle_run(kernel);
+      for (json& kept : all.at("kernels")) {
+        if (key_of(kept) != key_of(kernel)) continue;
+        for (const char* what : {"seconds", "fma_per_second"}) {
+          kept["runs"][what].push_back(kernel.at("runs").at(what).at(run));
+        }
+      }
+    }
+  }
+
+  json only(const std::set<KernelKey>& wanted) const {
+    json part = all;
+    part["kernels"] = json::array();
+    for (const json& kernel : all.at("kernels")) {
+      if (wanted.contains(key_of(kernel))) part["kernels"].push_back(kernel);
+    }
+    return part;
+  }
+};
+
+std::set<KernelKey> common_to(const Gathered& a, const Gathered& b) {
+  std::set<KernelKey> first, both;
+  for (const json& kernel : a.all.at("kernels")) first.insert(key_of(kernel));
+  for (const json& kernel : b.all.at("kernels")) {
+    if (first.contains(key_of(kernel))) both.insert(key_of(kernel));
+  }
+  return both;
+}
+
+/// Whether so many runs of each allow any bound at this error.
+bool are_enough(int rounds, double error) {
+  const auto n = static_cast<std::size_t>(rounds);
+  return mann_whitney_chance(n, n, 0) <= error;
+}
+
+bool is_decided(const KernelComparison& kernel, double tolerance) {
+  switch (kernel.verdict) {
+    case Verdict::slower:
+    case Verdict::faster:
+      return true;
+    case Verdict::same:
+      return kernel.ratio.high <= 1 + tolerance;
+    case Verdict::undecided:
+      break;
+  }
+  return false;
+}
+
+Verdict worst_of(const std::vector<KernelComparison>& kernels) {
+  for (const Verdict worst : {Verdict::slower, Verdict::undecided, Verdict::faster}) {
+    if (std::ranges::find(kernels, worst, &KernelComparison::verdict) != kernels.end()) {
+      return worst;
+    }
+  }
+  return Verdict::same;
+}
+
+}  // namespace
+
+AlternatedComparison compare_alternated(const Alternation& builds,
+                                        const ComparisonOptions& options) {
+  options.validate();
+  constexpr int kFirstLook = 6;
+  Gathered old, now;
+  AlternatedComparison result;
+  std::set<KernelKey> open;
+  std::size_t all = 0;
+  int looks = 0, next_look = kFirstLook;
+  std::vector<KernelComparison> latest;  // of every kernel that was looked at
+  for (bool is_last = false; !is_last;) {
+    std::vector<std::string> names;
+    for (const auto& [name, n] : open) {
+      if (names.empty() || names.back() != name) names.push_back(name);
+    }
+    const bool old_first = result.rounds % 2 == 0;
+    if (old_first) old.add(builds.old_build(names));
+    now.add(builds.new_build(names));
+    if (!old_first) old.add(builds.old_build(names));
+    ++result.rounds;
+    if (result.rounds == 1) {
+      open = common_to(old, now);
+      all = open.size();
+      if (all == 0) throw InputError("the two builds have no kernel in common");
+    }
+    is_last = builds.is_over();
+    const double error = (1 - options.confidence) / (double(looks + 1) * (looks + 2));
+    const double share = static_cast<double>(open.size()) / static_cast<double>(all);
+    if ((result.rounds >= next_look || is_last) &&
+        are_enough(result.rounds, error / static_cast<double>(all))) {
+      ++looks;
+      next_look = result.rounds + std::max(2, result.rounds / 3);
+      ComparisonOptions look = options;
+      look.confidence = 1 - error * share;
+      const ProfileComparison found = compare_profiles(old.only(open), now.only(open), look);
+      result.comparison.differences = found.differences;
+      result.comparison.busy = found.busy;
+      for (const KernelComparison& kernel : found.kernels) {
+        std::erase_if(latest, [&](const KernelComparison& k) {
+          return k.kernel == kernel.kernel && k.iterations == kernel.iterations;
+        });
+        latest.push_back(kernel);
+        if (is_decided(kernel, options.tolerance)) open.erase({kernel.kernel, kernel.iterations});
+      }
+      if (open.empty()) is_last = true;
+    }
+    if (builds.on_round) builds.on_round(result.rounds, open.size());
+  }
+  for (const KernelKey& key : open) {
+    const bool was_seen = std::ranges::any_of(latest, [&](const KernelComparison& k) {
+      return k.kernel == key.first && k.iterations == key.second;
+    });
+    if (was_seen) continue;
+    KernelComparison unknown{key.first, key.second, 0, 0, {}, Verdict::undecided};
+    latest.push_back(unknown);
+  }
+  std::ranges::sort(latest, {},
+                    [](const KernelComparison& k) { return KernelKey(k.kernel, k.iterations); });
+  result.comparison.kernels = std::move(latest);
+  result.comparison.verdict = worst_of(result.comparison.kernels);
+  return result;
+}
+
+}  // namespace qjulia::benchmark

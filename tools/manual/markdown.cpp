@@ -1,0 +1,73 @@
+#include <fmt/format.h>
+
+#include "pages.hpp"
+
+namespace qjulia::manual {
+namespace {
+
+/// Text of a cell: on one line, and without the character that parts cells.
+std::string cell(const std::string& text) {
+  std::string result;
+  for (const char character : text) {
+    if (character == '|' || character == '<' || character == '*' || character == '_')
+      result += '\\';
+    result += character == '\n' ? ' ' : character;
+  }
+  return result;
+}
+
+/// "`-o`, `--output MAP`"
+std::string spelling(const OptionUsage& option) {
+  std::string text = option.name;
+  if (!option.values.empty() && !option.is_positional) {
+    // A table parts its cells at this character, in code as well.
+    for (const std::string& value : option.values) {
+      text += ' ';
+      for (const char character : value)
+        text += character == '|' ? "\\|" : std::string(1, character);
+    }
+  }
+  if (option.letter.empty()) return fmt::format("`{}`", text);
+  return fmt::format("`{}`, `{}`", option.letter, text);
+}
+
+std::string option_rows(const std::vector<OptionUsage>& options) {
+  std::string text;
+  const std::string* group = nullptr;
+  for (const OptionUsage& option : options) {
+    if (!group || *group != option.group) {
+      group = &option.group;
+      text += fmt::format("\n**{}**\n\n| option | what it does | default |\n|---|---|---|\n",
+                          group->empty() ? "Options" : *group);
+    }
+    text += fmt::format("| {} | {} | {} |\n", spelling(option), cell(option.description),
+                        cell(option.default_text));
+  }
+  return text;
+}
+
+std::string section(const std::string& title, const CommandUsage& command) {
+  std::string text = fmt::format("\n## {}\n\n{}\n", title, cell(command.description));
+  text += option_rows(command.options);
+  std::string footer = command.footer;
+  while (footer.ends_with('\n')) footer.pop_back();
+  if (!footer.empty()) text += fmt::format("\n```text\n{}\n```\n", footer);
+  return text;
+}
+
+}  // namespace
+
+std::string commands_page(const ProgramUsage& program) {
+  std::string text =
+      "# Command line\n\nEvery command with every option, as `qjulia COMMAND --help-all` and the "
+      "manual pages "
+      "have them. `cmake --build --preset release --target reference` makes this page from the "
+      "program's own "
+      "description.\n";
+  text += section("qjulia", program.root);
+  for (const CommandUsage& command : program.commands)
+    text += section("qjulia " + command.name, command);
+  return text;
+}
+
+}  // namespace qjulia::manual

@@ -1,0 +1,227 @@
+#include "check_process.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <spawn.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <csignal>
+#include <cstring>
+#include <limits>
+#include <optional>
+
+#include "failure.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/tuning_cache.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+/// A process that runs this program, and what it says on standard output.
+class CheckProcess {
+ public:
+  /// @throws Error
+  explicit CheckProcess(std::vector<std::string> arguments) {
+    std::array<int, 2> pipe{};
+    if (::pipe2(pipe.data(), O_CLOEXEC) != 0) fail(errno);
+    output_ = pipe[0];
+    std::vector<char*> words;
+    words.reserve(arguments.size() + 1);
+    for (std::string& argument : arguments) words.push_back(argument.data());
+    words.push_back(nullptr);
+    posix_spawn_file_actions_t actions;
+    int code = ::posix_spawn_file_actions_init(&actions);
+    if (code == 0) {
+      ::posix_spawn_file_actions_adddup2(&actions, pipe[1], STDOUT_FILENO);
+      code = ::posix_spawn(&child_, "/proc/self/exe", &actions, nullptr, words.data(), environ);
+      ::posix_spawn_file_actions_destroy(&actions);
+    }
+    ::close(pipe[1]);
+    if (code == 0) return;
+    ::close(output_);
+    fail(code);
+  }
+  ~CheckProcess() {
+    ::close(output_);
+    if (child_ > 0) end();
+  }
+  CheckProcess(const CheckProcess&) = delete;
+  CheckProcess& operator=(const CheckProcess&) = delete;
+
+  /// The next line; none: there are no more. It is asked to end where a stop is requested.
+  std::optional<std::string> line(const std::stop_token& stop) {
+    constexpr int kMilliseconds = 100;
+    while (text_.find('\n') == std::string::npos) {
+      if (stop.stop_requested() && !was_asked_) {
+        was_asked_ = true;
+        ::kill(child_, SIGTERM);
+      }
+      pollfd waiting{output_, POLLIN, 0};
+      if (::poll(&waiting, 1, kMilliseconds) <= 0) continue;
+      std::array<char, 4096> bytes{};
+      const ssize_t count = ::read(output_, bytes.data(), bytes.size());
+      if (count < 0 && errno == EINTR) continue;
+      if (count <= 0) return std::nullopt;
+      text_.append(bytes.data(), static_cast<std::size_t>(count));
+    }
+    const std::size_t end = text_.find('\n');
+    std::string found = text_.substr(0, end);
+    text_.erase(0, end + 1);
+    return found;
+  }
+
+  /// Waits until it has ended. @return its status, as `waitpid` gives it.
+  int end() {
+    int status = 0;
+    while (::waitpid(child_, &status, 0) < 0 && errno == EINTR) {
+    }
+    child_ = 0;
+    return status;
+  }
+
+ private:
+  [[noreturn]] static void fail(int code) {
+    throw Error(fmt::format("no process can be started for the checks: {}", std::strerror(code)));
+  }
+
+  int output_ = -1;
+  pid_t child_ = 0;
+  bool was_asked_ = false;
+  std::string text_;
+};
+
+std::vector<std::string> command_for(const Device& device, std::size_t first) {
+  return {"qjulia",
+          "doctor",
+          "--quiet",
+          "--device",
+          fmt::format("{}:{}", device.info().platform, device.info().index),
+          "--layout",
+          to_string(device.layout()),
+          "--checks-from",
+          std::to_string(first)};
+}
+
+/// What one process reports, and how it ended.
+struct Part {
+  std::size_t begun = 0, done = 0;  ///< checks
+  WaitTime waited;
+  BuildTotal built;
+  int status = 0;
+};
+
+void read_result(const nlohmann::json& line, ProcessChecks& all, Part& part) {
+  ProgramCheck& check = all.report.checks.at(part.done);
+  check.problem = line["problem"];
+  check.is_built = line["built"];
+  if (line["difference"].is_number()) check.difference = line["difference"];
+  part.waited = {line["waited"][0], line["waited"][1], line["waited"][2]};
+  part.built = {line["builds"][0], line["builds"][1], line["builds"][2], line["build_seconds"]};
+  ++part.done;
+}
+
+Part run_part(const Device& device, std::size_t first, ProcessChecks& all, Session& session) {
+  Part part{first, first, {}, {}, 0};
+  CheckProcess process(command_for(device, first));
+  const ProgressMonitor monitor = session.monitor();
+  const auto count = static_cast<double>(all.report.checks.size());
+  while (const auto text = process.line(monitor.stop)) {
+    const nlohmann::json line = nlohmann::json::parse(*text, nullptr, false);
+    if (!line.is_object()) continue;  // something that a driver says
+    if (line.contains("begin")) {
+      ++part.begun;
+      monitor.report({"checking", static_cast<double>(part.done) / count, -1,
+                      all.report.checks.at(part.done).program});
+    } else {
+      read_result(line, all, part);
+    }
+  }
+  part.status = process.end();
+  throw_if_stopped(monitor.stop);
+  return part;
+}
+
+void add(const Part& part, ProcessChecks& all) {
+  all.waited.seconds += part.waited.seconds;
+  all.waited.processor_seconds += part.waited.processor_seconds;
+  all.waited.slept_seconds += part.waited.slept_seconds;
+  all.built.compiled += part.built.compiled;
+  all.built.loaded += part.built.loaded;
+  all.built.replaced += part.built.replaced;
+  all.built.seconds += part.built.seconds;
+}
+
+/// To standard output at once, on a line of its own: a driver may have left one unfinished.
+/// @return false where nobody reads it.
+bool say_line(const nlohmann::json& line) {
+  const std::string text =
+      '\n' + line.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + '\n';
+  return ::write(STDOUT_FILENO, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+}
+
+}  // namespace
+
+ProcessChecks check_in_processes(const Device& device, Session& session) {
+  ProcessChecks all{{device.info(), device.layout(), self_test_plan(device)}, {}, {}, {}};
+  auto& checks = all.report.checks;
+  all.signals.resize(checks.size());
+  // That is what the user asks for here.
+  ::setenv("QJULIA_CRASHED_BUILDS", "retry", 0);
+  for (std::size_t next = 0; next < checks.size();) {
+    const Part part = run_part(device, next, all, session);
+    add(part, all);
+    next = part.done;
+    if (next == checks.size()) break;
+    const int signal = WIFSIGNALED(part.status) ? WTERMSIG(part.status) : 0;
+    if (part.begun == part.done) {
+      throw Error(fmt::format("the process that runs the checks ended before {} ({})",
+                              checks[next].program,
+                              signal != 0 ? ::strsignal(signal) : "see above"));
+    }
+    all.signals[next] = signal;
+    checks[next].problem =
+        signal != 0
+            ? fmt::format("the driver crashed with signal {} ({})", signal, ::strsignal(signal))
+            : fmt::format("the driver ended the process with exit code {}",
+                          WEXITSTATUS(part.status));
+    ++next;
+  }
+  return all;
+}
+
+int run_checks(const DeviceChoice& wanted, int first, Session& session) {
+  const Device device = with_cached_tuning(Device::choose(wanted)).device;
+  const std::size_t count = self_test_plan(device).size();
+  for (std::size_t i = static_cast<std::size_t>(first); i < count; ++i) {
+    throw_if_stopped(session.interrupts.token());
+    if (!say_line({{"begin", i}})) return kFailed;
+    const ProgramCheck check = self_test_check(device, i);
+    nlohmann::json line{
+        {"problem", check.problem}, {"built", check.is_built}, {"difference", nullptr}};
+    if (std::isfinite(check.difference)) line["difference"] = check.difference;
+    const WaitTime waited = device.wait_time();
+    line["waited"] = {waited.seconds, waited.processor_seconds, waited.slept_seconds};
+    const BuildTotal built = build_total();
+    line["builds"] = {built.compiled, built.loaded, built.replaced};
+    line["build_seconds"] = built.seconds;
+    if (!say_line(line)) return kFailed;
+  }
+  return kDone;
+}
+
+std::string describe(const BuildTotal& built) {
+  std::string text = fmt::format("compiled {} programs", built.compiled);
+  if (built.loaded > 0) text += fmt::format(" and loaded {} that were kept", built.loaded);
+  if (built.replaced > 0) {
+    text += fmt::format(" ({} took the place of files that did not load)", built.replaced);
+  }
+  return text + fmt::format(", in {:.3f} s", built.seconds);
+}
+
+}  // namespace qjulia::tools

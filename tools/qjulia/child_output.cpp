@@ -1,0 +1,101 @@
+#include "child_output.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include "qjulia/error.hpp"
+#include "qjulia/progress.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+/// A pipe whose ends are closed when it goes.
+struct Pipe {
+  std::array<int, 2> ends{-1, -1};
+
+  Pipe() {
+    if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
+      throw Error(fmt::format("cannot make a pipe: {}", std::strerror(errno)));
+    }
+  }
+  ~Pipe() { close(0), close(1); }
+  Pipe(const Pipe&) = delete;
+  Pipe& operator=(const Pipe&) = delete;
+  void close(std::size_t end) {
+    if (ends[end] >= 0) ::close(ends[end]);
+    ends[end] = -1;
+  }
+};
+
+pid_t started(std::vector<std::string> words, const Pipe& out, const Pipe& err) {
+  std::vector<char*> list;
+  list.reserve(words.size() + 1);
+  for (std::string& word : words) list.push_back(word.data());
+  list.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawnattr_t attributes;
+  ::posix_spawn_file_actions_init(&actions);
+  ::posix_spawn_file_actions_adddup2(&actions, out.ends[1], STDOUT_FILENO);
+  ::posix_spawn_file_actions_adddup2(&actions, err.ends[1], STDERR_FILENO);
+  ::posix_spawnattr_init(&attributes);
+  sigset_t none;
+  ::sigemptyset(&none);
+  ::posix_spawnattr_setsigmask(&attributes, &none);  // this process blocks some
+  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
+  pid_t child = 0;
+  const int code =
+      ::posix_spawnp(&child, list.front(), &actions, &attributes, list.data(), environ);
+  ::posix_spawnattr_destroy(&attributes);
+  ::posix_spawn_file_actions_destroy(&actions);
+  if (code != 0) {
+    throw InputError(fmt::format("cannot run '{}': {}", words.front(), std::strerror(code)));
+  }
+  return child;
+}
+
+/// Appends what is there. @return whether more may come.
+bool read_some(int file, std::string& text) {
+  std::array<char, 65536> bytes;
+  const ssize_t count = ::read(file, bytes.data(), bytes.size());
+  if (count > 0) text.append(bytes.data(), static_cast<std::size_t>(count));
+  return count > 0 || (count < 0 && errno == EINTR);
+}
+
+}  // namespace
+
+ChildOutput child_output(const std::vector<std::string>& words, const std::stop_token& stop) {
+  Pipe out, err;
+  const pid_t child = started(words, out, err);
+  out.close(1), err.close(1);
+  ChildOutput result;
+  constexpr int kBetweenLooks = 100;  // milliseconds
+  bool is_ended = false;
+  while (out.ends[0] >= 0 || err.ends[0] >= 0) {
+    if (stop.stop_requested() && !is_ended) {
+      ::kill(child, SIGTERM);
+      is_ended = true;
+    }
+    std::array<pollfd, 2> files{{{out.ends[0], POLLIN, 0}, {err.ends[0], POLLIN, 0}}};
+    if (::poll(files.data(), files.size(), kBetweenLooks) <= 0) continue;
+    if (files[0].revents != 0 && !read_some(out.ends[0], result.out)) out.close(0);
+    if (files[1].revents != 0 && !read_some(err.ends[0], result.err)) err.close(0);
+  }
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  throw_if_stopped(stop);
+  constexpr int kSignalled = 128;
+  result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : kSignalled + WTERMSIG(status);
+  return result;
+}
+
+}  // namespace qjulia::tools

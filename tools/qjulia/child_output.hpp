@@ -1,0 +1,20 @@
+#pragma once
+/// Another program, run for what it prints.
+
+#include <stop_token>
+#include <string>
+#include <vector>
+
+namespace qjulia::tools {
+
+struct ChildOutput {
+  int exit_code = 0;  ///< 128 and the signal's number where a signal ended it
+  std::string out, err;
+};
+
+/// Runs a program to its end, or until a stop is requested, which ends it too.
+/// @param words the program's path and its arguments.
+/// @throws InputError when it cannot be started; Interrupted
+ChildOutput child_output(const std::vector<std::string>& words, const std::stop_token& stop);
+
+}  // namespace qjulia::tools

@@ -1,0 +1,217 @@
+#include "picture_sweep.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <numbers>
+
+#include "base/text.hpp"
+#include "files.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/knob_table.hpp"
+#include "qjulia/picture_settings.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+constexpr int kMostFrames = 10000;
+
+/// Sets the option. @throws InputError for a value that it cannot have.
+using Setter = std::function<void(double, MapOptions&, PictureOptions&)>;
+using Setters = std::map<std::string, Setter>;
+
+/// cos A + u sin A, for a unit vector along `axis` (1: i, 2: j, 3: k) and A in degrees.
+Quaternion turned_phase(int axis, double degrees) {
+  const double angle = degrees * std::numbers::pi / 180;
+  Quaternion phase{std::cos(angle), 0, 0, 0};
+  (axis == 1 ? phase.y : axis == 2 ? phase.z : phase.w) = std::sin(angle);
+  return phase;
+}
+
+double whole(double value) {
+  if (value == std::round(value) && std::abs(value) <= 1e9) return value;
+  throw InputError(fmt::format("{} is not a whole number", value));
+}
+
+/// What of a knob can be swept: its number, or the angle of a turn about each axis.
+class KnobSetters {
+ public:
+  KnobSetters(const Knob& knob, Setters& setters) : knob_(knob), setters_(setters) {}
+
+  void operator()(std::optional<double> MapKnobs::*member) const {
+    setters_[knob_.option()] = [this_knob = &knob_, member](double v, MapOptions& m,
+                                                            PictureOptions&) {
+      this_knob->expect_in_range(v);
+      m.knobs.*member = v;
+    };
+  }
+  void operator()(std::optional<std::uint64_t> MapKnobs::*member) const {
+    setters_[knob_.option()] = [this_knob = &knob_, member](double v, MapOptions& m,
+                                                            PictureOptions&) {
+      this_knob->expect_in_range(whole(v));
+      m.knobs.*member = static_cast<std::uint64_t>(v);
+    };
+  }
+  void operator()(std::optional<Quaternion> MapKnobs::*member) const {
+    for (const int axis : {1, 2, 3}) {
+      setters_[fmt::format("{}-{}", knob_.option(), "-ijk"[axis])] =
+          [member, axis](double v, MapOptions& m, PictureOptions&) {
+            m.knobs.*member = turned_phase(axis, v);
+          };
+    }
+  }
+  void operator()(std::optional<Eigen::Vector3d> MapKnobs::*) const {}
+  void operator()(std::optional<Rotation> MapKnobs::*) const {}
+
+ private:
+  const Knob& knob_;
+  Setters& setters_;
+};
+
+const Setters& setters() {
+  static const Setters all = [] {
+    Setters made;
+    for (const Knob& knob : knob_table()) std::visit(KnobSetters(knob, made), knob.value);
+    for (const PictureSetting& setting : picture_settings()) {
+      if (const auto* place = std::get_if<double& (*)(PictureOptions&)>(&setting.value)) {
+        made[setting.option()] = [place = *place](double v, MapOptions&, PictureOptions& p) {
+          place(p) = v;
+        };
+      }
+    }
+    made["iterations"] = [](double v, MapOptions& m, PictureOptions& p) {
+      m.iterations = p.iterations = static_cast<int>(whole(v));
+    };
+    return made;
+  }();
+  return all;
+}
+
+InputError unreadable(const std::string& text) {
+  return InputError(fmt::format(
+      "--sweep '{}' is neither NAME=FROM:TO:COUNT, such as drift=0:1.05:12, nor NAME=A,B,C", text));
+}
+
+std::vector<double> numbers(const std::string& list, char between, const std::string& whole_text) {
+  std::vector<double> values;
+  for (const std::string& word : base::split(list, between)) {
+    const auto value = base::number_in<double>(word);
+    if (!value || !std::isfinite(*value)) throw unreadable(whole_text);
+    values.push_back(*value);
+  }
+  return values;
+}
+
+/// "NAME=FROM:TO:COUNT", both ends included, or "NAME=A,B,C". @throws InputError
+Sweep parse_sweep(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos) throw unreadable(text);
+  Sweep sweep{text.substr(0, equals), {}};
+  if (!setters().contains(sweep.name)) {
+    throw InputError(
+        fmt::format("--sweep: there is no '{}' to sweep; it can be {}", sweep.name, sweep_names()));
+  }
+  const std::string list = text.substr(equals + 1);
+  if (list.find(':') == std::string::npos) {
+    sweep.values = numbers(list, ',', text);
+    return sweep;
+  }
+  const auto range = numbers(list, ':', text);
+  if (range.size() != 3 || range[2] != std::round(range[2])) throw unreadable(text);
+  if (range[2] < 2 || range[2] > kMostFrames) {
+    throw InputError(fmt::format("--sweep {}: COUNT is 2 to {}", text, kMostFrames));
+  }
+  const int count = static_cast<int>(range[2]);
+  for (int i = 0; i < count; ++i) {
+    sweep.values.push_back(std::lerp(range[0], range[1], double(i) / (count - 1)));
+  }
+  return sweep;
+}
+
+/// `count` azimuths once around, from `first` on.
+Sweep turntable(double first, int count) {
+  Sweep sweep{"azimuth", {}};
+  for (int i = 0; i < count; ++i) sweep.values.push_back(first + 360.0 * i / count);
+  return sweep;
+}
+
+/// @throws InputError where the option that is swept has a value of its own too.
+void expect_not_given(const std::vector<Option>& camera, const MapOptions& map_options,
+                      const std::string& swept) {
+  for (const auto& options : {camera, map_options.options}) {
+    for (const Option& option : options) {
+      if (option.name() != swept || !option.given()) continue;
+      throw InputError(fmt::format("--sweep sets {} for each picture; leave out {}", swept, swept));
+    }
+  }
+}
+
+}  // namespace
+
+void Sweep::set(double value, MapOptions& map_options, PictureOptions& options) const {
+  setters().at(name)(value, map_options, options);
+}
+
+bool Sweep::is_of_camera() const {
+  const auto found = std::ranges::find_if(
+      picture_settings(), [&](const auto& setting) { return setting.option() == name; });
+  return found != picture_settings().end() && found->is_of_camera;
+}
+
+std::string sweep_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, setter] : setters()) names.push_back(name);
+  return fmt::format("{}; phase-i is the phase cos A + i sin A, A in degrees",
+                     fmt::join(names, ", "));
+}
+
+std::optional<Sweep> wanted_sweep(const SweepChoice& wanted, const std::string& input,
+                                  const MapOptions& given, const std::vector<Option>& camera,
+                                  const PictureOptions& options) {
+  if (wanted.sweep && wanted.turntable) {
+    throw InputError("give either --sweep or --turntable");
+  }
+  if (wanted.turntable) return turntable(options.camera.azimuth, *wanted.turntable);
+  if (!wanted.sweep) return std::nullopt;
+  Sweep sweep = parse_sweep(*wanted.sweep);
+  const bool is_phase = sweep.name.starts_with("phase-");
+  expect_not_given(camera, given, is_phase ? "--phase" : "--" + sweep.name);
+  // Refused before the first picture is drawn, not after some.
+  for (const double value : sweep.values) {
+    MapOptions map_options = given;
+    PictureOptions changed = options;
+    try {
+      sweep.set(value, map_options, changed);
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("--sweep {}: {}", sweep.name, error.what()));
+    }
+    map_options.knobs.validate();
+    changed.validate();
+  }
+  if (!sweep.is_of_camera()) expect_map("--sweep " + sweep.name, input);
+  return sweep;
+}
+
+std::filesystem::path frame_path(const std::filesystem::path& sheet, std::size_t number) {
+  return sheet.parent_path() /
+         fmt::format("{}_{:03}{}", sheet.stem().string(), number, sheet.extension().string());
+}
+
+int sheet_columns(int count) {
+  if (count <= 5) return count;
+  const int least = static_cast<int>(std::ceil(std::sqrt(count)));
+  const auto empty = [count](int columns) { return (columns - count % columns) % columns; };
+  return std::min({least, least + 1, least + 2}, [&](int a, int b) { return empty(a) < empty(b); });
+}
+
+int sheet_reduction(const PictureOptions& options, std::size_t count) {
+  constexpr double kMostPixels = 3e8;
+  const double pixels = static_cast<double>(count) * options.width * options.height;
+  return std::max(1, static_cast<int>(std::ceil(std::sqrt(pixels / kMostPixels))));
+}
+
+}  // namespace qjulia::tools
