@@ -19,8 +19,8 @@ ICOSAHEDRON = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../data/
 
 
 class Workshop:
-    def __init__(self, qjulia, library, folder):
-        self.qjulia, self.library, self.folder = qjulia, library, folder
+    def __init__(self, qjulia, shim, folder):
+        self.qjulia, self.shim, self.folder = qjulia, shim, folder
         shutil.rmtree(folder, ignore_errors=True)
         os.makedirs(folder)
 
@@ -32,7 +32,7 @@ class Workshop:
         words = [self.qjulia, *command.arguments, "-o", output, "--device", "cpu", "--quiet", "--json"]
         try:
             run = subprocess.run(words, capture_output=True, text=True, timeout=LIMIT,
-                                 env={**os.environ, "LD_PRELOAD": self.library,
+                                 env={**os.environ, "LD_PRELOAD": self.shim,
                                       "ASAN_OPTIONS": "detect_leaks=0:verify_asan_link_order=0",
                                       **(environment or {})})
         except subprocess.TimeoutExpired:
@@ -89,12 +89,12 @@ def trial(workshop, command, whole, first, count, code):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("qjulia")
-    parser.add_argument("library")
+    parser.add_argument("shim")
     parser.add_argument("folder")
     parser.add_argument("--launches", type=int, default=1000, help="of each command, at most")
     parser.add_argument("--only", default="", help="the commands whose names hold this")
     arguments = parser.parse_args()
-    workshop = Workshop(arguments.qjulia, os.path.abspath(arguments.library), arguments.folder)
+    workshop = Workshop(arguments.qjulia, os.path.abspath(arguments.shim), arguments.folder)
     trials, wholes = [], {}
     for command in commands(workshop):
         if arguments.only not in command.name:

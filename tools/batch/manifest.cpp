@@ -330,8 +330,8 @@ class Reader {
     compare = std::move(read);
   }
 
-  /// The value of an option. Reports a value that is of the wrong kind or refused, and returns
-  /// nothing then.
+  /// Returns the value of an option. A value of the wrong type, or one that is refused, is
+  /// reported, and the result is empty.
   std::optional<AxisValue> read_value(const std::string& name, const toml::node& node,
                                       std::size_t line) {
     ManifestOption option{dashed(name), {}, line};
