@@ -35,7 +35,9 @@ InputFile::InputFile(std::filesystem::path path, std::string kind, std::uint64_t
   }
   try {
     struct stat status {};
-    if (::fstat(descriptor_, &status) != 0) refuse(std::strerror(errno));
+    if (::fstat(descriptor_, &status) != 0) {
+      refuse(fmt::format("asking for its size failed ({}); check the disk", std::strerror(errno)));
+    }
     if (S_ISDIR(status.st_mode)) refuse(fmt::format("it is a folder; name a {} file in it", kind_));
     is_pipe_ = S_ISFIFO(status.st_mode);
     if (!is_pipe_ && !S_ISREG(status.st_mode)) refuse("it is a device, not a file");

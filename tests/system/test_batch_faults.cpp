@@ -85,13 +85,12 @@ TEST_CASE("a batch goes on with the other device when one is lost") {
   CAPTURE(good.err);
   REQUIRE(read_summary(folder / "good")["counts"]["done"] == 5);
   CHECK_THAT(good.err, Contains("device: 0:0") && Contains("device: 0:1"));
-  options.environment["QJULIA_TEST_LOST"] = "300:-36:basic";
+  options.environment["QJULIA_TEST_LOST"] = "50:-36:basic";
   const ProcessResult result =
       run_command({"batch", manifest, "-o", folder / "lost", "--device", "all"}, options);
   CAPTURE(result.err);
-  CHECK_THAT(result.err, Contains("will be tried again") &&
-                             Contains("CL_INVALID_COMMAND_QUEUE (-36)") &&
-                             Contains("is out of use: it was lost 2 times in a row"));
+  CHECK_THAT(result.err,
+             Contains("will be tried again") && Contains("CL_INVALID_COMMAND_QUEUE (-36)"));
   CHECK(read_summary(folder / "lost")["counts"]["done"] == 5);
   CHECK(maps("lost") == maps("good"));
 }

@@ -55,11 +55,16 @@ std::filesystem::path status_path(const std::filesystem::path& folder, const std
   return folder / (name + ".status.json");
 }
 
-std::optional<EntryStatus> read_status(const std::filesystem::path& folder,
+namespace {
+
+/// Nothing where there is no status, or what the file holds is none.
+/// @throws InputError where it cannot be read
+std::optional<EntryStatus> load_status(const std::filesystem::path& folder,
                                        const std::string& name) {
   const auto path = status_path(folder, name);
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored)) return std::nullopt;
+  const auto type = std::filesystem::status(path, ignored).type();
+  if (type == std::filesystem::file_type::not_found) return std::nullopt;
   try {
     const std::string text = base::read_text_file(path, "status", kLargestFile);
     if (base::is_json_too_deep(text)) return std::nullopt;
@@ -69,9 +74,18 @@ std::optional<EntryStatus> read_status(const std::filesystem::path& folder,
     status.earlier_seconds = all.value("earlier_seconds", 0.0);
     if (all.contains("settings") && all["settings"].is_object()) status.settings = all["settings"];
     return status;
-  } catch (const InputError&) {
-    return std::nullopt;
   } catch (const json::exception&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+std::optional<EntryStatus> read_status(const std::filesystem::path& folder,
+                                       const std::string& name) {
+  try {
+    return load_status(folder, name);
+  } catch (const InputError&) {
     return std::nullopt;
   }
 }
@@ -95,7 +109,7 @@ void write_index(const Manifest& manifest, const BatchOptions& options) {
     json settings = json::object();
     try {
       settings = settings_of(entry, options);
-    } catch (const std::exception&) {
+    } catch (const InputError&) {
       // Such as a schedule that is gone: beginning the entry will say so, and fail it alone.
     }
     entries.push_back(
@@ -122,7 +136,11 @@ std::vector<EntryStatus> read_batch(const std::filesystem::path& folder, bool is
       EntryStatus status;
       status.name = entry.at("name");
       status.mesh = entry.at("mesh");
-      if (auto known = read_status(folder, status.name)) status = std::move(*known);
+      try {
+        if (auto known = load_status(folder, status.name)) status = std::move(*known);
+      } catch (const InputError& error) {
+        status.error = error.what();
+      }
       if (status.settings.empty()) status.settings = entry.value("settings", json::object());
       if (status.state == EntryState::running && !is_running) status.state = EntryState::lost;
       all.push_back(std::move(status));

@@ -112,11 +112,19 @@ const CLI::App& command_named(const CLI::App& app, const std::string& word) {
                                word, guess_of(word, names)));
 }
 
+/// @param name with its dashes. CLI11's own search is noexcept, and yet allocates.
+const CLI::Option* find_option(const CLI::App& command, const std::string& name) {
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->check_name(name)) return option;
+  }
+  return nullptr;
+}
+
 /// @param words a command and what follows it. @throws InputError that suggests the nearest option
 void check_options(const CLI::App& command, const std::vector<std::string>& words) {
   for (std::size_t i = 1; i < words.size() && words[i] != "--"; ++i) {
     const std::string word = words[i].substr(0, words[i].find('='));
-    if (!word.starts_with("--") || command.get_option_no_throw(word) != nullptr) continue;
+    if (!word.starts_with("--") || find_option(command, word) != nullptr) continue;
     std::vector<std::string> names;
     for (const CLI::Option* option : command.get_options()) names.push_back(option->get_name());
     throw InputError(
@@ -490,11 +498,12 @@ void CommandLine::parse(std::vector<std::string> words) {
 }
 
 bool CommandLine::has_option(const std::string& name) const {
-  return app_->get_option_no_throw("--" + name) != nullptr;
+  return find_option(*app_, "--" + name) != nullptr;
 }
 
 bool CommandLine::is_flag(const std::string& name) const {
-  return app_->get_option("--" + name)->get_items_expected_max() == 0;
+  const CLI::Option* const option = find_option(*app_, "--" + name);
+  return option != nullptr && option->get_items_expected_max() == 0;
 }
 
 std::vector<std::string> CommandLine::option_names() const {

@@ -55,12 +55,15 @@ std::string memory_obstacle() {
 std::string descriptor_obstacle() {
   constexpr int kNeeded = 12;
   std::vector<int> files;
+  bool few = false;
   while (files.size() < kNeeded) {
     const int file = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
-    if (file < 0) break;
+    if (file < 0) {
+      few = errno == EMFILE;
+      break;
+    }
     files.push_back(file);
   }
-  const bool few = files.size() < kNeeded;
   for (const int file : files) ::close(file);
   rlimit limit{};
   if (!few || ::getrlimit(RLIMIT_NOFILE, &limit) != 0) return {};

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "base/text.hpp"
 #include "files.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/picture_settings.hpp"
@@ -77,8 +78,14 @@ nlohmann::json device_json(const DeviceInfo& device) {
 nlohmann::json file_json(const std::filesystem::path& path) {
   nlohmann::json json = {{"name", name_of(path)}, {"fnv1a64", nullptr}};
   // What came through a pipe is gone; who reads the file says what is wrong with it.
-  std::error_code ignored;
-  if (std::filesystem::is_regular_file(path, ignored)) json["fnv1a64"] = file_hash(path);
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (status.type() == std::filesystem::file_type::none) {
+    throw InputError(
+        fmt::format("cannot read '{}': {}; check the disk, and its folder's permissions",
+                    base::to_utf8(path.string()), error.message()));
+  }
+  if (std::filesystem::is_regular_file(status)) json["fnv1a64"] = file_hash(path);
   return json;
 }
 
