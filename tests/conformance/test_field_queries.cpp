@@ -122,6 +122,7 @@ Quaternion by_differences(const Map& map, const Quaternion& q, int iterations) {
 TEST_CASE("versors and images are the reference's for every kind of map") {
   const int width = GENERATE(from_range(test::lane_widths()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
+  if (!test::checks_every_kind(width, precision)) return;
   const MapKind kind = GENERATE(from_range(map_kinds()));
   if (!test::can_check(test::shared_device(), precision)) return;
   const Field field(test::shared_device().with_lane_width(width), kind.map, precision);
@@ -209,6 +210,7 @@ TEST_CASE("the field, the image and the number of iterates agree in single preci
 TEST_CASE("gradients of F_n are the reference's for every kind of map") {
   const int width = GENERATE(from_range(test::lane_widths()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
+  if (!test::checks_every_kind(width, precision)) return;
   const MapKind kind = GENERATE(from_range(map_kinds()));
   if (!test::can_check(test::shared_device(), precision)) return;
   const bool twice = precision == Precision::dbl;
