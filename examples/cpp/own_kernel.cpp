@@ -1,4 +1,4 @@
-// A kernel of one's own on a map: a picture of how near orbits come to the plane X = 0.
+// A kernel of your own on a map: a picture of how near orbits come to the plane X = 0.
 // own_kernel MAP [WIDTH]
 #include <cmath>
 #include <cstdlib>

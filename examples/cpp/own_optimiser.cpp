@@ -1,4 +1,4 @@
-// Samples and an optimiser of one's own in place of the library's:
+// Samples and an optimiser of your own in place of the library's:
 // own_optimiser MESH [FACTORS [SAMPLES [ITERATIONS]]]
 #include <LBFGS.h>
 

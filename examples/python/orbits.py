@@ -1,4 +1,4 @@
-"""A picture of one's own: where orbits of a plane go, in colors. orbits.py MAP
+"""A picture of your own: where orbits of a plane go, in colors. orbits.py MAP
 
 Black is inside. Outside, the hue is the direction in which a point's orbit has escaped, and the
 brightness how soon. Contours show how near an orbit has come to the origin.

@@ -1,4 +1,4 @@
-"""Samples and an optimiser of one's own in place of the program's: own_optimiser.py MESH"""
+"""Samples and an optimiser of your own in place of the program's: own_optimiser.py MESH"""
 
 import argparse
 

@@ -40,7 +40,7 @@ std::optional<std::string> inflated(std::string_view bytes, std::size_t size) {
   std::string found;
   int code = Z_OK;
   while (code == Z_OK && found.size() <= size) {
-    // One byte more than there should be tells that there is more.
+    // One byte more than there should be shows that there is more.
     const std::size_t begin = found.size();
     found.resize(std::min(size + 1, std::max(kFirst, 2 * begin)));
     stream.next_out = bytes_of(found) + begin;

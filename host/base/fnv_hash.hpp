@@ -1,5 +1,5 @@
 #pragma once
-/// FNV-1a, 64 bits: tells whether two things are the same, and is no protection against somebody
+/// FNV-1a, 64 bits: shows whether two things are the same, and does not protect against somebody
 /// who wants them to seem so. http://www.isthe.com/chongo/tech/comp/fnv
 
 #include <fmt/format.h>

@@ -16,7 +16,8 @@ class FileBuffer;
 /// a commit the destructor removes it and the target stays as it was.
 /// A symbolic link stays, and what it points to is replaced. An existing file's permissions are
 /// kept. What is no regular file (a device, a pipe, /dev/stdout) is written into by `commit`.
-/// The temporary file is locked as long as it is in use, so that `remove_leftovers` can tell.
+/// The temporary file is locked as long as it is in use, so that `remove_leftovers` leaves it
+/// alone.
 class OutputFile {
  public:
   /// @throws OutputError when the folder cannot be written.

@@ -50,7 +50,7 @@ bool is_json_too_deep(std::string_view json);
 /// With ASCII's letters in lower case, whatever the locale.
 std::string lower_case(std::string text);
 
-/// What went wrong, also where the library of C++ says it in words that tell a user nothing.
+/// What went wrong, in words that help a user even where those of the C++ library do not.
 std::string message_of(const std::exception& error);
 
 }  // namespace qjulia::base

@@ -111,7 +111,7 @@ constexpr auto kNames = std::to_array<std::pair<int, const char*>>({
     {-9999, "illegal access to a buffer, NVIDIA's"},
 });
 
-/// Codes by which drivers tell that the device or what belongs to it has gone.
+/// Codes with which drivers report that the device, or something that belongs to it, has gone.
 constexpr std::array kLost{-2, -14, -33, -34, -36, -1121, -9999};
 
 }  // namespace

@@ -107,7 +107,7 @@ std::vector<cl::Platform> platforms(cl_int* code) {
 }
 
 std::vector<cl::Device> devices(const cl::Platform& platform, cl_int* code) {
-  // The C++ binding does not tell the code of a platform without devices.
+  // The C++ binding does not report the code of a platform without devices.
   cl_uint count = 0;
   cl_int told = ::clGetDeviceIDs(platform(), CL_DEVICE_TYPE_ALL, 0, nullptr, &count);
   std::vector<cl::Device> found;

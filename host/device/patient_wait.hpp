@@ -70,7 +70,7 @@ class PatientWait {
     return result;
   }
 
-  /// Whether the last wait that was long enough to tell used the processor.
+  /// Whether the last wait that was long enough to be measured kept the processor busy.
   bool spins() const { return spins_; }
 
  private:

@@ -142,7 +142,7 @@ struct Energy::Impl {
     return found.energy;
   }
 
-  /// The same for a loss of one's own.
+  /// The same for a loss that the caller defines.
   double evaluate_own(const Map& at, std::span<double> gradient) const {
     std::vector<double> slopes = evaluator->field(at);
     Samples linear_samples = samples;

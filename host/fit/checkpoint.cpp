@@ -24,7 +24,7 @@ using nlohmann::json;
 
 constexpr const char* kFormat = "qjulia-checkpoint";
 
-/// A checkpoint begins with so many digits that tell whether the rest is what was written.
+/// A checkpoint begins with a checksum of so many digits, which shows whether the rest is intact.
 constexpr std::size_t kDigits = 16;
 std::string digits_of(std::string_view content) {
   base::FnvHash hash;

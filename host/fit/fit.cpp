@@ -9,6 +9,7 @@
 #include "fit/fit_run.hpp"
 #include "fit/schedule.hpp"
 #include "fit/team.hpp"
+#include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia {

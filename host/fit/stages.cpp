@@ -76,8 +76,8 @@ std::vector<std::size_t> moved_between(const Map& before, const Map& after) {
   return moved;
 }
 
-/// Gives the evaluations in `state.evaluated` first, then evaluates, tells of it, adds to them, and
-/// saves the state whenever that is due.
+/// Gives the evaluations in `state.evaluated` first. Then it evaluates, reports to the observer,
+/// adds to them, and saves the state whenever that is due.
 Evaluate recorded(Evaluator& evaluator, const FitObserver& observer, FitState& state,
                   Checkpoint& checkpoint) {
   return [&, given = std::size_t{0}](const Map& map) mutable {

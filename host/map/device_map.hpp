@@ -39,7 +39,7 @@ class DeviceMap {
   bool has_portals() const { return kinds_.contains("QJ_PORTALS"); }
   bool is_painted() const { return kinds_.contains("QJ_PAINT"); }
   /// Whether orbits may be interpolated. F jumps at portals' rims, and images fall on them; a
-  /// noise's direction turns at once about its zeros, which nothing tells of.
+  /// noise's direction turns at once about its zeros, and nothing shows where these are.
   bool interpolates() const { return interpolates_; }
   /// Whether F can be bounded over cubes of four dimensions.
   bool has_cube_bounds() const { return has_cube_bounds_; }

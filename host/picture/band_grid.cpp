@@ -148,7 +148,7 @@ surface::LevelSet BandGrid::level_set() const {
 
 const std::vector<float>& BandGrid::values() {
   if (!values_.empty()) return values_;
-  // Where F₁ alone tells the side, the safe step tells F₁.
+  // Where F₁ alone decides the side, F₁ follows from the safe step.
   const double outside = band_.level - set_.map.dynamics.surface_level;
   values_.resize(steps_.size());
   std::vector<std::int32_t> undecided;

@@ -1,6 +1,6 @@
 #pragma once
-/// What a regular grid can tell of a set before rays are marched: how far they may go, and where
-/// the set roughly is.
+/// What a regular grid shows of a set before rays are marched: how far they may go, and where the
+/// set roughly is.
 
 #include <memory>
 #include <stop_token>

@@ -29,7 +29,7 @@ class DepthSource {
   /// Computes what the rays of a perspective view need, before the first of them.
   virtual void prepare(const View& /*view*/) {}
 
-  /// What orbits tell to colour points, 0 … 1 each; empty where nothing does.
+  /// A number from each point's orbit by which it is coloured, 0 … 1; empty where orbits give none.
   /// @param widths of the balls that points stand for: one for all, or one for each.
   virtual std::vector<float> traits(const std::vector<Eigen::Vector3d>& /*points*/,
                                     std::span<const double> /*widths*/) {

@@ -158,7 +158,7 @@ class MarchSource : public DepthSource {
     leave_out_loose(view);
     if (view.coarse_will_do) return grid_.depths(view, first_row, rows);
     if (view.samples == 1) return march_rows(view, first_row, rows);
-    // One ray a pixel tells where a pixel's samples need rays of their own.
+    // One ray a pixel shows where a pixel's samples need rays of their own.
     const View coarse = view.coarse();
     const int from = std::max(0, first_row / view.samples - 1);
     const int to = std::min(coarse.rows, (first_row + rows - 1) / view.samples + 2);

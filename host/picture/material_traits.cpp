@@ -18,8 +18,8 @@ constexpr double kTail = 0.05;
 constexpr int kRangeSide = 32, kRangeCells = 72;
 /// What points stand for, over the diagonal of the shape's box.
 constexpr double kPointWidth = 1.0 / 500;
-/// A palette is spread over at least this much of what orbits tell, 0 … 1, so that it does not show
-/// what differs by chance alone.
+/// A palette is spread over at least this much of the orbits' numbers, 0 … 1, so that it does not
+/// show what differs by chance alone.
 constexpr double kLeastSpread = 0.1;
 
 double percentile(std::vector<float>& values, double share) {

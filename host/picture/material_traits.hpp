@@ -15,14 +15,15 @@
 
 namespace qjulia::picture {
 
-/// What tells a material's numbers, besides the orbits that a source runs.
+/// What a material's numbers depend on, besides the orbits that a source runs.
 struct Coloring {
   Material material = Material::clay;
   Eigen::Vector3d up = Eigen::Vector3d::UnitY();  ///< along which height is measured
   ShapeToMap to_scene{};                          ///< from the shape's coordinates to the points'
 };
 
-/// What orbits tell at points that stand for balls of these widths: one for all, or one for each.
+/// The orbits' numbers at points that stand for balls of these widths: one for all, or one for
+/// each.
 using OrbitsTell = std::function<std::vector<float>(const std::vector<Eigen::Vector3d>& points,
                                                     std::span<const double> widths)>;
 

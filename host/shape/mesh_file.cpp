@@ -16,7 +16,7 @@
 namespace qjulia::shape {
 namespace {
 
-constexpr std::size_t kHead = std::size_t{1} << 16;  ///< enough to tell a file's type by
+constexpr std::size_t kHead = std::size_t{1} << 16;  ///< enough to recognise a file's type
 
 bool is_blank(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
@@ -28,7 +28,8 @@ std::from_chars_result parse(std::string_view word, T& value) {
   return result;
 }
 
-/// Wavefront .obj has no mark at its beginning: its first word that is no comment tells.
+/// Wavefront .obj has no mark at its beginning: it is recognised by its first word that is no
+/// comment.
 bool looks_like_obj(std::string_view head) {
   Lines lines(head);
   const auto line = lines.next();
@@ -45,8 +46,8 @@ struct DetectedType {
   bool is_sure = true;         ///< else it may also be something without a mesh
 };
 
-/// What the beginning of a file tells of its type, such as "a PNG picture". All is empty when
-/// nothing is recognised.
+/// The type of a file by its beginning, such as "a PNG picture". All is empty when nothing is
+/// recognised.
 DetectedType detected_type(std::string_view head) {
   using namespace std::string_view_literals;
   struct Mark {

@@ -370,8 +370,9 @@ void check_elements(const MeshFile& file, const Header& header, const Element* v
     if (std::ranges::count_if(vertices->properties,
                               [](const auto& p) { return normal_axis(p).has_value(); }) != 3) {
       file.refuse(
-          "it has no faces, only points, and these have no normals (nx, ny, nz), which tell the "
-          "inside; compute them, as MeshLab and CloudCompare do, and save them with the points, or "
+          "it has no faces, only points, and these have no normals (nx, ny, nz), which show "
+          "the inside; compute them, as MeshLab and CloudCompare do, and save them with the "
+          "points, or "
           "export a mesh with faces");
     }
     return;

@@ -339,7 +339,7 @@ ImageTable::ImageTable(const map::DeviceMap& map)
 
 ImageTable ImageTable::of_ball(const map::DeviceMap& map, double displacement,
                                const std::stop_token& stop) {
-  // A coarse table costs little and tells how fine another has to be.
+  // A coarse table costs little and shows how fine another has to be.
   ImageTable coarse = with_step(map, kCoarsestStep, stop);
   if (coarse.is_empty() || coarse.displacement_ <= displacement) return coarse;
   // Displacements go about with the square of the step.

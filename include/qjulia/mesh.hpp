@@ -25,7 +25,7 @@ struct TriangleMesh {
   /// Outward normals of vertices, of length 1; or none. Never read; formats that hold them: .ply,
   /// .obj, .glb and .usda.
   std::vector<Eigen::Vector3f> normals{};
-  /// Colours of vertices; or none. Never read; `holds_colors` tells which files hold them.
+  /// Colours of vertices; or none. Never read; `holds_colors` says which files hold them.
   std::vector<VertexColor> colors{};
 
   Box box() const;

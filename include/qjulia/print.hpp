@@ -37,7 +37,7 @@ struct PrintReport {
   double printed_volume = 0;  ///< of the result
   /// The thinnest walls before and after, where `min_wall` was asked for.
   double thinnest_before = 0, thinnest = 0;
-  double cavity = 0;  ///< the cavity's volume, as far as its cells tell
+  double cavity = 0;  ///< the cavity's volume, to the accuracy of its cells
   LoosePieces loose;  ///< parts that came off on the way and were left out
 };
 

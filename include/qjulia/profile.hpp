@@ -57,7 +57,7 @@ inline constexpr std::array kEventNames{"cycles",           "instructions",    "
 struct DeviceLimits {
   double fma_per_second = 0;  ///< fused multiply-adds of one number each
   /// A multiply-add of every lane in every clock cycle of all cores, at the clock that the device
-  /// tells; 0 where lanes are not known, as on GPUs. Cores with two units reach twice as much.
+  /// reports; 0 where lanes are not known, as on GPUs. Cores with two units reach twice as much.
   double clock_fma_per_second = 0;
   double bytes_per_second = 0;  ///< read and written by a copy much larger than any cache
   double launch_seconds = 0;    ///< a kernel without work takes, from the call to its end

@@ -1,5 +1,5 @@
 #pragma once
-/// How long work tells its caller where it stands, and how the caller stops it.
+/// How long work reports its progress to the caller, and how the caller stops it.
 
 #include <functional>
 #include <memory>

@@ -1,4 +1,4 @@
-"""The energy that fits make small, over samples of one's own."""
+"""The energy that fits make small, over samples of your own."""
 
 from __future__ import annotations
 

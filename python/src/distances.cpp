@@ -1,4 +1,4 @@
-/// Distances from meshes, and points on them: what samples of one's own are made of.
+/// Distances from meshes, and points on them: what samples of your own are made of.
 
 #include <utility>
 

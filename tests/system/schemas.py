@@ -45,8 +45,8 @@ class Bench:
             cwd=self.folder,
             env=self.environment,
         )
-        # A comparison is undecided, code 3, where the machine is busy.
-        codes = (0, 3) if "compare" in words[1:2] else (0,)
+        # A comparison is undecided, code 4, where the machine is busy.
+        codes = (0, 4) if "compare" in words[1:2] else (0,)
         check(done.returncode in codes, f"{words} ended with {done.returncode}: {done.stderr}")
         return done.stdout
 

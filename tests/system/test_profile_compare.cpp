@@ -53,7 +53,7 @@ TEST_CASE("a comparison of profiles ends with the code of what it found") {
   CHECK(slower.exit_code == 1);
   CHECK_THAT(slower.out, Contains("energy") && Contains("1.050") && Contains("slower"));
   const ProcessResult busy = compared(made_up(1.3, 0.4));
-  CHECK(busy.exit_code == 3);
+  CHECK(busy.exit_code == 4);
   CHECK_THAT(busy.err, Contains("the machine was busy") && Contains("while NEW was measured"));
 
   json other = made_up(1);

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "failure.hpp"
 #include "pages.hpp"
 
 namespace qjulia::manual {
@@ -55,6 +56,15 @@ std::string section(const std::string& title, const CommandUsage& command) {
   return text;
 }
 
+std::string exit_code_table() {
+  std::string text = "\n## Exit codes\n\n| code | meaning | when |\n|---|---|---|\n";
+  for (const tools::ExitStatus& status : tools::exit_statuses()) {
+    text += fmt::format("| {} | {} | {} |\n", static_cast<int>(status.code), status.meaning,
+                        cell(status.details));
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string commands_page(const ProgramUsage& program) {
@@ -65,6 +75,7 @@ std::string commands_page(const ProgramUsage& program) {
       "program's own "
       "description.\n";
   text += section("qjulia", program.root);
+  text += exit_code_table();
   for (const CommandUsage& command : program.commands)
     text += section("qjulia " + command.name, command);
   return text;

@@ -128,8 +128,11 @@ void add_compare(CommandLine& program, ChosenCommand& chosen) {
   qjulia compare bunny.qjulia.json bunny.obj --picture bunny.png --azimuth 120
 IoU is volume in common over volume in either: 1 is a perfect fit. It is taken over a cube
 centred on the mesh's box, side 1.15 times its longest side. Distances are between the two
-surfaces. Roughness is the set's area over the mesh's: detail makes it grow. Energy is -1
-for a perfect fit. The first line is for n = 1, the second for --iterations.
+surfaces. Roughness is the set's area over the mesh's: detail makes it grow. Energy is that
+of Kim 2015 over the cube's cells, with cells near the mesh weighing more and the inside as
+much as the outside: -1 if all are clearly on the right side, +1 if all are clearly on the
+wrong one. It is not the energy that 'qjulia fit' minimises. The first line is for n = 1, the
+second for --iterations.
 )") + kMapOptionsHelp},
               describe_compare, run_compare);
 }

@@ -35,12 +35,15 @@ std::span<const ExitStatus> exit_statuses() {
   static constexpr std::array kStatuses = {
       ExitStatus{kDone, "done", "Everything was written."},
       ExitStatus{kFailed, "failed",
-                 "An output could not be written, the device failed, or a check found something."},
+                 "An output could not be written, the device failed, or a check found something: "
+                 "'doctor' a wrong result, 'profile' a slower kernel, 'batch' an entry that is not "
+                 "done."},
       ExitStatus{kBadInput, "bad usage or input",
                  "An option, its value or an input file is no use; nothing was computed."},
-      ExitStatus{kNoDevice, "no usable device",
-                 "There is no OpenCL device, or none of that name; or 'profile compare', which "
-                 "needs no device, could not decide."},
+      ExitStatus{kNoDevice, "no usable device", "There is no OpenCL device, or none of that name."},
+      ExitStatus{kUndecided, "undecided",
+                 "'profile compare' or 'profile --against' found no kernel slower and could not "
+                 "decide all of them, because the machine was busy or runs differ too much."},
       ExitStatus{kInterrupted, "interrupted",
                  "SIGINT, SIGTERM or SIGHUP came; a fit then saves what it reached."}};
   return kStatuses;

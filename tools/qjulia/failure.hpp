@@ -13,7 +13,7 @@ enum ExitCode : int {
   kFailed = 1,        ///< an output could not be written, or the device failed
   kBadInput = 2,      ///< usage, an option or an input file
   kNoDevice = 3,      ///< no usable OpenCL device
-  kUndecided = 3,     ///< of 'profile compare', which needs no device: no verdict
+  kUndecided = 4,     ///< a comparison of profiles without a verdict
   kInterrupted = 130  ///< by SIGINT, SIGTERM or SIGHUP
 };
 

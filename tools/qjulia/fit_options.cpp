@@ -50,8 +50,10 @@ void add_fit_options(Command command, FitArguments& a) {
       .default_text(fmt::format("{}", a.options.max_factors));
   add_detail(command, a.options.detail);
   add_steepness_and_up(command, a.options.steepness, a.options.up);
-  command.add("--target-iou", &a.options.target_iou, "NUMBER",
-              "End once a stage reaches this IoU on a coarse grid, above 0 to 1. Default: do not");
+  command
+      .add("--target-iou", &a.options.target_iou, "NUMBER",
+           "End once a stage reaches this IoU on a coarse grid, above 0 to 1. Default: do not")
+      .default_text("");
   command.add("--max-evaluations", &a.max_evaluations, "INT",
               "Maximum number of evaluations of energy and gradient; 0: the schedule's default");
   command.add("--seed", &a.options.seed, "INT",

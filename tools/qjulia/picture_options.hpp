@@ -19,7 +19,7 @@ std::vector<Option> add_camera(Command command, PictureOptions& options);
 /// --material.
 Option add_material(Command command, PictureOptions& options);
 
-/// --material, with a description of one's own.
+/// --material, with a description of your own.
 Option add_material_choice(Command command, Material& material, const std::string& description);
 
 /// --range.

@@ -362,7 +362,7 @@ the device's own clock. The spread is that of the runs, over their median; a war
 machine was not idle.
 'compare' takes two --json reports. The time of each run is multiplied by the multiply-add
 limit measured right after it. A kernel is slower if the lower bound of its slowdown is over
-2 %. Exit code 0: no kernel is slower; 1: some are; 3: undecided, because the machine was
+2 %. Exit code 0: no kernel is slower; 1: some are; 4: undecided, because the machine was
 busy or runs differ too much.
 Tuned settings are kept for the device, its driver and this program in
 $XDG_CACHE_HOME/qjulia (~/.cache/qjulia), and every command uses them from then on. Sums
