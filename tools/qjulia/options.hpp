@@ -35,10 +35,10 @@ struct TrustedDevice : DeviceChoice {
   bool is_trusted = false;
 };
 
-/// --device and --layout.
+/// --device and --layout. @return --device
 Option add_device(Command command, DeviceChoice& device);
-/// The same, and --trust-device, for commands that compute.
-Option add_device_to_use(Command command, TrustedDevice& device);
+/// The same, and --trust-device, for commands that compute. @return all three
+std::vector<Option> add_device_to_use(Command command, TrustedDevice& device);
 
 /// --trace.
 void add_trace(Command command, std::string& file);
