@@ -4,8 +4,58 @@
 
 #include <algorithm>
 
-#include "device/opencl.hpp"
+#include "device/context_impl.hpp"
+#include "device/program_source.hpp"
 #include "qjulia/error.hpp"
+
+namespace qjulia::device {
+
+Handles Handles::of(const Context& context) {
+  const Context::Impl& impl = *context.impl_;
+  return {impl.context(), impl.device(), impl.queue()};
+}
+
+cl_mem Handles::of(const Memory& memory) { return memory.handle_->buffer(); }
+
+Memory Handles::borrowed(const Context& context, const char* name, cl_mem buffer,
+                         std::size_t bytes) {
+  if (buffer == nullptr) throw OptionError(name, "is null; give a buffer");
+  const cl::Buffer kept(buffer, true);
+  if (kept.getInfo<CL_MEM_TYPE>() != CL_MEM_OBJECT_BUFFER) {
+    throw OptionError(name, "is an image; give a buffer");
+  }
+  if (kept.getInfo<CL_MEM_CONTEXT>()() != context.impl_->context()) {
+    throw OptionError(name, "belongs to another context; give a buffer of the device's");
+  }
+  if (const auto size = kept.getInfo<CL_MEM_SIZE>(); size < bytes) {
+    throw OptionError(name, fmt::format("has {} bytes; give at least {}", size, bytes));
+  }
+  Memory memory;
+  memory.bytes_ = bytes;
+  memory.handle_ = std::make_shared<Memory::Handle>();
+  memory.handle_->buffer = kept;
+  return memory;
+}
+
+cl_kernel Handles::build(const Context& context, const std::string& source, const std::string& name,
+                         const BuildOptions& options) {
+  Context::Impl& impl = *context.impl_;
+  const std::string line = impl.build_line(options);
+  const char* const label = "a source of one's own";
+  const cl::Program built = impl.builder.build(
+      impl.context, impl.device, label, expand_kernel_text(label, source, options.files), line);
+  cl_int code = CL_SUCCESS;
+  cl::Kernel kernel(built, name.c_str(), &code);
+  if (code == CL_INVALID_KERNEL_NAME) {
+    throw InputError(fmt::format("the source has no kernel named '{}'", name));
+  }
+  impl.expect(code, fmt::format("creating kernel {}", name));
+  const cl_kernel given = kernel();
+  kernel() = nullptr;  // the caller releases it
+  return given;
+}
+
+}  // namespace qjulia::device
 
 namespace qjulia {
 namespace {

@@ -83,16 +83,17 @@ std::optional<StoredProgram> ProgramStore::load(const ProgramKey& key) const {
 }
 
 void ProgramStore::save(const ProgramKey& key, const StoredProgram& program) const {
+  std::error_code failed;
+  std::filesystem::create_directories(folder_, failed);
+  if (failed) return;  // the next process compiles it again
   try {
-    std::filesystem::create_directories(folder_);
     base::OutputFile out(file(key));
     out.stream() << line_of(head_of(key, program)) << program.binary;
     out.commit();
     base::remove_all_leftovers(folder_);
     remove_oldest(file(key));
   } catch (const OutputError&) {
-    // The next process compiles it again.
-  } catch (const std::filesystem::filesystem_error&) {
+    // The same.
   }
 }
 
@@ -105,15 +106,19 @@ void ProgramStore::remove_oldest(const std::filesystem::path& kept) const {
   };
   std::vector<File> files;
   std::uint64_t bytes = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
-    if (entry.path().extension() != kProgramEnding) continue;
+  // Other processes add and remove files meanwhile. Where listing fails, what was found counts.
+  std::error_code failed;
+  for (std::filesystem::directory_iterator at(folder_, failed), end; !failed && at != end;
+       at.increment(failed)) {
+    const std::filesystem::path path = at->path();
+    if (path.extension() != kProgramEnding) continue;
     std::error_code gone;
-    const auto size = entry.file_size(gone);
+    const auto size = std::filesystem::file_size(path, gone);
     if (gone) continue;
-    const auto used = entry.last_write_time(gone);
+    const auto used = std::filesystem::last_write_time(path, gone);
     if (gone) continue;
     bytes += size;
-    if (entry.path() != kept) files.push_back({used, size, entry.path()});
+    if (path != kept) files.push_back({used, size, path});
   }
   std::ranges::sort(files, {}, &File::used);
   for (const File& oldest : files) {

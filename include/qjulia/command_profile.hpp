@@ -23,7 +23,8 @@ struct KernelWork {
   bool is_known = false;   ///< the library counts this kernel's work
 };
 
-/// Counts the work of all launches of this process while it lives, by kernel. One at a time.
+/// Counts the work of all launches of this process while it lives, by kernel. While a second one
+/// lives, launches are counted by that one alone; it has to be destroyed first.
 class LaunchCounter {
  public:
   LaunchCounter();

@@ -235,6 +235,10 @@ TEST_CASE("checks, status and refusals") {
   CHECK(mixed.exit_code == 2);
   CHECK_THAT(mixed.err, Contains("leave out MANIFEST, --output, --jobs, --device"));
   CHECK(run_command({"batch", "--check", "--status", out}).exit_code == 2);
+  const ProcessResult trusting =
+      run_command({"batch", "--status", out, "--layout", "cpu", "--trust-device"});
+  CHECK(trusting.exit_code == 2);
+  CHECK_THAT(trusting.err, Contains("leave out --layout, --trust-device"));
   CHECK_THAT(run_command({"batch", manifest, "--check", "--retry-failed"}).err,
              Contains("--retry-failed needs --resume"));
 

@@ -86,5 +86,7 @@ TEST_CASE("a comparison of profiles refuses what it has no use for") {
   refused({"compare", folder / "absent.json", good}, "absent.json");
   refused({"compare", good, good, "--confidence", "1"}, "--confidence");
   refused({"compare", good, good, "--repeats", "9", "--tune"}, "leave out --tune, --repeats");
+  refused({"compare", good, good, "--layout", "cpu", "--trust-device"},
+          "leave out --layout, --trust-device");
   refused({"--across-devices"}, "leave out --across-devices");
 }

@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
 
 #include "process.hpp"
 #include "temporary_folder.hpp"
@@ -171,6 +173,41 @@ TEST_CASE("a GPU is tested before its first use, once, unless it is trusted") {
   CHECK_THAT(sample({}).err, Contains("passed its first self-test"));
   CHECK_THAT(sample({}).err, !Contains("self-test"));
   CHECK_THAT(sample({{"QJULIA_TEST_GPU", ""}, {"LD_PRELOAD", ""}}).err, !Contains("self-test"));
+}
+
+TEST_CASE(
+    "the first self-test is in no trace, profile or list of kernels of the command that runs it") {
+  const Gpu gpu;
+  const auto kernels = [&](const std::vector<std::string>& more, const std::string& expected) {
+    const std::string trace = gpu.folder / "trace.json", profile = gpu.folder / "profile.json";
+    std::vector<std::string> arguments{"surface",      gpu.map, "-o",       gpu.folder / "m.ply",
+                                       "--resolution", "12",    "--trace",  trace,
+                                       "--profile",    profile, "--verbose"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProcessResult result = gpu.run(arguments, {{"QJULIA_BINARIES", "off"}});
+    CAPTURE(result.err);
+    REQUIRE(result.exit_code == 0);
+    CHECK_THAT(result.err, Contains(expected));
+    std::set<std::string> traced, profiled, listed;
+    for (const json& event : json::parse(read_text(trace))["traceEvents"]) {
+      if (event["ph"] == "X" && event["cat"] == "kernel") traced.insert(event["name"]);
+    }
+    for (const json& kernel : json::parse(read_text(profile))["kernels"]) {
+      profiled.insert(kernel["kernel"]);
+    }
+    std::istringstream lines(result.err);
+    for (std::string line; std::getline(lines, line);) {
+      std::istringstream words(line);
+      std::string kernel, name;
+      if (words >> kernel >> name && kernel == "kernel") listed.insert(name);
+    }
+    CHECK(traced == profiled);
+    CHECK(std::ranges::includes(traced, listed));
+    return traced;
+  };
+  const auto first = kernels({}, "passed its first self-test");
+  CHECK_FALSE(first.empty());
+  CHECK(first == kernels({"--trust-device"}, "kernel "));
 }
 
 TEST_CASE("a GPU that computes wrongly is named with its kernel") {

@@ -102,6 +102,42 @@ TEST_CASE("programs that were not used for longest go when there is no room") {
   CHECK_FALSE(store.load(key(2)));
 }
 
+TEST_CASE("a cache that cannot be made, written or listed is no error") {
+  const TemporaryFolder folder;
+  write_bytes(folder.path() / "file", "no folder");
+  const ProgramStore below_file(folder.path() / "file" / "programs");
+  CHECK_NOTHROW(below_file.save(kStoredKey, kStored));
+  CHECK_FALSE(below_file.load(kStoredKey));
+  const ProgramStore in_file(folder.path() / "file");
+  CHECK_NOTHROW(in_file.save(kStoredKey, kStored));
+  CHECK_FALSE(in_file.load(kStoredKey));
+
+  // Files can be made in it, and nobody but root can list it.
+  const auto unlisted = folder.path() / "unlisted";
+  std::filesystem::create_directory(unlisted);
+  std::filesystem::permissions(folder.path(), std::filesystem::perms(0755));
+  std::filesystem::permissions(unlisted, std::filesystem::perms(0333));
+  const pid_t child = ::fork();
+  if (child == 0) {
+    constexpr id_t kNobody = 65534;
+    int code = 1;
+    if (::geteuid() != 0 || (::setgid(kNobody) == 0 && ::setuid(kNobody) == 0)) {
+      try {
+        const ProgramStore store(unlisted);
+        store.save(kStoredKey, kStored);
+        code = store.load(kStoredKey) ? 0 : 2;
+      } catch (const std::exception&) {
+        code = 3;
+      }
+    }
+    ::_exit(code);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  std::filesystem::permissions(unlisted, std::filesystem::perms(0777));
+  CHECK(status == 0);
+}
+
 TEST_CASE("a process that ends in the middle leaves its mark, and no other does") {
   const TemporaryFolder folder;
   const auto path = folder.path() / "x.building";

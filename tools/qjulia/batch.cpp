@@ -410,7 +410,8 @@ void describe_batch(Command command, BatchArguments& a) {
   command
       .file("--status", a.status, "FOLDER", "Only report the progress of the batch in this folder")
       .offers_folders();
-  a.all_but_status.push_back(add_device_to_use(command, a.device));
+  const auto of_device = add_device_to_use(command, a.device);
+  a.all_but_status.insert(a.all_but_status.end(), of_device.begin(), of_device.end());
 }
 
 }  // namespace

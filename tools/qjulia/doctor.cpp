@@ -26,13 +26,13 @@ struct DoctorArguments {
   std::optional<int> checks_from;  ///< in a process for the checks: the first of them
 };
 
-Option add_doctor_options(Command command, DoctorArguments& a) {
+void add_doctor_options(Command command, DoctorArguments& a) {
   command
       .add("--checks-from", &a.checks_from, "N",
            "Given by this program to processes that run its checks")
       .range(0, 1000)
       .group("");
-  return add_device(command, a.device);
+  add_device(command, a.device);
 }
 
 /// Where compilers' logs of programs that do not build are kept: a new folder that only this user

@@ -54,34 +54,34 @@ Option add_vector(Command command, const std::string& name, std::optional<Eigen:
   return command.numbers(name, "X Y Z", take, description);
 }
 
-Option add_device(Command command, DeviceChoice& device) {
-  const Option option = command.add(
+std::vector<Option> add_device(Command command, DeviceChoice& device) {
+  const Option name = command.add(
       "--device", &device.name, "DEVICE",
       "Where to compute: gpu, cpu, P:D (platform and device number of 'qjulia devices') or "
       "part of a name. Default: $QJULIA_DEVICE, else what ranks first in 'qjulia devices'");
-  option.offers({"gpu", "cpu"});
+  name.offers({"gpu", "cpu"});
   const auto set_layout = [&device](const std::string& layout) {
     if (layout != "auto" && layout != "cpu" && layout != "gpu") {
       throw InputError(fmt::format("'{}' is no layout; give auto, cpu or gpu", layout));
     }
     device.layout = layout;
   };
-  command
-      .word(
-          "--layout", "LAYOUT", set_layout,
-          "How kernels are cut into work-items: cpu (wide lanes), gpu (groups of work-items that "
-          "share local memory) or auto, what suits the device. Default: $QJULIA_LAYOUT, else auto")
-      .offers({"auto", "cpu", "gpu"});
-  return option;
+  const Option layout = command.word(
+      "--layout", "LAYOUT", set_layout,
+      "How kernels are cut into work-items: cpu (wide lanes), gpu (groups of work-items that "
+      "share local memory) or auto, what suits the device. Default: $QJULIA_LAYOUT, else auto");
+  layout.offers({"auto", "cpu", "gpu"});
+  return {name, layout};
 }
 
-Option add_device_to_use(Command command, TrustedDevice& device) {
-  const Option option = add_device(command, device);
-  command.flag("--trust-device", device.is_trusted,
-               "Use a GPU without the self-test that precedes its first use, which takes about a "
-               "second once for each driver and version. Programs whose build has crashed are "
-               "still left out");
-  return option;
+std::vector<Option> add_device_to_use(Command command, TrustedDevice& device) {
+  std::vector<Option> options = add_device(command, device);
+  options.push_back(command.flag(
+      "--trust-device", device.is_trusted,
+      "Use a GPU without the self-test that precedes its first use, which takes about a "
+      "second once for each driver and version. Programs whose build has crashed are "
+      "still left out"));
+  return options;
 }
 
 void add_trace(Command command, std::string& file) {

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "command_line.hpp"
 #include "console.hpp"
@@ -35,10 +36,10 @@ struct TrustedDevice : DeviceChoice {
   bool is_trusted = false;
 };
 
-/// --device and --layout.
-Option add_device(Command command, DeviceChoice& device);
-/// The same, and --trust-device, for commands that compute.
-Option add_device_to_use(Command command, TrustedDevice& device);
+/// --device and --layout. @return both
+std::vector<Option> add_device(Command command, DeviceChoice& device);
+/// The same, and --trust-device, for commands that compute. @return all three
+std::vector<Option> add_device_to_use(Command command, TrustedDevice& device);
 
 /// --trace.
 void add_trace(Command command, std::string& file);

@@ -329,7 +329,7 @@ void describe_profile(Command command, ProfileArguments& a) {
                .add("--tolerance", &a.tolerance, "NUMBER",
                     "What counts as slower: 0.2 is 20 % over the baseline's median")
                .needs(baseline));
-  measures(add_device_to_use(command, a.device));
+  for (const Option& option : add_device_to_use(command, a.device)) measures(option);
   describe_comparison(command, a);
 }
 

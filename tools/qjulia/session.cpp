@@ -42,6 +42,16 @@ int opened_when_read(const std::filesystem::path& pipe, const std::stop_token& s
   return file;
 }
 
+/// What has been waited from `then` to `now`; the most that was queued is that of all the time.
+WaitTime since(const WaitTime& then, WaitTime now) {
+  now.seconds -= then.seconds;
+  now.processor_seconds -= then.processor_seconds;
+  now.slept_seconds -= then.slept_seconds;
+  now.waits -= then.waits;
+  now.transfers -= then.transfers;
+  return now;
+}
+
 }  // namespace
 
 Session::Session(const Verbosity& verbosity, std::string trace_file, std::string profile_file)
@@ -83,7 +93,7 @@ void Session::finish() {
   if (traced_) {
     traced_->record({});
     name = traced_->info().name;
-    const WaitTime waited = traced_->wait_time();
+    const WaitTime waited = since(untraced_wait_, traced_->wait_time());
     const BuildTotal built = build_total();
     figures = {{"waited_seconds", waited.seconds},
                {"waiting_processor_seconds", waited.processor_seconds},
@@ -129,8 +139,12 @@ TriangleMesh Session::read_mesh(const std::string& file, const std::stop_token& 
 
 void Session::expect_right_results(const Device& device, const TrustedDevice& wanted) {
   if (wanted.is_trusted || device.info().kind == DeviceKind::cpu) return;
+  std::optional<LaunchCounter> apart;
+  if (counter_) apart.emplace();
   const auto report = first_self_test(device, monitor());
+  apart.reset();
   if (!report) return;
+  device.reset_kernel_times();
   for (const ProgramCheck& check : report->checks) {
     if (check.has_passed()) continue;
     const std::string what =
@@ -154,11 +168,12 @@ Device Session::open_device(const TrustedDevice& wanted) {
   console.note(fmt::format(
       "device: {}{}{}", describe(device.info()), tuned ? " (tuned)" : "",
       device.has_own_layout() ? "" : fmt::format(", {} layout", to_string(device.layout()))));
+  expect_right_results(device, wanted);
   if (trace_) {
+    untraced_wait_ = device.wait_time();
     device.record(trace_);
     traced_ = device;
   }
-  expect_right_results(device, wanted);
   return device;
 }
 

@@ -44,7 +44,8 @@ class Session {
   /// Chooses a device, with the settings kept for it, says which, and tests it where that is due.
   /// @throws NoDeviceError
   Device open_device(const TrustedDevice& wanted);
-  /// Before the first use of a GPU, unless it is trusted: tests it, and warns of what fails.
+  /// Before the first use of a GPU, unless it is trusted: tests it, and warns of what fails. The
+  /// test's launches are in no trace or profile of this command, nor in the device's kernel times.
   /// @throws Interrupted
   void expect_right_results(const Device& device, const TrustedDevice& wanted);
   /// What is traced, if anything is.
@@ -72,6 +73,7 @@ class Session {
   std::vector<int> pipes_;  ///< outputs; open, so that readers wait
   std::shared_ptr<Trace> trace_;
   std::optional<Device> traced_;
+  WaitTime untraced_wait_;  ///< for `traced_`, before its trace began
   std::unique_ptr<LaunchCounter> counter_;
 };
 
