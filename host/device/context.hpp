@@ -149,7 +149,9 @@ struct RealRead {
 /// the context is of no more use: the call that collects the launch throws, and so does every later
 /// call that waits for the queue, with the same error. That is on purpose. A caller that asks for
 /// less memory after an error waits for the queue first, so it cannot take the failure of an
-/// earlier launch for its own and go on with wrong numbers.
+/// earlier launch for its own and go on with wrong numbers. Only a launch that `launch` itself
+/// waits for, because it is the context's first or the device's events carry no times, fails in
+/// that call alone.
 class Context {
  public:
   /// @param sharing a context of the same device whose buffers this one can use as well, once what
