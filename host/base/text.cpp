@@ -50,6 +50,18 @@ std::string to_utf8(std::string_view text) {
   return result;
 }
 
+std::string percent_encoded(std::string_view text, std::string_view plain) {
+  constexpr std::string_view kUnreserved =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~";
+  std::string encoded;
+  for (const char c : text) {
+    const bool is_plain =
+        kUnreserved.find(c) != std::string_view::npos || plain.find(c) != std::string_view::npos;
+    encoded += is_plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  }
+  return encoded;
+}
+
 std::vector<std::string> split(std::string_view text, char separator) {
   std::vector<std::string> parts;
   for (;;) {

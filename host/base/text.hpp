@@ -30,6 +30,9 @@ std::string_view wide_encoding(std::string_view text);
 /// names may hold any bytes.
 std::string to_utf8(std::string_view text);
 
+/// For a web address: every byte but letters, digits, `-._~` and those in `plain` as %XX.
+std::string percent_encoded(std::string_view text, std::string_view plain = {});
+
 /// What stands between separators: one part more than there are of them.
 std::vector<std::string> split(std::string_view text, char separator);
 

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <system_error>
 
+#include "base/text.hpp"
 #include "report/html.hpp"
 
 namespace qjulia::batch {
@@ -47,15 +47,7 @@ for (const button of document.querySelectorAll('th button')) {
 )";
 
 /// A file's name as a relative address.
-std::string address(const std::string& name) {
-  std::string text = "./";
-  for (const char c : name) {
-    const auto byte = static_cast<unsigned char>(c);
-    const bool is_plain = std::isalnum(byte) != 0 || std::string_view("-._~").find(c) < 4;
-    text += is_plain ? std::string(1, c) : fmt::format("%{:02X}", byte);
-  }
-  return text;
-}
+std::string address(const std::string& name) { return "./" + base::percent_encoded(name); }
 
 std::string link(const std::string& file, const std::string& text) {
   return fmt::format("<a href=\"{}\">{}</a>", address(file), html::escaped(text));

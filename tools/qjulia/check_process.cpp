@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstring>
@@ -39,7 +40,15 @@ class CheckProcess {
     int code = ::posix_spawn_file_actions_init(&actions);
     if (code == 0) {
       ::posix_spawn_file_actions_adddup2(&actions, pipe[1], STDOUT_FILENO);
-      code = ::posix_spawn(&child_, "/proc/self/exe", &actions, nullptr, words.data(), environ);
+      // A group of its own, so that the compilers that a driver starts end with it.
+      posix_spawnattr_t attributes;
+      code = ::posix_spawnattr_init(&attributes);
+      if (code == 0) {
+        ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+        code =
+            ::posix_spawn(&child_, "/proc/self/exe", &actions, &attributes, words.data(), environ);
+        ::posix_spawnattr_destroy(&attributes);
+      }
       ::posix_spawn_file_actions_destroy(&actions);
     }
     ::close(pipe[1]);
@@ -54,13 +63,22 @@ class CheckProcess {
   CheckProcess(const CheckProcess&) = delete;
   CheckProcess& operator=(const CheckProcess&) = delete;
 
-  /// The next line; none: there are no more. It is asked to end where a stop is requested.
-  std::optional<std::string> line(const std::stop_token& stop) {
+  /// The next line; none: there are no more, or none came in time, and the process was ended. It is
+  /// asked to end where a stop is requested, and made to a second later.
+  std::optional<std::string> line(const std::stop_token& stop, std::chrono::seconds most) {
     constexpr int kMilliseconds = 100;
+    constexpr std::chrono::seconds kPatience{1};
+    auto latest = std::chrono::steady_clock::now() + most;
     while (text_.find('\n') == std::string::npos) {
       if (stop.stop_requested() && !was_asked_) {
         was_asked_ = true;
         ::kill(child_, SIGTERM);
+        latest = std::chrono::steady_clock::now() + kPatience;
+      }
+      if (std::chrono::steady_clock::now() > latest) {
+        ::kill(-child_, SIGKILL);
+        was_late_ = !was_asked_;
+        return std::nullopt;
       }
       pollfd waiting{output_, POLLIN, 0};
       if (::poll(&waiting, 1, kMilliseconds) <= 0) continue;
@@ -75,6 +93,9 @@ class CheckProcess {
     text_.erase(0, end + 1);
     return found;
   }
+
+  /// Whether a line took too long.
+  bool was_late() const { return was_late_; }
 
   /// Waits until it has ended. @return its status, as `waitpid` gives it.
   int end() {
@@ -92,7 +113,7 @@ class CheckProcess {
 
   int output_ = -1;
   pid_t child_ = 0;
-  bool was_asked_ = false;
+  bool was_asked_ = false, was_late_ = false;
   std::string text_;
 };
 
@@ -114,6 +135,7 @@ struct Part {
   WaitTime waited;
   BuildTotal built;
   int status = 0;
+  bool was_late = false;
 };
 
 void read_result(const nlohmann::json& line, ProcessChecks& all, Part& part) {
@@ -126,12 +148,13 @@ void read_result(const nlohmann::json& line, ProcessChecks& all, Part& part) {
   ++part.done;
 }
 
-Part run_part(const Device& device, std::size_t first, ProcessChecks& all, Session& session) {
-  Part part{first, first, {}, {}, 0};
+Part run_part(const Device& device, std::size_t first, std::chrono::seconds most,
+              ProcessChecks& all, Session& session) {
+  Part part{.begun = first, .done = first, .waited = {}, .built = {}};
   CheckProcess process(command_for(device, first));
   const ProgressMonitor monitor = session.monitor();
   const auto count = static_cast<double>(all.report.checks.size());
-  while (const auto text = process.line(monitor.stop)) {
+  while (const auto text = process.line(monitor.stop, most)) {
     const nlohmann::json line = nlohmann::json::parse(*text, nullptr, false);
     if (!line.is_object()) continue;  // something that a driver says
     if (line.contains("begin")) {
@@ -142,6 +165,7 @@ Part run_part(const Device& device, std::size_t first, ProcessChecks& all, Sessi
       read_result(line, all, part);
     }
   }
+  part.was_late = process.was_late();
   part.status = process.end();
   throw_if_stopped(monitor.stop);
   return part;
@@ -167,14 +191,15 @@ bool say_line(const nlohmann::json& line) {
 
 }  // namespace
 
-ProcessChecks check_in_processes(const Device& device, Session& session) {
+ProcessChecks check_in_processes(const Device& device, std::chrono::seconds most,
+                                 Session& session) {
   ProcessChecks all{{device.info(), device.layout(), self_test_plan(device)}, {}, {}, {}};
   auto& checks = all.report.checks;
   all.signals.resize(checks.size());
   // That is what the user asks for here.
   ::setenv("QJULIA_CRASHED_BUILDS", "retry", 0);
   for (std::size_t next = 0; next < checks.size();) {
-    const Part part = run_part(device, next, all, session);
+    const Part part = run_part(device, next, most, all, session);
     add(part, all);
     next = part.done;
     if (next == checks.size()) break;
@@ -185,11 +210,16 @@ ProcessChecks check_in_processes(const Device& device, Session& session) {
                               signal != 0 ? ::strsignal(signal) : "see above"));
     }
     all.signals[next] = signal;
-    checks[next].problem =
-        signal != 0
-            ? fmt::format("the driver crashed with signal {} ({})", signal, ::strsignal(signal))
-            : fmt::format("the driver ended the process with exit code {}",
-                          WEXITSTATUS(part.status));
+    if (part.was_late) {
+      checks[next].problem =
+          fmt::format("the driver took longer than {} s; the process was ended", most.count());
+    } else if (signal != 0) {
+      checks[next].problem =
+          fmt::format("the driver crashed with signal {} ({})", signal, ::strsignal(signal));
+    } else {
+      checks[next].problem =
+          fmt::format("the driver ended the process with exit code {}", WEXITSTATUS(part.status));
+    }
     ++next;
   }
   return all;

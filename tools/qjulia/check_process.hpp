@@ -1,6 +1,7 @@
 #pragma once
 /// The checks of `qjulia doctor` in a process of their own, which a driver may crash.
 
+#include <chrono>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -18,8 +19,10 @@ struct ProcessChecks {
 };
 
 /// All of `self_test`. Where a process ends in a check, that check has failed, and another process
-/// takes the next ones. @throws Error where none can be started; Interrupted
-ProcessChecks check_in_processes(const Device& device, Session& session);
+/// takes the next ones.
+/// @param most the time that a check may take before its process is ended.
+/// @throws Error where no process can be started; Interrupted
+ProcessChecks check_in_processes(const Device& device, std::chrono::seconds most, Session& session);
 
 /// What such a process does: the checks from number `first` on, each with a line of JSON before it
 /// and one after it on standard output.

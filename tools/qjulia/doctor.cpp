@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -24,6 +25,7 @@ namespace {
 struct DoctorArguments {
   DeviceChoice device;
   std::optional<int> checks_from;  ///< in a process for the checks: the first of them
+  int most_seconds = 600;          ///< for one check, whose compiler may hang
 };
 
 void add_doctor_options(Command command, DoctorArguments& a) {
@@ -31,6 +33,9 @@ void add_doctor_options(Command command, DoctorArguments& a) {
       .add("--checks-from", &a.checks_from, "N",
            "Given by this program to processes that run its checks")
       .range(0, 1000)
+      .group("");
+  command.add("--seconds-per-check", &a.most_seconds, "S", "For tests of a compiler that hangs")
+      .range(1, 86400)
       .group("");
   add_device(command, a.device);
 }
@@ -129,8 +134,8 @@ Device device_to_check(const DeviceChoice& wanted, Session& session) {
 }
 
 /// In processes of their own, unless there is a trace, which shows one process.
-ProcessChecks checks_of(const Device& device, Session& session) {
-  if (!session.trace()) return check_in_processes(device, session);
+ProcessChecks checks_of(const Device& device, std::chrono::seconds most, Session& session) {
+  if (!session.trace()) return check_in_processes(device, most, session);
   ProcessChecks all{self_test(device, session.monitor()), {}, device.wait_time(), build_total()};
   all.signals.resize(all.report.checks.size());
   return all;
@@ -147,7 +152,8 @@ int run_doctor(const DoctorArguments& arguments, Session& session) {
   if (arguments.checks_from) return run_checks(arguments.device, *arguments.checks_from, session);
   session.check_outputs({}, {});  // there may be a trace
   const Device device = device_to_check(arguments.device, session);
-  const ProcessChecks checks = checks_of(device, session);
+  const ProcessChecks checks =
+      checks_of(device, std::chrono::seconds(arguments.most_seconds), session);
   const SelfTestReport& report = checks.report;
   std::vector<base::Finding> crashes;
   std::string text = about(device);

@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/text.hpp"
 #include "files.hpp"
 #include "map_options.hpp"
 #include "provenance.hpp"
@@ -164,15 +165,17 @@ std::string page_state(const nlohmann::json& made) {
       }
       const auto values = control_values(setting.name, picture.at(setting.name));
       for (std::size_t i = 0; i < std::min(values.size(), setting.controls.size()); ++i) {
-        words.push_back(
-            fmt::format("{}={}", setting.controls[i].name,
-                        values[i].is_string() ? values[i].get<std::string>() : values[i].dump()));
+        const std::string value =
+            values[i].is_string() ? values[i].get<std::string>() : values[i].dump();
+        words.push_back(fmt::format("{}={}", setting.controls[i].name,
+                                    base::percent_encoded(value, ",")));  // "+" would be a space
       }
     }
     for (const nlohmann::json& cut : picture.at("cuts")) {
       if (cut.at("unit") != "percent") continue;
-      words.push_back(
-          fmt::format("cut{}={}", cut.at("axis").get<std::string>(), cut.at("at").dump()));
+      words.push_back(fmt::format("cut{}={}",
+                                  base::percent_encoded(cut.at("axis").get<std::string>()),
+                                  base::percent_encoded(cut.at("at").dump())));
     }
   } catch (const nlohmann::json::exception&) {
     return {};  // another version's note
