@@ -126,7 +126,7 @@ std::string temporary_start(const std::filesystem::path& target) {
   return target.filename().string().substr(0, kMostOfName) + std::string(kTag);
 }
 
-/// Nobody can predict them.
+/// Sixteen hexadecimal digits that nobody can predict.
 std::string random_digits() {
   std::random_device device;
   return fmt::format("{:08x}{:08x}", device(), device());

@@ -146,12 +146,12 @@ struct RealRead {
 /// threads at a time.
 ///
 /// A launch can fail after the device has accepted it. What the buffers hold is then unknown, and
-/// the context is of no more use: the call that collects the launch throws, and so does every later
-/// call that waits for the queue, with the same error. That is on purpose. A caller that asks for
-/// less memory after an error waits for the queue first, so it cannot take the failure of an
-/// earlier launch for its own and go on with wrong numbers. Only a launch that `launch` itself
-/// waits for, because it is the context's first or the device's events carry no times, fails in
-/// that call alone.
+/// the context is of no more use: the call that collects the launch throws a DeviceError, and so
+/// does every later call that waits for the queue. That is on purpose. A caller that asks for less
+/// memory after an error waits for the queue first, so it cannot take the failure of an earlier
+/// launch for its own and go on with wrong numbers. There is one exception: the context's first
+/// launch, and every launch on a device whose events carry no times, is waited for in `launch`; if
+/// it fails, only that call throws.
 class Context {
  public:
   /// @param sharing a context of the same device whose buffers this one can use as well, once what
@@ -195,8 +195,7 @@ class Context {
   void write(const RealBuffer& buffer, std::span<const double> values);
 
   /// Copies `out.size()` elements from the buffer's beginning, after all launches before it.
-  /// @throws DeviceError when the copy fails or one of these launches has failed; after the latter,
-  /// every later read, wait and launch that waits throws the same error.
+  /// @throws DeviceError when the copy fails, or a launch that was queued before (see the class)
   template <class T>
   void read(const Buffer<T>& buffer, std::span<T> out) {
     read_bytes(buffer, std::as_writable_bytes(out));
@@ -220,7 +219,7 @@ class Context {
   /// @param work what it has to do, in a unit of the kernel's own; 0: not said.
   /// @throws RefusedLaunch, with the kernel's name, when the device refuses: nothing of it has run,
   /// and the context goes on. DeviceError when a launch that the device had accepted, this one or
-  /// an earlier one, is waited for and has failed: the context is then of no more use.
+  /// an earlier one, is waited for and has failed (see the class).
   void launch(const Kernel& kernel, const Range& range, std::span<const Argument> arguments,
               double work = 0);
   void launch(const Kernel& kernel, const Range& range, std::initializer_list<Argument> arguments,
@@ -232,8 +231,8 @@ class Context {
   /// device does in that time is learned from the launches whose work was said.
   std::size_t items_per_launch(const Kernel& kernel, double cost) const;
 
-  /// Waits until everything queued has run. @throws DeviceError when a launch has failed since the
-  /// context was made, at each call.
+  /// Waits until everything queued has run. @throws DeviceError at each call once a queued launch
+  /// has failed (see the class).
   void finish();
 
   /// As `Device::kernel_times` says.

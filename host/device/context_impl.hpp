@@ -99,7 +99,7 @@ struct Context::Impl {
     Trace::Clock::time_point before, after;  ///< around the call that launched it
   };
   std::vector<Pending> pending;
-  /// What writes in the queue read from.
+  /// Copies of data that queued writes have yet to read.
   std::vector<std::vector<std::byte>> copied;
   std::size_t copied_bytes = 0;
   std::map<std::string, KernelTime> times;
@@ -120,7 +120,7 @@ struct Context::Impl {
         patient_wait(info.kind != DeviceKind::cpu, waited),
         builder(info) {}
 
-  /// Calls what comes back when the queue is empty.
+  /// Makes a call that returns once the queue is empty.
   template <class Call>
   cl_int wait(const Call& call) {
     return patient_wait([&] { queue.flush(); }, call);
@@ -135,9 +135,9 @@ struct Context::Impl {
   }
   /// Waits until the queue is empty.
   void collect_times();
-  /// The same where all that was queued has run.
+  /// Like `collect_times()`, but does not wait where every launch has run.
   void collect_finished();
-  /// The first so many launches, which have run. A launch that has failed stays pending, so that
+  /// Collects the times of the first `count` launches, all of which have run. A launch that has failed stays pending, so that
   /// every later wait throws its error again: see `Context`.
   void collect_times(std::size_t count);
   /// @throws DeviceError when the launch has failed.

@@ -10,12 +10,12 @@
 namespace qjulia::device {
 namespace {
 
-/// Bytes of a write that is not waited for, since a copy is made; and of all such copies.
+/// Bytes of the largest write that is copied rather than waited for, and of all such copies.
 constexpr std::size_t kLargestCopy = std::size_t{1} << 20, kMostCopied = std::size_t{1} << 26;
 
 }  // namespace
 
-/// On a CPU, whose buffers are where the host finds them.
+/// Uses large pages on a CPU, where buffers lie in the host's memory.
 void Context::Impl::use_large_pages(const cl::Buffer& buffer, std::size_t bytes) const {
   constexpr std::size_t kLeast = std::size_t{1} << 22;
   if (info.kind != DeviceKind::cpu || bytes < kLeast) return;

@@ -183,7 +183,7 @@ void Context::Impl::collect_finished() {
   const auto has_run = [](const Pending& launch) {
     return launch.event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() <= CL_COMPLETE;
   };
-  // A driver may be late to tell of what it has done.
+  // A driver may report late that a launch has ended.
   if (!std::ranges::all_of(pending, has_run)) {
     collect_times();
     return;

@@ -41,7 +41,7 @@ cl_kernel Handles::build(const Context& context, const std::string& source, cons
                          const BuildOptions& options) {
   Context::Impl& impl = *context.impl_;
   const std::string line = impl.build_line(options);
-  const char* const label = "a source of one's own";
+  const char* const label = "the caller's source";
   const cl::Program built = impl.builder.build(
       impl.context, impl.device, label, expand_kernel_text(label, source, options.files), line);
   cl_int code = CL_SUCCESS;

@@ -93,7 +93,7 @@ void ProgramStore::save(const ProgramKey& key, const StoredProgram& program) con
     base::remove_all_leftovers(folder_);
     remove_oldest(file(key));
   } catch (const OutputError&) {
-    // The same.
+    // The next process compiles it again.
   }
 }
 
@@ -106,7 +106,8 @@ void ProgramStore::remove_oldest(const std::filesystem::path& kept) const {
   };
   std::vector<File> files;
   std::uint64_t bytes = 0;
-  // Other processes add and remove files meanwhile. Where listing fails, what was found counts.
+  // Other processes add and remove files meanwhile. Where listing fails, the files
+  // found so far are used.
   std::error_code failed;
   for (std::filesystem::directory_iterator at(folder_, failed), end; !failed && at != end;
        at.increment(failed)) {

@@ -176,7 +176,7 @@ TEST_CASE("the energy is the reference's") {
   }
 }
 
-TEST_CASE("a loss of your own that is the library's gives its energy and gradient") {
+TEST_CASE("a user-defined loss equal to the library's gives the same energy and gradient") {
   const auto precision = GENERATE(Precision::single, Precision::dbl);
   if (!test::can_check(test::shared_device(), precision)) return;
   const int iterations = GENERATE(1, 3);

@@ -1046,7 +1046,7 @@ TEST_CASE("hostile wishes for devices are refused") {
   });
   for (const std::string& source : {std::string(), std::string("\0\n\xff", 3),
                                     std::string("#include"), std::string("#include \"../map.clh\""),
-                                    std::string("#include \"a source of one's own\"")}) {
+                                    std::string("#include \"the caller's source\"")}) {
     for (const std::string& name : {std::string(), std::string("\0", 1), std::string("\xff{}%s")}) {
       survives("build_kernel",
                [&] { build_kernel(on_device(), good_map(), Precision::single, source, name); });

@@ -87,9 +87,9 @@ inline bool can_check(const Device& device, Precision precision) {
   return false;
 }
 
-/// Whether kernels are checked in this width and precision where that is done for every kind of
-/// map. In double it is done only in the lanes that CPUs choose for it, since compilers take
-/// seconds for each; the plain kind is checked in all of them (test_field).
+/// Whether tests that go through every kind of map run in this width and precision. Double precision
+/// runs only with eight lanes, the default of CPUs, because each program takes seconds to compile.
+/// test_field checks the plain kind in all widths.
 inline bool checks_every_kind(int width, Precision precision) {
   constexpr int kLanesForDouble = 8;
   return precision == Precision::single || width == kLanesForDouble;

@@ -220,7 +220,7 @@ TEST_CASE(
     for (std::string line; std::getline(lines, line);) {
       std::istringstream words(line);
       std::string kernel, name;
-      int launches = 0;  // not the heads of a table
+      int launches = 0;  // is not a number in a table's header
       if (words >> kernel >> name >> launches && kernel == "kernel") listed.insert(name);
     }
     CHECK(traced == profiled);

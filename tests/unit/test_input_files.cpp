@@ -147,7 +147,7 @@ TEST_CASE("one table says what a file is by its extension, in any case") {
                     Contains("cannot write picture 'm.gif': its name must end in .png"));
 }
 
-TEST_CASE("bytes of a web address that stand for something else are written as numbers") {
+TEST_CASE("bytes with a special meaning in a web address are percent-encoded") {
   CHECK(base::percent_encoded("1e+20&x=50% #\xC3\xA9") == "1e%2B20%26x%3D50%25%20%23%C3%A9");
   CHECK(base::percent_encoded("aZ09-._~") == "aZ09-._~");
   CHECK(base::percent_encoded("0.1,-2", ",") == "0.1,-2");

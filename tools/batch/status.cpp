@@ -57,7 +57,7 @@ std::filesystem::path status_path(const std::filesystem::path& folder, const std
 
 namespace {
 
-/// Nothing where there is no status, or what the file holds is none.
+/// Nothing where there is no status file, or where the file does not hold a status.
 /// @throws InputError where it cannot be read
 std::optional<EntryStatus> load_status(const std::filesystem::path& folder,
                                        const std::string& name) {

@@ -63,8 +63,9 @@ class CheckProcess {
   CheckProcess(const CheckProcess&) = delete;
   CheckProcess& operator=(const CheckProcess&) = delete;
 
-  /// The next line; none: there are no more, or none came in time, and the process was ended. It is
-  /// asked to end where a stop is requested, and made to a second later.
+  /// Returns the next line, or nothing when there are no more. When no line comes within `most`, it
+  /// kills the process and returns nothing. When a stop is requested, it asks the process to end,
+  /// and kills it a second later.
   std::optional<std::string> line(const std::stop_token& stop, std::chrono::seconds most) {
     constexpr int kMilliseconds = 100;
     constexpr std::chrono::seconds kPatience{1};

@@ -39,7 +39,7 @@ std::span<const ExitStatus> exit_statuses() {
                  "'doctor' a wrong result, 'profile' a slower kernel, 'batch' an entry that is not "
                  "done."},
       ExitStatus{kBadInput, "bad usage or input",
-                 "An option, its value or an input file is no use; nothing was computed."},
+                 "An option, its value or an input file cannot be used; nothing was computed."},
       ExitStatus{kNoDevice, "no usable device", "There is no OpenCL device, or none of that name."},
       ExitStatus{kUndecided, "undecided",
                  "'profile compare' or 'profile --against' found no kernel slower and could not "

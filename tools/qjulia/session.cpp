@@ -42,7 +42,8 @@ int opened_when_read(const std::filesystem::path& pipe, const std::stop_token& s
   return file;
 }
 
-/// What has been waited from `then` to `now`; the most that was queued is that of all the time.
+/// The waiting time between `then` and `now`. `most_queued_seconds` is not a difference: it is the
+/// maximum since the device was opened.
 WaitTime since(const WaitTime& then, WaitTime now) {
   now.seconds -= then.seconds;
   now.processor_seconds -= then.processor_seconds;

@@ -2,8 +2,8 @@
 
 usage: schemas.py REPOSITORY
 
-A schema's "title" says what writes such an object, its "description" what it holds, and "x-read-by", which JSON Schema
-ignores, which options read it.
+A schema's "title" says what writes such an object, and its "description" says what the object holds. "x-read-by",
+which JSON Schema ignores, lists the options that read it.
 """
 
 import json
@@ -13,10 +13,11 @@ import sys
 BEGINNING = """\
 # JSON
 
-Commands print their result as one JSON object where `--json` is given. Each kind of result has a schema (JSON Schema,
-draft 2020-12); `system.schemas` checks what the commands print against them. A result carries no version: its keys keep
-their meaning ([stability](stability.md)), and a program tells results apart by the command that it ran, or by the keys
-that are always there. `cmake --build --preset release --target reference` makes this page from the schemas.
+With `--json`, a command prints its result as one JSON object; with `--profile FILE.json`, `fit`, `surface` and `render`
+write one to a file. Each kind of result has a schema (JSON Schema, draft 2020-12); `system.schemas` checks the results
+against them. A result carries no version: its keys keep their meaning ([stability](stability.md)), and a program tells
+results apart by the command that it ran, or by the keys that are always there. `cmake --build --preset release --target
+reference` makes this page from the schemas.
 
 ## Results
 
@@ -31,7 +32,7 @@ or of a newer version is refused; in a cache it is not used.
 
 | `format` | `version` | file | written by | read by |
 |---|---|---|---|---|
-| `qjulia-map` | 1, or 2 where the map needs it | [a map](map-format.md) | `fit`, `shape`, `paint`, `portals`, `convert` | every command that takes a map |
+| `qjulia-map` | 1, or 2 where the map needs it | [a map](map-format.md) | `fit`, `batch`, `explore`, `shape`, `paint`, `portals`, `convert` | every command that takes a map |
 | `qjulia-shared-tuning` | 1 | settings of a device, for another machine | `profile --export` | `profile --import` |
 | `qjulia-tuning` | 1 | settings of a device, in the cache ([environment](environment.md#files)) | `profile --tune`, `profile --import` | every command that uses the device |
 | `qjulia-program` | 1 | a compiled program, in the cache: one line of JSON, then the binary | every command that uses the device | the same |
