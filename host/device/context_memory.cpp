@@ -119,6 +119,7 @@ void Context::write_bytes(const Memory& memory, std::span<const std::byte> bytes
     const cl_int code = impl_->wait(
         [&] { return impl_->queue.enqueueWriteBuffer(to, CL_TRUE, 0, count, bytes.data()); });
     impl_->expect(code, "clEnqueueWriteBuffer");
+    impl_->collect_finished();
     return;
   }
   if (impl_->copied_bytes + count > kMostCopied) impl_->collect_times();

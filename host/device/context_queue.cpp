@@ -173,10 +173,19 @@ void Context::Impl::make_room(double seconds) {
 }
 
 void Context::Impl::collect_times(std::size_t count) {
-  // Nothing is erased where one throws. What the buffers hold after a failed launch is unknown, so
-  // no later wait of this context may succeed.
-  for (const Pending& launch : std::span(pending).first(count)) collect_time(launch);
-  pending.erase(pending.begin(), pending.begin() + static_cast<std::ptrdiff_t>(count));
+  // A launch that failed stays. What the buffers hold after it is unknown, so no later wait of this
+  // context may succeed.
+  std::size_t collected = 0;
+  const auto erase_collected = [&] {
+    pending.erase(pending.begin(), pending.begin() + static_cast<std::ptrdiff_t>(collected));
+  };
+  try {
+    for (; collected < count; ++collected) collect_time(pending[collected]);
+  } catch (...) {
+    erase_collected();
+    throw;
+  }
+  erase_collected();
 }
 
 void Context::Impl::collect_finished() {

@@ -35,7 +35,7 @@ DistanceModulus& modulus_of(Map& map) { return std::get<DistanceModulus>(map.dyn
 TEST_CASE("kernels iterate a map with a distance as the reference does") {
   const auto variant = GENERATE(from_range(test::variants()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::checks_every_kind(variant.width(), precision)) return;
+  if (!test::checks_every_kind(variant, precision)) return;
   if (!test::can_check(test::shared_device(), precision)) return;
   const auto device = variant.of(test::shared_device());
   Map map = test::distance_map();
@@ -58,7 +58,7 @@ TEST_CASE("kernels iterate a map with a distance as the reference does") {
 TEST_CASE("its gradient is that of the reference") {
   const auto variant = GENERATE(from_range(test::variants()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::checks_every_kind(variant.width(), precision)) return;
+  if (!test::checks_every_kind(variant, precision)) return;
   if (!test::can_check(test::shared_device(), precision)) return;
   Map map = test::distance_map();
   if (GENERATE(false, true)) modulus_of(map).fourth = FourthCoordinate::ignored;

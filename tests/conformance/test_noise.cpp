@@ -36,7 +36,7 @@ Quaternion versor_at(const Map& map, const Quaternion& q) { return reference::st
 TEST_CASE("kernels iterate a map with a noise as the reference does") {
   const auto variant = GENERATE(from_range(test::variants()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::checks_every_kind(variant.width(), precision)) return;
+  if (!test::checks_every_kind(variant, precision)) return;
   if (!test::can_check(test::shared_device(), precision)) return;
   const auto values = GENERATE(NoiseValues::vectors, NoiseValues::quaternions);
   Map map = noise_map(values);

@@ -76,7 +76,7 @@ std::vector<Quaternion> painted_points(double reach, std::size_t count) {
 TEST_CASE("kernels iterate a painted map as the reference does") {
   const auto variant = GENERATE(from_range(test::variants()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::checks_every_kind(variant.width(), precision)) return;
+  if (!test::checks_every_kind(variant, precision)) return;
   if (!test::can_check(test::shared_device(), precision)) return;
   const Map map = GENERATE(painted_map(), painted_factors(), painted_noise(), painted_square());
   const bool twice = precision == Precision::dbl;

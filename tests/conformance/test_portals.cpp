@@ -98,7 +98,7 @@ Quaternion led_to(const Portal& portal, const Quaternion& q) {
 TEST_CASE("kernels iterate a map with portals as the reference does") {
   const auto variant = GENERATE(from_range(test::variants()));
   const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::checks_every_kind(variant.width(), precision)) return;
+  if (!test::checks_every_kind(variant, precision)) return;
   if (!test::can_check(test::shared_device(), precision)) return;
   const auto mask = GENERATE(PortalMask::none, PortalMask::outside, PortalMask::inside);
   const Map map = GENERATE_COPY(map_with_portals(mask), factors_with_portals(mask));

@@ -87,12 +87,18 @@ inline bool can_check(const Device& device, Precision precision) {
   return false;
 }
 
-/// Whether tests that go through every kind of map run in this width and precision. Double precision
-/// runs only with eight lanes, the default of CPUs, because each program takes seconds to compile.
-/// test_field checks the plain kind in all widths.
+/// Whether tests that go through every kind of map run in this width and precision. Double
+/// precision runs only with eight lanes, the default of CPUs (without them, in the first width),
+/// because each program takes seconds to compile. test_field checks the plain kind in all widths.
 inline bool checks_every_kind(int width, Precision precision) {
-  constexpr int kLanesForDouble = 8;
-  return precision == Precision::single || width == kLanesForDouble;
+  constexpr int kUsual = 8;
+  if (precision == Precision::single) return true;
+  const std::vector<int> widths = lane_widths();
+  return width == (std::ranges::count(widths, kUsual) > 0 ? kUsual : widths.front());
+}
+/// The same, and the layout of GPUs in both precisions.
+inline bool checks_every_kind(const Variant& variant, Precision precision) {
+  return variant.is_gpu() || checks_every_kind(variant.width(), precision);
 }
 
 }  // namespace qjulia::test

@@ -40,15 +40,7 @@ class CheckProcess {
     int code = ::posix_spawn_file_actions_init(&actions);
     if (code == 0) {
       ::posix_spawn_file_actions_adddup2(&actions, pipe[1], STDOUT_FILENO);
-      // A group of its own, so that the compilers that a driver starts end with it.
-      posix_spawnattr_t attributes;
-      code = ::posix_spawnattr_init(&attributes);
-      if (code == 0) {
-        ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-        code =
-            ::posix_spawn(&child_, "/proc/self/exe", &actions, &attributes, words.data(), environ);
-        ::posix_spawnattr_destroy(&attributes);
-      }
+      code = ::posix_spawn(&child_, "/proc/self/exe", &actions, nullptr, words.data(), environ);
       ::posix_spawn_file_actions_destroy(&actions);
     }
     ::close(pipe[1]);
@@ -58,31 +50,30 @@ class CheckProcess {
   }
   ~CheckProcess() {
     ::close(output_);
-    if (child_ > 0) end();
+    if (child_ == 0) return;
+    ::kill(child_, SIGKILL);
+    end();
   }
   CheckProcess(const CheckProcess&) = delete;
   CheckProcess& operator=(const CheckProcess&) = delete;
 
-  /// Returns the next line, or nothing when there are no more. When no line comes within `most`, it
-  /// kills the process and returns nothing. When a stop is requested, it asks the process to end,
-  /// and kills it a second later.
-  std::optional<std::string> line(const std::stop_token& stop, std::chrono::seconds most) {
+  /// From now on, it may take so long until the next call of this.
+  void allow(std::chrono::seconds time) { latest_ = Clock::now() + time; }
+
+  /// Returns the next line, or nothing when there are no more. Where the time that it may take is
+  /// over, it kills the process and returns nothing. When a stop is requested, it asks the process
+  /// to end, and a second later once more, which such a process obeys whatever it does.
+  std::optional<std::string> line(const std::stop_token& stop) {
     constexpr int kMilliseconds = 100;
-    constexpr std::chrono::seconds kPatience{1};
-    auto latest = std::chrono::steady_clock::now() + most;
     while (text_.find('\n') == std::string::npos) {
-      if (stop.stop_requested() && !was_asked_) {
-        was_asked_ = true;
-        ::kill(child_, SIGTERM);
-        latest = std::chrono::steady_clock::now() + kPatience;
-      }
-      if (std::chrono::steady_clock::now() > latest) {
-        ::kill(-child_, SIGKILL);
-        was_late_ = !was_asked_;
+      if (stop.stop_requested()) ask_to_end();
+      pollfd waiting{output_, POLLIN, 0};
+      if (::poll(&waiting, 1, kMilliseconds) <= 0) {
+        if (Clock::now() < latest_ || times_asked_ > 0) continue;
+        was_late_ = true;
+        ::kill(child_, SIGKILL);
         return std::nullopt;
       }
-      pollfd waiting{output_, POLLIN, 0};
-      if (::poll(&waiting, 1, kMilliseconds) <= 0) continue;
       std::array<char, 4096> bytes{};
       const ssize_t count = ::read(output_, bytes.data(), bytes.size());
       if (count < 0 && errno == EINTR) continue;
@@ -95,7 +86,7 @@ class CheckProcess {
     return found;
   }
 
-  /// Whether a line took too long.
+  /// Whether it took longer than it may.
   bool was_late() const { return was_late_; }
 
   /// Waits until it has ended. @return its status, as `waitpid` gives it.
@@ -108,13 +99,28 @@ class CheckProcess {
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
+
+  void ask_to_end() {
+    // Signals within a second count as one (interrupts.cpp).
+    constexpr std::chrono::milliseconds kBetween{1200};
+    constexpr int kMost = 2;
+    if (times_asked_ == kMost || (times_asked_ > 0 && Clock::now() < asked_ + kBetween)) return;
+    ++times_asked_;
+    asked_ = Clock::now();
+    ::kill(child_, SIGTERM);
+  }
+
   [[noreturn]] static void fail(int code) {
     throw Error(fmt::format("no process can be started for the checks: {}", std::strerror(code)));
   }
 
   int output_ = -1;
   pid_t child_ = 0;
-  bool was_asked_ = false, was_late_ = false;
+  Clock::time_point latest_ = Clock::time_point::max();
+  Clock::time_point asked_;
+  int times_asked_ = 0;
+  bool was_late_ = false;
   std::string text_;
 };
 
@@ -153,11 +159,13 @@ Part run_part(const Device& device, std::size_t first, std::chrono::seconds most
               ProcessChecks& all, Session& session) {
   Part part{.begun = first, .done = first, .waited = {}, .built = {}};
   CheckProcess process(command_for(device, first));
+  process.allow(most);
   const ProgressMonitor monitor = session.monitor();
   const auto count = static_cast<double>(all.report.checks.size());
-  while (const auto text = process.line(monitor.stop, most)) {
+  while (const auto text = process.line(monitor.stop)) {
     const nlohmann::json line = nlohmann::json::parse(*text, nullptr, false);
     if (!line.is_object()) continue;  // something that a driver says
+    process.allow(most);
     if (line.contains("begin")) {
       ++part.begun;
       monitor.report({"checking", static_cast<double>(part.done) / count, -1,
@@ -205,16 +213,19 @@ ProcessChecks check_in_processes(const Device& device, std::chrono::seconds most
     next = part.done;
     if (next == checks.size()) break;
     const int signal = WIFSIGNALED(part.status) ? WTERMSIG(part.status) : 0;
+    const bool was_late = part.was_late && signal == SIGKILL;
+    const std::string late = fmt::format("it took longer than {} s", most.count());
     if (part.begun == part.done) {
       throw Error(fmt::format("the process that runs the checks ended before {} ({})",
                               checks[next].program,
-                              signal != 0 ? ::strsignal(signal) : "see above"));
+                              was_late      ? late
+                              : signal != 0 ? ::strsignal(signal)
+                                            : "see above"));
     }
-    all.signals[next] = signal;
-    if (part.was_late) {
-      checks[next].problem =
-          fmt::format("the driver took longer than {} s; the process was ended", most.count());
+    if (was_late) {
+      checks[next].problem = "the driver hangs: " + late + ", and the process was ended";
     } else if (signal != 0) {
+      all.signals[next] = signal;
       checks[next].problem =
           fmt::format("the driver crashed with signal {} ({})", signal, ::strsignal(signal));
     } else {
