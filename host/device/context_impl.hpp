@@ -137,8 +137,8 @@ struct Context::Impl {
   void collect_times();
   /// Like `collect_times()`, but does not wait where every launch has run.
   void collect_finished();
-  /// Collects the times of the first `count` launches, all of which have run. A launch that has failed stays pending, so that
-  /// every later wait throws its error again: see `Context`.
+  /// Collects the times of the first `count` launches, all of which have run. A launch that has
+  /// failed stays pending, so that every later wait throws its error again: see `Context`.
   void collect_times(std::size_t count);
   /// @throws DeviceError when the launch has failed.
   void collect_time(const Pending& launch);

@@ -23,7 +23,8 @@ struct KernelWork {
   bool is_known = false;   ///< the library counts this kernel's work
 };
 
-/// Counts the work of all launches of this process while it lives, by kernel. While a second counter exists, only the second one counts launches, and it must be destroyed before the first.
+/// Counts the work of all launches of this process while it lives, by kernel. While a second
+/// counter exists, only the second one counts launches, and it must be destroyed before the first.
 class LaunchCounter {
  public:
   LaunchCounter();

@@ -1044,9 +1044,9 @@ TEST_CASE("hostile wishes for devices are refused") {
     device_from_opencl(opencl_context(on_device()), opencl_device(on_device()),
                        opencl_queue(other));
   });
-  for (const std::string& source : {std::string(), std::string("\0\n\xff", 3),
-                                    std::string("#include"), std::string("#include \"../map.clh\""),
-                                    std::string("#include \"the caller's source\"")}) {
+  for (const std::string& source :
+       {std::string(), std::string("\0\n\xff", 3), std::string("#include"),
+        std::string("#include \"../map.clh\""), std::string("#include \"the caller's source\"")}) {
     for (const std::string& name : {std::string(), std::string("\0", 1), std::string("\xff{}%s")}) {
       survives("build_kernel",
                [&] { build_kernel(on_device(), good_map(), Precision::single, source, name); });

@@ -365,5 +365,5 @@ TEST_CASE("sources that do not build say where, and a kernel that is not there i
   CHECK_THROWS_WITH(build("#include \"other.clh\"\n", "k"), Contains("other.clh"));
   const std::string wrong = "#include \"map.clh\"\n\nkernel void k(global real* x) { x = y; }\n";
   CHECK_THROWS_AS(build(wrong, "k"), KernelBuildError);
-  CHECK_THROWS_WITH(build(wrong, "k"), Contains("own:3"));
+  CHECK_THROWS_WITH(build(wrong, "k"), Contains("source:3"));
 }
