@@ -103,8 +103,6 @@ TEST_CASE("the roofline has its two roofs and every kernel whose work is known")
   const KernelFigures& energy = figures("energy", 1);
   CHECK(energy.slots == 3000.0 * 40 * 13);  // |d|², the logarithm, the term
   CHECK(energy.memory_bytes == 3000.0 * 9 * 4);
-  CHECK(*energy.share_of_limit ==
-        Approx(*energy.slots / energy.median_seconds / measured().limits.fma_per_second));
 }
 
 TEST_CASE("predictions are what counted instructions take at the measured limits") {
