@@ -594,6 +594,17 @@ TEST_CASE("summaries hold every entry") {
   CHECK_THROWS_AS(batch::read_batch(folder / "nowhere", false), InputError);
 }
 
+TEST_CASE("an entry whose status cannot be read is waiting, with the reason") {
+  const TemporaryFolder folder;
+  run(manifest_of({"a", "b"}), options_for(folder));
+  std::filesystem::remove(folder / "b.status.json");
+  std::filesystem::create_directory(folder / "b.status.json");
+  const auto all = batch::read_batch(folder.path(), false);
+  CHECK(all[0].state == batch::EntryState::done);
+  CHECK(all[1].state == batch::EntryState::waiting);
+  CHECK_THAT(all[1].error, Contains("b.status.json") && Contains("it is a folder"));
+}
+
 TEST_CASE("the summary has a row for every entry and n, and every option is a column") {
   const TemporaryFolder folder;
   batch::Manifest manifest = manifest_of({"a", "b", "c"});
