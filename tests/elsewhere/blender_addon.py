@@ -317,6 +317,14 @@ def check_crash(obj, live, server):
     check(live.message(obj) == "" and differ(vertices(obj), before), "the next preview has a new one")
     check(len(children()) == 1 and children() != started, "and the old one has ended")
 
+    # A program that is killed still accepts connections until its last thread has ended.
+    before = vertices(obj)
+    live.servers.of(choice)._port = 1
+    obj["qjulia_scale"] = 1.15
+    live.wait()
+    check(live.message(obj) == "" and differ(vertices(obj), before),
+          f"a program that is lost during a request is started again: {live.message(obj)}")
+
 
 def check_renamed(obj, live):
     """Work for an object of another name ends, and begins again for the new one."""

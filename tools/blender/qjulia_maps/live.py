@@ -35,8 +35,7 @@ class _Job(threading.Thread):
 
     def run(self) -> None:
         try:
-            running = servers.of(self.wanted.choice)
-            self.data = running.mesh(self.wanted.query, self.wanted.cells, self.request)
+            self.data = servers.mesh(self.wanted.choice, self.wanted.query, self.wanted.cells, self.request)
             self.mesh = ply.read(self.data)
             if self.mesh.colors is None and "material" in self.wanted.query:
                 self.error = "this qjulia is too old: it makes meshes without colours; update it, or choose clay"

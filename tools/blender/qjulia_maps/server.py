@@ -34,6 +34,10 @@ class ProgramError(Exception):
     """A message for the user: what is wrong, and what to do."""
 
 
+class LostError(ProgramError):
+    """The program has ended, or left a request without an answer."""
+
+
 class Cancelled(Exception):
     """The request was cancelled."""
 
@@ -167,8 +171,9 @@ class Server:
             if request.is_cancelled:
                 raise Cancelled() from error
             self._is_lost = not isinstance(error, ValueError)
-            raise ProgramError(f"qjulia does not answer any more ({error}); turn a knob, or press 'Start "
-                               "again' in the panel") from error
+            kind = LostError if self._is_lost else ProgramError
+            raise kind(f"qjulia does not answer any more ({error}); turn a knob, or press 'Start again' in the "
+                       "panel") from error
         finally:
             connection.close()
 
@@ -243,6 +248,19 @@ class Servers:
                     return server
             server.stop()
             raise Cancelled()
+
+    def mesh(self, choice: tuple[str, str, str], query: Mapping[str, str], cells: int, request: Request) -> bytes:
+        """`Server.mesh` of a map. May be called in any thread.
+
+        A program that is lost is started again once: it may have been killed since the last request, and the system
+        may accept connections for it until its last thread has ended.
+
+        @raises ProgramError, Cancelled
+        """
+        try:
+            return self.of(choice).mesh(query, cells, request)
+        except LostError:
+            return self.of(choice).mesh(query, cells, request)
 
     def stop(self) -> None:
         """Ends all servers. One that is starting in another thread ends there as soon as it has started."""
