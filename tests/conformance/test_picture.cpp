@@ -47,7 +47,7 @@ TEST_CASE("a ball's silhouette is the ellipse that perspective makes of it") {
   CHECK(static_cast<double>(image.covered) == Approx(area).epsilon(0.01));
 }
 
-TEST_CASE("pictures without loose pieces hide nothing else") {
+TEST_CASE("pictures without loose pieces hide nothing else", "[slow]") {
   const Device device = test::shared_device();
   PictureOptions options = test::picture_of(80, 60);
   options.samples_per_axis = 1;

@@ -364,7 +364,7 @@ class Hanging {
 
 }  // namespace
 
-TEST_CASE("close views without loose pieces lose nothing of the body") {
+TEST_CASE("close views without loose pieces lose nothing of the body", "[slow]") {
   const Device device = test::shared_device();
   // Wild enough to have flakes.
   const Map map = calibrated(device, steepened(test::armed_ball_map(60), 3));

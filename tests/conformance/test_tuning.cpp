@@ -46,7 +46,7 @@ Device tuned(const Device& device) {
 
 }  // namespace
 
-TEST_CASE("every setting gives the default's results but for rounding") {
+TEST_CASE("every setting gives the default's results but for rounding", "[slow]") {
   const Device device = test::shared_device();
   const profiling::Workload work = profiling::make_workload(tiny_workload());
   for (const Precision precision : {Precision::single, Precision::dbl}) {

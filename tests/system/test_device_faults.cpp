@@ -97,7 +97,7 @@ struct KeptSettings {
 
 }  // namespace
 
-TEST_CASE("the layout of GPUs fits as well as that of CPUs, twice to the same bytes") {
+TEST_CASE("the layout of GPUs fits as well as that of CPUs, twice to the same bytes", "[slow]") {
   const Bench bench;
   const std::vector<std::string> size{"--factors", "48", "--schedule", bench.schedule};
   auto in_gpu_layout = size;
@@ -112,7 +112,7 @@ TEST_CASE("the layout of GPUs fits as well as that of CPUs, twice to the same by
   CHECK_THAT(cpu.err, !Contains("gpu layout") && !Contains("kernel panel_products_shared"));
 }
 
-TEST_CASE("groups that a device refuses get smaller, and the map stays the same") {
+TEST_CASE("groups that a device refuses get smaller, and the map stays the same", "[slow]") {
   const Bench bench;
   const auto whole = bench.fit(kPotential);
   const std::vector<std::string> iterated{"--layout", "gpu",        "--factors",
@@ -135,7 +135,7 @@ TEST_CASE("groups that a device refuses get smaller, and the map stays the same"
   }
 }
 
-TEST_CASE("groups whose sums exceed 32 KiB of local memory get smaller") {
+TEST_CASE("groups whose sums exceed 32 KiB of local memory get smaller", "[slow]") {
   Tuning tuning = Device::choose({"cpu"}).with_layout(Layout::gpu).tuning(Precision::single);
   tuning.orbit_group = 256;  // 41 KB
   const KeptSettings kept(tuning);
@@ -163,7 +163,7 @@ TEST_CASE("a device without double precision works in single, and says so otherw
   CHECK(json::parse(devices.out)["devices"][0]["double_precision"] == false);
 }
 
-TEST_CASE("buffers of at most 64 MB suffice, and smaller ones make sums of fewer groups") {
+TEST_CASE("buffers of at most 64 MB suffice, and smaller ones make sums of fewer groups", "[slow]") {
   const Bench bench;
   const std::string map = bench.folder / "torus.qjulia.json";
   REQUIRE(bench.run({"fit", bench.mesh, "-o", map, "--factors", "24", "--max-evaluations", "20"})
