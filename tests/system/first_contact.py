@@ -78,6 +78,10 @@ def hanging(tool, folder):
     check({"hanging/report.json", "hanging/logs/doctor.txt"} <= set(names), f"the bundle is whole: {names}")
     page = page_of(tool, output)
     check("| doctor | ended at its limit |" in page, "the page says so: " + page)
+    late = folder / "late"
+    contact(tool, fake, late, "--only", "doctor,tune", "--limits", "0.001")
+    found = states(late)
+    check(found["tune"] == "left out: the time for all steps is over", f"all steps have a limit: {found}")
     again = contact(tool, fake, output)
     check(again.returncode == 2 and "is there already" in again.stderr, "no folder is overwritten")
 

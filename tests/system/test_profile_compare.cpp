@@ -1,6 +1,7 @@
 /// `qjulia profile compare`, as a gate sees it: exit codes, words and refusals.
 
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "process.hpp"
@@ -89,4 +90,24 @@ TEST_CASE("a comparison of profiles refuses what it has no use for") {
   refused({"compare", good, good, "--layout", "cpu", "--trust-device"},
           "leave out --layout, --trust-device");
   refused({"--across-devices"}, "leave out --across-devices");
+}
+
+TEST_CASE("a build that cannot be profiled ends --against with its own exit code") {
+  const TemporaryFolder folder;
+  const auto against = [&](int code) {
+    const std::string other = folder.file(
+        "other", "#!/bin/sh\necho 'qjulia: it failed' >&2\nexit " + std::to_string(code) + "\n");
+    std::filesystem::permissions(other, std::filesystem::perms::owner_all);
+    return run_command({"profile", "--against", other, "--seconds", "5"});
+  };
+  for (const int code : {1, 2, 3}) {
+    const ProcessResult found = against(code);
+    CHECK(found.exit_code == code);
+    CHECK_THAT(found.err, Contains("it failed"));
+  }
+  CHECK(against(7).exit_code == 2);
+  CHECK(against(130).exit_code == 130);
+  const ProcessResult silent = against(0);
+  CHECK(silent.exit_code == 2);
+  CHECK_THAT(silent.err, Contains("printed no profile"));
 }

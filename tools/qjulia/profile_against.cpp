@@ -6,6 +6,7 @@
 
 #include "benchmark/alternated.hpp"
 #include "child_output.hpp"
+#include "failure.hpp"
 #include "profile_compare.hpp"
 #include "qjulia/error.hpp"
 
@@ -15,6 +16,25 @@ namespace {
 /// This program, however it was found.
 constexpr const char* kThisProgram = "/proc/self/exe";
 
+/// A profile that failed, with an error of the kind that its exit code names.
+[[noreturn]] void throw_failure(const std::string& program, const ChildOutput& child) {
+  const std::string what = fmt::format("'{} profile' ended with code {}: {}", program,
+                                       child.exit_code, child.err.substr(0, child.err.find('\n')));
+  switch (child.exit_code) {
+    case kInterrupted:
+      throw Interrupted();
+    case kNoDevice:
+      throw NoDeviceError(what);
+    case kFailed:
+      throw Error(what);
+    case kDone:
+      throw InputError(
+          fmt::format("'{} profile' printed no profile; give a build of qjulia", program));
+    default:
+      throw InputError(what);
+  }
+}
+
 nlohmann::json profile_once(const std::string& program, std::vector<std::string> words,
                             const std::stop_token& stop) {
   words.insert(words.begin(), {program, "profile"});
@@ -22,8 +42,7 @@ nlohmann::json profile_once(const std::string& program, std::vector<std::string>
   const ChildOutput child = child_output(words, stop);
   nlohmann::json json = nlohmann::json::parse(child.out, nullptr, false);
   if (child.exit_code != 0 || json.is_discarded() || !json.contains("kernels")) {
-    throw InputError(fmt::format("'{} profile' ended with code {}: {}", program, child.exit_code,
-                                 child.err.substr(0, child.err.find('\n'))));
+    throw_failure(program, child);
   }
   return json;
 }
