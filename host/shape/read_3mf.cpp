@@ -23,7 +23,7 @@ namespace {
 /// An object's part of the archive and its number there.
 struct ObjectKey {
   std::string part, id;
-  auto operator<=>(const ObjectKey&) const = default;  // NOLINT(modernize-use-nullptr): not one
+  auto operator<=>(const ObjectKey&) const = default;
 };
 
 /// An object, placed as a component of another one or as an item to build.

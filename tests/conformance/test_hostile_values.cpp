@@ -503,7 +503,7 @@ TEST_CASE("maps that are broken are refused by all that take one") {
   CHECK(folder.names().empty());
 }
 
-TEST_CASE("maps that are valid but useless do no harm") {
+TEST_CASE("maps that are valid but useless do no harm", "[slow]") {
   const test::TemporaryFolder folder;
   for (const NamedMap& odd : odd_maps()) {
     CAPTURE(odd.name);

@@ -163,7 +163,8 @@ TEST_CASE("a device without double precision works in single, and says so otherw
   CHECK(json::parse(devices.out)["devices"][0]["double_precision"] == false);
 }
 
-TEST_CASE("buffers of at most 64 MB suffice, and smaller ones make sums of fewer groups", "[slow]") {
+TEST_CASE("buffers of at most 64 MB suffice, and smaller ones make sums of fewer groups",
+          "[slow]") {
   const Bench bench;
   const std::string map = bench.folder / "torus.qjulia.json";
   REQUIRE(bench.run({"fit", bench.mesh, "-o", map, "--factors", "24", "--max-evaluations", "20"})
@@ -314,7 +315,8 @@ TEST_CASE("doctor finds nothing wrong with a good device, in either layout") {
   }
 }
 
-TEST_CASE("doctor finds the program that computes wrongly, and the one that does not build") {
+TEST_CASE("doctor finds the program that computes wrongly, and the one that does not build",
+          "[slow]") {
   const Bench bench;
   const auto failed = [](const ProcessResult& finished) {
     std::vector<std::string> programs;

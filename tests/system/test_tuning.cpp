@@ -71,7 +71,8 @@ TEST_CASE("--tune tries settings, keeps the best, and commands use it") {
   CHECK(cache.profile()["tuning"] == report["tuning"]);
 }
 
-TEST_CASE("profile and fit say that settings are tuned, and QJULIA_TUNING=off that they are not", "[slow]") {
+TEST_CASE("profile and fit say that settings are tuned, and QJULIA_TUNING=off that they are not",
+          "[slow]") {
   const Cache cache;
   cache.retuned();
   const json tuned = cache.profile();
