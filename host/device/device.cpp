@@ -108,6 +108,14 @@ std::string to_string(Layout layout) {
   return {};
 }
 
+std::string known_fault(const DeviceInfo& info) {
+  if (!device::cuts_long_loops(info)) return {};
+  return fmt::format(
+      "'{}' ends the loops of a work-item after 65,535 turns without an error: results for maps of "
+      "hundreds of factors can be wrong; use another device, such as PoCL's",
+      info.name);
+}
+
 nlohmann::json to_json(const DeviceInfo& d) {
   const auto text_or_null = [](const std::string& text) {
     return text.empty() ? nlohmann::json() : nlohmann::json(text);

@@ -54,6 +54,12 @@ bool needs_kernels_of_its_own(const DeviceInfo& info) {
 
 bool gains_by_stored_programs(const DeviceInfo& info) { return info.kind != DeviceKind::cpu; }
 
+bool cuts_long_loops(const DeviceInfo& info) { return is_llvmpipe(info); }
+
+std::size_t share_of_lane(const DeviceInfo& info, std::size_t usual) {
+  return cuts_long_loops(info) ? 1 : usual;
+}
+
 bool may_crash_in_builds(const DeviceInfo& info) { return info.kind != DeviceKind::cpu; }
 
 std::size_t preferred_group_size(const DeviceInfo& info, int lane_width) {

@@ -34,4 +34,12 @@ bool gains_by_stored_programs(const DeviceInfo& info);
 /// drivers compile most of a kernel at its first launch, outside of the build.
 bool may_crash_in_builds(const DeviceInfo& info);
 
+/// Whether the loops of a work-item end after 65,535 turns in all, without an error, as llvmpipe's
+/// do (LP_MAX_TGSI_LOOP_ITERATIONS in Mesa's lp_bld_limits.h).
+bool cuts_long_loops(const DeviceInfo& info);
+
+/// How many edges, rays or the like each lane takes in turn.
+/// @param usual the number where loops may be long; else it is one.
+std::size_t share_of_lane(const DeviceInfo& info, std::size_t usual);
+
 }  // namespace qjulia::device

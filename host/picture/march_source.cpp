@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "device/point_batch.hpp"
+#include "device/quirks.hpp"
 #include "layout/march.h"
 #include "layout/picture_layout.h"
 #include "map/device_map.hpp"
@@ -356,7 +357,8 @@ class MarchSource : public DepthSource {
     const surface::ImageLattice& lattice = lattice_for(view);
     const double displacement = displacement_of(view);
     const int tabled = table_for(displacement).first_iterate(displacement);
-    const std::size_t share = kRaysALane * map_.lanes();
+    const std::size_t share =
+        device::share_of_lane(map_.device().info(), kRaysALane) * map_.lanes();
     device::PointBatch batch(context, kernel_, set_.precision, share,
                              map_.step_cost() * kIteratesARay);
     const surface::TurnCount turns(map_, is_counted_, (rays.size() + share - 1) / share);

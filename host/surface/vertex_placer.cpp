@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "device/point_batch.hpp"
+#include "device/quirks.hpp"
 #include "layout/placement.h"
 #include "surface/turn_count.hpp"
 
@@ -54,7 +55,7 @@ VertexPlacer::VertexPlacer(const Device& device, const Map& map, const StopRadii
                           : kUsualStretch) {}
 
 void VertexPlacer::place(const Grid& grid, std::span<EdgeVertex> vertices) const {
-  const std::size_t share = kEdgesALane * map_.lanes();
+  const std::size_t share = device::share_of_lane(map_.device().info(), kEdgesALane) * map_.lanes();
   device::PointBatch batch(map_.context(), kernel_, map_.precision(), share,
                            map_.step_cost() * kIteratesATry * tries_);
   const TurnCount turns(map_, is_counted_, (vertices.size() + share - 1) / share);

@@ -67,6 +67,9 @@ std::string to_string(Layout layout);
 /// All of it, with the layout that suits the device and "P:D" as its "id".
 nlohmann::json to_json(const DeviceInfo& info);
 
+/// What is known to go wrong on the device without an error, as a sentence; empty where nothing is.
+std::string known_fault(const DeviceInfo& info);
+
 /// Every usable device of every platform, in the loader's order, with its rank: GPUs with memory of
 /// their own, GPUs that share the host's, other accelerators, CPUs; the fastest of a kind first. A
 /// GPU that two platforms show is recognised by its PCI address or UUID: one of the two entries has

@@ -1035,6 +1035,7 @@ TEST_CASE("hostile wishes for devices are refused") {
   survives("tuning_file", [] { tuning_file({}); });
   survives("with_cached_tuning", [] { with_cached_tuning(on_device()); });
   survives("to_json", [] { to_json(DeviceInfo{}); });
+  survives("known_fault", [] { known_fault(DeviceInfo{}); });
   const BufferField field(on_device(), good_map());
   refuses("BufferField's points", [&] { field.at(nullptr, 1, 1, nullptr); });
   refuses("BufferField's gradient", [&] { field.gradient_at(nullptr, 1, nullptr); });

@@ -8,6 +8,8 @@
 #include "device/launch_sizer.hpp"
 #include "device/patient_wait.hpp"
 #include "device/program_source.hpp"
+#include "device/quirks.hpp"
+#include "qjulia/device.hpp"
 #include "qjulia/error.hpp"
 
 using namespace qjulia;
@@ -174,4 +176,14 @@ TEST_CASE("a wait for a part of the queue is slept for as long as that part is e
   CHECK(total->value().slept_seconds - slept >= 0.004);
   CHECK(total->value().slept_seconds - slept < 1);
   CHECK(total->value().waits == waits + 1);
+}
+
+TEST_CASE("a device that cuts long loops gets little to do in each, and a warning") {
+  DeviceInfo info;
+  info.name = "llvmpipe (LLVM 15.0.6, 256 bits)";
+  CHECK(device::share_of_lane(info, 32) == 1);
+  CHECK_THAT(known_fault(info), Catch::Matchers::Contains("65,535 turns"));
+  info.name = "pthread-skylake-avx512";
+  CHECK(device::share_of_lane(info, 32) == 32);
+  CHECK(known_fault(info).empty());
 }

@@ -169,6 +169,7 @@ Device Session::open_device(const TrustedDevice& wanted) {
   console.note(fmt::format(
       "device: {}{}{}", describe(device.info()), tuned ? " (tuned)" : "",
       device.has_own_layout() ? "" : fmt::format(", {} layout", to_string(device.layout()))));
+  if (const std::string fault = known_fault(device.info()); !fault.empty()) console.warn(fault);
   expect_right_results(device, wanted);
   if (trace_) {
     untraced_wait_ = device.wait_time();
