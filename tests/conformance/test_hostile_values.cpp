@@ -472,7 +472,7 @@ TEST_CASE("every function that takes a mesh names the triangle whose index is ou
                     Catch::Contains("triangles[3]") && Catch::Contains("42"));
 }
 
-TEST_CASE("meshes that hold nothing or are beyond all measure do no harm") {
+TEST_CASE("meshes that hold nothing or are beyond all measure do no harm", "[slow]") {
   const test::TemporaryFolder folder;
   for (const NamedMesh& odd : odd_meshes()) {
     CAPTURE(odd.name);

@@ -335,7 +335,7 @@ TEST_CASE("pictures of swollen maps show the inside that orbits have") {
 }
 
 TEST_CASE("random maps have the same inside in samples, surfaces, comparisons and pictures") {
-  constexpr int kMaps = 156;
+  constexpr int kMaps = 78;
   constexpr int kEach = 13, kEachPicture = 65;  // a map of every kind by turns
   const auto maps = static_cast<int>(test::sweep_size(512)) * kMaps / 512;
   int drawn = 0;

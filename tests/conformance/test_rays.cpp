@@ -402,7 +402,7 @@ TEST_CASE("close views without loose pieces lose nothing of the body", "[slow]")
   CHECK(strips == left);
 }
 
-TEST_CASE("interpolated images give the picture that computed ones give") {
+TEST_CASE("interpolated images give the picture that computed ones give", "[slow]") {
   // A distance's modulus is never interpolated, its versor is. Nor is paint.
   const auto [distance, painted] =
       GENERATE(table<bool, bool>({{false, false}, {true, false}, {false, true}}));

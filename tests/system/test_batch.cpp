@@ -272,7 +272,7 @@ TEST_CASE("checks, status and refusals") {
   CHECK_THAT(status.out, Contains("2 of 2 done"));
 }
 
-TEST_CASE("a sweep that is killed half-way is resumed to a tidy table and a page") {
+TEST_CASE("a sweep that is killed half-way is resumed to a tidy table and a page", "[slow]") {
   const TemporaryFolder folder;
   make_manifest(folder);
   const std::string manifest = folder.file("sweep.toml", R"([[sweep]]

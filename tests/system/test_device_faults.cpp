@@ -292,7 +292,7 @@ TEST_CASE("--layout and QJULIA_LAYOUT are checked") {
   CHECK_THAT(refused.err, Contains("QJULIA_LAYOUT") && Contains("cpu, gpu or auto"));
 }
 
-TEST_CASE("doctor finds nothing wrong with a good device, in either layout") {
+TEST_CASE("doctor finds nothing wrong with a good device, in either layout", "[slow]") {
   const Bench bench;
   for (const char* layout : {"cpu", "gpu"}) {
     const ProcessResult finished = bench.run({"doctor", "--json", "--layout", layout});

@@ -88,7 +88,7 @@ TEST_CASE("a fit is the same on one, two and three ranks") {
   }
 }
 
-TEST_CASE("a matrix that a device factorises gives the same fit on one and two ranks") {
+TEST_CASE("a matrix that a device factorises gives the same fit on one and two ranks", "[slow]") {
   const TemporaryFolder folder;
   const std::string mesh = torus(folder);
   for (const int parts : {1, 2}) {

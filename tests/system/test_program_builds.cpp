@@ -138,7 +138,7 @@ TEST_CASE("doctor goes on when the driver crashes, and names the program and the
   CHECK(gpu.kept(".building").size() == 1);  // shade.cl's in single precision, for both
 }
 
-TEST_CASE("doctor ends a build that hangs, says which, and goes on") {
+TEST_CASE("doctor ends a build that hangs, says which, and goes on", "[slow]") {
   const Gpu gpu;
   const ProcessResult hung =
       gpu.run({"doctor", "--json", "--seconds-per-check", "20"},
