@@ -5,7 +5,7 @@
 #include "check/checks.hpp"
 #include "check/small_problems.hpp"
 #include "device/context.hpp"
-#include "energy/curvature.hpp"
+#include "energy/device_factor.hpp"
 #include "energy/evaluator.hpp"
 #include "profile/workload.hpp"
 
@@ -40,29 +40,57 @@ double evaluated(const Device& device, Precision precision) {
   return largest_difference(kCompute(*found, work.map), kCompute(*right, work.map));
 }
 
-/// L of a matrix whose entries fall off from the diagonal, with the host's.
-double cholesky(const Device& device, Precision /*precision*/) {
-  constexpr Eigen::Index kOrder = 500;
-  constexpr double kDamping = 0.01;
-  const Eigen::MatrixXf h =
-      Eigen::MatrixXf::NullaryExpr(kOrder, kOrder, [](Eigen::Index i, Eigen::Index j) {
-        const auto apart = static_cast<float>(i - j);
-        return 1 / (1 + apart * apart);
-      });
+constexpr Eigen::Index kOrder = 500;
+constexpr double kDamping = 0.01;
+
+/// Symmetric and positive definite: its entries fall off from the diagonal.
+Eigen::MatrixXf falling_matrix() {
+  return Eigen::MatrixXf::NullaryExpr(kOrder, kOrder, [](Eigen::Index i, Eigen::Index j) {
+    const auto apart = static_cast<float>(i - j);
+    return 1 / (1 + apart * apart);
+  });
+}
+
+/// `make` of that matrix on the device.
+template <class Make>
+auto of_falling_matrix(const Device& device, const Make& make) {
+  const Eigen::MatrixXf h = falling_matrix();
   std::vector<std::int32_t> place(kOrder);
   std::iota(place.begin(), place.end(), 0);
   const auto rows = device.context().upload_real({h.data(), static_cast<std::size_t>(h.size())});
-  const auto found =
-      energy::factorised(device, {rows, kOrder, place, Eigen::VectorXd::Ones(kOrder)}, kDamping);
+  return make(energy::DeviceMatrix{rows, kOrder, place, Eigen::VectorXd::Ones(kOrder)});
+}
+
+/// L of the matrix, with the host's.
+double cholesky(const Device& device, Precision /*precision*/) {
+  const auto found = of_falling_matrix(device, [&](const energy::DeviceMatrix& h) {
+    return energy::factorised(device, h, kDamping);
+  });
   if (!found) return kInfinite;
-  const Eigen::MatrixXf difference = found->lower.topLeftCorner(kOrder, kOrder) -
-                                     energy::factorised(h.cast<double>(), kDamping).lower;
+  const Eigen::MatrixXf difference =
+      found->lower.topLeftCorner(kOrder, kOrder) -
+      energy::factorised(falling_matrix().cast<double>(), kDamping).lower;
   double worst = 0;
   for (Eigen::Index j = 0; j < kOrder; ++j) {
     for (Eigen::Index i = j; i < kOrder; ++i)
       worst = larger_error(worst, std::abs(difference(i, j)));
   }
   return worst;
+}
+
+/// The matrix's preconditioner with the host's, whichever the device's layout is.
+double inverse(const Device& device, Precision /*precision*/) {
+  const Device cut_finely = device.with_layout(Layout::gpu);
+  const auto found = of_falling_matrix(device, [&](const energy::DeviceMatrix& h) {
+    return energy::make_preconditioner(cut_finely, h, kDamping);
+  });
+  if (!found) return kInfinite;
+  const auto right =
+      energy::preconditioner_of(energy::factorised(falling_matrix().cast<double>(), kDamping));
+  const Eigen::VectorXd vector = Eigen::VectorXd::LinSpaced(kOrder, -1, 2);
+  const double move = (found->move(vector) - right->move(vector)).cwiseAbs().maxCoeff();
+  return larger_error(move,
+                      (found->gradient(vector) - right->gradient(vector)).cwiseAbs().maxCoeff());
 }
 
 constexpr std::array kEnergyChecks{
@@ -75,6 +103,7 @@ constexpr std::array kEnergyChecks{
     Check{"gauss_newton.cl", "Gauss-Newton matrix, with the reference", 1e-4, 1e-10,
           evaluated<gauss_newton, 1>, true},
     Check{"cholesky.cl", "a factorised matrix, with the host's", kNotBuilt, 1e-5, cholesky},
+    Check{"triangle.cl", "products with an inverse, with the host's", kNotBuilt, 1e-4, inverse},
 };
 
 }  // namespace

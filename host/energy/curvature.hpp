@@ -1,10 +1,8 @@
 #pragma once
-/// The factorised Gauss-Newton matrix: Cholesky's method in double precision, on the host or where
-/// the matrix was computed.
+/// Gauss-Newton matrices, added up and factorised by Cholesky's method in double precision.
 
 #include <Eigen/Core>
-#include <optional>
-#include <utility>
+#include <cstddef>
 #include <vector>
 
 #include "device/context.hpp"
@@ -24,34 +22,17 @@ struct CurvatureFactor {
 /// @param damping λ > 0.
 Eigen::VectorXd unit_scale(const Eigen::VectorXd& diagonal, double damping);
 
-/// Where rounding in H has cost the last digits of positiveness, more damping restores it: what is
-/// beside the diagonal is divided by 1 + λ, 1 + 10 λ, …
+/// Calls `attempt(more)` for `more` of 1, 1 + λ, 1 + 10 λ, … below 2 until it says that the matrix
+/// was positive definite with what is beside the diagonal divided by `more`: where rounding in H
+/// has cost the last digits of positiveness, that restores it.
+template <class Attempt>
+void with_enough_damping(double damping, const Attempt& attempt) {
+  bool is_positive = attempt(1.0);
+  for (double more = damping; !is_positive && more < 1; more *= 10) is_positive = attempt(1 + more);
+}
+
+/// On the host, with enough damping.
 CurvatureFactor factorised(const Eigen::MatrixXd& h, double damping);
-
-/// A change of variables in which the energy is well scaled. RᵀR = H + λ diag H by Cholesky's
-/// method, for H the Gauss-Newton matrix by the variables a stage moves. A step u stands for the
-/// move R⁻¹ u of those variables. By u the energy's second derivative is about the identity, so
-/// that L-BFGS starts as Newton's method does.
-class Preconditioner {
- public:
-  explicit Preconditioner(CurvatureFactor factor) : factor_(std::move(factor)) {}
-  /// From H's diagonal alone: R is the root of (1 + λ) diag H.
-  Preconditioner(const Eigen::VectorXd& diagonal, double damping)
-      : factor_{unit_scale(diagonal, damping), {}} {}
-
-  /// R⁻¹ u: what the variables move by.
-  Eigen::VectorXd move(const Eigen::VectorXd& u) const;
-  /// R⁻ᵀ g: the gradient by u, from that by the variables.
-  Eigen::VectorXd gradient(const Eigen::VectorXd& g) const;
-
- private:
-  auto lower() const {
-    return factor_.lower.topLeftCorner(factor_.scale.size(), factor_.scale.size());
-  }
-
-  /// R = Lᵀ S⁻¹; where `lower` is empty, L is the identity.
-  CurvatureFactor factor_;
-};
 
 /// Σ γ^age H over the Gauss-Newton matrices of the stages so far, so that steps rest on more
 /// samples than one stage draws. A factor that is moved elsewhere starts its rows and columns anew.
@@ -71,19 +52,5 @@ struct CurvatureSum {
   /// no sum yet.
   Eigen::VectorXd faded(std::size_t factors, const std::vector<std::size_t>& moved);
 };
-
-/// H_ij = d_i d_j rows_ij on a device, d² = `squared_scale`.
-struct DeviceMatrix {
-  const device::RealBuffer& rows;   ///< its upper triangle, by rows, in single precision
-  std::size_t order;                ///< entries of a row
-  std::vector<std::int32_t> place;  ///< row and column of H's i-th
-  Eigen::VectorXd squared_scale;    ///< n
-};
-
-/// The same on the device, by blocks of QJ_CHOLESKY_BLOCK rows.
-/// @return nothing where the device has no double precision or too little memory, or H is so small
-/// that launches would take longer than the work.
-std::optional<CurvatureFactor> factorised(const Device& device, const DeviceMatrix& h,
-                                          double damping);
 
 }  // namespace qjulia::energy

@@ -5,6 +5,7 @@
 
 #include "device/context.hpp"
 #include "energy/curvature.hpp"
+#include "energy/device_factor.hpp"
 #include "energy/evaluator.hpp"
 #include "energy/panel_products.hpp"
 #include "layout/gradient_layout.h"
@@ -153,17 +154,18 @@ class DeviceEvaluator final : public Evaluator {
     add_jacobian_products(map, step, update, sum.rows);
   }
 
-  CurvatureFactor factor(const CurvatureSum& sum, double damping) override {
-    if (precision_ != Precision::single) return Evaluator::factor(sum, damping);
+  std::unique_ptr<Preconditioner> preconditioner(const CurvatureSum& sum, double damping) override {
+    if (precision_ != Precision::single) return Evaluator::preconditioner(sum, damping);
     const auto n = static_cast<std::size_t>(sum.weight.size());
     const auto place = places_of((n - 1) / QJ_MAP_COMPONENTS);
     const std::size_t order = QJ_PANEL_ORDER((n - 1) / QJ_MAP_COMPONENTS);
     const Eigen::VectorXd squared = sum.samples_of_each * sum.weight.cwiseInverse();
-    auto found = factorised(device_, {sum.rows, order, place, squared}, damping);
-    if (found) return *std::move(found);
+    if (auto made = make_preconditioner(device_, {sum.rows, order, place, squared}, damping)) {
+      return made;
+    }
     const Eigen::VectorXd scale = squared.cwiseSqrt();
-    return factorised(
-        scale.asDiagonal() * to_symmetric(sum.rows, order, place) * scale.asDiagonal(), damping);
+    return preconditioner_of(factorised(
+        scale.asDiagonal() * to_symmetric(sum.rows, order, place) * scale.asDiagonal(), damping));
   }
 
   Eigen::MatrixXd pursuit_products(const Map& map,

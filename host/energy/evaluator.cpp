@@ -141,9 +141,10 @@ void Evaluator::add_curvature(const Map& map, const std::vector<std::size_t>& mo
   }
 }
 
-CurvatureFactor Evaluator::factor(const CurvatureSum& sum, double damping) {
+std::unique_ptr<Preconditioner> Evaluator::preconditioner(const CurvatureSum& sum, double damping) {
   const Eigen::VectorXd scale = sum.weight.cwiseSqrt().cwiseInverse();
-  return factorised(scale.asDiagonal() * sum.matrix * scale.asDiagonal(), damping);
+  return preconditioner_of(
+      factorised(scale.asDiagonal() * sum.matrix * scale.asDiagonal(), damping));
 }
 
 std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples,

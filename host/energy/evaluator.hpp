@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "energy/curvature.hpp"
+#include "energy/preconditioner.hpp"
 #include "energy/samples.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/field.hpp"
@@ -64,8 +65,8 @@ class Evaluator {
   /// @param moved the numbers of the factors that were moved elsewhere since the last one.
   virtual void add_curvature(const Map& map, const std::vector<std::size_t>& moved,
                              CurvatureSum& sum);
-  /// The factor of the sum's weighted mean.
-  virtual CurvatureFactor factor(const CurvatureSum& sum, double damping);
+  /// That of the sum's weighted mean. It does not need the evaluator any longer.
+  virtual std::unique_ptr<Preconditioner> preconditioner(const CurvatureSum& sum, double damping);
   /// The weighted scalar products over samples, of order 2 + m, of the columns 1, F_n − target and
   /// ln |x − c| for each of the m centres: what matching pursuit asks for, since F_1 is linear in
   /// exponents. Weights and samples are those of `gauss_newton`.

@@ -55,7 +55,8 @@ StageTime timed(const EvaluatorFactory& make_evaluator, const SamplePool& pool, 
   CurvatureSum sum;
   const auto factorise = [&] {
     evaluator->add_curvature(map, {}, sum);
-    evaluator->factor(sum, kDamping);
+    // A product waits for a device that makes the preconditioner.
+    evaluator->preconditioner(sum, kDamping)->move(Eigen::VectorXd::Zero(1 + 5 * factors));
   };
   const auto evaluate = [&] { evaluator->evaluate(map, true); };
   factorise();  // the first matrix of the sum, then a further one

@@ -235,8 +235,9 @@ void Stages::forget_curvature() {
   curvature_ = {};
 }
 
-Preconditioner Stages::preconditioner(Evaluator& evaluator, const Subspace& subspace,
-                                      const CurvatureSource& source) {
+std::unique_ptr<Preconditioner> Stages::preconditioner(Evaluator& evaluator,
+                                                       const Subspace& subspace,
+                                                       const CurvatureSource& source) {
   const bool adds =
       subspace.is_whole() && adds_up(schedule_.levels.at(static_cast<std::size_t>(source.level)));
   if (!adds || sources_.size() == kMostSummed) forget_curvature();
@@ -244,20 +245,21 @@ Preconditioner Stages::preconditioner(Evaluator& evaluator, const Subspace& subs
   if (map_.dynamics.factors.size() <= kMostByMatrix) {
     try {
       if (!subspace.is_whole()) {
-        return Preconditioner(
+        return preconditioner_of(
             factorised(subspace.restricted_matrix(evaluator.gauss_newton(map_)), damping));
       }
       CurvatureSum alone;
       CurvatureSum& sum = adds ? curvature_ : alone;
       evaluator.add_curvature(map_, source.moved, sum);
       if (adds) sources_.push_back(source);
-      return Preconditioner(evaluator.factor(sum, damping));
+      return evaluator.preconditioner(sum, damping);
     } catch (const DeviceError& error) {
       if (!device::is_out_of_memory(error)) throw;
       forget_curvature();
     }
   }
-  return {subspace.restricted_diagonal(evaluator.gauss_newton_diagonal(map_)), damping};
+  return preconditioner_of_diagonal(
+      subspace.restricted_diagonal(evaluator.gauss_newton_diagonal(map_)), damping);
 }
 
 std::optional<StopReason> Stages::run_stage() {
@@ -300,7 +302,7 @@ std::optional<StopReason> Stages::run_stage() {
   map_ = problem_.agreed(std::move(start));
   source.map = map_;
   const Subspace subspace(map_, level, options_.unknowns);
-  const Preconditioner scaling =
+  const std::unique_ptr<Preconditioner> scaling =
       part("preconditioner", [&] { return preconditioner(*evaluator, subspace, source); });
   if (const Samples centers = misplaced(level).samples; centers.size() > 0) {
     for (std::size_t i = 0; i < centers.size(); ++i) samples.add(centers, i);
@@ -312,7 +314,7 @@ std::optional<StopReason> Stages::run_stage() {
   const Evaluate evaluate = recorded(*evaluator, options_.observer, before, checkpoint_);
   auto result = part("minimise", [&] {
     try {
-      return minimize(evaluate, map_, subspace, scaling, level.steps, budget_);
+      return minimize(evaluate, map_, subspace, *scaling, level.steps, budget_);
     } catch (const DeviceError&) {
       checkpoint_.save(before);  // another run need not evaluate again what this one has
       throw;

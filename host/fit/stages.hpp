@@ -71,8 +71,8 @@ class Stages {
   /// Adds to `curvature_` what the stages before a resumed one had added.
   void gather_curvature();
   void forget_curvature();
-  Preconditioner preconditioner(Evaluator& evaluator, const Subspace& subspace,
-                                const CurvatureSource& source);
+  std::unique_ptr<Preconditioner> preconditioner(Evaluator& evaluator, const Subspace& subspace,
+                                                 const CurvatureSource& source);
 
   const Problem& problem_;
   Map map_;

@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include "base/large_pages.hpp"
 #include "device/context.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::fitting {
 namespace {
 
+using Eigen::VectorXd;
 using Numbers = Ranks::Numbers;
 
 /// An evenly spaced part of the samples that stands for all in matrices, of which an evaluator
@@ -23,32 +23,32 @@ Samples for_matrices(const Samples& samples) {
   return part;
 }
 
-/// L's rows, which may be more than n; S; L's lower triangle by columns.
-Numbers packed(const CurvatureFactor& factor) {
-  const Eigen::Index n = factor.scale.size();
-  Numbers numbers{static_cast<double>(factor.lower.rows())};
-  numbers.reserve(static_cast<std::size_t>(1 + n + n * (n + 1) / 2));
-  numbers.insert(numbers.end(), factor.scale.begin(), factor.scale.end());
-  for (Eigen::Index j = 0; j < n; ++j) {
-    for (Eigen::Index i = j; i < n; ++i) numbers.push_back(factor.lower(i, j));
-  }
-  return numbers;
-}
+/// Rank 0's products, on every rank, which may have other kinds of device. The other ranks have no
+/// preconditioner of their own.
+class SharedPreconditioner final : public Preconditioner {
+ public:
+  SharedPreconditioner(Team& team, std::unique_ptr<Preconditioner> own)
+      : team_(team), own_(std::move(own)) {}
 
-/// @param n of S and of L's triangle.
-CurvatureFactor unpacked(const Numbers& numbers, Eigen::Index n) {
-  // As many rows as there: solving rounds by where columns begin.
-  const auto rows = static_cast<Eigen::Index>(numbers.front());
-  CurvatureFactor factor{Eigen::Map<const Eigen::VectorXd>(numbers.data() + 1, n),
-                         Eigen::MatrixXf(rows, rows)};
-  base::use_large_pages(factor.lower.data(),
-                        static_cast<std::size_t>(factor.lower.size()) * sizeof(float));
-  const double* next = numbers.data() + 1 + n;
-  for (Eigen::Index j = 0; j < n; ++j) {
-    for (Eigen::Index i = j; i < n; ++i) factor.lower(i, j) = static_cast<float>(*next++);
+  VectorXd move(const VectorXd& u) const override {
+    return first([&] { return own_->move(u); });
   }
-  return factor;
-}
+  VectorXd gradient(const VectorXd& g) const override {
+    return first([&] { return own_->gradient(g); });
+  }
+
+ private:
+  VectorXd first(const std::function<VectorXd()>& product) const {
+    const Numbers said = team_.first([&] {
+      const VectorXd found = product();
+      return Numbers(found.begin(), found.end());
+    });
+    return Eigen::Map<const VectorXd>(said.data(), static_cast<Eigen::Index>(said.size()));
+  }
+
+  Team& team_;
+  std::unique_ptr<Preconditioner> own_;
+};
 
 /// Energies and gradients are the sums of the parts'. Matrices are rank 0's: with 331 factors a
 /// quarter of a second's work a stage, which takes longer to divide and exchange.
@@ -98,12 +98,12 @@ class DistributedEvaluator final : public Evaluator {
                         [&] { return of_matrices().gauss_newton(map); });
   }
 
-  Eigen::VectorXd gauss_newton_diagonal(const Map& map) override {
+  VectorXd gauss_newton_diagonal(const Map& map) override {
     const auto sum = summed(1 + 5 * map.dynamics.factors.size(), [&](Evaluator& part) {
-      const Eigen::VectorXd d = part.gauss_newton_diagonal(map);
+      const VectorXd d = part.gauss_newton_diagonal(map);
       return Numbers(d.begin(), d.end());
     });
-    return Eigen::Map<const Eigen::VectorXd>(sum.data(), static_cast<Eigen::Index>(sum.size()));
+    return Eigen::Map<const VectorXd>(sum.data(), static_cast<Eigen::Index>(sum.size()));
   }
 
   /// The other ranks keep the sum's weights alone.
@@ -116,14 +116,14 @@ class DistributedEvaluator final : public Evaluator {
     if (team_.rank() > 0) sum.faded(map.dynamics.factors.size(), moved);
   }
 
-  CurvatureFactor factor(const CurvatureSum& sum, double damping) override {
-    CurvatureFactor factor;
-    const Numbers said = team_.first([&] {
-      factor = of_matrices().factor(sum, damping);
-      return team_.size() > 1 ? packed(factor) : Numbers();
+  std::unique_ptr<Preconditioner> preconditioner(const CurvatureSum& sum, double damping) override {
+    std::unique_ptr<Preconditioner> own;
+    team_.first([&] {
+      own = of_matrices().preconditioner(sum, damping);
+      return Numbers();
     });
-    if (team_.rank() > 0) factor = unpacked(said, sum.weight.size());
-    return factor;
+    if (team_.size() == 1) return own;
+    return std::make_unique<SharedPreconditioner>(team_, std::move(own));
   }
 
   Eigen::MatrixXd pursuit_products(const Map& map,

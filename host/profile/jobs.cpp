@@ -126,8 +126,12 @@ class JobList {
                                     ? "panel_products_shared"
                                     : "panel_products";
     const Kernels of_matrix{"energy_terms", "jacobian_panels", product};
-    const Kernels of_factor{"scaled_rows",       "diagonal",      "unit_diagonal", "narrowed",
-                            "cholesky_triangle", "cholesky_rows", product};
+    Kernels of_factor{"scaled_rows",       "diagonal",      "unit_diagonal", "narrowed",
+                      "cholesky_triangle", "cholesky_rows", product};
+    if (device_.layout() == Layout::gpu) {
+      of_factor.insert(of_factor.end(), {"inverse_rows", "inverse_triangle", "triangle_times",
+                                         "transposed_triangle_times", "sum_row_blocks"});
+    }
     const Kernels of_diagonal{"jacobian_squares", "sum_row_blocks"};
     const Kernels of_pursuit{"pursuit_panels", product};
     const std::size_t factors = work_->map.dynamics.factors.size();
@@ -163,7 +167,8 @@ class JobList {
       energy::CurvatureSum sum;
       e.add_curvature(map, {}, sum);
       e.add_curvature(map, {}, sum);
-      e.factor(sum, damping);
+      const auto made = e.preconditioner(sum, damping);
+      made->gradient(made->move(Eigen::VectorXd::Ones(sum.weight.size())));
     });
     add("matrix_diagonal", 0, 0, of_diagonal,
         [](energy::Evaluator& e, const Map& map) { e.gauss_newton_diagonal(map); });

@@ -10,6 +10,7 @@
 #include "layout/panel_layout.h"
 #include "layout/picture_layout.h"
 #include "layout/placement.h"
+#include "layout/triangle_layout.h"
 #include "profile/cost.hpp"
 
 namespace qjulia::profiling {
@@ -110,9 +111,34 @@ LaunchWork of_rows(const Launch& launch) {
           false};
 }
 
-LaunchWork of_narrowed(const Launch& launch) {
+/// (order, first, …): I − R₁₂ X₂ of a block of rows, for the columns from `first` on.
+LaunchWork of_inverse_rows(const Launch& launch) {
   constexpr double kSide = QJ_CHOLESKY_BLOCK;
-  const double entries = kSide * (launch.integer(0) - launch.integer(1));
+  const double right = launch.integer(0) - launch.integer(1) - kSide;
+  return {
+      kSide * right * (right + 1) / 2,
+      (right * (right + 1) / 2 + kSide * right + kSide * (right + kSide)) * real_bytes_of(launch),
+      false};
+}
+
+/// (order, first, …): R₁₁⁻¹ times these rows.
+LaunchWork of_inverse_triangle(const Launch& launch) {
+  constexpr double kSide = QJ_CHOLESKY_BLOCK;
+  const double columns = launch.integer(0) - launch.integer(1);
+  return {columns * (kSide * (kSide - 1) / 2 + kSide), 2 * columns * kSide * real_bytes_of(launch),
+          false};
+}
+
+/// (order, …): a triangle's product with a vector.
+LaunchWork of_triangle_times(const Launch& launch) {
+  const double order = launch.integer(0), entries = order * (order + 1) / 2;
+  return {entries, (entries + QJ_TRIANGLE_PARTS * order) * real_bytes_of(launch), false};
+}
+
+LaunchWork of_narrowed(const Launch& launch) {
+  const auto rows = static_cast<double>(launch.range.global[1]);
+  const double columns = launch.integer(0) - launch.integer(1);
+  const double entries = rows * columns - rows * (rows - 1) / 2;
   return {0, entries * static_cast<double>(sizeof(double) + sizeof(float)), false};
 }
 
@@ -189,6 +215,10 @@ const std::map<std::string_view, Counted>& counted_kernels() {
       {"narrowed", of_narrowed},
       {"cholesky_triangle", of_triangle},
       {"cholesky_rows", of_rows},
+      {"inverse_rows", of_inverse_rows},
+      {"inverse_triangle", of_inverse_triangle},
+      {"triangle_times", of_triangle_times},
+      {"transposed_triangle_times", of_triangle_times},
       {"nearest_distance",
        [](const Launch& l) { return moving(l, points_of(l, l.integer(2)), 4); }},
       {"winding_number", [](const Launch& l) { return moving(l, points_of(l, l.integer(2)), 4); }},

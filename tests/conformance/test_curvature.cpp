@@ -3,9 +3,12 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <optional>
 
 #include "base/random.hpp"
-#include "energy/curvature.hpp"
+#include "energy/device_factor.hpp"
+#include "preconditioner_check.hpp"
 #include "test_device.hpp"
 
 using namespace qjulia;
@@ -38,8 +41,9 @@ MatrixXd product(const CurvatureFactor& factor) {
   return lower * lower.transpose();
 }
 
-/// Half of h at places of its own among other numbers, factorised there.
-std::optional<CurvatureFactor> on_device(const Device& device, const MatrixXd& h) {
+/// `make` of half of h at places of its own among other numbers on the device.
+template <class Make>
+auto on_device(const Device& device, const MatrixXd& h, const Make& make) {
   const auto n = static_cast<std::size_t>(h.rows());
   const std::size_t stride = n + 5;
   // As an evaluator has them: the first unknown last, a gap before it and one amid the others.
@@ -56,8 +60,20 @@ std::optional<CurvatureFactor> on_device(const Device& device, const MatrixXd& h
     }
   }
   const auto sent = device.context().upload_real(rows, Precision::single);
-  return energy::factorised(device, {sent, stride, place, Eigen::VectorXd::Constant(h.rows(), 2)},
-                            kDamping);
+  return make(energy::DeviceMatrix{sent, stride, place, Eigen::VectorXd::Constant(h.rows(), 2)});
+}
+
+std::optional<CurvatureFactor> on_device(const Device& device, const MatrixXd& h) {
+  return on_device(device, h, [&](const energy::DeviceMatrix& matrix) {
+    return energy::factorised(device, matrix, kDamping);
+  });
+}
+
+std::unique_ptr<energy::Preconditioner> preconditioner_on_device(const Device& device,
+                                                                 const MatrixXd& h) {
+  return on_device(device, h, [&](const energy::DeviceMatrix& matrix) {
+    return energy::make_preconditioner(device, matrix, kDamping);
+  });
 }
 
 MatrixXd damped(const MatrixXd& h) {
@@ -90,6 +106,24 @@ TEST_CASE("the factor's product is the scaled matrix, on the host and on the dev
   CHECK(product(*on_device(device, h)) == product(*found));
 }
 
+TEST_CASE("a preconditioner made on the device turns the matrix into the identity") {
+  const test::Variant variant = GENERATE(from_range(test::variants()));
+  const Index order = GENERATE(384, 385, 700);
+  const Device device = variant.of(test::shared_device());
+  if (!test::can_check(device, Precision::dbl)) return;
+  CAPTURE(variant, order);
+  const MatrixXd h = random_matrix(order);
+  const auto found = preconditioner_on_device(device, h);
+  REQUIRE(found);
+  const auto [product, transposed] = test::error_of(*found, h, kDamping);
+  CHECK(product < 3e-6);
+  CHECK(transposed < 1e-6);
+  const Eigen::VectorXd vector = Eigen::VectorXd::LinSpaced(order, -1, 2);
+  const auto again = preconditioner_on_device(device, h);
+  CHECK(again->move(vector) == found->move(vector));
+  CHECK(again->gradient(vector) == found->gradient(vector));
+}
+
 TEST_CASE("a matrix that is not positive definite is damped until it is, alike in both places") {
   const test::Variant variant = GENERATE(from_range(test::variants()));
   const Device device = variant.of(test::shared_device());
@@ -115,6 +149,7 @@ TEST_CASE("a matrix that is not positive definite is damped until it is, alike i
 TEST_CASE("small matrices are left to the host") {
   const Device device = test::shared_device();
   CHECK_FALSE(on_device(device, random_matrix(383)));
+  CHECK_FALSE(preconditioner_on_device(device, random_matrix(383)));
   const CurvatureFactor one = energy::factorised(MatrixXd::Constant(1, 1, 4), kDamping);
   CHECK(one.scale[0] == Approx(0.5 / std::sqrt(1 + kDamping)));
   CHECK(one.lower(0, 0) == 1);

@@ -25,8 +25,9 @@ class ForwardingEvaluator : public energy::Evaluator {
                      energy::CurvatureSum& sum) override {
     to_->add_curvature(map, moved, sum);
   }
-  energy::CurvatureFactor factor(const energy::CurvatureSum& sum, double damping) override {
-    return to_->factor(sum, damping);
+  std::unique_ptr<energy::Preconditioner> preconditioner(const energy::CurvatureSum& sum,
+                                                         double damping) override {
+    return to_->preconditioner(sum, damping);
   }
   Eigen::MatrixXd pursuit_products(const Map& map,
                                    const std::vector<Quaternion>& centers) override {

@@ -28,7 +28,9 @@ class Slow final : public Evaluator {
     const auto n = static_cast<Eigen::Index>(1 + 5 * map.dynamics.factors.size());
     return Eigen::MatrixXd::Identity(n, n);
   }
-  CurvatureFactor factor(const CurvatureSum& /*sum*/, double /*damping*/) override { return {}; }
+  std::unique_ptr<Preconditioner> preconditioner(const CurvatureSum& sum, double damping) override {
+    return preconditioner_of_diagonal(Eigen::VectorXd::Ones(sum.weight.size()), damping);
+  }
   Eigen::VectorXd gauss_newton_diagonal(const Map& map) override {
     return Eigen::VectorXd::Ones(static_cast<Eigen::Index>(1 + 5 * map.dynamics.factors.size()));
   }

@@ -73,13 +73,13 @@ TEST_CASE("the preconditioner turns the Gauss-Newton matrix into the identity") 
   }
   const Eigen::MatrixXd h = b * b.transpose();
   constexpr double kDamping = 1e-3;
-  const fitting::Preconditioner scaling(energy::factorised(h, kDamping));
+  const auto scaling = energy::preconditioner_of(energy::factorised(h, kDamping));
   Eigen::MatrixXd damped = h;
   damped.diagonal() *= 1 + kDamping;
   // R⁻ᵀ (H + λ diag H) R⁻¹ = I, tried on unit vectors.
   for (Eigen::Index i = 0; i < kOrder; ++i) {
     const Eigen::VectorXd unit = Eigen::VectorXd::Unit(kOrder, i);
-    const Eigen::VectorXd back = scaling.gradient(damped * scaling.move(unit));
+    const Eigen::VectorXd back = scaling->gradient(damped * scaling->move(unit));
     CHECK((back - unit).cwiseAbs().maxCoeff() < 1e-3);
   }
 }
@@ -89,9 +89,9 @@ TEST_CASE("the minimiser finds a badly scaled minimum and moves only what the sp
   const auto goal = test::random_map(9, 0.1, 0.5, 2);
   Quadratic energy(goal);
   const auto minimized = [&](const fitting::Subspace& subspace, fitting::Budget budget) {
-    const fitting::Preconditioner scaling(
+    const auto scaling = energy::preconditioner_of(
         energy::factorised(subspace.restricted_matrix(energy.gauss_newton(start)), 1e-3));
-    return fitting::minimize(by(energy), start, subspace, scaling, 50, budget);
+    return fitting::minimize(by(energy), start, subspace, *scaling, 50, budget);
   };
   const fitting::Subspace all(start, level_of(fitting::Space::all), Unknowns::all);
   const auto found = minimized(all, budget_of(100));
@@ -111,9 +111,9 @@ TEST_CASE("the minimiser finds a badly scaled minimum and moves only what the sp
 
   // From its diagonal alone, which is the whole of this matrix.
   auto budget = budget_of(100);
-  const fitting::Preconditioner diagonal(
+  const auto diagonal = energy::preconditioner_of_diagonal(
       all.restricted_diagonal(energy.gauss_newton_diagonal(start)), 1e-3);
-  CHECK(fitting::minimize(by(energy), start, all, diagonal, 50, budget).energy_after <
+  CHECK(fitting::minimize(by(energy), start, all, *diagonal, 50, budget).energy_after <
         1e-10 * found.energy_before);
 
   const auto ended = minimized(all, budget_of(1));
@@ -134,8 +134,8 @@ TEST_CASE("steps that take many evaluations end the run, with the lowest energy 
   };
   auto budget = budget_of(1000);
   const fitting::Subspace all(start, level_of(fitting::Space::all), Unknowns::all);
-  const fitting::Preconditioner scaling(Eigen::VectorXd::Ones(all.size()).eval(), 1e-3);
-  const auto found = fitting::minimize(rough, start, all, scaling, 10, budget);
+  const auto scaling = energy::preconditioner_of_diagonal(Eigen::VectorXd::Ones(all.size()), 1e-3);
+  const auto found = fitting::minimize(rough, start, all, *scaling, 10, budget);
   CHECK_FALSE(found.stopped);
   CHECK(budget.evaluations() == 30);
   CHECK(found.energy_after < found.energy_before);
@@ -148,9 +148,9 @@ TEST_CASE("without a finite energy the map stays what it was, and the budget is 
     return energy::Evaluation{nan, std::vector<double>(1 + 5 * map.dynamics.factors.size(), nan)};
   };
   const fitting::Subspace all(start, level_of(fitting::Space::all), Unknowns::all);
-  const fitting::Preconditioner scaling(Eigen::VectorXd::Ones(all.size()).eval(), 1e-3);
+  const auto scaling = energy::preconditioner_of_diagonal(Eigen::VectorXd::Ones(all.size()), 1e-3);
   auto budget = budget_of(2);
-  const auto found = fitting::minimize(nothing, start, all, scaling, 50, budget);
+  const auto found = fitting::minimize(nothing, start, all, *scaling, 50, budget);
   CHECK(budget.evaluations() <= 2);
   CHECK(energy::to_unknowns(found.map) == energy::to_unknowns(start));
 }
@@ -160,7 +160,7 @@ TEST_CASE("errors of the evaluator are not taken for the end of a line search") 
   Quadratic energy(test::random_map(9, 0.1, 0.5, 2));
   const fitting::Subspace all(start, level_of(fitting::Space::all), Unknowns::all);
   // Not the matrix, so that three evaluations do not suffice.
-  const fitting::Preconditioner scaling(Eigen::VectorXd::Ones(all.size()).eval(), 1e-3);
+  const auto scaling = energy::preconditioner_of_diagonal(Eigen::VectorXd::Ones(all.size()), 1e-3);
   const auto minimized_with = [&](const std::function<void()>& fail) {
     int evaluations = 0;
     const auto failing = [&](const Map& map) {
@@ -168,7 +168,7 @@ TEST_CASE("errors of the evaluator are not taken for the end of a line search") 
       return energy.evaluate(map, true);
     };
     auto budget = budget_of(100);
-    return fitting::minimize(failing, start, all, scaling, 50, budget);
+    return fitting::minimize(failing, start, all, *scaling, 50, budget);
   };
   CHECK_THROWS_AS(minimized_with([] { throw std::logic_error("ours"); }), std::logic_error);
   CHECK_THROWS_AS(minimized_with([] { throw std::runtime_error("ours"); }), std::runtime_error);

@@ -91,9 +91,10 @@ class Failing final : public test::ForwardingEvaluator {
     fail_();
     ForwardingEvaluator::add_curvature(map, moved, sum);
   }
-  energy::CurvatureFactor factor(const energy::CurvatureSum& sum, double damping) override {
+  std::unique_ptr<energy::Preconditioner> preconditioner(const energy::CurvatureSum& sum,
+                                                         double damping) override {
     fail_();
-    return ForwardingEvaluator::factor(sum, damping);
+    return ForwardingEvaluator::preconditioner(sum, damping);
   }
 
  private:
@@ -177,26 +178,28 @@ TEST_CASE("fields come in the samples' order, matrices are those of all samples"
   }
 }
 
-TEST_CASE("sums of matrices and their factors are the same bits on each of any number of ranks") {
+TEST_CASE("preconditioners of sums give the same bits on each of any number of ranks") {
   const energy::Samples samples = some_samples(30);
   const Map map = some_map();
-  const auto factor_of = [&](energy::Evaluator& evaluator) {
+  struct Products {
+    Eigen::VectorXd move, gradient;
+  };
+  const auto products_of = [&](energy::Evaluator& evaluator) {
     energy::CurvatureSum sum;
     evaluator.add_curvature(map, {}, sum);
     evaluator.add_curvature(map, {1}, sum);
-    return evaluator.factor(sum, 0.01);
+    const auto made = evaluator.preconditioner(sum, 0.01);
+    const Eigen::VectorXd vector = Eigen::VectorXd::LinSpaced(sum.weight.size(), -1, 2);
+    return Products{made->move(vector), made->gradient(vector)};
   };
-  const auto lower = [](const energy::CurvatureFactor& factor) {
-    return Eigen::MatrixXf(factor.lower.triangularView<Eigen::Lower>());
-  };
-  const auto whole = factor_of(*energy::make_reference_evaluator(samples, {}));
+  const auto whole = products_of(*energy::make_reference_evaluator(samples, {}));
   for (const int size : {1, 2, 3}) {
     for (const auto& [found, error] : on_ranks(size, [&](Team& team) {
-           return factor_of(*fitting::distributed(team, kReference, 3)(samples, {}));
+           return products_of(*fitting::distributed(team, kReference, 3)(samples, {}));
          })) {
       CHECK(error.empty());
-      CHECK(found.scale == whole.scale);
-      CHECK(lower(found) == lower(whole));
+      CHECK(found.move == whole.move);
+      CHECK(found.gradient == whole.gradient);
     }
   }
 }
@@ -288,7 +291,7 @@ TEST_CASE("where one rank lacks memory, all throw the device's error and can go 
     energy::CurvatureSum sum;
     return lacks_memory([&] { made->gauss_newton(map); }) &&
            lacks_memory([&] { made->add_curvature(map, {}, sum); }) &&
-           lacks_memory([&] { made->factor(sum, 0.01); });
+           lacks_memory([&] { made->preconditioner(sum, 0.01); });
   });
   check([&](Team& team) {  // for the samples
     const energy::EvaluatorFactory none = [&](const auto& part, const auto& options) {
