@@ -28,7 +28,8 @@ kernel void inverse_rows(int order, int first, global const real* triangle, glob
   }
 }
 
-// The same rows divided by their triangle R_11. Work-item v: the v-th QJ_WIDTH columns from `first`.
+// The same rows divided by their triangle R_11. Work-item v: the v-th QJ_WIDTH columns from
+// `first`.
 kernel void inverse_triangle(int order, int first, global const real* triangle,
                              global real* inverse) {
   int column = first + (int)get_global_id(0) * QJ_WIDTH;
@@ -64,6 +65,7 @@ kernel void transposed_triangle_times(int order, global const real* triangle,
   int j = (int)get_global_id(0), p = (int)get_global_id(1);
   if (j >= order) return;
   real sum = 0;
-  for (int i = p; i <= j; i += QJ_TRIANGLE_PARTS) sum += triangle[(size_t)i * order + j] * vector[i];
+  for (int i = p; i <= j; i += QJ_TRIANGLE_PARTS)
+    sum += triangle[(size_t)i * order + j] * vector[i];
   parts[(size_t)p * order + j] = sum;
 }

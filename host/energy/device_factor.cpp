@@ -61,7 +61,7 @@ class DeviceFactorisation {
 
   /// R in single precision, order() rows.
   device::RealBuffer upper() {
-    const auto rows = context_.allocate_real(order_ * order_, Precision::single);
+    auto rows = context_.allocate_real(order_ * order_, Precision::single);
     context_.launch(kernel("narrowed"), {{order_, order_, 1}}, {narrow(order_), 0, matrix_, rows});
     return rows;
   }
