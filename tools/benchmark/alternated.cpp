@@ -17,17 +17,15 @@ using KernelKey = std::pair<std::string, int>;  ///< name and n
 
 KernelKey key_of(const json& kernel) { return {kernel.at("kernel"), kernel.at("iterations")}; }
 
-/// The run whose time by the limit beside it is in the middle.
-std::size_t middle_run(const json& kernel) {
+/// A process's fastest run and the highest limit beside its runs: what other programs have
+/// disturbed least.
+std::pair<double, double> least_disturbed(const json& kernel) {
   const auto seconds = kernel.at("runs").at("seconds").get<std::vector<double>>();
   const auto limits = kernel.at("runs").at("fma_per_second").get<std::vector<double>>();
   if (seconds.empty() || seconds.size() != limits.size()) {
     throw InputError("a build's profile keeps no runs with the limits beside them");
   }
-  std::vector<std::size_t> order(seconds.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::ranges::sort(order, {}, [&](std::size_t i) { return seconds[i] * limits[i]; });
-  return order[order.size() / 2];
+  return {*std::ranges::min_element(seconds), *std::ranges::max_element(limits)};
 }
 
 /// One build's profiles: the first, whose kernels' runs are those of all.
@@ -43,12 +41,11 @@ struct Gathered {
       }
     }
     for (const json& kernel : profile.at("kernels")) {
-      const std::size_t run = middle_run(kernel);
+      const auto [seconds, limit] = least_disturbed(kernel);
       for (json& kept : all.at("kernels")) {
         if (key_of(kept) != key_of(kernel)) continue;
-        for (const char* what : {"seconds", "fma_per_second"}) {
-          kept["runs"][what].push_back(kernel.at("runs").at(what).at(run));
-        }
+        kept["runs"]["seconds"].push_back(seconds);
+        kept["runs"]["fma_per_second"].push_back(limit);
       }
     }
   }
