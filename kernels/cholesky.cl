@@ -1,8 +1,8 @@
 // Cholesky's factorisation H = R^T R by blocks of rows, the largest index last: a block's own
 // triangle, its rows right of that, then (panel_products in gauss_newton.cl) what they take from
 // the rows below. H is an `order` x `order` matrix by rows, of which only the upper triangle is
-// used; R takes its place. H comes from a matrix in single precision, and R is read
-// back in it.
+// used; R takes its place. H comes from a matrix in single precision, and R is
+// rounded to it before it is used.
 
 #include "lanes.clh"
 #include "layout/panel_layout.h"

@@ -1,7 +1,7 @@
-// The inverse of an upper triangle R, and its products with vectors. Both are `order` x `order`, by
-// rows, and the order is a multiple of QJ_CHOLESKY_BLOCK. The inverse is made by blocks of as many
-// rows, the last block first: X_1 = R_11^-1 (I - R_12 X_2). Below the diagonal it is zero within a
-// block's own triangle and undefined elsewhere.
+// The inverse X of an upper triangular matrix R, and products of X with vectors. R and X are
+// `order` x `order`, by rows, and the order is a multiple of QJ_CHOLESKY_BLOCK. X is made by blocks
+// of as many rows, the last block first: X_1 = R_11^-1 (I - R_12 X_2). Below the diagonal X is zero
+// in the diagonal blocks and undefined elsewhere.
 
 #include "lanes.clh"
 #include "layout/panel_layout.h"
@@ -28,8 +28,8 @@ kernel void inverse_rows(int order, int first, global const real* triangle, glob
   }
 }
 
-// The same rows divided by their triangle R_11. Work-item v: the v-th QJ_WIDTH columns from
-// `first`.
+// Solves R_11 X_1 = these rows in place, by back substitution. Work-item v: the v-th QJ_WIDTH
+// columns from `first` on.
 kernel void inverse_triangle(int order, int first, global const real* triangle,
                              global real* inverse) {
   int column = first + (int)get_global_id(0) * QJ_WIDTH;

@@ -9,7 +9,7 @@
 namespace qjulia::check {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-/// For a tolerance: the program is built in double precision only.
+/// For a tolerance: there is no check at this precision.
 constexpr double kNotBuilt = -1;
 
 struct Check {

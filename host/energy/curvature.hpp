@@ -22,16 +22,16 @@ struct CurvatureFactor {
 /// @param damping λ > 0.
 Eigen::VectorXd unit_scale(const Eigen::VectorXd& diagonal, double damping);
 
-/// Calls `attempt(more)` for `more` of 1, 1 + λ, 1 + 10 λ, … below 2 until it says that the matrix
-/// was positive definite with what is beside the diagonal divided by `more`: where rounding in H
-/// has cost the last digits of positiveness, that restores it.
+/// Calls `attempt(more)` with more = 1, 1 + λ, 1 + 10 λ, … below 2 until it returns true: until the
+/// matrix with its entries off the diagonal divided by `more` is positive definite. It may not be
+/// at first where rounding has made H slightly indefinite.
 template <class Attempt>
 void with_enough_damping(double damping, const Attempt& attempt) {
   bool is_positive = attempt(1.0);
   for (double more = damping; !is_positive && more < 1; more *= 10) is_positive = attempt(1 + more);
 }
 
-/// On the host, with enough damping.
+/// Factorises H + λ diag H on the host, with more damping where it is needed.
 CurvatureFactor factorised(const Eigen::MatrixXd& h, double damping);
 
 /// Σ γ^age H over the Gauss-Newton matrices of the stages so far, so that steps rest on more

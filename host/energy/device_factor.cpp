@@ -59,7 +59,7 @@ class DeviceFactorisation {
     return std::isfinite(pivot.front());
   }
 
-  /// R in single precision, order() rows.
+  /// R in single precision, order() rows. Entries below the diagonal are undefined.
   device::RealBuffer upper() {
     auto rows = context_.allocate_real(order_ * order_, Precision::single);
     context_.launch(kernel("narrowed"), {{order_, order_, 1}}, {narrow(order_), 0, matrix_, rows});
@@ -133,11 +133,15 @@ class InversePreconditioner final : public Preconditioner {
     for (std::size_t first = order; first > 0;) {
       first -= kBlock;
       const std::size_t columns = (order - first) / width;
+      const auto right = static_cast<double>(order - first - kBlock);
+      const double work = static_cast<double>(kBlock) * right * (right + 1) / 2;
       context().launch(rows, {{columns, kBlock / QJ_INVERSE_ROWS, 1}},
-                       {narrow(order), narrow(first), upper, inverse_});
+                       {narrow(order), narrow(first), upper, inverse_}, work);
       context().launch(triangle, {{columns, 1, 1}},
                        {narrow(order), narrow(first), upper, inverse_});
     }
+    // What the device lacks for products is found out here. It also waits for the inverse.
+    gradient(move(VectorXd::Zero(scale_.size())));
   }
 
   VectorXd move(const VectorXd& u) const override {
@@ -176,7 +180,8 @@ class InversePreconditioner final : public Preconditioner {
   RealBuffer inverse_, vector_, parts_, product_;
 };
 
-/// `use(factorisation, S)` of H's factor; nothing as `factorised` says.
+/// Factorises H and returns `use(factorisation, S)`, or an empty result where `factorised` returns
+/// nothing.
 template <class Result, class Use>
 Result with_factor(const Device& device, const DeviceMatrix& h, double damping, const Use& use) {
   if (!device.info().has_double || h.place.size() < kLeastOrder) return {};
@@ -208,8 +213,14 @@ std::unique_ptr<Preconditioner> make_preconditioner(const Device& device, const 
     return factor ? preconditioner_of(*std::move(factor)) : nullptr;
   }
   return with_factor<std::unique_ptr<Preconditioner>>(
-      device, h, damping, [&](DeviceFactorisation& work, const VectorXd& scale) {
-        return std::make_unique<InversePreconditioner>(device, scale, work.upper(), work.order());
+      device, h, damping,
+      [&](DeviceFactorisation& work, const VectorXd& scale) -> std::unique_ptr<Preconditioner> {
+        try {
+          return std::make_unique<InversePreconditioner>(device, scale, work.upper(), work.order());
+        } catch (const DeviceError& error) {
+          if (!device::is_out_of_memory(error)) throw;
+          return preconditioner_of({scale, work.lower()});
+        }
       });
 }
 

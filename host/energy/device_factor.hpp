@@ -27,7 +27,8 @@ std::optional<CurvatureFactor> factorised(const Device& device, const DeviceMatr
 
 /// The same factor as a preconditioner. In the layout of GPUs the device keeps R⁻¹ in single
 /// precision, so that a product takes two launches where the host would solve for milliseconds.
-/// In the layout of CPUs the host solves. @return null where `factorised` returns nothing.
+/// In the layout of CPUs, or without memory for R⁻¹, the host solves.
+/// @return null where `factorised` returns nothing.
 std::unique_ptr<Preconditioner> make_preconditioner(const Device& device, const DeviceMatrix& h,
                                                     double damping);
 

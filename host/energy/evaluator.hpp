@@ -65,7 +65,7 @@ class Evaluator {
   /// @param moved the numbers of the factors that were moved elsewhere since the last one.
   virtual void add_curvature(const Map& map, const std::vector<std::size_t>& moved,
                              CurvatureSum& sum);
-  /// That of the sum's weighted mean. It does not need the evaluator any longer.
+  /// The preconditioner of the sum's weighted mean. It may outlive the evaluator.
   virtual std::unique_ptr<Preconditioner> preconditioner(const CurvatureSum& sum, double damping);
   /// The weighted scalar products over samples, of order 2 + m, of the columns 1, F_n − target and
   /// ln |x − c| for each of the m centres: what matching pursuit asks for, since F_1 is linear in

@@ -17,9 +17,9 @@ class Preconditioner {
   Preconditioner(const Preconditioner&) = delete;
   Preconditioner& operator=(const Preconditioner&) = delete;
 
-  /// R⁻¹ u, n: what the variables move by.
+  /// R⁻¹ u, of size n: the move of the variables.
   virtual Eigen::VectorXd move(const Eigen::VectorXd& u) const = 0;
-  /// R⁻ᵀ g, n: the gradient by u, from that by the variables.
+  /// R⁻ᵀ g, of size n: the gradient by u, where g is the gradient by the variables.
   virtual Eigen::VectorXd gradient(const Eigen::VectorXd& g) const = 0;
 
  protected:
@@ -29,7 +29,7 @@ class Preconditioner {
 /// R = Lᵀ S⁻¹. The host solves with L in single precision.
 std::unique_ptr<Preconditioner> preconditioner_of(CurvatureFactor factor);
 
-/// R is the root of (1 + λ) diag H: H's diagonal stands for it.
+/// From H's diagonal alone: R = ((1 + λ) diag H)^½.
 std::unique_ptr<Preconditioner> preconditioner_of_diagonal(const Eigen::VectorXd& diagonal,
                                                            double damping);
 

@@ -60,13 +60,13 @@ std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const D
     for (const double weight : weights_at(options.weights, mesh.vertices)) weights_hash.add(weight);
   }
   // Not the time limit: what is left of it differs from run to run.
-  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", version(),
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", version(),
                      hash.text(), options.factors.value_or(0), options.max_factors,
                      to_string(options.detail), options.seed, options.max_evaluations.value_or(0),
                      static_cast<int>(options.unknowns), static_cast<int>(options.placement),
                      static_cast<int>(options.precision), schedule_hash.text(), initial_hash.text(),
                      weights_hash.text(), options.polish, options.sample_parts, device.info().name,
-                     device.info().driver_version,
+                     device.info().driver_version, to_string(device.layout()),
                      to_json(device.tuning(options.precision)).dump());
 }
 

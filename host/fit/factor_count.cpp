@@ -55,8 +55,7 @@ StageTime timed(const EvaluatorFactory& make_evaluator, const SamplePool& pool, 
   CurvatureSum sum;
   const auto factorise = [&] {
     evaluator->add_curvature(map, {}, sum);
-    // A product waits for a device that makes the preconditioner.
-    evaluator->preconditioner(sum, kDamping)->move(Eigen::VectorXd::Zero(1 + 5 * factors));
+    evaluator->preconditioner(sum, kDamping);
   };
   const auto evaluate = [&] { evaluator->evaluate(map, true); };
   factorise();  // the first matrix of the sum, then a further one

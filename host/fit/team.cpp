@@ -23,8 +23,8 @@ Samples for_matrices(const Samples& samples) {
   return part;
 }
 
-/// Rank 0's products, on every rank, which may have other kinds of device. The other ranks have no
-/// preconditioner of their own.
+/// Gives every rank the products that rank 0 computes, because devices of different kinds round
+/// differently. All ranks call it together; the others have no preconditioner of their own.
 class SharedPreconditioner final : public Preconditioner {
  public:
   SharedPreconditioner(Team& team, std::unique_ptr<Preconditioner> own)

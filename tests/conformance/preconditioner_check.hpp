@@ -2,9 +2,9 @@
 /// What a preconditioner of a matrix must do, whatever makes it.
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <cmath>
 
+#include "base/larger_error.hpp"
 #include "base/random.hpp"
 #include "energy/preconditioner.hpp"
 
@@ -12,10 +12,10 @@ namespace qjulia::test {
 
 /// How far `made` is from a preconditioner of H + λ diag H, with S = diag(unit_scale).
 struct PreconditionerError {
-  /// Largest entry of |GᵀG − A|, A = S (H + λ diag H) S, where G's columns are R⁻ᵀ of those of
-  /// A S⁻¹: G = R S for the exact R.
+  /// Largest entry of |GᵀG − A|, where A = S (H + λ diag H) S and G = R⁻ᵀ (H + λ diag H) S, column
+  /// by column. With the exact R, G = R S.
   double product;
-  /// |gᵀ R⁻¹ u − uᵀ R⁻ᵀ g| / (|R⁻¹ u| |g|), at most, for random g and u.
+  /// Largest |vᵀ R⁻¹ u − uᵀ R⁻ᵀ v| / (|R⁻¹ u| |v|) over eight random pairs u, v.
   double transposed;
 };
 
@@ -24,11 +24,15 @@ inline PreconditionerError error_of(const energy::Preconditioner& made, const Ei
   const Eigen::Index n = h.rows();
   const Eigen::VectorXd scale = energy::unit_scale(h.diagonal(), damping);
   Eigen::MatrixXd damped = h;
-  damped.diagonal() = scale.cwiseAbs2().cwiseInverse();  // a small one keeps a small share
+  damped.diagonal() = scale.cwiseAbs2().cwiseInverse();  // with the floor of unit_scale
   Eigen::MatrixXd g(n, n);
   for (Eigen::Index i = 0; i < n; ++i) g.col(i) = made.gradient(damped.col(i) * scale[i]);
   const Eigen::MatrixXd expected = scale.asDiagonal() * damped * scale.asDiagonal();
-  PreconditionerError error{(g.transpose() * g - expected).cwiseAbs().maxCoeff(), 0};
+  PreconditionerError error{0, 0};
+  const Eigen::MatrixXd difference = g.transpose() * g - expected;
+  for (const double entry : difference.reshaped()) {
+    error.product = base::larger_error(error.product, std::abs(entry));
+  }
   base::Random random(7);
   for (int i = 0; i < 8; ++i) {
     Eigen::VectorXd u(n), v(n);
@@ -36,7 +40,7 @@ inline PreconditionerError error_of(const energy::Preconditioner& made, const Ei
     for (double& entry : v) entry = random.uniform(-1, 1);
     const Eigen::VectorXd move = made.move(u);
     const double apart = std::abs(v.dot(move) - u.dot(made.gradient(v)));
-    error.transposed = std::max(error.transposed, apart / (move.norm() * v.norm()));
+    error.transposed = base::larger_error(error.transposed, apart / (move.norm() * v.norm()));
   }
   return error;
 }

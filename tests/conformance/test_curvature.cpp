@@ -41,7 +41,7 @@ MatrixXd product(const CurvatureFactor& factor) {
   return lower * lower.transpose();
 }
 
-/// `make` of half of h at places of its own among other numbers on the device.
+/// Uploads h / 2, its rows and columns scattered among other numbers, and returns `make` of it.
 template <class Make>
 auto on_device(const Device& device, const MatrixXd& h, const Make& make) {
   const auto n = static_cast<std::size_t>(h.rows());
@@ -107,11 +107,12 @@ TEST_CASE("the factor's product is the scaled matrix, on the host and on the dev
 }
 
 TEST_CASE("a preconditioner made on the device turns the matrix into the identity") {
-  const test::Variant variant = GENERATE(from_range(test::variants()));
+  const Layout layout = GENERATE(Layout::cpu, Layout::gpu);
+  const int width = GENERATE(1, 8, 16);
   const Index order = GENERATE(384, 385, 700);
-  const Device device = variant.of(test::shared_device());
+  const Device device = test::shared_device().with_layout(layout).with_lane_width(width);
   if (!test::can_check(device, Precision::dbl)) return;
-  CAPTURE(variant, order);
+  CAPTURE(to_string(layout), width, order);
   const MatrixXd h = random_matrix(order);
   const auto found = preconditioner_on_device(device, h);
   REQUIRE(found);

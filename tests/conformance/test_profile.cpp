@@ -148,6 +148,30 @@ TEST_CASE(
   CHECK(measured().not_counted.empty());
 }
 
+TEST_CASE("kernels of a preconditioner in the layout of GPUs are counted") {
+  const Device device = Device::choose().with_layout(Layout::gpu);
+  if (!device.info().has_double) return;
+  ProfileOptions options = small();
+  options.factors = 80;
+  options.repeats = 1;
+  options.kernels = {"inverse_*", "*triangle_times"};
+  const ProfileReport report = profile(device, options);
+  constexpr double kOrder = 512, kBlock = 128;  // 1 + 5 K = 401, in whole blocks
+  const auto slots = [&](const char* name) {
+    const auto kernel = std::ranges::find(report.kernels, name, &KernelFigures::kernel);
+    REQUIRE(kernel != report.kernels.end());
+    return kernel->slots.value_or(0);
+  };
+  for (const char* product : {"triangle_times", "transposed_triangle_times"}) {
+    CHECK(slots(product) >= kOrder * (kOrder + 1) / 2);
+  }
+  // Both together: the entries of a triangle's inverse, each a sum over the indices between its
+  // own.
+  const double whole = kOrder * (kOrder + 1) * (kOrder + 2) / 6;
+  CHECK(slots("inverse_rows") + slots("inverse_triangle") >= whole);
+  CHECK(slots("inverse_rows") + slots("inverse_triangle") < whole * (1 + 4 * kBlock / kOrder));
+}
+
 TEST_CASE("events are those of the threads that run kernels") {
   const Device device = Device::choose();
   if (device.info().kind != DeviceKind::cpu) return;
