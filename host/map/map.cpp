@@ -51,6 +51,11 @@ void check_members(const Map& map) {
     if (seen.emplace(name, value).first->second == value) return;
     throw InputError(fmt::format("the map's {} differs between its modulus and its versor", name));
   };
+  const auto validate = [](const auto& kind) {
+    if constexpr (requires { kind.validate(); }) kind.validate();
+  };
+  std::visit(validate, map.dynamics.modulus);
+  std::visit(validate, map.dynamics.versor);
   map::visit_map_members(
       map, Overloaded{check_one, [](const char* /*name*/, const auto& kind) { kind.validate(); }});
 }
