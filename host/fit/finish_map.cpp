@@ -85,7 +85,12 @@ Map finish_map(const Device& device, Map map, double iou, const Shape& shape,
     return map;
   }
   map = calibrated(device, map);
-  if (const double depth = at_origin(); depth > kDeepEnough) {
+  if (map.dynamics.degree() <= 0) {
+    warnings.push_back(
+        fmt::format("the exponents sum to {:.3g}: no detail bounds the iterated set; use more "
+                    "time, another number of factors or another seed",
+                    map.dynamics.degree()));
+  } else if (const double depth = at_origin(); depth > kDeepEnough) {
     warnings.push_back(
         fmt::format("the field at the origin is {:.2f}, above {}: the iterated set is near "
                     "dissolving; use a smaller detail",

@@ -123,6 +123,8 @@ TEST_CASE("a shell that leaves the set unbounded is made thinner, and no fit is 
   const Map unbounded = finished(repelling, 0.99, 0.02, warnings);
   CHECK(unbounded.dynamics.degree() == Approx(-kRadius));
   CHECK(unbounded.frame.detail.has_value());
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings.front(), Catch::Contains("the exponents sum to -1.5: no detail bounds"));
 }
 
 TEST_CASE("a stop request ends the taking of samples") {

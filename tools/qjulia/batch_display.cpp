@@ -19,6 +19,11 @@ std::string figures(const batch::EntryStatus& status) {
   };
   add("energy", ", energy {:.3e}");
   add("iou", ", IoU {:.4f}");
+  const auto warnings = status.figures.find("warnings");
+  if (warnings != status.figures.end() && !warnings->empty()) {
+    text += fmt::format(", {} warning{} (summary.json)", warnings->size(),
+                        warnings->size() == 1 ? "" : "s");
+  }
   return text + ", " + status.device;
 }
 

@@ -313,13 +313,21 @@ void describe_orbits(const Map& map, const Device& device, const std::stop_token
   add_radius("r_out         ", "outer_radius", stops.outer, std::isfinite(stops.outer),
              "none: the set is not bounded");
   answer.add(fmt::format("F1 at origin  {:.4g}", depth), "field_at_origin", depth);
-  if (depth > kDeepEnough && map.dynamics.is_rational()) {
-    const std::string warning = fmt::format(
+  if (!map.dynamics.is_rational()) return;
+  std::string warning;
+  if (const double degree = map.dynamics.degree(); degree <= 0) {
+    warning = fmt::format(
+        "the exponents sum to {:.3g}: no detail bounds the iterated set; fit it again, with more "
+        "time, another number of factors or another --seed",
+        degree);
+  } else if (depth > kDeepEnough) {
+    warning = fmt::format(
         "F1 at the origin is above {}: the iterated set is near dissolving; use a smaller --detail",
         kDeepEnough);
-    answer.add("note          " + warning);
-    answer.json["warnings"] = {warning};
   }
+  if (warning.empty()) return;
+  answer.add("note          " + warning);
+  answer.json["warnings"] = {warning};
 }
 
 void describe_precision(const Map& map, const Device& device, const std::stop_token& stop,
