@@ -92,11 +92,14 @@ def main():
             for _, name in kinds:
                 (folder / name).write_text(TOML.findall(text_of_page[:block.start()])[-1])
             command = ["bash", "-c", "set -e\n" + text]
-            run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
             count += 1
-            print(f"{page.relative_to(root)}, block {number}: {'failed' if run.returncode else 'ran'}", flush=True)
-            if run.returncode:
-                said = run.stdout[-800:] + run.stderr[-1500:]
+            try:
+                run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=900)
+                failed, said = run.returncode, run.stdout[-800:] + run.stderr[-1500:]
+            except subprocess.TimeoutExpired:
+                failed, said = True, "it did not end within 15 minutes"
+            print(f"{page.relative_to(root)}, block {number}: {'failed' if failed else 'ran'}", flush=True)
+            if failed:
                 failures.append(f"{page.relative_to(root)}, block {number}:\n{text}{said}")
     if failures:
         sys.exit("\n".join(failures))
