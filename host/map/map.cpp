@@ -51,6 +51,7 @@ void check_members(const Map& map) {
     if (seen.emplace(name, value).first->second == value) return;
     throw InputError(fmt::format("the map's {} differs between its modulus and its versor", name));
   };
+  // A kind whose members are quaternions alone may still have values that are invalid.
   const auto validate = [](const auto& kind) {
     if constexpr (requires { kind.validate(); }) kind.validate();
   };
