@@ -4,8 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
+#include <optional>
 
+#include "fit/raised_degree.hpp"
+#include "map/sphere_directions.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/field.hpp"
 
@@ -50,15 +54,88 @@ std::string poor_fit(const Device& device, const Map& map, double iou,
       iou, 100 * *worst, where.x(), where.y(), where.z());
 }
 
-/// The map with the wanted shell, or the thickest that bounds its set well; a map that no shell
-/// bounds keeps its slope.
+/// The map with the wanted shell, or with the thickest that bounds its set.
+Map in_shell(const Map& map, double detail) {
+  constexpr double kLeastDegree = 1.1;  // at 1 the set is unbounded
+  const double thickest = *map.frame.detail * map.dynamics.degree() / kLeastDegree;
+  return with_detail(map, std::min(detail, thickest));
+}
+
+double field_at_origin(const Device& device, const Map& map) {
+  const std::vector<Quaternion> origin{{0, 0, 0, map.dynamics.slice}};
+  return Field(device, map).at(origin).front();
+}
+
+Map calibrated_if_possible(const Device& device, const Map& map) {
+  return field_at_origin(device, map) < map.dynamics.surface_level ? calibrated(device, map) : map;
+}
+
+/// How far the corners of the shape's box are from the origin, in map units.
+double box_reach(const Frame& frame) {
+  double reach = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const auto side = [&](int axis) {
+      return ((corner >> axis) & 1 ? frame.box->high : frame.box->low)[axis];
+    };
+    reach = std::max(reach, frame.shape_to_map.to_map({side(0), side(1), side(2)}).norm());
+  }
+  return reach;
+}
+
+/// Whether the first iterate takes points farther away, F_1 > ln |q|, from this distance on. Where
+/// a root is farther than that, a neighbourhood of it is not seen if it is small.
+bool escapes_from(double distance, const Device& device, const Map& map) {
+  constexpr double kNextSphere = 1.25;
+  constexpr std::size_t kDirections = 1024;
+  if (map.dynamics.degree() <= 1) return false;
+  double farthest = distance;
+  for (const Factor& factor : map.dynamics.factors) {
+    farthest = std::max(farthest, 2 * norm(factor.center));
+  }
+  const std::vector<Quaternion> directions = map::sphere_directions(kDirections);
+  std::vector<Quaternion> points;
+  for (double radius = distance; radius < kNextSphere * farthest; radius *= kNextSphere) {
+    for (const Quaternion& direction : directions) points.push_back(radius * direction);
+  }
+  constexpr StopRadii kNone{0, 0, std::numeric_limits<double>::infinity()};
+  const std::vector<double> field = Field(device, map, Precision::single, kNone).at(points);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!(field[i] > std::log(norm(points[i])))) return false;
+  }
+  return true;
+}
+
+/// The map with the wanted shell, calibrated where it was not before and can be. Samples lie near
+/// the shape, so a fit may leave a field that does not rise enough beyond them, even exponents that
+/// sum to less than 0. Then roots beyond twice the shape's distance are left out, and the sum is
+/// raised to the first with which all points beyond that distance escape and the shell is the
+/// wanted one.
 Map with_shell(const Device& device, const Map& map, const std::vector<Eigen::Vector3d>& surface,
                double detail) {
-  constexpr double kLeastDegree = 1.1;  // at 1 the set is unbounded
-  Map measured = with_measured_detail(device, map, surface);
-  if (measured.dynamics.degree() <= 0) return measured;
-  const double thickest = *measured.frame.detail * measured.dynamics.degree();
-  return with_detail(measured, detail < 0.999 * thickest ? detail : thickest / kLeastDegree);
+  constexpr double kFirstDegree = 1.5, kMostDegree = 20, kNextDegree = 1.5;
+  const bool is_calibrated = map.frame.detail.has_value();
+  const auto finished = [&](const Map& measured) {
+    const Map shelled = in_shell(measured, detail);
+    return is_calibrated ? shelled : calibrated_if_possible(device, shelled);
+  };
+  const Map measured = with_measured_detail(device, map, surface);
+  const double distance = 2 * box_reach(map.frame), enlarged = *measured.frame.detail / detail;
+  const auto is_wanted = [&](const Map& found) {
+    return *found.frame.detail > 0.999 * detail && escapes_from(distance, device, found);
+  };
+  std::optional<Map> first;
+  if (measured.dynamics.degree() > 0) {
+    first = finished(measured);
+    if (is_wanted(*first)) return *first;
+  }
+  for (double degree = std::max(kFirstDegree, enlarged * measured.dynamics.degree());
+       degree < kMostDegree; degree *= kNextDegree) {
+    const Map raised = with_raised_degree(measured, surface, distance, degree / enlarged);
+    const Map found = finished(with_measured_detail(device, raised, surface));
+    if (is_wanted(found)) return found;
+    if (!first) first = found;
+  }
+  return *first;
 }
 
 }  // namespace
@@ -73,24 +150,14 @@ Map finish_map(const Device& device, Map map, double iou, const Shape& shape,
   map.dynamics.log_scale -= median_level(Field(device, map), surface, map.dynamics.slice);
   if (iou < kGoodFit) warnings.push_back(poor_fit(device, map, iou, surface));
   map = with_shell(device, map, surface, detail);
-
-  const std::vector<Quaternion> origin{{0, 0, 0, map.dynamics.slice}};
-  const auto at_origin = [&] { return Field(device, map).at(origin).front(); };
-  if (const double above = at_origin(); above >= map.dynamics.surface_level) {
+  const double depth = field_at_origin(device, map);
+  if (depth >= map.dynamics.surface_level) {
     warnings.push_back(
         fmt::format("the field at the origin is {:.2f}, above the surface's: the fit does not hold "
                     "the shape's deepest point inside, and iteration will not keep the shape; use "
                     "more factors or more time, and look for surfaces inside the mesh",
-                    above));
-    return map;
-  }
-  map = calibrated(device, map);
-  if (map.dynamics.degree() <= 0) {
-    warnings.push_back(
-        fmt::format("the exponents sum to {:.3g}: no detail bounds the iterated set; use more "
-                    "time, another number of factors or another seed",
-                    map.dynamics.degree()));
-  } else if (const double depth = at_origin(); depth > kDeepEnough) {
+                    depth));
+  } else if (depth > kDeepEnough) {
     warnings.push_back(
         fmt::format("the field at the origin is {:.2f}, above {}: the iterated set is near "
                     "dissolving; use a smaller detail",

@@ -51,12 +51,6 @@ std::string unsettled(const FitResult& result, int planned) {
 
 /// A warning about a map that cannot have the wanted detail; empty when it has.
 std::string other_detail(const Map& map, double wanted) {
-  if (map.dynamics.degree() <= 1) {
-    return fmt::format(
-        "the map's exponents sum to {:.3g}, and its set is bounded only where they exceed 1: "
-        "use 1 iteration, or fit it again with more factors or more time",
-        map.dynamics.degree());
-  }
   if (*map.frame.detail >= wanted) return {};
   return fmt::format(
       "the map has a detail of {:.3g} and not {:.3g}, with which its set would not be bounded; "

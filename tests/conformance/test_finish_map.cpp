@@ -1,11 +1,14 @@
 // From a map in distance units to the one a user gets, on a ball, where all is known.
 
+#include <Eigen/LU>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 #include <stop_token>
 
+#include "base/random.hpp"
 #include "fit/finish_map.hpp"
+#include "fit/raised_degree.hpp"
 #include "fit/sample_pool.hpp"
 #include "map/reference_iteration.hpp"
 #include "qjulia/error.hpp"
@@ -47,7 +50,7 @@ Map in_distance_units() {
 }
 
 double potential_at(const Map& map, const Quaternion& q) {
-  return reference::field(map, std::vector{q}, 1, 20).front();
+  return reference::field(map, std::vector{q}, 1, 1e6).front();
 }
 
 }  // namespace
@@ -117,14 +120,86 @@ TEST_CASE("a shell that leaves the set unbounded is made thinner, and no fit is 
   const Map thick = finished(in_distance_units(), 0.99, 1.5 * most, warnings);
   CHECK(thick.dynamics.degree() == Approx(1.1));
   CHECK(*thick.frame.detail == Approx(most / 1.1).epsilon(2e-3));
+}
 
+TEST_CASE("exponents whose sum bounds no set are given one that does, and the shape stays") {
+  std::vector<std::string> warnings;
   Map repelling = in_distance_units();
-  repelling.dynamics.factors.push_back({{9, 0, 0, 0}, -2 * kRadius});
-  const Map unbounded = finished(repelling, 0.99, 0.02, warnings);
-  CHECK(unbounded.dynamics.degree() == Approx(-kRadius));
-  CHECK(unbounded.frame.detail.has_value());
-  REQUIRE(warnings.size() == 1);
-  CHECK_THAT(warnings.front(), Catch::Contains("the exponents sum to -1.5: no detail bounds"));
+  const bool has_far_root = GENERATE(false, true);
+  repelling.dynamics.factors.push_back({{60, 0, 0, 0}, -2 * kRadius});
+  if (has_far_root) repelling.dynamics.factors.push_back({{0, 0, 0, 90}, 0.4});
+  const Map bounded = finished(repelling, 0.99, 0.02, warnings);
+  CHECK(warnings.empty());
+  CHECK(*bounded.frame.detail == Approx(0.02));
+  CHECK(bounded.dynamics.factors.size() == 2);
+  CHECK(bounded.dynamics.degree() > 1);
+  const double level = bounded.dynamics.surface_level;
+  for (const double x : {-kRadius, kRadius}) {
+    CHECK(potential_at(bounded, {0.9 * x, 0, 0, 0}) < level);
+    CHECK(potential_at(bounded, {1.1 * x, 0, 0, 0}) > level);
+  }
+  // 2 √3 r₀ is twice as far as the corners of the ball's box.
+  for (const double distance : {2 * std::numbers::sqrt3 * kRadius, 20.0, 1e3}) {
+    CHECK(potential_at(bounded, {0, distance, 0, 0}) > std::log(distance));
+    CHECK(potential_at(bounded, {-distance, 0, 0, 0}) > std::log(distance));
+  }
+}
+
+TEST_CASE("a raised degree changes exponents as the definition says") {
+  base::Random random(3);
+  const auto number = [&](double low, double high) { return random.uniform(low, high); };
+  Map map;
+  map.dynamics.log_scale = 0.3;
+  for (int k = 0; k < 5; ++k) {
+    map.dynamics.factors.push_back(
+        {{number(-1, 1), number(-1, 1), number(-1, 1), number(0.1, 1)}, number(-1, 2)});
+  }
+  Map given = map;
+  const Factor far{{0, 0, 5, 0}, 0.7};
+  given.dynamics.factors.insert(given.dynamics.factors.begin() + 2, far);
+  std::vector<Eigen::Vector3d> points(30);
+  for (Eigen::Vector3d& p : points) p = {number(-2, 2), number(-2, 2), number(-2, 2)};
+  const Map raised = fitting::with_raised_degree(given, points, 4, 6.5);
+  REQUIRE(raised.dynamics.factors.size() == 5);
+  CHECK(raised.dynamics.degree() == Approx(6.5));
+
+  // The least of |A b - r|² + λ |b|² with Σ b given, by Lagrange's multiplier.
+  const auto logarithms_of = [&](const Factor& factor) {
+    Eigen::VectorXd found(points.size());
+    for (std::size_t p = 0; p < points.size(); ++p) {
+      const Quaternion d =
+          Quaternion{points[p].x(), points[p].y(), points[p].z(), 0} - factor.center;
+      found[static_cast<Eigen::Index>(p)] = std::log(norm(d));
+    }
+    found.array() -= found.mean();
+    return found;
+  };
+  Eigen::MatrixXd a(points.size(), 5);
+  for (int k = 0; k < 5; ++k) {
+    a.col(k) = logarithms_of(map.dynamics.factors[static_cast<std::size_t>(k)]);
+  }
+  Eigen::MatrixXd system = Eigen::MatrixXd::Ones(6, 6);
+  system.topLeftCorner(5, 5) =
+      a.transpose() * a + 0.01 * a.squaredNorm() / 5 * Eigen::MatrixXd::Identity(5, 5);
+  system(5, 5) = 0;
+  Eigen::VectorXd right(6);
+  right << a.transpose() * logarithms_of(far) * far.exponent, 6.5 - map.dynamics.degree();
+  const Eigen::VectorXd change = system.lu().solve(right);
+  double before = 0, after = 0;
+  for (int k = 0; k < 5; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    CHECK(raised.dynamics.factors[i].exponent ==
+          Approx(map.dynamics.factors[i].exponent + change[k]));
+  }
+  for (const Eigen::Vector3d& p : points) {
+    const Quaternion q{p.x(), p.y(), p.z(), 0};
+    before += potential_at(given, q), after += potential_at(raised, q);
+  }
+  CHECK(after == Approx(before));
+
+  CHECK_THROWS_AS(fitting::with_raised_degree(given, {}, 4, 6.5), InputError);
+  map.dynamics.factors = {far};
+  CHECK_THROWS_AS(fitting::with_raised_degree(map, points, 4, 6.5), InputError);
 }
 
 TEST_CASE("a stop request ends the taking of samples") {

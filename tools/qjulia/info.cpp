@@ -314,13 +314,8 @@ void describe_orbits(const Map& map, const Device& device, const std::stop_token
              "none: the set is not bounded");
   answer.add(fmt::format("F1 at origin  {:.4g}", depth), "field_at_origin", depth);
   if (!map.dynamics.is_rational()) return;
-  std::string warning;
-  if (const double degree = map.dynamics.degree(); degree <= 0) {
-    warning = fmt::format(
-        "the exponents sum to {:.3g}: no detail bounds the iterated set; fit it again, with more "
-        "time, another number of factors or another --seed",
-        degree);
-  } else if (depth > kDeepEnough) {
+  std::string warning = unbounded_warning(map);
+  if (warning.empty() && depth > kDeepEnough) {
     warning = fmt::format(
         "F1 at the origin is above {}: the iterated set is near dissolving; use a smaller --detail",
         kDeepEnough);

@@ -170,6 +170,21 @@ Map with_knobs(const Device& device, const Map& map, const MapOptions& options,
   }
 }
 
+std::string unbounded_warning(const Map& map) {
+  const double degree = map.dynamics.degree();
+  if (!map.dynamics.is_rational() || degree > 1) return {};
+  return fmt::format(
+      "the exponents sum to {:.3g}, and the iterated set is bounded only where they "
+      "exceed 1; {}",
+      degree, degree > 0 ? "use a smaller --detail" : "fit the map again");
+}
+
+void warn_if_unbounded(const Map& map, const MapOptions& options, const std::string& file,
+                       Console& console) {
+  const std::string warning = unbounded_warning(map);
+  if (options.iterations > 1 && !warning.empty()) console.warn(file + ": " + warning);
+}
+
 nlohmann::json to_json(const MapOptions& options) {
   nlohmann::json json = {{"iterations", options.iterations},
                          {"precision", to_string(options.precision)},

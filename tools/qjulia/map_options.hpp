@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "command_line.hpp"
+#include "console.hpp"
 #include "qjulia/detail_choice.hpp"
 #include "qjulia/knobs.hpp"
 
@@ -63,6 +64,14 @@ extern const char* const kMapOptionsHelp;
 /// The map with its knobs turned. @throws InputError naming the option and `file`.
 Map with_knobs(const Device& device, const Map& map, const MapOptions& options,
                const std::string& file);
+
+/// That nothing bounds the set of a rational map, and what to do; empty where its exponents sum to
+/// more than 1.
+std::string unbounded_warning(const Map& map);
+
+/// Shows that warning where later iterates are looked at. @param file of the map.
+void warn_if_unbounded(const Map& map, const MapOptions& options, const std::string& file,
+                       Console& console);
 
 /// The options by name, null where not given.
 nlohmann::json to_json(const MapOptions& options);

@@ -86,13 +86,14 @@ Scene read_scene(const RenderArguments& arguments, Session& session) {
 }
 
 /// The scene with the map's knobs turned, as its picture shows it.
-Scene turned(const Device& device, Scene scene, const std::string& input,
-             const MapOptions& options) {
+Scene turned(const Device& device, Scene scene, const std::string& input, const MapOptions& options,
+             Session& session) {
   if (!scene.map) return scene;
   const nlohmann::json usual = to_json(MapOptions{}), how = to_json(options);
   const bool has_knobs = std::ranges::any_of(
       knob_table(), [&](const Knob& knob) { return how.at(knob.name) != usual.at(knob.name); });
   scene.map = with_knobs(device, *scene.map, options, input);
+  warn_if_unbounded(*scene.map, options, input, session.console);
   if (has_knobs) scene.map->provenance.set("turned", made_with(input, options, device.info()));
   return scene;
 }
@@ -218,7 +219,7 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
     sweep.set(value, map_options, frame_options);
     frame_options.range = range;  // colours stay from picture to picture
     if (!studio || !sweep.is_of_camera()) {
-      shown = turned(device, scene, arguments.input, map_options);
+      shown = turned(device, scene, arguments.input, map_options, session);
       studio = studio_of(device, shown, frame_options, session);
     }
     if (has_range(options)) range = studio->range();
@@ -263,7 +264,7 @@ int run_render(const RenderArguments& arguments, Session& session) {
   if (sweep) return run_sweep(arguments, options, *sweep, session);
   Scene scene = read_scene(arguments, session);
   const Device device = session.open_device(arguments.device);
-  scene = turned(device, std::move(scene), arguments.input, arguments.map_options);
+  scene = turned(device, std::move(scene), arguments.input, arguments.map_options, session);
   if (arguments.preview) draw_preview(device, scene, arguments, options, session);
   Studio studio = studio_of(device, scene, options, session);
   const auto [image, layers] =

@@ -240,6 +240,7 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   const Device device = session.open_device(arguments.device);
   Map map =
       scaled(with_knobs(device, read, arguments.map_options, arguments.map), arguments, options);
+  warn_if_unbounded(map, arguments.map_options, arguments.map, session.console);
   const bool is_upright = stands_upright(arguments.output.path);
   // Maps that do not say it stand as they are drawn.
   if (is_upright) map.frame.up = arguments.up ? arguments.up : map.frame.up.value_or(kDefaultUp);
