@@ -140,6 +140,14 @@ bool BandGrid::has_orbits_near(const Eigen::Vector3d& p, double reach) const {
   return step < 0.25 * grid_.step + reach && step > deepest_ - reach;
 }
 
+double BandGrid::way_in_band() const {
+  const auto undecided =
+      std::ranges::count_if(steps_, [&](double step) { return step < 0 && step > inner_; });
+  const Eigen::Vector3d size = bounds_.size();
+  const double face = (size.x() * size.y() + size.y() * size.z() + size.z() * size.x()) / 3;
+  return static_cast<double>(undecided) * std::pow(grid_.step, 3) / face;
+}
+
 surface::LevelSet BandGrid::level_set() const {
   surface::LevelSet set(map_.device(), set_.map, band_.stops, set_.iterations, set_.precision);
   set.look_up(lookup_);

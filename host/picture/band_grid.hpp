@@ -49,6 +49,9 @@ class BandGrid {
   /// Whether nothing of the set lies in the part that is seen.
   bool is_empty() const { return is_empty_; }
   double step() const { return grid_.step; }
+  /// How far a ray through the box goes among undecided points, on average over rays, if it meets
+  /// no inside; map units.
+  double way_in_band() const;
 
   /// What of the set hangs on nothing large. @pre the grid is over all of the set.
   surface::LoosePlaces loose_places();

@@ -32,6 +32,10 @@ namespace {
 /// What a ray costs, in iterates.
 constexpr double kIteratesARay = 30;
 
+/// What a ray would cost, in iterates, that went all its way in a usual band by the shortest steps:
+/// at most (130 to 260 for the maps of docs/maps and for fits of few factors).
+constexpr double kMostUsualIterates = 300;
+
 /// Maps whose iterate costs less, in factors' logarithms, are not worth interpolating.
 constexpr double kWorthInterpolating = 150;
 /// A lattice for the part of the band in sight is made where that is less than this share of it.
@@ -357,10 +361,15 @@ class MarchSource : public DepthSource {
     const surface::ImageLattice& lattice = lattice_for(view);
     const double displacement = displacement_of(view);
     const int tabled = table_for(displacement).first_iterate(displacement);
+    // Where the undecided reach far, launches take fewer rays, so that none takes long.
+    const double longer =
+        std::max(1.0, set_.iterations * grid_.way_in_band() / step / kMostUsualIterates);
+    const std::size_t rays_a_lane = device::share_of_lane(map_.device().info(), kRaysALane);
     const std::size_t share =
-        device::share_of_lane(map_.device().info(), kRaysALane) * map_.lanes();
+        map_.lanes() * std::max<std::size_t>(
+                           1, static_cast<std::size_t>(static_cast<double>(rays_a_lane) / longer));
     device::PointBatch batch(context, kernel_, set_.precision, share,
-                             map_.step_cost() * kIteratesARay);
+                             map_.step_cost() * kIteratesARay * longer);
     const surface::TurnCount turns(map_, is_counted_, (rays.size() + share - 1) / share);
     batch.run<3, 1>(
         rays.size(),
