@@ -54,11 +54,11 @@ std::string poor_fit(const Device& device, const Map& map, double iou,
       iou, 100 * *worst, where.x(), where.y(), where.z());
 }
 
-/// The map with the wanted shell, or with the thickest that bounds its set.
+/// The map with the wanted shell, or with the thickest that bounds its set well.
 Map in_shell(const Map& map, double detail) {
   constexpr double kLeastDegree = 1.1;  // at 1 the set is unbounded
-  const double thickest = *map.frame.detail * map.dynamics.degree() / kLeastDegree;
-  return with_detail(map, std::min(detail, thickest));
+  const double thickest = *map.frame.detail * map.dynamics.degree();
+  return with_detail(map, detail < 0.999 * thickest ? detail : thickest / kLeastDegree);
 }
 
 double field_at_origin(const Device& device, const Map& map) {
@@ -66,8 +66,8 @@ double field_at_origin(const Device& device, const Map& map) {
   return Field(device, map).at(origin).front();
 }
 
-Map calibrated_if_possible(const Device& device, const Map& map) {
-  return field_at_origin(device, map) < map.dynamics.surface_level ? calibrated(device, map) : map;
+bool holds_origin(const Device& device, const Map& map) {
+  return field_at_origin(device, map) < map.dynamics.surface_level;
 }
 
 /// How far the corners of the shape's box are from the origin, in map units.
@@ -82,15 +82,15 @@ double box_reach(const Frame& frame) {
   return reach;
 }
 
-/// Whether the first iterate takes points farther away, F_1 > ln |q|, from this distance on. Where
-/// a root is farther than that, a neighbourhood of it is not seen if it is small.
+/// Whether the first iterate takes points farther away, F_1 > ln |q|, from this distance on. A
+/// small neighbourhood of a root beyond that distance may slip between the tested points.
 bool escapes_from(double distance, const Device& device, const Map& map) {
-  constexpr double kNextSphere = 1.25;
+  constexpr double kNextSphere = 1.25, kFar = 8;
   constexpr std::size_t kDirections = 1024;
   if (map.dynamics.degree() <= 1) return false;
   double farthest = distance;
   for (const Factor& factor : map.dynamics.factors) {
-    farthest = std::max(farthest, 2 * norm(factor.center));
+    farthest = std::max(farthest, kFar * norm(factor.center));
   }
   const std::vector<Quaternion> directions = map::sphere_directions(kDirections);
   std::vector<Quaternion> points;
@@ -105,33 +105,54 @@ bool escapes_from(double distance, const Device& device, const Map& map) {
   return true;
 }
 
-/// The map with the wanted shell, calibrated where it was not before and can be. Samples lie near
-/// the shape, so a fit may leave a field that does not rise enough beyond them, even exponents that
-/// sum to less than 0. Then roots beyond twice the shape's distance are left out, and the sum is
-/// raised to the first with which all points beyond that distance escape and the shell is the
-/// wanted one.
+/// Whether exponents changed by more than a common factor.
+bool is_raised(const Map& before, const Map& after) {
+  const auto share = [](const Map& map) {
+    return map.dynamics.factors.front().exponent / map.dynamics.degree();
+  };
+  return before.dynamics.factors.size() != after.dynamics.factors.size() ||
+         std::abs(share(before) - share(after)) > 1e-9 * std::abs(share(before));
+}
+
+/// The distance from which all is to escape.
+double far_from_shape(const Frame& frame) { return 2 * box_reach(frame); }
+
+bool ends_near_shape(const Device& device, const Map& map) {
+  return escapes_from(far_from_shape(map.frame), device, map);
+}
+
+/// The map with the wanted shell, calibrated where it was not before and its origin is inside.
+/// Samples lie near the shape, so a fit may leave a field that does not rise enough beyond them,
+/// even exponents that sum to less than 0. Then roots beyond twice the shape's distance are left
+/// out, and the sum is raised to the first with which all points beyond that distance escape and
+/// the shell is the wanted one.
 Map with_shell(const Device& device, const Map& map, const std::vector<Eigen::Vector3d>& surface,
                double detail) {
-  constexpr double kFirstDegree = 1.5, kMostDegree = 20, kNextDegree = 1.5;
-  const bool is_calibrated = map.frame.detail.has_value();
-  const auto finished = [&](const Map& measured) {
-    const Map shelled = in_shell(measured, detail);
-    return is_calibrated ? shelled : calibrated_if_possible(device, shelled);
-  };
+  constexpr double kFirstDegree = 1.5, kNextDegree = 1.5;
+  constexpr int kTries = 6;
+  const bool was_finished = map.frame.detail.has_value();
   const Map measured = with_measured_detail(device, map, surface);
-  const double distance = 2 * box_reach(map.frame), enlarged = *measured.frame.detail / detail;
+  const double enlarged = *measured.frame.detail / detail;
+  const bool held_origin = holds_origin(device, measured);
   const auto is_wanted = [&](const Map& found) {
-    return *found.frame.detail > 0.999 * detail && escapes_from(distance, device, found);
+    return *found.frame.detail > 0.999 * detail && ends_near_shape(device, found) &&
+           holds_origin(device, found) == held_origin;
+  };
+  const auto calibrated_inside = [&](const Map& found) {
+    return holds_origin(device, found) ? calibrated(device, found) : found;
   };
   std::optional<Map> first;
   if (measured.dynamics.degree() > 0) {
-    first = finished(measured);
+    const Map shelled = in_shell(measured, detail);
+    first = was_finished ? shelled : calibrated_inside(shelled);
     if (is_wanted(*first)) return *first;
   }
-  for (double degree = std::max(kFirstDegree, enlarged * measured.dynamics.degree());
-       degree < kMostDegree; degree *= kNextDegree) {
-    const Map raised = with_raised_degree(measured, surface, distance, degree / enlarged);
-    const Map found = finished(with_measured_detail(device, raised, surface));
+  double degree = std::max(kFirstDegree, enlarged * measured.dynamics.degree());
+  for (int i = 0; i < kTries; ++i, degree *= kNextDegree) {
+    const Map raised =
+        with_raised_degree(measured, surface, far_from_shape(map.frame), degree / enlarged);
+    const Map found =
+        calibrated_inside(in_shell(with_measured_detail(device, raised, surface), detail));
     if (is_wanted(found)) return found;
     if (!first) first = found;
   }
@@ -143,13 +164,24 @@ Map with_shell(const Device& device, const Map& map, const std::vector<Eigen::Ve
 Map finish_map(const Device& device, Map map, double iou, const Shape& shape,
                const SamplePool& pool, double detail, std::vector<std::string>& warnings) {
   const auto surface = positions(pool.surface);
-  if (map.frame.detail) return with_shell(device, map, surface, detail);
-  map.frame.shape_to_map = shape.shape_to_map;
-  map.frame.box = shape.box;
-  map.frame.inradius = shape.inradius / shape.shape_to_map.scale;
-  map.dynamics.log_scale -= median_level(Field(device, map), surface, map.dynamics.slice);
-  if (iou < kGoodFit) warnings.push_back(poor_fit(device, map, iou, surface));
+  if (!map.frame.detail) {
+    map.frame.shape_to_map = shape.shape_to_map;
+    map.frame.box = shape.box;
+    map.frame.inradius = shape.inradius / shape.shape_to_map.scale;
+    map.dynamics.log_scale -= median_level(Field(device, map), surface, map.dynamics.slice);
+    if (iou < kGoodFit) warnings.push_back(poor_fit(device, map, iou, surface));
+  }
+  const Map given = map;
   map = with_shell(device, map, surface, detail);
+  if (!ends_near_shape(device, map)) {
+    warnings.push_back(
+        "the field rises too little outside the shape: the iterated set reaches far beyond it; use "
+        "more factors, more time or another seed");
+  } else if (is_raised(given, map)) {
+    warnings.push_back(
+        "the fit left a field that rises too little outside the shape; its exponents were changed "
+        "so that the iterated set ends near the shape, after the IoU was measured");
+  }
   const double depth = field_at_origin(device, map);
   if (depth >= map.dynamics.surface_level) {
     warnings.push_back(

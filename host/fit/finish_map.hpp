@@ -12,9 +12,9 @@ namespace qjulia::fitting {
 
 /// A map in distance units, given the shell that is wanted, calibrated, in the shape's units. Where
 /// its origin is not inside, it stays without calibration. One that was finished before, and has
-/// been polished since, is given its shell's thickness back. Where the set would not end
-/// near the shape, the sum of exponents is raised; where no sum of exponents above 1 allows that
-/// shell, the map's `detail` is smaller.
+/// been polished since, is given its shell's thickness back. Where the set would not end near the
+/// shape, far roots are left out and the sum of exponents is raised. If no sum that is tried will
+/// do, the first map is kept, with a smaller `detail` if its set would be unbounded otherwise.
 /// @param iou what the last stage reached, n = 1; below 0.9 a warning says where the error sits.
 /// @param detail δ, fraction of the box's diagonal.
 Map finish_map(const Device& device, Map map, double iou, const Shape& shape,

@@ -4,13 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 
 #include "qjulia/error.hpp"
 
 namespace qjulia::fitting {
 namespace {
 
-constexpr std::size_t kKeptPoints = 1000;
+constexpr std::size_t kKeptPoints = 500;
 constexpr double kVarianceRidge = 0.01;  ///< of the mean variance of a factor's logarithm
 
 /// ln |q_p - c_k|, a row per point and a column per factor.
@@ -66,12 +67,12 @@ Map with_raised_degree(Map map, std::span<const Eigen::Vector3d> surface, double
   const auto points = surface.first(std::min(kKeptPoints, surface.size()));
   if (points.empty()) throw InputError("there are no points of the surface to keep the map at");
   Dynamics far = map.dynamics, &near = map.dynamics;
-  const auto is_far = [reach](const Factor& factor) {
+  const auto is_far = [&reach](const Factor& factor) {
     return factor.exponent > 0 && norm(factor.center) > reach;
   };
+  if (std::ranges::all_of(near.factors, is_far)) reach = std::numeric_limits<double>::infinity();
   std::erase_if(near.factors, is_far);
   std::erase_if(far.factors, std::not_fn(is_far));
-  if (near.factors.empty()) throw InputError("the map has no factor near the shape");
 
   Eigen::MatrixXd a = logarithms(near, points), of_far = logarithms(far, points);
   const Eigen::RowVectorXd means = take_means(a), far_means = take_means(of_far);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 
 #include "device/point_batch.hpp"
 #include "qjulia/progress.hpp"
@@ -52,6 +53,17 @@ Box close_box(const surface::Grid& grid, const std::vector<double>& safe) {
   return {grid.point(close->first) - cell, grid.point(close->second) + cell};
 }
 
+/// The mean length, over rays through the box, that lies among the points of which this is true.
+template <class IsMarked>
+double mean_way(const surface::Grid& grid, const Box& box, const IsMarked& is_marked) {
+  const auto all = std::views::iota(std::size_t{0}, surface::whole(grid).size());
+  const Eigen::Vector3d size = box.size();
+  const double face = (size.x() * size.y() + size.y() * size.z() + size.z() * size.x()) / 3;
+  return face > 0 ? static_cast<double>(std::ranges::count_if(all, is_marked)) *
+                        std::pow(grid.step, 3) / face
+                  : 0;
+}
+
 }  // namespace
 
 Band find_band(const Device& device, const MarchedSet& set, const Box& shape) {
@@ -91,6 +103,9 @@ BandGrid::BandGrid(const Device& device, const MarchedSet& set, const Band& band
   layout_ = context.upload_real(surface::grid_layout(grid_, bounds_), set_.precision);
   steps_ = safe_steps(grid_, first, first_steps);
   safe_ = context.upload_real(steps_, set_.precision);
+  way_in_band_ = mean_way(grid_, bounds_, [&](std::size_t i) {
+    return steps_[i] < 0 && steps_[i] > deepest_ && !map_.has_portals();
+  });
 }
 
 std::vector<double> BandGrid::safe_steps(const surface::Grid& grid,
@@ -138,14 +153,6 @@ std::vector<double> BandGrid::safe_steps(const surface::Grid& grid, const surfac
 bool BandGrid::has_orbits_near(const Eigen::Vector3d& p, double reach) const {
   const double step = interpolated(grid_, steps_, p);
   return step < 0.25 * grid_.step + reach && step > deepest_ - reach;
-}
-
-double BandGrid::way_in_band() const {
-  const auto undecided =
-      std::ranges::count_if(steps_, [&](double step) { return step < 0 && step > inner_; });
-  const Eigen::Vector3d size = bounds_.size();
-  const double face = (size.x() * size.y() + size.y() * size.z() + size.z() * size.x()) / 3;
-  return static_cast<double>(undecided) * std::pow(grid_.step, 3) / face;
 }
 
 surface::LevelSet BandGrid::level_set() const {

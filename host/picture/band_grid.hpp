@@ -49,9 +49,9 @@ class BandGrid {
   /// Whether nothing of the set lies in the part that is seen.
   bool is_empty() const { return is_empty_; }
   double step() const { return grid_.step; }
-  /// How far a ray through the box goes among undecided points, on average over rays, if it meets
-  /// no inside; map units.
-  double way_in_band() const;
+  /// The mean length, over rays through the box that meet no inside, that lies among undecided
+  /// points; map units.
+  double way_in_band() const { return way_in_band_; }
 
   /// What of the set hangs on nothing large. @pre the grid is over all of the set.
   surface::LoosePlaces loose_places();
@@ -85,6 +85,7 @@ class BandGrid {
   surface::Grid grid_;
   Box bounds_;
   bool is_empty_ = false;
+  double way_in_band_ = 0;
   std::vector<double> steps_;  ///< at the grid's points
   double inner_;               ///< safe step at F₁ = ln r_in
   double deepest_;             ///< few orbits are asked for where the safe step is less

@@ -32,8 +32,8 @@ namespace {
 /// What a ray costs, in iterates.
 constexpr double kIteratesARay = 30;
 
-/// What a ray would cost, in iterates, that went all its way in a usual band by the shortest steps:
-/// at most (130 to 260 for the maps of docs/maps and for fits of few factors).
+/// An upper bound on the iterates of a ray that crosses a usual band by the shortest steps; 130 to
+/// 260 were seen for the maps of docs/maps and for fits of few factors.
 constexpr double kMostUsualIterates = 300;
 
 /// Maps whose iterate costs less, in factors' logarithms, are not worth interpolating.
@@ -361,7 +361,7 @@ class MarchSource : public DepthSource {
     const surface::ImageLattice& lattice = lattice_for(view);
     const double displacement = displacement_of(view);
     const int tabled = table_for(displacement).first_iterate(displacement);
-    // Where the undecided reach far, launches take fewer rays, so that none takes long.
+    // Where undecided points reach far, a launch takes fewer rays, so that none takes long.
     const double longer =
         std::max(1.0, set_.iterations * grid_.way_in_band() / step / kMostUsualIterates);
     const std::size_t rays_a_lane = device::share_of_lane(map_.device().info(), kRaysALane);

@@ -67,6 +67,33 @@ json ply_note(const std::string& text) {
 
 }  // namespace
 
+TEST_CASE("a map whose exponents bound no set is named as such, once") {
+  const TemporaryFolder folder;
+  const std::string file = folder / "open.qjulia.json";
+  qjulia::Map map = small_map();
+  map.dynamics.factors[0].exponent = -2.5;
+  qjulia::write_map(map, file);
+  const std::string warning = "exponents sum to -1.2, and the iterated set is bounded only if";
+  const auto info = run_command({"info", file, "--device", "cpu", "--json"});
+  REQUIRE(info.exit_code == 0);
+  CHECK_THAT(json::parse(info.out)["warnings"].at(0).get<std::string>(), Contains(warning));
+  const auto count_in = [&](const std::string& text) {
+    int count = 0;
+    for (auto at = text.find(warning); at != std::string::npos; at = text.find(warning, at + 1)) {
+      ++count;
+    }
+    return count;
+  };
+  const auto picture = run_command({"render", file, "-o", folder / "open.png", "--size", "32x24",
+                                    "--device", "cpu", "--sweep", "slice=0:0.1:2"});
+  INFO(picture.err);
+  CHECK(picture.exit_code == 0);
+  CHECK(count_in(picture.err) == 1);
+  const auto first_iterate = run_command({"render", file, "-o", folder / "first.png", "--size",
+                                          "32x24", "--device", "cpu", "--iterations", "1"});
+  CHECK(count_in(first_iterate.err) == 0);
+}
+
 TEST_CASE("a mesh file tells how it was made, where its format has room") {
   const MapFile map;
   const auto check = [](const json& how) {

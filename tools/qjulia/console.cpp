@@ -49,6 +49,7 @@ void Console::detail(const std::string& text) {
 }
 
 void Console::warn(const std::string& text) {
+  if (!warnings_.insert(text).second) return;
   display_.clear();
   print_error("warning: " + text + '\n');
 }

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 
 #include "qjulia/progress.hpp"
@@ -49,6 +50,7 @@ class Console {
   void note(const std::string& text);
   /// Only when verbose.
   void detail(const std::string& text);
+  /// Once for each text.
   void warn(const std::string& text);
   /// The result: `text` for people or `object` for programs, on standard output.
   void result(const std::string& text, const nlohmann::json& object);
@@ -63,6 +65,7 @@ class Console {
 
   Verbosity verbosity_;
   ProgressDisplay display_;
+  std::set<std::string> warnings_;
   bool is_result_lost_ = false;
 };
 

@@ -172,11 +172,12 @@ Map with_knobs(const Device& device, const Map& map, const MapOptions& options,
 
 std::string unbounded_warning(const Map& map) {
   const double degree = map.dynamics.degree();
-  if (!map.dynamics.is_rational() || degree > 1) return {};
+  // Far away F_1 rises by the steepness times the sum.
+  if (!map.dynamics.is_rational() || map.layers.steepness * degree > 1) return {};
   return fmt::format(
-      "the exponents sum to {:.3g}, and the iterated set is bounded only where they "
-      "exceed 1; {}",
-      degree, degree > 0 ? "use a smaller --detail" : "fit the map again");
+      "the exponents sum to {:.3g}, and the iterated set is bounded only if their "
+      "sum exceeds 1; {}",
+      degree, degree > 0 && map.frame.detail ? "use a smaller --detail" : "fit the map again");
 }
 
 void warn_if_unbounded(const Map& map, const MapOptions& options, const std::string& file,

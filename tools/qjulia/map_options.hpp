@@ -65,11 +65,11 @@ extern const char* const kMapOptionsHelp;
 Map with_knobs(const Device& device, const Map& map, const MapOptions& options,
                const std::string& file);
 
-/// That nothing bounds the set of a rational map, and what to do; empty where its exponents sum to
-/// more than 1.
+/// A warning that a rational map's set is unbounded, with what to do; empty where its exponents sum
+/// to more than 1.
 std::string unbounded_warning(const Map& map);
 
-/// Shows that warning where later iterates are looked at. @param file of the map.
+/// Shows that warning if n > 1. @param file of the map.
 void warn_if_unbounded(const Map& map, const MapOptions& options, const std::string& file,
                        Console& console);
 
