@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "fit/raised_degree.hpp"
 #include "map/sphere_directions.hpp"
@@ -151,10 +152,9 @@ Map with_shell(const Device& device, const Map& map, const std::vector<Eigen::Ve
   for (int i = 0; i < kTries; ++i, degree *= kNextDegree) {
     const Map raised =
         with_raised_degree(measured, surface, far_from_shape(map.frame), degree / enlarged);
-    const Map found =
-        calibrated_inside(in_shell(with_measured_detail(device, raised, surface), detail));
+    Map found = calibrated_inside(in_shell(with_measured_detail(device, raised, surface), detail));
     if (is_wanted(found)) return found;
-    if (!first) first = found;
+    if (!first) first = std::move(found);
   }
   return *first;
 }

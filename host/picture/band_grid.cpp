@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ranges>
 
 #include "device/point_batch.hpp"
 #include "qjulia/progress.hpp"
@@ -53,15 +52,11 @@ Box close_box(const surface::Grid& grid, const std::vector<double>& safe) {
   return {grid.point(close->first) - cell, grid.point(close->second) + cell};
 }
 
-/// The mean length, over rays through the box, that lies among the points of which this is true.
-template <class IsMarked>
-double mean_way(const surface::Grid& grid, const Box& box, const IsMarked& is_marked) {
-  const auto all = std::views::iota(std::size_t{0}, surface::whole(grid).size());
+/// The mean length, over rays through the box, that lies among this many of the grid's points.
+double mean_way(std::ptrdiff_t points, const surface::Grid& grid, const Box& box) {
   const Eigen::Vector3d size = box.size();
   const double face = (size.x() * size.y() + size.y() * size.z() + size.z() * size.x()) / 3;
-  return face > 0 ? static_cast<double>(std::ranges::count_if(all, is_marked)) *
-                        std::pow(grid.step, 3) / face
-                  : 0;
+  return face > 0 ? static_cast<double>(points) * std::pow(grid.step, 3) / face : 0;
 }
 
 }  // namespace
@@ -103,9 +98,10 @@ BandGrid::BandGrid(const Device& device, const MarchedSet& set, const Band& band
   layout_ = context.upload_real(surface::grid_layout(grid_, bounds_), set_.precision);
   steps_ = safe_steps(grid_, first, first_steps);
   safe_ = context.upload_real(steps_, set_.precision);
-  way_in_band_ = mean_way(grid_, bounds_, [&](std::size_t i) {
-    return steps_[i] < 0 && steps_[i] > deepest_ && !map_.has_portals();
-  });
+  if (map_.has_portals()) return;
+  const auto undecided =
+      std::ranges::count_if(steps_, [this](double step) { return step < 0 && step > deepest_; });
+  way_in_band_ = mean_way(undecided, grid_, bounds_);
 }
 
 std::vector<double> BandGrid::safe_steps(const surface::Grid& grid,

@@ -50,7 +50,7 @@ class BandGrid {
   bool is_empty() const { return is_empty_; }
   double step() const { return grid_.step; }
   /// The mean length, over rays through the box that meet no inside, that lies among undecided
-  /// points; map units.
+  /// points; map units. 0 where there are portals.
   double way_in_band() const { return way_in_band_; }
 
   /// What of the set hangs on nothing large. @pre the grid is over all of the set.
