@@ -4,13 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <optional>
 #include <utility>
 
-#include "fit/raised_degree.hpp"
-#include "map/sphere_directions.hpp"
+#include "fit/far_field.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/field.hpp"
 
@@ -71,64 +69,13 @@ bool holds_origin(const Device& device, const Map& map) {
   return field_at_origin(device, map) < map.dynamics.surface_level;
 }
 
-/// How far the corners of the shape's box are from the origin, in map units.
-double box_reach(const Frame& frame) {
-  double reach = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const auto side = [&](int axis) {
-      return ((corner >> axis) & 1 ? frame.box->high : frame.box->low)[axis];
-    };
-    reach = std::max(reach, frame.shape_to_map.to_map({side(0), side(1), side(2)}).norm());
-  }
-  return reach;
-}
-
-/// Whether the first iterate takes points farther away, F_1 > ln |q|, from this distance on. A
-/// small neighbourhood of a root beyond that distance may slip between the tested points.
-bool escapes_from(double distance, const Device& device, const Map& map) {
-  constexpr double kNextSphere = 1.25, kFar = 8;
-  constexpr std::size_t kDirections = 1024;
-  if (map.dynamics.degree() <= 1) return false;
-  double farthest = distance;
-  for (const Factor& factor : map.dynamics.factors) {
-    farthest = std::max(farthest, kFar * norm(factor.center));
-  }
-  const std::vector<Quaternion> directions = map::sphere_directions(kDirections);
-  std::vector<Quaternion> points;
-  for (double radius = distance; radius < kNextSphere * farthest; radius *= kNextSphere) {
-    for (const Quaternion& direction : directions) points.push_back(radius * direction);
-  }
-  constexpr StopRadii kNone{0, 0, std::numeric_limits<double>::infinity()};
-  const std::vector<double> field = Field(device, map, Precision::single, kNone).at(points);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!(field[i] > std::log(norm(points[i])))) return false;
-  }
-  return true;
-}
-
-/// Whether exponents changed by more than a common factor.
-bool is_raised(const Map& before, const Map& after) {
-  const auto share = [](const Map& map) {
-    return map.dynamics.factors.front().exponent / map.dynamics.degree();
-  };
-  return before.dynamics.factors.size() != after.dynamics.factors.size() ||
-         std::abs(share(before) - share(after)) > 1e-9 * std::abs(share(before));
-}
-
-/// The distance from which all is to escape.
-double far_from_shape(const Frame& frame) { return 2 * box_reach(frame); }
-
-bool ends_near_shape(const Device& device, const Map& map) {
-  return escapes_from(far_from_shape(map.frame), device, map);
-}
-
 /// The map with the wanted shell, calibrated where it was not before and its origin is inside.
 /// Samples lie near the shape, so a fit may leave a field that does not rise enough beyond them,
 /// even exponents that sum to less than 0. Then roots beyond twice the shape's distance are left
 /// out, and the sum is raised to the first with which all points beyond that distance escape and
-/// the shell is the wanted one.
+/// the shell is the wanted one. Warnings say so, and if there is none.
 Map with_shell(const Device& device, const Map& map, const std::vector<Eigen::Vector3d>& surface,
-               double detail) {
+               double detail, std::vector<std::string>& warnings) {
   constexpr double kFirstDegree = 1.5, kNextDegree = 1.5;
   constexpr int kTries = 6;
   const bool was_finished = map.frame.detail.has_value();
@@ -150,11 +97,20 @@ Map with_shell(const Device& device, const Map& map, const std::vector<Eigen::Ve
   }
   double degree = std::max(kFirstDegree, enlarged * measured.dynamics.degree());
   for (int i = 0; i < kTries; ++i, degree *= kNextDegree) {
-    const Map raised =
-        with_raised_degree(measured, surface, far_from_shape(map.frame), degree / enlarged);
+    const Map raised = with_raised_degree(measured, surface, degree / enlarged);
     Map found = calibrated_inside(in_shell(with_measured_detail(device, raised, surface), detail));
-    if (is_wanted(found)) return found;
+    if (is_wanted(found)) {
+      warnings.emplace_back(
+          "the fit left a field that rises too little outside the shape; its exponents were "
+          "changed so that the iterated set ends near the shape, after the IoU was measured");
+      return found;
+    }
     if (!first) first = std::move(found);
+  }
+  if (!ends_near_shape(device, *first)) {
+    warnings.emplace_back(
+        "the field rises too little outside the shape: the iterated set reaches far beyond it; use "
+        "more factors, more time or another seed");
   }
   return *first;
 }
@@ -171,17 +127,7 @@ Map finish_map(const Device& device, Map map, double iou, const Shape& shape,
     map.dynamics.log_scale -= median_level(Field(device, map), surface, map.dynamics.slice);
     if (iou < kGoodFit) warnings.push_back(poor_fit(device, map, iou, surface));
   }
-  const Map given = map;
-  map = with_shell(device, map, surface, detail);
-  if (!ends_near_shape(device, map)) {
-    warnings.push_back(
-        "the field rises too little outside the shape: the iterated set reaches far beyond it; use "
-        "more factors, more time or another seed");
-  } else if (is_raised(given, map)) {
-    warnings.push_back(
-        "the fit left a field that rises too little outside the shape; its exponents were changed "
-        "so that the iterated set ends near the shape, after the IoU was measured");
-  }
+  map = with_shell(device, map, surface, detail, warnings);
   const double depth = field_at_origin(device, map);
   if (depth >= map.dynamics.surface_level) {
     warnings.push_back(

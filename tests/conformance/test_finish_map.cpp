@@ -7,8 +7,8 @@
 #include <stop_token>
 
 #include "base/random.hpp"
+#include "fit/far_field.hpp"
 #include "fit/finish_map.hpp"
-#include "fit/raised_degree.hpp"
 #include "fit/sample_pool.hpp"
 #include "map/reference_iteration.hpp"
 #include "qjulia/error.hpp"
@@ -161,6 +161,7 @@ TEST_CASE("a raised degree changes exponents as the definition says") {
   base::Random random(3);
   const auto number = [&](double low, double high) { return random.uniform(low, high); };
   Map map;
+  map.frame.box = Box{{-1, -1, -1}, {1, 1, 0.5}};
   map.dynamics.log_scale = 0.3;
   for (int k = 0; k < 5; ++k) {
     map.dynamics.factors.push_back(
@@ -171,7 +172,8 @@ TEST_CASE("a raised degree changes exponents as the definition says") {
   given.dynamics.factors.insert(given.dynamics.factors.begin() + 2, far);
   std::vector<Eigen::Vector3d> points(30);
   for (Eigen::Vector3d& p : points) p = {number(-2, 2), number(-2, 2), number(-2, 2)};
-  const Map raised = fitting::with_raised_degree(given, points, 4, 6.5);
+  CHECK(fitting::far_from_shape(given.frame) == Approx(2 * std::sqrt(3.0)));
+  const Map raised = fitting::with_raised_degree(given, points, 6.5);
   REQUIRE(raised.dynamics.factors.size() == 5);
   CHECK(raised.dynamics.degree() == Approx(6.5));
 
@@ -209,9 +211,9 @@ TEST_CASE("a raised degree changes exponents as the definition says") {
   }
   CHECK(after == Approx(before));
 
-  CHECK_THROWS_AS(fitting::with_raised_degree(given, {}, 4, 6.5), InputError);
+  CHECK_THROWS_AS(fitting::with_raised_degree(given, {}, 6.5), InputError);
   map.dynamics.factors = {far, far};
-  const Map all_far = fitting::with_raised_degree(map, points, 4, 6.5);
+  const Map all_far = fitting::with_raised_degree(map, points, 6.5);
   CHECK(all_far.dynamics.factors.size() == 2);
   CHECK(all_far.dynamics.degree() == Approx(6.5));
 }

@@ -1,12 +1,15 @@
-#include "fit/raised_degree.hpp"
+#include "fit/far_field.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <vector>
 
+#include "map/sphere_directions.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/field.hpp"
 
 namespace qjulia::fitting {
 namespace {
@@ -62,17 +65,47 @@ Eigen::VectorXd exponents(const Dynamics& dynamics) {
 
 }  // namespace
 
-Map with_raised_degree(Map map, std::span<const Eigen::Vector3d> surface, double reach,
-                       double degree) {
+double far_from_shape(const Frame& frame) {
+  const Eigen::Vector3d low = frame.shape_to_map.to_map(frame.box->low);
+  const Eigen::Vector3d high = frame.shape_to_map.to_map(frame.box->high);
+  return 2 * low.cwiseAbs().cwiseMax(high.cwiseAbs()).norm();
+}
+
+bool ends_near_shape(const Device& device, const Map& map) {
+  constexpr double kNextSphere = 1.25, kBeyondFactors = 8;
+  constexpr std::size_t kDirections = 1024;
+  if (map.dynamics.degree() <= 1) return false;
+  const double nearest = far_from_shape(map.frame);
+  double farthest = nearest;
+  for (const Factor& factor : map.dynamics.factors) {
+    farthest = std::max(farthest, kBeyondFactors * norm(factor.center));
+  }
+  const std::vector<Quaternion> directions = map::sphere_directions(kDirections);
+  std::vector<Quaternion> points;
+  for (double radius = nearest; radius < kNextSphere * farthest; radius *= kNextSphere) {
+    for (const Quaternion& direction : directions) points.push_back(radius * direction);
+  }
+  // F_1 itself, however far out: no escape radius.
+  constexpr StopRadii kNone{0, 0, std::numeric_limits<double>::infinity()};
+  const std::vector<double> field = Field(device, map, Precision::single, kNone).at(points);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!(field[i] > std::log(norm(points[i])))) return false;
+  }
+  return true;
+}
+
+Map with_raised_degree(Map map, std::span<const Eigen::Vector3d> surface, double degree) {
   const auto points = surface.first(std::min(kKeptPoints, surface.size()));
   if (points.empty()) throw InputError("there are no points of the surface to keep the map at");
   Dynamics far = map.dynamics, &near = map.dynamics;
-  const auto is_far = [&reach](const Factor& factor) {
-    return factor.exponent > 0 && norm(factor.center) > reach;
+  const double distance = far_from_shape(map.frame);
+  const auto is_far = [distance](const Factor& factor) {
+    return factor.exponent > 0 && norm(factor.center) > distance;
   };
-  if (std::ranges::all_of(near.factors, is_far)) reach = std::numeric_limits<double>::infinity();
-  std::erase_if(near.factors, is_far);
-  std::erase_if(far.factors, std::not_fn(is_far));
+  const bool has_near = !std::ranges::all_of(near.factors, is_far);
+  const auto is_left_out = [&](const Factor& factor) { return has_near && is_far(factor); };
+  std::erase_if(near.factors, is_left_out);
+  std::erase_if(far.factors, std::not_fn(is_left_out));
 
   Eigen::MatrixXd a = logarithms(near, points), of_far = logarithms(far, points);
   const Eigen::RowVectorXd means = take_means(a), far_means = take_means(of_far);
